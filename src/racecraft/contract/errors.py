@@ -1,0 +1,115 @@
+"""The family of errors: each one a short letter to the person who can act.
+
+::
+
+    RacecraftError                 anything we raise on purpose
+    ├── UserInputError             something the user gave; commands end with exit code 2
+    │   ├── SettingError           a setting's name or value
+    │   ├── InputFileError         a file: says where, what was found, what was expected, what to do
+    │   │   ├── TrackError         a track's name or its waypoints
+    │   │   ├── MetadataError      model_metadata.json
+    │   │   ├── HyperparameterError  hyperparameters.json
+    │   │   └── RewardFileError    reward_function.py cannot be loaded
+    │   ├── RewardError            the user's reward function failed while training
+    │   ├── RunFolderError         a run folder is missing, taken, foreign or damaged
+    │   └── MissingExtraError      an optional package is not installed
+    └── ContractError              a world or policy broke its promise: a programmer's error
+
+Rooms with errors of their own derive them from this tree.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from pathlib import Path
+
+
+class RacecraftError(Exception):
+    """Anything racecraft raises on purpose."""
+
+
+class UserInputError(RacecraftError):
+    """Something the user gave cannot be used; the command line ends with exit code 2."""
+
+
+class SettingError(UserInputError):
+    """A setting has an unknown name or a value outside its range."""
+
+
+class InputFileError(UserInputError):
+    """A user's file cannot be used.
+
+    Args:
+        path: The file, as the user named it.
+        found: What stands there, with the offending value.
+        expected: What should stand there instead.
+        cure: What to do about it; may be empty where `expected` says it all.
+        line: Line in the file, counted from 1, when known.
+        key: Key or column in the file, when known.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        found: str,
+        expected: str,
+        cure: str = "",
+        *,
+        line: int | None = None,
+        key: str | None = None,
+    ) -> None:
+        self.path = Path(path)
+        self.found, self.expected, self.cure = found, expected, cure
+        self.line, self.key = line, key
+        place = f"{path}" + (f":{line}" if line is not None else "") + (f": {key}" if key else "")
+        letter = f"{place}: {found}; expected {expected}."
+        super().__init__(f"{letter} {cure}" if cure else letter)
+
+
+class TrackError(InputFileError):
+    """A track name or track file cannot be used."""
+
+
+class MetadataError(InputFileError):
+    """`model_metadata.json` cannot be used."""
+
+
+class HyperparameterError(InputFileError):
+    """`hyperparameters.json` cannot be used."""
+
+
+class RewardFileError(InputFileError):
+    """`reward_function.py` cannot be loaded."""
+
+
+class RewardError(UserInputError):
+    """The user's reward function failed or returned something that is no reward."""
+
+
+class RunFolderError(UserInputError):
+    """A run folder is missing, in use, of another kind, or damaged."""
+
+
+class MissingExtraError(UserInputError):
+    """An optional package is not installed; the message holds the command that installs it."""
+
+
+class ContractError(RacecraftError):
+    """A world or a policy broke its promise."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Return a clause that names the nearest known name, or lists them all when none is near.
+
+    >>> nearest("horizn", ["horizon", "num_worlds"])
+    "Did you mean 'horizon'?"
+    >>> nearest("q", ["left", "right"])
+    'Known: left, right.'
+    """
+    names = list(known)
+    by_folded_name = {candidate.casefold(): candidate for candidate in names}
+    match = difflib.get_close_matches(name.casefold(), by_folded_name, n=1)
+    if match:
+        return f"Did you mean '{by_folded_name[match[0]]}'?"
+    return f"Known: {', '.join(names)}."

@@ -1,0 +1,215 @@
+"""What a world promises: N worlds of M agents each, stepped side by side.
+
+A world writes into arrays that its caller owns (`StepBuffers`), in place, so that a rollout can hand it rows of its
+own storage. Every array begins with the axes (N, M): world, agent.
+
+One call of `step` does this, for each world by itself:
+
+1. obeys the actions of the agents that are `active`;
+2. writes reward, `terminated` and `truncated` for the tick just taken;
+3. if the episode ended, writes `final_observations` for the rows that ended (only those rows are meaningful, and only
+   `truncated` rows need them), begins the next episode **in the same step**, and `observations` then shows its start;
+4. writes `observations`, `active` and, where the world has one, `action_mask` for the coming tick.
+
+`terminated`: the story is over, nothing follows. `truncated`: we stopped watching, value still follows.
+`active[n, m]` tells that the agent's coming action will be obeyed; a row acted while inactive (a car held at the start
+line, a snake that left the game) is kept out of learning.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class ArraySpec:
+    """One named observation of one agent."""
+
+    shape: tuple[int, ...]
+    """Shape without the leading (N, M)."""
+    dtype: DTypeLike
+    """NumPy type of its numbers."""
+    low: float = -np.inf
+    """Smallest value, inclusive."""
+    high: float = np.inf
+    """Largest value, inclusive."""
+    privileged: bool = False
+    """True for what a critic may see while training but no policy will have when it drives."""
+    doc: str = ""
+    """One sentence: what it is, with unit and sign."""
+
+
+@dataclass(frozen=True)
+class DiscreteActions:
+    """One of `count` choices, an int64 in [0, count)."""
+
+    count: int
+    labels: tuple[str, ...] = ()
+    """A name for each choice, for people; may be empty."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of one agent's action: a scalar."""
+        return ()
+
+    @property
+    def dtype(self) -> type[np.int64]:
+        """Type of the action array."""
+        return np.int64
+
+
+@dataclass(frozen=True)
+class ContinuousActions:
+    """A float32 vector with `low[i] <= action[i] <= high[i]`."""
+
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of one agent's action."""
+        return (len(self.low),)
+
+    @property
+    def dtype(self) -> type[np.float32]:
+        """Type of the action array."""
+        return np.float32
+
+
+ActionSpec = DiscreteActions | ContinuousActions
+
+
+@dataclass(frozen=True)
+class WorldSpec:
+    """The shape of a world's promise."""
+
+    name: str
+    num_worlds: int
+    """N: worlds stepped side by side."""
+    num_agents: int
+    """M: agents in each world."""
+    observations: Mapping[str, ArraySpec]
+    """Every observation by name; the order is the order of declaration."""
+    actions: ActionSpec
+    has_action_mask: bool = False
+    """Whether `StepBuffers.action_mask` is written (discrete actions only)."""
+    tick_seconds: float = 0.0
+    """Simulated seconds a step takes; 0 where the world has no clock."""
+
+
+@dataclass
+class StepBuffers:
+    """Where a world writes one step; owned by the caller. Every array begins with (N, M)."""
+
+    observations: dict[str, Array]
+    final_observations: dict[str, Array]
+    """The last observation of an episode that just ended; meaningful in ended rows only."""
+    reward: Array
+    """float32 (N, M)."""
+    terminated: Array
+    """bool (N, M)."""
+    truncated: Array
+    """bool (N, M)."""
+    active: Array
+    """bool (N, M): the coming action will be obeyed."""
+    action_mask: Array | None = None
+    """bool (N, M, A), True where an action is allowed; None where the world has no mask."""
+
+    @property
+    def ended(self) -> Array:
+        """Which agents' episode ended in this step, bool (N, M)."""
+        return np.asarray(self.terminated | self.truncated)
+
+
+@runtime_checkable
+class World(Protocol):
+    """N worlds of M agents; see the page above for what one step promises."""
+
+    @property
+    def spec(self) -> WorldSpec:
+        """The shape of this world's promise; never changes."""
+        ...
+
+    def reset(self, buffers: StepBuffers, seed: int) -> None:
+        """Begin every world anew and write `observations`, `active` and `action_mask`.
+
+        The same seed followed by the same actions tells the same story, bit for bit.
+        """
+        ...
+
+    def step(self, actions: Array, buffers: StepBuffers) -> None:
+        """Advance every world by one tick. `actions` has shape (N, M, *spec.actions.shape)."""
+        ...
+
+    def save_state(self) -> dict[str, Array]:
+        """Return everything the world needs to go on from here, as named arrays (copies)."""
+        ...
+
+    def load_state(self, state: Mapping[str, Array], buffers: StepBuffers) -> None:
+        """Go on from a saved state and write `observations`, `active` and `action_mask` as they were."""
+        ...
+
+    def close(self) -> None:
+        """Let go of processes and files; closing twice is closing once."""
+        ...
+
+
+@dataclass
+class EpisodeRecord:
+    """What one agent's finished episode came to."""
+
+    world: int
+    agent: int
+    steps: int
+    """Ticks, counting from the start of the episode."""
+    reward: float
+    """Sum of rewards."""
+    status: str
+    """How it ended, in the world's own words ("lap_complete", "off_track", "truncated" …)."""
+    facts: dict[str, float] = field(default_factory=dict)
+    """Further figures with their unit in the name ("progress_percent", "lap_seconds" …)."""
+
+
+@runtime_checkable
+class TellsEpisodes(Protocol):
+    """A world that tells of its finished episodes in its own words."""
+
+    def take_episodes(self) -> list[EpisodeRecord]:
+        """Return the episodes that ended since the last call, oldest first."""
+        ...
+
+
+def allocate(spec: WorldSpec) -> StepBuffers:
+    """Return buffers of the right shapes for a world, filled with zeros (masks with True).
+
+    >>> spec = WorldSpec("toy", 2, 1, {"x": ArraySpec((3,), np.float32)}, DiscreteActions(4), has_action_mask=True)
+    >>> buffers = allocate(spec)
+    >>> buffers.observations["x"].shape, buffers.action_mask.shape
+    ((2, 1, 3), (2, 1, 4))
+    """
+    rows = (spec.num_worlds, spec.num_agents)
+
+    def named() -> dict[str, Array]:
+        return {name: np.zeros(rows + part.shape, part.dtype) for name, part in spec.observations.items()}
+
+    mask = None
+    if spec.has_action_mask:
+        if not isinstance(spec.actions, DiscreteActions):
+            raise ValueError(f"{spec.name}: an action mask needs discrete actions, found {spec.actions}")
+        mask = np.ones((*rows, spec.actions.count), bool)
+    return StepBuffers(
+        observations=named(),
+        final_observations=named(),
+        reward=np.zeros(rows, np.float32),
+        terminated=np.zeros(rows, bool),
+        truncated=np.zeros(rows, bool),
+        active=np.ones(rows, bool),
+        action_mask=mask,
+    )

@@ -1,0 +1,140 @@
+"""The settings of a training, group by group.
+
+Defaults are those of the preset `fast`, which seeks the least wall time to skill on two cores; `presets.py` in
+`training` says what another preset changes.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+from typing import Any
+
+from racecraft.settings.table import check_group, setting
+
+
+@dataclass(frozen=True)
+class RaceConfig:
+    """The race: which car, how episodes start and end."""
+
+    car: str = setting("v6", "Vehicle profile.", choices=("v4", "v6", "kinematic"))
+    max_episode_seconds: float = setting(
+        100.0, "An episode is cut (truncated) after this much simulated time.", unit="s", low=1.0
+    )
+    start_advance: float = setting(
+        0.05, "How far round the next start of a car lies after each training episode.", unit="lap", low=0.0, high=1.0
+    )
+    change_start: bool = setting(True, "Whether training starts advance round the track at all.")
+    reverse: bool = setting(False, "Drive the track in the opposite direction.")
+
+    def __post_init__(self) -> None:
+        check_group(self)
+
+
+@dataclass(frozen=True)
+class CameraConfig:
+    """The frame the policy sees; same optics at every size."""
+
+    width: int = setting(40, "Pixels across.", unit="px", low=8, high=640)
+    height: int = setting(30, "Pixels down.", unit="px", low=6, high=480)
+
+    def __post_init__(self) -> None:
+        check_group(self)
+
+
+@dataclass(frozen=True)
+class RolloutConfig:
+    """How experience is gathered."""
+
+    num_worlds: int = setting(32, "Worlds (cars) stepped side by side.", low=1, high=65536)
+    horizon: int = setting(64, "Ticks taken from each world before one update.", unit="ticks", low=1)
+    episodes_per_iteration: int | None = setting(
+        None,
+        "With a number: an iteration is this many whole episodes, a fixed quota a world, instead of `horizon`.",
+        low=1,
+    )
+
+    def __post_init__(self) -> None:
+        check_group(self)
+
+
+@dataclass(frozen=True)
+class NetworkConfig:
+    """The policy's and the critic's network."""
+
+    conv_filters: tuple[int, ...] = setting((16, 32), "Filters of each convolution.", low=1)
+    conv_kernels: tuple[int, ...] = setting((6, 4), "Kernel size of each convolution.", unit="px", low=1)
+    conv_strides: tuple[int, ...] = setting((3, 2), "Stride of each convolution.", unit="px", low=1)
+    hidden_units: tuple[int, ...] = setting((128,), "Units of each dense layer.", low=1)
+    activation: str = setting("relu", "Non-linearity between layers.", choices=("relu", "tanh"))
+    privileged_critic: bool = setting(
+        True, "While training, the critic sees the true state the world offers; the policy never does."
+    )
+
+    def __post_init__(self) -> None:
+        check_group(self)
+
+
+@dataclass(frozen=True)
+class PpoConfig:
+    """Proximal policy optimisation with a clipped objective."""
+
+    learning_rate: float = setting(5e-4, "Adam's step size.", low=1e-8, high=1.0)
+    discount: float = setting(0.97, "Weight of the next tick's value (gamma).", low=0.0, high=1.0)
+    gae_lambda: float = setting(0.95, "Mix of advantage estimates (lambda).", low=0.0, high=1.0)
+    epochs: int = setting(4, "Passes over each rollout.", low=1, high=100)
+    batch_size: int = setting(256, "Transitions in one minibatch.", low=1)
+    clip: float = setting(0.2, "How far the probability ratio may move from 1.", low=0.0, high=1.0)
+    entropy_weight: float = setting(0.01, "Weight of the entropy bonus.", low=0.0, high=1.0)
+    value_weight: float = setting(0.5, "Weight of the value loss.", low=0.0)
+    value_loss: str = setting("mse", "How the critic's error is measured.", choices=("mse", "huber"))
+    max_grad_norm: float | None = setting(0.5, "Gradients are scaled down to this norm.", low=0.0)
+    adam_epsilon: float = setting(1e-5, "Adam's epsilon.", low=0.0)
+    standardise: str = setting(
+        "minibatch", "Over what advantages are standardised.", choices=("minibatch", "rollout", "none")
+    )
+    drop_remainder: bool = setting(False, "Leave out the last minibatch of an epoch when it is not full.")
+
+    def __post_init__(self) -> None:
+        check_group(self)
+
+
+@dataclass(frozen=True)
+class EvaluationConfig:
+    """How progress is judged while training."""
+
+    every: int = setting(1, "Evaluate after every so many iterations.", unit="iterations", low=1)
+    episodes: int = setting(5, "Greedy episodes of one evaluation, starts spread round the track.", low=1, high=1000)
+    stable_after: int = setting(2, "Evaluations in a row, all laps complete, that count as stable.", low=1)
+
+    def __post_init__(self) -> None:
+        check_group(self)
+
+
+@dataclass(frozen=True)
+class RuntimeConfig:
+    """Where the work is done."""
+
+    threads: int | None = setting(None, "CPU threads for worlds and learner; none takes every core.", low=1)
+    device: str = setting("cpu", "Device of the learner.", choices=("cpu", "cuda"))
+
+    def __post_init__(self) -> None:
+        check_group(self)
+
+
+@dataclass(frozen=True)
+class TrainSettings:
+    """Everything about a training that is a setting, group by group."""
+
+    race: RaceConfig = field(default_factory=RaceConfig)
+    camera: CameraConfig = field(default_factory=CameraConfig)
+    rollout: RolloutConfig = field(default_factory=RolloutConfig)
+    network: NetworkConfig = field(default_factory=NetworkConfig)
+    ppo: PpoConfig = field(default_factory=PpoConfig)
+    evaluation: EvaluationConfig = field(default_factory=EvaluationConfig)
+    runtime: RuntimeConfig = field(default_factory=RuntimeConfig)
+
+
+def group_names(settings: Any) -> list[str]:
+    """Return the names of the groups of a settings object, in the order of declaration."""
+    return [part.name for part in dataclasses.fields(settings)]
