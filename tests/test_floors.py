@@ -83,11 +83,7 @@ def test_heavy_guests_enter_by_few_doors():
 
 def test_help_needs_no_heavy_guest():
     """`racecraft --help` answers at once because nothing heavy is imported for it."""
-    code = (
-        "import sys, racecraft.cli.app;print(*[m for m in (torch",
-        "numba",
-        "matplotlib",
-        "polars) if m in sys.modules])",
-    )
+    heavy = ("torch", "numba", "matplotlib", "polars")
+    code = f"import sys, racecraft.cli.app; print(*[name for name in {heavy} if name in sys.modules])"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == ""
