@@ -1,0 +1,1 @@
+"""Scalar bodies of the circuit's geometry; other kernels call them."""
