@@ -39,7 +39,9 @@ class TrackLook:
     wall_height: float = 0.0
     """Height of the wall at the field's edge; 0 where there is none."""
     start_strip: float = 0.0
-    """Length of the chequered strip across the road at the start line; 0 where there is none."""
+    """Length of the chequered strip across the road near the start line; 0 where there is none."""
+    start_strip_at: float = 0.0
+    """Arc of the strip's middle, from the start line in the direction in which the circuit was laid out."""
 
     def to_record(self) -> dict[str, Any]:
         """Return what differs from the common theme, for a catalogue file."""

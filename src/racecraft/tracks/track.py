@@ -226,8 +226,8 @@ class Track:
             self.centre, self.arc, self.inner, _running_length(self.inner), self.outer, _running_length(self.outer),
             shell, hole,
         )  # fmt: skip
-        own = (np.array(line, dtype=np.float64, order="C") for line in lines)  # writable copies: one kernel signature
-        return TrackArrays(*own, closed=self.closed, is_ccw=self.is_ccw, length=self.length)  # type: ignore[misc]
+        own = [np.array(line, dtype=np.float64, order="C") for line in lines]  # writable copies: one kernel signature
+        return TrackArrays(*own, self.closed, self.is_ccw, self.length)  # type: ignore[arg-type]
 
 
 def _without_repeated_rows(rows: np.ndarray) -> np.ndarray:
