@@ -1,0 +1,315 @@
+"""Weights of a policy, and the whole state of a trainer, as safetensors: nothing in them can run code.
+
+Begin with `Checkpoints`, the shelf in a run folder: `save`, then `find("best")`, `find("last")` or `find("12")`. The
+files by themselves are written and read by `save_policy`, `load_policy`, `save_state`, `load_state`.
+
+    checkpoints.json         which there are, which is best, which is last
+    <N>.policy.safetensors   weights after iteration N; its card (iteration, steps, how to build the network) within
+    <N>.state.safetensors    all that is needed to go on as if nothing had happened; kept for the last two only
+
+Here are NumPy arrays; whoever has torch tensors converts them. A digest over all arrays stands in each file, so that
+a damaged file is refused instead of driven.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import struct
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import safetensors
+import safetensors.numpy
+
+from racecraft.contract.errors import ContractError, InputFileError
+from racecraft.contract.world import Array
+from racecraft.formats.whole import write_whole
+
+VERSION = 1
+INDEX = "checkpoints.json"
+STATES_KEPT = 2
+
+_POLICY = "racecraft policy"
+_STATE = "racecraft trainer state"
+
+
+class CheckpointError(InputFileError):
+    """A checkpoint is missing, damaged, or of another kind."""
+
+
+@dataclass(frozen=True)
+class CheckpointEntry:
+    """One checkpoint on the shelf."""
+
+    iteration: int
+    """Iteration after which it was taken, counted from 0."""
+    steps: int
+    """Steps of experience it has learned from."""
+    score: float | None
+    """What the evaluation gave it; None where there was none."""
+    policy: str
+    """Name of the file with the weights."""
+    state: str | None
+    """Name of the file with the trainer's state; None where it was not kept."""
+
+
+def save_policy(path: str | Path, weights: Mapping[str, Array], card: Mapping[str, Any]) -> None:
+    """Write the weights of a policy.
+
+    Args:
+        path: Where to.
+        weights: Arrays by name, of any number type.
+        card: What a stranger needs to use them, as plain JSON values: iteration, steps, spec of the network.
+
+    Raises:
+        OutputFileError: The file cannot be written.
+    """
+    write_whole(path, _packed(_POLICY, dict(weights), dict(card)))
+
+
+def load_policy(path: str | Path) -> tuple[dict[str, Array], dict[str, Any]]:
+    """Return the weights and the card.
+
+    Raises:
+        CheckpointError: The file is missing, damaged, or no policy.
+    """
+    return _unpacked(Path(path), _POLICY)
+
+
+def save_state(path: str | Path, state: Mapping[str, Any]) -> None:
+    """Write a trainer's whole state: dictionaries, lists and tuples of arrays, numbers, texts, booleans and None.
+
+    Raises:
+        OutputFileError: The file cannot be written.
+        ContractError: Something in the state is none of these; the message says where.
+    """
+    arrays: dict[str, Array] = {}
+    tree = _folded(state, "state", arrays)
+    write_whole(path, _packed(_STATE, arrays, tree))
+
+
+def load_state(path: str | Path) -> dict[str, Any]:
+    """Return a trainer's state just as it was saved, types of numbers included.
+
+    Raises:
+        CheckpointError: The file is missing, damaged, or no trainer's state.
+    """
+    arrays, tree = _unpacked(Path(path), _STATE)
+    state: dict[str, Any] = _unfolded(tree, arrays)
+    return state
+
+
+class Checkpoints:
+    """The shelf of checkpoints in a run folder. The index is written whole, after the files it names."""
+
+    def __init__(self, folder: str | Path) -> None:
+        self.folder = Path(folder)
+
+    def save(
+        self,
+        iteration: int,
+        steps: int,
+        weights: Mapping[str, Array],
+        card: Mapping[str, Any],
+        state: Mapping[str, Any] | None = None,
+        score: float | None = None,
+        best: bool = False,
+    ) -> CheckpointEntry:
+        """Put a checkpoint on the shelf; it is the last from now on, and the best if `best` says so.
+
+        Older states than those of the last two are taken away; weights are all kept.
+
+        Raises:
+            OutputFileError: A file cannot be written; the shelf is then as it was.
+        """
+        policy = f"{iteration}.policy.safetensors"
+        save_policy(self.folder / policy, weights, {**card, "iteration": iteration, "steps": steps})
+        state_name = None
+        if state is not None:
+            state_name = f"{iteration}.state.safetensors"
+            save_state(self.folder / state_name, state)
+        entry = CheckpointEntry(iteration, steps, score, policy, state_name)
+        index = self._index()
+        entries = [old for old in index["checkpoints"] if old["iteration"] != iteration] + [asdict(entry)]
+        entries.sort(key=lambda old: int(old["iteration"]))
+        gone = _states_to_drop(entries)
+        best_iteration = iteration if best or index["best"] is None else index["best"]
+        self._write_index({"version": VERSION, "best": best_iteration, "last": iteration, "checkpoints": entries})
+        for name in gone:
+            (self.folder / name).unlink(missing_ok=True)
+        return entry
+
+    def mark_best(self, iteration: int, score: float | None = None) -> None:
+        """Call a checkpoint on the shelf the best from now on, with its score.
+
+        Raises:
+            CheckpointError: There is no such checkpoint.
+        """
+        self.find(str(iteration))
+        index = self._index()
+        for entry in index["checkpoints"]:
+            if entry["iteration"] == iteration and score is not None:
+                entry["score"] = score
+        self._write_index({**index, "best": iteration})
+
+    def entries(self) -> list[CheckpointEntry]:
+        """Return all checkpoints, by iteration.
+
+        Raises:
+            CheckpointError: The index is damaged.
+        """
+        return [CheckpointEntry(**entry) for entry in self._index()["checkpoints"]]
+
+    def find(self, which: str) -> CheckpointEntry:
+        """Return the checkpoint called "best", "last", or by the number of its iteration.
+
+        Raises:
+            CheckpointError: There is no such checkpoint, or the index is damaged.
+        """
+        index = self._index()
+        wanted = str(index[which]) if which in ("best", "last") else which
+        for entry in index["checkpoints"]:
+            if str(entry["iteration"]) == wanted:
+                return CheckpointEntry(**entry)
+        there = ", ".join(str(entry["iteration"]) for entry in index["checkpoints"]) or "none yet"
+        raise CheckpointError(
+            self.folder, f"there is no checkpoint '{which}'", f"best, last, or one of the iterations: {there}"
+        )
+
+    def load_policy(self, which: str) -> tuple[dict[str, Array], dict[str, Any]]:
+        """Return weights and card of the checkpoint called `which`.
+
+        Raises:
+            CheckpointError: There is no such checkpoint, or it is damaged.
+        """
+        return load_policy(self.folder / self.find(which).policy)
+
+    def load_state(self, which: str = "last") -> dict[str, Any]:
+        """Return the trainer's state of the checkpoint called `which`.
+
+        Raises:
+            CheckpointError: There is no such checkpoint, its state was not kept, or it is damaged.
+        """
+        entry = self.find(which)
+        if entry.state is None:
+            kept = ", ".join(str(other.iteration) for other in self.entries() if other.state) or "none"
+            raise CheckpointError(
+                self.folder,
+                f"the state of checkpoint {entry.iteration} was not kept",
+                f"one of the iterations: {kept}",
+                "Its weights can still begin a new training.",
+            )
+        return load_state(self.folder / entry.state)
+
+    def _index(self) -> dict[str, Any]:
+        path = self.folder / INDEX
+        try:
+            index = json.loads(path.read_text(encoding="utf-8"))
+            known = index["version"] == VERSION and {"best", "last", "checkpoints"} <= set(index)
+        except FileNotFoundError:
+            return {"version": VERSION, "best": None, "last": None, "checkpoints": []}
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise CheckpointError(path, f"damaged ({error})", "the index that racecraft wrote") from error
+        if not known:
+            raise CheckpointError(path, f"version is {index['version']!r}", f"version {VERSION}", "Upgrade racecraft.")
+        return dict(index)
+
+    def _write_index(self, index: Mapping[str, Any]) -> None:
+        write_whole(self.folder / INDEX, json.dumps(index, indent=2) + "\n")
+
+
+def _states_to_drop(entries: list[dict[str, Any]]) -> list[str]:
+    """Take the states before the last two out of the entries, in place; return the names of their files."""
+    with_state = [entry for entry in entries if entry["state"]]
+    gone = [str(entry["state"]) for entry in with_state[:-STATES_KEPT]]
+    for entry in with_state[:-STATES_KEPT]:
+        entry["state"] = None
+    return gone
+
+
+def _packed(kind: str, arrays: dict[str, Array], card: Any) -> bytes:
+    plain = {name: _in_c_order(array) for name, array in arrays.items()}
+    metadata = {"format": kind, "version": str(VERSION), "digest": _digest(plain), "card": json.dumps(card)}
+    return bytes(safetensors.numpy.save(plain, metadata))
+
+
+def _unpacked(path: Path, kind: str) -> tuple[dict[str, Array], Any]:
+    expected = f"a {kind} in safetensors"
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise CheckpointError(path, "there is no such file", expected) from None
+    except OSError as error:
+        raise CheckpointError(path, f"the file cannot be read ({error.strerror})", expected) from error
+    cure = "Take another checkpoint; this file cannot be mended."
+    try:
+        arrays = safetensors.numpy.load(data)
+        (length,) = struct.unpack_from("<Q", data)
+        metadata = json.loads(data[8 : 8 + length]).get("__metadata__", {})
+    except (safetensors.SafetensorError, ValueError, struct.error) as error:
+        raise CheckpointError(path, f"damaged or half written ({error})", expected, cure) from None
+    if metadata.get("format") != kind:
+        raise CheckpointError(path, f"it says it is '{metadata.get('format', 'unnamed')}'", expected)
+    if metadata.get("version") != str(VERSION):
+        raise CheckpointError(path, f"version {metadata.get('version')}", f"version {VERSION}", "Upgrade racecraft.")
+    if metadata.get("digest") != _digest(arrays):
+        raise CheckpointError(path, "damaged (its digest does not match)", expected, cure)
+    return dict(arrays), json.loads(metadata["card"])
+
+
+def _digest(arrays: Mapping[str, Array]) -> str:
+    digest = hashlib.sha256()
+    for name in sorted(arrays):
+        array = arrays[name]
+        digest.update(f"{name} {array.dtype} {array.shape}\n".encode())
+        digest.update(array.tobytes())
+    return digest.hexdigest()
+
+
+def _in_c_order(array: Array) -> Array:
+    """Return the array as safetensors can store it: little-endian, rows behind each other, no axis added."""
+    array = np.asarray(array)
+    return np.array(array, dtype=array.dtype.newbyteorder("<"), order="C")
+
+
+def _folded(value: Any, place: str, arrays: dict[str, Array]) -> Any:
+    """Return the value as JSON, with each array moved to `arrays` and named by its place."""
+    if value is None or isinstance(value, bool | int | float | str) and not isinstance(value, np.generic):
+        return value
+    if isinstance(value, np.ndarray | np.generic):
+        if value.dtype.kind not in "biuf":
+            raise ContractError(f"{place} is an array of {value.dtype}; a checkpoint holds numbers and booleans.")
+        arrays[place] = np.asarray(value)
+        return {"$array" if isinstance(value, np.ndarray) else "$number": place}
+    if isinstance(value, Mapping):
+        if all(isinstance(key, str) and not key.startswith("$") for key in value):
+            return {key: _folded(part, f"{place}.{key}", arrays) for key, part in value.items()}
+        pairs = [[_folded(key, place, arrays), _folded(part, f"{place}.{key}", arrays)] for key, part in value.items()]
+        return {"$pairs": pairs}
+    if isinstance(value, list | tuple):
+        parts = [_folded(part, f"{place}.{number}", arrays) for number, part in enumerate(value)]
+        return parts if isinstance(value, list) else {"$tuple": parts}
+    raise ContractError(
+        f"{place} is of type {type(value).__name__}; a checkpoint holds arrays, numbers, texts, booleans, None, "
+        "and dictionaries, lists and tuples of them. Convert it before saving."
+    )
+
+
+def _unfolded(tree: Any, arrays: Mapping[str, Array]) -> Any:
+    if isinstance(tree, list):
+        return [_unfolded(part, arrays) for part in tree]
+    if not isinstance(tree, dict):
+        return tree
+    if "$array" in tree:
+        return arrays[tree["$array"]]
+    if "$number" in tree:
+        return arrays[tree["$number"]][()]
+    if "$tuple" in tree:
+        return tuple(_unfolded(part, arrays) for part in tree["$tuple"])
+    if "$pairs" in tree:
+        return {_unfolded(key, arrays): _unfolded(part, arrays) for key, part in tree["$pairs"]}
+    return {key: _unfolded(part, arrays) for key, part in tree.items()}

@@ -1,0 +1,173 @@
+"""JSON as people write it by hand, and on which line each value stands.
+
+`read_json` gives a `JsonDocument`: the value, and the line of every key in it, so that a letter to the user can say
+where. A byte order mark is passed over; comments are read as if they were not there, with a note.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from racecraft.contract.errors import InputFileError
+
+Step = str | int
+"""One step into a document: a key of an object or a place in a list."""
+
+_STRING_OR_COMMENT = re.compile(r'"(?:\\.|[^"\\\n])*"|//[^\n]*|#[^\n]*|/\*.*?\*/', re.DOTALL)
+_SPACE = re.compile(r"\s*")
+_SCALAR = re.compile(r'"(?:\\.|[^"\\])*"|[^\s,\]}]+')
+
+
+@dataclass(frozen=True)
+class JsonDocument:
+    """A JSON file that was read."""
+
+    path: Path
+    value: Any
+    """What `json.loads` makes of it."""
+    lines: dict[tuple[Step, ...], int]
+    """Line of each value, counted from 1, by the steps that lead to it: ("action_space", 2, "speed")."""
+    notes: tuple[str, ...]
+    """What is worth telling the user."""
+
+    def line_of(self, *steps: Step) -> int | None:
+        """Return the line of the value the steps lead to, or of the nearest thing around it."""
+        for length in range(len(steps), -1, -1):
+            if steps[:length] in self.lines:
+                return self.lines[steps[:length]]
+        return None
+
+
+def read_json(path: str | Path, error: type[InputFileError], kind: str) -> JsonDocument:
+    """Read a JSON file.
+
+    Args:
+        path: The file.
+        error: What to raise when it cannot be read.
+        kind: What the file should be, for the letter: "a JSON object with hyperparameters".
+
+    Raises:
+        InputFileError: Of the kind `error`: the file is missing, no text, empty, or no JSON; with line where known.
+    """
+    path = Path(path)
+    text = _read_text(path, error, kind)
+    if not text.strip():
+        raise error(path, "the file is empty", kind)
+    plain = _without_comments(text)
+    notes = [] if plain == text else ["comments were passed over; AWS reads JSON without comments"]
+    try:
+        value = json.loads(plain)
+    except json.JSONDecodeError as wrong:
+        raise error(path, f"no valid JSON, {_what_is_wrong(plain, wrong)}", kind, line=wrong.lineno) from None
+    except RecursionError:
+        raise error(path, "values nested too deeply to be read", kind) from None
+    lines: dict[tuple[Step, ...], int] = {}
+    twice: list[str] = []
+    _scan(plain, 0, (), lines, twice)
+    notes += [f"{key} is given twice; the last one counts" for key in twice]
+    return JsonDocument(path, value, lines, tuple(notes))
+
+
+def as_number(value: Any) -> float | int | None:
+    """Return the number a value holds, also when it is written as text; None where it holds none.
+
+    >>> as_number("4.0"), as_number(3), as_number(True), as_number("fast")
+    (4.0, 3, None, None)
+    """
+    if isinstance(value, bool):
+        return None
+    if isinstance(value, int | float):
+        return value
+    if isinstance(value, str):
+        try:
+            return float(value.strip())
+        except ValueError:
+            return None
+    return None
+
+
+def key_text(*steps: Step) -> str:
+    """Return steps as a user reads them.
+
+    >>> key_text("action_space", 2, "speed")
+    'action_space[2].speed'
+    """
+    text = ""
+    for step in steps:
+        text += f"[{step}]" if isinstance(step, int) else ("." if text else "") + step
+    return text
+
+
+def _read_text(path: Path, error: type[InputFileError], kind: str) -> str:
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise error(path, "there is no such file", kind) from None
+    except IsADirectoryError:
+        raise error(path, "a folder", f"a file with {kind}") from None
+    except OSError as wrong:
+        raise error(path, f"the file cannot be read ({wrong.strerror})", kind) from wrong
+    wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    try:
+        return data.decode("utf-16" if wide else "utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+    except UnicodeDecodeError as wrong:
+        line = data[: wrong.start].count(b"\n") + 1
+        raise error(path, f"byte {wrong.start} is no UTF-8 text", "a text file in UTF-8", line=line) from None
+
+
+def _without_comments(text: str) -> str:
+    """Return the text with comments replaced by spaces, so that every line keeps its number."""
+
+    def blank(match: re.Match[str]) -> str:
+        found = match.group()
+        return found if found.startswith('"') else re.sub(r"[^\n]", " ", found)
+
+    return _STRING_OR_COMMENT.sub(blank, text)
+
+
+def _what_is_wrong(text: str, wrong: json.JSONDecodeError) -> str:
+    before = text[: wrong.pos].rstrip()
+    here = text[wrong.pos :].lstrip()
+    if here[:1] in ("}", "]") and before.endswith(",") or wrong.msg.startswith("Illegal trailing comma"):
+        return "a comma stands after the last entry"
+    if here[:1] == "'":
+        return "quoted with ' where JSON wants \""
+    if here[:1] in ("\u201c", "\u201d", "\u2018", "\u2019"):
+        return f'the typographic quote {here[0]} where JSON wants "'
+    if not here:
+        return "it ends too early (a bracket or quote is not closed)"
+    rest = here.split("\n", 1)[0][:40]
+    return f"{wrong.msg[:1].lower()}{wrong.msg[1:]} at column {wrong.colno}, before {rest!r}"
+
+
+def _scan(text: str, at: int, steps: tuple[Step, ...], lines: dict[tuple[Step, ...], int], twice: list[str]) -> int:
+    """Walk over one value of valid JSON, note the line of it and of all inside; return where it ends."""
+    at = _after_space(text, at)
+    if steps in lines:
+        twice.append(key_text(*steps))
+    lines[steps] = text.count("\n", 0, at) + 1
+    if text[at] not in "{[":
+        match = _SCALAR.match(text, at)
+        return match.end() if match else at + 1
+    closing, place = ("}" if text[at] == "{" else "]"), 0
+    at = _after_space(text, at + 1)
+    while text[at] != closing:
+        step: Step = place
+        if closing == "}":
+            match = _SCALAR.match(text, at)
+            assert match is not None, "the text was checked before"
+            step = json.loads(match.group())
+            at = _after_space(text, match.end()) + 1
+        at = _after_space(text, _scan(text, at, (*steps, step), lines, twice))
+        at = _after_space(text, at + 1) if text[at] == "," else at
+        place += 1
+    return at + 1
+
+
+def _after_space(text: str, at: int) -> int:
+    match = _SPACE.match(text, at)
+    return match.end() if match else at

@@ -1,0 +1,396 @@
+"""One training, one folder: where everything stands, who is writing to it, what was asked and what was measured.
+
+Begin with `RunFolder.create` (a new one) or `RunFolder.open` (one that stands). The layout, version 1::
+
+    job.json               what was asked, with the format's name and version; its presence makes the folder a run
+    reward_function.py     copies of the user's files, as they were
+    model_metadata.json
+    hyperparameters.json
+    metrics.jsonl          one JSON object a line, one line an iteration
+    log.txt                what was said, the reward function's prints among it
+    checkpoints/           see checkpoint.py
+    episodes/              see episodes.py
+    evaluations/           one JSON file for each evaluation
+    run.lock               held by the process that trains; the system frees it when that process dies
+
+Processes meet only here; they hand no objects to each other.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import datetime
+import json
+import math
+import os
+import re
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any
+
+from racecraft.contract.errors import RunFolderError
+from racecraft.formats.whole import OutputFileError, write_whole
+
+FORMAT = "racecraft run"
+VERSION = 1
+
+JOB = "job.json"
+METRICS = "metrics.jsonl"
+LOG = "log.txt"
+LOCK = "run.lock"
+REWARD_FUNCTION = "reward_function.py"
+MODEL_METADATA = "model_metadata.json"
+HYPERPARAMETERS = "hyperparameters.json"
+CHECKPOINTS = "checkpoints"
+EPISODES = "episodes"
+EVALUATIONS = "evaluations"
+
+_LOCKED_BYTE = 1 << 20
+"""Where Windows locks: far behind the text, so that others can still read who holds the folder."""
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """A folder that holds one training."""
+
+    path: Path
+
+    @classmethod
+    def create(cls, path: str | Path, job: Mapping[str, Any] | None = None) -> RunFolder:
+        """Make a new run folder at path and write `job.json` into it.
+
+        An empty folder that stands there is used.
+
+        Raises:
+            RunFolderError: A run, a file, or somebody's other files stand there, or the place is not writable.
+        """
+        path = Path(path)
+        if (path / JOB).exists():
+            raise RunFolderError(
+                f"{path}: a run stands here already; expected a new place. Give another name, or open it to go on."
+            )
+        _require_no_file(path)
+        if path.is_dir() and any(path.iterdir()):
+            raise RunFolderError(f"{path}: holds files that are no run; expected a new or empty folder. Give another.")
+        try:
+            for folder in (path, path / CHECKPOINTS, path / EPISODES, path / EVALUATIONS):
+                folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise _unwritable(path, error) from error
+        run = cls(path)
+        run.write_job(job or {})
+        return run
+
+    @classmethod
+    def create_numbered(cls, parent: str | Path, name: str, job: Mapping[str, Any] | None = None) -> RunFolder:
+        """Make the next free `<parent>/<name>-<number>`, counted from 1.
+
+        Raises:
+            RunFolderError: The place is not writable.
+        """
+        parent = Path(parent)
+        _require_no_file(parent)
+        pattern = re.compile(re.escape(name) + r"-(\d+)")
+        taken = [pattern.fullmatch(entry.name) for entry in parent.iterdir()] if parent.is_dir() else []
+        number = max((int(match[1]) for match in taken if match), default=0) + 1
+        while True:
+            path = parent / f"{name}-{number}"
+            try:
+                path.mkdir(parents=True)
+            except FileExistsError:
+                number += 1  # somebody was quicker
+                continue
+            except OSError as error:
+                raise _unwritable(path, error) from error
+            return cls.create(path, job)
+
+    @classmethod
+    def open(cls, path: str | Path) -> RunFolder:
+        """Open a run folder that stands.
+
+        Raises:
+            RunFolderError: There is none, it is not ours, it is damaged, or a newer racecraft wrote it.
+        """
+        path = Path(path)
+        if not path.exists():
+            raise RunFolderError(f"{path}: there is no such folder; expected a run folder. See `racecraft runs`.")
+        _require_no_file(path)
+        if not (path / JOB).is_file():
+            raise RunFolderError(f"{path}: holds no {JOB}; expected a run folder of racecraft. Name the folder itself.")
+        run = cls(path)
+        run.read_job()
+        return run
+
+    @property
+    def job(self) -> Path:
+        """What was asked."""
+        return self.path / JOB
+
+    @property
+    def metrics(self) -> Path:
+        """What was measured, a line an iteration."""
+        return self.path / METRICS
+
+    @property
+    def log(self) -> Path:
+        """What was said."""
+        return self.path / LOG
+
+    @property
+    def reward_function(self) -> Path:
+        """Copy of the user's reward function."""
+        return self.path / REWARD_FUNCTION
+
+    @property
+    def model_metadata(self) -> Path:
+        """Copy of the user's car."""
+        return self.path / MODEL_METADATA
+
+    @property
+    def hyperparameters(self) -> Path:
+        """Copy of the user's hyperparameters."""
+        return self.path / HYPERPARAMETERS
+
+    @property
+    def checkpoints(self) -> Path:
+        """Folder of the checkpoints."""
+        return self.path / CHECKPOINTS
+
+    @property
+    def episodes(self) -> Path:
+        """Folder of the episodes."""
+        return self.path / EPISODES
+
+    @property
+    def evaluations(self) -> Path:
+        """Folder of the evaluations."""
+        return self.path / EVALUATIONS
+
+    def write_job(self, job: Mapping[str, Any]) -> None:
+        """Write what was asked; the format's name and version are added.
+
+        Raises:
+            RunFolderError: The folder cannot be written to.
+        """
+        text = json.dumps({"format": FORMAT, "version": VERSION, **job}, indent=2, default=_plain) + "\n"
+        try:
+            write_whole(self.path / JOB, text)
+        except OutputFileError as error:
+            raise RunFolderError(str(error)) from error
+
+    def read_job(self) -> dict[str, Any]:
+        """Return what was asked, with "format" and "version".
+
+        Raises:
+            RunFolderError: `job.json` is missing, damaged, foreign, or of a newer version.
+        """
+        path = self.path / JOB
+        try:
+            job = json.loads(path.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise RunFolderError(f"{path}: there is no such file; expected a run folder of racecraft.") from None
+        except json.JSONDecodeError as error:
+            raise RunFolderError(
+                f"{path}:{error.lineno}: no valid JSON ({error.msg}); expected what racecraft wrote. Restore the file."
+            ) from None
+        except (OSError, UnicodeDecodeError) as error:
+            raise RunFolderError(f"{path}: cannot be read ({error}); expected what racecraft wrote.") from error
+        if not isinstance(job, dict) or job.get("format") != FORMAT:
+            raise RunFolderError(f'{path}: not written by racecraft; expected "format": "{FORMAT}".')
+        version = job.get("version")
+        if not isinstance(version, int) or not 1 <= version <= VERSION:
+            raise RunFolderError(
+                f"{path}: format version is {version!r}; expected 1 to {VERSION}. A newer racecraft wrote it: upgrade."
+            )
+        return job
+
+    def append_metrics(self, row: Mapping[str, Any]) -> None:
+        """Add one line to the metrics; what is no finite number becomes null. A torn last line is cut off first.
+
+        Raises:
+            RunFolderError: The file cannot be written.
+        """
+        line = json.dumps({key: _finite(value) for key, value in row.items()}, default=_plain) + "\n"
+        try:
+            with open(self.path / METRICS, "ab+") as file:
+                _cut_torn_line(file)
+                file.write(line.encode())
+        except OSError as error:
+            raise _unwritable(self.path / METRICS, error) from error
+
+    def read_metrics(self) -> list[dict[str, Any]]:
+        """Return the metrics, a dictionary a line; a last line that was torn by a crash is passed over.
+
+        Raises:
+            RunFolderError: A line is damaged, or the file cannot be read.
+        """
+        path = self.path / METRICS
+        try:
+            lines = path.read_bytes().split(b"\n")
+        except FileNotFoundError:
+            return []
+        except OSError as error:
+            raise RunFolderError(f"{path}: cannot be read ({error.strerror}); expected a metrics file.") from error
+        rows = []
+        for number, line in enumerate(lines[:-1], start=1):
+            try:
+                rows.append(json.loads(line))
+            except ValueError:
+                raise RunFolderError(
+                    f"{path}:{number}: {line[:60]!r} is no JSON; expected one object a line. Take the line out."
+                ) from None
+        return rows
+
+    def lock(self) -> RunLock:
+        """Take the folder for this process until `release`, the end of a `with`, or the end of the process.
+
+        Raises:
+            RunFolderError: Another training holds it; the letter says which process, and since when.
+        """
+        return RunLock(self.path)
+
+
+class RunLock:
+    """The right to write to a run folder. One holder at a time; a process that is killed holds nothing."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / LOCK
+        try:
+            self._handle: int | None = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
+        except OSError as error:
+            raise _unwritable(self.path, error) from error
+        if not _try_lock(self._handle):
+            os.close(self._handle)
+            raise RunFolderError(
+                f"{folder}: another training holds it ({_holder(self.path)}); expected a free folder. "
+                "Wait for it, stop it, or train into another folder."
+            )
+        now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+        os.ftruncate(self._handle, 0)
+        os.write(self._handle, json.dumps({"pid": os.getpid(), "since": now}).encode())
+        _remember(self)
+
+    def release(self) -> None:
+        """Give the folder back. Doing so twice is doing so once."""
+        if self._handle is not None:
+            with contextlib.suppress(OSError):
+                os.ftruncate(self._handle, 0)
+            _unlock(self._handle)
+            self.let_go()
+
+    def let_go(self) -> None:
+        """Close the file; called by itself (in a forked child) it leaves the lock with the parent."""
+        if self._handle is not None:
+            os.close(self._handle)
+            self._handle = None
+            _held.discard(self)
+
+    def __enter__(self) -> RunLock:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.release()
+
+
+_held: set[RunLock] = set()
+_watching_forks = False
+
+
+def _remember(lock: RunLock) -> None:
+    """See to it that forked children do not keep the folder taken when this process is killed."""
+    global _watching_forks
+    _held.add(lock)
+    if not _watching_forks and hasattr(os, "register_at_fork"):
+        os.register_at_fork(after_in_child=_let_all_go)
+        _watching_forks = True
+
+
+def _let_all_go() -> None:
+    for lock in list(_held):
+        lock.let_go()
+
+
+def _try_lock(handle: int) -> bool:
+    """Lock the file for this opening of it; False when somebody else has."""
+    try:
+        if sys.platform == "win32":
+            import msvcrt
+
+            os.lseek(handle, _LOCKED_BYTE, os.SEEK_SET)
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+            os.lseek(handle, 0, os.SEEK_SET)
+        else:
+            import fcntl
+
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
+
+
+def _unlock(handle: int) -> None:
+    if sys.platform == "win32":
+        import msvcrt
+
+        os.lseek(handle, _LOCKED_BYTE, os.SEEK_SET)
+        msvcrt.locking(handle, msvcrt.LK_UNLCK, 1)
+    else:
+        import fcntl
+
+        fcntl.flock(handle, fcntl.LOCK_UN)
+
+
+def _holder(path: Path) -> str:
+    try:
+        holder = json.loads(path.read_text(encoding="utf-8"))
+        return f"process {holder['pid']}, since {holder['since']}"
+    except (OSError, ValueError, KeyError, TypeError):
+        return "a process that has just begun"
+
+
+def _require_no_file(path: Path) -> None:
+    if path.exists() and not path.is_dir():
+        raise RunFolderError(f"{path}: a file stands in its place; expected a folder. Give another name.")
+
+
+def _unwritable(path: Path, error: OSError) -> RunFolderError:
+    return RunFolderError(
+        f"{path}: cannot be written ({error.strerror or error}); expected a place that you may write to. "
+        "Give another place, or mend its permissions."
+    )
+
+
+def _cut_torn_line(file: IO[bytes]) -> None:
+    """Cut the file after its last line end, where a crash left half a line."""
+    size = file.seek(0, os.SEEK_END)
+    at = size
+    while at > 0:
+        begin = max(0, at - 4096)
+        file.seek(begin)
+        found = file.read(at - begin).rfind(b"\n")
+        if found >= 0:
+            at = begin + found + 1
+            break
+        at = begin
+    if at != size:
+        file.truncate(at)
+    file.seek(0, os.SEEK_END)
+
+
+def _finite(value: Any) -> Any:
+    value = _plain(value) if hasattr(value, "item") else value
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _plain(value: Any) -> Any:
+    """Return what JSON can hold for a path or a NumPy number."""
+    if isinstance(value, Path):
+        return str(value)
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} cannot be written as JSON")
