@@ -283,8 +283,9 @@ def _folded(value: Any, place: str, arrays: dict[str, Array]) -> Any:
     if isinstance(value, np.ndarray | np.generic):
         if value.dtype.kind not in "biuf":
             raise ContractError(f"{place} is an array of {value.dtype}; a checkpoint holds numbers and booleans.")
-        arrays[place] = np.asarray(value)
-        return {"$array" if isinstance(value, np.ndarray) else "$number": place}
+        name = place if place not in arrays else f"{place}#{len(arrays)}"  # "a.b" may be one key or two
+        arrays[name] = np.asarray(value)
+        return {"$array" if isinstance(value, np.ndarray) else "$number": name}
     if isinstance(value, Mapping):
         if all(isinstance(key, str) and not key.startswith("$") for key in value):
             return {key: _folded(part, f"{place}.{key}", arrays) for key, part in value.items()}

@@ -1,0 +1,150 @@
+"""Checkpoints: what is saved comes back, what is damaged is refused."""
+
+import numpy as np
+import pytest
+
+from racecraft.contract.errors import ContractError
+from racecraft.formats.checkpoint import (
+    CheckpointError,
+    Checkpoints,
+    load_policy,
+    load_state,
+    save_policy,
+    save_state,
+)
+
+KINDS = [
+    "bool",
+    "uint8",
+    "int8",
+    "uint16",
+    "int16",
+    "uint32",
+    "int32",
+    "uint64",
+    "int64",
+    "float16",
+    "float32",
+    "float64",
+]
+WEIGHTS = {"conv.weight": np.arange(24, dtype=np.float32).reshape(2, 3, 4), "bias": np.zeros(0, np.float32)}
+
+
+def same(left, right):
+    """Whether two trees are equal, types and kinds of numbers included."""
+    assert type(left) is type(right)
+    if isinstance(left, dict):
+        assert list(left) == list(right)
+        return all(same(left[key], right[key]) for key in left)
+    if isinstance(left, list | tuple):
+        assert len(left) == len(right)
+        return all(same(a, b) for a, b in zip(left, right, strict=True))
+    if isinstance(left, np.ndarray | np.generic):
+        assert left.dtype == right.dtype
+        assert left.shape == right.shape
+        return np.array_equal(left, right)
+    return left == right
+
+
+def test_weights_and_card_come_back(tmp_path):
+    save_policy(tmp_path / "p.safetensors", WEIGHTS, {"iteration": 3, "spec": {"hidden": [128]}})
+    weights, card = load_policy(tmp_path / "p.safetensors")
+    assert same(dict(sorted(WEIGHTS.items())), dict(sorted(weights.items())))
+    assert card == {"iteration": 3, "spec": {"hidden": [128]}}
+
+
+def test_any_tree_comes_back_as_it_was_types_included(tmp_path):
+    state = {
+        "kinds": {kind: np.array([[0, 1], [1, 0]]).astype(kind) for kind in KINDS},
+        "counters": np.array([2**64 - 1, 0], np.uint64),
+        "scalar": np.array(2.5),
+        "number": np.float32(0.1),
+        "turned": np.arange(6.0).reshape(2, 3).T,
+        "strided": np.arange(10)[::3],
+        "optimizer": {0: {"step": 7, "exp_avg": np.ones(3, np.float32)}, "lr": 1e-4, "betas": (0.9, 0.999)},
+        "list": [1, None, True, "text", -0.0, 2**70, [np.zeros(2)]],
+        "empty": {},
+        "$odd": {"$array": "a name of ours, used by somebody else"},
+    }
+    save_state(tmp_path / "s.safetensors", state)
+    assert same(load_state(tmp_path / "s.safetensors"), state)
+
+
+def test_names_with_dots_do_not_run_into_each_other(tmp_path):
+    state = {"a.b": np.zeros(2), "a": {"b": np.ones(3)}}
+    save_state(tmp_path / "s.safetensors", state)
+    assert same(load_state(tmp_path / "s.safetensors"), state)
+
+
+@pytest.mark.parametrize("value", [object(), {1, 2}, np.array(["a"]), np.array([1j]), b"bytes"])
+def test_what_a_file_cannot_hold_is_named_by_its_place(tmp_path, value):
+    with pytest.raises(ContractError, match=r"state\.learner\.2"):
+        save_state(tmp_path / "s.safetensors", {"learner": [1, 2, value]})
+
+
+def damaged(data, how):
+    cut = {"empty": b"", "half": data[: len(data) // 2], "one byte short": data[:-1], "text": b"hello world, no file"}
+    return cut[how] if how in cut else data[:-3] + bytes([data[-3] ^ 1]) + data[-2:]
+
+
+@pytest.mark.parametrize("how", ["empty", "half", "one byte short", "text", "one bit"])
+def test_a_damaged_file_is_refused_with_a_letter(tmp_path, how):
+    path = tmp_path / "p.safetensors"
+    save_policy(path, WEIGHTS, {})
+    path.write_bytes(damaged(path.read_bytes(), how))
+    with pytest.raises(CheckpointError, match="damaged") as letter:
+        load_policy(path)
+    assert str(letter.value).startswith(str(path))
+    assert "expected a racecraft policy in safetensors" in str(letter.value)
+
+
+def test_files_of_another_kind_are_refused(tmp_path):
+    import safetensors.numpy
+
+    save_state(tmp_path / "s.safetensors", {})
+    with pytest.raises(CheckpointError, match="says it is 'racecraft trainer state'"):
+        load_policy(tmp_path / "s.safetensors")
+    safetensors.numpy.save_file({"w": np.zeros(2)}, tmp_path / "other.safetensors")
+    with pytest.raises(CheckpointError, match="says it is 'unnamed'"):
+        load_policy(tmp_path / "other.safetensors")
+    with pytest.raises(CheckpointError, match="no such file"):
+        load_state(tmp_path / "nothing.safetensors")
+
+
+def test_best_last_and_numbers_are_found_and_only_two_states_are_kept(tmp_path):
+    shelf = Checkpoints(tmp_path)
+    for iteration in range(5):
+        weights = {"w": np.full(2, iteration, np.float32)}
+        shelf.save(iteration, 100 * iteration, weights, {}, {"n": iteration}, best=iteration in (0, 2))
+    found = {which: shelf.load_policy(which)[0]["w"][0] for which in ("best", "last", "3")}
+    assert found == {"best": 2.0, "last": 4.0, "3": 3.0}
+    assert shelf.load_state() == {"n": 4}
+    assert shelf.load_state("3") == {"n": 3}
+    assert sorted(path.name for path in tmp_path.glob("*.state.*")) == ["3.state.safetensors", "4.state.safetensors"]
+    with pytest.raises(
+        CheckpointError, match="state of checkpoint 2 was not kept; expected one of the iterations: 3, 4"
+    ):
+        shelf.load_state("2")
+    shelf.mark_best(1, 0.75)
+    assert (shelf.find("best").iteration, shelf.find("best").score) == (1, 0.75)
+    assert shelf.find("best").steps == 100
+
+
+def test_saving_an_iteration_again_replaces_it(tmp_path):
+    shelf = Checkpoints(tmp_path)
+    for value in (1, 2):
+        shelf.save(7, 70, {"w": np.full(1, value)}, {}, {"n": value})
+    assert [entry.iteration for entry in shelf.entries()] == [7]
+    assert shelf.load_state() == {"n": 2}
+
+
+def test_a_checkpoint_that_is_not_there_gets_a_letter(tmp_path):
+    shelf = Checkpoints(tmp_path)
+    with pytest.raises(CheckpointError, match="no checkpoint 'best'; expected best, last, .*none yet"):
+        shelf.find("best")
+    shelf.save(3, 0, WEIGHTS, {})
+    with pytest.raises(CheckpointError, match="no checkpoint '9'; expected .*: 3"):
+        shelf.load_policy("9")
+    (tmp_path / "checkpoints.json").write_text('{"version": 1')
+    with pytest.raises(CheckpointError, match=r"checkpoints\.json: damaged"):
+        shelf.entries()

@@ -1,0 +1,71 @@
+"""Episode tables: written by name, read by name, refused when damaged."""
+
+import numpy as np
+import polars as pl
+import pytest
+
+from racecraft.contract.errors import ContractError
+from racecraft.formats.episodes import (
+    EPISODE_COLUMNS,
+    EpisodeFileError,
+    episode_columns_markdown,
+    read_episodes,
+    write_episodes,
+)
+
+
+def table(ticks=4):
+    kinds = {"bool": np.ones(ticks, bool), "str": np.array(["in_progress"] * ticks)}
+    return {
+        column.name: kinds.get(column.dtype, np.arange(ticks).astype("float64" if column.dtype[0] == "f" else "int64"))
+        for column in EPISODE_COLUMNS
+    }
+
+
+def test_every_column_comes_back_with_its_type(tmp_path):
+    write_episodes(tmp_path / "e.parquet", table())
+    frame = read_episodes(tmp_path / "e.parquet")
+    assert frame.columns == [column.name for column in EPISODE_COLUMNS]
+    for column in EPISODE_COLUMNS:
+        if column.dtype != "str":
+            assert frame[column.name].to_numpy().dtype == column.dtype, column.name
+        assert frame[column.name].to_list() == table()[column.name].tolist(), column.name
+
+
+def test_few_columns_and_columns_of_ones_own_are_welcome(tmp_path):
+    few = {name: table()[name] for name in ("time_s", "tick", "episode")}
+    write_episodes(tmp_path / "e.parquet", {**few, "lap_mood": np.arange(4)})
+    assert read_episodes(tmp_path / "e.parquet").columns == ["episode", "tick", "time_s", "lap_mood"]
+    assert read_episodes(tmp_path / "e.parquet", ["tick"]).shape == (4, 1)
+
+
+@pytest.mark.parametrize("change", [{"tick": None}, {"x_m": np.zeros(3)}, {"x_m": np.zeros((4, 2))}])
+def test_a_table_that_is_none_is_the_programmers_error(tmp_path, change):
+    columns = {name: values for name, values in {**table(), **change}.items() if values is not None}
+    with pytest.raises(ContractError, match="Episodes need"):
+        write_episodes(tmp_path / "e.parquet", columns)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_files_that_cannot_be_read_get_letters(tmp_path):
+    path = tmp_path / "e.parquet"
+    with pytest.raises(EpisodeFileError, match="no such file"):
+        read_episodes(path)
+    write_episodes(path, table())
+    with pytest.raises(EpisodeFileError, match=r"e\.parquet: hight: there is no such column; expected one of episode"):
+        read_episodes(path, ["hight"])
+    path.write_bytes(path.read_bytes()[:-20])
+    with pytest.raises(EpisodeFileError, match="damaged or half written"):
+        read_episodes(path)
+    pl.DataFrame({"a": [1]}).write_parquet(path)
+    with pytest.raises(EpisodeFileError, match="another kind"):
+        read_episodes(path)
+    pl.DataFrame({"a": [1]}).write_parquet(path, metadata={"format": "racecraft episodes", "version": "9"})
+    with pytest.raises(EpisodeFileError, match="version 9; expected version 1"):
+        read_episodes(path)
+
+
+def test_every_column_stands_in_the_documentation():
+    text = episode_columns_markdown()
+    assert all(f"| `{column.name}` | {column.dtype} |" in text for column in EPISODE_COLUMNS)
+    assert all(column.doc.endswith(".") for column in EPISODE_COLUMNS)

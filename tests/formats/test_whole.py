@@ -1,0 +1,53 @@
+"""Files arrive whole or not at all."""
+
+import errno
+import os
+
+import pytest
+
+from racecraft.formats.whole import OutputFileError, whole_file, write_whole
+
+
+def test_what_is_written_is_there_and_nothing_else_is(tmp_path):
+    write_whole(tmp_path / "a.txt", "ä\n")
+    write_whole(tmp_path / "b.bin", b"\x00\x01")
+    assert (tmp_path / "a.txt").read_bytes() == b"\xc3\xa4\n"
+    assert (tmp_path / "b.bin").read_bytes() == b"\x00\x01"
+    assert sorted(os.listdir(tmp_path)) == ["a.txt", "b.bin"]
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EIO])
+def test_a_disk_that_fails_leaves_the_old_file_and_gives_a_letter(tmp_path, monkeypatch, number):
+    write_whole(tmp_path / "a.txt", "old")
+
+    def fail(handle):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(os, "fsync", fail)
+    with pytest.raises(OutputFileError, match=r"a\.txt: ") as letter:
+        write_whole(tmp_path / "a.txt", "new")
+    assert ("disk is full" in str(letter.value)) == (number == errno.ENOSPC)
+    assert (tmp_path / "a.txt").read_text() == "old"
+    assert os.listdir(tmp_path) == ["a.txt"]
+
+
+def test_a_writer_that_breaks_off_leaves_the_old_file(tmp_path):
+    write_whole(tmp_path / "a.txt", "old")
+
+    def break_off():
+        with whole_file(tmp_path / "a.txt") as part:
+            part.write_text("half")
+            raise KeyError
+
+    with pytest.raises(KeyError):
+        break_off()
+    assert (tmp_path / "a.txt").read_text() == "old"
+    assert os.listdir(tmp_path) == ["a.txt"]
+
+
+def test_a_missing_folder_and_a_folder_in_the_way_give_letters(tmp_path):
+    with pytest.raises(OutputFileError, match="its folder does not exist"):
+        write_whole(tmp_path / "no" / "a.txt", "x")
+    (tmp_path / "b").mkdir()
+    with pytest.raises(OutputFileError, match="cannot be written"):
+        write_whole(tmp_path / "b", "x")
