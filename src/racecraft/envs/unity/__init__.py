@@ -1,0 +1,20 @@
+"""Worlds that live in another program: Unity scenes that speak ML-Agents' protocol, without ML-Agents' own package.
+
+Begin in ``session.py``: one player, connected; its ``reset`` and ``step`` are the whole conversation.
+
+    wire.py           the gRPC server that a player talks to, on loopback, with a free port
+    messages.py       the protocol's messages, built at run time from a table of fields
+    behaviors.py      what an agent sees and does: sensors, action specs, pictures
+    side_channels.py  engine settings, environment parameters, statistics: bytes beside the steps
+    builds.py         where a player comes from: a path, `registry:NAME`, `editor`, `builtin:Basic`
+    process.py        the player's process: started, watched, its log read, its whole group ended
+    session.py        one conversation with one player
+    world.py          our World over any number of players
+    parallel.py       PettingZoo's ParallelEnv, for scenes with several behaviors
+    player.py         the other side of the wire, for stand-ins and tests
+    basic_scene.py    a headless stand-in of ML-Agents' Basic scene, a program of its own
+    errors.py         what can go wrong, each with what to do
+
+Figures and field numbers come from the facts gathered on ML-Agents (packages 1.x to 4.x, wire versions 1.0 to 1.5).
+This room knows nothing of learning. It needs the extra `racecraft[unity]`.
+"""

@@ -1,0 +1,349 @@
+"""What an agent of a Unity scene sees and does, and how both travel.
+
+Begin at `Behavior`: its sensors and its actions, learnt from the player. `read_agents` turns a list of wire messages
+into arrays with one row an agent; `write_actions` goes the other way.
+
+Pictures are shown as (H, W, C): uint8 where the player compresses them (PNG), float32 in [0, 1] where it does not. On
+the wire packages up to 2.x send [H, W, C] and later ones [C, H, W], under the same version of the protocol.
+
+Masks are shown True where an action is *allowed*; the wire says True where it is forbidden.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from racecraft.contract.world import Array
+from racecraft.envs.unity.errors import WireError
+from racecraft.envs.unity.messages import NO_COMPRESSION, PNG
+
+HWC, CHW = "HWC", "CHW"
+MAX_NUMBERS = 2**28
+"""More numbers in one observation than this are taken for a lie about its shape."""
+
+_PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """One observation of every agent of a behavior."""
+
+    name: str
+    """The sensor's name in Unity; `obs_0`, `obs_1` … by position where it has none of its own."""
+    shape: tuple[int, ...]
+    """As shown to us: (numbers,), (entities, numbers) for variable length, (H, W, C) for a picture."""
+    wire_shape: tuple[int, ...]
+    """As it stands on the wire."""
+    compressed: bool = False
+    """Whether it arrives as PNG and is shown as uint8."""
+    layout: str = HWC
+    """Axes of a picture on the wire."""
+    variable_length: bool = False
+    """Whether rows of zeros stand for absent entities."""
+    goal: bool = False
+    """Whether it tells the agent's goal."""
+
+    @property
+    def is_picture(self) -> bool:
+        """Whether the observation has rank 3."""
+        return len(self.shape) == 3
+
+    @property
+    def dtype(self) -> type[np.uint8] | type[np.float32]:
+        """Type of its numbers as shown to us."""
+        return np.uint8 if self.compressed else np.float32
+
+
+@dataclass(frozen=True)
+class UnityActions:
+    """What an agent can do: `continuous` numbers in [-1, 1] and one choice in each discrete branch."""
+
+    continuous: int = 0
+    branches: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Behavior:
+    """One kind of agent in a scene, such as `Basic?team=0`."""
+
+    name: str
+    sensors: tuple[Sensor, ...]
+    actions: UnityActions
+
+    @property
+    def base_name(self) -> str:
+        """The name without its team.
+
+        >>> Behavior("Soccer?team=1", (), UnityActions()).base_name
+        'Soccer'
+        """
+        return self.name.split("?")[0]
+
+
+@dataclass
+class AgentRows:
+    """Some agents of one behavior at one moment; every array has a row an agent."""
+
+    agent_id: Array
+    """int32 (R,). Ids may be kept, or new each episode: scenes differ."""
+    observations: list[Array]
+    """One array (R, *sensor.shape) a sensor."""
+    reward: Array
+    """float32 (R,), since the agent's last decision."""
+    group_id: Array
+    """int32 (R,), 0 for an agent without a group."""
+    group_reward: Array
+    """float32 (R,)."""
+    interrupted: Array
+    """bool (R,), in the end of an episode: cut by the clock, so value still follows."""
+    allowed: Array | None = None
+    """bool (R, sum of branches), True where allowed; None where the behavior has no discrete actions."""
+
+    def __len__(self) -> int:
+        return len(self.agent_id)
+
+
+def learn_behavior(parameters: Any, agent: Any, layout: str) -> Behavior:
+    """Return what the player told of a behavior: its `BrainParametersProto` and the first `AgentInfoProto` of it."""
+    spec = parameters.action_spec
+    actions = UnityActions(spec.num_continuous_actions, tuple(spec.discrete_branch_sizes))
+    if not spec.num_continuous_actions and not spec.num_discrete_actions:
+        sizes = tuple(parameters.vector_action_size_deprecated)
+        is_continuous = parameters.vector_action_space_type_deprecated == 1
+        actions = UnityActions(sizes[0] if sizes else 0, ()) if is_continuous else UnityActions(0, sizes)
+    name = parameters.brain_name
+    if actions.continuous < 0 or any(size < 1 for size in actions.branches):
+        raise WireError(f"behavior '{name}' has impossible actions {actions}.")
+    taken: set[str] = set()
+    sensors = []
+    for index, observation in enumerate(agent.observations):
+        sensor = _learn_sensor(observation, index, layout, name)
+        if sensor.name in taken:
+            sensor = _learn_sensor(observation, index, layout, name, use_name=False)
+        taken.add(sensor.name)
+        sensors.append(sensor)
+    if not sensors:
+        raise WireError(f"behavior '{name}' has no observations; an agent that sees nothing cannot be taught.")
+    return Behavior(name, tuple(sensors), actions)
+
+
+def read_agents(behavior: Behavior, agents: Sequence[Any]) -> AgentRows:
+    """Turn `AgentInfoProto`s of a behavior into rows.
+
+    Raises:
+        WireError: An observation has another shape than the first time, is cut, or holds NaN or infinity; a mask is of
+            the wrong length or forbids everything.
+    """
+    count = len(agents)
+    observations = [np.empty((count, *sensor.shape), sensor.dtype) for sensor in behavior.sensors]
+    for row, agent in enumerate(agents):
+        parts = agent.observations
+        if len(parts) != len(behavior.sensors):
+            raise WireError(
+                f"an agent of '{behavior.name}' has {len(parts)} observations; the first had {len(behavior.sensors)}."
+            )
+        for sensor, part, into in zip(behavior.sensors, parts, observations, strict=True):
+            _read_observation(behavior, sensor, part, into[row])
+    rewards = np.array([(agent.reward, agent.group_reward) for agent in agents], np.float32).reshape(count, 2)
+    for sensor, values in zip(behavior.sensors, observations, strict=True):
+        if values.dtype == np.float32 and not np.isfinite(values).all():
+            raise WireError(f"observation '{sensor.name}' of '{behavior.name}' holds NaN or infinity.")
+    if not np.isfinite(rewards).all():
+        raise WireError(f"a reward of '{behavior.name}' is NaN or infinite.")
+    return AgentRows(
+        agent_id=np.array([agent.id for agent in agents], np.int32),
+        observations=observations,
+        reward=rewards[:, 0],
+        group_id=np.array([agent.group_id for agent in agents], np.int32),
+        group_reward=rewards[:, 1],
+        interrupted=np.array([agent.max_step_reached for agent in agents], bool),
+        allowed=_read_masks(behavior, agents),
+    )
+
+
+def write_actions(behavior: Behavior, into: Any, continuous: Array | None, discrete: Array | None) -> None:
+    """Append one `AgentActionProto` a row to a repeated field, in the order in which the agents asked.
+
+    Args:
+        behavior: Whose actions.
+        into: The repeated field.
+        continuous: float (R, continuous) in [-1, 1]; None where the behavior has none.
+        discrete: int (R, branches), each in [0, branch size); None where the behavior has none.
+    """
+    of = behavior.actions
+    rows = len(continuous) if continuous is not None else len(discrete) if discrete is not None else 0
+    floats = _checked(behavior, "continuous", continuous, (rows, of.continuous), np.float32)
+    choices = _checked(behavior, "discrete", discrete, (rows, len(of.branches)), np.int32)
+    if of.branches and ((choices < 0) | (choices >= np.array(of.branches))).any():
+        raise ValueError(f"'{behavior.name}': discrete actions {choices.tolist()} outside branches {of.branches}")
+    float_rows, choice_rows = floats.tolist(), choices.tolist()
+    for row in range(rows):
+        action = into.add()
+        if of.continuous:
+            action.continuous_actions.extend(float_rows[row])
+        if of.branches:
+            action.discrete_actions.extend(choice_rows[row])
+        # players before wire version 1.3 read this field only
+        action.vector_actions_deprecated.extend(float_rows[row] if of.continuous else choice_rows[row])
+
+
+def layout_of(package_version: str, shape: Sequence[int] = ()) -> str:
+    """Return the axes of pictures that a package version sends.
+
+    >>> layout_of("2.3.0-exp.3"), layout_of("3.0.0"), layout_of("4.0.0")
+    ('HWC', 'CHW', 'CHW')
+    """
+    major = package_version.split(".")[0]
+    if major.isdigit():
+        return CHW if int(major) >= 3 else HWC
+    return CHW if len(shape) == 3 and shape[0] < shape[2] else HWC  # an unknown version: channels are few
+
+
+def _learn_sensor(part: Any, index: int, layout: str, behavior: str, use_name: bool = True) -> Sensor:
+    wire_shape = tuple(part.shape)
+    numbers = math.prod(wire_shape)
+    if not 1 <= len(wire_shape) <= 3 or any(size < 0 for size in wire_shape) or numbers > MAX_NUMBERS:
+        raise WireError(f"observation {index} of '{behavior}' claims shape {wire_shape}; expected rank 1 to 3.")
+    if part.compression_type not in (NO_COMPRESSION, PNG):
+        raise WireError(f"observation {index} of '{behavior}' has compression {part.compression_type}; known: 0, 1.")
+    compressed = part.compression_type == PNG
+    if compressed and len(wire_shape) != 3:
+        raise WireError(f"observation {index} of '{behavior}' is a PNG of shape {wire_shape}; expected rank 3.")
+    shape = wire_shape
+    if len(wire_shape) == 3 and layout == CHW:
+        shape = (wire_shape[1], wire_shape[2], wire_shape[0])
+    name = part.name if use_name and part.name else f"obs_{index}"
+    variable = any(flags & 4 for flags in part.dimension_properties)
+    return Sensor(name, shape, wire_shape, compressed, layout, variable, part.observation_type == 1)
+
+
+def _read_observation(behavior: Behavior, sensor: Sensor, part: Any, into: Array) -> None:
+    """Write one agent's observation by one sensor into its row."""
+    if tuple(part.shape) != sensor.wire_shape:
+        raise WireError(
+            f"observation '{sensor.name}' of '{behavior.name}' has shape {tuple(part.shape)}; "
+            f"the first had {sensor.wire_shape}."
+        )
+    if part.compression_type == PNG:
+        picture = _read_png(sensor, part)
+        into[:] = picture if sensor.compressed else picture.astype(np.float32) / 255
+        return
+    values = np.array(part.float_data.data, np.float32)
+    if values.size != into.size:
+        raise WireError(
+            f"observation '{sensor.name}' of '{behavior.name}' brings {values.size} numbers; "
+            f"its shape {sensor.wire_shape} holds {into.size}."
+        )
+    values = values.reshape(sensor.wire_shape)
+    if sensor.is_picture and sensor.layout == CHW:
+        values = values.transpose(1, 2, 0)
+    into[:] = np.round(values.clip(0, 1) * 255) if sensor.compressed else values
+
+
+def _read_png(sensor: Sensor, part: Any) -> Array:
+    """Return a compressed picture, uint8 (H, W, C): PNGs of three channels each, then mapped to the C wanted."""
+    from PIL import Image
+
+    height, width, channels = sensor.shape
+    planes = []
+    for data in _split_pngs(part.compressed_data):
+        try:
+            with Image.open(io.BytesIO(data), formats=["PNG"]) as picture:
+                if picture.size != (width, height):
+                    raise WireError(
+                        f"observation '{sensor.name}' is a PNG of {picture.size[0]} x {picture.size[1]} pixels; "
+                        f"expected {width} x {height}."
+                    )
+                planes.append(np.asarray(picture.convert("RGB")))
+        except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as cause:
+            raise WireError(f"observation '{sensor.name}' is a PNG that cannot be read: {cause}.") from cause
+    if not planes:
+        raise WireError(f"observation '{sensor.name}' should be a PNG and is empty.")
+    decoded = np.concatenate(planes, axis=2)
+    mapping = list(part.compressed_channel_mapping)
+    if mapping:
+        return _map_channels(sensor, decoded, mapping)
+    if channels == 1:
+        return np.asarray(np.round(decoded[:, :, :3].mean(axis=2, keepdims=True)), np.uint8)
+    if decoded.shape[2] < channels:
+        raise WireError(f"observation '{sensor.name}' brings {decoded.shape[2]} channels; expected {channels}.")
+    return decoded[:, :, :channels]
+
+
+def _map_channels(sensor: Sensor, decoded: Array, mapping: list[int]) -> Array:
+    """Sort decoded channels: mapping[i] is where channel i belongs, -1 nowhere; those that meet are averaged."""
+    channels = sensor.shape[2]
+    known = len(mapping) == decoded.shape[2] and all(-1 <= target < channels for target in mapping)
+    if not known or set(mapping) - {-1} != set(range(channels)):
+        raise WireError(
+            f"observation '{sensor.name}' maps {decoded.shape[2]} decoded channels by {mapping}; "
+            f"expected one number each that together cover 0 to {channels - 1}, or -1."
+        )
+    targets = np.array(mapping)
+    picture = np.empty(sensor.shape, np.uint8)
+    for channel in range(channels):
+        sources = np.flatnonzero(targets == channel)
+        if len(sources) == 1:
+            picture[:, :, channel] = decoded[:, :, sources[0]]
+        else:
+            picture[:, :, channel] = np.round(decoded[:, :, sources].mean(axis=2))
+    return picture
+
+
+def _split_pngs(data: bytes) -> Iterator[bytes]:
+    """Cut concatenated PNG files apart by walking their chunks."""
+    at = 0
+    while at < len(data):
+        start = at
+        if data[at : at + 8] != _PNG_SIGNATURE:
+            raise WireError("a compressed observation is no PNG.")
+        at += 8
+        kind = b""
+        while kind != b"IEND":
+            kind = data[at + 4 : at + 8]
+            length = int.from_bytes(data[at : at + 4], "big")
+            at += 12 + length  # length, kind, data, checksum
+            if at > len(data) or len(kind) < 4:
+                raise WireError("a compressed observation is a PNG that was cut.")
+        yield data[start:at]
+
+
+def _read_masks(behavior: Behavior, agents: Sequence[Any]) -> Array | None:
+    """Return what is allowed, bool (R, sum of branches); an agent without a mask may do everything."""
+    branches = behavior.actions.branches
+    if not branches:
+        return None
+    allowed = np.ones((len(agents), sum(branches)), bool)
+    masked = False
+    for row, agent in enumerate(agents):
+        forbidden = agent.action_mask
+        if len(forbidden):
+            if len(forbidden) != sum(branches):
+                raise WireError(
+                    f"an action mask of '{behavior.name}' has {len(forbidden)} entries; branches {branches} need "
+                    f"{sum(branches)}."
+                )
+            allowed[row] = ~np.array(forbidden, bool)
+            masked = True
+    if masked:
+        starts = np.cumsum((0, *branches[:-1]))
+        if not np.logical_or.reduceat(allowed, starts, axis=1).all():
+            raise WireError(f"an action mask of '{behavior.name}' forbids every action of a branch.")
+    return allowed
+
+
+def _checked(behavior: Behavior, kind: str, actions: Array | None, shape: tuple[int, int], dtype: Any) -> Array:
+    if actions is None:
+        if shape[1]:
+            raise ValueError(f"'{behavior.name}' needs {kind} actions of shape {shape}, found none")
+        return np.zeros(shape, dtype)
+    array = np.asarray(actions, dtype)
+    if array.shape != shape:
+        raise ValueError(f"'{behavior.name}' needs {kind} actions of shape {shape}, found {array.shape}")
+    return array
