@@ -59,4 +59,5 @@ class TrackLook:
         >>> TrackLook.from_record({"road": [36, 49, 64]}).road
         (36, 49, 64)
         """
-        return cls(**{name: tuple(value) if isinstance(value, list) else value for name, value in record.items()})
+        values: dict[str, Any] = {name: tuple(v) if isinstance(v, list) else v for name, v in record.items()}
+        return cls(**values)

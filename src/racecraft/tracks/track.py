@@ -222,12 +222,11 @@ class Track:
         else:
             strip = np.concatenate([self.outer, self.inner[::-1]])
             shell, hole = np.concatenate([strip, strip[:1]]), np.empty((0, 2))
-        lines = (
-            self.centre, self.arc, self.inner, _running_length(self.inner), self.outer, _running_length(self.outer),
-            shell, hole,
+        inner_arc, outer_arc = _running_length(self.inner), _running_length(self.outer)
+        return TrackArrays(
+            _own(self.centre), _own(self.arc), _own(self.inner), inner_arc, _own(self.outer), outer_arc,
+            _own(shell), _own(hole), self.closed, self.is_ccw, self.length,
         )  # fmt: skip
-        own = [np.array(line, dtype=np.float64, order="C") for line in lines]  # writable copies: one kernel signature
-        return TrackArrays(*own, self.closed, self.is_ccw, self.length)  # type: ignore[arg-type]
 
 
 def _without_repeated_rows(rows: np.ndarray) -> np.ndarray:
@@ -247,6 +246,11 @@ def _running_length(line: np.ndarray) -> np.ndarray:
 def _twice_area(ring: np.ndarray) -> float:
     x, y = (ring - ring[0]).T
     return float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
+
+
+def _own(array: np.ndarray) -> np.ndarray:
+    """Return a writable copy, so that every kernel sees one and the same array type."""
+    return np.array(array, dtype=np.float64, order="C")
 
 
 def _frozen(array: np.ndarray) -> np.ndarray:
