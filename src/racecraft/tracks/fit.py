@@ -55,7 +55,7 @@ def _holds(record: dict[str, Any], track: Track) -> bool:
 
 
 def _ribbon_record(track: Track, source: str, licence: str, share: float) -> dict[str, Any] | None:
-    half = track.widths / 2
+    half = np.hypot(*(track.outer - track.inner).T) / 2
     first, second = track.centre[0], track.centre[1]
     to_inner = track.inner[0] - first
     along = second - first

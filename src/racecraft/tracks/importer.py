@@ -140,9 +140,10 @@ def _check_widths(track: Track, path: str | Path) -> None:
     for row in _first((widths < NARROWEST_M) | (widths > WIDEST_M)):
         raise TrackError(
             path, f"row {row} is {widths[row]:.3f} m wide", f"a road {NARROWEST_M:g} to {WIDEST_M:g} m wide",
-            "Widths are metres between the inner and the outer point of a row.",
+            "Widths are metres between the border points nearest to a waypoint.",
         )  # fmt: skip
-    to_borders = np.hypot(*(track.inner - track.centre).T) + np.hypot(*(track.outer - track.centre).T)
+    beside = track.locate(track.centre)
+    to_borders = np.hypot(*(beside.inner_point - track.centre).T) + np.hypot(*(beside.outer_point - track.centre).T)
     for row in _first(to_borders > 1.5 * widths + 0.05):
         raise TrackError(
             path, f"row {row}: the centre point is not between its borders", "inner, centre and outer side by side"

@@ -143,7 +143,9 @@ def _draw_lines(axes: Any, track: Track, quiet: bool) -> None:
             step = look.line_width * _sideways(border, other - border) * (1 if look.line_side == "inside" else -1)
             strip = np.stack([border[:-1], border[1:], border[1:] + step[1:], border[:-1] + step[:-1]], axis=1)
             colour = _lit(look.line)
-            axes.add_collection(PolyCollection(strip, facecolors=colour, edgecolors=colour, linewidths=0.5, zorder=2))
+            axes.add_collection(
+                PolyCollection(list(strip), facecolors=colour, edgecolors=colour, linewidths=0.5, zorder=2)
+            )
     if look.dash_length > 0:
         period = look.dash_length + look.dash_gap
         starts = np.arange(0.0, track.length - look.dash_length, period)
@@ -151,9 +153,9 @@ def _draw_lines(axes: Any, track: Track, quiet: bool) -> None:
         along = ends[1] - ends[0]
         across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.hypot(*along.T)[:, None] * look.dash_width / 2
         dashes = np.stack([ends[0] - across, ends[1] - across, ends[1] + across, ends[0] + across], axis=1)
-        colour, shown = ("#ffffff", 0.3) if quiet else (_lit(look.dash), 1.0)
+        colour, shown = ((1.0, 1.0, 1.0), 0.3) if quiet else (_lit(look.dash), 1.0)
         axes.add_collection(
-            PolyCollection(dashes, facecolors=colour, edgecolors=colour, linewidths=0.4, alpha=shown, zorder=3)
+            PolyCollection(list(dashes), facecolors=colour, edgecolors=colour, linewidths=0.4, alpha=shown, zorder=3)
         )
 
 
@@ -163,7 +165,8 @@ def _draw_start(axes: Any, track: Track) -> None:
 
     at = track.pose_at(0.0)
     ahead = np.array([math.cos(at.yaw), math.sin(at.yaw)])
-    first, last = track.inner[0], track.outer[0]
+    start = track.locate(track.centre[:1])
+    first, last = start.inner_point[0], start.outer_point[0]
     if track.look.line_side == "inside":
         painted = (last - first) / np.hypot(*(last - first)) * track.look.line_width
         first, last = first + painted, last - painted
@@ -198,10 +201,11 @@ def _draw_waypoints(axes: Any, track: Track, every: int, quiet: bool) -> None:
         rows = rows[:-1]
     if not quiet:
         axes.scatter(*track.centre[rows].T, s=11, c="#ffffff", edgecolors=INK, linewidths=0.5, zorder=5)
-    outward = track.outer[rows] - track.centre[rows]
+    border = track.locate(track.centre[rows]).outer_point
+    outward = border - track.centre[rows]
     outward /= np.hypot(*outward.T)[:, None]
     x0, _, x1, _ = _view(track)
-    places = track.outer[rows] + outward * (0.09 + 0.014 * (x1 - x0))
+    places = border + outward * (0.09 + 0.014 * (x1 - x0))
     for row, (x, y) in zip(rows, places, strict=True):
         if track.locate(np.array([[x, y]])).distance[0] < 0.55 * track.width_mean:
             continue  # another stretch of road lies there
@@ -217,7 +221,7 @@ def _draw_path(figure: Figure, axes: Any, painted: PaintedPath) -> None:
     from matplotlib.colors import ListedColormap
 
     xy = np.asarray(painted.xy, dtype=np.float64)
-    steps = np.stack([xy[:-1], xy[1:]], axis=1)
+    steps = list(np.stack([xy[:-1], xy[1:]], axis=1))
     if painted.value is None:
         axes.add_collection(LineCollection(steps, colors="#ff5a4f", linewidths=1.6, alpha=0.9, zorder=7))
         return

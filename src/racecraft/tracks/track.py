@@ -136,8 +136,8 @@ class Track:
 
     @cached_property
     def widths(self) -> np.ndarray:
-        """(K,) m from inner to outer border at each row."""
-        return _frozen(np.hypot(*(self.outer - self.inner).T))
+        """(K,) m at each waypoint, between the border points nearest to it (rows need not stand square to the road)."""
+        return _frozen(self.locate(self.centre).width)
 
     @property
     def width_mean(self) -> float:
