@@ -1,7 +1,61 @@
-"""The command line; one command per verb a person would say."""
+"""The command line: one command per verb a person would say.
+
+Every command imports what it needs when it runs, so that `--help` answers at once. With `--json` exactly one JSON
+object on one line goes to standard output, and everything else to standard error. What the user gave and cannot be used ends
+with a letter and exit code 2.
+"""
 
 from __future__ import annotations
 
+import sys
+
+import typer
+
+from racecraft.cli import bench, evaluate, gym, new, settings, tracks, train
+from racecraft.contract.errors import RacecraftError, UserInputError
+
+app = typer.Typer(
+    name="racecraft",
+    help="Train, watch, judge and race reinforcement-learning agents on your own machine.",
+    epilog="Begin with: racecraft train",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+)
+
+app.command(name="train")(train.train)
+app.command(name="evaluate")(evaluate.evaluate)
+app.command(name="new")(new.new)
+app.add_typer(tracks.app, name="tracks")
+app.add_typer(gym.app, name="gym")
+app.command(name="settings")(settings.settings)
+app.add_typer(bench.app, name="bench")
+
+
+@app.callback(invoke_without_command=True)
+def root(version: bool = typer.Option(False, "--version", help="Say the version and stop.")) -> None:
+    """Train, watch, judge and race reinforcement-learning agents on your own machine."""
+    if version:
+        from racecraft import __version__
+
+        print(__version__)
+        raise typer.Exit
+
 
 def main() -> None:
-    """Run the command line."""
+    """Run the command line; errors of ours become letters and exit codes."""
+    try:
+        app()
+    except UserInputError as error:
+        print(f"racecraft: {error}", file=sys.stderr)
+        sys.exit(2)
+    except RacecraftError as error:
+        print(f"racecraft: {error}", file=sys.stderr)
+        sys.exit(1)
+    except KeyboardInterrupt:
+        print("racecraft: stopped.", file=sys.stderr)
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(141)

@@ -186,6 +186,18 @@ class TellsEpisodes(Protocol):
         ...
 
 
+@runtime_checkable
+class BeginsEpisodes(Protocol):
+    """A world that can break off every episode and begin the next, going on with its starts where it was."""
+
+    def begin_episodes(self, buffers: StepBuffers) -> None:
+        """Begin the next episode in every world and write `observations`, `active` and `action_mask`.
+
+        Episodes that were broken off are not told of. An episode that has only begun is taken as it is.
+        """
+        ...
+
+
 def allocate(spec: WorldSpec) -> StepBuffers:
     """Return buffers of the right shapes for a world, filled with zeros (masks with True).
 

@@ -1,0 +1,42 @@
+# One word per thing a person wants. `make` alone lists them.
+PYTHON ?= python3
+BIN := $(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin)
+
+.PHONY: help env demo test check long bench docs format clean
+
+help:  ## list the words
+	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 10
+
+env:  ## make .venv with everything a builder needs; keeps what is there
+	@$(PYTHON) scripts/make_env.py
+
+demo: env  ## train the default car on re:Invent 2018 from its camera until it laps, and show what came of it
+	@$(BIN)/racecraft train
+
+test: env  ## every test that CI runs: tests with warnings as errors, doctests, examples
+	$(BIN)/python -m pytest -q -m "not long"
+
+check: env  ## form: format, lint, types, import floors, generated docs current
+	$(BIN)/ruff format --check src tests scripts benchmarks examples
+	$(BIN)/ruff check src tests scripts benchmarks examples
+	$(BIN)/mypy
+	$(BIN)/python -m pytest -q tests/test_floors.py
+	$(BIN)/python scripts/generate_docs.py --check
+	$(BIN)/mkdocs build --strict --quiet
+
+long: env  ## slow proofs, never CI
+	$(BIN)/python -m pytest -q -m long
+
+bench: env  ## the benchmarks; run them when nothing else runs
+	$(BIN)/python benchmarks/run_all.py
+
+docs: env  ## build the documentation into site/
+	$(BIN)/python scripts/generate_docs.py
+	$(BIN)/mkdocs build --strict
+
+format: env  ## put every file into shape
+	$(BIN)/ruff check --fix src tests scripts benchmarks examples
+	$(BIN)/ruff format src tests scripts benchmarks examples
+
+clean:  ## remove what was built; runs stay
+	rm -rf build dist site .mypy_cache .ruff_cache .pytest_cache

@@ -1,0 +1,89 @@
+"""Make .venv with everything a builder needs. Running it again costs nothing when nothing changed.
+
+PyTorch is the one big guest. A torch that is there and new enough stays. On a Linux machine without an NVIDIA GPU the
+CPU build is asked for first, from PyTorch's own index; where that index cannot be reached, the version pinned in
+constraints.txt is taken from the configured package index, and the size is said before the download.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import shutil
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+VENV = ROOT / ".venv"
+PYTHON = VENV / ("Scripts/python.exe" if platform.system() == "Windows" else "bin/python")
+STAMP = VENV / "made-from"
+CONSTRAINTS = ROOT / "constraints.txt"
+CPU_INDEX = "https://download.pytorch.org/whl/cpu"
+OLDEST_PYTHON = (3, 11)
+
+
+def main() -> int:
+    """Make or complete the environment."""
+    if sys.version_info[:2] < OLDEST_PYTHON:
+        print(f"Python {platform.python_version()} is too old; racecraft needs 3.11, 3.12 or 3.13.")
+        print("Install one and say `make env PYTHON=python3.12`.")
+        return 2
+    if is_current():
+        return 0
+    if not PYTHON.exists():
+        print("Making .venv …", flush=True)
+        venv.create(VENV, with_pip=True)
+    if not has_torch():
+        install_torch()
+    print("Installing racecraft and the builders' tools …", flush=True)
+    pip("install", "--quiet", "-c", str(CONSTRAINTS), "-e", f"{ROOT}[dev]")
+    STAMP.write_text(wanted())
+    print("The environment stands in .venv.")
+    return 0
+
+
+def is_current() -> bool:
+    """Tell whether .venv was made from today's pyproject.toml and constraints."""
+    return PYTHON.exists() and STAMP.exists() and STAMP.read_text() == wanted()
+
+
+def wanted() -> str:
+    """Return a fingerprint of what the environment is made from."""
+    parts = [(ROOT / name).read_bytes() for name in ("pyproject.toml", "constraints.txt")]
+    return hashlib.sha256(b"\0".join([*parts, str(ROOT).encode()])).hexdigest()
+
+
+def has_torch() -> bool:
+    """Tell whether a torch that is new enough is installed."""
+    code = "import sys, importlib.metadata as m; sys.exit(tuple(map(int, m.version('torch').split('.')[:2])) < (2, 8))"
+    return subprocess.run([PYTHON, "-c", code], stderr=subprocess.DEVNULL).returncode == 0
+
+
+def install_torch() -> None:
+    """Install the pinned torch; the CPU build where no NVIDIA GPU is seen."""
+    wants_cpu = platform.system() == "Linux" and shutil.which("nvidia-smi") is None
+    if wants_cpu:
+        print("Installing PyTorch, CPU build (about 200 MB) …", flush=True)
+        tries = ("--index-url", CPU_INDEX, "--timeout", "10", "--retries", "0")
+        if pip("install", "--quiet", *tries, "-c", str(CONSTRAINTS), "torch", must=False):
+            return
+        print("PyTorch's CPU index did not answer; taking torch from the configured index.")
+        print("If that is the CUDA build it is about 3 GB; Ctrl-C stops it.", flush=True)
+    else:
+        print("Installing PyTorch (with CUDA about 3 GB on Linux) …", flush=True)
+    pip("install", "--quiet", "-c", str(CONSTRAINTS), "torch")
+
+
+def pip(*arguments: str, must: bool = True) -> bool:
+    """Run pip inside .venv; tell whether it succeeded."""
+    command = [str(PYTHON), "-m", "pip", "--disable-pip-version-check", *arguments]
+    done = subprocess.run(command, stderr=None if must else subprocess.DEVNULL)
+    if must and done.returncode != 0:
+        raise SystemExit(f"pip failed; the command was: {' '.join(command)}")
+    return done.returncode == 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,5 @@
+"""`racecraft bench`."""
+
+import typer
+
+app = typer.Typer()

@@ -1,0 +1,5 @@
+"""`racecraft evaluate`: judge a trained car."""
+
+
+def evaluate() -> None:
+    """Judge a trained car."""

@@ -1,0 +1,5 @@
+"""`racecraft gym`."""
+
+import typer
+
+app = typer.Typer()

@@ -1,0 +1,28 @@
+"""Where words and numbers go: people read standard error while `--json` owns standard output."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from typing import Any
+
+
+def print_json(value: Any) -> None:
+    """Print one JSON object on one line of standard output; what is no number in JSON becomes null."""
+    print(json.dumps(_plain(value), ensure_ascii=False), flush=True)
+
+
+def say(text: str, *, quiet_stdout: bool) -> None:
+    """Print a line for people: to standard error where standard output belongs to `--json`."""
+    print(text, file=sys.stderr if quiet_stdout else sys.stdout, flush=True)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(part) for part in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

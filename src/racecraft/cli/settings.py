@@ -1,0 +1,33 @@
+"""`racecraft settings`: the table of settings."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+
+def settings(
+    json: Annotated[bool, typer.Option("--json", help="One JSON object on one line.")] = False,
+) -> None:
+    """List every setting that `--set group.name=value` takes, with default, unit and what it does."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from racecraft.cli.output import print_json
+    from racecraft.settings.describe import value_text
+    from racecraft.settings.groups import TrainSettings, group_names
+    from racecraft.settings.overrides import as_dictionary
+    from racecraft.settings.table import rows_of
+
+    defaults = TrainSettings()
+    if json:
+        print_json(as_dictionary(defaults))
+        return
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for title in ("setting", "default", "unit", "what it does"):
+        table.add_column(title, no_wrap=title != "what it does")
+    for name in group_names(defaults):
+        for row in rows_of(getattr(defaults, name), name):
+            table.add_row(row.full_name, value_text(getattr(getattr(defaults, name), row.name)), row.unit, row.doc)
+    Console().print(table)

@@ -1,0 +1,230 @@
+"""The bodies of one tick; the order of acts and their reasons are told in `envs/deepracer/race.py`.
+
+`car` is one CAR_STATE record, `report` one TICK_REPORT record; both are written in place.
+"""
+
+from __future__ import annotations
+
+import math
+
+from racecraft.envs.deepracer.kernels.camera import render_frame
+from racecraft.envs.deepracer.kernels.vehicle import drive, wrap_angle
+from racecraft.envs.deepracer.race import (
+    CRITIC_LOOKS_AHEAD_M,
+    IMMOBILISED,
+    IMMOBILISED_M,
+    IMMOBILISED_TICKS,
+    IN_PROGRESS,
+    LAP_COMPLETE,
+    OFF_TRACK,
+    PREPARE,
+    REVERSED,
+    REVERSED_TICKS,
+)
+from racecraft.envs.deepracer.vehicle import FRONT_POINT_M, FRONT_WHEELS_M, REAR_WHEELS_M, TICK_SECONDS
+from racecraft.kernels import kernel, parallel_kernel, prange
+from racecraft.tracks.kernels.geometry import (
+    is_on_road,
+    locate_point,
+    nearer_waypoint,
+    pose_on_line,
+    waypoints_around,
+)
+
+REAR_X, REAR_Y = REAR_WHEELS_M
+FRONT_X, FRONT_Y = FRONT_WHEELS_M
+
+
+@parallel_kernel
+def line_up(track, scene, optics, palettes, cars, frames, critic_views):
+    """Put every car at its first start and look."""
+    for n in prange(cars.shape[0]):
+        car = cars[n]
+        take_start(track, car)
+        look(track, scene, optics, palettes[n], car, frames[n], critic_views[n])
+
+
+@parallel_kernel
+def look_again(track, scene, optics, palettes, cars, frames, critic_views):
+    """Look from where every car is, as after loading a saved race."""
+    for n in prange(cars.shape[0]):
+        look(track, scene, optics, palettes[n], cars[n], frames[n], critic_views[n])
+
+
+@parallel_kernel
+def tick(
+    track, profile, rules, scene, optics, palettes, table, clipped, choices,
+    cars, reports, frames, critic_views, last_frames, last_critic_views,
+):  # fmt: skip
+    """Advance every car by one tick.
+
+    Args:
+        track: TrackArrays.
+        profile: CarProfile.
+        rules: Rules.
+        scene, optics: Scene and Optics, for `render_frame`.
+        palettes: Colours of each car's world, first axis N.
+        table: (A, 2) steering in rad and speed in m/s as the action table has them.
+        clipped: (A, 2) the same as sent to the car.
+        choices: (N,) int64, the action of each car.
+        cars: CAR_STATE (N,), advanced in place.
+        reports: TICK_REPORT (N,), written.
+        frames, critic_views: uint8 (N, H, W) and float32 (N, CRITIC_NUMBERS), what is seen after the tick.
+        last_frames, last_critic_views: the same, written for cars whose episode ended: its last observation.
+    """
+    for n in prange(cars.shape[0]):
+        car, report, choice = cars[n], reports[n], choices[n]
+        report_moment(track, car, report, table[choice, 0], table[choice, 1])
+        call_endings(rules, car, report)
+        obey(profile, car, clipped[choice, 0], clipped[choice, 1])
+        locate(track, car)
+        if report.terminated or report.truncated:
+            look(track, scene, optics, palettes[n], car, last_frames[n], last_critic_views[n])
+            restart(track, rules, car)
+        look(track, scene, optics, palettes[n], car, frames[n], critic_views[n])
+
+
+@kernel
+def report_moment(track, car, report, steering, speed):
+    """Write down the moment the action was chosen at: the reward's parameters."""
+    car.ticks += 1
+    car.lap_ticks += 1
+    car.total_ticks += 1
+    report.episode, report.steps = car.episode, float(car.ticks)
+    report.x, report.y, report.yaw = car.x, car.y, car.yaw
+    report.front_x, report.front_y = car.front_x, car.front_y
+    report.speed, report.steering = speed, steering
+    report.driven_speed, report.driven_steering = car.speed, car.steering
+    report.progress, report.arc = car.progress, car.arc
+    report.centre_distance, report.track_width = car.centre_distance, car.track_width
+    report.waypoint_before, report.waypoint_after = car.waypoint_before, car.waypoint_after
+    report.waypoint_nearest = nearer_waypoint(track, car.waypoint_before, car.waypoint_after, car.front_x, car.front_y)
+    report.is_left = (car.border_inner < car.border_outer) == track.is_ccw
+    report.all_wheels_on, report.is_off = car.wheels_on == 4, car.wheels_on == 0
+    report.time = car.total_ticks * TICK_SECONDS
+    report.lap_seconds = car.lap_ticks * TICK_SECONDS
+    report.start_share, report.laps = car.start_share, car.laps
+
+
+@kernel
+def call_endings(rules, car, report):
+    """Name how the row stands, in the marshal's order, and whether the episode ends with it."""
+    report.terminated = False
+    report.truncated = False
+    report.status = IN_PROGRESS
+    if car.progress >= 100.0:
+        report.status = LAP_COMPLETE
+        car.laps += 1
+        report.laps = car.laps
+        report.terminated = car.laps >= rules.laps
+    elif car.wheels_on == 0:
+        report.status, report.terminated = OFF_TRACK, True
+    elif car.preparing:
+        report.status = PREPARE
+    elif car.still_ticks >= IMMOBILISED_TICKS:
+        report.status, report.terminated = IMMOBILISED, True
+    elif car.backward_ticks >= REVERSED_TICKS:
+        report.status, report.terminated = REVERSED, True
+    report.truncated = car.ticks >= rules.max_ticks and not report.terminated
+    if report.status == LAP_COMPLETE:  # the next flying lap begins here, and its progress at zero
+        car.lap_ticks = 0
+        car.progress = 0.0
+
+
+@kernel
+def obey(profile, car, steering, speed):
+    """Let the command act for one tick; a car that is being prepared is held."""
+    if car.preparing:
+        car.preparing = False
+        return
+    x, y = car.x, car.y
+    car.x, car.y, car.yaw, car.speed, car.steering = drive(
+        profile, x, y, car.yaw, car.speed, car.steering, car.old_steering, car.old_speed, steering, speed
+    )
+    car.old_steering, car.old_speed = steering, speed
+    moved = math.hypot(car.x - x, car.y - y)
+    car.still_ticks = car.still_ticks + 1 if moved <= IMMOBILISED_M else 0
+
+
+@kernel
+def locate(track, car):
+    """Write down where the car now lies, and count falling progress."""
+    cos, sin = math.cos(car.yaw), math.sin(car.yaw)
+    x, y = car.x + cos * FRONT_POINT_M, car.y + sin * FRONT_POINT_M
+    arc, distance, _, _, ix, iy, ox, oy = locate_point(track, x, y)
+    before, after = waypoints_around(track.arc, arc)
+    car.front_x, car.front_y, car.arc, car.centre_distance = x, y, arc, distance
+    car.waypoint_before, car.waypoint_after = before, after
+    car.border_inner, car.border_outer = math.hypot(x - ix, y - iy), math.hypot(x - ox, y - oy)
+    car.track_width = math.hypot(ix - ox, iy - oy)
+    car.wheels_on = wheels_on_road(track, car.x, car.y, cos, sin)
+    car.last_progress = car.progress
+    car.progress = progress_percent(arc / track.length, car.start_share, car.last_progress)
+    falling = car.progress < car.last_progress and not car.preparing
+    car.backward_ticks = car.backward_ticks + 1 if falling else 0
+
+
+@kernel
+def progress_percent(lap_share, start_share, last_progress):
+    """Return the share of the lap covered since the start, per cent (facts 3.3; simapp `agent_ctrl/utils.py`).
+
+    The jump at the start line is undone by looking at the tick before; never more than 100.
+    """
+    progress = 100.0 * (lap_share - start_share)
+    if progress <= 0.0:
+        progress += 100.0
+    if last_progress > progress + 50.0:
+        progress += 100.0
+    if progress > last_progress + 50.0:
+        progress -= 100.0
+    return min(progress, 100.0)
+
+
+@kernel
+def wheels_on_road(track, x, y, cos, sin):
+    """Return how many of the four wheel centres lie strictly inside the road."""
+    count = 0
+    for ahead, left in ((REAR_X, REAR_Y), (FRONT_X, FRONT_Y), (REAR_X, -REAR_Y), (FRONT_X, -FRONT_Y)):
+        if is_on_road(track, x + cos * ahead - sin * left, y + sin * ahead + cos * left):
+            count += 1
+    return count
+
+
+@kernel
+def restart(track, rules, car):
+    """Send an ended car to its next start."""
+    car.start_share = (car.start_share + rules.start_advance) % 1.0
+    car.episode += 1
+    take_start(track, car)
+
+
+@kernel
+def take_start(track, car):
+    """Put a car at rest on the centre line at its start, nose along the line (forward difference)."""
+    car.x, car.y, car.yaw = pose_on_line(track.centre, track.arc, track.closed, car.start_share * track.length)
+    car.speed = car.steering = car.old_steering = car.old_speed = 0.0
+    car.ticks = car.lap_ticks = car.laps = car.still_ticks = car.backward_ticks = 0
+    car.progress = 0.0
+    car.preparing = True
+    locate(track, car)
+
+
+@kernel
+def look(track, scene, optics, palette, car, frame, critic_view):
+    """Draw the frame, and write what only a critic may see.
+
+    The critic's numbers: offset from the centre line over half the road's width (left positive), sine and cosine of the
+    heading error, speed in m/s, steering in rad, then for each distance of CRITIC_LOOKS_AHEAD_M sine and cosine of the
+    road's direction there against the car's.
+    """
+    render_frame(scene, optics, car.x, car.y, car.yaw, palette, frame)
+    left = (car.border_inner < car.border_outer) == track.is_ccw
+    _, _, road_yaw = pose_on_line(track.centre, track.arc, track.closed, car.arc)
+    offset = car.centre_distance / (0.5 * car.track_width) if car.track_width > 0.0 else 0.0
+    critic_view[0] = offset if left else -offset
+    critic_view[1], critic_view[2] = math.sin(road_yaw - car.yaw), math.cos(road_yaw - car.yaw)
+    critic_view[3], critic_view[4] = car.speed, car.steering
+    for k in range(len(CRITIC_LOOKS_AHEAD_M)):
+        _, _, ahead_yaw = pose_on_line(track.centre, track.arc, track.closed, car.arc + CRITIC_LOOKS_AHEAD_M[k])
+        critic_view[5 + 2 * k] = math.sin(ahead_yaw - car.yaw)
+        critic_view[6 + 2 * k] = math.cos(ahead_yaw - car.yaw)

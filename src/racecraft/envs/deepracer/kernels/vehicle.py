@@ -1,0 +1,65 @@
+"""One tick of driving, as a kernel; the model and its figures are told in `envs/deepracer/vehicle.py`."""
+
+from __future__ import annotations
+
+import math
+
+from racecraft.envs.deepracer.vehicle import SUBSTEPS, TICK_SECONDS, WHEELBASE_M
+from racecraft.kernels import kernel
+
+SUBSTEP_SECONDS = TICK_SECONDS / SUBSTEPS
+
+
+@kernel
+def drive(car, x, y, yaw, speed, steering, old_steering, old_speed, new_steering, new_speed):  # noqa: PLR0913
+    """Advance one car by one tick.
+
+    Args:
+        car: CarProfile.
+        x, y: base_link, m.
+        yaw: rad, counter-clockwise.
+        speed: Along the car's nose, m/s.
+        steering: Angle the wheels have now, rad, positive left.
+        old_steering, old_speed: Last tick's command (rad, m/s); it acts until the delays have passed.
+        new_steering, new_speed: This tick's command (rad, m/s).
+
+    Returns:
+        x, y, yaw, speed, steering after TICK_SECONDS.
+    """
+    steering_share = 1.0
+    if car.steering_lag > 0.0:
+        steering_share = 1.0 - math.exp(-SUBSTEP_SECONDS / car.steering_lag)
+    steering_from = int(car.steering_delay / SUBSTEP_SECONDS + 0.5)
+    speed_from = int(car.speed_delay / SUBSTEP_SECONDS + 0.5)
+    for substep in range(SUBSTEPS):
+        steering_command = new_steering if substep >= steering_from else old_steering
+        speed_command = new_speed if substep >= speed_from else old_speed
+        steering += (steering_command - steering) * steering_share
+        speed = approach_speed(car, speed, speed_command)
+        tangent = math.tan(steering)
+        curvature = car.curvature_gain * tangent * (1.0 - car.curvature_droop * abs(tangent)) / WHEELBASE_M
+        turn = speed * curvature * SUBSTEP_SECONDS
+        # Along the chord: the heading halfway through the substep, which keeps circles round at any substep.
+        heading = yaw + 0.5 * turn
+        forward, left = speed * SUBSTEP_SECONDS, car.rotation_centre * turn
+        x += forward * math.cos(heading) - left * math.sin(heading)
+        y += forward * math.sin(heading) + left * math.cos(heading)
+        yaw += turn
+    return x, y, wrap_angle(yaw), speed, steering
+
+
+@kernel
+def approach_speed(car, speed, command):
+    """Return the speed one substep later, m/s."""
+    target = car.speed_gain * command
+    if car.speed_lag <= 0.0:
+        return target
+    acceleration = (target - speed) / car.speed_lag
+    acceleration = min(max(acceleration, -car.max_acceleration), car.max_acceleration)
+    return speed + acceleration * SUBSTEP_SECONDS
+
+
+@kernel
+def wrap_angle(angle):
+    """Return the angle in [-pi, pi], rad."""
+    return math.atan2(math.sin(angle), math.cos(angle))

@@ -1,0 +1,107 @@
+"""One tick of a race, told in order. Begin here.
+
+A tick is what happens between two camera frames, 1/15 s. For each car by itself (`kernels/race.py` has the bodies)::
+
+    report_moment   write down pose, place on the track and the command that was chosen here: the reward's parameters
+    call_endings    lap complete, off track, immobilised, reversed, out of time: named in the marshal's order
+    drive           steering and throttle act for one tick
+    locate          where the car now lies along the track, how far from the centre, which wheels are on the road
+    look            the frame, and what only a critic may see
+    restart         an ended car goes to its next start and is looked at again, in the same tick
+
+So a row is (pose, action, reward): the reward speaks of the pose the action was chosen at, as in the original
+(simapp `deepracer_racetrack_env.py`). The first tick of an episode is *prepare*: the car is held at the start, its
+command is ignored, the reward is 0 and the reward function is not called; the next row is the first a racer sees, with
+`steps` 2.0.
+
+This page holds the two records a tick reads and writes, and the names of its outcomes.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from racecraft.contract.world import Array
+from racecraft.envs.deepracer.vehicle import TICK_SECONDS
+
+IMMOBILISED_TICKS = 15
+"""A car that moved at most IMMOBILISED_M a tick for so many ticks in a row is immobilised (simapp `reset/rules`)."""
+IMMOBILISED_M = 0.0003
+REVERSED_TICKS = 15
+"""A car whose progress fell for so many ticks in a row drives backwards (simapp NUMBER_OF_REVERSE_COUNTS)."""
+
+STATUSES = ("in_progress", "lap_complete", "off_track", "immobilized", "reversed", "time_up", "prepare")
+"""How a row stands; the code is the index. Spelling is the original's, which racers' tools look for."""
+IN_PROGRESS, LAP_COMPLETE, OFF_TRACK, IMMOBILISED, REVERSED, TIME_UP, PREPARE = range(len(STATUSES))
+
+CRITIC_LOOKS_AHEAD_M = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
+"""Distances along the centre line at which the critic is told the road's direction."""
+CRITIC_NUMBERS = 5 + 2 * len(CRITIC_LOOKS_AHEAD_M)
+"""Length of the privileged observation; see `look` in kernels/race.py."""
+
+CAR_STATE = np.dtype(
+    [
+        ("x", "f8"), ("y", "f8"), ("yaw", "f8"),  # base_link, m and rad
+        ("speed", "f8"), ("steering", "f8"),  # what the car does, m/s and rad
+        ("old_steering", "f8"), ("old_speed", "f8"),  # last tick's command, rad and m/s
+        ("start_share", "f8"),  # where the episode began, share of the lap
+        ("ticks", "i8"),  # of this episode, the prepare tick included
+        ("lap_ticks", "i8"),  # of this lap
+        ("total_ticks", "i8"),  # since the race was reset
+        ("episode", "i8"), ("laps", "i8"),  # episodes begun before this one; laps done in it
+        ("still_ticks", "i8"), ("backward_ticks", "i8"),  # in a row
+        ("preparing", "b1"),
+        # Where the car lies; written by `locate`.
+        ("front_x", "f8"), ("front_y", "f8"),  # the point racers call x, y
+        ("arc", "f8"),  # of its projection on the centre line, m from the start line
+        ("centre_distance", "f8"),  # m, never negative
+        ("border_inner", "f8"), ("border_outer", "f8"),  # m from the front point to the border points
+        ("track_width", "f8"),  # m between the border points
+        ("waypoint_before", "i8"), ("waypoint_after", "i8"),
+        ("progress", "f8"), ("last_progress", "f8"),  # per cent
+        ("wheels_on", "i8"),  # how many wheel centres lie on the road
+    ]
+)  # fmt: skip
+"""One car. The record is all a car needs to go on: saving it saves the car."""
+
+TICK_REPORT = np.dtype(
+    [
+        ("episode", "i8"), ("steps", "f8"), ("status", "i8"),
+        ("x", "f8"), ("y", "f8"), ("yaw", "f8"),  # base_link at the moment the action was chosen, m and rad
+        ("front_x", "f8"), ("front_y", "f8"),
+        ("speed", "f8"), ("steering", "f8"),  # commanded, as the action table has them: m/s and rad
+        ("driven_speed", "f8"), ("driven_steering", "f8"),  # what the car did at that moment
+        ("progress", "f8"), ("arc", "f8"), ("centre_distance", "f8"), ("track_width", "f8"),
+        ("waypoint_before", "i8"), ("waypoint_after", "i8"), ("waypoint_nearest", "i8"),
+        ("is_left", "b1"), ("all_wheels_on", "b1"), ("is_off", "b1"),
+        ("terminated", "b1"), ("truncated", "b1"),
+        ("time", "f8"), ("lap_seconds", "f8"),  # s of simulated time; lap_seconds counts from the lap's start
+        ("start_share", "f8"), ("laps", "i8"),
+    ]
+)  # fmt: skip
+"""What is written down of one car in one tick."""
+
+
+class Rules(NamedTuple):
+    """What the marshals were told; a plain tuple, so that kernels take it whole."""
+
+    max_ticks: int
+    """An episode is truncated after so many ticks."""
+    laps: int
+    """An episode ends after so many complete laps."""
+    start_advance: float
+    """Share of the lap by which the next start of a car moves on."""
+
+
+def new_cars(num_cars: int, start_shares: Array) -> Array:
+    """Return the records of cars that are about to take their first start, CAR_STATE (N,)."""
+    cars = np.zeros(num_cars, CAR_STATE)
+    cars["start_share"] = np.mod(start_shares, 1.0)
+    return cars
+
+
+def max_ticks(seconds: float) -> int:
+    """Return how many ticks fit into so many simulated seconds, at least 2."""
+    return max(2, round(seconds / TICK_SECONDS))

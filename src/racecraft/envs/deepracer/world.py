@@ -1,0 +1,211 @@
+"""DeepRacer cars as a `World`: N cars, each alone on its own copy of the track.
+
+What it is       1/18-scale cars with a front camera on an AWS DeepRacer track, time trial
+Acts             one of the action table's (steering, speed) pairs, 15 times a second
+Sees             FRONT_FACING_CAMERA, uint8 grey (H, W), 160x120 or any smaller size by the same optics;
+                 track_state, float32, privileged: for a critic while training, never for a policy
+Rewarded by      the user's reward_function(params); every key in `reward_params.py`
+Begins           at rest on the centre line, nose along it; one prepare tick; each episode a little further round
+Terminates       lap complete, off track (all four wheels), immobilised, driving backwards
+Truncates        after RaceConfig.max_episode_seconds of simulated time
+Settings         RaceConfig, CameraConfig
+Departs from AWS an episode has a time limit (the original had none) and truncation keeps its value; the prepare tick is
+                 kept out of learning; a new episode starts at rest; ticks last exactly 1/15 s
+Exactness        same seed and actions, same bits, whatever the threads; N cars equal each alone
+Sources          simapp 6.0.5 (Apache-2.0) as measured in the project's facts; vehicle fitted to real logs
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from racecraft.contract.errors import ContractError
+from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffers, WorldSpec
+from racecraft.envs.deepracer import race
+from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.camera import MOUNT_V2, MOUNT_V3, Camera, CameraMount
+from racecraft.envs.deepracer.kernels import race as kernels
+from racecraft.envs.deepracer.reward_params import RewardParams
+from racecraft.envs.deepracer.scene import build_scene
+from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS
+from racecraft.settings.groups import CameraConfig, RaceConfig
+from racecraft.tracks.track import Track
+
+CAMERA_NAME = "FRONT_FACING_CAMERA"
+CRITIC_NAME = "track_state"
+
+RewardFunction = Callable[[dict[str, Any]], float]
+
+
+class RaceWorld:
+    """N cars side by side on one track.
+
+    Args:
+        track: The circuit, in driving direction.
+        actions: What a car can be told.
+        reward: Called once a car and tick, in the order of the cars; None gives no reward.
+        race_config: How episodes start and end.
+        camera_config: Size of the frame.
+        num_cars: N.
+        start_shares: Where each car first starts, share of the lap, (N,); spread evenly by default.
+        laps: An episode ends after so many complete laps.
+        mount: Where the camera sits.
+    """
+
+    def __init__(
+        self,
+        track: Track,
+        actions: ActionTable,
+        reward: RewardFunction | None = None,
+        *,
+        race_config: RaceConfig = RaceConfig(),  # noqa: B008 (frozen)
+        camera_config: CameraConfig = CameraConfig(),  # noqa: B008 (frozen)
+        num_cars: int = 1,
+        start_shares: Sequence[float] | Array | None = None,
+        laps: int = 1,
+        mount: CameraMount = MOUNT_V3,
+    ) -> None:
+        self.track = track.reversed() if race_config.reverse else track
+        self.actions = actions
+        self.reward = reward
+        self.camera = Camera(build_scene(self.track), camera_config.width, camera_config.height, mount)
+        self.reports = np.zeros(num_cars, race.TICK_REPORT)
+        """What was written down of every car in the tick just taken, TICK_REPORT (N,)."""
+        self._eyes = (self.camera.scene, self.camera.optics)
+        self._palettes = np.tile(np.asarray(self.camera.scene.grey_palette, np.float64), (num_cars, 1))
+        self._arrays = self.track.arrays()
+        self._profile = PROFILES[race_config.car]
+        self._rules = race.Rules(
+            race.max_ticks(race_config.max_episode_seconds),
+            laps,
+            race_config.start_advance if race_config.change_start else 0.0,
+        )
+        self._table = np.column_stack([actions.steering, actions.speed]).astype(np.float64)
+        self._clipped = np.ascontiguousarray(np.column_stack(actions.commands()))
+        self._params = RewardParams(self.track, race_config.reverse)
+        self._start_shares = np.arange(num_cars) / num_cars if start_shares is None else np.asarray(start_shares, float)
+        if self._start_shares.shape != (num_cars,):
+            raise ContractError(f"start_shares has shape {self._start_shares.shape}; expected ({num_cars},)")
+        self._cars = race.new_cars(num_cars, self._start_shares)
+        self._reward_sums = np.zeros(num_cars)
+        self._finished: list[EpisodeRecord] = []
+        self._spec = WorldSpec(
+            name=f"DeepRacer {track.name}",
+            num_worlds=num_cars,
+            num_agents=1,
+            observations={
+                CAMERA_NAME: ArraySpec(
+                    (camera_config.height, camera_config.width), np.uint8, 0, 255, doc="Front camera, grey."
+                ),
+                CRITIC_NAME: ArraySpec(
+                    (race.CRITIC_NUMBERS,), np.float32, privileged=True, doc="Place, speed and the road ahead."
+                ),
+            },
+            actions=actions.spec,
+            tick_seconds=TICK_SECONDS,
+        )
+
+    @property
+    def spec(self) -> WorldSpec:
+        """The shape of this world's promise."""
+        return self._spec
+
+    @property
+    def cars(self) -> Array:
+        """The cars as they stand now, CAR_STATE (N,); a copy."""
+        return self._cars.copy()
+
+    @property
+    def start_shares(self) -> Array:
+        """Where each car first starts, share of the lap (N,)."""
+        return self._start_shares.copy()
+
+    def reset(self, buffers: StepBuffers, seed: int) -> None:
+        """Line every car up at its first start. A time trial rolls no dice, so `seed` changes nothing here."""
+        self._cars = race.new_cars(len(self._cars), self._start_shares)
+        self.begin_episodes(buffers)
+
+    def begin_episodes(self, buffers: StepBuffers) -> None:
+        """Put every car at the start of its episode; one that was under way is driven again from its start."""
+        self._reward_sums[:] = 0.0
+        self._finished.clear()
+        kernels.line_up(self._arrays, *self._eyes, self._palettes, self._cars, *self._views(buffers.observations))
+        buffers.active[:, 0] = ~self._cars["preparing"]
+
+    def step(self, actions: Array, buffers: StepBuffers) -> None:
+        """Advance every car by one tick; see `race.py` for the order of acts.
+
+        Raises:
+            RewardError: The user's reward function failed; cars and buffers then stand as after the tick, without the
+                rewards from the failing car on.
+        """
+        choices = np.ascontiguousarray(actions, np.int64).reshape(-1)
+        if choices.shape != self._reward_sums.shape or choices.min() < 0 or choices.max() >= len(self._table):
+            raise ContractError(f"{self._spec.name}: actions {actions!r} are not {len(self._cars)} of {self.actions}")
+        kernels.tick(
+            self._arrays, self._profile, self._rules, *self._eyes, self._palettes, self._table, self._clipped, choices,
+            self._cars, self.reports, *self._views(buffers.observations), *self._views(buffers.final_observations),
+        )  # fmt: skip
+        buffers.terminated[:, 0] = self.reports["terminated"]
+        buffers.truncated[:, 0] = self.reports["truncated"]
+        buffers.active[:, 0] = ~self._cars["preparing"]
+        buffers.reward[:] = 0.0
+        if self.reward is not None:
+            self._call_reward(buffers.reward[:, 0])
+        self._keep_episodes(buffers.reward[:, 0])
+
+    def take_episodes(self) -> list[EpisodeRecord]:
+        """Return the episodes that ended since the last call, oldest first."""
+        finished, self._finished = self._finished, []
+        return finished
+
+    def save_state(self) -> dict[str, Array]:
+        """Return every car, field by field."""
+        state = {f"car.{name}": self._cars[name].copy() for name in race.CAR_STATE.names or ()}
+        return {**state, "reward_sums": self._reward_sums.copy()}
+
+    def load_state(self, state: Mapping[str, Array], buffers: StepBuffers) -> None:
+        """Go on from a saved state; what the cars see is drawn again."""
+        for name in race.CAR_STATE.names or ():
+            self._cars[name] = state[f"car.{name}"]
+        self._reward_sums[:] = state["reward_sums"]
+        self._finished.clear()
+        kernels.look_again(self._arrays, *self._eyes, self._palettes, self._cars, *self._views(buffers.observations))
+        buffers.active[:, 0] = ~self._cars["preparing"]
+
+    def close(self) -> None:
+        """Nothing is held open."""
+
+    def _views(self, observations: Mapping[str, Array]) -> tuple[Array, Array]:
+        return observations[CAMERA_NAME][:, 0], observations[CRITIC_NAME][:, 0]
+
+    def _call_reward(self, rewards: Array) -> None:
+        assert self.reward is not None
+        called = self.reports["status"] != race.PREPARE
+        for n, params in zip(np.flatnonzero(called), self._params.of(self.reports[called]), strict=True):
+            rewards[n] = self.reward(params)
+
+    def _keep_episodes(self, rewards: Array) -> None:
+        self._reward_sums += rewards
+        for n in np.flatnonzero(self.reports["terminated"] | self.reports["truncated"]):
+            report = self.reports[n]
+            lap_seconds = float(report["lap_seconds"]) if report["status"] == race.LAP_COMPLETE else float("nan")
+            self._finished.append(
+                EpisodeRecord(
+                    world=int(n),
+                    agent=0,
+                    steps=int(report["steps"]),
+                    reward=float(self._reward_sums[n]),
+                    status="truncated" if report["truncated"] else race.STATUSES[report["status"]],
+                    facts={"progress_percent": float(report["progress"]), "lap_seconds": lap_seconds},
+                )
+            )
+            self._reward_sums[n] = 0.0
+
+
+def mount_for_version(version: str | None) -> CameraMount:
+    """Return where the camera sits on cars of a metadata version: 1 and 2 carry the older mount."""
+    return MOUNT_V2 if version is not None and float(version) < 3 else MOUNT_V3

@@ -1,0 +1,147 @@
+"""The live display of a training, and its plain twin: one line an iteration where there is no terminal."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, TextIO
+
+from racecraft.training.events import IterationReport, Listener
+
+if TYPE_CHECKING:
+    from rich.console import Console, Group
+    from rich.live import Live
+
+ROWS = 12
+"""Iterations shown at a time."""
+SPARKS = " ▁▂▃▄▅▆▇█"
+
+
+def watcher(stream: TextIO, *, wants_lines: bool = False) -> Listener:
+    """Return the display that fits a stream: live on a terminal, else one line an iteration."""
+    from rich.console import Console
+
+    console = Console(file=stream)
+    return LineWatcher(stream) if wants_lines or not console.is_terminal else LiveWatcher(console)
+
+
+class LineWatcher:
+    """One log line an iteration, for files, pipes and notebooks."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self._score_name = "score"
+
+    def begin(self, title: str, stops: str, score_name: str) -> None:
+        """Say what is trained and when it stops."""
+        self._score_name = score_name
+        self._print(f"{title}; stops at {stops}")
+
+    def iteration(self, report: IterationReport) -> None:
+        """Print one line."""
+        parts = [
+            f"iteration {report.iteration}",
+            f"{report.seconds:.1f} s",
+            f"{report.steps} steps",
+            f"{report.steps_per_second:.0f} steps/s",
+            f"training {self._score_name} {number(report.training_score)}",
+        ]
+        if report.verdict is not None:
+            best = report.verdict.best_lap_seconds
+            parts.append(f"evaluation {self._score_name} {number(report.verdict.score)}")
+            parts += [f"best lap {best:.2f} s"] if best is not None else []
+        self._print(" | ".join(parts))
+
+    def end(self, reason: str) -> None:
+        """Print why it is over."""
+        self._print(f"stopped: {reason}")
+
+    def _print(self, line: str) -> None:
+        print(line, file=self._stream, flush=True)
+
+
+class LiveWatcher:
+    """A table that grows in place: the latest iterations, a curve of the evaluations, the best lap."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._live: Live | None = None
+        self._rows: deque[IterationReport] = deque(maxlen=ROWS)
+        self._scores: deque[float] = deque(maxlen=60)
+        self._best_lap: float | None = None
+        self._title = self._stops = ""
+        self._score_name = "score"
+
+    def begin(self, title: str, stops: str, score_name: str) -> None:
+        """Open the display."""
+        from rich.live import Live
+
+        self._title, self._stops, self._score_name = title, stops, score_name
+        self._live = Live(self._picture(), console=self._console, auto_refresh=False, transient=False)
+        self._live.start()
+
+    def iteration(self, report: IterationReport) -> None:
+        """Show one more row."""
+        self._rows.append(report)
+        if report.verdict is not None:
+            self._scores.append(report.verdict.score)
+            lap = report.verdict.best_lap_seconds
+            if lap is not None:
+                self._best_lap = lap if self._best_lap is None else min(lap, self._best_lap)
+        if self._live is not None:
+            self._live.update(self._picture(), refresh=True)
+
+    def end(self, reason: str) -> None:
+        """Close the display; the last picture stays on the screen."""
+        if self._live is not None:
+            self._live.update(self._picture(), refresh=True)
+            self._live.stop()
+            self._live = None
+        self._console.print(f"stopped: {reason}", highlight=False)
+
+    def _picture(self) -> Group:
+        from rich.console import Group
+        from rich.table import Table
+        from rich.text import Text
+
+        table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+        short = self._score_name
+        for title in ("iteration", "seconds", "steps", "steps/s", f"training {short}", f"evaluation {short}", "lap"):
+            table.add_column(title, justify="right")
+        for row in self._rows:
+            verdict = row.verdict
+            lap = verdict.best_lap_seconds if verdict else None
+            table.add_row(
+                str(row.iteration),
+                f"{row.seconds:.1f}",
+                f"{row.steps:,}",
+                f"{row.steps_per_second:,.0f}",
+                number(row.training_score),
+                number(verdict.score) if verdict else "",
+                f"{lap:.2f} s" if lap is not None else "",
+                style="green" if row.is_best else None,
+            )
+        best = f"   best lap {self._best_lap:.2f} s" if self._best_lap is not None else ""
+        heading = Text.assemble((self._title, "bold"), f"\nstops at {self._stops}; Ctrl-C saves and stops\n")
+        return Group(heading, table, Text(f"\nevaluation {sparkline(list(self._scores))}{best}"))
+
+
+def number(value: float | None) -> str:
+    """Return a score as text, a dash for none.
+
+    >>> number(None), number(12.345), number(100.0)
+    ('-', '12.3', '100.0')
+    """
+    return "-" if value is None else f"{value:.1f}"
+
+
+def sparkline(values: list[float]) -> str:
+    """Return a curve in one line of blocks, scaled from the smallest (or 0) to the largest value.
+
+    >>> sparkline([0.0, 50.0, 100.0])
+    ' ▄█'
+    """
+    if not values:
+        return ""
+    low, high = min(0.0, *values), max(values)
+    span = (high - low) or 1.0
+    return "".join(SPARKS[round((value - low) / span * (len(SPARKS) - 1))] for value in values)

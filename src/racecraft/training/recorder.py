@@ -1,0 +1,63 @@
+"""An observer that writes down every tick of every car, for the episode files."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from racecraft.contract.world import Array, StepBuffers, World
+from racecraft.envs.deepracer import race
+from racecraft.envs.deepracer.world import RaceWorld
+
+
+class EpisodeRecorder:
+    """Keeps the ticks of an iteration as columns; `take` hands them over, car by car, and begins anew."""
+
+    def __init__(self) -> None:
+        self._reports: list[Array] = []
+        self._rewards: list[Array] = []
+        self._actions: list[Array] = []
+        self._track_length = 0.0
+
+    def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
+        """Write down one tick."""
+        assert isinstance(world, RaceWorld)
+        self._track_length = world.track.length
+        self._reports.append(world.reports.copy())
+        self._rewards.append(buffers.reward[:, 0].copy())
+        self._actions.append(np.asarray(actions).reshape(-1).astype(np.int32))
+
+    def take(self, iteration: int) -> dict[str, Array]:
+        """Return the ticks kept since the last call, T x N of them, as the columns of `formats/episodes.py`.
+
+        Rows are ordered by car, then by time. `episode` numbers a car's own episodes from 0.
+        """
+        reports = np.stack(self._reports, axis=1)
+        flat = reports.reshape(-1)
+        num_cars, ticks = reports.shape
+        ended = flat["terminated"] | flat["truncated"]
+        columns = {
+            "episode": flat["episode"],
+            "world": np.repeat(np.arange(num_cars), ticks),
+            "iteration": np.full(flat.size, iteration),
+            "tick": flat["steps"].astype(np.int32),
+            "time_s": flat["time"],
+            "x_m": flat["front_x"],
+            "y_m": flat["front_y"],
+            "yaw_rad": flat["yaw"],
+            "steering_rad": flat["steering"],
+            "speed_mps": flat["speed"],
+            "velocity_mps": flat["driven_speed"],
+            "action": np.stack(self._actions, axis=1).reshape(-1),
+            "reward": np.stack(self._rewards, axis=1).reshape(-1).astype(np.float64),
+            "done": ended,
+            "status": np.array(race.STATUSES)[flat["status"]],
+            "all_wheels_on_track": flat["all_wheels_on"],
+            "progress_share": flat["progress"] / 100.0,
+            "closest_waypoint": flat["waypoint_nearest"],
+            "distance_from_center_m": flat["centre_distance"],
+            "track_length_m": np.full(flat.size, self._track_length),
+        }
+        self._reports.clear()
+        self._rewards.clear()
+        self._actions.clear()
+        return columns

@@ -1,0 +1,22 @@
+"""Between torch and the files: tensors become arrays on the way out and tensors again on the way in."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import torch
+
+
+def to_arrays(value: Any) -> Any:
+    """Return nested dictionaries of tensors as nested dictionaries of arrays (copies)."""
+    if isinstance(value, torch.Tensor):
+        return value.detach().cpu().numpy().copy()
+    return {name: to_arrays(part) for name, part in value.items()} if isinstance(value, dict) else value
+
+
+def to_tensors(value: Any) -> Any:
+    """Return nested dictionaries of arrays as nested dictionaries of tensors (copies)."""
+    if isinstance(value, np.ndarray | np.generic):
+        return torch.from_numpy(np.array(value))
+    return {name: to_tensors(part) for name, part in value.items()} if isinstance(value, dict) else value
