@@ -1,0 +1,465 @@
+"""Unity players as a World: the agents of one process are a batch, and several processes make it larger.
+
+Begin at `UnityWorld`; its `step` is the list of acts. Each agent of the chosen behavior has a row of its own (a world
+of one agent, unless `together` makes all agents of a process one world of many). Unity's agents come and go with ids
+that may or may not last; a row is given to an agent when it first asks, and is free again when its episode ends.
+
+What differs from a world of our own, because the story is told elsewhere:
+
+* Unity seeds itself at its start only, and a RESET need not put agents back. `reset` therefore starts the player anew,
+  unless it is as fresh as the seed asks; `restart_on_reset=False` (always so with the Editor) sends a RESET instead,
+  and the same seed then no longer tells the same story.
+* A player cannot be frozen: `save_state` notes seed and tick, and `load_state` goes on with new episodes.
+* Agents that do not ask in a message have inactive rows until they ask again; what they earn meanwhile is written when
+  it is told.
+* Reward is the agent's own plus its group's. The reward beside an episode's first decision belongs to no action and is
+  left out (after a RESET it would even be that of a zero action nobody chose).
+
+World card
+    Acts             what the behavior declares; see `actions.py`
+    Sees             the behavior's sensors by name; pictures (H, W, C)
+    Rewarded by      the scene
+    Terminates       when the scene ends an episode
+    Truncates        when the scene says it was interrupted (MaxStep), or a lost player was replaced
+    Sources          facts: unity-ml-agents
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import time
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from racecraft.contract.random_streams import stream_keys
+from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffers, WorldSpec
+from racecraft.envs.unity.actions import ActionTable
+from racecraft.envs.unity.behaviors import AgentRows, Behavior, Sensor
+from racecraft.envs.unity.builds import Build, find_build
+from racecraft.envs.unity.errors import BuildError, PlayerTimeoutError, UnityError, WireError
+from racecraft.envs.unity.session import Choice, Moment, Session
+from racecraft.envs.unity.side_channels import Gaussian, MultiRange, SideChannels, Statistic, Uniform
+
+ENGINE_FOR_TRAINING: Mapping[str, Any] = {
+    "width": 84,
+    "height": 84,
+    "quality_level": 5,
+    "time_scale": 20.0,
+    "target_frame_rate": -1,
+    "capture_frame_rate": 60,
+}
+"""How fast and how fine a player runs while it teaches: the defaults of `mlagents-learn`."""
+
+_log = logging.getLogger("racecraft.unity")
+
+
+class UnityWorld:
+    """N agents of Unity players, side by side.
+
+    Args:
+        build: A path, `registry:NAME`, `editor` or `builtin:Basic`; see `find_build`.
+        behavior: The behavior to act for, with or without its team; None where the scene has only one. Agents of other
+            behaviors get zero actions.
+        num_players: Processes.
+        together: Whether the agents of a process are one world of M agents instead of M worlds of one.
+        seed: What the players start with; a first `reset` with the same seed needs no new start.
+        max_agents: Rows kept for one process; None for as many as ask first.
+        restart_on_reset: Whether `reset` starts the players anew.
+        max_restarts: How many lost players are replaced before the loss is an error.
+        engine: Engine settings, the words of `SideChannels.set_engine`.
+        parameters: Environment parameters by name, numbers or samplers.
+        options: Further words of `Session` (`args`, `timeout_seconds`, `graphics`, `image_layout` …).
+
+    Raises:
+        BuildError: There is no such build or behavior.
+        UnityError: A player cannot be brought to talk.
+    """
+
+    def __init__(
+        self,
+        build: str | os.PathLike[str] | Build,
+        *,
+        behavior: str | None = None,
+        num_players: int = 1,
+        together: bool = False,
+        seed: int = 0,
+        max_agents: int | None = None,
+        restart_on_reset: bool = True,
+        max_restarts: int = 0,
+        engine: Mapping[str, Any] = ENGINE_FOR_TRAINING,
+        parameters: Mapping[str, float | Uniform | Gaussian | MultiRange] | None = None,
+        **options: Any,
+    ) -> None:
+        paths = {name: options.pop(name) for name in ("cache_folder", "manifest") if name in options}
+        self._build = build if isinstance(build, Build) else find_build(build, **paths)
+        if self._build.is_editor and num_players != 1:
+            raise BuildError("the Editor is one player; num_players must be 1.")
+        self._engine, self._parameters, self._options = dict(engine), dict(parameters or {}), options
+        self._restart_on_reset = restart_on_reset and not self._build.is_editor
+        self._restarts_left = max_restarts
+        self._seed, self._ticks = seed, 0
+        self._statistics: list[Statistic] = []
+        self._episodes: list[EpisodeRecord] = []
+        self._players: list[_Player] = []
+        self._players = self._open_all(num_players)
+        try:
+            self._names = _choose(behavior, self._players[0].session.behaviors)
+            self._rows_each = max_agents or sum(len(self._players[0].first[name].decisions) for name in self._names)
+            chosen = self._players[0].session.behaviors[self._names[0]]
+            self._sensors, self._table = chosen.sensors, ActionTable(chosen.actions)
+            self._together = together
+            self._spec = self._describe(chosen)
+            self._arrange_rows()
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def spec(self) -> WorldSpec:
+        """The shape of this world's promise."""
+        return self._spec
+
+    @property
+    def behavior(self) -> Behavior:
+        """The behavior acted for, as the player told it (of the first team, where there are several)."""
+        return self._players[0].session.behaviors[self._names[0]]
+
+    @property
+    def table(self) -> ActionTable:
+        """How the contract's actions are translated."""
+        return self._table
+
+    @property
+    def sessions(self) -> list[Session]:
+        """The conversations, one a process, for side channels and diagnosis."""
+        return [player.session for player in self._players]
+
+    def reset(self, buffers: StepBuffers, seed: int) -> None:
+        """Begin every episode anew; see the page above for when players start anew."""
+        fresh = self._ticks == 0 and seed == self._seed
+        self._seed = seed
+        if not fresh:
+            if self._restart_on_reset:
+                self._close_players()
+                self._players = self._open_all(len(self._players))
+            else:
+                for player in self._players:
+                    player.session.send_reset()
+                for player in self._players:
+                    player.first = self._until_asked(player, player.session.receive())
+        self._ticks = 0
+        self._episodes.clear()
+        self._arrange_rows()
+        self._begin_step()
+        for player in self._players:
+            self._settle(player, player.first, None)
+        self._show(buffers)
+
+    def step(self, actions: Array, buffers: StepBuffers) -> None:
+        """Tell every agent that asked what to do, and wait until each player asks again."""
+        self._ticks += 1
+        self._begin_step()
+        for array in (buffers.reward, buffers.terminated, buffers.truncated):
+            array[:] = 0
+        acted = np.asarray(actions, self._table.spec.dtype).reshape(self._num_rows, *self._table.spec.shape)
+        for player in self._players:
+            self._send(player, acted)
+        for player in self._players:
+            self._receive(player, buffers)
+        self._show(buffers)
+
+    def take_episodes(self) -> list[EpisodeRecord]:
+        """Return the episodes that ended since the last call, oldest first."""
+        taken, self._episodes = self._episodes, []
+        return taken
+
+    def take_statistics(self) -> list[Statistic]:
+        """Return what the scenes recorded since the last call."""
+        taken = self._statistics
+        self._statistics = []
+        return taken + [told for session in self.sessions for told in session.channels.take_statistics()]
+
+    def set_parameter(self, name: str, value: float | Uniform | Gaussian | MultiRange) -> None:
+        """Set an environment parameter in every player, from the next step on and after every new start."""
+        self._parameters[name] = value
+        for session in self.sessions:
+            session.channels.set_parameter(name, value, self._seed)
+
+    def save_state(self) -> dict[str, Array]:
+        """Return seed and tick; more of a Unity player cannot be kept."""
+        return {"seed": np.array(self._seed, np.int64), "ticks": np.array(self._ticks, np.int64)}
+
+    def load_state(self, state: Mapping[str, Array], buffers: StepBuffers) -> None:
+        """Go on with new episodes, with a seed that follows from the saved seed and tick."""
+        self.reset(buffers, (int(state["seed"]) + int(state["ticks"])) % 2**31)
+
+    def close(self) -> None:
+        """End the players; closing twice is closing once."""
+        self._close_players()
+
+    def _open_all(self, count: int) -> list[_Player]:
+        """Start the players side by side: a real one takes seconds."""
+        keys = stream_keys(self._seed, "unity player", count)
+        seeds = [self._seed, *(int(key) % 2**31 for key in keys[1:])]
+        if count == 1:
+            return [self._open(0, seeds[0])]
+        with ThreadPoolExecutor(count) as pool:
+            opening = [pool.submit(self._open, index, seed) for index, seed in enumerate(seeds)]
+            opened, failures = [], []
+            for future in opening:
+                failure = future.exception()
+                failures.append(failure) if failure else opened.append(future.result())
+        if (failure := next(filter(None, failures), None)) is not None:
+            for player in opened:
+                player.session.close()
+            raise failure
+        return opened
+
+    def _open(self, index: int, seed: int) -> _Player:
+        channels = SideChannels()
+        channels.set_engine(**self._engine)
+        for name, value in self._parameters.items():
+            channels.set_parameter(name, value, seed)
+        session = Session(self._build, seed=seed, channels=channels, **self._options)
+        player = _Player(index, seed, session)
+        try:
+            player.first = self._until_asked(player, session.reset())
+        except BaseException:
+            session.close()
+            raise
+        return player
+
+    def _until_asked(self, player: _Player, moments: dict[str, Moment]) -> dict[str, Moment]:
+        """Go on without actions until some agent asks; messages may hold nothing but ends."""
+        begun = time.monotonic()
+        while not any(len(moment.decisions) for moment in moments.values()):
+            _require_patience(begun, self._options.get("timeout_seconds", 60.0))
+            moments = player.session.step({})
+        return moments
+
+    def _describe(self, behavior: Behavior) -> WorldSpec:
+        rows = len(self._players) * self._rows_each
+        worlds, agents = (len(self._players), self._rows_each) if self._together else (rows, 1)
+        self._num_rows = rows
+        return WorldSpec(
+            name=f"unity/{self._build.name}/{behavior.base_name}",
+            num_worlds=worlds,
+            num_agents=agents,
+            observations={sensor.name: _spec_of(sensor) for sensor in behavior.sensors},
+            actions=self._table.spec,
+            has_action_mask=self._table.has_mask,
+        )
+
+    def _arrange_rows(self) -> None:
+        """Begin with empty rows; `_settle` gives them to agents."""
+        rows = self._num_rows
+        self._latest = {sensor.name: np.zeros((rows, *sensor.shape), sensor.dtype) for sensor in self._sensors}
+        self._allowed = np.ones((rows, sum(self._table.actions.branches)), bool)
+        self._active = np.zeros(rows, bool)
+        self._steps = np.zeros(rows, np.int64)
+        self._returns = np.zeros(rows, np.float64)
+        for player in self._players:
+            player.row_of.clear()
+            first = player.index * self._rows_each
+            player.free = list(range(first, first + self._rows_each))
+            player.asked = {name: [] for name in self._names}
+
+    def _begin_step(self) -> None:
+        self._active[:] = False
+
+    def _send(self, player: _Player, acted: Array) -> None:
+        choices = {}
+        for name, rows in player.asked.items():
+            if rows:
+                allowed = self._allowed[rows] if self._table.actions.branches else None
+                choices[name] = self._table.choice(acted[rows], allowed)
+                self._steps[rows] += 1
+        choices.update(player.idle)
+        player.session.send_step(choices)
+
+    def _receive(self, player: _Player, buffers: StepBuffers) -> None:
+        """Settle a player's moments until one of its agents asks; replace a lost player while that is allowed."""
+        begun = time.monotonic()
+        try:
+            self._settle(player, player.session.receive(), buffers)
+            while not any(player.asked.values()):
+                _require_patience(begun, self._options.get("timeout_seconds", 60.0))
+                player.session.send_step(player.idle)
+                self._settle(player, player.session.receive(), buffers)
+        except WireError:
+            raise
+        except UnityError as loss:
+            if self._restarts_left <= 0 or self._build.is_editor:
+                raise
+            self._restarts_left -= 1
+            _log.warning("A Unity player was lost and is started anew: %s", loss)
+            self._replace(player, buffers)
+
+    def _replace(self, player: _Player, buffers: StepBuffers) -> None:
+        """Start a lost player anew; the episodes it took along are cut."""
+        player.session.close(patience_seconds=0.0)
+        for row in list(player.row_of.values()):
+            self._end_row(row, buffers, cut=True)
+        again = self._open(player.index, player.seed)
+        player.session, player.first = again.session, again.first
+        player.row_of.clear()
+        first = player.index * self._rows_each
+        player.free = list(range(first, first + self._rows_each))
+        self._settle(player, player.first, buffers)
+
+    def _settle(self, player: _Player, moments: Mapping[str, Moment], buffers: StepBuffers | None) -> None:
+        """Sort one player's news into rows."""
+        for name in self._names:
+            if name not in moments:
+                raise WireError(f"the player no longer has the behavior '{name}' that it began with.")
+            if buffers is not None:
+                self._settle_ends(player, name, moments[name].ended, buffers)
+        for name in self._names:
+            self._settle_decisions(player, name, moments[name].decisions, buffers)
+        player.idle = {
+            name: _idle_choice(player.session.behaviors[name], moment.decisions)
+            for name, moment in moments.items()
+            if name not in self._names and len(moment.decisions)
+        }
+
+    def _settle_ends(self, player: _Player, name: str, ended: AgentRows, buffers: StepBuffers) -> None:
+        for index, agent in enumerate(ended.agent_id.tolist()):
+            row = player.row_of.pop((name, agent), None)
+            if row is None:
+                continue  # it ended before it ever asked
+            for sensor, values in zip(self._sensors, ended.observations, strict=True):
+                self._latest[sensor.name][row] = values[index]
+            reward = float(ended.reward[index] + ended.group_reward[index])
+            buffers.reward[self._at(row)] += reward
+            self._returns[row] += reward
+            self._end_row(row, buffers, cut=bool(ended.interrupted[index]))
+            player.free.append(row)
+        player.free.sort()
+
+    def _settle_decisions(self, player: _Player, name: str, asking: AgentRows, buffers: StepBuffers | None) -> None:
+        rows = []
+        for index, agent in enumerate(asking.agent_id.tolist()):
+            row = player.row_of.get((name, agent))
+            if row is None:
+                row = player.row_of[name, agent] = self._free_row(player, name, agent)
+            elif buffers is not None:
+                reward = float(asking.reward[index] + asking.group_reward[index])
+                buffers.reward[self._at(row)] += reward
+                self._returns[row] += reward
+            rows.append(row)
+        player.asked[name] = rows
+        if not rows:
+            return
+        if len(set(rows)) != len(rows):
+            raise WireError(f"an agent of '{name}' stands twice in one message; expected each once.")
+        for sensor, values in zip(self._sensors, asking.observations, strict=True):
+            self._latest[sensor.name][rows] = values
+        if asking.allowed is not None:
+            self._allowed[rows] = asking.allowed
+        self._active[rows] = True
+
+    def _free_row(self, player: _Player, name: str, agent: int) -> int:
+        if not player.free:
+            raise UnityError(
+                f"agent {agent} of '{name}' asks for a decision, but all {self._rows_each} rows kept for a player are "
+                "taken. Give max_agents= the largest number of agents that live at once."
+            )
+        return player.free.pop(0)
+
+    def _end_row(self, row: int, buffers: StepBuffers, cut: bool) -> None:
+        at = self._at(row)
+        (buffers.truncated if cut else buffers.terminated)[at] = True
+        for sensor in self._sensors:
+            buffers.final_observations[sensor.name][at] = self._latest[sensor.name][row]
+        status = "truncated" if cut else "terminated"
+        self._episodes.append(EpisodeRecord(*at, int(self._steps[row]), float(self._returns[row]), status))
+        self._steps[row], self._returns[row] = 0, 0.0
+        self._allowed[row] = True
+
+    def _show(self, buffers: StepBuffers) -> None:
+        """Write what every row sees; a row without news shows what it saw last."""
+        shape = (self._spec.num_worlds, self._spec.num_agents)
+        for name, values in self._latest.items():
+            buffers.observations[name][:] = values.reshape(*shape, *values.shape[1:])
+        buffers.active[:] = self._active.reshape(shape)
+        if buffers.action_mask is not None:
+            buffers.action_mask[:] = self._table.mask(self._allowed).reshape(*shape, -1)
+
+    def _at(self, row: int) -> tuple[int, int]:
+        return divmod(row, self._spec.num_agents)
+
+    def _close_players(self) -> None:
+        sessions = self.sessions
+        self._statistics += [told for session in sessions for told in session.channels.take_statistics()]
+        if len(sessions) == 1:
+            sessions[0].close()
+        elif sessions:
+            with ThreadPoolExecutor(len(sessions)) as pool:
+                list(pool.map(Session.close, sessions))
+
+
+@dataclass
+class _Player:
+    """One process and the rows of its agents."""
+
+    index: int
+    seed: int
+    session: Session
+    first: dict[str, Moment] = field(default_factory=dict)
+    row_of: dict[tuple[str, int], int] = field(default_factory=dict)
+    free: list[int] = field(default_factory=list)
+    asked: dict[str, list[int]] = field(default_factory=dict)
+    """Rows that wait for an action, by behavior, in the order in which they asked."""
+    idle: dict[str, Choice] = field(default_factory=dict)
+
+
+def _choose(wish: str | None, known: Mapping[str, Behavior]) -> list[str]:
+    """Return the behaviors to act for: those of one base name that see and do the same."""
+    groups: dict[str, list[str]] = {}
+    for name, behavior in known.items():
+        groups.setdefault(behavior.base_name, []).append(name)
+    if wish in known:
+        return [str(wish)]
+    if wish is None and len(groups) == 1:
+        wish = next(iter(groups))
+    if wish not in groups:
+        told = "no behavior is chosen" if wish is None else f"no behavior is named '{wish}'"
+        raise BuildError(
+            f"{told}; the scene has {', '.join(known)}. Choose one with behavior=, or act for all of them through "
+            "racecraft.envs.unity.parallel."
+        )
+    first, *others = groups[wish]
+    for other in others:
+        if (known[other].sensors, known[other].actions) != (known[first].sensors, known[first].actions):
+            raise BuildError(f"the teams {first} and {other} see or do different things; choose one with behavior=.")
+    return groups[wish]
+
+
+def _spec_of(sensor: Sensor) -> ArraySpec:
+    kind = "picture (H, W, C)" if sensor.is_picture else "entities, absent ones zero" if len(sensor.shape) == 2 else ""
+    low, high = (0, 255) if sensor.compressed else (-np.inf, np.inf)
+    return ArraySpec(sensor.shape, sensor.dtype, low, high, doc=f"Unity sensor '{sensor.name}' {kind}".strip())
+
+
+def _idle_choice(behavior: Behavior, asking: AgentRows) -> Choice:
+    """Zero actions; where zero is forbidden, the first that is allowed."""
+    actions, count = behavior.actions, len(asking)
+    continuous = np.zeros((count, actions.continuous), np.float32)
+    if not actions.branches or asking.allowed is None:
+        return Choice(continuous=continuous)
+    parts = np.split(asking.allowed, np.cumsum(actions.branches[:-1]), axis=1)
+    discrete = np.stack([part.argmax(axis=1) for part in parts], axis=1)
+    return Choice(continuous=continuous if actions.continuous else None, discrete=discrete)
+
+
+def _require_patience(begun: float, seconds: float) -> None:
+    if time.monotonic() - begun > seconds:
+        raise PlayerTimeoutError(
+            f"for {seconds:.0f} s no agent has asked for a decision; the scene runs, but nobody in it is enabled or "
+            "requests decisions. Add a Decision Requester to the agent, or give a longer timeout_seconds."
+        )
