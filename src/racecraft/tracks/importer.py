@@ -45,7 +45,7 @@ def read_rows(path: str | Path) -> np.ndarray:
     Raises:
         TrackError: No file, no `.npy`, a pickle, not two-dimensional, not numbers, too few rows or columns.
     """
-    cure = "`racecraft tracks` shows what a route file looks like; save one with numpy.save(path, rows)."
+    cure = "Save one with numpy.save(path, rows)."
     try:
         if Path(path).stat().st_size == 0:
             raise TrackError(path, "the file is empty", f"a .npy file of {FORM}", cure)

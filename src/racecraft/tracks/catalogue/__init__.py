@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -38,6 +38,10 @@ class TrackSummary:
     direction: str
     """"ccw", "cw" or "open"."""
     tags: tuple[str, ...]
+
+    def as_dictionary(self) -> dict[str, Any]:
+        """Return the figures by name, ready for JSON."""
+        return asdict(self)
 
 
 def load_track(name_or_path: str | Path) -> Track:
