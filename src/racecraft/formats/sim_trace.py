@@ -1,0 +1,303 @@
+"""The simulation trace: one CSV row a tick, as AWS writes it and as its tools read it.
+
+Begin with `read_sim_trace` and `write_sim_trace`; what one wrote the other gives back, byte for byte. Columns are
+known by their names, so old files with fewer of them (15 to 19) and files in another order read as well. A row that
+is damaged is passed over and named.
+
+A trace is a dictionary of arrays of shape (T,), in the units of AWS: degrees, percent, and steps that count in
+floats. `trace_from_episodes` and `episodes_from_trace` cross over to our own tables in radians and shares.
+
+Source: facts: simapp `metrics/constants.py` (order), real traces of 2022 and 2026 (how values are printed).
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from racecraft.contract.errors import ContractError, InputFileError
+from racecraft.contract.world import Array
+from racecraft.formats.whole import write_whole
+
+CONTINUOUS_ACTION = -1
+"""Stands in the column `action` where the action is no number but an angle and a speed."""
+MAX_NAMED_ROWS = 20
+
+
+class SimTraceError(InputFileError):
+    """A simulation trace is missing, no trace, or holds no sound row."""
+
+
+@dataclass(frozen=True)
+class TraceColumn:
+    """One column of the trace."""
+
+    name: str
+    dtype: str
+    unit: str
+    doc: str
+    required: bool = True
+
+
+TRACE_COLUMNS = (
+    TraceColumn("episode", "int64", "", "Episode, counted from 0 without gaps over all iterations of a worker."),
+    TraceColumn("steps", "float64", "", "Tick within the episode, counted from 1.0."),
+    TraceColumn("X", "float64", "m", "Position, east."),
+    TraceColumn("Y", "float64", "m", "Position, north."),
+    TraceColumn("yaw", "float64", "deg", "Heading, counter-clockwise from east, -180 to 180."),
+    TraceColumn("steer", "float64", "deg", "Commanded front-wheel angle, positive left."),
+    TraceColumn("throttle", "float64", "m/s", "Commanded speed."),
+    TraceColumn("action", "int64", "", "Number of the action; -1 for a continuous one, printed as [steer throttle]."),
+    TraceColumn("reward", "float64", "", "Reward of the tick."),
+    TraceColumn("done", "bool", "", "True in the episode's last row."),
+    TraceColumn("all_wheels_on_track", "bool", "", "Whether all four wheels are inside the borders."),
+    TraceColumn("progress", "float64", "%", "Share of the lap covered; a finished lap is printed as 100."),
+    TraceColumn("closest_waypoint", "int64", "", "Index of the nearest waypoint."),
+    TraceColumn("track_len", "float64", "m", "Length of the centre line."),
+    TraceColumn("tstamp", "float64", "s", "Simulated time."),
+    TraceColumn("episode_status", "str", "", "prepare, in_progress, lap_complete, off_track, ...", required=False),
+    TraceColumn("pause_duration", "float64", "s", "Pause after a penalty.", required=False),
+    TraceColumn("obstacle_crash_counter", "int64", "", "Obstacles hit so far.", required=False),
+    TraceColumn("wall_clock", "float64", "s", "Time of day, since 1970 (UTC).", required=False),
+)
+NAMES = tuple(column.name for column in TRACE_COLUMNS)
+_BY_NAME = {column.name: column for column in TRACE_COLUMNS}
+_EXPECTED = f"a CSV file with the columns {', '.join(column.name for column in TRACE_COLUMNS if column.required)}"
+
+
+@dataclass(frozen=True)
+class SimTrace:
+    """A trace that was read."""
+
+    columns: dict[str, Array]
+    """Arrays of shape (T,) by AWS's names; only those that the file has."""
+    damaged: tuple[str, ...] = field(default=())
+    """A clause for each row that was passed over: file, line and why; the first twenty."""
+
+    def __len__(self) -> int:
+        return len(self.columns["episode"])
+
+    @property
+    def continuous(self) -> bool:
+        """Whether the actions are angles and speeds."""
+        return bool((self.columns["action"] == CONTINUOUS_ACTION).any())
+
+
+def read_sim_trace(path: str | Path) -> SimTrace:
+    """Read a trace.
+
+    Raises:
+        SimTraceError: The file is missing or no text, lacks a column, or none of its rows is sound.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise SimTraceError(path, "there is no such file", _EXPECTED) from None
+    except UnicodeDecodeError:
+        raise SimTraceError(path, "the file is no UTF-8 text", _EXPECTED) from None
+    except OSError as error:
+        raise SimTraceError(path, f"the file cannot be read ({error.strerror})", _EXPECTED) from error
+    lines = text.split("\n")
+    names = _named(path, lines[0])
+    return trace_from_rows(path, names, [(number, line) for number, line in enumerate(lines, 1) if number > 1])
+
+
+def write_sim_trace(path: str | Path, columns: Mapping[str, Array]) -> None:
+    """Write a trace with AWS's own order and print.
+
+    Args:
+        path: Where to, e.g. `training-simtrace/0-iteration.csv`.
+        columns: Arrays of shape (T,) by AWS's names; the required ones must be there.
+
+    Raises:
+        ContractError: A required column is missing.
+        OutputFileError: The file cannot be written.
+    """
+    write_whole(path, sim_trace_text(columns))
+
+
+def sim_trace_text(columns: Mapping[str, Array]) -> str:
+    """Return a trace as the text of its CSV file.
+
+    Raises:
+        ContractError: A required column is missing.
+    """
+    missing = [column.name for column in TRACE_COLUMNS if column.required and column.name not in columns]
+    if missing:
+        raise ContractError(f"A simulation trace needs the columns {', '.join(missing)}.")
+    names = [name for name in NAMES if name in columns]
+    printed = [_printed(name, columns) for name in names]
+    out = io.StringIO()
+    out.write(",".join(names) + "\n")
+    out.writelines(",".join(row) + "\n" for row in zip(*printed, strict=True))
+    return out.getvalue()
+
+
+def trace_from_episodes(episodes: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the trace of a table of episodes (see `episodes.py`), of shape (T,) as well.
+
+    Commanded angles and speeds that stand a hair beside a round number are that number, so that an action of 30
+    degrees or 0.6 m/s is printed as such although it was kept in radians, and in single precision perhaps.
+    """
+    ticks = len(episodes["episode"])
+    zeros = np.zeros(ticks)
+    trace = {
+        "episode": episodes["episode"],
+        "steps": episodes["tick"],
+        "X": episodes["x_m"],
+        "Y": episodes["y_m"],
+        "yaw": np.degrees(episodes["yaw_rad"]),
+        "steer": _commanded(np.degrees(np.asarray(episodes["steering_rad"], np.float64))),
+        "throttle": _commanded(np.asarray(episodes["speed_mps"], np.float64)),
+        "action": episodes["action"],
+        "reward": episodes["reward"],
+        "done": episodes["done"],
+        "all_wheels_on_track": episodes["all_wheels_on_track"],
+        "progress": np.asarray(episodes["progress_share"], np.float64) * 100,
+        "closest_waypoint": episodes["closest_waypoint"],
+        "track_len": episodes["track_length_m"],
+        "tstamp": episodes["time_s"],
+        "episode_status": episodes["status"],
+        "pause_duration": episodes.get("pause_s", zeros),
+        "obstacle_crash_counter": episodes.get("obstacle_crashes", zeros),
+        "wall_clock": episodes.get("wall_clock_s", zeros),
+    }
+    return {name: _typed(_BY_NAME[name], values) for name, values in trace.items()}
+
+
+def episodes_from_trace(trace: Mapping[str, Array], iteration: int = 0, world: int = 0) -> dict[str, Array]:
+    """Return the table of episodes of a trace; columns that a trace cannot know are left out."""
+    ticks = len(trace["episode"])
+    episodes = {
+        "episode": trace["episode"],
+        "world": np.full(ticks, world),
+        "iteration": np.full(ticks, iteration),
+        "tick": trace["steps"].astype(np.int64),
+        "time_s": trace["tstamp"],
+        "x_m": trace["X"],
+        "y_m": trace["Y"],
+        "yaw_rad": np.radians(trace["yaw"]),
+        "steering_rad": np.radians(trace["steer"]),
+        "speed_mps": trace["throttle"],
+        "action": trace["action"],
+        "reward": trace["reward"],
+        "done": trace["done"],
+        "all_wheels_on_track": trace["all_wheels_on_track"],
+        "progress_share": trace["progress"] / 100,
+        "closest_waypoint": trace["closest_waypoint"],
+        "track_length_m": trace["track_len"],
+    }
+    others = {
+        "episode_status": "status",
+        "pause_duration": "pause_s",
+        "obstacle_crash_counter": "obstacle_crashes",
+        "wall_clock": "wall_clock_s",
+    }
+    return {**episodes, **{ours: trace[theirs] for theirs, ours in others.items() if theirs in trace}}
+
+
+def trace_from_rows(path: Path, names: Sequence[str], rows: Sequence[tuple[int, str]]) -> SimTrace:
+    """Return the trace of (line number, comma-separated values) rows; damaged ones are passed over and named.
+
+    Raises:
+        SimTraceError: None of the rows is sound.
+    """
+    sound: list[list[str]] = []
+    damaged: list[str] = []
+    for number, line in rows:
+        values = line.rstrip("\r").split(",")
+        if len(values) == 1 and not values[0].strip():
+            continue
+        wrong = _what_is_wrong(names, values)
+        if wrong:
+            damaged.append(f"{path}:{number}: {wrong}; the row was passed over")
+        else:
+            sound.append(values)
+    if not sound:
+        found = damaged[0].removeprefix(f"{path}:") if damaged else "the file holds no rows"
+        raise SimTraceError(path, f"no sound row; {found}", "one row a tick")
+    if len(damaged) > MAX_NAMED_ROWS:
+        damaged = [*damaged[:MAX_NAMED_ROWS], f"{path}: {len(damaged) - MAX_NAMED_ROWS} more rows were passed over"]
+    columns = {name: _parsed(name, [values[place] for values in sound]) for place, name in enumerate(names) if name}
+    return SimTrace(columns, tuple(damaged))
+
+
+def _named(path: Path, header: str) -> list[str]:
+    """Return our names of the columns, in the file's order; "" for those that we do not know."""
+    folded = {name.casefold(): name for name in NAMES}
+    written = [name.strip() for name in next(csv.reader([header]), [])]
+    names = [folded.get(name.casefold(), "") for name in written]
+    for column in TRACE_COLUMNS:
+        if column.required and column.name not in names:
+            found = f"there is no such column among {', '.join(written[:19]) or 'nothing'}"
+            raise SimTraceError(path, found, _EXPECTED, line=1, key=column.name)
+    return names
+
+
+def _what_is_wrong(names: Sequence[str], values: Sequence[str]) -> str:
+    """Return why a row cannot be read; nothing when it can."""
+    if len(values) != len(names):
+        return f"{len(values)} values where the header names {len(names)}"
+    for name, value in zip(names, values, strict=True):
+        if name and not _is_sound(name, value):
+            return f"{name} is {value!r}"
+    return ""
+
+
+def _is_sound(name: str, value: str) -> bool:
+    kind = _BY_NAME[name].dtype
+    if kind == "str":
+        return bool(value.strip())
+    if kind == "bool":
+        return value in ("True", "False")
+    if name == "action" and value.startswith("["):
+        return value.endswith("]")
+    try:
+        number = float(value)
+    except ValueError:
+        return False
+    return kind == "float64" or number == int(number)
+
+
+def _parsed(name: str, values: list[str]) -> Array:
+    kind = _BY_NAME[name].dtype
+    if kind == "str":
+        return np.array(values)
+    if kind == "bool":
+        return np.array([value == "True" for value in values])
+    if name == "action":
+        return np.array([CONTINUOUS_ACTION if value[0] == "[" else int(float(value)) for value in values], np.int64)
+    numbers = np.array([float(value) for value in values])
+    return numbers if kind == "float64" else numbers.astype(np.int64)
+
+
+def _printed(name: str, columns: Mapping[str, Array]) -> list[str]:
+    """Return a column's values as AWS prints them: `str` of Python's own types."""
+    values = _typed(_BY_NAME[name], columns[name]).tolist()
+    if name == "progress":
+        return ["100" if value == 100 else str(value) for value in values]
+    if name == "action":
+        pairs = zip(
+            values,
+            np.asarray(columns["steer"], float).tolist(),
+            np.asarray(columns["throttle"], float).tolist(),
+            strict=True,
+        )
+        return [f"[{steer} {speed}]" if value == CONTINUOUS_ACTION else str(value) for value, steer, speed in pairs]
+    return [str(value) for value in values]
+
+
+def _commanded(values: Array) -> Array:
+    round_values = values.round(4) + 0.0
+    return np.where(np.abs(values - round_values) < 4e-6, round_values, values)
+
+
+def _typed(column: TraceColumn, values: Any) -> Array:
+    return np.asarray(values).astype(str if column.dtype == "str" else column.dtype, copy=False)
