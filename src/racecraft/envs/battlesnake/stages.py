@@ -76,7 +76,7 @@ def feed(board: Board, moves: Moves | None, table: Table) -> None:
 
 
 def eliminate(board: Board, moves: Moves | None, table: Table) -> None:
-    """Take out the starved and those off the board; then judge all collisions among the rest, and apply them together."""
+    """Take out the starved and those off the board; then judge all collisions of the rest and apply them together."""
     if moves is None:
         return
     for snake in board.alive():
@@ -134,7 +134,7 @@ def outside_safe_zone(board: Board, sides: list[int]) -> Counter[Point]:
 
 
 def default_move(body: list[Point], width: int, height: int) -> str:
-    """Return the move of a snake whose move is no move: straight on (also across a wrapped edge), up from a stacked start.
+    """Return the move of a snake that gave none: straight on (also across a wrapped edge), up from a stacked start.
 
     >>> default_move([(0, 3), (10, 3), (9, 3)], 11, 11)
     'right'
