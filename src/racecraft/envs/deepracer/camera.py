@@ -1,0 +1,152 @@
+"""The car's camera: a pinhole on a mount, at any size by the same optics. Begin with `Camera`.
+
+The original's camera has 640 x 480 pixels and 1.13 rad of horizontal view, its frames are scaled to 160 x 120 for the
+policy (facts: simapp `racecar.gazebo`, `sensors_rollout.py`). Ours renders the size asked for, every pixel the mean
+over its area. The picture itself is made in `kernels/camera.py`, of what `scene.py` lays out.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from racecraft.contract.errors import RacecraftError
+from racecraft.envs.deepracer.kernels import camera as kernels
+from racecraft.envs.deepracer.scene import MATERIALS, Scene
+
+HORIZONTAL_VIEW_RAD = 1.13
+"""Angle between the left and the right edge of the frame (facts: simapp `racecar.gazebo`)."""
+
+
+@dataclass(frozen=True, slots=True)
+class CameraMount:
+    """Where a camera sits on the car and how it looks."""
+
+    x: float
+    """m ahead of base_link."""
+    z: float
+    """m above the ground."""
+    pitch: float
+    """rad, positive looks down."""
+    horizontal_view: float = HORIZONTAL_VIEW_RAD
+    """rad between the left and right edges of the frame."""
+
+
+MOUNT_V3 = CameraMount(x=0.14529379, z=0.13032555, pitch=math.radians(13.6))
+"""Cars of version 3 and later: 15 degrees less the car's nose-up stance (facts: simapp `frustum.py`)."""
+MOUNT_V2 = CameraMount(x=0.2, z=0.164, pitch=math.radians(15.0))
+"""Cars of versions 1 and 2 (facts: simapp `frustum.py`; fitted on camera frames)."""
+
+
+class Optics(NamedTuple):
+    """A mounted camera as kernels take it: plain numbers, lengths in m, image measures in pixels."""
+
+    focal: float
+    middle_x: float
+    middle_y: float
+    cos_pitch: float
+    sin_pitch: float
+    mount_x: float
+    mount_z: float
+    side: float
+    """Half width over focal length."""
+    side_norm: float
+    """Norm of the side plane's normal on the ground, for circles."""
+    ground_near: float
+    """Depth nearer than any ground in the frame, m."""
+
+
+class CameraError(RacecraftError):
+    """A camera was asked for what it cannot do."""
+
+
+class Camera:
+    """Renders what cars see of one scene.
+
+    Args:
+        scene: From `build_scene`.
+        width, height: Pixels; 4 : 3 has the original's view, another shape keeps the horizontal view.
+        mount: Where the camera sits.
+    """
+
+    def __init__(self, scene: Scene, width: int = 160, height: int = 120, mount: CameraMount = MOUNT_V3):
+        if width < 1 or height < 1:
+            raise CameraError(
+                f"A camera of {width} x {height} pixels sees nothing.",
+                "Give a width and height of at least 1, such as 160 and 120.",
+            )
+        self.scene, self.width, self.height, self.mount = scene, width, height, mount
+        self.optics = mounted_optics(width, height, mount)
+
+    def render_grey(self, poses: np.ndarray, out: np.ndarray | None = None, palettes: np.ndarray | None = None):
+        """Render what the policy sees.
+
+        Args:
+            poses: (R, 3) float64: x, y in m and yaw in rad of base_link.
+            out: (R, H, W) uint8, written; None: a new array.
+            palettes: (M,) or (R, M) grey levels 0 to 255 of the materials; None: the scene's daylight.
+
+        Returns:
+            `out`.
+        """
+        poses = _checked_poses(poses)
+        out = self._checked_out(out, (len(poses), self.height, self.width))
+        levels = _checked_palettes(self.scene.grey_palette if palettes is None else palettes, len(poses), 1)
+        kernels.render_grey_frames(self.scene, self.optics, poses, levels, out)
+        return out
+
+    def render_rgb(self, poses: np.ndarray, out: np.ndarray | None = None, palettes: np.ndarray | None = None):
+        """Render for people: as `render_grey`, with `out` (R, H, W, 3) and `palettes` (M, 3) or (R, M, 3)."""
+        poses = _checked_poses(poses)
+        out = self._checked_out(out, (len(poses), self.height, self.width, 3))
+        levels = _checked_palettes(self.scene.palette if palettes is None else palettes, len(poses), 2)
+        kernels.render_frames(self.scene, self.optics, poses, levels, out)
+        return out
+
+    def _checked_out(self, out: np.ndarray | None, shape: tuple[int, ...]) -> np.ndarray:
+        if out is None:
+            return np.empty(shape, np.uint8)
+        if out.shape != shape or out.dtype != np.uint8:
+            raise CameraError(
+                f"The array for the frames is {out.dtype} {out.shape}, it should be uint8 {shape}.",
+                "Give an array of that shape, or none.",
+            )
+        return out
+
+
+def mounted_optics(width: int, height: int, mount: CameraMount) -> Optics:
+    """Return the numbers a kernel needs of a camera of that size on that mount."""
+    focal = 0.5 * width / math.tan(0.5 * mount.horizontal_view)
+    sine, cosine = math.sin(mount.pitch), math.cos(mount.pitch)
+    side = 0.5 * width / focal
+    lowest = 0.5 * height / focal  # down over depth at the frame's lower edge
+    nearest = mount.z / (sine + lowest * cosine)  # depth at which that ray meets the ground
+    return Optics(
+        focal, 0.5 * width, 0.5 * height, cosine, sine, mount.x, mount.z,
+        side, math.hypot(1.0, side * cosine), 0.5 * nearest,
+    )  # fmt: skip
+
+
+def _checked_poses(poses: np.ndarray) -> np.ndarray:
+    poses = np.ascontiguousarray(poses, dtype=np.float64)
+    if poses.ndim != 2 or poses.shape[1] != 3:
+        raise CameraError(
+            f"Poses of shape {poses.shape} were given, it should be (R, 3).",
+            "Give x, y and yaw of each car, one car a row.",
+        )
+    return poses
+
+
+def _checked_palettes(palettes: np.ndarray, frames: int, ndim: int) -> np.ndarray:
+    palettes = np.ascontiguousarray(palettes, dtype=np.float64)
+    if palettes.ndim == ndim:
+        palettes = palettes[None]
+    if palettes.ndim != ndim + 1 or len(palettes) not in (1, frames) or palettes.shape[1] != len(MATERIALS):
+        raise CameraError(
+            f"Palettes of shape {palettes.shape} do not fit {frames} frames and {len(MATERIALS)} materials.",
+            "Give one palette, or one for each frame, with a row for each material of scene.MATERIALS.",
+        )
+    return palettes

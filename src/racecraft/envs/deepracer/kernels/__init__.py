@@ -1,0 +1,1 @@
+"""Scalar bodies of the DeepRacer world, compiled once and shared among cars."""

@@ -1,0 +1,290 @@
+"""One camera frame, as a kernel: edges between materials, each with exact area coverage. Begin at `render_frame`.
+
+The ground of a circuit is a partition into plainly coloured polygons, so a pixel is Σ share x colour, and stepping
+from one material to its neighbour at an edge changes the sum by (share of the pixel below the edge) x (difference of
+the colours). `add_edge` writes these changes into a sheet of differences; one running sum down each column turns the
+sheet into the frame. Shares are exact areas (a box filter of one pixel), no texture is sampled, and nothing is
+painted twice: the cost is that of the edges in sight and of one pass over the pixels that runs on vector units.
+
+Differences are integers (1/64 grey level) and an edge's steps add up without remainder, so the order of the edges
+does not matter and nothing drifts down a column.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from racecraft.kernels import kernel, parallel_kernel, prange
+
+LEVEL = 64
+"""Parts of one grey level in the sheet of differences; int16 holds twice the range of a colour."""
+
+SKY = 9
+FIELD = 0
+FIRST_WALL = 5
+WALL_NEAR_M = 0.02
+"""Walls nearer than this to the image plane are cut off (the original's near clip)."""
+
+
+@parallel_kernel
+def render_frames(scene, optics, poses, palettes, frames):
+    """Render R frames (R, H, W, C) uint8 from poses (R, 3), each with its palette (R or 1, M, C) of levels 0 to 255."""
+    one_each = np.int64(palettes.shape[0] > 1)
+    for row in prange(poses.shape[0]):
+        palette = palettes[np.int64(row) * one_each]
+        for channel in range(palettes.shape[2]):
+            render_frame(
+                scene, optics, poses[row, 0], poses[row, 1], poses[row, 2], palette[:, channel],
+                frames[row, :, :, channel],
+            )  # fmt: skip
+
+
+@parallel_kernel
+def render_grey_frames(scene, optics, poses, palettes, frames):
+    """Render R grey frames (R, H, W) uint8 from poses (R, 3), each with its palette (R or 1, M)."""
+    one_each = np.int64(palettes.shape[0] > 1)
+    for row in prange(poses.shape[0]):
+        palette = palettes[np.int64(row) * one_each]
+        render_frame(scene, optics, poses[row, 0], poses[row, 1], poses[row, 2], palette, frames[row])
+
+
+@kernel
+def render_frame(scene, optics, x, y, yaw, palette, frame):
+    """Write what a car at (x, y, yaw) sees into frame (H, W), uint8, in one channel.
+
+    Args:
+        scene: Scene.
+        optics: Optics.
+        x, y, yaw: base_link, m and rad.
+        palette: (M,) level of each material, 0 to 255.
+        frame: (H, W) uint8, written.
+    """
+    height, width = frame.shape
+    differences = np.zeros((height + 1, width), np.int16)
+    levels = np.empty(palette.shape[0], np.int32)
+    for material in range(levels.shape[0]):
+        levels[material] = int(palette[material] * LEVEL + 0.5)
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    eye_x = x + cosine * optics.mount_x
+    eye_y = y + sine * optics.mount_x
+    add_backdrop(differences, scene, optics, eye_x, eye_y, cosine, sine, levels)
+    add_ground(differences, scene, optics, eye_x, eye_y, cosine, sine, levels)
+    sum_columns(differences, levels[SKY], frame)
+
+
+@kernel
+def sum_columns(differences, start, frame):
+    """Turn differences into grey levels: add them up down each column, from `start` above the frame."""
+    height, width = frame.shape
+    sums = np.full(width, start + LEVEL // 2, np.int16)
+    for row in range(height):
+        for column in range(width):
+            total = np.int16(sums[column] + differences[row, column])
+            sums[column] = total
+            level = np.int16(total >> 6)
+            frame[row, column] = np.uint8(min(max(level, np.int16(0)), np.int16(255)))
+
+
+@kernel
+def add_ground(differences, scene, optics, eye_x, eye_y, cosine, sine, levels):
+    """Add the edges of all ground polygons in sight."""
+    focal, near = optics.focal, optics.ground_near
+    middle_x, middle_y = optics.middle_x, optics.middle_y
+    cos_pitch, sin_pitch, eye_z = optics.cos_pitch, optics.sin_pitch, optics.mount_z
+    depth_at_foot, down_at_foot = eye_z * sin_pitch, eye_z * cos_pitch
+    side, side_norm = optics.side, optics.side_norm
+    vertices = scene.vertices
+    for chunk in range(scene.chunks.shape[0]):
+        dx, dy = scene.circles[chunk, 0] - eye_x, scene.circles[chunk, 1] - eye_y
+        radius = scene.circles[chunk, 2]
+        depth = (dx * cosine + dy * sine) * cos_pitch + depth_at_foot
+        left = dy * cosine - dx * sine
+        if depth + radius < near or abs(left) - side * depth > radius * side_norm:
+            continue
+        inside, outside = scene.chunks[chunk, 2], scene.chunks[chunk, 3]
+        weight = levels[inside] - levels[outside]
+        if weight == 0:
+            continue
+        first, last = scene.chunks[chunk, 0], scene.chunks[chunk, 1]
+        old_depth, old_left, old_down = 0.0, 0.0, 0.0
+        old_x, old_y = 0.0, 0.0
+        for vertex in range(first, last + 1):
+            dx, dy = vertices[vertex, 0] - eye_x, vertices[vertex, 1] - eye_y
+            ahead = dx * cosine + dy * sine
+            left = dy * cosine - dx * sine
+            depth = ahead * cos_pitch + depth_at_foot
+            down = down_at_foot - ahead * sin_pitch
+            image_x, image_y = 0.0, 0.0
+            if depth >= near:
+                scale = focal / depth
+                image_x, image_y = middle_x - left * scale, middle_y + down * scale
+            if vertex > first:
+                if depth >= near and old_depth >= near:
+                    add_edge(differences, old_x, old_y, image_x, image_y, weight)
+                elif depth >= near or old_depth >= near:
+                    share = (near - old_depth) / (depth - old_depth)
+                    scale = focal / near
+                    cut_x = middle_x - (old_left + share * (left - old_left)) * scale
+                    cut_y = middle_y + (old_down + share * (down - old_down)) * scale
+                    if depth >= near:
+                        add_edge(differences, cut_x, cut_y, image_x, image_y, weight)
+                    else:
+                        add_edge(differences, old_x, old_y, cut_x, cut_y, weight)
+            old_depth, old_left, old_down = depth, left, down
+            old_x, old_y = image_x, image_y
+
+
+@kernel
+def add_backdrop(differences, scene, optics, eye_x, eye_y, cosine, sine, levels):
+    """Add the field's rectangle and the inner faces of its walls, before the sky."""
+    corners = scene.field_corners
+    height = scene.wall_height
+    polygon = np.empty((4, 3))
+    for corner in range(4):  # clockwise from above, which is how a filled ring runs
+        polygon[corner, 0], polygon[corner, 1], polygon[corner, 2] = corners[3 - corner, 0], corners[3 - corner, 1], 0.0
+    add_polygon(
+        differences, optics, polygon, eye_x, eye_y, cosine, sine, optics.ground_near, levels[FIELD] - levels[SKY]
+    )
+    if height <= 0.0:
+        return
+    for wall in range(4):
+        ax, ay = corners[wall, 0], corners[wall, 1]
+        bx, by = corners[(wall + 1) % 4, 0], corners[(wall + 1) % 4, 1]
+        if (bx - ax) * (eye_y - ay) - (by - ay) * (eye_x - ax) <= 0.0:
+            continue  # seen from behind: from outside one looks through
+        for corner in range(4):
+            at_b = corner == 0 or corner == 1
+            polygon[corner, 0] = bx if at_b else ax
+            polygon[corner, 1] = by if at_b else ay
+            polygon[corner, 2] = height if corner == 1 or corner == 2 else 0.0
+        weight = levels[FIRST_WALL + wall] - levels[SKY]
+        add_polygon(differences, optics, polygon, eye_x, eye_y, cosine, sine, WALL_NEAR_M, weight)
+
+
+@kernel
+def add_polygon(differences, optics, polygon, eye_x, eye_y, cosine, sine, near, weight):
+    """Add a convex polygon (P, 3) of points in the world, cut at the near plane."""
+    if weight == 0:
+        return
+    count = polygon.shape[0]
+    image = np.empty((count + 2, 2))
+    kept = 0
+    for corner in range(count):
+        depth, left, down = into_camera(optics, polygon[corner], eye_x, eye_y, cosine, sine)
+        next_depth, next_left, next_down = into_camera(
+            optics, polygon[(corner + 1) % count], eye_x, eye_y, cosine, sine
+        )
+        if depth >= near:
+            image[kept, 0] = optics.middle_x - optics.focal * left / depth
+            image[kept, 1] = optics.middle_y + optics.focal * down / depth
+            kept += 1
+        if (depth >= near) != (next_depth >= near):
+            share = (near - depth) / (next_depth - depth)
+            image[kept, 0] = optics.middle_x - optics.focal * (left + share * (next_left - left)) / near
+            image[kept, 1] = optics.middle_y + optics.focal * (down + share * (next_down - down)) / near
+            kept += 1
+    for corner in range(kept):
+        after = (corner + 1) % kept
+        add_edge(differences, image[corner, 0], image[corner, 1], image[after, 0], image[after, 1], weight)
+
+
+@kernel
+def into_camera(optics, point, eye_x, eye_y, cosine, sine):
+    """Return depth, left and down of a point of the world in the camera's frame, m."""
+    dx, dy, dz = point[0] - eye_x, point[1] - eye_y, point[2] - optics.mount_z
+    ahead = dx * cosine + dy * sine
+    depth = ahead * optics.cos_pitch - dz * optics.sin_pitch
+    down = -ahead * optics.sin_pitch - dz * optics.cos_pitch
+    return depth, dy * cosine - dx * sine, down
+
+
+@kernel
+def add_edge(differences, x0, y0, x1, y1, weight):
+    """Add `weight` x the area below the edge from (x0, y0) to (x1, y1), in pixels, y down.
+
+    An edge that runs right adds, one that runs left subtracts: a ring that is clockwise on the picture fills itself.
+    Whatever lies left, right or below of the frame costs nothing; what lies above counts from the first row.
+    """
+    height, width = differences.shape[0] - 1, differences.shape[1]
+    if y0 >= height and y1 >= height:
+        return
+    sign = 1
+    if x1 < x0:
+        x0, y0, x1, y1 = x1, y1, x0, y0
+        sign = -1
+    if x1 <= 0.0 or x0 >= width or x1 == x0:
+        return
+    slope = (y1 - y0) / (x1 - x0)
+    if x0 < 0.0:
+        y0 -= slope * x0
+        x0 = 0.0
+    if x1 > width:
+        x1 = float(width)
+        y1 = y0 + slope * (x1 - x0)
+    if y0 > height:
+        if y1 >= height:
+            return
+        x0 += (height - y0) / slope
+        y0 = float(height)
+    elif y1 > height:
+        if y0 >= height:
+            return
+        x1 = x0 + (height - y0) / slope
+        y1 = float(height)
+    left_x, left_y = x0, y0
+    left_sum = int(x0 * weight)
+    column = int(x0)
+    while left_x < x1 and column < width:
+        right_x = float(column + 1)
+        if right_x < x1:
+            right_y = y0 + slope * (right_x - x0)
+        else:
+            right_x, right_y = x1, y1
+        right_sum = int(right_x * weight)
+        top, bottom = min(left_y, right_y), max(left_y, right_y)
+        row = int(top)
+        if top >= 0.0 and bottom < row + 1:
+            if row < height:
+                change = sign * (right_sum - left_sum)
+                lower = int(change * (0.5 * (top + bottom) - row))
+                differences[row, column] += change - lower
+                differences[row + 1, column] += lower
+        elif bottom <= 0.0:
+            differences[0, column] += sign * (right_sum - left_sum)
+        elif left_y <= right_y:
+            add_steep(differences, column, left_x, left_y, right_x, right_y, weight, sign)
+        else:
+            add_steep(differences, column, right_x, right_y, left_x, left_y, weight, -sign)
+        left_x, left_y, left_sum = right_x, right_y, right_sum
+        column += 1
+
+
+@kernel
+def add_steep(differences, column, top_x, top_y, bottom_x, bottom_y, weight, sign):
+    """Add the part of an edge within one column that crosses rows, from its top to its bottom."""
+    height = differences.shape[0] - 1
+    drift = (bottom_x - top_x) / (bottom_y - top_y)
+    old_sum = int(top_x * weight)
+    y, x = top_y, top_x
+    if top_y < 0.0:
+        x = top_x - drift * top_y
+        y = 0.0
+        new_sum = int(x * weight)
+        differences[0, column] += sign * (new_sum - old_sum)
+        old_sum = new_sum
+    row = int(y)
+    while row < height:
+        is_last = bottom_y <= row + 1
+        next_y = bottom_y if is_last else float(row + 1)
+        next_x = bottom_x if is_last else top_x + drift * (next_y - top_y)
+        new_sum = int(next_x * weight)
+        change = sign * (new_sum - old_sum)
+        lower = int(change * (0.5 * (y + next_y) - row))
+        differences[row, column] += change - lower
+        differences[row + 1, column] += lower
+        if is_last:
+            break
+        old_sum, y, x = new_sum, next_y, next_x
+        row += 1
