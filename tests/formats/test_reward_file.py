@@ -149,6 +149,12 @@ def test_a_failing_reward_gets_a_letter_with_line_and_parameters(tmp_path, body,
     assert "waypoints = [(0.0, 0.0), (0.0, 1.0), ... 119 in all]" in letter
 
 
+def test_a_parameter_that_is_not_there_is_named_with_the_nearest(tmp_path):
+    reward = loaded(tmp_path, "def reward_function(params):\n    return params['distance_from_centre']\n")
+    with pytest.raises(RewardError, match="Did you mean 'distance_from_center'?"):
+        validate(reward)
+
+
 def test_the_letter_holds_the_line_itself_and_the_traceback_the_users_file(tmp_path):
     path = written(tmp_path, "def reward_function(params):\n    return 1 / params['x']\n")
     with pytest.raises(RewardError) as caught:

@@ -207,11 +207,7 @@ def test_old_logs_of_fifteen_fields_read_and_empty_ones_are_refused(tmp_path):
 @pytest.fixture
 def deepracer_log():
     """The community's own reader of logs."""
-    logs = pytest.importorskip("deepracer.logs", reason="deepracer-utils is not installed")
-    return logs
-
-
-pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::FutureWarning", "ignore::UserWarning")
+    return pytest.importorskip("deepracer.logs", reason="deepracer-utils is not installed")
 
 
 def model_files(folder):

@@ -5,6 +5,14 @@ Files that racers bring, in the AWS dialect (degrees, percent), which is spoken 
     model_metadata.py    what the car can do and sees: `model_metadata.json`
     hyperparameters.py   how it learns: `hyperparameters.json`
     reward_file.py       what it is paid for: `reward_function.py`
+    run_env.py           the settings of DeepRacer for Cloud: `system.env`, `run.env`, `worker-N.env`
+
+Files that AWS's tools read, written as AWS writes them:
+
+    sim_trace.py         one CSV row a tick
+    simulation_log.py    the same ticks, and what was trained, as lines of a log
+    training_metrics.py  one row an episode, as JSON
+    training_params.py   what the simulator was told, as a sliver of YAML
 
 Files of our own, which strangers may take away:
 

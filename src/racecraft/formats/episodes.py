@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,7 @@ import numpy as np
 
 from racecraft.contract.errors import ContractError, InputFileError
 from racecraft.contract.world import Array
-from racecraft.formats.whole import whole_file
+from racecraft.formats.whole import write_whole
 
 if TYPE_CHECKING:
     import polars as pl
@@ -106,8 +107,9 @@ def write_episodes(path: str | Path, columns: Mapping[str, Array]) -> None:
         raise ContractError(f"Episodes need {missing or 'columns of one length'}; got columns of the shapes {shapes}.")
     ordered = [name for name in known if name in columns] + [name for name in columns if name not in known]
     frame = pl.DataFrame({name: _typed(columns[name], known.get(name)) for name in ordered})
-    with whole_file(path) as part:
-        frame.write_parquet(part, metadata={"format": FORMAT, "version": str(VERSION)})
+    whole = BytesIO()
+    frame.write_parquet(whole, metadata={"format": FORMAT, "version": str(VERSION)})
+    write_whole(path, whole.getvalue())
 
 
 def read_episodes(path: str | Path, columns: list[str] | None = None) -> pl.DataFrame:

@@ -173,7 +173,9 @@ def _name_of(key: str, notes: list[str]) -> str | None:
     folded = key.strip().casefold().replace("-", "_").replace(" ", "_")
     name = _OTHER_SPELLINGS.get(folded, folded)
     if name not in NAMES:
-        notes.append(f"unknown key '{key}' is kept and does nothing. {nearest(key, NAMES)}")
+        hint = nearest(key, NAMES)
+        near = f". {hint}" if hint.startswith("Did you mean") else ""
+        notes.append(f"unknown key '{key}' is kept and does nothing{near}")
         return None
     if name != key:
         notes.append(f"'{key}' is read as '{name}'")

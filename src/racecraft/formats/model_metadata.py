@@ -165,7 +165,10 @@ def read_model_metadata(path: str | Path) -> ModelMetadata:
     _check_type(document, metadata)
     if metadata.lidar_config is not None and not any(sensor in LIDARS for sensor in metadata.sensors):
         notes.append("lidar_config is kept and does nothing: there is no LiDAR among the sensors")
-    notes += [f"unknown key '{key}' is kept and does nothing" for key in metadata.unknown]
+    for key in metadata.unknown:
+        hint = nearest(key, KEYS)
+        near = f". {hint}" if hint.startswith("Did you mean") else ""
+        notes.append(f"unknown key '{key}' is kept and does nothing{near}")
     return replace(metadata, notes=tuple(notes))
 
 

@@ -101,9 +101,11 @@ class RewardFunction:
         deeper = frames[-1]
         elsewhere = "" if deeper.filename == str(self.path) else f" (raised in {deeper.filename}:{deeper.lineno})"
         found = f"reward_function raised {type(error).__name__}: {error}{elsewhere}"
+        cure = "Mend this line, or guard it against these parameters."
+        if isinstance(error, KeyError) and error.args and isinstance(error.args[0], str) and params:
+            cure = f"{nearest(error.args[0], params)} {cure}"
         raise RewardError(
-            f"{self.path}:{line}: {found}; expected a number. "
-            f"Mend this line, or guard it against these parameters.\n    {text}\n{_pretty(params)}"
+            f"{self.path}:{line}: {found}; expected a number. {cure}\n    {text}\n{_pretty(params)}"
         ) from error
 
     def _last_line(self) -> int:
