@@ -1,1 +1,11 @@
-"""To be furnished."""
+"""Adapters: any Gymnasium environment as a world, and our worlds as others like to see them.
+
+    from_gymnasium.py       a Gymnasium environment's id -> our World, N copies side by side
+    gymnasium_env.py        World of one car    -> gymnasium.Env
+    gymnasium_vector.py     World               -> gymnasium.vector.VectorEnv
+    sb3_vec_env.py          World               -> Stable-Baselines3 VecEnv (extra `sb3`)
+    pettingzoo_parallel.py  World of M agents   -> PettingZoo ParallelEnv (needs `pettingzoo`)
+    spaces.py               our specs as Gymnasium spaces, for the four above
+
+Each is generic and knows no particular world.
+"""

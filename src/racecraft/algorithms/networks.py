@@ -1,0 +1,271 @@
+"""From named observations to action numbers and a value. Begin with `ActorCritic`.
+
+A network is built from an `Architecture`, which is a row of plain figures: convolutions for images, dense layers for
+vectors, one trunk behind them, two heads. A new network is a new row.
+
+* An observation is an image if it is uint8 of shape (H, W) or (H, W, C), or float of shape (H, W, C); everything else
+  is flattened to a vector. uint8 is divided by 255 here, and nowhere before.
+* Several observations are embedded one by one and laid end to end in the order of their sorted names.
+* The policy reads what is not privileged. With `privileged_critic` and a world that offers privileged vectors, the
+  critic is a small network of its own over all vectors, privileged or not; it looks at no image, so it is cheap and its
+  error does not pull at the policy's eyes. Otherwise the critic is a second head of the policy's trunk, or (with
+  `separate_networks`) a twin of the whole policy network.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+from torch.nn.utils import skip_init
+
+from racecraft.contract.errors import SettingError
+from racecraft.contract.world import ActionSpec, ArraySpec, ContinuousActions, DiscreteActions
+from racecraft.settings.groups import NetworkConfig
+
+CRITIC_UNITS = (128, 128)
+"""Dense layers of a critic that reads privileged vectors."""
+IMAGE_SCALE = 1.0 / 255.0
+HIDDEN_GAIN = {"relu": math.sqrt(2.0), "tanh": math.sqrt(2.0)}
+"""Gain of the orthogonal start; the same for both, as in the PPO implementations that were measured."""
+POLICY_GAIN = 0.01
+"""Gain of the policy's last layer: it starts almost indifferent."""
+
+
+@dataclass(frozen=True)
+class Architecture:
+    """A network as a row of figures."""
+
+    convolutions: tuple[tuple[int, int, int], ...] = ()
+    """(filters, kernel px, stride px) of each convolution over an image; no padding."""
+    image_units: tuple[int, ...] = ()
+    """Dense layers of an image's own, after its convolutions."""
+    vector_units: tuple[int, ...] = ()
+    """Dense layers of a vector's own, before it meets the others."""
+    trunk_units: tuple[int, ...] = (64, 64)
+    """Dense layers over everything together."""
+    activation: str = "relu"
+    """`relu` or `tanh`, after every layer but the heads."""
+    separate_networks: bool = False
+    """Whether policy and critic share nothing."""
+    privileged_critic: bool = True
+    """Whether the critic may read what the world marks as privileged."""
+    initialisation: str = "orthogonal"
+    """`orthogonal`, or `glorot` (uniform) for parity with the AWS networks."""
+
+
+def architecture_of(config: NetworkConfig) -> Architecture:
+    """Return the row that the settings describe.
+
+    Raises:
+        SettingError: The three lists of convolutions differ in length.
+    """
+    counts = len(config.conv_filters), len(config.conv_kernels), len(config.conv_strides)
+    if len(set(counts)) > 1:
+        raise SettingError(
+            f"network.conv_filters, conv_kernels and conv_strides have {counts[0]}, {counts[1]} and {counts[2]} "
+            "entries; expected one of each for every convolution."
+        )
+    return Architecture(
+        convolutions=tuple(zip(config.conv_filters, config.conv_kernels, config.conv_strides, strict=True)),
+        trunk_units=config.hidden_units,
+        activation=config.activation,
+        privileged_critic=config.privileged_critic,
+    )
+
+
+class ActorCritic(nn.Module):
+    """Policy and critic over named observations.
+
+    Args:
+        observations: What the world shows, by name.
+        actions: What the world obeys.
+        architecture: The network as a row of figures.
+        generator: Chance for the first weights; the global generator is not touched.
+
+    For continuous actions the policy's numbers are the mean in [-1, 1] units, and `log_std` is a parameter of its own,
+    shape (A,), that does not depend on what is seen. For discrete actions they are logits, and `log_std` is None.
+    """
+
+    def __init__(
+        self,
+        observations: Mapping[str, ArraySpec],
+        actions: ActionSpec,
+        architecture: Architecture,
+        generator: torch.Generator,
+    ) -> None:
+        super().__init__()
+        visible = {name: part for name, part in observations.items() if not part.privileged}
+        vectors = {name: part for name, part in observations.items() if not is_image(part)}
+        has_privileged = any(part.privileged for part in vectors.values())
+        count = actions.count if isinstance(actions, DiscreteActions) else len(actions.low)
+
+        self.policy_body = Body(visible, architecture, generator)
+        self.critic_body: Body | None = None
+        if architecture.privileged_critic and has_privileged:
+            row = Architecture(trunk_units=CRITIC_UNITS, activation="tanh", initialisation=architecture.initialisation)
+            self.critic_body = Body(vectors, row, generator)
+        elif architecture.separate_networks:
+            self.critic_body = Body(visible, architecture, generator)
+
+        critic_width = (self.critic_body or self.policy_body).width
+        self.policy_head = dense(self.policy_body.width, count, architecture, generator, POLICY_GAIN)
+        self.value_head = dense(critic_width, 1, architecture, generator, 1.0)
+        self.log_std = nn.Parameter(torch.zeros(count)) if isinstance(actions, ContinuousActions) else None
+
+    def forward(self, observations: Mapping[str, Tensor]) -> tuple[Tensor, Tensor]:
+        """Return the policy's numbers (R, A) and the values (R,) of R rows."""
+        features = self.policy_body(observations)
+        critic = features if self.critic_body is None else self.critic_body(observations)
+        return self.policy_head(features), self.value_head(critic).squeeze(-1)
+
+    def policy(self, observations: Mapping[str, Tensor]) -> Tensor:
+        """Return the policy's numbers (R, A) alone; needs no privileged observation."""
+        return self.policy_head(self.policy_body(observations))
+
+    def value(self, observations: Mapping[str, Tensor]) -> Tensor:
+        """Return the values (R,) alone."""
+        return self.value_head((self.critic_body or self.policy_body)(observations)).squeeze(-1)
+
+
+class Body(nn.Module):
+    """Embedders side by side, laid end to end, and a trunk over them: named observations to features (R, width)."""
+
+    def __init__(
+        self, observations: Mapping[str, ArraySpec], architecture: Architecture, generator: torch.Generator
+    ) -> None:
+        super().__init__()
+        self.names = tuple(sorted(observations))
+        self.embedders = nn.ModuleList()
+        width = 0
+        for name in self.names:
+            part = observations[name]
+            embedder, size = (image_embedder if is_image(part) else vector_embedder)(
+                name, part, architecture, generator
+            )
+            self.embedders.append(embedder)
+            width += size
+        self.trunk = dense_stack(width, architecture.trunk_units, architecture, generator)
+        self.width = architecture.trunk_units[-1] if architecture.trunk_units else width
+
+    def forward(self, observations: Mapping[str, Tensor]) -> Tensor:
+        """Return features (R, width)."""
+        parts = [embed(observations[name]) for name, embed in zip(self.names, self.embedders, strict=True)]
+        return self.trunk(parts[0] if len(parts) == 1 else torch.cat(parts, dim=1))
+
+
+class Image(nn.Module):
+    """(R, H, W) or (R, H, W, C) to float32 (R, C, H, W) with its channels last in memory, uint8 scaled to [0, 1].
+
+    With channels last, convolutions need no reordering on a CPU and flattening afterwards needs no copy.
+    """
+
+    def __init__(self, has_channels: bool) -> None:
+        super().__init__()
+        self.has_channels = has_channels
+
+    def forward(self, frames: Tensor) -> Tensor:
+        """Return frames as convolutions want them."""
+        pixels = frames.float() * IMAGE_SCALE if frames.dtype == torch.uint8 else frames
+        return pixels.permute(0, 3, 1, 2) if self.has_channels else pixels.unsqueeze(1)
+
+
+class FlattenChannelsLast(nn.Module):
+    """(R, C, H, W) to (R, H * W * C), channel fastest, as TensorFlow counts them."""
+
+    def forward(self, maps: Tensor) -> Tensor:
+        """Return features (R, H * W * C)."""
+        return maps.permute(0, 2, 3, 1).flatten(1)
+
+
+class Vector(nn.Module):
+    """Anything of shape (R, ...) to float32 (R, width)."""
+
+    def forward(self, numbers: Tensor) -> Tensor:
+        """Return vectors."""
+        return numbers.float().flatten(1)
+
+
+def is_image(part: ArraySpec) -> bool:
+    """Tell whether an observation goes through convolutions.
+
+    >>> is_image(ArraySpec((30, 40), np.uint8)), is_image(ArraySpec((7,), np.float32))
+    (True, False)
+    """
+    return len(part.shape) == 3 or (len(part.shape) == 2 and np.dtype(part.dtype) == np.uint8)
+
+
+def image_embedder(
+    name: str, part: ArraySpec, architecture: Architecture, generator: torch.Generator
+) -> tuple[nn.Module, int]:
+    """Return the network over one image and the width of what it gives.
+
+    Raises:
+        SettingError: The convolutions leave nothing of an image this small.
+    """
+    height, width, *rest = part.shape
+    channels = rest[0] if rest else 1
+    layers: list[nn.Module] = [Image(has_channels=bool(rest))]
+    for filters, kernel, stride in architecture.convolutions:
+        if min(height, width) < kernel:
+            raise SettingError(
+                f"Observation '{name}' has shape {part.shape}; at {height} x {width} px the convolution of kernel "
+                f"{kernel} finds no room. Use smaller network.conv_kernels or fewer convolutions."
+            )
+        layer = skip_init(nn.Conv2d, channels, filters, kernel, stride)
+        start_weights(layer, architecture, generator, HIDDEN_GAIN[architecture.activation])
+        layers += [layer.to(memory_format=torch.channels_last), activation(architecture)]
+        height, width, channels = (height - kernel) // stride + 1, (width - kernel) // stride + 1, filters
+    size = height * width * channels
+    layers += [FlattenChannelsLast(), *dense_stack(size, architecture.image_units, architecture, generator)]
+    return nn.Sequential(*layers), architecture.image_units[-1] if architecture.image_units else size
+
+
+def vector_embedder(
+    name: str, part: ArraySpec, architecture: Architecture, generator: torch.Generator
+) -> tuple[nn.Module, int]:
+    """Return the network over one vector and the width of what it gives."""
+    size = math.prod(part.shape)
+    units = architecture.vector_units
+    return nn.Sequential(Vector(), *dense_stack(size, units, architecture, generator)), units[-1] if units else size
+
+
+def dense_stack(
+    width: int, units: tuple[int, ...], architecture: Architecture, generator: torch.Generator
+) -> nn.Sequential:
+    """Return dense layers with an activation after each."""
+    gain = HIDDEN_GAIN[architecture.activation]
+    layers: list[nn.Module] = []
+    for before, after in pairwise((width, *units)):
+        layers += [dense(before, after, architecture, generator, gain), activation(architecture)]
+    return nn.Sequential(*layers)
+
+
+def dense(width: int, units: int, architecture: Architecture, generator: torch.Generator, gain: float) -> nn.Linear:
+    """Return one dense layer with its first weights."""
+    layer = skip_init(nn.Linear, width, units)
+    start_weights(layer, architecture, generator, gain)
+    return layer
+
+
+def activation(architecture: Architecture) -> nn.Module:
+    """Return the non-linearity between layers."""
+    return nn.Tanh() if architecture.activation == "tanh" else nn.ReLU()
+
+
+@torch.no_grad()
+def start_weights(
+    layer: nn.Linear | nn.Conv2d, architecture: Architecture, generator: torch.Generator, gain: float
+) -> None:
+    """Give a layer its first weights: orthogonal with a gain, or Glorot uniform; biases start at 0."""
+    if architecture.initialisation == "glorot":
+        nn.init.xavier_uniform_(layer.weight, generator=generator)
+    else:
+        nn.init.orthogonal_(layer.weight, gain, generator=generator)
+    if layer.bias is not None:
+        nn.init.zeros_(layer.bias)

@@ -1,0 +1,78 @@
+"""Advantages and value targets, with the two endings kept apart.
+
+*Terminated*: nothing follows, so nothing is bootstrapped. *Truncated*: we stopped watching, so the value of the final
+observation follows. Neither lets anything of the next episode through. A row that is not *active* was not steered: it
+is passed through as if its tick belonged to the active tick before it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from racecraft.contract.world import Array
+
+
+def advantages(
+    reward: Array,
+    value: Array,
+    next_value: Array,
+    terminated: Array,
+    truncated: Array,
+    discount: float,
+    gae_lambda: float,
+    active: Array | None = None,
+) -> tuple[Array, Array]:
+    """Return generalised advantages and value targets, both float32 (T, R).
+
+    Args:
+        reward: float32 (T, R), of the tick taken from row t.
+        value: float32 (T, R), the critic's value of the observation at t.
+        next_value: float32 (T, R), the value of what followed within the same episode: `value[t + 1]`, or the value of
+            the final observation where the episode was truncated. Not read where it terminated.
+        terminated: bool (T, R).
+        truncated: bool (T, R).
+        discount: Weight of the next tick's value (gamma), 0 to 1.
+        gae_lambda: Mix of one-step and long estimates (lambda), 0 to 1.
+        active: bool (T, R), whether the action at t was obeyed; None where all were. The results of inactive rows
+            carry no meaning.
+
+    Source: Schulman et al., "High-dimensional continuous control using generalized advantage estimation", 2016,
+    equations 11 to 16.
+    """
+    ticks = len(reward)
+    found = np.zeros_like(value)
+    running = np.zeros_like(value[0])
+    carries_on = ~(terminated | truncated)
+    behind = value[-1]  # worth of the row after t, when it is inactive and the critic cannot be asked
+    for t in reversed(range(ticks)):
+        following = next_value[t]
+        if active is not None and t + 1 < ticks:
+            following = np.where(carries_on[t] & ~active[t + 1], behind, following)
+        target = reward[t] + discount * following * ~terminated[t]
+        running = discount * carries_on[t] * running
+        if active is None:
+            running = target - value[t] + gae_lambda * running
+        else:
+            running = np.where(active[t], target - value[t] + gae_lambda * running, running)
+            behind = np.where(active[t], value[t], target)
+        found[t] = running
+    return found, found + value
+
+
+def next_values(value: Array, last_value: Array, final_value: Array, truncated: Array) -> Array:
+    """Return what followed each tick, (T, R), for `advantages`.
+
+    Args:
+        value: float32 (T, R).
+        last_value: float32 (R,), of the observation after the last tick.
+        final_value: float32 (T, R), of the final observation; read only where truncated.
+        truncated: bool (T, R).
+    """
+    following = np.concatenate([value[1:], last_value[None]])
+    return np.where(truncated, final_value, following)
+
+
+def explained_variance(predicted: Array, found: Array) -> float:
+    """Return the share of the targets' variance that the critic foresaw: 1 all, 0 none, below 0 worse than none."""
+    spread = float(np.var(found))
+    return float("nan") if spread == 0.0 else 1.0 - float(np.var(found - predicted)) / spread

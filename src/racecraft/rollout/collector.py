@@ -1,0 +1,231 @@
+"""Worlds and minds meet: carry a policy through many worlds at once and keep what happened. Begin with `Collector`.
+
+A tick, in order: decide, step the worlds (which write straight into the storage), let the observers look, value the
+final observations of episodes cut short, count.
+
+The worlds may be carried for a fixed number of ticks (`collect`) or until every car has driven its quota of whole
+episodes (`collect_episodes`). A fixed quota for each car, and not "the first so many that end", because the first to
+end are the shortest and would be learned from too often.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+import torch
+
+from racecraft.algorithms.experience import Experience
+from racecraft.algorithms.ppo import Decision
+from racecraft.contract.errors import ContractError
+from racecraft.contract.world import Array, BeginsEpisodes, EpisodeRecord, StepBuffers, World, allocate
+from racecraft.rollout.rollout_buffer import RolloutBuffer
+from racecraft.rollout.statistics import EpisodeCounter
+
+FIRST_ROOM = 128
+"""Ticks of storage that whole episodes start with; doubled whenever it is full."""
+
+Observer = Callable[[World, StepBuffers, Array], None]
+"""Sees the world, what it wrote and the actions just taken, shape (N, M, *action shape). Looks, never writes."""
+
+
+class Mind(Protocol):
+    """What a collector asks of a learner."""
+
+    def act(
+        self,
+        observations: Mapping[str, Array],
+        action_mask: Array | None = None,
+        greedy: bool = False,
+        generator: torch.Generator | None = None,
+    ) -> Decision:
+        """Decide for R rows."""
+        ...
+
+    def values(self, observations: Mapping[str, Array]) -> Array:
+        """Return the values (R,) of R rows."""
+        ...
+
+
+class Collector:
+    """Carries one mind through the worlds and keeps what happened.
+
+    Args:
+        world: N worlds of M agents.
+        mind: Decides and values; usually a `PpoLearner`.
+        horizon: Ticks of one `collect`.
+        seed: Of the worlds and of exploration.
+        observers: Called after each tick; live pictures and logs hang here.
+
+    The worlds are begun at once. What `collect` returns are views of storage that the next call writes over.
+    """
+
+    def __init__(self, world: World, mind: Mind, horizon: int, seed: int, observers: Sequence[Observer] = ()) -> None:
+        self.world, self.mind, self.horizon = world, mind, horizon
+        self.observers = list(observers)
+        self.buffer = RolloutBuffer(world.spec, horizon)
+        self.counter = EpisodeCounter(world)
+        self.generator = torch.Generator().manual_seed(seed)
+        self.ticks_taken = 0
+        """Ticks taken since the collector was made or restored to."""
+        self._seed, self._resets, self._row = seed, 0, 0
+        self._begin_worlds()
+
+    @property
+    def steps_taken(self) -> int:
+        """Environment steps taken: ticks times worlds times agents."""
+        return self.ticks_taken * self.world.spec.num_worlds * self.world.spec.num_agents
+
+    def collect(self) -> Experience:
+        """Carry on for `horizon` ticks and return what happened; episodes under way go on in the next call."""
+        buffer = self.buffer
+        buffer.carry_over(self._row)
+        for t in range(self.horizon):
+            self._tick(t)
+        self._row = self.horizon
+        buffer.learn[:] = True
+        return self._kept(self.horizon)
+
+    def collect_episodes(self, quota: int) -> Experience:
+        """Begin an episode in every world and carry on until each car has driven `quota` whole episodes.
+
+        A world that `BeginsEpisodes` begins where its next episode would; others are reset.
+
+        Ticks that a car drives after its quota are kept out of learning.
+        """
+        buffer = self.buffer
+        self._begin_episodes()
+        done = np.zeros((self.world.spec.num_worlds, self.world.spec.num_agents), np.int64)
+        t = 0
+        while (done < quota).any():
+            if t == buffer.ticks:
+                buffer.grow(max(FIRST_ROOM, 2 * t))
+            buffer.learn[t] = done < quota
+            self._tick(t)
+            done += buffer.terminated[t] | buffer.truncated[t]
+            t += 1
+        self._row = t
+        return self._kept(t)
+
+    def take_episodes(self) -> list[EpisodeRecord]:
+        """Return the episodes that ended since the last call, oldest first."""
+        return self.counter.take()
+
+    def state(self) -> dict[str, Any]:
+        """Return everything an exact continuation needs, even in the middle of an episode, as named arrays (copies)."""
+        view = self.buffer.views[self._row]
+        shown = {name: array.copy() for name, array in view.observations.items()}
+        return {
+            "world": self.world.save_state(),
+            "shown": shown,
+            "episodes": self.counter.state(),
+            "exploration": {"generator": self.generator.get_state().numpy().copy()},
+            "counts": {"ticks_taken": np.array(self.ticks_taken), "resets": np.array(self._resets)},
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Go on from what `state` gave: the same world, mind and horizon are expected."""
+        self._row = 0
+        view = self.buffer.views[0]
+        self.world.load_state(state["world"], view)
+        for name, shown in state["shown"].items():
+            if not np.array_equal(view.observations[name], shown, equal_nan=shown.dtype.kind == "f"):
+                raise ContractError(
+                    f"{self.world.spec.name}: after load_state the observation '{name}' is not what it was at "
+                    "save_state; expected the same numbers."
+                )
+        self.counter.restore(state["episodes"])
+        self.generator.set_state(torch.from_numpy(np.asarray(state["exploration"]["generator"])))
+        self.ticks_taken = int(state["counts"]["ticks_taken"])
+        self._resets = int(state["counts"]["resets"])
+
+    def _begin_worlds(self) -> None:
+        """Begin every world anew; each time with chance of its own."""
+        self.world.reset(self.buffer.views[0], self._seed + 1_000_003 * self._resets)
+        self._resets += 1
+        self._row = 0
+        self.counter.begin()
+
+    def _begin_episodes(self) -> None:
+        """Begin an episode in every world, where the world would begin its next one."""
+        if not isinstance(self.world, BeginsEpisodes):
+            self._begin_worlds()
+            return
+        self._row = 0
+        self.world.begin_episodes(self.buffer.views[0])
+        self.counter.begin()
+
+    def _tick(self, t: int) -> None:
+        buffer, now, then = self.buffer, self.buffer.views[t], self.buffer.views[t + 1]
+        decision = self.mind.act(_rows(now.observations), _mask_rows(now), generator=self.generator)
+        shape = buffer.log_prob.shape[1:]
+        actions = decision.actions.reshape(*shape, *self.world.spec.actions.shape)
+        buffer.samples[t] = decision.samples.reshape(buffer.samples.shape[1:])
+        buffer.log_prob[t] = decision.log_prob.reshape(shape)
+        buffer.value[t] = decision.value.reshape(shape)
+
+        self.world.step(actions, then)
+        self.ticks_taken += 1
+        for observer in self.observers:
+            observer(self.world, then, actions)
+        cut = then.truncated & ~then.terminated
+        if cut.any():
+            final = {name: array[cut] for name, array in then.final_observations.items()}
+            buffer.final_value[t][cut] = self.mind.values(final)
+        self.counter.count(then)
+
+    def _kept(self, ticks: int) -> Experience:
+        last = self.mind.values(_rows(self.buffer.views[ticks].observations))
+        return self.buffer.experience(ticks, last)
+
+
+def play_episodes(
+    world: World,
+    choose: Callable[[Mapping[str, Array], Array | None], Array],
+    quota: int,
+    seed: int,
+    observers: Sequence[Observer] = (),
+) -> list[EpisodeRecord]:
+    """Let every car drive `quota` whole episodes from a fresh start and return them; nothing is kept to learn from.
+
+    Args:
+        world: N worlds of M agents; `quota` * N * M episodes are returned.
+        choose: From named rows (R, ...) and a mask (R, A) or None to actions (R, *action shape): a policy's `act`, or
+            a learner's `choose`.
+        quota: Episodes of each car.
+        seed: Of the worlds.
+        observers: Called after each tick.
+    """
+    spec = world.spec
+    now, then = allocate(spec), allocate(spec)
+    counter = EpisodeCounter(world)
+    world.reset(now, seed)
+    counter.begin()
+    done = np.zeros((spec.num_worlds, spec.num_agents), np.int64)
+    records: list[EpisodeRecord] = []
+    told = np.zeros_like(done)
+    while (done < quota).any():
+        actions = choose(_rows(now.observations), _mask_rows(now))
+        actions = actions.reshape(spec.num_worlds, spec.num_agents, *spec.actions.shape)
+        world.step(actions, then)
+        for observer in observers:
+            observer(world, then, actions)
+        counter.count(then)
+        done += then.ended
+        now, then = then, now
+    for record in counter.take():
+        if told[record.world, record.agent] < quota:
+            told[record.world, record.agent] += 1
+            records.append(record)
+    return records
+
+
+def _rows(named: Mapping[str, Array]) -> dict[str, Array]:
+    """Return (N, M, ...) arrays as R = N * M rows; views."""
+    return {name: array.reshape(-1, *array.shape[2:]) for name, array in named.items()}
+
+
+def _mask_rows(buffers: StepBuffers) -> Array | None:
+    mask = buffers.action_mask
+    return None if mask is None else mask.reshape(-1, mask.shape[-1])
