@@ -1,8 +1,8 @@
 """The command line: one command per verb a person would say.
 
 Every command imports what it needs when it runs, so that `--help` answers at once. With `--json` exactly one JSON
-object on one line goes to standard output, and everything else to standard error. What the user gave and cannot be used ends
-with a letter and exit code 2.
+object on one line goes to standard output, and everything else to standard error. What the user gave and cannot be used
+ends with a letter and exit code 2.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, EpisodeRecord, StepBuffers, World
 from racecraft.envs.deepracer import race
+from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.evaluation.episodes import Observer, play_episodes
 
@@ -66,7 +67,7 @@ class LapReport:
     def as_dictionary(self) -> dict[str, Any]:
         """Return the report as plain values, fit for JSON."""
         return {
-            "laps": [lap.__dict__ | {} for lap in self.laps],
+            "laps": [asdict(lap) for lap in self.laps],
             "full_laps": self.full_laps,
             "mean_progress_percent": round(self.mean_progress_percent, 3),
             "best_lap_seconds": self.best_lap_seconds,
@@ -108,9 +109,9 @@ class _LapKeeper:
         full = report["status"] == race.LAP_COMPLETE
         if self.is_full or not (full or report["terminated"] or report["truncated"]):
             return
-        status = race.STATUSES[report["status"]] if not report["truncated"] or full else "truncated"
+        status = "truncated" if report["truncated"] and not full else race.STATUSES[report["status"]]
         seconds = round(float(report["lap_seconds"]), 6) if full else None
-        ticks = round(float(report["lap_seconds"]) * 15.0)
+        ticks = round(float(report["lap_seconds"]) * TICKS_PER_SECOND)
         progress = min(max(float(report["progress"]), 0.0), 100.0)
         self.laps.append(Lap(100.0 * float(report["start_share"]), progress, seconds, status, ticks))
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from racecraft.algorithms.ppo import PpoLearner
+from racecraft.algorithms.weights import to_arrays
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.episodes import write_episodes
 from racecraft.formats.run_folder import RunFolder
@@ -14,7 +15,6 @@ from racecraft.formats.whole import write_whole
 from racecraft.rollout.collector import Collector
 from racecraft.training.events import IterationReport
 from racecraft.training.recorder import EpisodeRecorder
-from racecraft.training.tensors import to_arrays
 
 
 class RunKeeper:

@@ -92,21 +92,7 @@ class RaceWorld:
         self._cars = race.new_cars(num_cars, self._start_shares)
         self._reward_sums = np.zeros(num_cars)
         self._finished: list[EpisodeRecord] = []
-        self._spec = WorldSpec(
-            name=f"DeepRacer {track.name}",
-            num_worlds=num_cars,
-            num_agents=1,
-            observations={
-                CAMERA_NAME: ArraySpec(
-                    (camera_config.height, camera_config.width), np.uint8, 0, 255, doc="Front camera, grey."
-                ),
-                CRITIC_NAME: ArraySpec(
-                    (race.CRITIC_NUMBERS,), np.float32, privileged=True, doc="Place, speed and the road ahead."
-                ),
-            },
-            actions=actions.spec,
-            tick_seconds=TICK_SECONDS,
-        )
+        self._spec = world_spec(actions, camera_config, num_cars, f"DeepRacer {track.name}")
 
     @property
     def spec(self) -> WorldSpec:
@@ -204,6 +190,27 @@ class RaceWorld:
                 )
             )
             self._reward_sums[n] = 0.0
+
+
+def world_spec(
+    actions: ActionTable, camera_config: CameraConfig, num_cars: int = 1, name: str = "DeepRacer"
+) -> WorldSpec:
+    """Return the promise of a race world; the same on every track."""
+    return WorldSpec(
+        name=name,
+        num_worlds=num_cars,
+        num_agents=1,
+        observations={
+            CAMERA_NAME: ArraySpec(
+                (camera_config.height, camera_config.width), np.uint8, 0, 255, doc="Front camera, grey."
+            ),
+            CRITIC_NAME: ArraySpec(
+                (race.CRITIC_NUMBERS,), np.float32, privileged=True, doc="Place, speed and the road ahead."
+            ),
+        },
+        actions=actions.spec,
+        tick_seconds=TICK_SECONDS,
+    )
 
 
 def mount_for_version(version: str | None) -> CameraMount:

@@ -1,0 +1,74 @@
+"""The car's answer to steering and throttle: by hand, by twin, by law."""
+
+import math
+
+import pytest
+
+from racecraft.envs.deepracer.kernels.vehicle import drive
+from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS, WHEELBASE_M
+
+
+def drive_ticks(profile, ticks, steering, speed, start=(0.0, 0.0, 0.0, 0.0, 0.0)):
+    """Drive with one command from the first tick on; return (x, y, yaw, speed, steering)."""
+    x, y, yaw, v, delta = start
+    old = (0.0, 0.0)
+    for _ in range(ticks):
+        x, y, yaw, v, delta = drive(PROFILES[profile], x, y, yaw, v, delta, *old, steering, speed)
+        old = (steering, speed)
+    return x, y, yaw, v, delta
+
+
+def test_the_ideal_car_drives_the_textbook_circle():
+    """Rear axle on a circle of radius L / tan(delta); 1 m/s for 3 s is 3 m of arc, a turn of 3 / R."""
+    delta = math.radians(20)
+    radius = WHEELBASE_M / math.tan(delta)
+    rear = 0.081663
+    x, y, yaw, _, _ = drive_ticks("kinematic", 45, delta, 1.0)
+    turned = 45 * TICK_SECONDS / radius
+    assert yaw == pytest.approx(math.remainder(turned, 2 * math.pi), abs=1e-9)
+    # The rear axle began at (-rear, 0) and circles (-rear, radius); base_link rides `rear` ahead of it.
+    axle = (-rear + radius * math.sin(turned), radius * (1 - math.cos(turned)))
+    assert x == pytest.approx(axle[0] + rear * math.cos(yaw), abs=2e-3)
+    assert y == pytest.approx(axle[1] + rear * math.sin(yaw), abs=2e-3)
+
+
+def test_the_classic_car_takes_off_as_it_did_in_the_logs():
+    """Facts 1.4: .12, .33, .54, .67, .86 m/s after ticks 1 to 5 at 1 m/s; jitter of the logs is some hundredths."""
+    speeds = [drive_ticks("v4", ticks, 0.0, 1.0)[3] for ticks in range(1, 6)]
+    assert speeds == pytest.approx([0.12, 0.33, 0.54, 0.67, 0.86], abs=0.09)
+
+
+@pytest.mark.parametrize("profile", ["v4", "v6"])
+def test_thirty_degrees_turn_wider_than_the_geometry_says(profile):
+    """Facts 1.4: the v6 car settles to a radius of about 0.50 m where the wheelbase says 0.28 m."""
+    far = drive_ticks(profile, 60, math.radians(30), 1.0)
+    farther = drive_ticks(profile, 61, math.radians(30), 1.0)
+    yaw_rate = math.remainder(farther[2] - far[2], 2 * math.pi) / TICK_SECONDS
+    radius = far[3] / yaw_rate
+    assert radius == pytest.approx({"v4": 0.426, "v6": 0.497}[profile], abs=0.01)
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_left_and_right_are_mirrors(profile):
+    left = drive_ticks(profile, 20, 0.3, 1.5)
+    right = drive_ticks(profile, 20, -0.3, 1.5)
+    assert right == (left[0], -left[1], -left[2], left[3], -left[4])
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_where_one_starts_does_not_change_how_one_drives(profile):
+    """The same drive from another pose is the same path, turned and moved."""
+    turn, move = 0.7, (3.0, -2.0)
+    x, y, yaw, v, delta = drive_ticks(profile, 15, -0.2, 1.0)
+    far = drive_ticks(profile, 15, -0.2, 1.0, start=(*move, turn, 0.0, 0.0))
+    assert far[0] == pytest.approx(move[0] + x * math.cos(turn) - y * math.sin(turn))
+    assert far[1] == pytest.approx(move[1] + x * math.sin(turn) + y * math.cos(turn))
+    assert far[2:] == pytest.approx((yaw + turn, v, delta))
+
+
+def test_a_new_command_waits_for_its_delay():
+    """The v6 car steers 0.04 s after the command: in a tick of 0.0667 s only 4 of 10 substeps feel it."""
+    profile = PROFILES["v6"]
+    _, _, _, _, delta = drive(profile, 0.0, 0.0, 0.0, 1.03, 0.0, 0.0, 1.0, 0.5, 1.0)
+    share = 1 - math.exp(-4 * TICK_SECONDS / 10 / profile.steering_lag)
+    assert delta == pytest.approx(0.5 * share)
