@@ -188,7 +188,7 @@ def _read_value(document: JsonDocument, key: str, name: str, notes: list[str]) -
         return _read_word(document, key, name)
     rule, number = RULES[name], as_number(written)
     if number is None or not rule.low <= number <= rule.high or (rule.whole and number != int(number)):
-        raise HyperparameterError(document.path, repr(written), _expected(rule), line=document.line_of(key), key=key)
+        raise document.letter(key, found=repr(written), expected=_expected(rule))
     value = int(number) if rule.whole else float(number)
     if value in TEMPLATE_VALUES.get(name, ()):
         notes.append(f"{name} {value:g} is a template's value and counts as not given")
@@ -205,14 +205,7 @@ def _read_word(document: JsonDocument, key: str, name: str) -> str:
     known = _WORDS[name]
     if not isinstance(written, str) or folded not in known:
         names = sorted(set(known.values()))
-        raise HyperparameterError(
-            document.path,
-            repr(written),
-            " or ".join(names),
-            nearest(str(written), names),
-            line=document.line_of(key),
-            key=key,
-        )
+        raise document.letter(key, found=repr(written), expected=" or ".join(names), cure=nearest(str(written), names))
     return known[folded]
 
 

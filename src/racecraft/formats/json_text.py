@@ -33,6 +33,8 @@ class JsonDocument:
     """Line of each value, counted from 1, by the steps that lead to it: ("action_space", 2, "speed")."""
     notes: tuple[str, ...]
     """What is worth telling the user."""
+    error: type[InputFileError]
+    """What is raised about this file."""
 
     def line_of(self, *steps: Step) -> int | None:
         """Return the line of the value the steps lead to, or of the nearest thing around it."""
@@ -40,6 +42,11 @@ class JsonDocument:
             if steps[:length] in self.lines:
                 return self.lines[steps[:length]]
         return None
+
+    def letter(self, *steps: Step, found: str, expected: str, cure: str = "") -> InputFileError:
+        """Return the error about the value the steps lead to, with its line and key."""
+        key = key_text(*steps) or None
+        return self.error(self.path, found, expected, cure, line=self.line_of(*steps), key=key)
 
 
 def read_json(path: str | Path, error: type[InputFileError], kind: str) -> JsonDocument:
@@ -59,17 +66,17 @@ def read_json(path: str | Path, error: type[InputFileError], kind: str) -> JsonD
         raise error(path, "the file is empty", kind)
     plain = _without_comments(text)
     notes = [] if plain == text else ["comments were passed over; AWS reads JSON without comments"]
-    try:
-        value = json.loads(plain)
-    except json.JSONDecodeError as wrong:
-        raise error(path, f"no valid JSON, {_what_is_wrong(plain, wrong)}", kind, line=wrong.lineno) from None
-    except RecursionError:
-        raise error(path, "values nested too deeply to be read", kind) from None
     lines: dict[tuple[Step, ...], int] = {}
     twice: list[str] = []
-    _scan(plain, 0, (), lines, twice)
+    try:
+        value = json.loads(plain)
+        _scan(plain, 0, (), lines, twice)
+    except json.JSONDecodeError as wrong:
+        raise error(path, f"no valid JSON, {_what_is_wrong(plain, wrong)}", kind, line=wrong.lineno) from None
+    except (RecursionError, ValueError):
+        raise error(path, "values nested too deeply, or a number too long, to be read", kind) from None
     notes += [f"{key} is given twice; the last one counts" for key in twice]
-    return JsonDocument(path, value, lines, tuple(notes))
+    return JsonDocument(path, value, lines, tuple(notes), error)
 
 
 def as_number(value: Any) -> float | int | None:
@@ -88,6 +95,12 @@ def as_number(value: Any) -> float | int | None:
         except ValueError:
             return None
     return None
+
+
+def kind_of(value: Any) -> str:
+    """Return what a JSON value is, in words."""
+    names = {dict: "an object", list: "a list", str: "a word", bool: "true or false", type(None): "nothing (null)"}
+    return names.get(type(value), "a number")
 
 
 def key_text(*steps: Step) -> str:

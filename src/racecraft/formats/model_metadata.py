@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import MetadataError, nearest
-from racecraft.formats.json_text import JsonDocument, Step, as_number, key_text, read_json
+from racecraft.formats.json_text import JsonDocument, Step, as_number, kind_of, read_json
 from racecraft.formats.whole import write_whole
 
 MAX_STEERING_DEG = 30.0
@@ -150,7 +150,7 @@ def read_model_metadata(path: str | Path) -> ModelMetadata:
     """
     document = read_json(path, MetadataError, _KIND)
     if not isinstance(document.value, dict):
-        raise MetadataError(path, f"the file holds {_kind_of(document.value)}", _KIND, line=1)
+        raise MetadataError(path, f"the file holds {kind_of(document.value)}", _KIND, line=1)
     notes = list(document.notes)
     version = _read_version(document)
     metadata = ModelMetadata(
@@ -230,16 +230,15 @@ def refuse_unbuilt(metadata: ModelMetadata, path: str | Path) -> None:
 
 def _read_action_space(document: JsonDocument, notes: list[str]) -> tuple[CarAction, ...] | ActionRanges:
     if "action_space" not in document.value:
-        raise MetadataError(
-            document.path, "the key is missing", "a list of actions with steering_angle and speed", key="action_space"
-        )
+        expected = "a list of actions with steering_angle and speed"
+        raise MetadataError(document.path, "the key is missing", expected, key="action_space")
     space = document.value["action_space"]
     if isinstance(space, dict):
         return _read_ranges(document, notes)
     if not isinstance(space, list):
-        raise _wrong(document, "action_space", found=_kind_of(space), expected="a list of actions, or two ranges")
+        raise document.letter("action_space", found=kind_of(space), expected="a list of actions, or two ranges")
     if len(space) < 2:
-        raise _wrong(document, "action_space", found=f"{len(space)} action(s)", expected="2 actions or more")
+        raise document.letter("action_space", found=f"{len(space)} action(s)", expected="2 actions or more")
     if len(space) > CONSOLE_MAX_ACTIONS:
         notes.append(f"{len(space)} actions train here; AWS consoles take at most {CONSOLE_MAX_ACTIONS}")
     actions = tuple(_read_action(document, number) for number in range(len(space)))
@@ -250,13 +249,12 @@ def _read_action_space(document: JsonDocument, notes: list[str]) -> tuple[CarAct
 def _read_action(document: JsonDocument, number: int) -> CarAction:
     entry = document.value["action_space"][number]
     if not isinstance(entry, dict):
-        raise _wrong(
-            document, "action_space", number, found=_kind_of(entry), expected="an object with steering_angle and speed"
+        raise document.letter(
+            "action_space", number, found=kind_of(entry), expected="an object with steering_angle and speed"
         )
     for key in ("steering_angle", "speed"):
         if key not in entry:
-            raise _wrong(
-                document,
+            raise document.letter(
                 "action_space",
                 number,
                 found=f"there is no '{key}'",
@@ -289,12 +287,11 @@ def _read_ranges(document: JsonDocument, notes: list[str]) -> ActionRanges:
         entry = document.value["action_space"].get(key)
         if not isinstance(entry, dict) or "low" not in entry or "high" not in entry:
             found = f"there is no '{key}'" if entry is None else f"{entry!r}"
-            raise _wrong(document, "action_space", key, found=found, expected='{"low": number, "high": number}')
+            raise document.letter("action_space", key, found=found, expected='{"low": number, "high": number}')
         first = _read_number(document, low, high, unit, "action_space", key, "low")
         last = _read_number(document, low, high, unit, "action_space", key, "high")
         if not first < last:
-            raise _wrong(
-                document,
+            raise document.letter(
                 "action_space",
                 key,
                 found=f"low is {first:g} and high is {last:g}",
@@ -317,12 +314,11 @@ def _read_sensors(document: JsonDocument, version: str | None, notes: list[str])
         notes.append("sensor is a word; AWS expects a list with that word")
         written = [written]
     if not isinstance(written, list) or not all(isinstance(name, str) for name in written):
-        raise _wrong(document, "sensor", found=repr(written), expected="a list of names of sensors")
+        raise document.letter("sensor", found=repr(written), expected="a list of names of sensors")
     known = {name.casefold(): name for name in CAMERAS + LIDARS}
     for name in written:
         if name.strip().casefold() not in known:
-            raise _wrong(
-                document,
+            raise document.letter(
                 "sensor",
                 found=f"'{name}'",
                 expected="the name of a sensor",
@@ -332,7 +328,7 @@ def _read_sensors(document: JsonDocument, version: str | None, notes: list[str])
     cameras, lidars = (sum(name in kind for name in sensors) for kind in (CAMERAS, LIDARS))
     if cameras != 1 or lidars > 1:
         found = f"{cameras} camera(s) and {lidars} LiDAR(s): {', '.join(sensors) or 'nothing'}"
-        raise _wrong(document, "sensor", found=found, expected="exactly one camera and at most one LiDAR")
+        raise document.letter("sensor", found=found, expected="exactly one camera and at most one LiDAR")
     return sensors
 
 
@@ -347,7 +343,7 @@ def _read_word(document: JsonDocument, key: str, known: tuple[str, ...], default
         for name in known:
             if name.casefold() == folded:
                 return name
-    raise _wrong(document, key, found=repr(written), expected=" or ".join(known), cure=nearest(str(written), known))
+    raise document.letter(key, found=repr(written), expected=" or ".join(known), cure=nearest(str(written), known))
 
 
 def _read_version(document: JsonDocument) -> str | None:
@@ -356,7 +352,7 @@ def _read_version(document: JsonDocument) -> str | None:
         return None
     number = as_number(written)
     if number is None or not 1 <= number < 7:
-        raise _wrong(document, "version", found=repr(written), expected='"1" to "6"')
+        raise document.letter("version", found=repr(written), expected='"1" to "6"')
     return f"{number:g}"
 
 
@@ -365,22 +361,22 @@ def _read_lidar_config(document: JsonDocument) -> dict[str, float] | None:
     if written is None:
         return None
     if not isinstance(written, dict):
-        raise _wrong(document, "lidar_config", found=_kind_of(written), expected="an object with num_sectors")
+        raise document.letter("lidar_config", found=kind_of(written), expected="an object with num_sectors")
     config: dict[str, float] = {}
     for key, value in written.items():
         number = as_number(value)
         if number is None:
-            raise _wrong(document, "lidar_config", key, found=repr(value), expected="a number")
+            raise document.letter("lidar_config", key, found=repr(value), expected="a number")
         config[key] = number
     if not 0.15 <= config.get("clipping_dist", 2.0) <= 12.0:
-        raise _wrong(
-            document, "lidar_config", "clipping_dist", found=f"{config['clipping_dist']:g}", expected="0.15 to 12 m"
+        raise document.letter(
+            "lidar_config", "clipping_dist", found=f"{config['clipping_dist']:g}", expected="0.15 to 12 m"
         )
     sectors = config.get("num_sectors", 8)
     if sectors not in (1, 2, 4, 8, 16, 32, 64):
-        raise _wrong(document, "lidar_config", "num_sectors", found=f"{sectors:g}", expected="a divisor of 64")
+        raise document.letter("lidar_config", "num_sectors", found=f"{sectors:g}", expected="a divisor of 64")
     if config.get("num_values_per_sector", 1) < 1:
-        raise _wrong(document, "lidar_config", "num_values_per_sector", found="less than 1", expected="1 or more")
+        raise document.letter("lidar_config", "num_values_per_sector", found="less than 1", expected="1 or more")
     return config
 
 
@@ -389,16 +385,15 @@ def _check_type(document: JsonDocument, metadata: ModelMetadata) -> None:
     if written is not None and str(written).strip().casefold() != metadata.action_space_type:
         known = ("discrete", "continuous")
         if str(written).strip().casefold() not in known:
-            raise _wrong(document, "action_space_type", found=repr(written), expected="discrete or continuous")
+            raise document.letter("action_space_type", found=repr(written), expected="discrete or continuous")
         shape = "a list of actions" if metadata.action_space_type == "discrete" else "two ranges"
-        raise _wrong(
-            document,
+        raise document.letter(
             "action_space_type",
             found=f"{written!r}, while action_space is {shape}",
             expected=f"'{metadata.action_space_type}' with such an action_space",
         )
     if metadata.training_algorithm == "sac" and metadata.action_space_type == "discrete":
-        raise _wrong(document, "training_algorithm", found="'sac' with a list of actions", expected="continuous ranges")
+        raise document.letter("training_algorithm", found="'sac' with a list of actions", expected="continuous ranges")
 
 
 def _read_number(document: JsonDocument, low: float, high: float, unit: str, *steps: Step) -> float:
@@ -409,19 +404,8 @@ def _read_number(document: JsonDocument, low: float, high: float, unit: str, *st
     space = "" if unit == "°" else " "
     expected = f"a number from {low:g} to {high:g}{space}{unit}"
     if number is None or not low <= number <= high:
-        raise _wrong(document, *steps, found=repr(value), expected=expected)
+        raise document.letter(*steps, found=repr(value), expected=expected)
     return float(number)
-
-
-def _wrong(document: JsonDocument, *steps: Step, found: str, expected: str, cure: str = "") -> MetadataError:
-    return MetadataError(
-        document.path, found, expected, cure, line=document.line_of(*steps), key=key_text(*steps) or None
-    )
-
-
-def _kind_of(value: Any) -> str:
-    names = {dict: "an object", list: "a list", str: "a word", bool: "true or false", type(None): "nothing (null)"}
-    return names.get(type(value), "a number")
 
 
 def _degrees(angle_rad: float) -> float:

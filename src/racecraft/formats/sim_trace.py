@@ -263,7 +263,7 @@ def _is_sound(name: str, value: str) -> bool:
         number = float(value)
     except ValueError:
         return False
-    return kind == "float64" or number == int(number)
+    return kind == "float64" or (number.is_integer() and abs(number) < 2**53)
 
 
 def _parsed(name: str, values: list[str]) -> Array:

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from racecraft.contract.errors import ContractError, InputFileError, nearest
-from racecraft.formats.json_text import JsonDocument, key_text, read_json
+from racecraft.formats.json_text import JsonDocument, read_json
 from racecraft.formats.whole import write_whole
 
 STATUS_LABELS: Mapping[str, str] = {
@@ -200,22 +200,19 @@ def read_metrics_file(path: str | Path) -> MetricsFile:
 def _row(document: JsonDocument, kind: type[Row], place: int) -> Row:
     row = document.value["metrics"][place]
     if not isinstance(row, dict):
-        raise _wrong(document, place, found=repr(row), expected="an object")
+        raise document.letter("metrics", place, found=repr(row), expected="an object")
     values: dict[str, Any] = {}
     for part in fields(kind):
         whole = part.type == "int"
         value = row.get(part.name)
-        is_whole = isinstance(value, int | float) and not isinstance(value, bool) and value == int(value)
+        is_whole = type(value) is int or (type(value) is float and value.is_integer())
         if not (is_whole if whole else isinstance(value, str)):
             found = "there is no such value" if value is None else repr(value)
-            raise _wrong(document, place, part.name, found=found, expected="a whole number" if whole else "a word")
+            raise document.letter(
+                "metrics", place, part.name, found=found, expected="a whole number" if whole else "a word"
+            )
         values[part.name] = int(value) if whole else value  # type: ignore[arg-type]
     return kind(**values)
-
-
-def _wrong(document: JsonDocument, *steps: str | int, found: str, expected: str) -> MetricsFileError:
-    where = ("metrics", *steps)
-    return MetricsFileError(document.path, found, expected, line=document.line_of(*where), key=key_text(*where))
 
 
 def _percent(share: float) -> int:
