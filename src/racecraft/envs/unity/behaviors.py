@@ -230,6 +230,11 @@ def _read_observation(behavior: Behavior, sensor: Sensor, part: Any, into: Array
             f"observation '{sensor.name}' of '{behavior.name}' has shape {tuple(part.shape)}; "
             f"the first had {sensor.wire_shape}."
         )
+    if part.compression_type not in ((NO_COMPRESSION, PNG) if sensor.is_picture else (NO_COMPRESSION,)):
+        raise WireError(
+            f"observation '{sensor.name}' of '{behavior.name}', rank {len(sensor.shape)}, has compression "
+            f"{part.compression_type}; pictures may be plain (0) or PNG (1), all else is plain."
+        )
     if part.compression_type == PNG:
         picture = _read_png(sensor, part)
         into[:] = picture if sensor.compressed else picture.astype(np.float32) / 255
@@ -346,4 +351,6 @@ def _checked(behavior: Behavior, kind: str, actions: Array | None, shape: tuple[
     array = np.asarray(actions, dtype)
     if array.shape != shape:
         raise ValueError(f"'{behavior.name}' needs {kind} actions of shape {shape}, found {array.shape}")
+    if not np.isfinite(array).all():
+        raise ValueError(f"'{behavior.name}': {kind} actions must be finite numbers, found {array.tolist()}")
     return array

@@ -109,7 +109,7 @@ class PlayerProcess:
             if request is not None:
                 self._signal_group(request)
             with contextlib.suppress(subprocess.TimeoutExpired):
-                self._process.wait(patience_seconds if request is None else 2.0)
+                self._process.wait(patience_seconds if request is None else 1.0)
                 break
         self._signal_group(_KILL)  # helpers that outlived their player
         self._drop_folder()

@@ -252,9 +252,9 @@ class Session:
         self.channels.receive(output.rl_output.side_channel)
         self._announce(output)
         agents = {name: list(listed.value) for name, listed in output.rl_output.agentInfos.items()}
-        for name, listed in agents.items():
-            if listed and name not in self.behaviors:
-                self._learn(name, listed[0])
+        unknown = [name for name, listed in agents.items() if listed and name not in self.behaviors]
+        for name in sorted(unknown, key=self._announcement):  # a protobuf map has no order of its own
+            self._learn(name, agents[name][0])
         moments = {}
         for name, behavior in self.behaviors.items():
             asking = [agent for agent in agents.get(name, ()) if not agent.done]
@@ -272,11 +272,13 @@ class Session:
         for parameters in output.rl_initialization_output.brain_parameters:
             self._announced[parameters.brain_name] = parameters
 
-    def _learn(self, name: str, agent: Any) -> None:
+    def _announcement(self, name: str) -> int:
+        """Return the behavior's place among the announced ones."""
         if name not in self._announced:
-            raise WireError(
-                f"agents of behavior '{name}' came without its BrainParameters, which should stand before them."
-            )
+            raise WireError(f"agents of behavior '{name}' came without BrainParameters; expected them first.")
+        return list(self._announced).index(name)
+
+    def _learn(self, name: str, agent: Any) -> None:
         shapes = [tuple(part.shape) for part in agent.observations if len(part.shape) == 3]
         layout = self._image_layout or layout_of(self.package_version, shapes[0] if shapes else ())
         self.behaviors[name] = learn_behavior(self._announced[name], agent, layout)

@@ -146,7 +146,8 @@ class SideChannels:
                     raise WireError(f"statistic '{key}' has aggregation {kind}; expected 0 to {len(AGGREGATIONS) - 1}.")
                 self.statistics.append(Statistic(key, value, AGGREGATIONS[kind]))
             elif channel == FLOAT_PROPERTIES:
-                self.float_properties[reader.read_string()] = reader.read_float()
+                key, value = reader.read_string(), reader.read_float()
+                self.float_properties[key] = value
             else:
                 self.raw = [*self.raw[-999:], (channel, payload)]
 

@@ -193,6 +193,8 @@ def call_as_player(port: int, timeout_seconds: float = 60.0) -> tuple[Callable[[
             ("grpc.max_receive_message_length", -1),
             ("grpc.max_send_message_length", -1),
             ("grpc.enable_http_proxy", 0),
+            ("grpc.initial_reconnect_backoff_ms", 50),
+            ("grpc.min_reconnect_backoff_ms", 50),
         ],
     )
     call = channel.unary_unary(METHOD)

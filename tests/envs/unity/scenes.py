@@ -1,0 +1,209 @@
+"""Test doubles: small scenes and players that lie, run in a thread or as a program of their own.
+
+python scenes.py --scene crash --mlagents-port 5005
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+
+from racecraft.envs.unity.basic_scene import BasicScene
+from racecraft.envs.unity.player import ActionCard, Info, Player, Seen, run_player
+
+
+class Recorder:
+    """A scene that plays a list of moments and writes down what it was told."""
+
+    def __init__(self, behaviors, moments):
+        self.behaviors, self.moments, self.told, self.resets, self.seed = behaviors, list(moments), [], 0, None
+        self.at = 0
+
+    def begin(self, seed):
+        self.seed = seed
+
+    def reset(self):
+        self.resets += 1
+
+    def infos(self):
+        self.at += 1
+        return self.moments[min(self.at - 1, len(self.moments) - 1)]
+
+    def act(self, actions):
+        self.told.append({name: [(one.continuous, one.discrete) for one in listed] for name, listed in actions.items()})
+
+
+class CopyScene:
+    """Each agent sees a number in [-1, 1] and a bit, and should tell both: hybrid actions, learnable in seconds."""
+
+    behaviors = {"Copy?team=0": ActionCard(continuous=1, branches=(2,))}
+
+    def __init__(self, agents=4):
+        self.agents = agents
+
+    def begin(self, seed):
+        self.rng = np.random.default_rng(seed)
+        self.rewards = np.zeros(self.agents)
+        self._draw()
+
+    def reset(self):
+        self._draw()
+
+    def infos(self):
+        return {
+            "Copy?team=0": [
+                Info(i, [Seen(np.array([self.numbers[i], self.bits[i]], np.float32), "sight")], float(self.rewards[i]))
+                for i in range(self.agents)
+            ]
+        }
+
+    def act(self, actions):
+        listed = actions.get("Copy?team=0", [])
+        for i, action in enumerate(listed):
+            self.rewards[i] = (action.discrete[0] == self.bits[i]) - abs(action.continuous[0] - self.numbers[i])
+        self._draw()
+
+    def _draw(self):
+        self.numbers = self.rng.uniform(-1, 1, self.agents)
+        self.bits = self.rng.integers(0, 2, self.agents)
+
+
+class PictureScene:
+    """One agent with a picture as PNG (5 channels), a raw one (2 channels) and three numbers."""
+
+    behaviors = {"Eyes": ActionCard(branches=(2, 3))}
+    png = np.random.default_rng(1).integers(0, 256, (6, 8, 5), dtype=np.uint8)
+    raw = np.random.default_rng(2).random((3, 4, 2)).astype(np.float32)
+
+    def begin(self, seed):
+        pass
+
+    def reset(self):
+        pass
+
+    def infos(self):
+        seen = [Seen(self.png, "camera"), Seen(self.raw, "grid"), Seen(np.arange(3, dtype=np.float32), "numbers")]
+        return {"Eyes": [Info(5, seen, forbidden=[False, True, False, True, False])]}
+
+    def act(self, actions):
+        pass
+
+
+class BigScene:
+    """One agent that sees eight megabytes."""
+
+    behaviors = {"Big": ActionCard(continuous=2)}
+    sight = np.linspace(0, 1, 2_000_000, dtype=np.float32)
+
+    def begin(self, seed):
+        pass
+
+    def reset(self):
+        pass
+
+    def infos(self):
+        return {"Big": [Info(0, [Seen(self.sight)])]}
+
+    def act(self, actions):
+        pass
+
+
+class GameScene:
+    """Two teams of two, with groups; every third moment an agent is interrupted, and a referee sees other things."""
+
+    behaviors = {
+        "Striker?team=0": ActionCard(continuous=2),
+        "Striker?team=1": ActionCard(continuous=2),
+        "Referee?team=0": ActionCard(branches=(2, 2)),
+    }
+
+    def begin(self, seed):
+        self.tick = 0
+        self.heard = []
+
+    def reset(self):
+        self.tick = 0
+
+    def infos(self):
+        told = {}
+        for team in (0, 1):
+            sight = [Seen(np.array([team, self.tick, 0.5], np.float32))]
+            infos = [Info(10 * team + i, sight, 0.25, group_id=team + 1, group_reward=0.5) for i in (0, 1)]
+            if self.tick and self.tick % 3 == 0:
+                infos.insert(0, Info(10 * team, sight, 1.0, done=True, interrupted=team == 1, group_id=team + 1))
+            told[f"Striker?team={team}"] = infos
+        told["Referee?team=0"] = [Info(99, [Seen(np.eye(4, dtype=np.float32))], forbidden=[True, False, False, False])]
+        return told
+
+    def act(self, actions):
+        self.tick += 1
+        self.heard.append(actions)
+
+
+class Crasher(BasicScene):
+    """Ends in the middle of its ninth step, after telling its log why."""
+
+    steps = 0
+
+    def act(self, actions):
+        self.steps += 1
+        if self.steps == 9:
+            print("Fatal: the reactor is out of neutrons", flush=True)
+            os.abort()
+        super().act(actions)
+
+
+class Sleeper(BasicScene):
+    """Falls asleep in its third step."""
+
+    steps = 0
+
+    def act(self, actions):
+        self.steps += 1
+        if self.steps == 3:
+            print("Zzz", flush=True)
+            time.sleep(600)
+        super().act(actions)
+
+
+class Liar(Player):
+    """A player whose messages are bent by `lie(number, message)`, which returns a message or bytes."""
+
+    lie = staticmethod(lambda number, message: message)
+    count = 0
+
+    def say(self, exchange, message):
+        bent = self.lie(self.count, message)
+        self.count += 1
+        return exchange(bent if isinstance(bent, bytes) else bent.SerializeToString())
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--mlagents-port", type=int, required=True)
+    parser.add_argument("--scene", required=True)
+    given, _ = parser.parse_known_args()
+    if given.scene == "early":
+        print("No GPU, no display, no hope", flush=True)
+        return 3
+    if given.scene == "silent":
+        print("loading shaders for ever", flush=True)
+        time.sleep(600)
+    if given.scene == "stubborn":
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        helper = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
+        print("helper", helper.pid, flush=True)
+        run_player(BasicScene(), given.mlagents_port)
+        time.sleep(600)
+    scene = {"crash": Crasher, "sleep": Sleeper, "copy": CopyScene, "game": GameScene, "basic": BasicScene}[given.scene]
+    return run_player(scene(), given.mlagents_port)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

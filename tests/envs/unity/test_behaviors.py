@@ -1,0 +1,189 @@
+"""Pictures, masks and actions: what travels is what is shown."""
+
+import numpy as np
+import pytest
+
+from racecraft.contract.world import ContinuousActions, DiscreteActions
+from racecraft.envs.unity.actions import MAX_COMBINATIONS, ActionTable
+from racecraft.envs.unity.behaviors import UnityActions, layout_of
+from racecraft.envs.unity.errors import WireError
+from racecraft.envs.unity.player import ActionCard, Info, Player, Seen, mapping_of, pngs
+from racecraft.envs.unity.session import Choice
+
+VERSIONS = {"2.3.0": "HWC", "3.0.0": "CHW", "4.1.0": "CHW"}
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_pictures_arrive_as_they_were_for_both_orders_of_axes(talk, scenes, version):
+    session = talk(scenes.PictureScene(), claims={"package_version": version})
+    camera, grid, numbers = session.reset()["Eyes"].decisions.observations
+    assert camera.dtype == np.uint8
+    np.testing.assert_array_equal(camera[0], scenes.PictureScene.png)
+    np.testing.assert_array_equal(grid[0], scenes.PictureScene.raw)
+    np.testing.assert_array_equal(numbers[0], [0, 1, 2])
+    sensors = session.behaviors["Eyes"].sensors
+    assert [sensor.name for sensor in sensors] == ["camera", "grid", "numbers"]
+    wire = (6, 8, 5) if VERSIONS[version] == "HWC" else (5, 6, 8)
+    assert sensors[0].wire_shape == wire
+
+
+def test_a_user_may_overrule_the_order_of_axes(talk, scenes):
+    class Mislabelled(Player):
+        def _introduction(self):
+            message = super()._introduction()
+            message.unity_output.rl_initialization_output.package_version = "2.0.0"  # but it sends CHW
+            return message
+
+    session = talk(scenes.PictureScene(), player=Mislabelled, image_layout="CHW")
+    np.testing.assert_array_equal(session.reset()["Eyes"].decisions.observations[0][0], scenes.PictureScene.png)
+
+
+def test_an_unknown_version_is_judged_by_its_shape():
+    assert layout_of("", (3, 84, 84)) == "CHW"
+    assert layout_of("preview", (84, 84, 3)) == "HWC"
+
+
+class Bent(Player):
+    """Sends a picture with a mapping and bytes of the test's choice."""
+
+    data, mapping, shape = b"", (), None
+
+    def _write_seen(self, into, seen):
+        super()._write_seen(into, seen)
+        if self.data:
+            into.compressed_data = self.data
+        into.ClearField("compressed_channel_mapping")
+        into.compressed_channel_mapping.extend(self.mapping)
+
+
+def see(talk, scenes, values, **bent):
+    player = type("Bent", (Bent,), bent)
+    scene = scenes.Recorder({"A": ActionCard(branches=(2,))}, [{"A": [Info(0, [Seen(values)])]}])
+    return talk(scene, player=player, claims={"package_version": "2.0.0"}).reset()["A"].decisions.observations[0][0]
+
+
+def test_channels_are_sorted_dropped_and_averaged_by_the_mapping(talk, scenes):
+    """Six decoded channels 10, 20 … 60: 0 and 2 meet in channel 1 (20), 4 becomes channel 0 (50), others drop."""
+    planes = np.broadcast_to(np.arange(10, 70, 10, dtype=np.uint8), (2, 3, 6))
+    data = pngs(np.ascontiguousarray(planes))
+    shown = see(talk, scenes, np.zeros((2, 3, 2), np.uint8), data=data, mapping=(1, -1, 1, -1, 0, -1))
+    assert shown[0, 0].tolist() == [50, 20]
+
+
+def test_without_a_mapping_one_channel_is_the_mean_of_three(talk, scenes):
+    colour = np.broadcast_to(np.array([10, 20, 60], np.uint8), (2, 3, 3))
+    shown = see(talk, scenes, np.zeros((2, 3, 1), np.uint8), data=pngs(np.ascontiguousarray(colour)))
+    assert shown[:, :, 0].tolist() == [[30] * 3] * 2
+
+
+def test_without_a_mapping_surplus_channels_are_cut(talk, scenes):
+    picture = np.random.default_rng(0).integers(0, 256, (4, 5, 4), np.uint8)
+    np.testing.assert_array_equal(see(talk, scenes, picture), picture)
+
+
+@pytest.mark.parametrize("channels", [1, 2, 3, 4, 6, 7])
+def test_every_number_of_channels_goes_round(talk, scenes, channels):
+    picture = np.random.default_rng(channels).integers(0, 256, (4, 5, channels), np.uint8)
+    np.testing.assert_array_equal(see(talk, scenes, picture, mapping=tuple(mapping_of(channels))), picture)
+
+
+GOOD = pngs(np.zeros((4, 5, 3), np.uint8))
+
+
+@pytest.mark.parametrize(
+    ("data", "mapping"),
+    [
+        (GOOD[:-1], ()),
+        (GOOD[:40], ()),
+        (GOOD[:9], ()),
+        (GOOD + b"junk", ()),
+        (b"GIF89a....", ()),
+        (GOOD[:8] + b"\xff\xff\xff\xffIHDR", ()),
+        (GOOD[:50] + bytes([GOOD[50] ^ 0xFF]) + GOOD[51:], ()),
+        (pngs(np.zeros((5, 4, 3), np.uint8)), ()),
+        (pngs(np.zeros((4000, 5000, 3), np.uint8)), ()),
+        (GOOD, (0, 1)),
+        (GOOD, (0, 1, 3)),
+        (GOOD, (0, 1, -2)),
+        (GOOD, (0, 0, 1)),
+    ],
+)
+def test_damaged_pictures_and_mappings_are_named_errors(talk, scenes, data, mapping):
+    with pytest.raises(WireError, match="observation"):
+        see(talk, scenes, np.zeros((4, 5, 3), np.uint8), data=data, mapping=mapping)
+
+
+def test_a_picture_may_change_its_compression(talk, scenes):
+    picture = np.random.default_rng(0).integers(0, 256, (4, 5, 3), np.uint8)
+    plain = (picture / np.float32(255)).astype(np.float32)
+    for first, second in ((picture, plain), (plain, picture)):
+        moments = [{"A": [Info(0, [Seen(first)])]}, {"A": [Info(0, [Seen(second)])]}]
+        session = talk(scenes.Recorder({"A": ActionCard(branches=(2,))}, moments))
+        session.reset()
+        again = session.step({"A": Choice(discrete=[[0]])})["A"].decisions.observations[0][0]
+        np.testing.assert_allclose(again, first, atol=1e-6)
+
+
+def test_variable_length_and_goal_observations_are_marked(talk, scenes):
+    entities = np.zeros((5, 3), np.float32)
+    seen = [Seen(entities, "entities", variable_length=True), Seen(np.ones(2, np.float32), "aim", goal=True)]
+    session = talk(scenes.Recorder({"A": ActionCard(continuous=1)}, [{"A": [Info(0, seen)]}]))
+    session.reset()
+    first, second = session.behaviors["A"].sensors
+    assert (first.shape, first.variable_length, first.goal) == ((5, 3), True, False)
+    assert (second.variable_length, second.goal) == (False, True)
+
+
+def test_sensors_without_names_of_their_own_are_numbered(talk, scenes):
+    seen = [Seen(np.ones(1, np.float32), "eye"), Seen(np.ones(2, np.float32)), Seen(np.ones(3, np.float32), "eye")]
+    session = talk(scenes.Recorder({"A": ActionCard(continuous=1)}, [{"A": [Info(0, seen)]}]))
+    session.reset()
+    assert [sensor.name for sensor in session.behaviors["A"].sensors] == ["eye", "obs_1", "obs_2"]
+
+
+def test_eight_megabytes_of_numbers_arrive(talk, scenes):
+    shown = talk(scenes.BigScene()).reset()["Big"].decisions.observations[0][0]
+    np.testing.assert_array_equal(shown, scenes.BigScene.sight)
+
+
+def test_continuous_actions_are_a_vector():
+    table = ActionTable(UnityActions(continuous=3))
+    assert table.spec == ContinuousActions((-1.0,) * 3, (1.0,) * 3)
+    choice = table.choice(np.array([[0.5, -3.0, 3.0]], np.float32), None)
+    assert choice.continuous.tolist() == [[0.5, -1.0, 1.0]]
+    assert choice.discrete is None
+
+
+def test_one_branch_is_the_choice_itself():
+    table = ActionTable(UnityActions(branches=(4,)))
+    assert table.spec == DiscreteActions(4)
+    assert table.choice(np.array([3, 0]), None).discrete.tolist() == [[3], [0]]
+    allowed = np.array([[True, False, True, True]])
+    np.testing.assert_array_equal(table.mask(allowed), allowed)
+
+
+def test_a_combination_is_allowed_where_all_its_choices_are():
+    table = ActionTable(UnityActions(branches=(2, 3)))
+    rng = np.random.default_rng(0)
+    allowed = rng.random((20, 5)) < 0.6
+    mask = table.mask(allowed)
+    for row in range(20):
+        for count in range(6):
+            left, right = table.combinations[count]
+            assert mask[row, count] == (allowed[row, left] and allowed[row, 2 + right])
+
+
+def test_hybrid_actions_obey_the_highest_allowed_score():
+    table = ActionTable(UnityActions(continuous=1, branches=(2, 3)))
+    assert table.spec.shape == (6,)
+    actions = np.array([[0.5, 0.1, 0.9, 0.3, 0.2, 0.8]], np.float32)
+    choice = table.choice(actions, np.array([[True, False, True, True, False]]))
+    assert choice.continuous.tolist() == [[0.5]]
+    assert choice.discrete.tolist() == [[0, 0]]
+    assert table.choice(actions, None).discrete.tolist() == [[1, 2]]
+
+
+def test_too_many_combinations_are_told_by_scores():
+    table = ActionTable(UnityActions(branches=(MAX_COMBINATIONS, 2)))
+    assert table.by_scores
+    assert table.spec.shape == (MAX_COMBINATIONS + 2,)

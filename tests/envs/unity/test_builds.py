@@ -1,0 +1,138 @@
+"""Where players come from: paths, zips, the registry's cache and manifests, SageMaker's channel."""
+
+import hashlib
+import os
+import sys
+import zipfile
+
+import pytest
+
+from racecraft.envs.unity.builds import executable_in, find_build, read_manifest
+from racecraft.envs.unity.errors import BuildError
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the builds made here are Linux builds")
+
+
+def make_build(folder, name="Game", suffix=".x86_64"):
+    """A build as Unity lays it out, without its permission to run."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"{name}_Data").mkdir()
+    (folder / "UnityPlayer.so").write_bytes(b"")
+    (folder / "UnityCrashHandler64.exe").write_bytes(b"")
+    (folder / (name + suffix)).write_text("#!/bin/sh\n")
+    return folder / (name + suffix)
+
+
+def zipped(folder, archive):
+    with zipfile.ZipFile(archive, "w") as into:
+        for path in folder.rglob("*"):
+            into.write(path, path.relative_to(folder.parent))
+    return archive
+
+
+@pytest.mark.parametrize("word", ["Game.x86_64", "Game", "Game.app", "Game.exe", "Game.x86", "."])
+def test_every_way_to_name_a_build_finds_it(tmp_path, word):
+    player = make_build(tmp_path)
+    build = find_build(tmp_path / word)
+    assert build.command == (str(player),)
+    assert os.access(player, os.X_OK)
+
+
+def test_a_player_without_suffix_is_known_by_its_data_folder(tmp_path):
+    player = make_build(tmp_path, suffix="")
+    assert find_build(tmp_path).command == (str(player),)
+    assert find_build(player).command == (str(player),)
+
+
+def test_a_zip_is_unpacked_once_and_whole(tmp_path):
+    make_build(tmp_path / "Game")
+    archive = zipped(tmp_path / "Game", tmp_path / "Game.zip")
+    first = find_build(archive, cache_folder=tmp_path / "cache")
+    assert os.access(first.command[0], os.X_OK)
+    assert find_build(archive, cache_folder=tmp_path / "cache") == first
+    assert [path.suffix for path in (tmp_path / "cache" / "binaries").iterdir()] == [""]
+
+
+def test_a_broken_zip_leaves_nothing_in_the_cache(tmp_path):
+    make_build(tmp_path / "Game")
+    archive = zipped(tmp_path / "Game", tmp_path / "Game.zip")
+    archive.write_bytes(archive.read_bytes()[:200])
+    with pytest.raises(BuildError, match="not a zip"):
+        find_build(archive, cache_folder=tmp_path / "cache")
+    assert list((tmp_path / "cache" / "binaries").iterdir()) == []
+
+
+def test_what_is_not_there_is_told_with_what_would_do(tmp_path):
+    with pytest.raises(BuildError, match=r"no Unity build stands there(.|\n)*builtin:Basic"):
+        find_build(tmp_path / "Nothing")
+    with pytest.raises(BuildError, match="found: none"):
+        find_build(tmp_path)
+    with pytest.raises(BuildError, match="Known: Basic|Did you mean 'Basic'"):
+        find_build("builtin:Basics")
+
+
+def test_two_players_in_a_folder_must_be_told_apart(tmp_path):
+    make_build(tmp_path, "A")
+    make_build(tmp_path, "B")
+    with pytest.raises(BuildError, match=r"A.x86_64, B.x86_64"):
+        find_build(tmp_path)
+    assert executable_in(make_build(tmp_path / "C", "C").parent).name == "C.x86_64"
+
+
+def test_a_build_in_the_training_channel_is_found_and_made_executable(tmp_path, monkeypatch):
+    player = make_build(tmp_path / "channel", "Basic")
+    monkeypatch.setenv("SM_CHANNEL_TRAIN", str(tmp_path / "channel"))
+    monkeypatch.chdir(tmp_path)
+    assert find_build("Basic").command == (str(player),)
+    assert os.access(player, os.X_OK)
+
+
+def test_the_registry_looks_into_ml_agents_own_cache_first(tmp_path):
+    url = "https://example.org/basic.zip"
+    folder = tmp_path / "binaries" / f"Basic-{hashlib.md5(url.encode()).hexdigest()}" / "Basic"
+    player = make_build(folder, "Basic")
+    assert find_build("registry:Basic", cache_folder=tmp_path).command == (str(player),)
+
+
+def test_a_local_manifest_leads_to_a_zip(tmp_path, monkeypatch):
+    pytest.importorskip("yaml")
+    make_build(tmp_path / "Game")
+    archive = zipped(tmp_path / "Game", tmp_path / "game.zip")
+    manifest = tmp_path / "manifest.yaml"
+    manifest.write_text(
+        "environments:\n"
+        f"  - Game: {{expected_reward: 0.9, description: A game, linux_url: '{archive.as_uri()}', "
+        "additional_args: ['--level', 2]}\n"
+        "  - Mac: {darwin_url: 'https://example.org/mac.zip'}\n"
+    )
+    build = find_build("registry:Game", cache_folder=tmp_path / "cache", manifest=manifest)
+    assert build.command[1:] == ("--level", "2")
+    digest = hashlib.md5(archive.as_uri().encode()).hexdigest()
+    assert (tmp_path / "cache" / "binaries" / f"Game-{digest}").is_dir()
+    monkeypatch.setenv("RACECRAFT_UNITY_MANIFEST", str(manifest))
+    assert read_manifest()["Game"].expected_reward == 0.9
+    with pytest.raises(BuildError, match="no build for this platform"):
+        find_build("registry:Mac", cache_folder=tmp_path / "cache")
+    with pytest.raises(BuildError, match="Did you mean 'Game'"):
+        find_build("registry:Gane", cache_folder=tmp_path / "cache")
+
+
+@pytest.mark.parametrize("text", ["environments: 3", "[", "nothing: here", "- a\n- b"])
+def test_a_broken_manifest_is_a_letter(tmp_path, text):
+    pytest.importorskip("yaml")
+    (tmp_path / "manifest.yaml").write_text(text)
+    with pytest.raises(BuildError, match=r"(?s)not a manifest|cannot be read"):
+        find_build("registry:Basic", cache_folder=tmp_path, manifest=tmp_path / "manifest.yaml")
+
+
+def test_without_cache_and_network_the_stand_in_is_named(tmp_path):
+    pytest.importorskip("yaml")
+    with pytest.raises(BuildError, match="builtin:Basic"):
+        find_build("registry:Basic", cache_folder=tmp_path, manifest=tmp_path / "absent.yaml")
+
+
+def test_the_editor_is_no_process():
+    build = find_build("editor")
+    assert build.is_editor
+    with pytest.raises(BuildError, match="press Play"):
+        build.command_line(5004)

@@ -1,0 +1,192 @@
+"""The process: deaths are noticed and told with the log, and nothing is left behind."""
+
+import gc
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+from racecraft.envs.unity.builds import Build
+from racecraft.envs.unity.errors import BuildError, PlayerDiedError, PlayerTimeoutError
+from racecraft.envs.unity.process import PlayerProcess, wait_until_gone
+from racecraft.envs.unity.session import Choice, Session
+
+STAY = {"Basic?team=0": Choice(discrete=[[0]])}
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="process groups are told apart differently on Windows")
+
+
+def test_a_crash_is_noticed_within_a_second_and_told_with_the_log(program):
+    session = Session(program("crash"))
+    session.reset()
+    for _ in range(8):
+        session.step(STAY)
+    begun = time.monotonic()
+    with pytest.raises(PlayerDiedError, match=r"SIGABRT(.|\n)*out of neutrons"):
+        session.step(STAY)
+    assert time.monotonic() - begun < 1.0
+    assert wait_until_gone(session.pid)
+
+
+def test_a_killed_player_is_noticed_within_a_second(program):
+    session = Session(program("basic"))
+    session.reset()
+    os.kill(session.pid, signal.SIGKILL)
+    begun = time.monotonic()
+    with pytest.raises(PlayerDiedError, match="SIGKILL"):
+        session.step(STAY)
+    assert time.monotonic() - begun < 1.0
+
+
+def test_a_player_that_ends_before_it_connects_is_told_with_its_log(program):
+    begun = time.monotonic()
+    with pytest.raises(PlayerDiedError, match=r"exit code 3(.|\n)*no display"):
+        Session(program("early"))
+    assert time.monotonic() - begun < 3
+
+
+def test_a_player_that_never_connects_is_ended_after_the_timeout(program):
+    with pytest.raises(PlayerTimeoutError, match=r"silent for 1 s(.|\n)*loading shaders"):
+        Session(program("silent"), timeout_seconds=1.0)
+
+
+def test_a_player_that_falls_asleep_is_ended_after_the_timeout(program):
+    session = Session(program("sleep"), timeout_seconds=0.5)
+    session.reset()
+    session.step(STAY)
+    session.step(STAY)
+    with pytest.raises(PlayerTimeoutError, match="Zzz"):
+        session.step(STAY)
+    assert wait_until_gone(session.pid)
+
+
+def test_a_stubborn_player_and_its_helpers_are_ended(program, tmp_path):
+    session = Session(program("stubborn"), log_folder=tmp_path)
+    session.reset()
+    helper = int((tmp_path / "output-0.txt").read_text().split()[1])
+    session.close(patience_seconds=0.2)
+    assert wait_until_gone(session.pid)
+    assert wait_until_gone(os.getpgid(helper) if _exists(helper) else helper)
+
+
+def test_opening_and_closing_twenty_times_leaves_nothing_behind():
+    open_and_close(20)
+
+
+@pytest.mark.long
+def test_opening_and_closing_a_thousand_times_leaves_nothing_behind():
+    open_and_close(1000)
+
+
+def open_and_close(times):
+    Session("builtin:Basic").close()  # what is imported at first use stays
+    gc.collect()
+    threads, files = set(threading.enumerate()), open_files()
+    pids = []
+    for _ in range(times):
+        with Session("builtin:Basic") as session:
+            session.reset()
+            session.step(STAY)
+            pids.append(session.pid)
+    gc.collect()
+    assert all(wait_until_gone(pid) for pid in pids)
+    time.sleep(0.3)
+    assert set(threading.enumerate()) - threads == set()
+    assert open_files() <= files + 2
+
+
+def _exists(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def open_files():
+    folder = "/proc/self/fd" if os.path.isdir("/proc/self/fd") else "/dev/fd"
+    return len(os.listdir(folder))
+
+
+def test_closing_twice_is_closing_once():
+    session = Session("builtin:Basic")
+    session.close()
+    session.close()
+    assert wait_until_gone(session.pid)
+
+
+def test_a_session_that_is_dropped_ends_its_player():
+    session = Session("builtin:Basic")
+    pid = session.pid
+    del session
+    gc.collect()
+    assert wait_until_gone(pid)
+
+
+KILLED = """
+import os, signal
+from racecraft.envs.unity.session import Session
+session = Session("builtin:Basic")
+session.reset()
+print(session.pid, flush=True)
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_player_whose_owner_is_killed_leaves_by_itself():
+    owner = subprocess.run([sys.executable, "-c", KILLED], capture_output=True, text=True, timeout=20)
+    assert owner.returncode == -signal.SIGKILL
+    assert wait_until_gone(int(owner.stdout))
+
+
+def test_a_program_that_cannot_run_is_a_letter(tmp_path):
+    plain = tmp_path / "Game.x86_64"
+    plain.write_bytes(b"not a program")
+    with pytest.raises(BuildError, match="chmod 755"):
+        PlayerProcess([str(plain)])
+    plain.chmod(0o755)
+    with pytest.raises(BuildError, match="operating system"):
+        PlayerProcess([str(plain)])
+
+
+def test_the_log_file_a_user_names_is_the_one_that_is_read(tmp_path):
+    code = "import sys, time; open(sys.argv[2], 'w').write('from the engine'); time.sleep(60)"
+    log = tmp_path / "unity.log"
+    process = PlayerProcess([sys.executable, "-c", code, "-logFile", str(log)])
+    for _ in range(200):
+        if "from the engine" in process.log_tail():
+            break
+        time.sleep(0.02)
+    assert "from the engine" in process.log_tail()
+    assert "--- the end of unity.log ---" in process.log_tail()
+    process.close(patience_seconds=0)
+
+
+def test_players_get_a_log_file_of_their_own(tmp_path):
+    processes = [PlayerProcess([sys.executable, "-c", "import time; time.sleep(60)"], log_folder=tmp_path)
+                 for _ in range(2)]  # fmt: skip
+    assert [process.command[-2:] for process in processes] == [
+        ["-logFile", str(tmp_path / "Player-0.log")],
+        ["-logFile", str(tmp_path / "Player-1.log")],
+    ]
+    for process in processes:
+        process.close(patience_seconds=0)
+    assert (tmp_path / "Player-0.log").exists()  # a folder that the user named stays
+
+
+def test_temporary_logs_go_with_the_player(monkeypatch, tmp_path):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    session = Session("builtin:Basic")
+    assert list(tmp_path.iterdir())
+    session.close()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_command_line_is_the_one_unity_expects():
+    build = Build("Game", ("Game.x86_64",))
+    assert build.command_line(5005) == ["Game.x86_64", "-nographics", "-batchmode", "--mlagents-port", "5005"]
+    assert build.command_line(5005, graphics=True, args=("--x",)) == ["Game.x86_64", "--mlagents-port", "5005", "--x"]

@@ -1,0 +1,226 @@
+"""Unity players as a World."""
+
+import os
+import signal
+import time
+
+import numpy as np
+import pytest
+
+from racecraft.contract.world import ContinuousActions, DiscreteActions, World, allocate
+from racecraft.envs.unity.errors import BuildError, PlayerDiedError, UnityError
+from racecraft.envs.unity.process import wait_until_gone
+from racecraft.envs.unity.world import UnityWorld
+
+
+@pytest.fixture
+def opened():
+    worlds = []
+
+    def open_world(build, **words):
+        world = UnityWorld(build, **words)
+        worlds.append(world)
+        return world, allocate(world.spec)
+
+    yield open_world
+    for world in worlds:
+        world.close()
+
+
+def story(world, buffers, seed, actions):
+    told = []
+    world.reset(buffers, seed)
+    for row in actions:
+        world.step(row, buffers)
+        told.append((buffers.observations["Basic"].copy(), buffers.reward.copy(), buffers.ended.copy()))
+    return told
+
+
+def test_agents_of_several_processes_are_one_batch(opened):
+    world, buffers = opened("builtin:Basic", num_players=2, args=["--agents", "3"])
+    assert isinstance(world, World)
+    assert (world.spec.num_worlds, world.spec.num_agents) == (6, 1)
+    assert world.spec.actions == DiscreteActions(3)
+    world.reset(buffers, 0)
+    actions = np.array([2, 1, 0, 2, 2, 1]).reshape(6, 1)
+    world.step(actions, buffers)
+    assert buffers.observations["Basic"].argmax(-1).ravel().tolist() == [11, 9, 10, 11, 11, 9]
+    np.testing.assert_allclose(buffers.reward, -0.01)
+    assert buffers.active.all()
+    assert buffers.action_mask.all()
+
+
+def test_an_end_shows_its_last_observation_and_the_next_start_in_one_step(opened):
+    world, buffers = opened("builtin:Basic")
+    world.reset(buffers, 0)
+    for _ in range(7):
+        assert not buffers.ended.any()
+        world.step(np.array([[2]]), buffers)
+    assert buffers.terminated.all()
+    assert not buffers.truncated.any()
+    assert buffers.final_observations["Basic"].argmax() == 17
+    assert buffers.observations["Basic"].argmax() == 10
+    (episode,) = world.take_episodes()
+    assert (episode.steps, episode.status) == (7, "terminated")
+    assert episode.reward == pytest.approx(0.93)
+    assert world.take_episodes() == []
+
+
+@pytest.mark.parametrize("args", [(), ("--late-start",), ("--agents", "2", "--late-start")])
+def test_an_episode_that_begins_a_message_late_is_the_same_story(opened, args):
+    """With one agent the empty message is passed over; with more, nobody ends alone here, so rows stay in step."""
+    world, buffers = opened("builtin:Basic", args=args)
+    rows = world.spec.num_worlds
+    story_told = story(world, buffers, 0, np.full((14, rows, 1), 2))
+    assert [told[2].all() for told in story_told] == [False] * 6 + [True] + [False] * 6 + [True]
+    assert [told[0][0].argmax() for told in story_told][6:9] == [10, 11, 12]
+    np.testing.assert_allclose(story_told[7][1], np.full((rows, 1), -0.01), rtol=1e-6)
+
+
+def test_rows_wait_while_others_act(opened):
+    """Agent 0 ends at once at place 7 and its next episode begins a message late; agent 1 goes on meanwhile."""
+    world, buffers = opened("builtin:Basic", args=["--agents", "2", "--late-start"])
+    world.reset(buffers, 0)
+    for _ in range(3):
+        world.step(np.array([[1], [2]]), buffers)
+    assert buffers.terminated.ravel().tolist() == [True, False]
+    assert buffers.active.ravel().tolist() == [False, True]
+    world.step(np.array([[1], [2]]), buffers)
+    assert buffers.active.all()
+    assert buffers.observations["Basic"].argmax(-1).ravel().tolist() == [10, 14]
+    assert buffers.reward.ravel().tolist() == pytest.approx([0.0, -0.01])
+
+
+def test_the_same_seed_tells_the_same_story(opened):
+    world, buffers = opened("builtin:Basic")
+    actions = np.random.default_rng(0).integers(0, 3, (30, 1, 1))
+    first, second = story(world, buffers, 3, actions), story(world, buffers, 3, actions)
+    for left, right in zip(first, second, strict=True):
+        for one, other in zip(left, right, strict=True):
+            np.testing.assert_array_equal(one, other)
+
+
+def test_a_reset_in_place_keeps_the_process_and_the_place(opened):
+    world, buffers = opened("builtin:Basic", restart_on_reset=False)
+    pid = world.sessions[0].pid
+    world.reset(buffers, 0)
+    world.step(np.array([[2]]), buffers)
+    world.reset(buffers, 0)
+    assert world.sessions[0].pid == pid
+    assert buffers.observations["Basic"].argmax() == 11
+    world.step(np.array([[2]]), buffers)
+    np.testing.assert_allclose(buffers.reward, -0.01)
+
+
+def test_a_first_reset_with_the_seed_of_the_start_needs_no_new_start(opened):
+    world, buffers = opened("builtin:Basic", seed=5)
+    pid = world.sessions[0].pid
+    world.reset(buffers, 5)
+    assert world.sessions[0].pid == pid
+    world.reset(buffers, 6)
+    assert world.sessions[0].pid != pid
+    assert wait_until_gone(pid)
+
+
+def test_going_on_from_a_saved_state_begins_new_episodes(opened):
+    world, buffers = opened("builtin:Basic")
+    world.reset(buffers, 1)
+    world.step(np.array([[2]]), buffers)
+    state = world.save_state()
+    world.load_state(state, buffers)
+    assert buffers.observations["Basic"].argmax() == 10
+
+
+def test_hybrid_actions_and_seeds_reach_the_scene(opened, program):
+    """The scene pays 1 for its bit and takes the distance to its number: the right answer earns 1 each step."""
+    world, buffers = opened(program("copy"), seed=11)
+    assert isinstance(world.spec.actions, ContinuousActions)
+    assert world.spec.actions.shape == (3,)
+    assert not world.spec.has_action_mask
+    world.reset(buffers, 11)
+    expected = np.random.default_rng(11)
+    expected.uniform(-1, 1, 4), expected.integers(0, 2, 4)  # drawn when the scene began, again at the reset
+    np.testing.assert_allclose(buffers.observations["sight"][:, 0, 0], expected.uniform(-1, 1, 4), rtol=1e-6)
+    for _ in range(5):
+        number, bit = np.moveaxis(buffers.observations["sight"], -1, 0)
+        world.step(np.stack([number, 1 - bit, bit], axis=-1), buffers)
+        np.testing.assert_allclose(buffers.reward, 1.0, atol=1e-5)
+
+
+def test_teams_of_one_behavior_are_acted_for_together(opened, program):
+    world, buffers = opened(program("game"), behavior="Striker", together=True)
+    assert (world.spec.num_worlds, world.spec.num_agents) == (1, 4)
+    world.reset(buffers, 0)
+    for _ in range(3):
+        world.step(np.zeros((1, 4, 2), np.float32), buffers)
+    # at the third tick agent 0 of each team ends: with 1.0, team 1's was interrupted; the others earn 0.25 + 0.5
+    assert buffers.terminated.tolist() == [[True, False, False, False]]
+    assert buffers.truncated.tolist() == [[False, False, True, False]]
+    np.testing.assert_allclose(buffers.reward, [[1.0, 0.75, 1.0, 0.75]])
+    assert buffers.active.all()
+
+
+def test_one_behavior_of_several_is_chosen_and_the_others_do_what_is_allowed(opened, program):
+    world, buffers = opened(program("game"), behavior="Striker?team=1")
+    assert world.spec.num_worlds == 2
+    world.reset(buffers, 0)
+    world.step(np.zeros((2, 1, 2), np.float32), buffers)
+    world, buffers = opened(program("game"), behavior="Referee")
+    assert world.spec.actions == DiscreteActions(4)
+    world.reset(buffers, 0)
+    assert buffers.action_mask.ravel().tolist() == [False, False, True, True]
+    with pytest.raises(BuildError, match="Choose one with behavior="):
+        opened(program("game"))
+    with pytest.raises(BuildError, match="no behavior is named 'Goalie'"):
+        opened(program("game"), behavior="Goalie")
+
+
+def test_more_agents_than_rows_is_told_with_the_cure(opened):
+    world, buffers = opened("builtin:Basic", args=["--agents", "2"], max_agents=1)
+    with pytest.raises(UnityError, match="max_agents"):
+        world.reset(buffers, 0)
+
+
+def test_spare_rows_stay_inactive(opened):
+    world, buffers = opened("builtin:Basic", max_agents=3)
+    world.reset(buffers, 0)
+    assert buffers.active.ravel().tolist() == [True, False, False]
+
+
+def test_a_lost_player_is_an_error_or_replaced_as_wished(opened):
+    world, buffers = opened("builtin:Basic", args=["--agents", "2"], max_restarts=1)
+    world.reset(buffers, 0)
+    right = np.full((2, 1), 2)
+    world.step(right, buffers)
+    os.kill(world.sessions[0].pid, signal.SIGKILL)
+    world.step(right, buffers)
+    assert buffers.truncated.all()
+    assert buffers.final_observations["Basic"].argmax(-1).ravel().tolist() == [11, 11]
+    assert buffers.observations["Basic"].argmax(-1).ravel().tolist() == [10, 10]
+    assert [episode.status for episode in world.take_episodes()] == ["truncated"] * 2
+    world.step(right, buffers)
+    os.kill(world.sessions[0].pid, signal.SIGKILL)
+    with pytest.raises(PlayerDiedError):
+        world.step(right, buffers)
+
+
+def test_rows_may_be_strided_views_of_the_callers_storage(opened):
+    world, buffers = opened("builtin:Basic", args=["--agents", "3"])
+    storage = np.zeros((3, 5, 1, 20), np.float32)
+    buffers.observations["Basic"] = storage[:, 2]
+    buffers.reward = np.zeros((3, 4), np.float32)[:, 1:2]
+    world.reset(buffers, 0)
+    world.step(np.full((3, 1), 2), buffers)
+    assert storage[:, 2].argmax(-1).ravel().tolist() == [11] * 3
+    np.testing.assert_allclose(buffers.reward, -0.01)
+
+
+def test_many_agents_in_one_process_are_fast(opened):
+    """Aim: 20,000 agent-steps a second with 64 agents; the floor here leaves room for a busy machine."""
+    world, buffers = opened("builtin:Basic", args=["--agents", "64"])
+    world.reset(buffers, 0)
+    actions = np.full((64, 1), 2)
+    begun = time.perf_counter()
+    for _ in range(100):
+        world.step(actions, buffers)
+    assert 6400 / (time.perf_counter() - begun) > 3000
