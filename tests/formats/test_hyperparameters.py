@@ -135,6 +135,11 @@ def test_a_wrong_value_gets_a_letter_with_line_and_key(tmp_path, key, value, fou
     assert expected in letter.removeprefix(place)
 
 
+def test_a_key_that_is_given_twice_is_told(tmp_path):
+    got = read(tmp_path, '{"lr": 0.1, "lr": 0.0001}')
+    assert (got.lr, got.notes) == (0.0001, ("'lr' is given twice; the last one counts",))
+
+
 def test_no_json_object_gets_a_letter(tmp_path):
     with pytest.raises(HyperparameterError, match=r"hyperparameters.json:2: .*comma stands after the last"):
         read(tmp_path, '{"lr": 1,\n}')

@@ -1,11 +1,13 @@
 """JSON as people write it by hand, and on which line each value stands.
 
-`read_json` gives a `JsonDocument`: the value, and the line of every key in it, so that a letter to the user can say
-where. A byte order mark is passed over; comments are read as if they were not there, with a note.
+`read_json` gives a `JsonDocument`: the value, and on demand the line of every key in it, so that a letter to the user
+can say where. A byte order mark is passed over; comments are read as if they were not there, with a note.
 """
 
 from __future__ import annotations
 
+import bisect
+import functools
 import json
 import re
 from dataclasses import dataclass
@@ -29,12 +31,20 @@ class JsonDocument:
     path: Path
     value: Any
     """What `json.loads` makes of it."""
-    lines: dict[tuple[Step, ...], int]
-    """Line of each value, counted from 1, by the steps that lead to it: ("action_space", 2, "speed")."""
+    text: str
+    """The file's text, comments replaced by spaces."""
     notes: tuple[str, ...]
     """What is worth telling the user."""
     error: type[InputFileError]
     """What is raised about this file."""
+
+    @functools.cached_property
+    def lines(self) -> dict[tuple[Step, ...], int]:
+        """Line of each value, counted from 1, by the steps that lead to it: ("action_space", 2, "speed")."""
+        try:
+            return _Scan(self.text).lines
+        except RecursionError:
+            return {}
 
     def line_of(self, *steps: Step) -> int | None:
         """Return the line of the value the steps lead to, or of the nearest thing around it."""
@@ -66,17 +76,15 @@ def read_json(path: str | Path, error: type[InputFileError], kind: str) -> JsonD
         raise error(path, "the file is empty", kind)
     plain = _without_comments(text)
     notes = [] if plain == text else ["comments were passed over; AWS reads JSON without comments"]
-    lines: dict[tuple[Step, ...], int] = {}
     twice: list[str] = []
     try:
-        value = json.loads(plain)
-        _scan(plain, 0, (), lines, twice)
+        value = json.loads(plain, object_pairs_hook=lambda pairs: _as_dict(pairs, twice))
     except json.JSONDecodeError as wrong:
         raise error(path, f"no valid JSON, {_what_is_wrong(plain, wrong)}", kind, line=wrong.lineno) from None
     except (RecursionError, ValueError):
         raise error(path, "values nested too deeply, or a number too long, to be read", kind) from None
-    notes += [f"{key} is given twice; the last one counts" for key in twice]
-    return JsonDocument(path, value, lines, tuple(notes), error)
+    notes += [f"'{key}' is given twice; the last one counts" for key in twice]
+    return JsonDocument(path, value, plain, tuple(notes), error)
 
 
 def as_number(value: Any) -> float | int | None:
@@ -157,30 +165,48 @@ def _what_is_wrong(text: str, wrong: json.JSONDecodeError) -> str:
     return f"{wrong.msg[:1].lower()}{wrong.msg[1:]} at column {wrong.colno}, before {rest!r}"
 
 
-def _scan(text: str, at: int, steps: tuple[Step, ...], lines: dict[tuple[Step, ...], int], twice: list[str]) -> int:
-    """Walk over one value of valid JSON, note the line of it and of all inside; return where it ends."""
-    at = _after_space(text, at)
-    if steps in lines:
-        twice.append(key_text(*steps))
-    lines[steps] = text.count("\n", 0, at) + 1
-    if text[at] not in "{[":
-        match = _SCALAR.match(text, at)
+def _as_dict(pairs: list[tuple[str, Any]], twice: list[str]) -> dict[str, Any]:
+    """Return an object's entries; the keys that stand in it more than once are added to `twice`."""
+    entries = dict(pairs)
+    if len(entries) < len(pairs):
+        names = [key for key, _ in pairs]
+        twice += [key for key in entries if names.count(key) > 1]
+    return entries
+
+
+class _Scan:
+    """One walk over valid JSON that notes on which line each value begins."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.lines: dict[tuple[Step, ...], int] = {}
+        self._line_ends = [match.start() for match in re.finditer("\n", text)]
+        self._value(0, ())
+
+    def _value(self, at: int, steps: tuple[Step, ...]) -> int:
+        """Note the value that begins at or after a place, and all inside; return where it ends."""
+        at = self._after_space(at)
+        self.lines[steps] = bisect.bisect_left(self._line_ends, at) + 1
+        if self.text[at] not in "{[":
+            return self._scalar(at)
+        closing, number = ("}" if self.text[at] == "{" else "]"), 0
+        at = self._after_space(at + 1)
+        while self.text[at] != closing:
+            step: Step = number
+            if closing == "}":
+                end = self._scalar(at)
+                step = json.loads(self.text[at:end])
+                at = self._after_space(end) + 1  # over the colon
+            at = self._after_space(self._value(at, (*steps, step)))
+            if self.text[at] == ",":
+                at = self._after_space(at + 1)
+            number += 1
+        return at + 1
+
+    def _scalar(self, at: int) -> int:
+        match = _SCALAR.match(self.text, at)
         return match.end() if match else at + 1
-    closing, place = ("}" if text[at] == "{" else "]"), 0
-    at = _after_space(text, at + 1)
-    while text[at] != closing:
-        step: Step = place
-        if closing == "}":
-            match = _SCALAR.match(text, at)
-            assert match is not None, "the text was checked before"
-            step = json.loads(match.group())
-            at = _after_space(text, match.end()) + 1
-        at = _after_space(text, _scan(text, at, (*steps, step), lines, twice))
-        at = _after_space(text, at + 1) if text[at] == "," else at
-        place += 1
-    return at + 1
 
-
-def _after_space(text: str, at: int) -> int:
-    match = _SPACE.match(text, at)
-    return match.end() if match else at
+    def _after_space(self, at: int) -> int:
+        match = _SPACE.match(self.text, at)
+        return match.end() if match else at

@@ -254,12 +254,8 @@ def _read_action(document: JsonDocument, number: int) -> CarAction:
         )
     for key in ("steering_angle", "speed"):
         if key not in entry:
-            raise document.letter(
-                "action_space",
-                number,
-                found=f"there is no '{key}'",
-                expected="steering_angle in degrees and speed in m/s",
-            )
+            expected = "steering_angle in degrees and speed in m/s"
+            raise document.letter("action_space", number, found=f"there is no '{key}'", expected=expected)
     steering = _read_number(
         document, -MAX_STEERING_DEG, MAX_STEERING_DEG, "°", "action_space", number, "steering_angle"
     )
@@ -291,12 +287,8 @@ def _read_ranges(document: JsonDocument, notes: list[str]) -> ActionRanges:
         first = _read_number(document, low, high, unit, "action_space", key, "low")
         last = _read_number(document, low, high, unit, "action_space", key, "high")
         if not first < last:
-            raise document.letter(
-                "action_space",
-                key,
-                found=f"low is {first:g} and high is {last:g}",
-                expected="a low that is below high",
-            )
+            found = f"low is {first:g} and high is {last:g}"
+            raise document.letter("action_space", key, found=found, expected="a low that is below high")
         ends[key] = (first, last)
     if ends["speed"][1] > MAX_SPEED_MPS:
         notes.append(f"speed {ends['speed'][1]:g} m/s is clipped to {MAX_SPEED_MPS:g} m/s when it is sent to the car")
@@ -318,12 +310,8 @@ def _read_sensors(document: JsonDocument, version: str | None, notes: list[str])
     known = {name.casefold(): name for name in CAMERAS + LIDARS}
     for name in written:
         if name.strip().casefold() not in known:
-            raise document.letter(
-                "sensor",
-                found=f"'{name}'",
-                expected="the name of a sensor",
-                cure=nearest(name, CAMERAS + LIDARS),
-            )
+            hint = nearest(name, CAMERAS + LIDARS)
+            raise document.letter("sensor", found=f"'{name}'", expected="the name of a sensor", cure=hint)
     sensors = tuple(known[name.strip().casefold()] for name in written)
     cameras, lidars = (sum(name in kind for name in sensors) for kind in (CAMERAS, LIDARS))
     if cameras != 1 or lidars > 1:
