@@ -1,0 +1,248 @@
+"""PPO by hand and by law: the clip, the mask, the rows left out, the exact continuation."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+
+from racecraft.algorithms.distributions import Choices, Commands
+from racecraft.algorithms.experience import Experience
+from racecraft.algorithms.networks import ActorCritic, Architecture, architecture_of
+from racecraft.algorithms.ppo import DivergedError, Minibatch, PpoLearner, ppo_loss
+from racecraft.contract.errors import SettingError
+from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, WorldSpec
+from racecraft.settings.groups import NetworkConfig, PpoConfig
+
+FRAME = ArraySpec((30, 40), np.uint8, 0, 255)
+STATE = ArraySpec((5,), np.float32)
+SECRET = ArraySpec((6,), np.float32, privileged=True)
+
+
+def world_spec(observations, actions, **more):
+    return WorldSpec("toy", 4, 1, observations, actions, **more)
+
+
+def made_up(spec, ticks=6, rows=4, seed=0, learner=None):
+    """Experience with arbitrary numbers but true log-probabilities."""
+    rng = np.random.default_rng(seed)
+    shape = (ticks, rows)
+    seen = {}
+    for name, part in spec.observations.items():
+        whole = (
+            rng.integers(0, 256, (*shape, *part.shape))
+            if part.dtype == np.uint8
+            else rng.normal(size=(*shape, *part.shape))
+        )
+        seen[name] = whole.astype(part.dtype)
+    flat = {name: array.reshape(-1, *array.shape[2:]) for name, array in seen.items()}
+    decided = learner.act(flat, generator=torch.Generator().manual_seed(seed))
+    return Experience(
+        observations=seen,
+        samples=decided.samples.reshape(*shape, *decided.samples.shape[1:]),
+        log_prob=decided.log_prob.reshape(shape),
+        value=decided.value.reshape(shape),
+        reward=rng.normal(size=shape).astype(np.float32),
+        terminated=rng.random(shape) < 0.1,
+        truncated=rng.random(shape) < 0.1,
+        active=np.ones(shape, bool),
+        final_value=rng.normal(size=shape).astype(np.float32),
+        last_value=rng.normal(size=rows).astype(np.float32),
+    )
+
+
+def a_learner(observations=None, actions=None, seed=3, network=None, **settings):
+    spec = world_spec(observations or {"state": STATE}, actions or DiscreteActions(3))
+    return PpoLearner(spec, network or NetworkConfig(hidden_units=(16,)), PpoConfig(**settings), seed)
+
+
+class Fixed(torch.nn.Module):
+    """A network whose answers are known."""
+
+    log_std = None
+
+    def __init__(self, logits, values):
+        super().__init__()
+        self.logits = torch.nn.Parameter(torch.tensor(logits))
+        self.values = torch.nn.Parameter(torch.tensor(values))
+
+    def forward(self, observations):
+        return self.logits, self.values
+
+
+def test_the_clipped_objective_by_hand():
+    """Two choices, equally likely now (0.5 each)."""
+    network = Fixed([[0.0, 0.0]] * 4, [1.0, 1.0, 1.0, 1.0])
+    # old probability 0.5, 0.25, 0.25, 1.0 -> ratio 1, 2, 2, 0.5
+    # advantage      2,   1,    -1,   -1
+    # unclipped      2,   2,    -2,   -0.5
+    # clipped 0.2    2,   1.2,  -1.2, -0.8      the lesser: 2, 1.2, -2, -0.8 -> mean 0.1 -> loss -0.1
+    # value: targets 0, 1, 2, 4 -> errors 1, 0, 1, 9 -> mean 2.75; entropy log 2
+    batch = Minibatch(
+        observations={},
+        samples=torch.tensor([0, 1, 0, 1]),
+        log_prob=torch.tensor([0.5, 0.25, 0.25, 1.0]).log(),
+        advantages=torch.tensor([2.0, 1.0, -1.0, -1.0]),
+        targets=torch.tensor([0.0, 1.0, 2.0, 4.0]),
+    )
+    config = PpoConfig(clip=0.2, standardise="none", value_weight=0.5, entropy_weight=0.1)
+    loss, figures = ppo_loss(network, Choices(DiscreteActions(2)), batch, config)
+    assert figures[:3].tolist() == pytest.approx([-0.1, 2.75, math.log(2)])
+    assert loss.item() == pytest.approx(-0.1 + 0.5 * 2.75 - 0.1 * math.log(2))
+    # KL: mean of (ratio - 1 - log ratio) = (0 + 2 (1 - log 2) + (-0.5 + log 2)) / 4; three ratios left 1 +- 0.2
+    assert figures[3].item() == pytest.approx((2 * (1 - math.log(2)) - 0.5 + math.log(2)) / 4)
+    assert figures[4].item() == 0.75
+
+
+def test_huber_is_gentle_with_far_misses():
+    network = Fixed([[0.0, 0.0]] * 2, [0.0, 0.0])
+    batch = Minibatch({}, torch.tensor([0, 0]), torch.zeros(2), torch.zeros(2), torch.tensor([0.5, 3.0]))
+    _, figures = ppo_loss(network, Choices(DiscreteActions(2)), batch, PpoConfig(value_loss="huber"))
+    # 0.5 * 0.25 = 0.125 within 1, 3 - 0.5 = 2.5 beyond
+    assert figures[1].item() == pytest.approx((0.125 + 2.5) / 2)
+
+
+def test_masked_actions_are_never_chosen():
+    learner = a_learner(actions=DiscreteActions(5))
+    rng = np.random.default_rng(0)
+    mask = rng.random((4000, 5)) < 0.4
+    mask[np.arange(4000), rng.integers(0, 5, 4000)] = True
+    seen = {"state": rng.normal(size=(4000, 5)).astype(np.float32)}
+    for greedy in (False, True):
+        decided = learner.act(seen, mask, greedy=greedy)
+        assert mask[np.arange(4000), decided.actions].all()
+        assert np.isfinite(decided.log_prob).all()
+
+
+def test_a_lone_allowed_action_is_certain_and_leaves_nothing_to_decide():
+    mask = torch.tensor([[False, True, False]])
+    log_prob, entropy = Choices(DiscreteActions(3)).judge(torch.randn(1, 3), None, mask, torch.tensor([1]))
+    assert log_prob.item() == 0.0
+    assert entropy.item() == 0.0
+
+
+def test_continuous_samples_are_stretched_linearly_and_cut_at_the_bounds():
+    kind = Commands(ContinuousActions((-0.5, 1.0), (0.5, 4.0)))
+    got = kind.to_actions(torch.tensor([[0.0, 0.0], [1.0, -1.0], [-3.0, 2.0], [0.5, 0.2]]))
+    np.testing.assert_allclose(got, [[0, 2.5], [0.5, 1.0], [-0.5, 4.0], [0.25, 2.8]], rtol=1e-6)
+
+
+def test_the_likelihood_of_a_command_is_that_of_the_sample_as_drawn():
+    kind = Commands(ContinuousActions((-1.0,), (1.0,)))
+    mean, log_std = torch.tensor([[0.5]]), torch.tensor([math.log(2.0)])
+    log_prob, entropy = kind.judge(mean, log_std, None, torch.tensor([[4.5]]))
+    # two standard deviations away: -2 - log 2 - log sqrt(2 pi)
+    assert log_prob.item() == pytest.approx(-2 - math.log(2) - 0.5 * math.log(2 * math.pi))
+    assert entropy.item() == pytest.approx(math.log(2) + 0.5 + 0.5 * math.log(2 * math.pi))
+
+
+def test_inactive_rows_teach_nothing():
+    """Two experiences that differ only in rows that are not active lead to the same weights, bit for bit."""
+    weights = []
+    for noise in (0.0, 50.0):
+        learner = a_learner(batch_size=7)
+        kept = made_up(learner.spec, learner=learner)
+        kept.active[2:4, 1:3] = False
+        kept.observations["state"][~kept.active] += noise
+        kept.log_prob[~kept.active] += noise
+        kept.value[~kept.active] += noise
+        losses = learner.update(kept)
+        assert losses.transitions == 24 - 4
+        weights.append(learner.state_dict()["network"])
+    assert all(torch.equal(weights[0][name], weights[1][name]) for name in weights[0])
+
+
+def test_with_nobody_active_nothing_changes():
+    learner = a_learner()
+    before = learner.state_dict()["network"]
+    kept = made_up(learner.spec, learner=learner)
+    kept.active[:] = False
+    assert learner.update(kept).minibatches == 0
+    assert all(torch.equal(before[name], after) for name, after in learner.state_dict()["network"].items())
+
+
+@pytest.mark.parametrize("actions", [DiscreteActions(3), ContinuousActions((-1.0, 0.0), (1.0, 4.0))])
+def test_a_restored_learner_goes_on_bit_by_bit(actions):
+    learner = a_learner(actions=actions, batch_size=8)
+    kept = made_up(learner.spec, learner=learner)
+    learner.update(kept)
+    learner.learning_rate = 1e-4
+    twin = a_learner(actions=actions, batch_size=8, seed=99)
+    twin.load_state_dict(learner.state_dict())
+    assert learner.update(kept) == twin.update(kept)
+    mine, its = learner.state_dict(), twin.state_dict()
+    for group in mine:
+        assert all(torch.equal(mine[group][name], its[group][name]) for name in mine[group])
+    seen = {"state": kept.observations["state"][0]}
+    np.testing.assert_array_equal(learner.act(seen).samples, twin.act(seen).samples)
+
+
+def test_a_new_learner_does_not_touch_the_global_dice():
+    torch.manual_seed(5)
+    before = torch.get_rng_state()
+    learner = a_learner({"frame": FRAME, "secret": SECRET})
+    learner.update(made_up(learner.spec, learner=learner))
+    assert torch.equal(before, torch.get_rng_state())
+
+
+def test_the_policy_never_reads_what_is_privileged():
+    learner = a_learner({"frame": FRAME, "secret": SECRET})
+    rng = np.random.default_rng(0)
+    frame = rng.integers(0, 256, (3, 30, 40), dtype=np.uint8)
+    seen = {"frame": frame, "secret": np.zeros((3, 6), np.float32)}
+    other = {"frame": frame, "secret": np.ones((3, 6), np.float32)}
+    first, second = learner.act(seen, greedy=True), learner.act(other, greedy=True)
+    np.testing.assert_array_equal(first.log_prob, second.log_prob)
+    assert (first.value != second.value).all()
+    np.testing.assert_array_equal(learner.choose({"frame": frame}), first.actions)
+
+
+def test_without_a_privileged_critic_nobody_reads_it():
+    learner = a_learner({"state": STATE, "secret": SECRET}, network=NetworkConfig(privileged_critic=False))
+    assert learner.network.critic_body is None
+    state = np.zeros((2, 5), np.float32)
+    assert learner.act({"state": state}).value.shape == (2,)
+
+
+def test_frames_with_and_without_channels_and_vectors_meet_in_one_network():
+    seen = {"b_rgb": ArraySpec((30, 40, 3), np.uint8), "a_grey": FRAME, "c_state": STATE}
+    learner = a_learner(seen, actions=ContinuousActions((-1.0, 0.0), (1.0, 4.0)))
+    assert learner.network.policy_body.names == ("a_grey", "b_rgb", "c_state")
+    losses = learner.update(made_up(learner.spec, learner=learner))
+    assert np.isfinite(losses.policy_loss)
+
+
+def test_the_shallow_network_of_aws_has_its_known_size():
+    """11 264 features after the convolutions, 5.8 million weights in each of two separate networks (facts 8.2)."""
+    row = Architecture(
+        convolutions=((32, 8, 4), (64, 4, 2), (64, 3, 1)), trunk_units=(512,), separate_networks=True,
+        initialisation="glorot",
+    )  # fmt: skip
+    network = ActorCritic({"f": ArraySpec((120, 160), np.uint8)}, DiscreteActions(5), row, torch.Generator())
+    assert network.policy_body.trunk[0].in_features == 11264
+    body = sum(p.numel() for p in network.policy_body.parameters())
+    assert body == 2080 + 32832 + 36928 + 5767680
+    assert sum(p.numel() for p in network.critic_body.parameters()) == body
+
+
+def test_a_frame_too_small_for_its_convolutions_is_refused_in_words():
+    with pytest.raises(SettingError, match="finds no room"):
+        a_learner({"frame": ArraySpec((8, 8), np.uint8)})
+    with pytest.raises(SettingError, match="expected one of each"):
+        architecture_of(NetworkConfig(conv_filters=(16,)))
+
+
+def test_remainders_are_dropped_only_when_asked():
+    for drop, count in ((False, 5 * 4), (True, 4 * 4)):  # 24 rows: 5 + 5 + 5 + 5 + 4
+        learner = a_learner(batch_size=5, drop_remainder=drop)
+        assert learner.update(made_up(learner.spec, learner=learner)).minibatches == count
+    learner = a_learner(batch_size=64, drop_remainder=True)  # fewer than a batch: lowered to 16
+    assert learner.update(made_up(learner.spec, learner=learner)).minibatches == 4
+
+
+def test_losses_that_are_no_numbers_stop_the_training():
+    learner = a_learner()
+    kept = made_up(learner.spec, learner=learner)
+    kept.reward[0, 0] = np.nan
+    with pytest.raises(DivergedError, match="Lower ppo.learning_rate"):
+        learner.update(kept)

@@ -1,0 +1,91 @@
+"""Advantages by hand: every number below is worked out in a comment."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from racecraft.algorithms.returns import advantages, explained_variance, next_values
+
+
+def column(*numbers):
+    return np.array(numbers, np.float32)[:, None]
+
+
+def flags(*bits):
+    return np.array(bits, bool)[:, None]
+
+
+def half(reward, value, following, terminated, truncated, active=None):
+    """Advantages with gamma = lambda = 1/2, of one row."""
+    found, targets = advantages(reward, value, following, terminated, truncated, 0.5, 0.5, active)
+    assert_allclose(targets, found + value)
+    return found[:, 0]
+
+
+def test_an_episode_cut_by_the_clock_still_bootstraps():
+    # tick 1: delta = 1 + 0.5 * 0.75 - 0.25 = 1.125, nothing after it      -> 1.125
+    # tick 0: delta = 1 + 0.5 * 2.00 - 0.50 = 1.5, nothing crosses the cut -> 1.5
+    got = half(column(1, 1), column(0.5, 0.25), column(2.0, 0.75), flags(0, 0), flags(1, 0))
+    assert_allclose(got, [1.5, 1.125])
+
+
+def test_an_episode_that_is_over_bootstraps_nothing():
+    # tick 1: 1.125 as above; tick 0: delta = 1 - 0.5 = 0.5, nothing crosses the ending
+    got = half(column(1, 1), column(0.5, 0.25), column(2.0, 0.75), flags(1, 0), flags(0, 0))
+    assert_allclose(got, [0.5, 1.125])
+
+
+def test_an_episode_both_over_and_cut_is_over():
+    got = half(column(1, 1), column(0.5, 0.25), column(2.0, 0.75), flags(1, 0), flags(1, 0))
+    assert_allclose(got, [0.5, 1.125])
+
+
+def test_advantages_flow_back_through_an_episode():
+    # tick 2: 3 + 0.5 * 4 - 1     = 4
+    # tick 1: 0 + 0.5 * 1 - 2     = -1.5, + 0.25 * 4    = -0.5
+    # tick 0: 1 + 0.5 * 2 - 0     = 2,    + 0.25 * -0.5 = 1.875
+    got = half(column(1, 0, 3), column(0, 2, 1), column(2, 1, 4), flags(0, 0, 0), flags(0, 0, 0))
+    assert_allclose(got, [1.875, -0.5, 4.0])
+
+
+def test_an_inactive_tick_belongs_to_the_active_one_before_it():
+    # tick 2 is active: 3 + 0.5 * 4 - 1 = 4
+    # tick 1 is not: it is worth 2 + 0.5 * 1 = 2.5, whatever the critic says (99), and passes 0.5 * 4 = 2 through
+    # tick 0: 1 + 0.5 * 2.5 - 0.25 = 2, + 0.25 * 2 = 2.5
+    got = half(column(1, 2, 3), column(0.25, 99, 1), column(99, 1, 4), flags(0, 0, 0), flags(0, 0, 0), flags(1, 0, 1))
+    assert_allclose(got[[0, 2]], [2.5, 4.0])
+
+
+def test_an_inactive_start_leaks_nothing_into_the_episode_before():
+    got = half(column(1, 5, 3), column(0.5, 7, 1), column(7, 1, 4), flags(1, 0, 0), flags(0, 0, 0), flags(1, 0, 1))
+    assert_allclose(got[[0, 2]], [0.5, 4.0])
+
+
+def test_what_follows_a_cut_is_the_final_observation_and_not_the_next_start():
+    got = next_values(column(1, 2, 3), np.float32([4]), column(0, 9, 0), flags(0, 1, 0))
+    assert_allclose(got[:, 0], [2, 9, 4])
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000))
+def test_with_lambda_one_the_target_is_the_discounted_sum_of_rewards(seed):
+    rng = np.random.default_rng(seed)
+    reward, value = rng.normal(size=(2, 7, 3)).astype(np.float32)
+    over = np.zeros((7, 3), bool)
+    over[-1] = True
+    # the values in between telescope away
+    _, targets = advantages(
+        reward, value, next_values(value, value[0], value, over & False), over, over & False, 0.9, 1
+    )
+    summed = np.zeros(3)
+    for t in reversed(range(7)):
+        summed = reward[t] + 0.9 * summed
+        assert_allclose(targets[t], summed, rtol=1e-4, atol=1e-4)
+
+
+def test_explained_variance_is_one_for_a_seer_and_none_for_a_constant():
+    truth = np.float32([1, 2, 3])
+    assert explained_variance(truth, truth) == 1.0
+    assert explained_variance(np.float32([2, 2, 2]), truth) == 0.0
+    assert np.isnan(explained_variance(truth, np.float32([2, 2, 2])))
