@@ -60,7 +60,7 @@ def after_turn(g, bodies, snakes, games, cells, sides, events, chance, params, f
 
 @kernel
 def lay_safe_zone(g, shrinks, cells, sides, params):
-    """One hazard on every cell outside the rectangle that is left after so many shrinks, none inside."""
+    """One hazard on every cell outside the rectangle that is left after so many shrinks, none inside, no notes."""
     width, height = params[WIDTH], params[HEIGHT]
     left, right, bottom, top = 0, width - 1, 0, height - 1
     for number in range(min(shrinks, sides.shape[1])):
@@ -73,6 +73,7 @@ def lay_safe_zone(g, shrinks, cells, sides, params):
         for x in range(width):
             inside = left <= x and x <= right and bottom <= y and y <= top
             cells[g, HAZARD, y * width + x] = np.int16(0) if inside else np.int16(1)
+            cells[g, NOTE, y * width + x] = 0
 
 
 @kernel

@@ -1,0 +1,155 @@
+"""Loops over games: what `world.py` and the benchmarks call. Each game writes only its own rows.
+
+`random_safe_play` is the yardstick: whole games with random safe moves, set-up and end included.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from racecraft.envs.battlesnake.kernels.begin import begin_standard
+from racecraft.envs.battlesnake.kernels.columns import (
+    ALIVE,
+    BODY,
+    BY,
+    CAUSE,
+    CONSTRICTOR,
+    HEAD,
+    LENGTH,
+    ON,
+    SOLO,
+    TURN,
+)
+from racecraft.envs.battlesnake.kernels.food_and_hazards import below
+from racecraft.envs.battlesnake.kernels.observe import allow, mark, observe
+from racecraft.envs.battlesnake.kernels.rules import play_turn
+from racecraft.kernels import kernel, parallel_kernel, prange
+
+
+@parallel_kernel
+def play_turns(
+    moves, bodies, snakes, games, cells, sides, events, chance, params, food_squares,
+    prizes, max_turns, reward, terminated, truncated, over, tally,
+):  # fmt: skip
+    """Play one turn of every game and pay it out.
+
+    Args:
+        moves: int64 (N, M).
+        bodies: The arrays of `state.Games`, to `chance`.
+        snakes: See above.
+        games: See above.
+        cells: See above.
+        sides: See above.
+        events: See above.
+        chance: See above.
+        params: See `columns.py`, as is `food_squares`.
+        food_squares: See above.
+        prizes: float32 (5,): for a turn survived, a food eaten, a kill, the win, the loss.
+        max_turns: A game that lasts so long is cut; 0 never.
+        reward: float32 (N, M), written, as are `terminated`, `truncated` bool (N, M) and `over` bool (N,).
+        terminated: See above.
+        truncated: See above.
+        over: See above.
+        tally: float64 (N, M, 3), added to: rewards, foods, kills of the episode.
+    """
+    for g in prange(bodies.shape[0]):
+        _play_and_pay(
+            g, moves, bodies, snakes, games, cells, sides, events, chance, params, food_squares,
+            prizes, max_turns, reward, terminated, truncated, over, tally,
+        )  # fmt: skip
+
+
+@parallel_kernel
+def begin_games(which, bodies, snakes, games, cells, sides, chance, params, start_hazards, tally):
+    """Begin the games marked in `which`, bool (N,), anew (`begin_standard`)."""
+    for g in prange(bodies.shape[0]):
+        if which[g]:
+            begin_standard(g, bodies, snakes, games, cells, sides, chance, params, start_hazards)
+            tally[g] = 0
+
+
+@parallel_kernel
+def observe_games(which, bodies, snakes, games, cells, params, squares, marks, planes, numbers, active, mask):
+    """Write observation, `active` and mask of every snake in the games marked in `which`.
+
+    `planes` uint8 (N, M, 8, V, V), `numbers` float32 (N, M, 6), `active` bool (N, M), `mask` bool (N, M, 4).
+    """
+    for g in prange(bodies.shape[0]):
+        if which[g]:
+            observe_game(g, bodies, snakes, games, cells, params, squares, marks, planes, numbers, active, mask)
+
+
+@kernel
+def observe_game(g, bodies, snakes, games, cells, params, squares, marks, planes, numbers, active, mask):
+    """Write observation, `active` and mask of every snake of game g."""
+    mark(g, bodies, snakes, cells, params, squares, marks)
+    planes[g].reshape(-1)[:] = 0
+    for m in range(snakes.shape[1]):
+        observe(g, m, snakes, games, params, marks, planes, numbers)
+        allow(g, m, bodies, snakes, cells, params, mask)
+        active[g, m] = snakes[g, m, CAUSE] == 0
+
+
+@kernel
+def random_safe_play(
+    turns, bodies, snakes, games, cells, sides, events, chance, params, food_squares, start_hazards, moves, mask
+):
+    """Let every game play `turns` turns of random safe moves, beginning anew at each end; return the games finished."""
+    finished = 0
+    for _ in range(turns):
+        for g in range(bodies.shape[0]):
+            for m in range(snakes.shape[1]):
+                if snakes[g, m, CAUSE] == 0:
+                    allow(g, m, bodies, snakes, cells, params, mask)
+                    open_ways = 0
+                    for way in range(4):
+                        open_ways += mask[g, m, way]
+                    left = below(g, chance, open_ways)
+                    way = -1
+                    while left >= 0:
+                        way += 1
+                        left -= np.int64(mask[g, m, way])
+                    moves[g, m] = way
+            play_turn(g, moves, bodies, snakes, games, cells, sides, events, chance, params, food_squares)
+            if games[g, ALIVE] <= (0 if params[SOLO] else 1):
+                begin_standard(g, bodies, snakes, games, cells, sides, chance, params, start_hazards)
+                finished += 1
+    return finished
+
+
+@kernel
+def _play_and_pay(
+    g, moves, bodies, snakes, games, cells, sides, events, chance, params, food_squares,
+    prizes, max_turns, reward, terminated, truncated, over, tally,
+):  # fmt: skip
+    turn = games[g, TURN] + 1
+    for m in range(snakes.shape[1]):
+        reward[g, m] = -np.float32(snakes[g, m, LENGTH])
+    play_turn(g, moves, bodies, snakes, games, cells, sides, events, chance, params, food_squares)
+    ended = games[g, ALIVE] <= (0 if params[SOLO] else 1)
+    cut = max_turns > 0 and turn >= max_turns and not ended
+    over[g] = ended or cut
+    for m in range(snakes.shape[1]):
+        out = snakes[g, m, CAUSE] != 0
+        if out and snakes[g, m, ON] != turn:
+            reward[g, m], terminated[g, m], truncated[g, m] = 0.0, False, False
+            continue
+        ate = reward[g, m] + snakes[g, m, LENGTH] > 0 and not params[CONSTRICTOR]
+        kills = _kills(g, m, turn, snakes)
+        pay = prizes[4] if out else prizes[3] if ended and not params[SOLO] else prizes[0]
+        reward[g, m] = pay + ate * prizes[1] + kills * prizes[2]
+        terminated[g, m], truncated[g, m] = out or ended, cut and not out
+        tally[g, m, 0] += reward[g, m]
+        tally[g, m, 1] += ate
+        tally[g, m, 2] += kills
+
+
+@kernel
+def _kills(g, m, turn, snakes):
+    """Count the others that snake m eliminated in this turn."""
+    kills = 0
+    for other in range(snakes.shape[1]):
+        row = snakes[g, other]
+        by_collision = row[CAUSE] == BODY or row[CAUSE] == HEAD
+        kills += other != m and by_collision and row[BY] == m and row[ON] == turn
+    return kills

@@ -1,0 +1,109 @@
+"""What a snake sees: one function for training, server and arena.
+
+Planes are uint8 (8, V, V), centred on the head, row 0 at the top; V is odd. On wrapped boards the window shows the
+board again and again; elsewhere what lies off the board is wall.
+
+    0 own body            8 for each turn until the square clears (the tail 8, free to enter now), at most 255
+    1 other bodies        the same
+    2 stronger heads      others' heads at least as long as the own: 127 and 16 for each segment more
+    3 weaker heads        others' heads that are shorter: 127 and 16 for each segment less
+    4 healths             2.5 for each health, at every head, the own in the middle
+    5 food                255
+    6 hazards             2.5 for each health they take (or give) a turn, stacked ones together
+    7 walls               255
+
+Numbers are float32 (6,): health / 100; length / area; lead over the longest other / 10, within -1 to 1 (1 when alone);
+others alive / 16; food / 16; hazard damage / 100.
+
+`action_mask` allows up, down, left, right unless surely fatal: a wall, or a body that will not have moved away. Where
+all are fatal all are allowed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from racecraft.contract.world import Array, ArraySpec
+from racecraft.envs.battlesnake.board import Board, BoardError
+from racecraft.envs.battlesnake.kernels.observe import NUM_NUMBERS, NUM_PLANES
+from racecraft.envs.battlesnake.kernels.steps import observe_game
+from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.envs.battlesnake.state import Games, allocate_games, params_of, put_board
+
+PLANES = ("own_body", "other_bodies", "stronger_heads", "weaker_heads", "healths", "food", "hazards", "walls")
+WIDEST_DEFAULT_VIEW = 21
+
+
+def default_view(width: int, height: int) -> int:
+    """Return the side of the window: the whole board from any square, but at most 21 squares.
+
+    >>> default_view(7, 7), default_view(11, 11), default_view(19, 19)
+    (13, 21, 21)
+    """
+    return min(2 * max(width, height) - 1, WIDEST_DEFAULT_VIEW)
+
+
+def observation_specs(view: int) -> dict[str, ArraySpec]:
+    """Return the specs of the observation for a window of `view` squares a side."""
+    if view < 3 or view % 2 == 0:
+        raise BoardError(f"view is {view}; expected an odd number of squares, at least 3.")
+    return {
+        "planes": ArraySpec(
+            (NUM_PLANES, view, view), np.uint8, 0, 255, doc="Board about the head; see observation.py."
+        ),
+        "numbers": ArraySpec((NUM_NUMBERS,), np.float32, -1, 1, doc="Health, length, lead, others, food, damage."),
+    }
+
+
+def observe_board(
+    board: Board, settings: GameSettings, snake_id: str, view: int | None = None
+) -> tuple[dict[str, Array], Array]:
+    """Return what one snake sees on one board, as the world of training would show it.
+
+    Args:
+        board: Any position; eliminated snakes may be left out.
+        settings: Size, ruleset and hazard damage; the rest does not matter.
+        snake_id: Who looks.
+        view: Side of the window, `default_view` if None.
+
+    Returns:
+        Named observations and the action mask, bool (4,).
+
+    Raises:
+        BoardError: No such snake, a board of another size, or living snakes that overlap.
+    """
+    if (board.width, board.height) != (settings.width, settings.height):
+        raise BoardError(f"the board is {board.width}x{board.height}; expected {settings.width}x{settings.height}.")
+    ids = [snake.id for snake in board.snakes]
+    if snake_id not in ids:
+        raise BoardError(f"there is no snake '{snake_id}' on the board; there are {', '.join(ids) or 'none'}.")
+    games = _single(board, settings)
+    rows = games.snakes.shape[:2]
+    side = view or default_view(settings.width, settings.height)
+    seen = {name: np.zeros(rows + spec.shape, spec.dtype) for name, spec in observation_specs(side).items()}
+    active, mask = np.zeros(rows, bool), np.ones((*rows, 4), bool)
+    marks = allocate_marks(settings, *rows)
+    observe_game(
+        0, games.bodies, games.snakes, games.games, games.cells, params_of(settings), squares_of(settings), marks,
+        seen["planes"], seen["numbers"], active, mask,
+    )  # fmt: skip
+    number = ids.index(snake_id)
+    return {name: array[0, number] for name, array in seen.items()}, mask[0, number]
+
+
+def allocate_marks(settings: GameSettings, num_games: int, num_snakes: int) -> Array:
+    """Return room for the marks of N boards, int16 (N, K, 4); see `kernels.observe.mark`."""
+    return np.zeros((num_games, 3 * settings.area + 4 * num_snakes + 1, 4), np.int16)
+
+
+def squares_of(settings: GameSettings) -> Array:
+    """Return x and y of every cell, int16 (C, 2)."""
+    cells = np.arange(settings.area)
+    return np.stack([cells % settings.width, cells // settings.width], axis=1).astype(np.int16)
+
+
+def _single(board: Board, settings: GameSettings) -> Games:
+    seats = GameSettings(board.width, board.height, max(1, len(board.snakes)), settings.ruleset)
+    games = allocate_games(seats, 1)
+    put_board(games, 0, board)
+    return games

@@ -1,0 +1,238 @@
+"""N games of M snakes under the `World` contract. Begin in `BattlesnakeWorld.step`.
+
+An agent's episode ends with its death (`terminated`), with the game (`terminated`, the winner too) or with `max_turns`
+(`truncated`). A dead snake is inactive and sees nothing until the game is over; then all begin the next one together.
+
+The same seed and actions tell the same story bit for bit: each game rolls its own stream, on any number of threads.
+Common set-ups are compiled; maps with drawn plans, unusual boards and solo_maze go through the referee's set-up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from racecraft.contract.random_streams import stream_keys
+from racecraft.contract.world import Array, DiscreteActions, EpisodeRecord, StepBuffers, WorldSpec
+from racecraft.envs.battlesnake import hazard_plans, maps, solo_maze
+from racecraft.envs.battlesnake.board import CAUSES, MOVES, Board, BoardError
+from racecraft.envs.battlesnake.dice import StreamDice
+from racecraft.envs.battlesnake.kernels import columns as col
+from racecraft.envs.battlesnake.kernels.steps import begin_games, observe_games, play_turns
+from racecraft.envs.battlesnake.observation import allocate_marks, default_view, observation_specs, squares_of
+from racecraft.envs.battlesnake.reference import Referee
+from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.envs.battlesnake.state import allocate_games, food_squares_of, get_board, params_of, put_board
+
+
+@dataclass(frozen=True)
+class Prizes:
+    """What a snake is paid."""
+
+    turn: float = 0.0
+    """For a turn survived while the game goes on."""
+    food: float = 0.0
+    """For a food eaten."""
+    kill: float = 0.0
+    """For another snake that ran into it."""
+    win: float = 1.0
+    """For being alive when a game among several is over."""
+    loss: float = -1.0
+    """For leaving the game."""
+
+    def as_array(self) -> Array:
+        """Return the prizes as the kernel reads them, float32 (5,)."""
+        return np.array([self.turn, self.food, self.kill, self.win, self.loss], np.float32)
+
+
+@dataclass(frozen=True)
+class WorldSettings:
+    """Settings of a Battlesnake world."""
+
+    game: GameSettings = field(default_factory=GameSettings)
+    """What every game is played with."""
+    num_games: int = 64
+    """Games side by side."""
+    max_turns: int = 2000
+    """Turns after which a game is cut; 0 never."""
+    view: int | None = None
+    """Side of the window in squares, odd; None: see `observation.default_view`."""
+    prizes: Prizes = field(default_factory=Prizes)
+
+
+class BattlesnakeWorld:
+    """N games of M snakes; actions are 0 up, 1 down, 2 left, 3 right.
+
+    Args:
+        settings: What is played, how many games, what is paid.
+
+    Raises:
+        BoardError: A size, ruleset, map or number that cannot be played.
+    """
+
+    def __init__(self, settings: WorldSettings | None = None) -> None:
+        self.settings = settings or WorldSettings()
+        self.game_settings = game = self.settings.game
+        if self.settings.num_games < 1 or self.settings.max_turns < 0:
+            numbers = f"num_games {self.settings.num_games}, max_turns {self.settings.max_turns}"
+            raise BoardError(f"{numbers}; expected at least 1 and 0.")
+        self._map = maps.find_map(game.map)
+        self._map.check(game)
+        self._params, self._food_squares = params_of(game), food_squares_of(game)
+        self._prizes = self.settings.prizes.as_array()
+        self._compiled_set_up, self._start_hazards = _compiled_set_up(game)
+        rows = (self.settings.num_games, game.players)
+        self.games = allocate_games(game, rows[0])
+        self._tally = np.zeros((*rows, 3))
+        self._over = np.zeros(rows[0], bool)
+        self._all, self._squares = np.ones(rows[0], bool), squares_of(game)
+        self._marks = allocate_marks(game, *rows)
+        self._no_active, self._no_mask = np.zeros(rows, bool), np.zeros((*rows, 4), bool)
+        self._finished: list[dict[str, Array]] = []
+        view = self.settings.view or default_view(game.width, game.height)
+        self._spec = WorldSpec(
+            name=f"battlesnake-{game.ruleset}-{game.map}-{game.width}x{game.height}",
+            num_worlds=rows[0],
+            num_agents=rows[1],
+            observations=observation_specs(view),
+            actions=DiscreteActions(4, MOVES),
+            has_action_mask=True,
+        )
+
+    @property
+    def spec(self) -> WorldSpec:
+        """The shape of this world's promise."""
+        return self._spec
+
+    def reset(self, buffers: StepBuffers, seed: int) -> None:
+        """Begin every game anew; the seed decides every set-up, food and hazard from here on."""
+        self.games.chance[:, 0] = stream_keys(seed, "battlesnake", self.settings.num_games)
+        self.games.chance[:, 1] = 0
+        self._finished.clear()
+        self._begin(self._all)
+        self._observe(buffers)
+
+    def step(self, actions: Array, buffers: StepBuffers) -> None:
+        """Play one turn of every game; games that are over begin anew in the same step."""
+        games = self.games
+        play_turns(
+            np.ascontiguousarray(actions, np.int64), games.bodies, games.snakes, games.games, games.cells,
+            games.sides, games.events, games.chance, self._params, self._food_squares, self._prizes,
+            self.settings.max_turns, buffers.reward, buffers.terminated, buffers.truncated, self._over, self._tally,
+        )  # fmt: skip
+        if self._map.hazards == "maze":
+            self._move_mazes()
+        if buffers.terminated.any() or buffers.truncated.any():
+            self._remember(buffers.ended)
+        if self._over.any():
+            self._show_last(buffers)
+            self._begin(self._over)
+        self._observe(buffers)
+
+    def take_episodes(self) -> list[EpisodeRecord]:
+        """Return the episodes that ended since the last call; status is "won", "truncated" or the cause of death."""
+        told = [_tell(row) for rows in self._finished for row in _rows(rows)]
+        self._finished.clear()
+        return told
+
+    def board(self, game: int) -> Board:
+        """Return a game's position as a board; its snakes are s0, s1 and so on."""
+        return get_board(self.games, game, self.game_settings)
+
+    def save_state(self) -> dict[str, Array]:
+        """Return copies of everything the games need to go on."""
+        return {name: array.copy() for name, array in (*self.games.arrays().items(), ("tally", self._tally))}
+
+    def load_state(self, state: Mapping[str, Array], buffers: StepBuffers) -> None:
+        """Go on from a saved state."""
+        self.games.copy_from(state)
+        self._tally[...] = state["tally"]
+        self._finished.clear()
+        self._observe(buffers)
+
+    def close(self) -> None:
+        """Nothing to let go of."""
+
+    def _observe(self, buffers: StepBuffers) -> None:
+        mask = self._no_mask if buffers.action_mask is None else buffers.action_mask
+        self._look(self._all, buffers.observations, buffers.active, mask)
+
+    def _show_last(self, buffers: StepBuffers) -> None:
+        """Write the last observation of the games that are over."""
+        self._look(self._over, buffers.final_observations, self._no_active, self._no_mask)
+
+    def _look(self, which: Array, observations: Mapping[str, Array], active: Array, mask: Array) -> None:
+        games = self.games
+        observe_games(
+            which, games.bodies, games.snakes, games.games, games.cells, self._params, self._squares,
+            self._marks, observations["planes"], observations["numbers"], active, mask,
+        )  # fmt: skip
+
+    def _begin(self, which: Array) -> None:
+        """Set up the games marked in `which`."""
+        games = self.games
+        if self._compiled_set_up:
+            begin_games(
+                which, games.bodies, games.snakes, games.games, games.cells, games.sides, games.chance,
+                self._params, self._start_hazards, self._tally,
+            )  # fmt: skip
+            return
+        for g in np.flatnonzero(which):
+            dice = StreamDice(int(games.chance[g, 0]), int(games.chance[g, 1]))
+            referee = Referee(self.game_settings, dice)
+            put_board(games, int(g), referee.board, referee.map_state)
+            games.chance[g, 1] = dice.counter
+        self._tally[which] = 0
+
+    def _move_mazes(self) -> None:
+        """Let solo_maze do what the kernels leave to it: build the next level, let food run away."""
+        for g in np.flatnonzero(~self._over):
+            board = self.board(int(g))
+            dice = StreamDice(int(self.games.chance[g, 0]), int(self.games.chance[g, 1]))
+            solo_maze.after_turn(board, dice)
+            put_board(self.games, int(g), board)
+            self.games.chance[g, 1] = dice.counter
+
+    def _remember(self, ended: Array) -> None:
+        """Keep the figures of the episodes that ended, as arrays until somebody asks."""
+        game, agent = np.nonzero(ended)
+        row = self.games.snakes[game, agent]
+        self._finished.append(
+            {
+                "game": game,
+                "agent": agent,
+                "turn": self.games.games[game, col.TURN],
+                "cause": row[:, col.CAUSE].copy(),
+                "length": row[:, col.LENGTH].copy(),
+                "alive": self.games.games[game, col.ALIVE],
+                "cut": self._over[game] & (self.games.games[game, col.ALIVE] > (0 if self._params[col.SOLO] else 1)),
+                "tally": self._tally[game, agent].copy(),
+            }
+        )
+
+
+def _compiled_set_up(game: GameSettings) -> tuple[bool, Array]:
+    """Tell whether `begin_standard` sets this game up, and which hazards (C,) then stand from the start."""
+    chosen = maps.find_map(game.map)
+    start = np.zeros(game.area, np.int16)
+    common = game.width == game.height and game.width >= 7 and game.players <= 8
+    plain = chosen.plan in (hazard_plans.nothing, hazard_plans.rings, hazard_plans.inner_wall, hazard_plans.columns)
+    if not common or not plain or chosen.drawn or chosen.hazards == "maze":
+        return False, start
+    for (x, y), count in chosen.plan(game, StreamDice(0)).start.items():
+        start[y * game.width + x] = count
+    return True, start
+
+
+def _rows(columns: Mapping[str, Array]) -> list[dict[str, Any]]:
+    return [{name: column[row] for name, column in columns.items()} for row in range(len(columns["game"]))]
+
+
+def _tell(row: Mapping[str, Any]) -> EpisodeRecord:
+    status = CAUSES[row["cause"]] or ("truncated" if row["cut"] else "won")
+    reward, food, kills = (float(number) for number in row["tally"])
+    facts = {"length": float(row["length"]), "food_eaten": food, "kills": kills}
+    return EpisodeRecord(int(row["game"]), int(row["agent"]), int(row["turn"]), reward, status, facts)
