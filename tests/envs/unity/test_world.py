@@ -7,6 +7,7 @@ import time
 import numpy as np
 import pytest
 
+from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import ContinuousActions, DiscreteActions, World, allocate
 from racecraft.envs.unity.errors import BuildError, PlayerDiedError, UnityError
 from racecraft.envs.unity.process import wait_until_gone
@@ -224,3 +225,15 @@ def test_many_agents_in_one_process_are_fast(opened):
     for _ in range(100):
         world.step(actions, buffers)
     assert 6400 / (time.perf_counter() - begun) > 3000
+
+
+class TestBasicSitsTheExam(WorldExam):
+    """Worlds are agents of one process; N worlds are a process with N agents."""
+
+    ticks = 60
+
+    def make_world(self, num_worlds):
+        return UnityWorld("builtin:Basic", args=["--agents", str(num_worlds)], seed=self.seed)
+
+    def test_a_saved_world_goes_on_as_if_nothing_had_happened(self):
+        pytest.skip("a Unity player cannot be frozen; load_state begins new episodes, see its docstring")

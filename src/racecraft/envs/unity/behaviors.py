@@ -13,8 +13,8 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -191,6 +191,34 @@ def write_actions(behavior: Behavior, into: Any, continuous: Array | None, discr
             action.discrete_actions.extend(choice_rows[row])
         # players before wire version 1.3 read this field only
         action.vector_actions_deprecated.extend(float_rows[row] if of.continuous else choice_rows[row])
+
+
+def first_allowed(behavior: Behavior, asking: AgentRows) -> Array:
+    """Return the first allowed choice of every branch, int (R, branches): 0 unless 0 is forbidden."""
+    if asking.allowed is None:
+        return np.zeros((len(asking), 0), np.int64)
+    parts = np.split(asking.allowed, np.cumsum(behavior.actions.branches[:-1]), axis=1)
+    return np.stack([part.argmax(axis=1) for part in parts], axis=1)
+
+
+def card_of(behavior: Behavior) -> dict[str, Any]:
+    """Return a behavior as plain values, for a run's card; `behavior_from` reads it.
+
+    >>> behavior = Behavior("A?team=0", (Sensor("eye", (3,), (3,)),), UnityActions(1, (2,)))
+    >>> behavior_from(card_of(behavior)) == behavior
+    True
+    """
+    return asdict(behavior)
+
+
+def behavior_from(card: Mapping[str, Any]) -> Behavior:
+    """Return the behavior that a card describes."""
+    sensors = tuple(
+        Sensor(**{**part, "shape": tuple(part["shape"]), "wire_shape": tuple(part["wire_shape"])})
+        for part in card["sensors"]
+    )
+    actions = UnityActions(card["actions"]["continuous"], tuple(card["actions"]["branches"]))
+    return Behavior(card["name"], sensors, actions)
 
 
 def layout_of(package_version: str, shape: Sequence[int] = ()) -> str:

@@ -327,6 +327,15 @@ class Session:
         return self._process.log_tail() if self._process else ""
 
 
+def require_patience(begun: float, seconds: float) -> None:
+    """Raise when, since `begun` on the monotonic clock, no agent has asked for too long."""
+    if time.monotonic() - begun > seconds:
+        raise PlayerTimeoutError(
+            f"for {seconds:.0f} s no agent has asked for a decision; the scene runs, but nobody in it is enabled or "
+            "requests decisions. Add a Decision Requester to the agent, or give a longer timeout_seconds."
+        )
+
+
 def _let_go(wire: Wire, processes: list[PlayerProcess], patience_seconds: float) -> None:
     """Release everything a session holds; knows no session, so that it can run when there is none any more."""
     goodbye = messages.load().UnityMessage()

@@ -39,10 +39,10 @@ import numpy as np
 from racecraft.contract.random_streams import stream_keys
 from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffers, WorldSpec
 from racecraft.envs.unity.actions import ActionTable
-from racecraft.envs.unity.behaviors import AgentRows, Behavior, Sensor
+from racecraft.envs.unity.behaviors import AgentRows, Behavior, Sensor, first_allowed
 from racecraft.envs.unity.builds import Build, find_build
-from racecraft.envs.unity.errors import BuildError, PlayerTimeoutError, UnityError, WireError
-from racecraft.envs.unity.session import Choice, Moment, Session
+from racecraft.envs.unity.errors import BuildError, UnityError, WireError
+from racecraft.envs.unity.session import Choice, Moment, Session, require_patience
 from racecraft.envs.unity.side_channels import Gaussian, MultiRange, SideChannels, Statistic, Uniform
 
 ENGINE_FOR_TRAINING: Mapping[str, Any] = {
@@ -238,7 +238,7 @@ class UnityWorld:
         """Go on without actions until some agent asks; messages may hold nothing but ends."""
         begun = time.monotonic()
         while not any(len(moment.decisions) for moment in moments.values()):
-            _require_patience(begun, self._options.get("timeout_seconds", 60.0))
+            require_patience(begun, self._options.get("timeout_seconds", 60.0))
             moments = player.session.step({})
         return moments
 
@@ -288,7 +288,7 @@ class UnityWorld:
         try:
             self._settle(player, player.session.receive(), buffers)
             while not any(player.asked.values()):
-                _require_patience(begun, self._options.get("timeout_seconds", 60.0))
+                require_patience(begun, self._options.get("timeout_seconds", 60.0))
                 player.session.send_step(player.idle)
                 self._settle(player, player.session.receive(), buffers)
         except WireError:
@@ -448,18 +448,6 @@ def _spec_of(sensor: Sensor) -> ArraySpec:
 
 def _idle_choice(behavior: Behavior, asking: AgentRows) -> Choice:
     """Zero actions; where zero is forbidden, the first that is allowed."""
-    actions, count = behavior.actions, len(asking)
-    continuous = np.zeros((count, actions.continuous), np.float32)
-    if not actions.branches or asking.allowed is None:
-        return Choice(continuous=continuous)
-    parts = np.split(asking.allowed, np.cumsum(actions.branches[:-1]), axis=1)
-    discrete = np.stack([part.argmax(axis=1) for part in parts], axis=1)
-    return Choice(continuous=continuous if actions.continuous else None, discrete=discrete)
-
-
-def _require_patience(begun: float, seconds: float) -> None:
-    if time.monotonic() - begun > seconds:
-        raise PlayerTimeoutError(
-            f"for {seconds:.0f} s no agent has asked for a decision; the scene runs, but nobody in it is enabled or "
-            "requests decisions. Add a Decision Requester to the agent, or give a longer timeout_seconds."
-        )
+    actions = behavior.actions
+    continuous = np.zeros((len(asking), actions.continuous), np.float32) if actions.continuous else None
+    return Choice(continuous, first_allowed(behavior, asking) if actions.branches else None)
