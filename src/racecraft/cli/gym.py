@@ -1,5 +1,56 @@
-"""`racecraft gym`."""
+"""`racecraft gym`: any Gymnasium environment on the same loop."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
 
 import typer
 
-app = typer.Typer()
+app = typer.Typer(help="Train on any registered Gymnasium environment.", no_args_is_help=True)
+
+
+@app.callback()
+def gym() -> None:
+    """Train on any registered Gymnasium environment."""
+
+
+@app.command()
+def train(
+    environment: Annotated[str, typer.Argument(metavar="ID", help="A registered id, such as CartPole-v1.")],
+    stop: Annotated[
+        list[str] | None,
+        typer.Option(help="score=475, minutes=10, iterations=50, steps=200000; may be repeated."),
+    ] = None,
+    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/<id>-<number>.")] = None,
+    seed: Annotated[int, typer.Option(help="Same seed, same machine, same training.")] = 1,
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", help="group.name=value; `racecraft settings` lists them all.")
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
+) -> None:
+    """Train until the environment is solved.
+
+    Examples:
+
+        racecraft gym train CartPole-v1
+
+        racecraft gym train Pendulum-v1 --stop score=-200 --stop minutes=5
+    """
+    from racecraft.cli.output import print_json
+    from racecraft.training.gym_training import GymRequest, train_gym
+    from racecraft.training.progress import watcher
+
+    request = GymRequest(environment, tuple(stop or ()), run, seed, tuple(set_ or ()))
+    trained = train_gym(request, watcher(sys.stderr if json else sys.stdout))
+    if json:
+        print_json(trained.summary())
+        return
+    summary = trained.summary()
+    evaluation = summary["evaluation"] or {}
+    verdict = "solved" if summary["solved"] else "not solved"
+    print(
+        f"{environment}: {verdict}, mean return {evaluation.get('mean_return', float('nan')):.1f} over "
+        f"{evaluation.get('episodes', 0)} greedy episodes after {summary['env_steps']:,} steps; run: {trained.run.path}"
+    )
