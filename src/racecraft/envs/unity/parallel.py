@@ -1,7 +1,7 @@
 """A Unity scene with any number of behaviors as a PettingZoo `ParallelEnv`.
 
-Begin at `UnityParallelEnv`. Agents are named `Behavior?team=0?agent_id=3`; the number is the agent's place among those
-of its behavior, so that names last although Unity's ids may not. Observations are a Box, or a Dict by sensor where there
+Begin at `unity_parallel`. Agents are named `Behavior?team=0?agent_id=3`; the number is the agent's place among those of
+its behavior, so that names last although Unity's ids may not. Observations are a Box, or a Dict by sensor where there
 are several; actions are Discrete (one branch), MultiDiscrete (several), Box (numbers) or a Tuple of Box and
 MultiDiscrete (both). What is allowed stands in `info["action_mask"]`, bool, branch after branch.
 
@@ -13,6 +13,7 @@ in place, or with a new player where it brings a seed, because Unity takes a see
 from __future__ import annotations
 
 import os
+import time
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from racecraft.contract.world import Array
 from racecraft.envs.unity.behaviors import AgentRows, Behavior, first_allowed
 from racecraft.envs.unity.builds import Build, find_build
 from racecraft.envs.unity.errors import UnityError
-from racecraft.envs.unity.session import Choice, Moment, Session
+from racecraft.envs.unity.session import Choice, Moment, Session, require_patience
 
 
 def unity_parallel(build: str | os.PathLike[str] | Build, **options: Any) -> Any:
@@ -134,7 +135,9 @@ class _Game:
         """Tell those who asked, and wait until somebody who still plays asks again, or nobody plays any more."""
         self.seen, self.rewards, self.ended = {}, {}, {}
         self._hear(self._session.step(self._choices(actions)))
+        begun = time.monotonic()
         while self.playing() and not any(name in self.seen for name in self.playing()):
+            require_patience(begun, self._options.get("timeout_seconds", 60.0))
             self._hear(self._session.step(self._choices({})))
 
     def info(self, name: str) -> dict[str, Any]:
@@ -203,7 +206,7 @@ class _Game:
 def _sees(behavior: Behavior) -> Any:
     from gymnasium import spaces
 
-    boxes = {
+    boxes: dict[str, spaces.Space[Any]] = {
         sensor.name: spaces.Box(0, 255, sensor.shape, np.uint8)
         if sensor.compressed
         else spaces.Box(-np.inf, np.inf, sensor.shape, np.float32)
@@ -219,11 +222,10 @@ def _does(behavior: Behavior) -> Any:
     numbers = spaces.Box(-1.0, 1.0, (actions.continuous,), np.float32)
     if not actions.branches:
         return numbers
+    choices = spaces.MultiDiscrete(list(actions.branches))
     if actions.continuous:
-        return spaces.Tuple((numbers, spaces.MultiDiscrete(actions.branches)))
-    return (
-        spaces.Discrete(actions.branches[0]) if len(actions.branches) == 1 else spaces.MultiDiscrete(actions.branches)
-    )
+        return spaces.Tuple((numbers, choices))
+    return choices if len(actions.branches) > 1 else spaces.Discrete(actions.branches[0])
 
 
 def _parts(behavior: Behavior, action: Any) -> tuple[Any, Any]:

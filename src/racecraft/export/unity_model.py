@@ -1,0 +1,317 @@
+"""A trained policy as the ONNX file that a Unity scene loads.
+
+Begin at `unity_model`, which builds the graph, and `check_unity_model`, which runs it beside the network. The layout is
+ML-Agents' own, model version 3 (facts: unity-ml-agents, "Trained policy -> Unity"; checked there against a file that
+ML-Agents trained):
+
+    in    obs_0, obs_1 …                  float [batch, *shape], one a sensor in wire order; pictures NCHW in [0, 1]
+    in    action_masks                    float [batch, sum of branches], 1 = allowed; with discrete actions only
+    out   version_number, memory_size     float [1], constants: 3 and 0
+    out   discrete_actions                int64 [batch, branches], drawn inside the graph
+    out   deterministic_discrete_actions  int64 [batch, branches], the likeliest
+    out   discrete_action_output_shape    float [1, branches], constant: the branch sizes
+    out   continuous_actions, deterministic_continuous_actions    float [batch, numbers] in [-1, 1]
+    out   continuous_action_output_shape  float [1], constant: how many numbers
+
+Opset 9 and one file, because that is what every version of Unity's importers reads. A constant is an initialiser whose
+name *is* the output: some importers look constants up by name, others run the model, and this serves both. The graph is
+written with `onnx.helper` and not traced, so that nothing else stands in it.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import nn
+
+from racecraft.algorithms.networks import ActorCritic, Body, FlattenChannelsLast, Image, Vector
+from racecraft.contract.errors import MissingExtraError, UserInputError
+from racecraft.contract.world import Array
+from racecraft.envs.unity.actions import ActionTable
+from racecraft.envs.unity.behaviors import Behavior, Sensor
+
+OPSET = 9
+IR_VERSION = 6
+MODEL_VERSION = 3.0
+FORBIDDEN_PENALTY = 1e8
+"""What is taken from the score of a forbidden action, as ML-Agents does."""
+
+
+def write_unity_model(path: str | Path, network: ActorCritic, behavior: Behavior) -> Path:
+    """Write `<behavior>.onnx` (or the file that `path` names) in one move and return where it lies.
+
+    Args:
+        path: A folder, or a file that ends in `.onnx`.
+        network: The policy; its observations carry the names of the behavior's sensors.
+        behavior: What the agent sees and does.
+
+    Raises:
+        UserInputError: The network was not made for this behavior.
+        MissingExtraError: onnx is not installed.
+    """
+    target = Path(path)
+    if target.suffix != ".onnx":
+        target = target / f"{behavior.base_name}.onnx"
+    model = unity_model(network, behavior)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    part = target.with_name(target.name + ".part")
+    with open(part, "wb") as file:
+        file.write(model.SerializeToString())
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(part, target)
+    return target
+
+
+def unity_model(network: ActorCritic, behavior: Behavior) -> Any:
+    """Return the policy as an `onnx.ModelProto`, checked by the ONNX checker."""
+    onnx = _onnx()
+    if sorted(network.policy_body.names) != sorted(sensor.name for sensor in behavior.sensors):
+        raise UserInputError(
+            f"the policy reads {', '.join(network.policy_body.names)}; behavior '{behavior.name}' shows "
+            f"{', '.join(sensor.name for sensor in behavior.sensors)}. Export it with the behavior it was trained on."
+        )
+    table = ActionTable(behavior.actions)
+    graph = _Graph(onnx)
+    inputs = {sensor.name: graph.input(f"obs_{i}", _wire_shape(sensor)) for i, sensor in enumerate(behavior.sensors)}
+    masks = graph.input("action_masks", (sum(behavior.actions.branches),)) if behavior.actions.branches else ""
+    numbers = graph.dense(network.policy_head, graph.body(network.policy_body, inputs))
+
+    graph.constant_output("version_number", [MODEL_VERSION])
+    graph.constant_output("memory_size", [0.0])
+    if table.has_mask:
+        _add_counted(graph, table, numbers, masks)
+    else:
+        _add_vector(graph, table, numbers, masks, network)
+    return graph.finish(behavior.base_name)
+
+
+def check_unity_model(
+    model: Any,
+    network: ActorCritic,
+    behavior: Behavior,
+    observations: Mapping[str, Array],
+    allowed: Array | None = None,
+) -> float:
+    """Run the model in onnxruntime beside the network and return the largest difference of its actions.
+
+    Args:
+        model: What `unity_model` returned.
+        network: What it was made from.
+        behavior: What the agent sees and does.
+        observations: By sensor name, (R, *sensor shape), as the network reads them.
+        allowed: bool (R, sum of branches), or None where everything is.
+
+    Returns:
+        The largest difference over all rows and actions; a choice that differs counts as its difference in number.
+    """
+    try:
+        import onnxruntime
+    except ImportError as cause:
+        raise _missing("onnxruntime") from cause
+    rows = len(next(iter(observations.values())))
+    table = ActionTable(behavior.actions)
+    branches = behavior.actions.branches
+    if allowed is None:
+        allowed = np.ones((rows, sum(branches)), bool)
+    feeds = {f"obs_{i}": to_wire(sensor, observations[sensor.name]) for i, sensor in enumerate(behavior.sensors)}
+    if branches:
+        feeds["action_masks"] = allowed.astype(np.float32)
+    session = onnxruntime.InferenceSession(model.SerializeToString(), providers=["CPUExecutionProvider"])
+    names = [output.name for output in session.get_outputs()]
+    told = dict(zip(names, session.run(None, feeds), strict=True))
+
+    with torch.no_grad():
+        numbers = network.policy({name: torch.from_numpy(np.ascontiguousarray(observations[name])) for name in
+                                  network.policy_body.names}).numpy()  # fmt: skip
+    if table.has_mask:
+        scores = np.where(table.mask(allowed), numbers, -np.inf)
+        choice = table.choice(scores.argmax(axis=1), allowed)
+    else:
+        choice = table.choice(np.clip(numbers, -1.0, 1.0), allowed if branches else None)
+    away = [0.0]
+    if branches:
+        away.append(float(np.abs(told["deterministic_discrete_actions"] - np.asarray(choice.discrete)).max(initial=0)))
+    if behavior.actions.continuous:
+        away.append(float(np.abs(told["deterministic_continuous_actions"] - choice.continuous).max(initial=0)))
+    return max(away)
+
+
+def to_wire(sensor: Sensor, values: Array) -> Array:
+    """Return an observation (R, *shape) as Unity feeds it to a model: float32, pictures (R, C, H, W) in [0, 1]."""
+    numbers = values.astype(np.float32)
+    if sensor.compressed:
+        numbers = numbers / np.float32(255)
+    return np.ascontiguousarray(numbers.transpose(0, 3, 1, 2)) if sensor.is_picture else numbers
+
+
+def _add_counted(graph: _Graph, table: ActionTable, logits: str, masks: str) -> None:
+    """Discrete actions from one score for every combination of choices."""
+    branches = table.actions.branches
+    starts = np.cumsum((0, *branches[:-1]))
+    allowed = ""
+    for branch in range(len(branches)):
+        if len(branches) == 1:
+            allowed = masks
+            break
+        columns = graph.constant(starts[branch] + table.combinations[:, branch].astype(np.int64))
+        part = graph.node("Gather", masks, columns, axis=1)
+        allowed = graph.node("Mul", allowed, part) if allowed else part
+    scores = graph.masked(logits, allowed)
+    drawn = graph.node("Multinomial", graph.node("LogSoftmax", scores, axis=1), dtype=graph.INT64, sample_size=1)
+    best = graph.node("ArgMax", scores, axis=1, keepdims=1)
+    for name, index in (("discrete_actions", drawn), ("deterministic_discrete_actions", best)):
+        if len(branches) > 1:
+            rows = graph.node("Gather", graph.constant(table.combinations.astype(np.int64)), index, axis=0)
+            index = graph.node("Squeeze", rows, axes=[1])
+        graph.output(name, index, len(branches), graph.INT64)
+    graph.constant_output("discrete_action_output_shape", [[float(size) for size in branches]])
+
+
+def _add_vector(graph: _Graph, table: ActionTable, means: str, masks: str, network: ActorCritic) -> None:
+    """Numbers from a vector of means, and choices from the scores behind them, once drawn and once as they are."""
+    continuous, branches = table.actions.continuous, table.actions.branches
+    assert network.log_std is not None, "a policy over a vector has a log standard deviation"
+    std = np.exp(network.log_std.detach().cpu().numpy().clip(-20.0, 3.0))
+    noise = graph.node("RandomNormalLike", means, dtype=graph.FLOAT, mean=0.0, scale=1.0)
+    drawn = graph.node("Add", means, graph.node("Mul", noise, graph.constant(std.astype(np.float32))))
+    for prefix, values in (("", drawn), ("deterministic_", means)):
+        cut = graph.node("Clip", values, min=-1.0, max=1.0)
+        if continuous:
+            numbers = graph.columns(cut, 0, continuous) if branches else cut
+            graph.output(f"{prefix}continuous_actions", numbers, continuous, graph.FLOAT)
+        at, parts = continuous, []
+        for size in branches:
+            scores = graph.columns(cut, at, at + size)
+            mask = graph.columns(masks, at - continuous, at - continuous + size)
+            parts.append(graph.node("ArgMax", graph.masked(scores, mask), axis=1, keepdims=1))
+            at += size
+        if branches:
+            chosen = graph.node("Concat", *parts, axis=1) if len(parts) > 1 else parts[0]
+            graph.output(f"{prefix}discrete_actions", chosen, len(branches), graph.INT64)
+    if continuous:
+        graph.constant_output("continuous_action_output_shape", [float(continuous)])
+    if branches:
+        graph.constant_output("discrete_action_output_shape", [[float(size) for size in branches]])
+
+
+class _Graph:
+    """Collects nodes, weights, inputs and outputs."""
+
+    def __init__(self, onnx: Any) -> None:
+        self._onnx, self._helper = onnx, onnx.helper
+        self.FLOAT, self.INT64 = onnx.TensorProto.FLOAT, onnx.TensorProto.INT64
+        self._nodes: list[Any] = []
+        self._weights: list[Any] = []
+        self._inputs: list[Any] = []
+        self._outputs: list[Any] = []
+
+    def input(self, name: str, shape: Sequence[int]) -> str:
+        self._inputs.append(self._helper.make_tensor_value_info(name, self.FLOAT, ["batch", *shape]))
+        return name
+
+    def output(self, name: str, value: str, width: int, kind: int) -> None:
+        self._nodes.append(self._helper.make_node("Identity", [value], [name]))
+        self._outputs.append(self._helper.make_tensor_value_info(name, kind, ["batch", width]))
+
+    def constant_output(self, name: str, values: Any) -> None:
+        array = np.array(values, np.float32)
+        self._weights.append(self._onnx.numpy_helper.from_array(array, name))
+        self._outputs.append(self._helper.make_tensor_value_info(name, self.FLOAT, array.shape))
+
+    def constant(self, array: Array) -> str:
+        name = f"weight_{len(self._weights)}"
+        self._weights.append(self._onnx.numpy_helper.from_array(np.ascontiguousarray(array), name))
+        return name
+
+    def node(self, kind: str, *inputs: str, **attributes: Any) -> str:
+        name = f"{kind}_{len(self._nodes)}"
+        self._nodes.append(self._helper.make_node(kind, list(inputs), [name], name=name, **attributes))
+        return name
+
+    def masked(self, scores: str, allowed: str) -> str:
+        """Scores times mask, less a large penalty where the mask is zero."""
+        penalty = self.constant(np.array(FORBIDDEN_PENALTY, np.float32))
+        one = self.constant(np.array(1.0, np.float32))
+        forbidden = self.node("Mul", self.node("Sub", one, allowed), penalty)
+        return self.node("Sub", self.node("Mul", scores, allowed), forbidden)
+
+    def columns(self, values: str, start: int, end: int) -> str:
+        return self.node("Slice", values, axes=[1], starts=[start], ends=[end])
+
+    def body(self, body: Body, inputs: Mapping[str, str]) -> str:
+        parts = [self.layers(embedder, inputs[name]) for name, embedder in zip(body.names, body.embedders, strict=True)]
+        return self.layers(body.trunk, self.node("Concat", *parts, axis=1) if len(parts) > 1 else parts[0])
+
+    def layers(self, module: nn.Module, value: str) -> str:
+        """Write a module's layers in order."""
+        match module:
+            case nn.Sequential():
+                for layer in module:
+                    value = self.layers(layer, value)
+                return value
+            case nn.Linear():
+                return self.dense(module, value)
+            case nn.Conv2d():
+                weights = [self.constant(_array(module.weight))]
+                if module.bias is not None:
+                    weights.append(self.constant(_array(module.bias)))
+                shape = {"kernel_shape": list(module.kernel_size), "strides": list(module.stride)}
+                return self.node("Conv", value, *weights, pads=[0, 0, 0, 0], **shape)
+            case nn.ReLU():
+                return self.node("Relu", value)
+            case nn.Tanh():
+                return self.node("Tanh", value)
+            case Image():
+                return value  # Unity's pictures are NCHW in [0, 1] already
+            case FlattenChannelsLast():
+                return self.node("Flatten", self.node("Transpose", value, perm=[0, 2, 3, 1]), axis=1)
+            case Vector():
+                return self.node("Flatten", value, axis=1)
+        raise UserInputError(f"a layer of kind {type(module).__name__} cannot be exported to Unity yet.")
+
+    def dense(self, layer: nn.Linear, value: str) -> str:
+        bias = layer.bias if layer.bias is not None else torch.zeros(layer.out_features)
+        return self.node("Gemm", value, self.constant(_array(layer.weight)), self.constant(_array(bias)), transB=1)
+
+    def finish(self, name: str) -> Any:
+        graph = self._helper.make_graph(self._nodes, name, self._inputs, self._outputs, self._weights)
+        model = self._helper.make_model(
+            graph,
+            producer_name="racecraft",
+            opset_imports=[self._helper.make_opsetid("", OPSET)],
+            ir_version=IR_VERSION,
+        )
+        self._onnx.checker.check_model(model, full_check=True)
+        return model
+
+
+def _wire_shape(sensor: Sensor) -> tuple[int, ...]:
+    if sensor.is_picture:
+        height, width, channels = sensor.shape
+        return channels, height, width
+    return sensor.shape
+
+
+def _array(weight: torch.Tensor) -> Array:
+    return np.asarray(weight.detach().cpu().contiguous().numpy(), np.float32)
+
+
+def _onnx() -> Any:
+    try:
+        import onnx
+        import onnx.numpy_helper  # not every release brings it along
+    except ImportError as cause:
+        raise _missing("onnx") from cause
+    return onnx
+
+
+def _missing(package: str) -> MissingExtraError:
+    return MissingExtraError(
+        f"Exporting to Unity needs the package '{package}', which is not installed. pip install 'racecraft[onnx]'"
+    )
