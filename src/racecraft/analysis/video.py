@@ -1,0 +1,134 @@
+"""A film of a drive that plays everywhere: the car's view, a map, and the figures a spectator wants. See `write_video`.
+
+H.264 in MP4, yuv420p, the index at the front so that a browser starts at once; real time, 15 pictures a second. The
+view is rendered again from the poses, so any drive in an episode file can be filmed, long after it was driven.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from racecraft.analysis.dashboard import Dashboard, lay_banner
+from racecraft.analysis.drive import Drive, as_drive
+from racecraft.contract.errors import MissingExtraError, UserInputError
+from racecraft.contract.world import Array
+from racecraft.envs.deepracer.camera import MOUNT_V3, Camera, CameraMount
+from racecraft.envs.deepracer.scene import build_scene
+from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
+from racecraft.formats.whole import whole_file
+from racecraft.tracks.track import Track
+
+if TYPE_CHECKING:
+    import polars as pl
+
+PICTURES_PER_SECOND = round(TICKS_PER_SECOND)
+VIEW_WIDTH, VIEW_HEIGHT = 720, 540
+"""The camera's 4 : 3, at a size for people."""
+PANEL_WIDTH = 240
+WIDTH, HEIGHT = VIEW_WIDTH + PANEL_WIDTH, VIEW_HEIGHT
+HELD_PICTURES = 2 * PICTURES_PER_SECOND
+"""How long the last picture stays when the drive ended, and a banner in mid-film."""
+AT_ONCE = 16
+"""Views rendered in one call: enough for every core, 19 MB."""
+ENCODERS = {
+    "libx264": {"preset": "superfast", "crf": "21"},
+    "libopenh264": {"b": "4000000"},
+    "h264_videotoolbox": {"b": "4000000"},
+    "h264_mf": {"b": "4000000"},
+}
+"""H.264 encoders in order of preference, with their options: one is in every build of PyAV."""
+
+
+class VideoError(UserInputError):
+    """A film cannot be made."""
+
+
+def write_video(
+    path: str | Path, drive: Drive | Array | pl.DataFrame, track: Track, mount: CameraMount = MOUNT_V3, title: str = ""
+) -> Path:
+    """Film a drive.
+
+    Args:
+        path: File to write, .mp4; it arrives whole.
+        drive: T ticks of one car: a drive, TICK_REPORT (T,) or rows of an episode file.
+        track: The circuit as it was driven (`Track.reversed` where it was driven the other way).
+        mount: Where the camera sits on the car.
+        title: Headline of the panel; the track's title when empty.
+
+    Returns:
+        The path. The film has T pictures, and HELD_PICTURES more of the last one where the drive ended there.
+
+    Raises:
+        OutputFileError: The disk is full, or the place cannot be written.
+        DriveError: The rows are no drive.
+        VideoError: The path does not end in .mp4, or no encoder for H.264 is installed.
+        MissingExtraError: PyAV is not installed.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".mp4":
+        raise VideoError(f"{path}: a film is written as MP4; expected a name that ends in .mp4. Rename it.")
+    drive, encoder = as_drive(drive), _encoder()
+    with whole_file(path) as part:
+        _encode(part, encoder, film(drive, track, mount, title))
+    return path
+
+
+def film(drive: Drive, track: Track, mount: CameraMount = MOUNT_V3, title: str = "") -> Iterator[Array]:
+    """Yield the pictures of a film one by one, (HEIGHT, WIDTH, 3) uint8: the same array, painted anew."""
+    camera = Camera(build_scene(track), VIEW_WIDTH, VIEW_HEIGHT, mount)
+    dashboard = Dashboard(track, drive, title, PANEL_WIDTH, HEIGHT)
+    poses, endings = drive.poses, drive.endings
+    views = np.empty((min(AT_ONCE, len(drive)), VIEW_HEIGHT, VIEW_WIDTH, 3), np.uint8)
+    picture = np.empty((HEIGHT, WIDTH, 3), np.uint8)
+    view, panel = picture[:, :VIEW_WIDTH], picture[:, VIEW_WIDTH:]
+    banners = {row: dashboard.banner(row, VIEW_WIDTH) for row in endings.tolist()}
+    for tick in range(len(drive)):
+        if tick % len(views) == 0:
+            batch = poses[tick : tick + len(views)]
+            camera.render_rgb(batch, views[: len(batch)])
+        view[:] = views[tick % len(views)]
+        dashboard.draw(tick, panel)
+        ended = endings[(endings <= tick) & (endings > tick - HELD_PICTURES)]
+        if len(ended):
+            lay_banner(view, banners[int(ended[-1])])
+        yield picture
+    if len(endings) and endings[-1] == len(drive) - 1:
+        for _ in range(HELD_PICTURES):
+            yield picture
+
+
+def _encoder() -> str:
+    """Return the name of the first H.264 encoder that is here."""
+    try:
+        import av
+    except ImportError as error:
+        raise MissingExtraError(
+            "Films are written with PyAV, which is not installed. `pip install av` does."
+        ) from error
+    for name in ENCODERS:
+        if name in av.codecs_available:
+            return name
+    raise VideoError(
+        f"This PyAV ({av.__version__}) has no H.264 encoder; expected one of {', '.join(ENCODERS)}. "
+        "`pip install --force-reinstall --only-binary=:all: av` brings one."
+    )
+
+
+def _encode(part: Path, encoder: str, pictures: Iterator[Array]) -> None:
+    """Write the pictures as an MP4 whose index stands before its pictures."""
+    import av
+
+    try:
+        with av.open(str(part), "w", format="mp4", options={"movflags": "+faststart"}) as container:
+            stream: Any = container.add_stream(encoder, rate=PICTURES_PER_SECOND, options=ENCODERS[encoder])
+            stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
+            stream.codec_context.gop_size = 4 * PICTURES_PER_SECOND
+            for picture in pictures:
+                container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
+            container.mux(stream.encode())
+    except av.error.FFmpegError as error:
+        raise OSError(error.errno, error.strerror or str(error)) from error
