@@ -5,7 +5,7 @@
     returns.py        advantages and value targets; the two endings kept apart
     networks.py       from named observations to action numbers and a value
     distributions.py  from action numbers to chosen actions and their likelihood
-    families.py       settings that are known to learn, by the kind of world
+    weights.py        between torch and the files
 
 This room knows no particular world and no file. It is where torch comes in.
 """

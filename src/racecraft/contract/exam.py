@@ -88,7 +88,9 @@ class WorldExam:
                 assert seen.shape == (spec.num_worlds, spec.num_agents, *part.shape), f"{name} at row {t}"
                 assert seen.dtype == np.dtype(part.dtype), f"{name} at row {t}"
                 assert not np.isnan(seen.astype(float)).any(), f"{name} at row {t}: not a number"
-                low, high = float(seen.min(initial=np.inf)), float(seen.max(initial=-np.inf))
+                if seen.size == 0:
+                    continue
+                low, high = float(seen.min()), float(seen.max())
                 assert low >= part.low, f"{name} at row {t}: {low} is below {part.low}"
                 assert high <= part.high, f"{name} at row {t}: {high} is above {part.high}"
         world.close()

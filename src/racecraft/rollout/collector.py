@@ -19,7 +19,7 @@ import torch
 from racecraft.algorithms.experience import Experience
 from racecraft.algorithms.ppo import Decision
 from racecraft.contract.errors import ContractError
-from racecraft.contract.world import Array, BeginsEpisodes, EpisodeRecord, StepBuffers, World, allocate
+from racecraft.contract.world import Array, BeginsEpisodes, EpisodeRecord, StepBuffers, World
 from racecraft.rollout.rollout_buffer import RolloutBuffer
 from racecraft.rollout.statistics import EpisodeCounter
 
@@ -178,47 +178,6 @@ class Collector:
     def _kept(self, ticks: int) -> Experience:
         last = self.mind.values(_rows(self.buffer.views[ticks].observations))
         return self.buffer.experience(ticks, last)
-
-
-def play_episodes(
-    world: World,
-    choose: Callable[[Mapping[str, Array], Array | None], Array],
-    quota: int,
-    seed: int,
-    observers: Sequence[Observer] = (),
-) -> list[EpisodeRecord]:
-    """Let every car drive `quota` whole episodes from a fresh start and return them; nothing is kept to learn from.
-
-    Args:
-        world: N worlds of M agents; `quota` * N * M episodes are returned.
-        choose: From named rows (R, ...) and a mask (R, A) or None to actions (R, *action shape): a policy's `act`, or
-            a learner's `choose`.
-        quota: Episodes of each car.
-        seed: Of the worlds.
-        observers: Called after each tick.
-    """
-    spec = world.spec
-    now, then = allocate(spec), allocate(spec)
-    counter = EpisodeCounter(world)
-    world.reset(now, seed)
-    counter.begin()
-    done = np.zeros((spec.num_worlds, spec.num_agents), np.int64)
-    records: list[EpisodeRecord] = []
-    told = np.zeros_like(done)
-    while (done < quota).any():
-        actions = choose(_rows(now.observations), _mask_rows(now))
-        actions = actions.reshape(spec.num_worlds, spec.num_agents, *spec.actions.shape)
-        world.step(actions, then)
-        for observer in observers:
-            observer(world, then, actions)
-        counter.count(then)
-        done += then.ended
-        now, then = then, now
-    for record in counter.take():
-        if told[record.world, record.agent] < quota:
-            told[record.world, record.agent] += 1
-            records.append(record)
-    return records
 
 
 def _rows(named: Mapping[str, Array]) -> dict[str, Array]:

@@ -1,0 +1,47 @@
+"""PPO by learning: worlds solved in seconds, with a threshold and a fixed seed."""
+
+import numpy as np
+import pytest
+from toy_world import CopyTheNumber, Walk
+
+from racecraft.algorithms.ppo import PpoLearner
+from racecraft.evaluation.episodes import play_episodes
+from racecraft.players.trained import GreedyPolicy
+from racecraft.rollout.collector import Collector
+from racecraft.rollout.statistics import summarise
+from racecraft.settings.groups import NetworkConfig, PpoConfig
+
+
+class Up:
+    """Walks up, always."""
+
+    def act(self, observations, action_mask=None):
+        return np.full(len(observations["clock"]), 2)
+
+    def forget(self, rows):
+        pass
+
+
+def trained(world, updates, **settings):
+    config = PpoConfig(**({"learning_rate": 1e-2, "batch_size": 64, "epochs": 4} | settings))
+    learner = PpoLearner(world.spec, NetworkConfig(hidden_units=(16,), activation="tanh"), config, seed=1)
+    collector = Collector(world, learner, horizon=16, seed=1)
+    for _ in range(updates):
+        learner.update(collector.collect())
+    return learner
+
+
+def mean_reward(world, learner):
+    return summarise(play_episodes(GreedyPolicy(learner), world, episodes_each=4, seed=2)).mean_reward
+
+
+def test_it_copies_the_number_it_sees():
+    learner = trained(CopyTheNumber(16), updates=15)
+    assert mean_reward(CopyTheNumber(4), learner) == 8.0  # every number of an episode; guessing brings 2
+
+
+@pytest.mark.parametrize("continuous", [False, True])
+def test_it_walks_up(continuous):
+    learner = trained(Walk(8, continuous=continuous), updates=25)
+    best = summarise(play_episodes(Up(), Walk(4), episodes_each=4, seed=2)).mean_reward
+    assert mean_reward(Walk(4, continuous=continuous), learner) >= 0.97 * best

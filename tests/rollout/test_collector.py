@@ -1,0 +1,165 @@
+"""The collector by hand and by law, on a walk whose every number is known."""
+
+import numpy as np
+import pytest
+import torch
+from numpy.testing import assert_array_equal
+from toy_world import LIMIT, Walk
+
+from racecraft.algorithms.ppo import Decision, PpoLearner
+from racecraft.contract.errors import ContractError
+from racecraft.contract.world import EpisodeRecord
+from racecraft.rollout.collector import Collector
+from racecraft.rollout.statistics import summarise
+from racecraft.settings.groups import NetworkConfig, PpoConfig
+
+
+class Always:
+    """Takes the same choice always; values a row at its clock plus a half."""
+
+    def __init__(self, choice):
+        self.choice = choice
+
+    def act(self, observations, action_mask=None, greedy=False, generator=None):
+        clock = observations["clock"][:, 0]
+        choices = np.full(len(clock), self.choice, np.int64)
+        return Decision(choices, choices, np.full(len(clock), -0.25, np.float32), self.values(observations))
+
+    def values(self, observations):
+        return observations["clock"][:, 0].astype(np.float32) + 0.5
+
+
+def a_learner(world, seed=1):
+    return PpoLearner(world.spec, NetworkConfig(hidden_units=(16,)), PpoConfig(batch_size=32), seed)
+
+
+def test_a_walk_up_is_cut_by_the_clock_and_its_final_value_is_kept():
+    collector = Collector(Walk(2), Always(2), horizon=LIMIT + 3, seed=1)
+    kept = collector.collect()
+    assert kept.reward.shape == (LIMIT + 3, 2)
+    assert_array_equal(kept.observations["clock"][:, 0, 0], [*range(LIMIT), 0, 1, 2])
+    assert_array_equal(np.flatnonzero(kept.truncated[:, 0]), [LIMIT - 1])
+    assert not kept.terminated.any()
+    assert kept.final_value[LIMIT - 1, 0] == LIMIT + 0.5  # of the final observation, not of the next start
+    assert_array_equal(kept.last_value, [3.5, 3.5])
+    assert_array_equal(kept.value[:, 1], kept.observations["clock"][:, 1, 0] + 0.5)
+    assert collector.steps_taken == 2 * (LIMIT + 3)
+
+
+def test_what_was_seen_belongs_to_what_was_done():
+    kept = Collector(Walk(3, 2), Always(2), horizon=8, seed=4).collect()
+    square = kept.observations["square"].argmax(axis=-1)
+    ended = kept.terminated | kept.truncated
+    assert kept.reward.shape == (8, 6)
+    after = np.minimum(square + 1, 8)
+    assert_array_equal(kept.reward, after)
+    assert_array_equal(square[1:][~ended[:-1]], after[:-1][~ended[:-1]])
+
+
+def test_episodes_go_on_from_one_rollout_to_the_next():
+    one = Collector(Walk(2), Always(2), horizon=20, seed=1)
+    whole = one.collect()
+    parts = Collector(Walk(2), Always(2), horizon=10, seed=1)
+    first = parts.collect()
+    clocks = first.observations["clock"].copy()
+    second = parts.collect()
+    assert_array_equal(np.concatenate([clocks, second.observations["clock"]]), whole.observations["clock"])
+
+
+def test_finished_episodes_are_told_with_their_sums():
+    collector = Collector(Walk(1), Always(0), horizon=20, seed=1)
+    start = int(collector.buffer.observations["square"][0, 0, 0].argmax())
+    collector.collect()
+    first = collector.take_episodes()[0]
+    assert first == EpisodeRecord(0, 0, start, start * (start - 1) / 2, "terminated")
+    assert collector.take_episodes() == []
+
+
+def test_each_car_drives_its_quota_of_whole_episodes():
+    collector = Collector(Walk(4), a := a_learner(Walk(4)), horizon=5, seed=3)
+    kept = collector.collect_episodes(3)
+    ended = kept.terminated | kept.truncated
+    learned = ended & kept.active
+    assert_array_equal(learned.sum(axis=0), [3, 3, 3, 3])
+    for n in range(4):
+        last = np.flatnonzero(learned[:, n])[-1]
+        assert kept.active[: last + 1, n].all()
+        assert not kept.active[last + 1 :, n].any()
+    assert a.update(kept).transitions == kept.num_active
+    again = collector.collect_episodes(3)
+    assert_array_equal((again.active & (again.terminated | again.truncated)).sum(axis=0), [3] * 4)
+    assert_array_equal(again.observations["clock"][0], np.zeros((4, 1)))
+
+
+def test_storage_grows_and_forgets_nothing():
+    grown, roomy = (Collector(Walk(3), Always(2), horizon=ticks, seed=3) for ticks in (2, 200))
+    first, second = grown.collect_episodes(14), roomy.collect_episodes(14)  # 168 ticks: past the first room
+    assert len(first.reward) == 14 * LIMIT
+    for name, array in vars(first).items():
+        if name == "observations":
+            assert_array_equal(array["square"], second.observations["square"])
+        else:
+            assert_array_equal(array, vars(second)[name], name)
+
+
+def test_a_quota_after_a_horizon_and_back_is_no_muddle():
+    collector = Collector(Walk(2), Always(2), horizon=7, seed=1)
+    collector.collect()
+    collector.collect_episodes(1)
+    assert collector.collect().active.all()
+
+
+def test_a_restored_training_goes_on_bit_by_bit_in_the_middle_of_an_episode():
+    world = Walk(3, 2, masked=True)
+    learner = a_learner(world)
+    collector = Collector(world, learner, horizon=7, seed=5)
+    learner.update(collector.collect())
+    saved = {"learner": learner.state_dict(), "collector": collector.state()}
+
+    other = Walk(3, 2, masked=True)
+    twin = a_learner(other, seed=77)
+    twin.load_state_dict(saved["learner"])
+    resumed = Collector(other, twin, horizon=7, seed=6)
+    resumed.restore(saved["collector"])
+    collector.take_episodes()
+    for _ in range(3):
+        assert learner.update(collector.collect()) == twin.update(resumed.collect())
+        assert collector.take_episodes() == resumed.take_episodes()
+    assert collector.steps_taken == resumed.steps_taken
+    mine, its = learner.state_dict()["network"], twin.state_dict()["network"]
+    assert all(torch.equal(mine[name], its[name]) for name in mine)
+
+
+def test_a_world_that_loads_something_else_is_found_out():
+    collector = Collector(Walk(2), Always(2), horizon=5, seed=1)
+    collector.collect()
+    state = collector.state()
+    state["world"]["square"] = (state["world"]["square"] + 1) % 9
+    with pytest.raises(ContractError, match="after load_state"):
+        Collector(Walk(2), Always(2), horizon=5, seed=1).restore(state)
+
+
+def test_masks_are_heeded_all_the_way():
+    world = Walk(8, masked=True)
+    kept = Collector(world, a_learner(world), horizon=64, seed=5).collect()
+    assert not kept.action_mask.all()
+    assert not kept.terminated.any()  # square 0 is out of reach
+    assert kept.action_mask[np.arange(64)[:, None], np.arange(8)[None], kept.samples].all()
+
+
+def test_observers_see_what_every_tick_wrote():
+    seen = []
+
+    def watch(world, shown, actions):
+        seen.append((shown.observations["clock"][0, 0, 0], actions.shape))
+
+    Collector(Walk(2, 3), Always(2), horizon=4, seed=1, observers=[watch]).collect()
+    assert seen == [(t, (2, 3)) for t in range(1, 5)]
+
+
+def test_episodes_are_summed_up():
+    records = [EpisodeRecord(0, 0, 10, 1.0, "crash"), EpisodeRecord(0, 0, 30, 3.0, "lap")]
+    summary = summarise(records)
+    assert (summary.episodes, summary.mean_reward, summary.std_reward, summary.mean_steps) == (2, 2.0, 1.0, 20.0)
+    assert summary.status_share == {"crash": 0.5, "lap": 0.5}
+    assert np.isnan(summarise([]).mean_reward)
