@@ -20,7 +20,6 @@ written with `onnx.helper` and not traced, so that nothing else stands in it.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -34,6 +33,7 @@ from racecraft.contract.errors import MissingExtraError, UserInputError
 from racecraft.contract.world import Array
 from racecraft.envs.unity.actions import ActionTable
 from racecraft.envs.unity.behaviors import Behavior, Sensor
+from racecraft.formats.whole import write_whole
 
 OPSET = 9
 IR_VERSION = 6
@@ -59,12 +59,7 @@ def write_unity_model(path: str | Path, network: ActorCritic, behavior: Behavior
         target = target / f"{behavior.base_name}.onnx"
     model = unity_model(network, behavior)
     target.parent.mkdir(parents=True, exist_ok=True)
-    part = target.with_name(target.name + ".part")
-    with open(part, "wb") as file:
-        file.write(model.SerializeToString())
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(part, target)
+    write_whole(target, model.SerializeToString())
     return target
 
 

@@ -1,0 +1,460 @@
+"""ML-Agents' trainer configuration, the YAML that `mlagents-learn` takes.
+
+Begin with `read_trainer_yaml`. What the file gives is kept as it stands; what stands in for the rest is the caller's
+choice. `BehaviorConfig.overrides` says it in the names of our settings. What we read but do not follow (other trainers,
+curiosity, memory, self-play …) is named in `notes`, each with its key; a key that ML-Agents itself would not know is
+refused with the nearest known one.
+
+Source: facts: unity-ml-agents, "What others offer" (the file's groups), ML-Agents' trainer configuration reference.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NoReturn
+
+from racecraft.contract.errors import InputFileError, MissingExtraError, nearest
+
+
+class TrainerConfigError(InputFileError):
+    """An ML-Agents trainer configuration cannot be used."""
+
+
+@dataclass(frozen=True)
+class BehaviorConfig:
+    """How one behavior learns; None where the file says nothing."""
+
+    name: str
+    batch_size: int | None = None
+    """Transitions in one minibatch."""
+    buffer_size: int | None = None
+    """Transitions gathered before one update, all agents together."""
+    learning_rate: float | None = None
+    """Adam's step size."""
+    beta: float | None = None
+    """Weight of the entropy bonus."""
+    epsilon: float | None = None
+    """How far the probability ratio may move from 1."""
+    lambd: float | None = None
+    """Mix of advantage estimates, 0 to 1."""
+    num_epoch: int | None = None
+    """Passes over each buffer."""
+    gamma: float | None = None
+    """Weight of the next step's value, 0 to 1, from the extrinsic reward signal."""
+    hidden_units: int | None = None
+    """Units of each dense layer."""
+    num_layers: int | None = None
+    """Dense layers."""
+    vis_encode_type: str | None = None
+    """Convolutions over pictures: `simple` or `nature_cnn`."""
+    max_steps: int | None = None
+    """Stop after so many steps of all agents together."""
+
+    def overrides(self, num_agents: int = 1) -> tuple[str, ...]:
+        """Return the settings as "group.name=value", for `apply_overrides`.
+
+        Args:
+            num_agents: Agents that act side by side; they share the buffer.
+
+        >>> BehaviorConfig("Basic", batch_size=32, buffer_size=256, hidden_units=20, num_layers=1).overrides(4)
+        ('ppo.batch_size=32', 'rollout.horizon=64', 'network.hidden_units=20')
+        """
+        told = {
+            setting: getattr(self, key) for setting, key in _SETTINGS.items() if getattr(self, key) is not None
+        }  # fmt: skip
+        if self.buffer_size is not None:
+            told["rollout.horizon"] = max(1, math.ceil(self.buffer_size / num_agents))
+        if self.hidden_units is not None or self.num_layers is not None:
+            units, layers = self.hidden_units or DEFAULT_UNITS, self.num_layers or DEFAULT_LAYERS
+            told["network.hidden_units"] = ",".join([str(units)] * layers)
+        if self.vis_encode_type is not None:
+            columns = zip(*ENCODERS[self.vis_encode_type], strict=True)
+            for name, column in zip(("filters", "kernels", "strides"), columns, strict=True):
+                told[f"network.conv_{name}"] = ",".join(map(str, column))
+        return tuple(f"{name}={value}" for name, value in told.items())
+
+
+@dataclass(frozen=True)
+class Sampler:
+    """An environment parameter that is drawn at each reset."""
+
+    kind: str
+    """`uniform` (min, max), `gaussian` (mean, deviation) or `multirangeuniform` (min, max, min, max …)."""
+    numbers: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class TrainerConfig:
+    """What a file says."""
+
+    behaviors: Mapping[str, BehaviorConfig]
+    env_path: str | None = None
+    """The build."""
+    env_args: tuple[str, ...] = ()
+    """Arguments for the player."""
+    num_envs: int | None = None
+    """Processes."""
+    num_areas: int | None = None
+    """Training areas in each."""
+    timeout_wait: float | None = None
+    """Seconds that a player may be silent."""
+    seed: int | None = None
+    """None where the file says -1 (draw one) or nothing."""
+    max_restarts: int | None = None
+    """How many lost players are replaced."""
+    no_graphics: bool | None = None
+    """Whether the player opens no window."""
+    engine: Mapping[str, float] = field(default_factory=dict)
+    """width, height, quality_level, time_scale, target_frame_rate, capture_frame_rate, where given."""
+    parameters: Mapping[str, float | Sampler] = field(default_factory=dict)
+    """Environment parameters."""
+    device: str | None = None
+    """`cpu` or `cuda`, from torch_settings."""
+    notes: tuple[str, ...] = ()
+    """What was read and is not followed, a clause each."""
+
+    def behavior(self, name: str) -> BehaviorConfig:
+        """Return the section of a behavior, named with or without its team; an empty one where there is none."""
+        base = name.split("?")[0]
+        found = self.behaviors.get(name) or self.behaviors.get(base) or self.behaviors.get("*")
+        return found or BehaviorConfig(base)
+
+
+DEFAULT_UNITS, DEFAULT_LAYERS = 128, 2
+"""What ML-Agents takes where one of the two is not given."""
+ENCODERS = {
+    "simple": ((16, 8, 4), (32, 4, 2)),
+    "nature_cnn": ((32, 8, 4), (64, 4, 2), (64, 3, 1)),
+}
+"""(filters, kernel, stride) of the picture encoders that we follow."""
+_SETTINGS = {
+    "ppo.batch_size": "batch_size",
+    "ppo.learning_rate": "learning_rate",
+    "ppo.entropy_weight": "beta",
+    "ppo.clip": "epsilon",
+    "ppo.gae_lambda": "lambd",
+    "ppo.epochs": "num_epoch",
+    "ppo.discount": "gamma",
+}
+
+_TOP = (
+    "behaviors", "default_settings", "env_settings", "engine_settings", "environment_parameters",
+    "checkpoint_settings", "torch_settings", "debug",
+)  # fmt: skip
+_BEHAVIOR = (
+    "trainer_type", "hyperparameters", "network_settings", "reward_signals", "init_path", "keep_checkpoints",
+    "even_checkpoints", "checkpoint_interval", "max_steps", "time_horizon", "summary_freq", "threaded", "self_play",
+    "behavioral_cloning",
+)  # fmt: skip
+_HYPERPARAMETERS = (
+    "batch_size", "buffer_size", "learning_rate", "learning_rate_schedule", "beta", "beta_schedule", "epsilon",
+    "epsilon_schedule", "lambd", "num_epoch", "shared_critic", "buffer_init_steps", "init_entcoef", "tau",
+    "steps_per_update", "save_replay_buffer", "reward_signal_steps_per_update",
+)  # fmt: skip
+_NETWORK = (
+    "hidden_units", "num_layers", "normalize", "vis_encode_type", "memory", "goal_conditioning_type", "deterministic",
+    "conditioning_type",
+)  # fmt: skip
+_ENV = (
+    "env_path", "env_args", "base_port", "num_envs", "num_areas", "timeout_wait", "seed", "max_lifetime_restarts",
+    "restarts_rate_limit_n", "restarts_rate_limit_period_s",
+)  # fmt: skip
+_ENGINE = ("width", "height", "quality_level", "time_scale", "target_frame_rate", "capture_frame_rate")
+_SAMPLERS = {
+    "uniform": ("min_value", "max_value"),
+    "gaussian": ("mean", "st_dev"),
+    "multirangeuniform": ("intervals",),
+}
+_SILENT = ("keep_checkpoints", "even_checkpoints", "checkpoint_interval", "summary_freq", "threaded")
+"""Keys that change no learning and need no note."""
+
+
+def read_trainer_yaml(path: str | Path) -> TrainerConfig:
+    """Read an ML-Agents trainer configuration.
+
+    Raises:
+        TrainerConfigError: It cannot be read, holds a key nobody knows, or a value of the wrong kind.
+        MissingExtraError: PyYAML is not installed.
+    """
+    return _Reader(Path(path)).read()
+
+
+class _Reader:
+    """Reads one file, remembering on which line each key stands."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.notes: list[str] = []
+        self.lines: dict[tuple[str, ...], int] = {}
+
+    def read(self) -> TrainerConfig:
+        top = self._load()
+        self._know(top, _TOP, ())
+        defaults = self._group(top, "default_settings", ())
+        named = self._group(top, "behaviors", ())
+        behaviors = {}
+        for name in named:
+            behaviors[name] = self._behavior(name, defaults, self._group(named, name, ("behaviors",)))
+        if "default_settings" in top:
+            behaviors["*"] = self._behavior("*", {}, defaults)
+        if "checkpoint_settings" in top:
+            self._note(("checkpoint_settings",), "run folders of our own are used")
+        return TrainerConfig(
+            behaviors=behaviors,
+            **self._environment(self._group(top, "env_settings", ())),
+            **self._engine(self._group(top, "engine_settings", ())),
+            parameters=self._parameters(self._group(top, "environment_parameters", ())),
+            device=self._device(self._group(top, "torch_settings", ())),
+            notes=tuple(dict.fromkeys(self.notes)),
+        )
+
+    def _load(self) -> dict[str, Any]:
+        try:
+            import yaml  # type: ignore[import-untyped,unused-ignore]
+        except ImportError as cause:
+            raise MissingExtraError(
+                "Reading YAML needs the package 'pyyaml', which is not installed. pip install 'racecraft[unity]'"
+            ) from cause
+        try:
+            text = self.path.read_text(encoding="utf-8-sig")
+        except (OSError, UnicodeDecodeError) as cause:
+            raise TrainerConfigError(self.path, f"cannot be read ({cause})", "a YAML file") from cause
+        try:
+            tree = yaml.compose(text, Loader=yaml.SafeLoader)
+            self._remember_lines(tree, ())
+            value = yaml.safe_load(text)
+        except (yaml.YAMLError, ValueError, RecursionError) as cause:
+            line = getattr(getattr(cause, "problem_mark", None), "line", None)
+            raise TrainerConfigError(
+                self.path, f"not YAML: {getattr(cause, 'problem', None) or cause}", "a trainer configuration",
+                line=None if line is None else line + 1,
+            ) from cause  # fmt: skip
+        if not isinstance(value, dict):
+            raise TrainerConfigError(self.path, f"holds {_kind(value)}", "`behaviors:` and other groups")
+        return {str(key): part for key, part in value.items()}
+
+    def _remember_lines(self, node: Any, at: tuple[str, ...]) -> None:
+        if node is None or node.id != "mapping" or len(at) > 6:
+            return
+        for key, part in node.value:
+            here = (*at, str(key.value))
+            self.lines[here] = key.start_mark.line + 1
+            self._remember_lines(part, here)
+
+    def _behavior(self, name: str, defaults: dict[str, Any], given: dict[str, Any]) -> BehaviorConfig:
+        at = ("behaviors", name) if name != "*" else ("default_settings",)
+        section = _merged(defaults, given)
+        self._know(section, _BEHAVIOR, at)
+        kind = section.get("trainer_type", "ppo")
+        if kind != "ppo":
+            self._note((*at, "trainer_type"), f"'{kind}' is not followed; PPO learns instead")
+        rates = self._group(section, "hyperparameters", at)
+        network = self._group(section, "network_settings", at)
+        self._know(rates, _HYPERPARAMETERS, (*at, "hyperparameters"))
+        self._know(network, _NETWORK, (*at, "network_settings"))
+        self._note_what_is_left(at, section, rates, network)
+        inside, of_network = (*at, "hyperparameters"), (*at, "network_settings")
+        return BehaviorConfig(
+            name=name,
+            batch_size=self._whole(rates, "batch_size", inside, 1),
+            buffer_size=self._whole(rates, "buffer_size", inside, 1) if kind != "sac" else None,
+            learning_rate=self._number(rates, "learning_rate", inside, 0.0),
+            beta=self._number(rates, "beta", inside, 0.0),
+            epsilon=self._number(rates, "epsilon", inside, 0.0, 1.0),
+            lambd=self._number(rates, "lambd", inside, 0.0, 1.0),
+            num_epoch=self._whole(rates, "num_epoch", inside, 1),
+            gamma=self._gamma(self._group(section, "reward_signals", at), (*at, "reward_signals")),
+            hidden_units=self._whole(network, "hidden_units", of_network, 1),
+            num_layers=self._whole(network, "num_layers", of_network, 1),
+            vis_encode_type=self._encoder(network, of_network),
+            max_steps=self._whole(section, "max_steps", at, 1),
+        )
+
+    def _note_what_is_left(
+        self, at: tuple[str, ...], section: dict[str, Any], rates: dict[str, Any], network: dict[str, Any]
+    ) -> None:
+        for key, why in (
+            ("self_play", "teams learn together, from one policy"),
+            ("behavioral_cloning", "demonstrations are not imitated"),
+            ("init_path", "name the model to begin from on the command line"),
+            ("time_horizon", "rollouts run through episodes and bootstrap at their end"),
+        ):
+            if section.get(key) is not None:
+                self._note((*at, key), why)
+        for key in ("learning_rate_schedule", "beta_schedule", "epsilon_schedule"):
+            if rates.get(key, "constant") != "constant":
+                self._note((*at, "hyperparameters", key), f"'{rates[key]}' is not followed; it stays constant")
+        for key in _HYPERPARAMETERS[11:]:
+            if key in rates:
+                self._note((*at, "hyperparameters", key), "belongs to SAC")
+        for key, why in (("normalize", "observations are read as they are"), ("memory", "policies have no memory")):
+            if network.get(key):
+                self._note((*at, "network_settings", key), why)
+
+    def _gamma(self, signals: dict[str, Any], at: tuple[str, ...]) -> float | None:
+        self._know(signals, ("extrinsic", "curiosity", "gail", "rnd"), at)
+        for name in signals:
+            if name != "extrinsic":
+                self._note((*at, name), "only the scene's own reward is followed")
+        extrinsic = self._group(signals, "extrinsic", at)
+        if self._number(extrinsic, "strength", (*at, "extrinsic")) not in (None, 1.0):
+            self._note((*at, "extrinsic", "strength"), "rewards keep their size")
+        return self._number(extrinsic, "gamma", (*at, "extrinsic"), 0.0, 1.0)
+
+    def _encoder(self, network: dict[str, Any], at: tuple[str, ...]) -> str | None:
+        kind = network.get("vis_encode_type")
+        if kind is None or kind in ENCODERS:
+            return kind
+        if kind not in ("resnet", "match3", "fully_connected"):
+            self._refuse((*at, "vis_encode_type"), repr(kind), "simple, nature_cnn, resnet, match3 or fully_connected")
+        self._note((*at, "vis_encode_type"), f"'{kind}' is not followed; the convolutions of our settings are used")
+        return None
+
+    def _environment(self, group: dict[str, Any]) -> dict[str, Any]:
+        at = ("env_settings",)
+        self._know(group, _ENV, at)
+        arguments = group.get("env_args") or []
+        if not isinstance(arguments, list):
+            self._refuse((*at, "env_args"), _kind(arguments), "a list of words")
+        for key in ("base_port", "restarts_rate_limit_n", "restarts_rate_limit_period_s"):
+            if key in group:
+                self._note((*at, key), "a free port is chosen" if key == "base_port" else "restarts are only counted")
+        seed = self._whole(group, "seed", at)
+        return {
+            "env_path": None if group.get("env_path") is None else str(group["env_path"]),
+            "env_args": tuple(str(word) for word in arguments),
+            "num_envs": self._whole(group, "num_envs", at, 1),
+            "num_areas": self._whole(group, "num_areas", at, 1),
+            "timeout_wait": self._number(group, "timeout_wait", at, 0.0),
+            "seed": None if seed is None or seed < 0 else seed,
+            "max_restarts": self._whole(group, "max_lifetime_restarts", at),
+        }
+
+    def _engine(self, group: dict[str, Any]) -> dict[str, Any]:
+        at = ("engine_settings",)
+        self._know(group, (*_ENGINE, "no_graphics", "no_graphics_monitor"), at)
+        engine = {}
+        for key in _ENGINE:
+            value = (self._number if key == "time_scale" else self._whole)(group, key, at)
+            if value is not None:
+                engine[key] = value
+        if ("width" in engine) != ("height" in engine):
+            self._refuse(at, "only one of width and height", "both, or neither")
+        hidden = group.get("no_graphics")
+        if hidden is not None and not isinstance(hidden, bool):
+            self._refuse((*at, "no_graphics"), _kind(hidden), "true or false")
+        return {"engine": engine, "no_graphics": hidden}
+
+    def _parameters(self, group: dict[str, Any]) -> dict[str, float | Sampler]:
+        found: dict[str, float | Sampler] = {}
+        for name, value in group.items():
+            at = ("environment_parameters", name)
+            if isinstance(value, dict) and "curriculum" in value:
+                self._note((*at, "curriculum"), "lessons do not advance; the last lesson's value is used")
+                lessons = value["curriculum"]
+                if not isinstance(lessons, list) or not lessons or not isinstance(lessons[-1], dict):
+                    self._refuse((*at, "curriculum"), _kind(lessons), "a list of lessons")
+                value = lessons[-1].get("value")
+            found[name] = self._sampler(value, at) if isinstance(value, dict) else self._parameter(value, at)
+        return found
+
+    def _parameter(self, value: Any, at: tuple[str, ...]) -> float:
+        number = _as_number(value)
+        if number is None:
+            self._refuse(at, _kind(value), "a number, a sampler or a curriculum")
+        return number
+
+    def _sampler(self, value: dict[str, Any], at: tuple[str, ...]) -> Sampler:
+        kind = str(value.get("sampler_type"))
+        if kind not in _SAMPLERS:
+            self._refuse((*at, "sampler_type"), repr(kind), "uniform, gaussian or multirangeuniform")
+        told = value.get("sampler_parameters")
+        if not isinstance(told, dict):
+            self._refuse((*at, "sampler_parameters"), _kind(told), f"{', '.join(_SAMPLERS[kind])}")
+        numbers: list[float] = []
+        for key in _SAMPLERS[kind]:
+            parts = told.get(key)
+            flat = [edge for pair in parts for edge in pair] if _is_pairs(parts) else [parts]
+            for part in flat:
+                number = _as_number(part)
+                if number is None:
+                    self._refuse((*at, "sampler_parameters", key), _kind(part), "a number")
+                numbers.append(number)
+        return Sampler(kind, tuple(numbers))
+
+    def _device(self, group: dict[str, Any]) -> str | None:
+        self._know(group, ("device",), ("torch_settings",))
+        device = group.get("device")
+        if device is None:
+            return None
+        if str(device).split(":")[0] not in ("cpu", "cuda"):
+            self._refuse(("torch_settings", "device"), repr(device), "cpu or cuda")
+        return str(device).split(":")[0]
+
+    def _group(self, of: Mapping[str, Any], key: str, at: tuple[str, ...]) -> dict[str, Any]:
+        value = of.get(key)
+        if value is None:
+            return {}
+        if not isinstance(value, dict):
+            self._refuse((*at, key), _kind(value), "a group of keys")
+        return {str(name): part for name, part in value.items()}
+
+    def _know(self, group: Mapping[str, Any], known: Iterable[str], at: tuple[str, ...]) -> None:
+        for key in group:
+            if key not in known:
+                self._refuse((*at, key), "an unknown key", "a key of ML-Agents", nearest(key, known))
+
+    def _number(
+        self, group: Mapping[str, Any], key: str, at: tuple[str, ...], low: float = -math.inf, high: float = math.inf
+    ) -> float | None:
+        if group.get(key) is None:
+            return None
+        number = _as_number(group[key])
+        if number is None or not low <= number <= high:
+            bounds = "" if math.isinf(low) else f" from {low:g}" + ("" if math.isinf(high) else f" to {high:g}")
+            self._refuse((*at, key), repr(group[key]), f"a number{bounds}")
+        return number
+
+    def _whole(self, group: Mapping[str, Any], key: str, at: tuple[str, ...], low: float = -math.inf) -> int | None:
+        number = self._number(group, key, at, low)
+        if number is not None and number != int(number):
+            self._refuse((*at, key), repr(group[key]), "a whole number")
+        return None if number is None else int(number)
+
+    def _note(self, at: tuple[str, ...], why: str) -> None:
+        self.notes.append(f"{'.'.join(at)}: {why}")
+
+    def _refuse(self, at: tuple[str, ...], found: str, expected: str, cure: str = "") -> NoReturn:
+        raise TrainerConfigError(self.path, found, expected, cure, line=self.lines.get(at), key=".".join(at))
+
+
+def _merged(defaults: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Lay a behavior's section over the defaults, group by group."""
+    merged = dict(defaults)
+    for key, value in given.items():
+        both = isinstance(value, dict) and isinstance(merged.get(key), dict)
+        merged[key] = _merged(merged[key], value) if both else value
+    return merged
+
+
+def _as_number(value: Any) -> float | None:
+    """Return a finite number; YAML reads `3e-4` as a word, and ML-Agents as a number."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        return None
+    try:
+        number = float(value)
+    except (ValueError, OverflowError):
+        return None
+    return number if math.isfinite(number) else None
+
+
+def _is_pairs(value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(pair, list) and len(pair) == 2 for pair in value) and bool(value)
+
+
+def _kind(value: Any) -> str:
+    names = {dict: "a group", list: "a list", str: f"the word {value!r}", type(None): "nothing", bool: "true or false"}
+    return names.get(type(value), repr(value))
