@@ -1,4 +1,4 @@
-"""What a camera can see of a circuit: plainly coloured polygons on the ground, four walls, a sky. Begin at `build_scene`.
+"""What a camera can see of a circuit: coloured polygons on the ground, four walls, a sky. Begin at `build_scene`.
 
 The ground is a list of closed rings, each the edge between an inside and an outside material: the outer border is
 where the field ends and the white line begins, the same line set in by its width is where the road begins, and so on.
@@ -55,7 +55,7 @@ def build_scene(track: Track) -> Scene:
     rings = [*road_rings(track), *start_rings(track), *dash_rings(track)]
     vertices, chunks, circles = _cut_into_chunks(rings)
     x0, y0, x1, y1 = track.field_bounds
-    palette = daylight_palette(look)
+    palette = daylight_palette(look, is_carpeted=track.name in CARPETED)
     return Scene(
         vertices,
         chunks,
@@ -69,18 +69,26 @@ def build_scene(track: Track) -> Scene:
 
 # ---- colours ---------------------------------------------------------------------------------------------------------
 
-SUNLIT = np.array([1.31, 1.31, 1.25])
-"""Light on the ground, as a share of the texture's RGB."""
-WALL_LIGHT = np.array([0.0, 0.35, 0.8, 1.1])
-"""Light on the south, east, north and west wall, as a share of the texture."""
+SUNLIGHT = np.array([1.31, 1.31, 1.28])
+"""Light on the ground and on the backdrop, as a share of the texture's RGB: the original's sun gives less blue.
+Measured on camera frames of circuits of the common theme (facts: simapp camera images)."""
+CARPET_SUNLIGHT = np.array([1.04, 1.04, 1.05])
+CARPET_PAINT_SUNLIGHT = np.array([1.20, 1.20, 1.20])
+"""The same on the carpet of re:Invent 2018, measured on 92 frames of the classic simulator; the paint shines more."""
+CARPETED = ("reinvent_base",)
+WALL_LIGHT = np.array([0.0, 0.82, 0.96, 0.44])
+"""Light on the inner face of the south, east, north and west wall, as a share of the texture; same 92 frames."""
 
 
-def daylight_palette(look: TrackLook) -> np.ndarray:
+def daylight_palette(look: TrackLook, is_carpeted: bool = False) -> np.ndarray:
     """Return the (M, 3) RGB levels, 0 to 255, of a circuit's materials under the original's sun."""
-    ground = [look.field, look.road, look.line, look.dash, look.start]
+    light = CARPET_SUNLIGHT if is_carpeted else SUNLIGHT
+    paint_light = CARPET_PAINT_SUNLIGHT if is_carpeted else SUNLIGHT
+    ground = [np.array(colour) * light for colour in (look.field, look.road)]
+    paint = [np.array(colour) * paint_light for colour in (look.line, look.dash, look.start)]
     wall = np.array(look.wall, dtype=np.float64)
-    levels = [*(np.array(colour) * SUNLIT for colour in ground), *(wall * light for light in WALL_LIGHT), wall * 1.31]
-    return np.clip(np.array(levels), 0.0, 255.0)
+    sky = wall if look.wall_height > 0.0 else wall * SUNLIGHT
+    return np.clip(np.array([*ground, *paint, *(wall * share for share in WALL_LIGHT), sky]), 0.0, 255.0)
 
 
 # ---- rings -----------------------------------------------------------------------------------------------------------
@@ -120,14 +128,24 @@ def _open_road_rings(track: Track, shift: float) -> list[Ring]:
 
 
 def start_rings(track: Track) -> list[Ring]:
-    """Return the start strip: a quad across the road that begins at the start line."""
-    length = track.look.start_strip
-    if length <= 0.0:
+    """Return the start strip: a quad across the road, between the lines, around its place near the start line."""
+    if track.look.start_strip <= 0.0:
         return []
+    begin, end = _strip_span(track)
     margin = track.look.line_width if track.look.line_side == "inside" else 0.0
-    near = _across(track, 0.0, margin)
-    far = _across(track, length, margin)
+    near, far = _across(track, begin, margin), _across(track, end, margin)
     return [(_clockwise(np.concatenate([near, far[::-1]])), START, ROAD)]
+
+
+def _strip_span(track: Track) -> tuple[float, float]:
+    """Return the arcs, m, at which the start strip begins and ends; it stays where it was laid when reversed."""
+    look = track.look
+    middle = -look.start_strip_at if track.is_reversed else look.start_strip_at
+    begin, end = middle - look.start_strip / 2, middle + look.start_strip / 2
+    if track.closed:
+        return begin % track.length, end % track.length
+    begin = min(max(begin, 0.0), track.length - look.start_strip)
+    return begin, begin + look.start_strip
 
 
 def _across(track: Track, arc: float, margin: float) -> np.ndarray:
@@ -148,8 +166,12 @@ def dash_rings(track: Track) -> list[Ring]:
     if track.closed:
         period = track.length / max(1, round(track.length / period))
     begins = np.arange(int(track.length / period + 1e-6)) * period
-    begins = begins[begins >= look.start_strip]
     ends = np.minimum(begins + look.dash_length, track.length)
+    if look.start_strip > 0.0:  # the strip lies over the dashes
+        strip_begin, _ = _strip_span(track)
+        past_begin = (begins - strip_begin) % track.length
+        covered = (past_begin < look.start_strip) | ((ends - strip_begin) % track.length < look.start_strip)
+        begins, ends = begins[~covered], ends[~covered]
     tails, heads = _along(track, begins), _along(track, ends)
     ahead = heads - tails
     ahead /= np.maximum(np.hypot(*ahead.T), 1e-9)[:, None]

@@ -57,7 +57,9 @@ def render_frame(scene, optics, x, y, yaw, palette, frame):
     Args:
         scene: Scene.
         optics: Optics.
-        x, y, yaw: base_link, m and rad.
+        x: Of base_link, m.
+        y: Of base_link, m.
+        yaw: rad, left positive.
         palette: (M,) level of each material, 0 to 255.
         frame: (H, W) uint8, written.
     """
