@@ -376,7 +376,7 @@ class _Reader:
             self._refuse((*at, "sampler_parameters"), _kind(told), f"{', '.join(_SAMPLERS[kind])}")
         numbers: list[float] = []
         for key in _SAMPLERS[kind]:
-            parts = told.get(key)
+            parts: Any = told.get(key)
             flat = [edge for pair in parts for edge in pair] if _is_pairs(parts) else [parts]
             for part in flat:
                 number = _as_number(part)
