@@ -224,7 +224,7 @@ def test_fields_have_the_numbers_of_the_protocol():
 def test_plain_and_compressed_data_exclude_each_other():
     seen = load().Observation(compressed_data=b"x")
     seen.float_data.data.append(1.0)
-    assert seen.WhichOneof("data") == "float_data"
+    assert seen.WhichOneof("observation_data") == "float_data"
     assert seen.compressed_data == b""
 
 
