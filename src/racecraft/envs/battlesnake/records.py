@@ -117,7 +117,7 @@ def _step(game: RecordedGame, line: Line) -> RecordedStep:
     before = last.copy()
     before.turn, before.food, before.hazards = turn, _points(line["food_pre"]), Counter(_points(line["haz_pre"]))
     after_rules = _board(settings, turn, line["snakes"], line["food_rules"], line["haz_rules"])
-    snakes = line.get("snakes_post", line["snakes"])
+    snakes = line["snakes_post"] if "snakes_post" in line else line["snakes"]
     after_map = _board(settings, turn + 1, snakes, line["food"], line["hazards"])
     return RecordedStep(dict(line["moves"]), before, after_rules, after_map)
 

@@ -30,7 +30,7 @@ from racecraft.contract.errors import nearest
 from racecraft.envs.battlesnake import stages
 from racecraft.envs.battlesnake.board import Board, BoardError
 from racecraft.envs.battlesnake.settings import GameSettings
-from racecraft.envs.battlesnake.stages import Stage
+from racecraft.envs.battlesnake.stages import Stage, at_most_one_alive, none_alive
 
 STANDARD: tuple[Stage, ...] = (
     stages.move,
@@ -51,14 +51,14 @@ class Ruleset:
 
     name: str
     stages: tuple[Stage, ...]
-    is_over: Callable[[Board], bool] = stages.at_most_one_alive
+    is_over: Callable[[Board], bool] = at_most_one_alive
 
 
 RULESETS = {
     rules.name: rules
     for rules in (
         Ruleset("standard", STANDARD),
-        Ruleset("solo", STANDARD, stages.none_alive),
+        Ruleset("solo", STANDARD, none_alive),
         Ruleset("royale", ROYALE),
         Ruleset("constrictor", CONSTRICTOR),
         Ruleset("wrapped", WRAPPED),
@@ -78,4 +78,4 @@ def is_over(board: Board, settings: GameSettings) -> bool:
     """Tell whether the game at this position is over, by the ruleset or by `settings.solo`."""
     if settings.solo is None:
         return find_ruleset(settings.ruleset).is_over(board)
-    return stages.none_alive(board) if settings.solo else stages.at_most_one_alive(board)
+    return none_alive(board) if settings.solo else at_most_one_alive(board)

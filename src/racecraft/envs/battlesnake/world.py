@@ -9,7 +9,8 @@ Common set-ups are compiled; maps with drawn plans, unusual boards and solo_maze
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -26,6 +27,9 @@ from racecraft.envs.battlesnake.observation import allocate_marks, default_view,
 from racecraft.envs.battlesnake.reference import Referee
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.state import allocate_games, food_squares_of, get_board, params_of, put_board
+from racecraft.kernels import threads
+
+_GAMES_WORTH_A_THREAD = 64
 
 
 @dataclass(frozen=True)
@@ -92,6 +96,7 @@ class BattlesnakeWorld:
         self._marks = allocate_marks(game, *rows)
         self._no_active, self._no_mask = np.zeros(rows, bool), np.zeros((*rows, 4), bool)
         self._finished: list[dict[str, Array]] = []
+        self._pool: ThreadPoolExecutor | None = None
         view = self.settings.view or default_view(game.width, game.height)
         self._spec = WorldSpec(
             name=f"battlesnake-{game.ruleset}-{game.map}-{game.width}x{game.height}",
@@ -118,8 +123,8 @@ class BattlesnakeWorld:
     def step(self, actions: Array, buffers: StepBuffers) -> None:
         """Play one turn of every game; games that are over begin anew in the same step."""
         games = self.games
-        play_turns(
-            np.ascontiguousarray(actions, np.int64), games.bodies, games.snakes, games.games, games.cells,
+        self._share(
+            play_turns, np.ascontiguousarray(actions, np.int64), games.bodies, games.snakes, games.games, games.cells,
             games.sides, games.events, games.chance, self._params, self._food_squares, self._prizes,
             self.settings.max_turns, buffers.reward, buffers.terminated, buffers.truncated, self._over, self._tally,
         )  # fmt: skip
@@ -154,7 +159,10 @@ class BattlesnakeWorld:
         self._observe(buffers)
 
     def close(self) -> None:
-        """Nothing to let go of."""
+        """Let go of the threads."""
+        if self._pool is not None:
+            self._pool.shutdown()
+            self._pool = None
 
     def _observe(self, buffers: StepBuffers) -> None:
         mask = self._no_mask if buffers.action_mask is None else buffers.action_mask
@@ -166,17 +174,30 @@ class BattlesnakeWorld:
 
     def _look(self, which: Array, observations: Mapping[str, Array], active: Array, mask: Array) -> None:
         games = self.games
-        observe_games(
-            which, games.bodies, games.snakes, games.games, games.cells, self._params, self._squares,
+        self._share(
+            observe_games, which, games.bodies, games.snakes, games.games, games.cells, self._params, self._squares,
             self._marks, observations["planes"], observations["numbers"], active, mask,
         )  # fmt: skip
+
+    def _share(self, loop: Callable[..., Any], *arguments: Any) -> None:
+        """Run a loop over games on the threads that kernels may use; few games are not worth sharing."""
+        count = min(threads(), self.settings.num_games // _GAMES_WORTH_A_THREAD)
+        if count <= 1:
+            loop(0, self.settings.num_games, *arguments)
+            return
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(count, "battlesnake")
+        edges = [self.settings.num_games * part // count for part in range(count + 1)]
+        parts = [self._pool.submit(loop, *edge, *arguments) for edge in zip(edges[:-1], edges[1:], strict=True)]
+        for part in parts:
+            part.result()
 
     def _begin(self, which: Array) -> None:
         """Set up the games marked in `which`."""
         games = self.games
         if self._compiled_set_up:
-            begin_games(
-                which, games.bodies, games.snakes, games.games, games.cells, games.sides, games.chance,
+            self._share(
+                begin_games, which, games.bodies, games.snakes, games.games, games.cells, games.sides, games.chance,
                 self._params, self._start_hazards, self._tally,
             )  # fmt: skip
             return

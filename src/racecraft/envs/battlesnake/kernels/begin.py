@@ -49,29 +49,32 @@ def begin_standard(g, bodies, snakes, games, cells, sides, chance, params, start
 @kernel
 def _place_snakes(g, bodies, snakes, cells, chance, params):
     side = params[WIDTH]
-    low, middle, high = 1, (side - 1) // 2, side - 2
-    places = np.empty((8, 2), np.int64)
-    row = 0
-    for x, y in ((low, low), (low, high), (high, low), (high, high)):
-        places[row, 0], places[row, 1] = x, y
-        row += 1
-    for x, y in ((low, middle), (middle, low), (middle, high), (high, middle)):
-        places[row, 0], places[row, 1] = x, y
-        row += 1
+    order = np.arange(8)
     for group in range(2):
         for end in range(3, 0, -1):
             one, two = 4 * group + end, 4 * group + below(g, chance, end + 1)
-            x, y = places[one, 0], places[one, 1]
-            places[one, 0], places[one, 1] = places[two, 0], places[two, 1]
-            places[two, 0], places[two, 1] = x, y
+            held = order[one]
+            order[one] = order[two]
+            order[two] = held
     first = 4 * below(g, chance, 2)
     for s in range(snakes.shape[1]):
-        x, y = places[(first + s) % 8, 0], places[(first + s) % 8, 1]
+        x, y = _start_square(order[(first + s) % 8], side)
         snakes[g, s, X], snakes[g, s, Y] = x, y
         snakes[g, s, LENGTH], snakes[g, s, HEALTH], snakes[g, s, BY] = 3, 100, -1
         for place in range(3):
             bodies[g, s, place] = y * side + x
         cells[g, OWNER, y * side + x] = s + 1
+
+
+@kernel
+def _start_square(number, side):
+    """Return x and y of a start square: 0 to 3 the corners, 4 to 7 the cardinal points, in the order of `starts.py`."""
+    low, middle, high = 1, (side - 1) // 2, side - 2
+    if number < 4:
+        return low if number < 2 else high, low if number % 2 == 0 else high
+    x = low if number == 4 else high if number == 7 else middle
+    y = low if number == 5 else high if number == 6 else middle
+    return x, y
 
 
 @kernel

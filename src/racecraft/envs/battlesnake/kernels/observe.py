@@ -49,11 +49,11 @@ def mark(g, bodies, snakes, cells, params, squares, marks):
         if cells[g, MEAL, cell] or cells[g, HAZARD, cell]:
             if cells[g, MEAL, cell]:
                 count += 1
-                _note(marks[g, count], squares[cell, 0], squares[cell, 1], 255, MEALS)
+                _note(g, count, marks, squares[cell, 0], squares[cell, 1], 255, MEALS)
             if cells[g, HAZARD, cell]:
                 harm = min(255, 5 * abs(params[DAMAGE]) * cells[g, HAZARD, cell] // 2)
                 count += 1
-                _note(marks[g, count], squares[cell, 0], squares[cell, 1], harm, HAZARDS)
+                _note(g, count, marks, squares[cell, 0], squares[cell, 1], harm, HAZARDS)
     for s in range(snakes.shape[1]):
         if snakes[g, s, CAUSE]:
             continue
@@ -64,7 +64,7 @@ def mark(g, bodies, snakes, cells, params, squares, marks):
             marks[g, count, 0], marks[g, count, 1] = squares[cell, 0], squares[cell, 1]
             marks[g, count, 2], marks[g, count, 3] = min(255, 8 * (length - place)), BODIES + s
         count += 1
-        _note(marks[g, count], snakes[g, s, X], snakes[g, s, Y], 5 * snakes[g, s, HEALTH] // 2, HEALTHS)
+        _note(g, count, marks, snakes[g, s, X], snakes[g, s, Y], 5 * snakes[g, s, HEALTH] // 2, HEALTHS)
     marks[g, 0, 0] = count
 
 
@@ -82,7 +82,8 @@ def observe(g, m, snakes, games, params, marks, planes, numbers):
         planes: uint8 (N, M, 8, V, V), row (g, m) written, all zero before; row 0 is the top of the window.
         numbers: float32 (N, M, 6), row (g, m) written.
     """
-    numbers[g, m, :] = 0
+    for number in range(NUM_NUMBERS):
+        numbers[g, m, number] = 0
     if snakes[g, m, CAUSE]:
         return
     side, width, height = planes.shape[3], params[WIDTH], params[HEIGHT]
@@ -136,8 +137,8 @@ def allow(g, m, bodies, snakes, cells, params, mask):
 
 
 @kernel
-def _note(row, x, y, value, plane):
-    row[0], row[1], row[2], row[3] = x, y, value, plane
+def _note(g, row, marks, x, y, value, plane):
+    marks[g, row, 0], marks[g, row, 1], marks[g, row, 2], marks[g, row, 3] = x, y, value, plane
 
 
 @kernel

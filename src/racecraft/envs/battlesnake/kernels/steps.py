@@ -1,4 +1,7 @@
-"""Loops over games: what `world.py` and the benchmarks call. Each game writes only its own rows.
+"""Loops over games `first` to `beyond` - 1: what `world.py` and the benchmarks call.
+
+Each game writes only its own rows and no call holds Python's lock, so that threads may share the games; `prange` would
+do the same and compile several times as long.
 
 `random_safe_play` is the yardstick: whole games with random safe moves, set-up and end included.
 """
@@ -23,17 +26,19 @@ from racecraft.envs.battlesnake.kernels.columns import (
 from racecraft.envs.battlesnake.kernels.food_and_hazards import below
 from racecraft.envs.battlesnake.kernels.observe import allow, mark, observe
 from racecraft.envs.battlesnake.kernels.rules import play_turn
-from racecraft.kernels import kernel, parallel_kernel, prange
+from racecraft.kernels import kernel
 
 
-@parallel_kernel
+@kernel
 def play_turns(
-    moves, bodies, snakes, games, cells, sides, events, chance, params, food_squares,
+    first, beyond, moves, bodies, snakes, games, cells, sides, events, chance, params, food_squares,
     prizes, max_turns, reward, terminated, truncated, over, tally,
 ):  # fmt: skip
     """Play one turn of every game and pay it out.
 
     Args:
+        first: First game.
+        beyond: The game after the last.
         moves: int64 (N, M).
         bodies: The arrays of `state.Games`, to `chance`.
         snakes: See above.
@@ -52,29 +57,31 @@ def play_turns(
         over: See above.
         tally: float64 (N, M, 3), added to: rewards, foods, kills of the episode.
     """
-    for g in prange(bodies.shape[0]):
+    for g in range(first, beyond):
         _play_and_pay(
             g, moves, bodies, snakes, games, cells, sides, events, chance, params, food_squares,
             prizes, max_turns, reward, terminated, truncated, over, tally,
         )  # fmt: skip
 
 
-@parallel_kernel
-def begin_games(which, bodies, snakes, games, cells, sides, chance, params, start_hazards, tally):
+@kernel
+def begin_games(first, beyond, which, bodies, snakes, games, cells, sides, chance, params, start_hazards, tally):
     """Begin the games marked in `which`, bool (N,), anew (`begin_standard`)."""
-    for g in prange(bodies.shape[0]):
+    for g in range(first, beyond):
         if which[g]:
             begin_standard(g, bodies, snakes, games, cells, sides, chance, params, start_hazards)
             tally[g] = 0
 
 
-@parallel_kernel
-def observe_games(which, bodies, snakes, games, cells, params, squares, marks, planes, numbers, active, mask):
+@kernel
+def observe_games(
+    first, beyond, which, bodies, snakes, games, cells, params, squares, marks, planes, numbers, active, mask
+):
     """Write observation, `active` and mask of every snake in the games marked in `which`.
 
     `planes` uint8 (N, M, 8, V, V), `numbers` float32 (N, M, 6), `active` bool (N, M), `mask` bool (N, M, 4).
     """
-    for g in prange(bodies.shape[0]):
+    for g in range(first, beyond):
         if which[g]:
             observe_game(g, bodies, snakes, games, cells, params, squares, marks, planes, numbers, active, mask)
 

@@ -1,0 +1,213 @@
+"""By twin: the maps against the recorded output of the official ones."""
+
+import functools
+import gzip
+import json
+from collections import Counter, defaultdict
+from pathlib import Path
+
+import pytest
+
+from racecraft.envs.battlesnake.board import Board, Snake
+from racecraft.envs.battlesnake.dice import LoadedDice, StreamDice
+from racecraft.envs.battlesnake.hazard_plans import expand_box, expand_scatter, spiral
+from racecraft.envs.battlesnake.maps import MAPS, MapState, after_turn, move_hazards, set_up
+from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.envs.battlesnake.solo_maze import level_of
+from racecraft.envs.battlesnake.stages import outside_safe_zone
+
+RECORD = Path(__file__).resolve().parents[4] / "shared" / "data" / "battlesnake" / "maps.jsonl.gz"
+
+
+@functools.cache
+def recorded():
+    if not RECORD.exists():
+        pytest.skip("the recorded maps (maps.jsonl.gz) are not beside the checkout")
+    by_kind = defaultdict(list)
+    with gzip.open(RECORD, "rt") as file:
+        for line in map(json.loads, file):
+            by_kind[line["t"]].append(line)
+    return by_kind
+
+
+def counted(points):
+    return Counter({(p[0], p[1]): p[2] if len(p) > 2 else 1 for p in points})
+
+
+def runs(*modes, maps=MAPS):
+    plans = {line["id"]: line["data"] for line in recorded()["plan"]}
+    for run in recorded()["run"]:
+        if run["mode"] in modes and run["map"] in maps:
+            yield run, plans.get(run.get("plan"), [])
+
+
+def settings_of(run):
+    return GameSettings(run["w"], run["h"], 1, map=run["map"], shrink_every=run.get("shrink", 25))
+
+
+def test_every_map_is_there_with_its_sizes_and_players():
+    declared = {line["id"]: line for line in recorded()["map"]}
+    assert set(declared) == set(MAPS)
+    for name, row in MAPS.items():
+        assert sorted(row.sizes) == sorted(map(tuple, declared[name]["sizes"])), name
+        assert row.most_players == declared[name]["max_players"], name
+
+
+def test_standing_hazards_are_the_recorded_ones():
+    checked = 0
+    for line in recorded()["hazset"]:
+        if line["map"] in ("solo_maze", "healing_pools"):
+            continue
+        board, _ = set_up(GameSettings(line["w"], line["h"], 1, map=line["map"]), StreamDice(3))
+        assert board.hazards == counted(line["data"]), (line["map"], line["w"])
+        checked += 1
+    assert checked == 27
+
+
+def loaded_plan(run, changes):
+    """Our plan, with dice that fall as the record's first square shows; None where the plan is not fixed by it."""
+    settings, first = settings_of(run), changes[0].get("add", [[0, 0]])[0] if changes else [0, 0]
+    if run["map"] == "hz_spiral":
+        return spiral(settings, LoadedDice([first[0] - 3 * run["w"] // 10, first[1] - 3 * run["h"] // 10]))
+    if run["map"] == "hz_expand_box":
+        return expand_box(settings, LoadedDice([first[0] - 2, first[1] - 2]))
+    return MAPS[run["map"]].plan(settings, LoadedDice())
+
+
+@pytest.mark.parametrize("name", ["hz_spiral", "hz_expand_box", "sinkholes", "hz_hazard_pits"])
+def test_hazards_come_on_the_recorded_turns_at_the_recorded_squares(name):
+    checked = set()
+    for run, changes in runs("keep", "long", maps=[name]):
+        if run["plan"] in checked:
+            continue
+        checked.add(run["plan"])
+        ours = defaultdict(Counter)
+        for turn, point, added in loaded_plan(run, changes).changes:
+            if turn < run["turns"]:
+                ours[turn][point] += added
+        theirs = {c["turn"]: counted(c.get("add", [])) for c in changes}
+        for change in changes:
+            theirs[change["turn"]].subtract(counted(change.get("del", [])))
+        assert dict(ours) == theirs, (run["w"], run["h"])
+    assert checked
+
+
+def test_shuffled_plans_keep_the_recorded_clock_and_order():
+    for run, changes in runs("keep", maps=["hz_scatter", "hz_expand_scatter", "hz_grow_box"]):
+        start, step = {"hz_scatter": (1, 2), "hz_expand_scatter": (0, 2), "hz_grow_box": (0, 12)}[run["map"]]
+        turns = [change["turn"] for change in changes]
+        assert turns == [start + step * number for number in range(len(turns))]
+        ours = [turn for turn, _, _ in MAPS[run["map"]].plan(settings_of(run), StreamDice(1)).changes]
+        assert sorted(set(turn for turn in ours if turn < run["turns"]))[: len(turns)] == turns
+    plan = expand_scatter(GameSettings(7, 7, map="hz_expand_scatter"), StreamDice(2))
+    (x, y), order = plan.changes[0][1], [point for _, point, _ in plan.changes]
+    radii = [max(abs(a - x), abs(b - y)) for a, b in order]
+    assert radii == sorted(radii)
+    assert sorted(order) == sorted((a, b) for a in range(7) for b in range(7))
+
+
+def test_royale_is_explained_by_one_list_of_sides():
+    for run, changes in runs("keep", maps=["royale"]):
+        board, sides, seen = Board(run["w"], run["h"]), [], Counter()
+        for change in changes:
+            seen += counted(change["add"])
+            while board.turn + 1 < change["turn"] + 1:
+                board.turn += 1
+            shrinks = (change["turn"] + 1) // run.get("shrink", 25)
+            while len(sides) < shrinks:
+                fits = [side for side in range(4) if outside_safe_zone(board, [*sides, side]) == seen]
+                sides.append(fits[0] if fits else 0)
+            assert outside_safe_zone(board, sides) == seen
+
+
+def test_snails_leave_the_recorded_trails():
+    frames = 0
+    for run, _ in runs("crawl"):
+        board = Board(run["w"], run["h"], 0, [Snake(str(i), [tuple(p)] * 3) for i, p in enumerate(run["heads"])])
+        settings = GameSettings(run["w"], run["h"], 4, map="snail_mode")
+        for frame in run["frames"]:
+            for snake in board.snakes:
+                x, y = snake.head
+                snake.body = [(x, (y + 1) % run["h"]), *snake.body[:-1]]
+                if frame["turn"] % 15 == 14:
+                    snake.body.append(snake.body[-1])
+            move_hazards(board, settings, MapState(MAPS["empty"].plan(settings, LoadedDice()), []))
+            assert +board.hazards == counted(frame["hz"])
+            frames += 1
+    assert frames > 300
+
+
+def test_starts_and_first_food_stand_where_they_were_recorded():
+    """With enough set-ups ours show every square the records show, and never another number of foods."""
+    seen = defaultdict(lambda: (set(), set(), set()))
+    for run, _ in runs("keep", "setup"):
+        if "heads" in run and run["w"] in (7, 11, 19) and run["players"] in (1, 4, 8) and run["map"] != "solo_maze":
+            heads, food, counts = seen[run["map"], run["w"], run["h"], run["players"]]
+            heads.update(map(tuple, run["heads"]))
+            food.update(map(tuple, run["food"]))
+            counts.add(len(run["food"]))
+    chosen = {k: v for k, v in seen.items() if k[0] == "standard" or MAPS[k[0]].drawn}
+    for (name, width, height, players), (heads, food, counts) in chosen.items():
+        dice, our_heads, our_food, our_counts = StreamDice(9), set(), set(), set()
+        for _ in range(250):
+            board, _ = set_up(GameSettings(width, height, players, map=name), dice)
+            our_heads.update(snake.head for snake in board.snakes)
+            our_food.update(board.food)
+            our_counts.add(len(board.food))
+        place = (name, width, players)
+        assert heads <= our_heads, place
+        assert food <= our_food, place
+        assert counts == our_counts, place
+    assert len(chosen) > 15
+
+
+def test_food_falls_as_often_and_where_it_was_recorded():
+    """Each recorded share of updates with food is within five standard deviations of ours."""
+    places = defaultdict(set)
+    for line in recorded()["foodstats"]:
+        places[line["map"]].update((p[0], p[1]) for p in line.get("hist", []))
+    for line in recorded()["foodstats"]:
+        if line["map"] not in ("standard", "arcade_maze", "hz_castle_wall") or line.get("snakes_absent"):
+            continue
+        settings = GameSettings(
+            line["w"], line["h"], line["players"], map=line["map"],
+            food_spawn_chance=line["chance"], minimum_food=line["min"],
+        )  # fmt: skip
+        dice = StreamDice(line["chance"] + 1)
+        board, state = set_up(settings, dice)
+        fed, updates = 0, 600
+        for _ in range(updates):
+            board.food, board.turn = [], 20
+            after_turn(board, settings, state, dice)
+            fed += bool(board.food)
+            assert line["map"] == "standard" or set(board.food) <= places[line["map"]]
+        theirs, ours = line["with_food"] / line["updates"], fed / updates
+        spread = (max(theirs * (1 - theirs), 1e-4) * (1 / updates + 1 / line["updates"])) ** 0.5
+        assert abs(ours - theirs) < 5 * spread, (line["map"], line["chance"], line["min"])
+
+
+def test_solo_maze_grows_with_every_food_as_recorded():
+    first = {}
+    for run, _ in runs("levels"):
+        first.setdefault((run["w"], run["h"]), run)
+    for (width, height), run in first.items():
+        settings, dice = GameSettings(width, height, 1, "solo", "solo_maze"), StreamDice(4)
+        board, state = set_up(settings, dice)
+        for number, level in enumerate(run["levels"][:14]):
+            assert level_of(board) == number
+            assert board.snakes[0].body == [tuple(p) for p in level["body"]]
+            notes = "".join("1" if board.hazards[(x, 0)] else "." for x in range(width))
+            assert notes == level["rows"][0]
+            walls = [p for p in board.squares() if level["rows"][p[1]][p[0]] != "."]
+            frame = [p for p in walls if not inside(p, board, number)]
+            assert all(board.hazards[p] for p in frame)
+            assert board.food[0] != board.snakes[0].head
+            assert not board.hazards[board.food[0]]
+            board.food = []
+            after_turn(board, settings, state, dice)
+
+
+def inside(point, board, level):
+    side = min(7 + level, board.width, board.height - 2)
+    left, bottom = (board.width - side) // 2, (board.height - side) // 2
+    return left <= point[0] < left + side and bottom <= point[1] < bottom + side

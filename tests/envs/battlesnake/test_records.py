@@ -1,0 +1,75 @@
+"""By twin: the official engine's recorded games, and what a spoilt record brings to light."""
+
+import gzip
+import json
+from pathlib import Path
+
+import pytest
+
+from racecraft.contract.errors import InputFileError
+from racecraft.envs.battlesnake.verify import verify_records
+
+RECORDS = Path(__file__).resolve().parents[4] / "shared" / "data" / "battlesnake"
+FILES = {"official_engine_trajectories.jsonl.gz": (40, 2624), "official_engine_trajectories_more.jsonl.gz": (29, 4256)}
+
+
+def lines_of(name):
+    if not (RECORDS / name).exists():
+        pytest.skip(f"the recorded games ({name}) are not beside the checkout")
+    with gzip.open(RECORDS / name, "rt") as file:
+        return [json.loads(line) for line in file]
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_referee_and_kernel_agree_with_every_recorded_game(name):
+    lines_of(name)
+    report = verify_records(RECORDS / name)
+    assert (report.games, report.steps) == FILES[name]
+    assert report.mismatches == 0, "\n".join(report.examples)
+
+
+SPOILT = {
+    "health": lambda step: step["snakes"][0].update(health=step["snakes"][0]["health"] - 1),
+    "a body": lambda step: step["snakes"][1]["body"].reverse(),
+    "food": lambda step: step["food_rules"].append([0, 6]),
+    "hazards": lambda step: step["haz_rules"].append([3, 3]),
+    "food on a snake": lambda step: step["food"].append(step["snakes"][0]["body"][0]),
+}
+
+
+@pytest.mark.parametrize("what", SPOILT)
+def test_a_spoilt_record_is_found_and_drawn(what, tmp_path):
+    lines = lines_of("official_engine_trajectories.jsonl.gz")[:4]
+    SPOILT[what](lines[1])
+    spoilt = tmp_path / "spoilt.jsonl"
+    spoilt.write_text("\n".join(json.dumps(line) for line in lines))
+    report = verify_records(spoilt)
+    assert not report.agrees
+    assert "turn 0" in report.examples[0]
+    assert "recorded:" in report.examples[0]
+    assert report.to_dict()["mismatches"] == report.mismatches
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "no game in it"),
+        ("{}", "KeyError"),
+        ("[1]", "expected a JSON object"),
+        ("{not json", "JSON"),
+        ('{"t": "step"}', "before any game"),
+        ('{"t": "game", "w": 7}', "KeyError"),
+    ],
+)
+def test_a_file_that_is_no_record_is_refused_by_line(text, message, tmp_path):
+    path = tmp_path / "record.jsonl"
+    path.write_text(text)
+    with pytest.raises(InputFileError, match=message):
+        verify_records(path)
+
+
+def test_a_cut_archive_is_refused(tmp_path):
+    path = tmp_path / "record.jsonl.gz"
+    path.write_bytes(gzip.compress(b'{"t": "game"}' * 50)[:20])
+    with pytest.raises(InputFileError, match="gzip|Compressed|end-of-stream"):
+        verify_records(path)

@@ -1,0 +1,148 @@
+"""The starter pack's gym: its surface, its habits, and the figures measured in the original (facts D.3)."""
+
+import numpy as np
+import pytest
+
+from racecraft.envs.battlesnake.board import BoardError
+from racecraft.envs.battlesnake.starter_pack import (
+    OBSERVATION_TYPES,
+    REWARDS_APRIL_2020,
+    REWARDS_FEBRUARY_2020,
+    REWARDS_MAY_2020,
+    Rewards,
+    StarterPackGym,
+)
+
+UP, DOWN, LEFT, RIGHT = range(4)
+
+
+def request(*bodies, food=(), side=7):
+    """An official request body; squares are (x, y), y upward."""
+
+    def points(squares):
+        return [{"x": x, "y": y} for x, y in squares]
+
+    snakes = [{"id": str(n), "health": 90, "body": points(body)} for n, body in enumerate(bodies)]
+    return {"turn": 5, "board": {"height": side, "width": side, "food": points(food), "snakes": snakes}}
+
+
+@pytest.mark.parametrize(
+    ("name", "shape"),
+    [("flat-51s", (7, 7, 3)), ("bordered-num", (9, 9, 3)), ("max-bordered-51s", (21, 21, 3))],
+)
+def test_observations_have_the_packs_shapes(name, shape):
+    gym = StarterPackGym(name, (7, 7), 2)
+    state, _, dones, info = gym.reset()
+    assert state.shape == gym.observation_shape == shape
+    assert dones == {0: False, 1: False}
+    assert info["current_turn"] == 0
+    assert (state == -1).any() == ("bordered" in name)
+
+
+def test_heads_are_5_or_the_length_and_rows_count_downward():
+    start = request([(1, 6), (1, 5), (1, 4)], food=[(0, 0)])
+    flat = StarterPackGym("flat-51s", (7, 7), initial_game_state=start).reset()[0]
+    assert flat[:, 1, 1].tolist() == [5, 1, 1, 0, 0, 0, 0]
+    assert flat[6, 0, 0] == 1
+    number = StarterPackGym("flat-num", (7, 7), initial_game_state=start, row_order="up").reset()[0]
+    assert number[:, 1, 1].tolist() == [0, 0, 0, 0, 1, 2, 3]
+
+
+def test_all_six_observation_types_play():
+    for name in OBSERVATION_TYPES:
+        gym = StarterPackGym(name, (11, 11), 3, seed=4)
+        gym.reset()
+        state, rewards, _, _ = gym.step([UP, LEFT, RIGHT])
+        assert state.shape == gym.observation_shape
+        assert set(rewards) == {0, 1, 2}
+
+
+def stepped(start, *actions, **options):
+    gym = StarterPackGym("flat-51s", (7, 7), initial_game_state=start, **options)
+    gym.reset()
+    return gym, gym.step(list(actions))
+
+
+def test_reversing_is_a_forbidden_move():
+    start = request([(3, 3), (3, 2)], [(0, 0), (0, 1)], [(6, 6), (6, 5)])
+    _, (_, rewards, dones, _) = stepped(start, DOWN, RIGHT, LEFT, rewards={"forbidden_move": -7, "another_turn": 0})
+    assert dones == {0: True, 1: False, 2: False}
+    assert rewards == {0: -7, 1: 0, 2: 0}
+
+
+def test_heads_that_swap_fight_by_length():
+    start = request([(2, 3), (1, 3), (0, 3), (0, 4)], [(3, 3), (4, 3), (5, 3)], [(6, 6), (6, 5)])
+    _, (_, rewards, dones, _) = stepped(start, RIGHT, LEFT, LEFT, rewards={"ate_another_snake": 3, "was_eaten": -3})
+    assert dones == {0: False, 1: True, 2: False}
+    assert (rewards[0], rewards[1]) == (1 + 3, -3)
+
+
+def test_won_and_died_are_paid_when_the_game_ends():
+    start = request([(3, 3), (3, 2)], [(0, 0), (0, 1)])
+    gym, (_, rewards, _, _) = stepped(start, UP, LEFT, rewards={"won": 5, "died": -2, "hit_wall": -1})
+    assert gym.over
+    assert rewards == {0: 1 + 5, 1: -1 - 2}
+
+
+def test_unknown_names_are_refused():
+    with pytest.raises(BoardError, match="Did you mean 'starved'"):
+        StarterPackGym(rewards={"starve": 1})
+    with pytest.raises(BoardError, match="Did you mean 'flat-51s'"):
+        StarterPackGym("flat51s")
+    assert len(Rewards().__dataclass_fields__) == 12
+
+
+def choose(gym, how, rng):
+    if how == "uniform":
+        return rng.integers(0, 4, len(gym.snakes))
+    if how == "no reverse":
+        return [int(rng.choice([a for a in range(4) if s.facing is None or a != s.facing ^ 1])) for s in gym.snakes]
+    taken = {square for snake in gym.snakes if snake.alive for square in snake.body}
+    return [safe_action(gym, snake, taken, rng) if snake.alive else 0 for snake in gym.snakes]
+
+
+def safe_action(gym, snake, taken, rng):
+    row, column = snake.body[0]
+    around = ((row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1))
+    rows, columns = gym.map_size
+    free = [a for a, s in enumerate(around) if s not in taken and 0 <= s[0] < rows and 0 <= s[1] < columns]
+    return int(rng.choice(free)) if free else int(rng.integers(4))
+
+
+def calibrate(side, how, games, rewards):
+    """Return the mean length of an episode and the mean reward, summed over five snakes."""
+    gym = StarterPackGym("flat-51s", (side, side), 5, rewards=rewards, seed=side)
+    lengths, pay, rng = [], [], np.random.default_rng(side)
+    for _ in range(games):
+        gym.reset()
+        total = 0.0
+        while not gym.over:
+            _, paid, _, _ = gym.step(choose(gym, how, rng))
+            total += sum(paid.values())
+        lengths.append(gym.turn)
+        pay.append(total)
+    return float(np.mean(lengths)), float(np.mean(pay))
+
+
+@pytest.mark.parametrize(
+    ("side", "how", "games", "rewards", "length", "reward"),
+    [
+        (7, "uniform", 400, REWARDS_MAY_2020, 3.5, 8.1),
+        (11, "uniform", 400, REWARDS_MAY_2020, 4.4, 11.2),
+        (15, "uniform", 400, REWARDS_MAY_2020, 4.8, 13.0),
+        (7, "no reverse", 400, REWARDS_MAY_2020, 6.0, 14.6),
+        (11, "no reverse", 300, REWARDS_FEBRUARY_2020, 12.4, 22.9),
+        (11, "no reverse", 300, REWARDS_APRIL_2020, 12.4, 2.37),
+        (15, "no reverse", 200, REWARDS_FEBRUARY_2020, 21.3, 48.5),
+        (7, "safe", 100, REWARDS_FEBRUARY_2020, 38.8, 95.8),
+    ],
+)
+def test_random_play_comes_to_the_figures_of_the_original(side, how, games, rewards, length, reward):
+    assert calibrate(side, how, games, rewards) == (pytest.approx(length, rel=0.1), pytest.approx(reward, rel=0.1))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("side", "length", "reward"), [(11, 102, 288), (19, 177, 572)])
+def test_safe_random_play_comes_to_the_figures_of_the_original(side, length, reward):
+    found = calibrate(side, "safe", 300, REWARDS_FEBRUARY_2020)
+    assert found == (pytest.approx(length, rel=0.1), pytest.approx(reward, rel=0.1))

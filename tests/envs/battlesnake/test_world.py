@@ -1,0 +1,154 @@
+"""The exam, PettingZoo's own tests, and what this world promises beyond them."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from racecraft.contract.exam import WorldExam
+from racecraft.contract.world import allocate
+from racecraft.envs.battlesnake.board import Board, BoardError, Snake
+from racecraft.envs.battlesnake.observation import PLANES, observe_board
+from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.envs.battlesnake.world import BattlesnakeWorld, Prizes, WorldSettings
+from racecraft.kernels import set_threads, threads
+
+
+class TestStandardWorld(WorldExam):
+    ticks = 120
+
+    def make_world(self, num_worlds):
+        return BattlesnakeWorld(WorldSettings(GameSettings(7, 7, 3), num_worlds, max_turns=40))
+
+
+class TestRoyaleOnAPlannedMap(WorldExam):
+    ticks = 60
+
+    def make_world(self, num_worlds):
+        game = GameSettings(11, 11, 4, "wrapped", "hz_spiral", hazard_damage=30)
+        return BattlesnakeWorld(WorldSettings(game, num_worlds, max_turns=25, view=9))
+
+
+class TestSoloMazeWorld(WorldExam):
+    ticks = 60
+
+    def make_world(self, num_worlds):
+        game = GameSettings(7, 7, 1, "solo", "solo_maze", hazard_damage=100)
+        return BattlesnakeWorld(WorldSettings(game, num_worlds))
+
+
+def stepped(settings, ticks, seed=3):
+    """Play random safe moves; yield world, buffers and the actions of the step just made."""
+    world = BattlesnakeWorld(settings)
+    buffers, rng = allocate(world.spec), np.random.default_rng(seed)
+    world.reset(buffers, seed)
+    for _ in range(ticks):
+        liking = rng.random(buffers.action_mask.shape) * buffers.action_mask
+        actions = liking.argmax(axis=-1)
+        world.step(actions, buffers)
+        yield world, buffers, actions
+
+
+@pytest.mark.parametrize("ruleset", ["standard", "wrapped", "constrictor"])
+def test_one_board_shows_the_same_as_the_world_of_training(ruleset):
+    settings = WorldSettings(GameSettings(11, 11, 4, ruleset, "hz_columns"), 4)
+    for world, buffers, _ in stepped(settings, 60):
+        board = world.board(2)
+        listed = dataclasses.replace(board, snakes=board.alive())  # servers leave out the eliminated
+        for snake in listed.snakes:
+            seen, mask = observe_board(listed, settings.game, snake.id)
+            number = int(snake.id[1:])
+            for name, array in seen.items():
+                np.testing.assert_array_equal(array, buffers.observations[name][2, number])
+            np.testing.assert_array_equal(mask, buffers.action_mask[2, number])
+
+
+def test_what_a_snake_sees_can_be_read_off_the_board():
+    me = Snake("me", [(1, 1), (1, 0), (0, 0)], 80)
+    you = Snake("you", [(3, 1), (3, 2), (3, 3), (3, 3)], 60)
+    board = Board(7, 7, 4, [me, you], [(2, 2)])
+    board.hazards[(0, 1)] = 2
+    seen, mask = observe_board(board, GameSettings(7, 7, 2), "me", view=5)
+    plane = dict(zip(PLANES, seen["planes"], strict=True))
+    assert plane["own_body"][2, 2] == 24  # the head, in the middle: three turns
+    assert plane["own_body"][3].tolist() == [0, 8, 16, 0, 0]  # the row below: tail left, neck under the head
+    assert plane["other_bodies"][:, 4].tolist() == [16, 24, 32, 0, 0]  # the doubled tail clears in two turns
+    assert plane["stronger_heads"][2, 4] == 127 + 16
+    assert plane["weaker_heads"].sum() == 0
+    assert plane["healths"][2, 2] == 200
+    assert plane["healths"][2, 4] == 150
+    assert plane["food"][1, 3] == 255
+    assert plane["hazards"][2, 1] == 2 * 14 * 5 // 2
+    assert plane["walls"][4].tolist() == [255] * 5  # y = -1
+    assert plane["walls"][:, 0].tolist() == [255] * 5  # x = -1
+    assert plane["walls"][:4, 1:].sum() == 0
+    assert mask.tolist() == [True, False, True, True]  # its neck is below
+    assert seen["numbers"][:4].tolist() == pytest.approx([0.8, 3 / 49, -0.1, 1 / 16])
+
+
+def test_the_mask_frees_a_leaving_tail_and_all_moves_where_all_are_fatal():
+    corner = Snake("a", [(0, 0), (0, 1), (1, 1), (1, 0)])
+    board = Board(7, 7, 3, [corner])
+    _, mask = observe_board(board, GameSettings(7, 7, 1), "a")
+    assert mask.tolist() == [False, False, False, True]
+    corner.body.append((1, 0))  # it just ate
+    _, mask = observe_board(board, GameSettings(7, 7, 1), "a")
+    assert mask.all()
+
+
+def test_overlapping_snakes_and_strangers_are_refused():
+    board = Board(7, 7, 0, [Snake("a", [(1, 1), (1, 2)]), Snake("b", [(1, 2), (2, 2)])])
+    with pytest.raises(BoardError, match="on another living snake"):
+        observe_board(board, GameSettings(7, 7, 2), "a")
+    with pytest.raises(BoardError, match="no snake 'c'"):
+        observe_board(board, GameSettings(7, 7, 2), "c")
+
+
+def test_threads_do_not_change_the_story():
+    before = threads()
+    stories = []
+    for count in (1, 2):
+        set_threads(count)
+        settings = WorldSettings(GameSettings(11, 11, 4), 130)
+        stories.append([buffers.observations["planes"].copy() for _, buffers, _ in stepped(settings, 20)][-1])
+    set_threads(before)
+    np.testing.assert_array_equal(*stories)
+
+
+def test_rewards_are_paid_once_for_the_win_and_once_for_the_loss():
+    settings = WorldSettings(GameSettings(7, 7, 2), 32, prizes=Prizes(food=0.5))
+    wins = losses = 0
+    for world, buffers, _ in stepped(settings, 200):
+        for record in world.take_episodes():
+            assert record.reward == pytest.approx(
+                0.5 * record.facts["food_eaten"] + (1 if record.status == "won" else -1)
+            )
+            wins += record.status == "won"
+            losses += record.status != "won"
+        assert not (buffers.truncated & buffers.terminated).any()
+    assert losses > wins > 20
+
+
+def test_the_dead_wait_for_the_next_game():
+    settings = WorldSettings(GameSettings(11, 11, 4), 8)
+    waited = False
+    active = np.ones((8, 4), bool)
+    for _, buffers, _ in stepped(settings, 300):
+        assert not buffers.ended[~active].any()
+        assert (buffers.reward[~active] == 0).all()
+        blind = ~buffers.active
+        assert buffers.observations["planes"][blind].sum() == 0
+        waited |= bool(blind.any())
+        active = buffers.active.copy()
+    assert waited
+
+
+def test_the_pettingzoo_face_passes_its_own_tests():
+    faces = pytest.importorskip("racecraft.envs.faces.pettingzoo_parallel")
+    tests = pytest.importorskip("pettingzoo.test")
+
+    def make():
+        return faces.pettingzoo_parallel(BattlesnakeWorld(WorldSettings(GameSettings(7, 7, 3), 1)))
+
+    tests.parallel_api_test(make(), num_cycles=120)
+    tests.parallel_seed_test(make, num_cycles=30)
