@@ -53,7 +53,8 @@ FIELDS = {
         "13:observations:*ObservationProto 14:group_id:int32 15:group_reward:float"
     ),
     "ObservationProto": (
-        "1:shape:*int32 2:compression_type:int32 3:compressed_data:bytes/observation_data 4:float_data:FloatData/observation_data "
+        "1:shape:*int32 2:compression_type:int32 3:compressed_data:bytes/observation_data "
+        "4:float_data:FloatData/observation_data "
         "5:compressed_channel_mapping:*int32 6:dimension_properties:*int32 7:observation_type:int32 8:name:string"
     ),
     "FloatData": "1:data:*float",
