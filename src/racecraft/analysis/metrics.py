@@ -1,0 +1,42 @@
+"""What every number in metrics.jsonl means, in one table; `docs/metrics.md` is written from it."""
+
+from __future__ import annotations
+
+METRICS: dict[str, str] = {
+    "iteration": "Turn of the loop (collect, learn, judge, keep), counted from 1 over the whole life of the run.",
+    "steps": "Environment steps since the run began: ticks of all worlds together.",
+    "seconds": "Training time in s since the first tick, evaluations in, compilation out.",
+    "steps_per_second": "Environment steps of this iteration over its wall-clock time, everything in, 1/s.",
+    "episodes": "Training episodes that ended in this iteration.",
+    "training_score": "Mean score of those episodes, driven with exploration: progress in % of a lap for cars, return "
+    "(sum of rewards) for other worlds; null where none ended.",
+    "evaluation_score": "Mean score of the greedy policy, one episode from each start: progress in % of a lap for "
+    "cars, return for other worlds; null in an iteration without evaluation.",
+    "best_lap_seconds": "Fastest full lap of this evaluation in simulated s; null without one.",
+    "policy_loss": "Mean clipped policy loss of the update's minibatches, no unit: about 0 before each update; its "
+    "size says little, a sudden leap does.",
+    "value_loss": "Mean error of the critic, before its weight: squared units of return (mse), or Huber's, as "
+    "ppo.value_loss says.",
+    "entropy": "Mean entropy of the policy in nat: ln(number of actions) when it acts at random, 0 when it is sure.",
+    "approx_kl": "Estimated Kullback-Leibler divergence, never negative, in nat between the policy that gathered the "
+    "data and the one being trained: how far an update moves; above about 0.05 updates are too bold.",
+    "clip_fraction": "Share of transitions, 0 to 1, whose probability ratio left the clip range.",
+    "grad_norm": "Mean norm of the gradient before it is cut to ppo.max_grad_norm; 0 where it is never cut.",
+    "explained_variance": "Share of the returns' variance that the critic foresaw: 1 perfect, 0 no better than their "
+    "mean, negative worse.",
+    "mean_advantage": "Mean advantage before it is standardised, in units of return: how much better than the critic "
+    "foresaw it went.",
+    "transitions": "Steps that the update learned from; prepare ticks and inactive agents are left out.",
+    "minibatches": "Gradient steps in the update.",
+    "seconds_collect": "Part of the iteration's time spent stepping worlds and choosing actions, s.",
+    "seconds_learn": "Part spent on the update, s.",
+    "seconds_judge": "Part spent on the evaluation, s.",
+    "seconds_keep_before": "Time spent writing the iteration before to the disk, s; it belongs to this line's clock.",
+}
+"""Name in metrics.jsonl → one sentence with meaning and unit."""
+
+
+def metrics_markdown() -> str:
+    """Return the table for the documentation."""
+    rows = [f"| `{name}` | {meaning} |" for name, meaning in METRICS.items()]
+    return "\n".join(["| name | meaning |", "|---|---|", *rows]) + "\n"

@@ -1,0 +1,107 @@
+"""Pictures are written, show what they should, and bad input is answered in letters."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from racecraft.analysis.drive import Drive
+from racecraft.analysis.figures import FigureError, draw_curves, draw_path, has_values
+from racecraft.analysis.metrics import METRICS, metrics_markdown
+from racecraft.envs.deepracer import race
+from racecraft.formats.whole import OutputFileError
+
+
+def metric_rows(count, **more):
+    """Return lines of metrics as a training writes them."""
+    return [
+        {
+            "iteration": k,
+            "steps": 2048 * k,
+            "seconds": 0.7 * k,
+            "training_score": 2.0 * k,
+            "evaluation_score": 10.0 * k if k % 2 else None,
+            "entropy": 2.3 - 0.05 * k,
+            **more,
+        }
+        for k in range(1, count + 1)
+    ]
+
+
+def test_a_path_is_coloured_by_driven_speed_and_exits_are_marked(tmp_path, track, reports_along):
+    drive = reports_along(80, race.OFF_TRACK, share=0.5)
+    figure = draw_path(tmp_path / "path.png", track, drive)
+    road, bar = figure.axes[:2]
+    assert bar.get_ylabel() == "driven speed (m/s)"
+    assert bar.get_ylim() == pytest.approx(np.percentile(drive["driven_speed"], (3, 97)))
+    crosses = road.get_legend()
+    assert [text.get_text() for text in crosses.get_texts()] == ["left the road"]
+    assert [text.get_text() for text in figure.texts][0] == "re:Invent 2018: off track at 50 %"
+    picture = np.asarray(Image.open(tmp_path / "path.png").convert("RGB"))
+    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 100
+    assert [entry.name for entry in tmp_path.iterdir()] == ["path.png"]
+
+
+def test_several_laps_are_laid_over_each_other_and_the_best_is_named(tmp_path, track, reports_along):
+    drive = Drive.from_reports(np.concatenate([reports_along(50), reports_along(40)]))
+    figure = draw_path(tmp_path / "path.svg", track, drive)
+    assert figure.texts[0].get_text() == "re:Invent 2018: 2 laps, best 2.67 s"
+    assert figure.axes[0].get_legend() is None
+    assert (tmp_path / "path.svg").read_text().startswith("<?xml")
+
+
+def test_curves_show_only_what_was_measured(tmp_path):
+    figure = draw_curves(tmp_path / "curves.png", metric_rows(6), title="A run")
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert titles == ["progress (% of a lap)", "entropy of the policy (nat)"]
+    training, evaluation = figure.axes[0].get_lines()
+    assert evaluation.get_xydata() == pytest.approx(np.array([[0.7, 10.0], [2.1, 30.0], [3.5, 50.0]]))
+    assert len(training.get_xdata()) == 6
+    assert np.asarray(Image.open(tmp_path / "curves.png").convert("L")).std() > 5
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_training_that_has_only_begun_can_be_drawn(tmp_path, count):
+    draw_curves(tmp_path / "curves.svg", metric_rows(count))
+    assert (tmp_path / "curves.svg").stat().st_size > 5000
+
+
+def test_long_trainings_are_shown_in_minutes_and_hours(tmp_path):
+    slow = [row | {"seconds": 600.0 * row["iteration"]} for row in metric_rows(3)]
+    assert draw_curves(tmp_path / "a.png", slow).axes[0].get_xlabel() == "training time (min)"
+    slower = [row | {"seconds": 9000.0 * row["iteration"]} for row in metric_rows(3)]
+    assert draw_curves(tmp_path / "b.png", slower).axes[0].get_xlabel() == "training time (h)"
+
+
+def test_bad_input_is_answered_in_letters(tmp_path, track, reports_along):
+    with pytest.raises(FigureError, match="no metrics yet; expected at least one iteration"):
+        draw_curves(tmp_path / "curves.png", [])
+    with pytest.raises(FigureError, match="Line 2 of the metrics has no seconds"):
+        draw_curves(tmp_path / "curves.png", [*metric_rows(1), {"steps": 3}])
+    with pytest.raises(FigureError, match=r"written as \.png, \.svg or \.pdf; got '\.bmp'"):
+        draw_path(tmp_path / "path.bmp", track, reports_along(5))
+    with pytest.raises(OutputFileError, match="folder does not exist"):
+        draw_path(tmp_path / "nowhere" / "path.png", track, reports_along(5))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_every_name_a_training_writes_is_explained():
+    """`metrics_row` writes the named figures, the learner's losses and the phases' seconds."""
+    from racecraft.algorithms.ppo import PpoLosses
+    from racecraft.training.events import IterationReport, Verdict
+    from racecraft.training.keeping import metrics_row
+
+    losses = {field.name: 0.0 for field in dataclasses.fields(PpoLosses)}
+    phases = dict.fromkeys(("collect", "learn", "judge", "keep_before"), 0.0)
+    report = IterationReport(1, 1, 1.0, 1.0, 1, 0.0, losses, Verdict(1.0, False), True, phases)
+    assert [name for name in metrics_row(report) if name not in METRICS] == []
+    assert all(meaning.endswith(".") for meaning in METRICS.values())
+    assert metrics_markdown().count("\n") == len(METRICS) + 2
+
+
+def test_a_panel_without_values_is_left_out():
+    from racecraft.analysis.figures import SMALL_PANELS
+
+    assert not has_values(metric_rows(2, best_lap_seconds=None), SMALL_PANELS[0])
+    assert has_values(metric_rows(2, best_lap_seconds=12.0), SMALL_PANELS[0])
