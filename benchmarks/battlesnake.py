@@ -41,7 +41,7 @@ def rules_only(settings: GameSettings, num_games: int = 256, turns: int = 400) -
         began = time.perf_counter()
         random_safe_play(
             turns, games.bodies, games.snakes, games.games, games.cells, games.sides, games.events, games.chance,
-            world._params, world._food_squares, world._start_hazards, moves, buffers.action_mask,
+            world.params, world.food_squares, world.start_hazards, moves, buffers.action_mask,
         )  # fmt: skip
         return turns * num_games / (time.perf_counter() - began)
 

@@ -102,6 +102,12 @@ def test_overlapping_snakes_and_strangers_are_refused():
         observe_board(board, GameSettings(7, 7, 2), "a")
     with pytest.raises(BoardError, match="no snake 'c'"):
         observe_board(board, GameSettings(7, 7, 2), "c")
+    with pytest.raises(BoardError, match="food at"):
+        observe_board(Board(7, 7, 0, [Snake("a", [(1, 1), (1, 2)])], [(7, 0)]), GameSettings(7, 7, 1), "a")
+    with pytest.raises(BoardError, match="the board is 7x7"):
+        observe_board(board, GameSettings(11, 11, 2), "a")
+    with pytest.raises(BoardError, match="odd number"):
+        BattlesnakeWorld(WorldSettings(view=8))
 
 
 def test_threads_do_not_change_the_story():

@@ -112,6 +112,8 @@ def put_board(games: Games, g: int, board: Board, state: maps.MapState | None = 
     for absent in range(len(board.snakes), games.snakes.shape[1]):
         games.snakes[g, absent, [col.CAUSE, col.BY]] = 1, -1
     for x, y in board.food:
+        if not board.holds((x, y)):
+            raise BoardError(f"food at {(x, y)}; expected squares of a {board.width}x{board.height} board.")
         games.cells[g, col.MEAL, y * board.width + x] = 1
     for (x, y), count in board.hazards.items():
         if board.holds((x, y)):

@@ -85,9 +85,9 @@ class BattlesnakeWorld:
             raise BoardError(f"{numbers}; expected at least 1 and 0.")
         self._map = maps.find_map(game.map)
         self._map.check(game)
-        self._params, self._food_squares = params_of(game), food_squares_of(game)
+        self.params, self.food_squares = params_of(game), food_squares_of(game)
         self._prizes = self.settings.prizes.as_array()
-        self._compiled_set_up, self._start_hazards = _compiled_set_up(game)
+        self._compiled_set_up, self.start_hazards = _compiled_set_up(game)
         rows = (self.settings.num_games, game.players)
         self.games = allocate_games(game, rows[0])
         self._tally = np.zeros((*rows, 3))
@@ -125,7 +125,7 @@ class BattlesnakeWorld:
         games = self.games
         self._share(
             play_turns, np.ascontiguousarray(actions, np.int64), games.bodies, games.snakes, games.games, games.cells,
-            games.sides, games.events, games.chance, self._params, self._food_squares, self._prizes,
+            games.sides, games.events, games.chance, self.params, self.food_squares, self._prizes,
             self.settings.max_turns, buffers.reward, buffers.terminated, buffers.truncated, self._over, self._tally,
         )  # fmt: skip
         if self._map.hazards == "maze":
@@ -175,7 +175,7 @@ class BattlesnakeWorld:
     def _look(self, which: Array, observations: Mapping[str, Array], active: Array, mask: Array) -> None:
         games = self.games
         self._share(
-            observe_games, which, games.bodies, games.snakes, games.games, games.cells, self._params, self._squares,
+            observe_games, which, games.bodies, games.snakes, games.games, games.cells, self.params, self._squares,
             self._marks, observations["planes"], observations["numbers"], active, mask,
         )  # fmt: skip
 
@@ -198,7 +198,7 @@ class BattlesnakeWorld:
         if self._compiled_set_up:
             self._share(
                 begin_games, which, games.bodies, games.snakes, games.games, games.cells, games.sides, games.chance,
-                self._params, self._start_hazards, self._tally,
+                self.params, self.start_hazards, self._tally,
             )  # fmt: skip
             return
         for g in np.flatnonzero(which):
@@ -229,7 +229,7 @@ class BattlesnakeWorld:
                 "cause": row[:, col.CAUSE].copy(),
                 "length": row[:, col.LENGTH].copy(),
                 "alive": self.games.games[game, col.ALIVE],
-                "cut": self._over[game] & (self.games.games[game, col.ALIVE] > (0 if self._params[col.SOLO] else 1)),
+                "cut": self._over[game] & (self.games.games[game, col.ALIVE] > (0 if self.params[col.SOLO] else 1)),
                 "tally": self._tally[game, agent].copy(),
             }
         )
