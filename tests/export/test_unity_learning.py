@@ -24,8 +24,16 @@ NETWORK = NetworkConfig(hidden_units=(32, 32), activation="tanh")
 SCENES = Path(__file__).resolve().parents[1] / "envs" / "unity" / "scenes.py"
 
 
-def learn(world, config, horizon, iterations, seed=1):
+@pytest.fixture(autouse=True)
+def _one_thread():
+    """Networks this small only wait for each other's threads."""
+    threads = torch.get_num_threads()
     torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(threads)
+
+
+def learn(world, config, horizon, iterations, seed=1):
     learner = PpoLearner(world.spec, NETWORK, config, seed)
     collector = Collector(world, learner, horizon, seed)
     for _ in range(iterations):

@@ -7,9 +7,11 @@ import subprocess
 import sys
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
+import racecraft
 from racecraft.envs.unity.builds import Build
 from racecraft.envs.unity.errors import BuildError, PlayerDiedError, PlayerTimeoutError
 from racecraft.envs.unity.process import PlayerProcess, wait_until_gone
@@ -151,6 +153,22 @@ def test_a_program_that_cannot_run_is_a_letter(tmp_path):
     plain.chmod(0o755)
     with pytest.raises(BuildError, match="operating system"):
         PlayerProcess([str(plain)])
+
+
+def test_a_launcher_that_leaves_its_player_running_is_no_death(tmp_path):
+    """A shell script without `exec` is a launcher; what it started is ended with the session all the same."""
+    home = Path(racecraft.__file__).parent.parent
+    script = tmp_path / "play.sh"
+    script.write_text(
+        f'#!/bin/sh\nPYTHONPATH="{home}" "{sys.executable}" -P -m racecraft.envs.unity.basic_scene "$@" &\n'
+    )
+    script.chmod(0o755)
+    session = Session(Build("launched", (str(script),)))
+    session.reset()
+    time.sleep(0.3)
+    session.step(STAY)
+    session.close()
+    assert wait_until_gone(session.pid)
 
 
 def test_the_log_file_a_user_names_is_the_one_that_is_read(tmp_path):

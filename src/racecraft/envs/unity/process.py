@@ -79,10 +79,18 @@ class PlayerProcess:
         """The exit code, negative for a signal; None while the player runs."""
         return self._process.poll()
 
+    def wait_for_end(self, seconds: float) -> None:
+        """Give a player that is probably dying so long to do so."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(seconds)
+
     def require_alive(self) -> None:
-        """Raise `PlayerDiedError`, with the tail of its log, if the player has ended."""
+        """Raise `PlayerDiedError`, with the tail of its log, if the player has ended.
+
+        A launcher that went well and left the player running is no death.
+        """
         code = self.exit_code
-        if code is not None:
+        if code is not None and not (code == 0 and self._group_lives()):
             raise PlayerDiedError(
                 f"the player ended by itself with {_describe_exit(code)}: {self.command[0]}\n{self.log_tail()}"
             )
@@ -113,6 +121,17 @@ class PlayerProcess:
                 break
         self._signal_group(_KILL)  # helpers that outlived their player
         self._drop_folder()
+
+    def _group_lives(self) -> bool:
+        if sys.platform == "win32":
+            return False
+        try:
+            os.killpg(self.pid, 0)
+        except ProcessLookupError:
+            return False
+        except PermissionError:
+            return True
+        return True
 
     def _signal_group(self, number: int) -> None:
         if sys.platform == "win32":

@@ -38,6 +38,7 @@ from racecraft.envs.unity import messages
 from racecraft.envs.unity.behaviors import AgentRows, Behavior, layout_of, learn_behavior, read_agents, write_actions
 from racecraft.envs.unity.builds import Build, find_build
 from racecraft.envs.unity.errors import (
+    PlayerDiedError,
     PlayerLeftError,
     PlayerTimeoutError,
     SessionClosedError,
@@ -294,7 +295,10 @@ class Session:
             raise SessionClosedError("the session is closed; open another.")
         look_after = self._process.require_alive if self._process else (lambda: None)
         begun = time.monotonic()
-        data = self._wire.hear(self._timeout_seconds, look_after)
+        try:
+            data = self._wire.hear(self._timeout_seconds, look_after)
+        except (PlayerDiedError, WireError) as loss:
+            raise self._explained(loss) from loss
         if data is None:
             raise PlayerTimeoutError(self._silence_letter(time.monotonic() - begun))
         try:
@@ -322,6 +326,17 @@ class Session:
             "leave graphics off; in a container listen on a host name the player can reach; a slow scene needs more "
             f"timeout_seconds.\n{self._log_tail()}"
         )
+
+    def _explained(self, loss: UnityError) -> UnityError:
+        """Return what happened with what the process tells of it; a dying process breaks its connection first."""
+        if self._process is None or "\n" in str(loss):
+            return loss
+        try:
+            self._process.wait_for_end(0.5)
+            self._process.require_alive()
+        except PlayerDiedError as death:
+            return death if isinstance(loss, PlayerDiedError) else type(loss)(f"{loss}\n{death}")
+        return type(loss)(f"{loss}\n{self._log_tail()}")
 
     def _log_tail(self) -> str:
         return self._process.log_tail() if self._process else ""
