@@ -17,6 +17,8 @@ from racecraft.settings.groups import NetworkConfig, PpoConfig
 class Always:
     """Takes the same choice always; values a row at its clock plus a half."""
 
+    device = torch.device("cpu")
+
     def __init__(self, choice):
         self.choice = choice
 

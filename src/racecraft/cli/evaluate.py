@@ -29,46 +29,39 @@ def evaluate(
     """Let a trained car drive, greedily: one standing start, then flying laps.
 
     Examples:
+
         racecraft evaluate runs/reinvent_base-1 --video lap.mp4
 
         racecraft evaluate runs/reinvent_base-1 --checkpoint last --track Oval_track --laps 5 --json
     """
-    from racecraft.analysis.figures import draw_path
     from racecraft.cli.output import print_json, say
-    from racecraft.evaluation.drive import DriveKeeper
-    from racecraft.evaluation.laps import judge_laps
     from racecraft.players.trained_car import load_trained_car
     from racecraft.tracks.catalogue import load_track
+    from racecraft.training.gallery import drive_laps, show_drive
 
     car = load_trained_car(run, checkpoint)
     circuit = load_track(track or car.trained_on)
-    keeper = DriveKeeper()
-    world = car.world(circuit, num_cars=1, laps=laps)
-    report = judge_laps(car.policy, world, laps, [keeper])
-
+    drive = drive_laps(car, circuit, laps)
     picture = picture or car.run.evaluations / f"{circuit.name}-{car.checkpoint.iteration}.png"
-    draw_path(picture, world.track, keeper.drive)
-    files = {"picture": str(picture)}
     if video is not None:
-        from racecraft.analysis.video import write_video
-
-        say(f"Filming {len(keeper.drive)} ticks …", quiet_stdout=json)
-        write_video(video, keeper.drive, world.track, world.camera.mount)
-        files["video"] = str(video)
+        say(f"Filming {len(drive.ticks)} ticks …", quiet_stdout=json)
+    show_drive(drive, video=video, picture=picture)
     facts: dict[str, Any] = {
         "run": str(run),
         "checkpoint": car.checkpoint.iteration,
         "track": circuit.name,
-        **report.as_dictionary(),
-        **files,
+        **drive.report.as_dictionary(),
+        "picture": str(picture),
+        "video": None if video is None else str(video),
     }
     if json:
         print_json(facts)
         return
     print(f"{run}, checkpoint {car.checkpoint.iteration}, on {circuit.title or circuit.name}:")
-    _print_table(report)
-    for kind, path in files.items():
-        print(f"{kind}: {path}")
+    _print_table(drive.report)
+    for kind in ("picture", "video"):
+        if facts[kind]:
+            print(f"{kind}: {facts[kind]}")
 
 
 def _print_table(report: LapReport) -> None:

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from racecraft.contract.errors import SettingError
+
+if TYPE_CHECKING:
+    from racecraft.training.racing import TrainedCar
+
+STOP_HELP = "laps, minutes=10, iterations=50, steps=200000; may be repeated; the first that holds ends it."
+UNCHANGEABLE = ("folder", "track", "car", "preset", "seed", "set_", "from_")
+
 
 def train(
+    context: typer.Context,
     folder: Annotated[
         Path | None,
-        typer.Argument(
-            help="Folder with reward_function.py, hyperparameters.json, model_metadata.json; any may be absent."
-        ),
+        typer.Argument(help="reward_function.py, hyperparameters.json, model_metadata.json; any may be absent."),
     ] = None,
     track: Annotated[
         str, typer.Option(help="A name from `racecraft tracks list`, or a waypoint file (.npy).")
@@ -23,50 +31,89 @@ def train(
         str | None, typer.Option(help="v4, v6 or kinematic; by default what the metadata's version asks for.")
     ] = None,
     preset: Annotated[str, typer.Option(help="fast: the learner and network that lap soonest.")] = "fast",
-    stop: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="laps, minutes=10, iterations=50, steps=200000; may be repeated; the first that holds ends it."
-        ),
-    ] = None,
+    stop: Annotated[list[str] | None, typer.Option(help=STOP_HELP)] = None,
     run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/<track>-<number>.")] = None,
-    seed: Annotated[int, typer.Option(help="Same seed, same machine, same training.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Same seed, same machine, same training.")] = 1,
     set_: Annotated[
         list[str] | None, typer.Option("--set", help="group.name=value; `racecraft settings` lists them all.")
     ] = None,
-    video: Annotated[bool, typer.Option(help="Draw picture, curves and video of the best policy at the end.")] = True,
+    from_: Annotated[
+        str | None, typer.Option("--from", help="RUN[:best|last|N]: begin with the weights of an earlier run.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the run that --run names.")] = False,
+    pictures: Annotated[bool, typer.Option(help="Leave a film, the path and the curves in the run folder.")] = True,
     json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
 ) -> None:
     """Train a car from its camera until it laps.
 
     Examples:
+
         racecraft train
 
         racecraft train my-car --track Oval_track --stop laps --stop minutes=5
 
         racecraft train my-car --set ppo.learning_rate=1e-4 --seed 3 --json
+
+        racecraft train --run runs/reinvent_base-1 --resume --stop minutes=10
     """
     from racecraft.cli.output import print_json, say
     from racecraft.training.progress import watcher
-    from racecraft.training.racing import RaceRequest, plan_car, train_car
+    from racecraft.training.racing import RaceRequest, plan_car, plan_resume, resume_car, train_car
 
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
-    request = RaceRequest(
-        folder=folder, track=track, car=car, preset=preset, stops=tuple(stop or ()), run=run, seed=seed,
-        overrides=tuple(set_ or ()),
-    )  # fmt: skip
-    plan = plan_car(request)
+    if resume:
+        _refuse_changes(context, run)
+        assert run is not None
+        plan, start = plan_resume(run, tuple(stop or ())), resume_car
+    else:
+        request = RaceRequest(folder, track, car, preset, tuple(stop or ()), run, seed, tuple(set_ or ()), from_)
+        plan, start = plan_car(request), train_car
     for note in plan.notes:
         tell(f"- {note}")
-    stream = sys.stderr if json else sys.stdout
-    trained = train_car(plan, watcher(stream), tell)
+    trained = start(plan, watcher(sys.stderr if json else sys.stdout), tell)
+    files = _paint(trained, tell) if pictures else {}
     if json:
-        print_json(trained.summary())
-        return
-    _say_what_came_of_it(trained.summary(), tell)
+        print_json({**trained.summary(), **files})
+    else:
+        _say_what_came_of_it(trained, files)
 
 
-def _say_what_came_of_it(summary, tell) -> None:  # type: ignore[no-untyped-def]
-    tell(str(summary))
+def _refuse_changes(context: typer.Context, run: Path | None) -> None:
+    """A resumed run keeps what it was begun with; only its stops may change."""
+    if run is None:
+        raise SettingError("--resume needs --run RUN, the folder to go on with, such as --run runs/reinvent_base-1.")
+    for name in UNCHANGEABLE:
+        source = context.get_parameter_source(name)
+        if source is not None and source.name == "COMMANDLINE":
+            flag = "FOLDER" if name == "folder" else f"--{name.rstrip('_')}"
+            raise SettingError(
+                f"{flag} cannot change when a run is resumed: it would no longer be the same training. "
+                "Leave it out, or begin a new run from these weights with --from."
+            )
+
+
+def _paint(trained: TrainedCar, tell: Callable[[str], None]) -> dict[str, str]:
+    from racecraft.training.gallery import paint_run
+
+    return {kind: str(path) for kind, path in paint_run(trained.run, tell).items()}
+
+
+def _say_what_came_of_it(trained: TrainedCar, files: dict[str, Any]) -> None:
+    summary, path = trained.summary(), trained.run.path
+    stable, best = summary["seconds_to_stable_laps"], summary["best_lap_seconds"]
+    if stable is not None:
+        print(f"\nIt laps: stable after {stable:.1f} s and {summary['env_steps']:,} steps; best lap {best:.2f} s.")
+    elif best is not None:
+        print(f"\nIt drove full laps, the best in {best:.2f} s, but not yet from every start.")
+    else:
+        print("\nIt does not lap yet.")
+    for kind, place in files.items():
+        print(f"  {kind:8} {place}")
+    print("\nWhat to try next:")
+    if stable is None:
+        print(f"  racecraft train --run {path} --resume --stop minutes=10      # go on")
+    print(f"  racecraft evaluate {path} --laps 3 --video three-laps.mp4")
+    print("  racecraft new my-car          # a folder with a reward function of your own")
+    print("  racecraft train --track Oval_track")

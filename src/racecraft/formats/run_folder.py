@@ -244,6 +244,18 @@ class RunFolder:
                 ) from None
         return rows
 
+    def cut_metrics(self, iteration: int) -> None:
+        """Take out the metrics of iterations after `iteration`: a run that was killed goes on from there.
+
+        Raises:
+            RunFolderError: The file is damaged.
+            OutputFileError: It cannot be written.
+        """
+        rows = self.read_metrics()
+        kept = [row for row in rows if row["iteration"] <= iteration]
+        if (self.path / METRICS).exists():
+            write_whole(self.path / METRICS, "".join(json.dumps(row) + "\n" for row in kept))
+
     def lock(self) -> RunLock:
         """Take the folder for this process until `release`, the end of a `with`, or the end of the process.
 

@@ -12,6 +12,7 @@ from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.errors import RunFolderError
 from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.camera import CameraMount
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version, world_spec
 from racecraft.formats.checkpoint import CheckpointEntry, Checkpoints
 from racecraft.formats.run_folder import RunFolder
@@ -35,6 +36,11 @@ class TrainedCar:
     trained_on: str
     """Track it was trained on: a name, or a waypoint file."""
 
+    @property
+    def mount(self) -> CameraMount:
+        """Where its camera sits."""
+        return mount_for_version(self.version)
+
     def world(
         self, track: Track, num_cars: int, start_shares: Sequence[float] | None = None, laps: int = 1
     ) -> RaceWorld:
@@ -47,7 +53,7 @@ class TrainedCar:
             num_cars=num_cars,
             start_shares=start_shares,
             laps=laps,
-            mount=mount_for_version(self.version),
+            mount=self.mount,
         )
 
 

@@ -33,6 +33,9 @@ Observer = Callable[[World, StepBuffers, Array], None]
 class Mind(Protocol):
     """What a collector asks of a learner."""
 
+    device: torch.device
+    """Where it decides; exploration is drawn there."""
+
     def act(
         self,
         observations: Mapping[str, Array],
@@ -66,7 +69,7 @@ class Collector:
         self.observers = list(observers)
         self.buffer = RolloutBuffer(world.spec, horizon)
         self.counter = EpisodeCounter(world)
-        self.generator = torch.Generator().manual_seed(seed)
+        self.generator = torch.Generator(mind.device).manual_seed(seed)
         self.ticks_taken = 0
         """Ticks taken since the collector was made or restored to."""
         self._seed, self._resets, self._row = seed, 0, 0

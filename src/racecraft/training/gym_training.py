@@ -27,10 +27,12 @@ from racecraft.settings.groups import (
     TrainSettings,
 )
 from racecraft.settings.overrides import apply_overrides, as_dictionary
+from racecraft.training.car_plan import versions
 from racecraft.training.events import Listener, Verdict
 from racecraft.training.keeping import RunKeeper
 from racecraft.training.loop import Outcome, TrainingLoop
-from racecraft.training.racing import use_threads, versions
+from racecraft.training.racing import use_threads
+from racecraft.training.presets import fit_worlds_to_episodes
 from racecraft.training.stopping import parse_stops
 
 CONFIRMING_EPISODES = 100
@@ -39,10 +41,12 @@ JUDGING_WORLDS = 20
 SEED_OF_JUDGING = 1_000_000_007
 
 VECTOR_SETTINGS = TrainSettings(
-    rollout=RolloutConfig(num_worlds=8, horizon=256),
+    rollout=RolloutConfig(num_worlds=8, horizon=32),
     network=NetworkConfig(hidden_units=(64, 64), activation="tanh"),
-    ppo=PpoConfig(learning_rate=1e-3, discount=0.99, epochs=10, batch_size=256, entropy_weight=0.0),
-    evaluation=EvaluationConfig(every=2, episodes=20, stable_after=1),
+    ppo=PpoConfig(
+        learning_rate=1e-3, discount=0.98, gae_lambda=0.8, epochs=20, batch_size=256, entropy_weight=0.0
+    ),
+    evaluation=EvaluationConfig(every=8, episodes=20, stable_after=1),
     runtime=RuntimeConfig(threads=1),
 )
 """Settings that serve small worlds of vectors. One thread: networks this small only wait for a second one."""
@@ -93,11 +97,11 @@ def train_gym(request: GymRequest, listener: Listener) -> TrainedGym:
     Raises:
         UserInputError: No such environment, a space that cannot be learned, a setting or a stop that is not legal.
     """
-    settings = apply_overrides(VECTOR_SETTINGS, request.overrides)
+    settings = fit_worlds_to_episodes(apply_overrides(VECTOR_SETTINGS, request.overrides), [])
     threshold = reward_threshold(request.environment)
     default_stops = ((f"score={threshold:g}",) if threshold is not None else ()) + ("minutes=30",)
     stops = parse_stops(request.stops or default_stops)
-    use_threads(settings.runtime.threads)
+    use_threads(settings.runtime.threads, settings.runtime.device)
     world = GymnasiumWorld(request.environment, settings.rollout.num_worlds)
     job = {
         "kind": "gymnasium",

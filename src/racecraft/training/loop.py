@@ -7,7 +7,7 @@ written down (`Keeper`). Ctrl-C ends the loop; whatever was kept stays, and a br
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
@@ -60,13 +60,11 @@ class Outcome:
     iterations: int
     steps: int
     seconds: float
-    """From the first training tick to the end, compilation out."""
+    """Spent training, from the first tick on, compilation out; what came before a resume counts."""
     seconds_to_first_full_lap: float | None
     """First episode that reached the goal, in training or evaluation."""
     seconds_to_stable_laps: float | None
     """End of the evaluation that made it stable."""
-    best: Verdict | None
-    """The best verdict."""
     best_lap_seconds: float | None
     last: Verdict | None
     """The latest verdict."""
@@ -105,12 +103,12 @@ class TrainingLoop:
         self._after_update = after_update
         self._iteration = 0
         self._perfect_in_a_row = 0
-        self._best: Verdict | None = None
+        self._best_score: float | None = None
         self._last: Verdict | None = None
         self._best_lap: float | None = None
         self._first_full: float | None = None
         self._stable: float | None = None
-        self._began = self._seconds_keeping = 0.0
+        self._began = self._seconds_before = self._seconds_keeping = 0.0
 
     def run(self, title: str) -> Outcome:
         """Train until a stop holds or Ctrl-C; tell what came of it.
@@ -119,7 +117,8 @@ class TrainingLoop:
             RewardError: The user's reward function failed; everything kept so far stays.
             DivergedError: The losses are no longer numbers; likewise.
         """
-        self._keeper.keep_start()
+        if self._iteration == 0:
+            self._keeper.keep_start()
         self._listener.begin(title, " or ".join(map(str, self._stops)), self._judge.score_name)
         self._began = time.perf_counter()
         reason = "an error"
@@ -141,7 +140,6 @@ class TrainingLoop:
             seconds=self._seconds(),
             seconds_to_first_full_lap=self._first_full,
             seconds_to_stable_laps=self._stable,
-            best=self._best,
             best_lap_seconds=self._best_lap,
             last=self._last,
         )
@@ -151,12 +149,22 @@ class TrainingLoop:
         return {
             "iteration": self._iteration,
             "perfect_in_a_row": self._perfect_in_a_row,
-            "best_score": None if self._best is None else self._best.score,
+            "best_score": self._best_score,
             "best_lap_seconds": self._best_lap,
             "seconds": self._seconds(),
             "seconds_to_first_full_lap": self._first_full,
             "seconds_to_stable_laps": self._stable,
         }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Go on from what `state` gave."""
+        self._iteration = state["iteration"]
+        self._perfect_in_a_row = state["perfect_in_a_row"]
+        self._best_score = state["best_score"]
+        self._best_lap = state["best_lap_seconds"]
+        self._seconds_before = state["seconds"]
+        self._first_full = state["seconds_to_first_full_lap"]
+        self._stable = state["seconds_to_stable_laps"]
 
     def _iterate(self) -> IterationReport:
         """Take one turn."""
@@ -217,9 +225,9 @@ class TrainingLoop:
             self._stable = self._seconds()
         if verdict.best_lap_seconds is not None:
             self._best_lap = min(verdict.best_lap_seconds, self._best_lap or verdict.best_lap_seconds)
-        is_best = self._best is None or verdict.score >= self._best.score
+        is_best = self._best_score is None or verdict.score >= self._best_score
         if is_best:
-            self._best = verdict
+            self._best_score = verdict.score
         return verdict, is_best
 
     def _note_first_full(self, happened: bool) -> None:
@@ -236,4 +244,4 @@ class TrainingLoop:
         )
 
     def _seconds(self) -> float:
-        return time.perf_counter() - self._began
+        return self._seconds_before + time.perf_counter() - self._began

@@ -51,7 +51,7 @@ def settings_for(
         raise SettingError(f"There is no preset '{preset}'. {nearest(preset, PRESETS)}")
     settings, notes = _with_json(TrainSettings(), hyperparameters)
     settings = apply_overrides(settings, overrides)
-    settings = _fit_cars_to_episodes(settings, notes)
+    settings = fit_worlds_to_episodes(settings, notes)
     return settings, notes
 
 
@@ -70,11 +70,14 @@ def _with_json(settings: TrainSettings, given: Hyperparameters) -> tuple[TrainSe
     return settings, notes
 
 
-def _fit_cars_to_episodes(settings: TrainSettings, notes: list[str]) -> TrainSettings:
-    """Give every car the same quota of whole episodes: the number of cars must divide the episodes of an iteration."""
-    episodes, cars = settings.rollout.episodes_per_iteration, settings.rollout.num_worlds
-    if episodes is None or episodes % cars == 0:
+def fit_worlds_to_episodes(settings: TrainSettings, notes: list[str]) -> TrainSettings:
+    """Give every world the same quota of whole episodes: their number must divide the episodes of an iteration.
+
+    A change is added to `notes`.
+    """
+    episodes, worlds = settings.rollout.episodes_per_iteration, settings.rollout.num_worlds
+    if episodes is None or episodes % worlds == 0:
         return settings
-    fitting = max(count for count in range(1, min(episodes, cars) + 1) if episodes % count == 0)
-    notes.append(f"{fitting} cars, not {cars}, so that each drives {episodes // fitting} of {episodes} episodes")
+    fitting = max(count for count in range(1, min(episodes, worlds) + 1) if episodes % count == 0)
+    notes.append(f"{fitting} worlds, not {worlds}, so that each plays {episodes // fitting} of {episodes} episodes")
     return with_values(settings, "rollout", {"num_worlds": fitting})

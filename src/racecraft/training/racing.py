@@ -1,91 +1,47 @@
-"""Train a car: from what was asked to a run folder. Begin with `train_car`.
+"""Train a car: from a plan to a run folder. Begin with `train_car`.
 
-read the racer's folder → settings → track → run folder → worlds, learner → the loop → the summary
+    run folder → reward function → worlds → learner → the loop → what came of it
+
+`car_plan.py` reads what was asked; `resume_car` goes on with a run that was broken off.
 """
 
 from __future__ import annotations
 
 import os
-import platform
 import tempfile
-import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from importlib.metadata import version
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 import torch
 
-from racecraft import __version__
 from racecraft.algorithms.ppo import PpoLearner
-from racecraft.contract.world import EpisodeRecord, allocate
-from racecraft.envs.deepracer import race
-from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.algorithms.weights import to_tensors
+from racecraft.contract.errors import RunFolderError, SettingError
+from racecraft.contract.world import allocate
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
-from racecraft.evaluation.laps import judge_starts
+from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.hyperparameters import write_hyperparameters
-from racecraft.formats.model_metadata import ModelMetadata, as_aws_dict, write_model_metadata
+from racecraft.formats.model_metadata import write_model_metadata
 from racecraft.formats.reward_file import RewardFunction, default_reward_source, load_reward_function
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import write_whole
 from racecraft.kernels.compile import is_warm, set_threads
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.collector import Collector
-from racecraft.settings.groups import TrainSettings
-from racecraft.settings.overrides import as_dictionary, with_values
-from racecraft.tracks.catalogue import load_track
-from racecraft.tracks.track import Track
-from racecraft.training.events import Listener, Verdict
+from racecraft.training.car_judge import CarJudge
+from racecraft.training.car_plan import CarPlan, RaceRequest, job_card, plan_car, plan_resume, policy_card, versions
+from racecraft.training.cloning import weights_of
+from racecraft.training.events import Listener
 from racecraft.training.keeping import RunKeeper
 from racecraft.training.loop import Outcome, TrainingLoop
-from racecraft.training.model_folder import ModelFolder, read_model_folder
-from racecraft.training.presets import settings_for
 from racecraft.training.recorder import EpisodeRecorder
-from racecraft.training.stopping import Stop, parse_stops
 
-DEFAULT_TRACK = "reinvent_base"
-DEFAULT_STOPS = ("laps", "minutes=30")
-NETWORK_NOTE = "preset fast: its own small network is trained; neural_network of model_metadata.json is not used"
+__all__ = ["RaceRequest", "TrainedCar", "plan_car", "plan_resume", "resume_car", "train_car"]
 
-
-@dataclass(frozen=True)
-class RaceRequest:
-    """What was asked: everything a training begins from."""
-
-    folder: Path | None = None
-    """Folder with reward_function.py, hyperparameters.json, model_metadata.json; None: defaults."""
-    track: str = DEFAULT_TRACK
-    """A name of the catalogue, or a waypoint file."""
-    car: str | None = None
-    """Vehicle profile; None: by the version in the metadata."""
-    preset: str = "fast"
-    stops: tuple[str, ...] = ()
-    """As typed; none: DEFAULT_STOPS."""
-    run: Path | None = None
-    """Run folder to make; None: runs/<track>-<number>."""
-    seed: int = 1
-    overrides: tuple[str, ...] = ()
-    """group.name=value, as typed."""
-
-
-@dataclass(frozen=True)
-class CarPlan:
-    """A request made definite: every file read, every setting settled, nothing started."""
-
-    request: RaceRequest
-    model: ModelFolder
-    settings: TrainSettings
-    track: Track
-    stops: tuple[Stop, ...]
-    notes: tuple[str, ...] = field(default=())
-    """What is worth saying before the first tick, a clause each."""
-
-    @property
-    def actions(self) -> ActionTable:
-        """The car's action table."""
-        return action_table(self.model.metadata)
+Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -116,22 +72,7 @@ class TrainedCar:
         }
 
 
-def plan_car(request: RaceRequest) -> CarPlan:
-    """Read and check everything a request names; nothing is written.
-
-    Raises:
-        UserInputError: Whatever cannot be used, as a letter.
-    """
-    stops = parse_stops(request.stops or DEFAULT_STOPS)
-    model = read_model_folder(request.folder)
-    settings, notes = settings_for(request.preset, model.hyperparameters, request.overrides)
-    if not any(override.startswith("race.car=") for override in request.overrides):
-        settings = with_values(settings, "race", {"car": request.car or model.metadata.car})
-    track = load_track(request.track)
-    return CarPlan(request, model, settings, track, stops, (*model.notes, *notes, NETWORK_NOTE))
-
-
-def train_car(plan: CarPlan, listener: Listener, say: Callable[[str], None]) -> TrainedCar:
+def train_car(plan: CarPlan, listener: Listener, say: Say) -> TrainedCar:
     """Train as planned, in a run folder of its own.
 
     Args:
@@ -143,79 +84,104 @@ def train_car(plan: CarPlan, listener: Listener, say: Callable[[str], None]) -> 
         RunFolderError: The run folder cannot be made or is taken.
         RewardFileError, RewardError: The reward function cannot be loaded, or failed.
     """
-    use_threads(plan.settings.runtime.threads)
+    use_threads(plan.settings.runtime.threads, plan.settings.runtime.device)
     reward = load_reward(plan.model.reward_path)
+    weights = weights_of(plan) if plan.request.clone_from else None
     run = make_run(plan, reward)
-    with run.lock(), open(run.log, "a", encoding="utf-8", buffering=1) as log_file:
-        reward.output = log_file
-        for note in plan.notes:
-            log_file.write(f"{note}\n")
-        world = training_world(plan, reward.call)
-        judge = CarJudge(plan)
-        warm_up(world, judge.world, say)
-        learner = PpoLearner(
-            world.spec, plan.settings.network, plan.settings.ppo, plan.request.seed, plan.settings.runtime.device
-        )
-        judge.policy = GreedyPolicy(learner)
-        recorder = EpisodeRecorder()
-        collector = Collector(world, learner, plan.settings.rollout.horizon, plan.request.seed, observers=[recorder])
-        keeper = RunKeeper(run, learner, collector, policy_card(plan), recorder)
-        loop = TrainingLoop(
-            collector, learner, judge, keeper, listener, plan.settings.rollout, plan.settings.evaluation, plan.stops
-        )
-        outcome = loop.run(f"{plan.track.title or plan.track.name}, car {plan.settings.race.car}, run {run.path}")
-    return TrainedCar(plan, run, outcome)
+    with run.lock(), open_log(run) as log:
+        crew = Crew(plan, run, reward, log, listener, say)
+        if weights is not None:
+            crew.learner.load_state_dict({"network": weights})
+        return crew.train()
 
 
-class CarJudge:
-    """Judges the greedy policy: one episode from each of several starts round the track, side by side."""
+def resume_car(plan: CarPlan, listener: Listener, say: Say) -> TrainedCar:
+    """Go on with a run from its last whole iteration, as if it had never stopped.
 
-    score_name = "progress %"
+    Args:
+        plan: From `plan_resume`.
+        listener: Watches the training.
+        say: Says a line to a person.
 
-    def __init__(self, plan: CarPlan) -> None:
+    Raises:
+        RunFolderError: The folder is taken by a running training.
+        RewardFileError, RewardError: The reward function cannot be loaded, or failed.
+    """
+    assert plan.request.run is not None
+    use_threads(plan.settings.runtime.threads, plan.settings.runtime.device)
+    run = RunFolder.open(plan.request.run)
+    with run.lock(), open_log(run) as log:
+        reward = load_reward(run.reward_function)
+        crew = Crew(plan, run, reward, log, listener, say)
+        iteration = crew.restore()
+        say(f"goes on after iteration {iteration}" if iteration else "no whole iteration was saved: starts fresh")
+        return crew.train()
+
+
+class Crew:
+    """Everybody a car's training needs, each in their place."""
+
+    def __init__(
+        self, plan: CarPlan, run: RunFolder, reward: RewardFunction, log: TextIO, listener: Listener, say: Say
+    ) -> None:
         settings = plan.settings
-        self.world = RaceWorld(
-            plan.track,
-            plan.actions,
-            race_config=settings.race,
-            camera_config=settings.camera,
-            num_cars=settings.evaluation.episodes,
-            mount=mount_for_version(plan.model.metadata.version),
+        reward.output = log
+        log.writelines(f"{note}\n" for note in plan.notes)
+        world = race_world(plan, settings.rollout.num_worlds, reward.call)
+        judged = race_world(plan, settings.evaluation.episodes)
+        warm_up(world, judged, say)
+        self.plan, self.run = plan, run
+        self.learner = PpoLearner(
+            world.spec, settings.network, settings.ppo, plan.request.seed, settings.runtime.device
         )
-        self.policy: GreedyPolicy | None = None
+        recorder = EpisodeRecorder()
+        self._collector = Collector(
+            world, self.learner, settings.rollout.horizon, plan.request.seed, observers=[recorder]
+        )
+        self._loop = TrainingLoop(
+            self._collector,
+            self.learner,
+            CarJudge(judged, GreedyPolicy(self.learner)),
+            RunKeeper(run, self.learner, self._collector, policy_card(plan), recorder),
+            listener,
+            settings.rollout,
+            settings.evaluation,
+            plan.stops,
+        )
 
-    def score(self, episode: EpisodeRecord) -> float:
-        """Return the progress of an episode, per cent."""
-        return episode.facts["progress_percent"]
+    def train(self) -> TrainedCar:
+        """Train until a stop holds."""
+        plan = self.plan
+        title = f"{plan.track.title or plan.track.name}, car {plan.settings.race.car}, run {self.run.path}"
+        return TrainedCar(plan, self.run, self._loop.run(title))
 
-    def is_full(self, episode: EpisodeRecord) -> bool:
-        """Tell whether an episode was a full lap."""
-        return episode.status == race.STATUSES[race.LAP_COMPLETE]
+    def restore(self) -> int:
+        """Take up the last whole iteration; return its number, 0 where none was saved."""
+        shelf = Checkpoints(self.run.checkpoints)
+        entries = [entry for entry in shelf.entries() if entry.state is not None]
+        if not entries:
+            self.run.cut_metrics(0)
+            return 0
+        last = entries[-1].iteration
+        state = shelf.load_state(str(last))
+        self.learner.load_state_dict(to_tensors(state["learner"]))
+        self._collector.restore(state["collector"])
+        self._loop.restore(state["loop"])
+        self.run.cut_metrics(last)
+        return last
 
-    def judge(self) -> Verdict:
-        """Drive from every start."""
-        assert self.policy is not None
-        report = judge_starts(self.policy, self.world)
-        return Verdict(report.mean_progress_percent, report.all_full, report.best_lap_seconds, report.as_dictionary())
 
-
-def training_world(plan: CarPlan, reward: Callable[[dict[str, Any]], float] | None) -> RaceWorld:
-    """Return the cars that learn, their first starts spread evenly round the track."""
-    settings = plan.settings
+def race_world(plan: CarPlan, num_cars: int, reward: Callable[[dict[str, Any]], float] | None = None) -> RaceWorld:
+    """Return cars as planned, their first starts spread evenly round the track."""
     return RaceWorld(
         plan.track,
         plan.actions,
         reward,
-        race_config=settings.race,
-        camera_config=settings.camera,
-        num_cars=settings.rollout.num_worlds,
+        race_config=plan.settings.race,
+        camera_config=plan.settings.camera,
+        num_cars=num_cars,
         mount=mount_for_version(plan.model.metadata.version),
     )
-
-
-def action_table(metadata: ModelMetadata) -> ActionTable:
-    """Return the action table of a car with discrete actions."""
-    return ActionTable.of([(action.steering_rad, action.speed_mps) for action in metadata.actions])
 
 
 def load_reward(path: Path | None) -> RewardFunction:
@@ -230,7 +196,7 @@ def load_reward(path: Path | None) -> RewardFunction:
 
 def make_run(plan: CarPlan, reward: RewardFunction) -> RunFolder:
     """Make the run folder and lay copies of the racer's files into it."""
-    job = job_card(plan)
+    job = job_card(plan, torch.get_num_threads())
     if plan.request.run is None:
         run = RunFolder.create_numbered(Path("runs"), plan.track.name, job)
     else:
@@ -241,53 +207,28 @@ def make_run(plan: CarPlan, reward: RewardFunction) -> RunFolder:
     return run
 
 
-def job_card(plan: CarPlan) -> dict[str, Any]:
-    """Return what job.json holds: what was asked, with settings, seed, versions and the track's hash."""
-    request = plan.request
-    return {
-        "kind": "deepracer",
-        "asked": {
-            "folder": None if request.folder is None else str(request.folder),
-            "track": request.track,
-            "preset": request.preset,
-            "stops": [str(stop) for stop in plan.stops],
-            "set": list(request.overrides),
-        },
-        "track": {"name": plan.track.name, "hash": plan.track.hash(), "length_m": plan.track.length},
-        "settings": as_dictionary(plan.settings),
-        "model_metadata": as_aws_dict(plan.model.metadata),
-        "seed": request.seed,
-        "versions": versions(),
-        "threads": torch.get_num_threads(),
-        "started": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
-    }
+def open_log(run: RunFolder) -> TextIO:
+    """Open the run's log for more lines; the reward function prints there."""
+    try:
+        return open(run.log, "a", encoding="utf-8", buffering=1)
+    except OSError as error:
+        raise RunFolderError(f"{run.log}: cannot be written ({error.strerror}); expected a log file.") from error
 
 
-def policy_card(plan: CarPlan) -> dict[str, Any]:
-    """Return what a stranger needs to rebuild the policy."""
-    return {
-        "kind": "deepracer",
-        "settings": as_dictionary(plan.settings),
-        "model_metadata": as_aws_dict(plan.model.metadata),
-        "track": plan.track.name,
-        "versions": versions(),
-    }
+def use_threads(count: int | None, device: str = "cpu") -> None:
+    """Share the cores: worlds and learner take turns, so both may use all of them.
 
-
-def versions() -> dict[str, str]:
-    """Return the versions that results depend on."""
-    names = ("torch", "numba", "numpy")
-    return {"racecraft": __version__, "python": platform.python_version(), **{name: version(name) for name in names}}
-
-
-def use_threads(count: int | None) -> None:
-    """Share the cores: worlds and learner take turns, so both may use all of them."""
+    Raises:
+        SettingError: The device asked for is not there.
+    """
+    if device == "cuda" and not torch.cuda.is_available():
+        raise SettingError("runtime.device is cuda, but this PyTorch sees no CUDA device; expected cpu here.")
     wanted = count or os.cpu_count() or 1
     set_threads(wanted)
     torch.set_num_threads(wanted)
 
 
-def warm_up(world: RaceWorld, judged: RaceWorld, say: Callable[[str], None]) -> None:
+def warm_up(world: RaceWorld, judged: RaceWorld, say: Say) -> None:
     """Compile the kernels before the clock starts; on the first run ever that takes a while and is said."""
     if not is_warm():
         say("First run on this machine: compiling the simulator (once, under a minute) …")

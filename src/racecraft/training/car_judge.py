@@ -1,0 +1,37 @@
+"""Judge the greedy policy of a car in training: one episode from each of several starts, side by side."""
+
+from __future__ import annotations
+
+from racecraft.contract.world import EpisodeRecord
+from racecraft.envs.deepracer import race
+from racecraft.envs.deepracer.world import RaceWorld
+from racecraft.evaluation.laps import judge_starts
+from racecraft.players.trained import GreedyPolicy
+from racecraft.training.events import Verdict
+
+
+class CarJudge:
+    """Drives the policy on a world of its own.
+
+    Args:
+        world: As many cars as starts; no reward.
+        policy: The policy, greedy; it follows its learner.
+    """
+
+    score_name = "progress %"
+
+    def __init__(self, world: RaceWorld, policy: GreedyPolicy) -> None:
+        self._world, self._policy = world, policy
+
+    def score(self, episode: EpisodeRecord) -> float:
+        """Return the progress of an episode, per cent."""
+        return episode.facts["progress_percent"]
+
+    def is_full(self, episode: EpisodeRecord) -> bool:
+        """Tell whether an episode was a full lap."""
+        return episode.status == race.STATUSES[race.LAP_COMPLETE]
+
+    def judge(self) -> Verdict:
+        """Drive from every start."""
+        report = judge_starts(self._policy, self._world)
+        return Verdict(report.mean_progress_percent, report.all_full, report.best_lap_seconds, report.as_dictionary())

@@ -1,0 +1,166 @@
+"""What was asked for, made definite: every file read, every setting settled, nothing started. Begin with `plan_car`."""
+
+from __future__ import annotations
+
+import platform
+import time
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from racecraft import __version__
+from racecraft.contract.errors import RunFolderError
+from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.formats.model_metadata import as_aws_dict
+from racecraft.formats.run_folder import RunFolder
+from racecraft.settings.groups import TrainSettings
+from racecraft.settings.overrides import as_dictionary, from_dictionary, with_values
+from racecraft.tracks.catalogue import load_track
+from racecraft.tracks.track import Track
+from racecraft.training.model_folder import ModelFolder, read_model_folder
+from racecraft.training.presets import settings_for
+from racecraft.training.stopping import Stop, parse_stops
+
+KIND = "deepracer"
+"""What job.json calls a run of a car."""
+DEFAULT_TRACK = "reinvent_base"
+DEFAULT_STOPS = ("laps", "minutes=30")
+NETWORK_NOTE = "preset fast: its own small network is trained; neural_network of model_metadata.json is not used"
+
+
+@dataclass(frozen=True)
+class RaceRequest:
+    """What was asked: everything a training begins from."""
+
+    folder: Path | None = None
+    """Folder with reward_function.py, hyperparameters.json, model_metadata.json; None: defaults."""
+    track: str = DEFAULT_TRACK
+    """A name of the catalogue, or a waypoint file."""
+    car: str | None = None
+    """Vehicle profile; None: by the version in the metadata."""
+    preset: str = "fast"
+    stops: tuple[str, ...] = ()
+    """As typed; none: DEFAULT_STOPS."""
+    run: Path | None = None
+    """Run folder to make; None: runs/<track>-<number>."""
+    seed: int = 1
+    overrides: tuple[str, ...] = ()
+    """group.name=value, as typed."""
+    clone_from: str | None = None
+    """RUN, RUN:best, RUN:last or RUN:N, whose weights the training begins with; None: fresh weights."""
+
+
+@dataclass(frozen=True)
+class CarPlan:
+    """A request made definite."""
+
+    request: RaceRequest
+    model: ModelFolder
+    settings: TrainSettings
+    track: Track
+    stops: tuple[Stop, ...]
+    notes: tuple[str, ...] = field(default=())
+    """What is worth saying before the first tick, a clause each."""
+
+    @property
+    def actions(self) -> ActionTable:
+        """The car's action table."""
+        return ActionTable.of([(action.steering_rad, action.speed_mps) for action in self.model.metadata.actions])
+
+
+def plan_car(request: RaceRequest) -> CarPlan:
+    """Read and check everything a request names; nothing is written.
+
+    Raises:
+        UserInputError: Whatever cannot be used, as a letter.
+    """
+    stops = parse_stops(request.stops or DEFAULT_STOPS)
+    model = read_model_folder(request.folder)
+    settings, notes = settings_for(request.preset, model.hyperparameters, request.overrides)
+    if not any(override.startswith("race.car=") for override in request.overrides):
+        settings = with_values(settings, "race", {"car": request.car or model.metadata.car})
+    track = load_track(request.track)
+    return CarPlan(request, model, settings, track, stops, (*model.notes, *notes, NETWORK_NOTE))
+
+
+def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
+    """Read what a run was asked for, from its own folder, so that it can go on.
+
+    Args:
+        path: The run folder; its copies of the racer's files are used.
+        stops: New stops; none: those the run was begun with.
+
+    Raises:
+        RunFolderError: No run of a car, or its track is no longer the one it was begun on.
+    """
+    run = RunFolder.open(path)
+    job = run.read_job()
+    if job.get("kind") != KIND:
+        raise RunFolderError(f"{path}: a run of kind {job.get('kind')!r} cannot be resumed; expected a car's run.")
+    asked = job["asked"]
+    track = load_track(asked["track"])
+    if track.hash() != job["track"]["hash"]:
+        raise RunFolderError(
+            f"{path}: its track {asked['track']!r} has changed since the run began (now {track.hash()}, then "
+            f"{job['track']['hash']}); expected the same waypoints. Restore the file, or begin a new run with --from."
+        )
+    request = RaceRequest(
+        folder=path,
+        track=asked["track"],
+        preset=asked["preset"],
+        stops=stops or tuple(asked["stops"]),
+        run=path,
+        seed=job["seed"],
+        overrides=tuple(asked["set"]),
+    )
+    notes = ["globals of the reward function's module start anew"]
+    if job["versions"] != versions():
+        notes.append(f"versions differ from those the run began with ({job['versions']}): the curve may differ")
+    settings = from_dictionary(TrainSettings, job["settings"])
+    return CarPlan(request, read_model_folder(path), settings, track, parse_stops(request.stops), tuple(notes))
+
+
+def job_card(plan: CarPlan, threads: int) -> dict[str, Any]:
+    """Return what job.json holds: what was asked, with settings, seed, versions and the track's hash."""
+    request = plan.request
+    return {
+        "kind": KIND,
+        "asked": {
+            "folder": None if request.folder is None else str(request.folder),
+            "track": _lasting_name(request.track),
+            "preset": request.preset,
+            "stops": [str(stop) for stop in plan.stops],
+            "set": list(request.overrides),
+            "from": request.clone_from,
+        },
+        "track": {"name": plan.track.name, "hash": plan.track.hash(), "length_m": plan.track.length},
+        "settings": as_dictionary(plan.settings),
+        "model_metadata": as_aws_dict(plan.model.metadata),
+        "seed": request.seed,
+        "versions": versions(),
+        "threads": threads,
+        "started": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+    }
+
+
+def policy_card(plan: CarPlan) -> dict[str, Any]:
+    """Return what a stranger needs to rebuild the policy; it goes into every checkpoint."""
+    return {
+        "kind": KIND,
+        "settings": as_dictionary(plan.settings),
+        "model_metadata": as_aws_dict(plan.model.metadata),
+        "track": plan.track.name,
+        "versions": versions(),
+    }
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that results depend on."""
+    names = ("torch", "numba", "numpy")
+    return {"racecraft": __version__, "python": platform.python_version(), **{name: version(name) for name in names}}
+
+
+def _lasting_name(track: str) -> str:
+    """Return a waypoint file's absolute path, so that the run can be used from another folder; names stay names."""
+    return str(Path(track).resolve()) if Path(track).is_file() else track
