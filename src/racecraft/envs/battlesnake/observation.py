@@ -21,6 +21,8 @@ all are fatal all are allowed.
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from racecraft.contract.world import Array, ArraySpec
@@ -83,9 +85,10 @@ def observe_board(
     seen = {name: np.zeros(rows + spec.shape, spec.dtype) for name, spec in observation_specs(side).items()}
     active, mask = np.zeros(rows, bool), np.ones((*rows, 4), bool)
     marks = allocate_marks(settings, *rows)
+    walls = wall_planes(settings.width, settings.height, side)
     observe_game(
         0, games.bodies, games.snakes, games.games, games.cells, params_of(settings), squares_of(settings), marks,
-        seen["planes"], seen["numbers"], active, mask,
+        walls, seen["planes"], seen["numbers"], active, mask,
     )  # fmt: skip
     number = ids.index(snake_id)
     return {name: array[0, number] for name, array in seen.items()}, mask[0, number]
@@ -94,6 +97,17 @@ def observe_board(
 def allocate_marks(settings: GameSettings, num_games: int, num_snakes: int) -> Array:
     """Return room for the marks of N boards, int16 (N, K, 4); see `kernels.observe.mark`."""
     return np.zeros((num_games, 3 * settings.area + 4 * num_snakes + 1, 4), np.int16)
+
+
+@functools.lru_cache(maxsize=8)
+def wall_planes(width: int, height: int, view: int) -> Array:
+    """Return the plane of walls for a head on each cell of a board without joined edges, uint8 (C, V * V)."""
+    x, y = np.arange(width * height) % width, np.arange(width * height) // width
+    offset = np.arange(view) - view // 2
+    columns = x[:, None] + offset
+    rows = y[:, None] - offset
+    seen = ((rows >= 0) & (rows < height))[:, :, None] & ((columns >= 0) & (columns < width))[:, None, :]
+    return np.where(seen, 0, 255).astype(np.uint8).reshape(width * height, view * view)
 
 
 def squares_of(settings: GameSettings) -> Array:

@@ -23,7 +23,13 @@ from racecraft.envs.battlesnake.board import CAUSES, MOVES, Board, BoardError
 from racecraft.envs.battlesnake.dice import StreamDice
 from racecraft.envs.battlesnake.kernels import columns as col
 from racecraft.envs.battlesnake.kernels.steps import begin_games, observe_games, play_turns
-from racecraft.envs.battlesnake.observation import allocate_marks, default_view, observation_specs, squares_of
+from racecraft.envs.battlesnake.observation import (
+    allocate_marks,
+    default_view,
+    observation_specs,
+    squares_of,
+    wall_planes,
+)
 from racecraft.envs.battlesnake.reference import Referee
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.state import allocate_games, food_squares_of, get_board, params_of, put_board
@@ -95,9 +101,10 @@ class BattlesnakeWorld:
         self._all, self._squares = np.ones(rows[0], bool), squares_of(game)
         self._marks = allocate_marks(game, *rows)
         self._no_active, self._no_mask = np.zeros(rows, bool), np.zeros((*rows, 4), bool)
-        self._finished: list[dict[str, Array]] = []
+        self._finished: list[tuple[Array, ...]] = []
         self._pool: ThreadPoolExecutor | None = None
         view = self.settings.view or default_view(game.width, game.height)
+        self._walls = wall_planes(game.width, game.height, view)
         self._spec = WorldSpec(
             name=f"battlesnake-{game.ruleset}-{game.map}-{game.width}x{game.height}",
             num_worlds=rows[0],
@@ -139,7 +146,7 @@ class BattlesnakeWorld:
 
     def take_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call; status is "won", "truncated" or the cause of death."""
-        told = [_tell(row) for rows in self._finished for row in _rows(rows)]
+        told = [self._tell(*row) for columns in self._finished for row in zip(*columns, strict=True)]
         self._finished.clear()
         return told
 
@@ -176,7 +183,7 @@ class BattlesnakeWorld:
         games = self.games
         self._share(
             observe_games, which, games.bodies, games.snakes, games.games, games.cells, self.params, self._squares,
-            self._marks, observations["planes"], observations["numbers"], active, mask,
+            self._marks, self._walls, observations["planes"], observations["numbers"], active, mask,
         )  # fmt: skip
 
     def _share(self, loop: Callable[..., Any], *arguments: Any) -> None:
@@ -220,19 +227,15 @@ class BattlesnakeWorld:
     def _remember(self, ended: Array) -> None:
         """Keep the figures of the episodes that ended, as arrays until somebody asks."""
         game, agent = np.nonzero(ended)
-        row = self.games.snakes[game, agent]
-        self._finished.append(
-            {
-                "game": game,
-                "agent": agent,
-                "turn": self.games.games[game, col.TURN],
-                "cause": row[:, col.CAUSE].copy(),
-                "length": row[:, col.LENGTH].copy(),
-                "alive": self.games.games[game, col.ALIVE],
-                "cut": self._over[game] & (self.games.games[game, col.ALIVE] > (0 if self.params[col.SOLO] else 1)),
-                "tally": self._tally[game, agent].copy(),
-            }
-        )
+        rows = self.games.snakes[game, agent], self.games.games[game], self._tally[game, agent]
+        self._finished.append((game, agent, *rows))
+
+    def _tell(self, game: int, agent: int, snake: Array, row: Array, tally: Array) -> EpisodeRecord:
+        over = row[col.ALIVE] <= (0 if self.params[col.SOLO] else 1)
+        status = CAUSES[snake[col.CAUSE]] or ("won" if over else "truncated")
+        reward, food, kills = (float(number) for number in tally)
+        facts = {"length": float(snake[col.LENGTH]), "food_eaten": food, "kills": kills}
+        return EpisodeRecord(int(game), int(agent), int(row[col.TURN]), reward, status, facts)
 
 
 def _compiled_set_up(game: GameSettings) -> tuple[bool, Array]:
@@ -246,14 +249,3 @@ def _compiled_set_up(game: GameSettings) -> tuple[bool, Array]:
     for (x, y), count in chosen.plan(game, StreamDice(0)).start.items():
         start[y * game.width + x] = count
     return True, start
-
-
-def _rows(columns: Mapping[str, Array]) -> list[dict[str, Any]]:
-    return [{name: column[row] for name, column in columns.items()} for row in range(len(columns["game"]))]
-
-
-def _tell(row: Mapping[str, Any]) -> EpisodeRecord:
-    status = CAUSES[row["cause"]] or ("truncated" if row["cut"] else "won")
-    reward, food, kills = (float(number) for number in row["tally"])
-    facts = {"length": float(row["length"]), "food_eaten": food, "kills": kills}
-    return EpisodeRecord(int(row["game"]), int(row["agent"]), int(row["turn"]), reward, status, facts)

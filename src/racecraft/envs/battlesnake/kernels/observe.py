@@ -69,7 +69,7 @@ def mark(g, bodies, snakes, cells, params, squares, marks):
 
 
 @kernel
-def observe(g, m, snakes, games, params, marks, planes, numbers):
+def observe(g, m, snakes, games, params, marks, walls, planes, numbers):
     """Write what snake m of game g sees; a snake that is out sees nothing.
 
     Args:
@@ -79,6 +79,7 @@ def observe(g, m, snakes, games, params, marks, planes, numbers):
         games: See above.
         params: Settings, see `columns.py`.
         marks: See `mark`.
+        walls: uint8 (C, V * V): the plane of walls for every square the head may be on.
         planes: uint8 (N, M, 8, V, V), row (g, m) written, all zero before; row 0 is the top of the window.
         numbers: float32 (N, M, 6), row (g, m) written.
     """
@@ -89,7 +90,7 @@ def observe(g, m, snakes, games, params, marks, planes, numbers):
     side, width, height = planes.shape[3], params[WIDTH], params[HEIGHT]
     right, down = side // 2 - snakes[g, m, X], side // 2 + snakes[g, m, Y]
     if params[WRAPPED] == 0:
-        _paint_walls(g, m, right, down, params, planes)
+        _copy(walls[snakes[g, m, Y] * width + snakes[g, m, X]], planes[g, m, WALLS].reshape(-1))
     for number in range(1, marks[g, 0, 0] + 1):
         column, row = right + marks[g, number, 0], down - marks[g, number, 1]
         value, plane = marks[g, number, 2], marks[g, number, 3]
@@ -142,13 +143,10 @@ def _note(g, row, marks, x, y, value, plane):
 
 
 @kernel
-def _paint_walls(g, m, right, down, params, planes):
-    """Fill what lies off the board; the board's square (0, 0) is seen at column `right`, row `down`."""
-    side = planes.shape[3]
-    planes[g, m, WALLS].reshape(-1)[:] = 255
-    for row in range(max(0, down + 1 - params[HEIGHT]), min(side, down + 1)):
-        for column in range(max(0, right), min(side, right + params[WIDTH])):
-            planes[g, m, WALLS, row, column] = 0
+def _copy(source, target):
+    """Copy byte by byte, which compiles to one block move (a slice assignment does not)."""
+    for place in range(target.size):
+        target[place] = source[place]
 
 
 @kernel

@@ -75,7 +75,7 @@ def begin_games(first, beyond, which, bodies, snakes, games, cells, sides, chanc
 
 @kernel
 def observe_games(
-    first, beyond, which, bodies, snakes, games, cells, params, squares, marks, planes, numbers, active, mask
+    first, beyond, which, bodies, snakes, games, cells, params, squares, marks, walls, planes, numbers, active, mask
 ):
     """Write observation, `active` and mask of every snake in the games marked in `which`.
 
@@ -83,16 +83,16 @@ def observe_games(
     """
     for g in range(first, beyond):
         if which[g]:
-            observe_game(g, bodies, snakes, games, cells, params, squares, marks, planes, numbers, active, mask)
+            observe_game(g, bodies, snakes, games, cells, params, squares, marks, walls, planes, numbers, active, mask)
 
 
 @kernel
-def observe_game(g, bodies, snakes, games, cells, params, squares, marks, planes, numbers, active, mask):
+def observe_game(g, bodies, snakes, games, cells, params, squares, marks, walls, planes, numbers, active, mask):
     """Write observation, `active` and mask of every snake of game g."""
     mark(g, bodies, snakes, cells, params, squares, marks)
     planes[g].reshape(-1)[:] = 0
     for m in range(snakes.shape[1]):
-        observe(g, m, snakes, games, params, marks, planes, numbers)
+        observe(g, m, snakes, games, params, marks, walls, planes, numbers)
         allow(g, m, bodies, snakes, cells, params, mask)
         active[g, m] = snakes[g, m, CAUSE] == 0
 
