@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BLUE, ORANGE, GREEN, RED = "#0072b2", "#e69f00", "#009e73", "#d55e00"
+DARK_RED = "#8f1d00"
+"""For many small marks on a green field."""
 KINDS = ("png", "svg", "pdf")
 
 MetricRows = Sequence[Mapping[str, Any]]
@@ -98,15 +100,20 @@ def draw_path(
         OutputFileError: The file cannot be written.
     """
     drive = as_drive(drive)
+    words = title if title is not None else story(track.title or track.name, drive)
+    figure = path_figure(track, drive, words)
+    save_figure(figure, path, dpi)
+    return figure
+
+
+def path_figure(track: Track, drive: Drive, title: str) -> Figure:
+    """Return what `draw_path` writes, for a page."""
     laps = [drive.of_lap(int(number)) for number in np.unique(drive.lap)]
     low, high = np.percentile(drive.driven_mps, (3, 97))  # the standing start would take half the colours
     limits = (float(min(low, high - 0.1)), float(high))
     painted = [PaintedPath(lap.xy, lap.driven_mps, "driven speed (m/s)", limits) for lap in laps if len(lap) > 1]
-    figure = draw_track(
-        track, paths=painted, number_every=0, title=title if title is not None else _story(track, drive)
-    )
+    figure = draw_track(track, paths=painted, number_every=0, title=title)
     mark_exits(figure, drive.xy[drive.status == OFF_TRACK])
-    save_figure(figure, path, dpi)
     return figure
 
 
@@ -115,16 +122,18 @@ def mark_exits(figure: Figure, xy: Array) -> None:
     if not len(xy):
         return
     axes = figure.axes[0]
-    faint = 1.0 if len(xy) < 60 else max(0.25, 60 / len(xy))
-    axes.scatter(xy[:, 0], xy[:, 1], s=95, c="#ffffff", marker="X", linewidths=0, alpha=faint, zorder=9)
-    crosses = axes.scatter(xy[:, 0], xy[:, 1], s=48, c=RED, marker="X", linewidths=0, alpha=faint, zorder=9.1)
+    few = len(xy) <= 60
+    if few:
+        axes.scatter(xy[:, 0], xy[:, 1], s=95, c="#ffffff", marker="X", linewidths=0, zorder=9)
+    crosses = axes.scatter(
+        xy[:, 0], xy[:, 1], s=48 if few else 26, c=RED if few else DARK_RED, marker="X", linewidths=0,
+        alpha=1.0 if few else 0.6, zorder=9.1,
+    )  # fmt: skip
     places = "left the road" if len(xy) == 1 else f"left the road, {len(xy)} times"
     legend = axes.legend(
         [crosses], [places], loc="lower left", fontsize=10, borderaxespad=1.4, facecolor=PAPER, framealpha=0.9
     )
     legend.get_frame().set_linewidth(0)
-    for handle in legend.legend_handles:
-        handle.set_alpha(1.0)  # type: ignore[union-attr]
 
 
 def draw_curves(
@@ -164,10 +173,17 @@ def draw_curves(
     return figure
 
 
-def panel_figure(metrics: MetricRows, panel: Panel, width_in: float = 4.7, height_in: float = 2.9) -> Figure:
+def panel_figure(
+    metrics: MetricRows,
+    panel: Panel,
+    width_in: float = 4.2,
+    height_in: float = 2.7,
+    size: float = 11,
+    steps_on_top: bool = False,
+) -> Figure:
     """Return one panel as a figure of its own, for a page."""
     figure = _sheet(width_in, height_in)
-    draw_panel(figure.add_subplot(), metrics, panel, size=11)
+    draw_panel(figure.add_subplot(), metrics, panel, size, steps_on_top)
     return figure
 
 
@@ -229,9 +245,8 @@ def save_figure(figure: Figure, path: str | Path, dpi: int) -> Path:
     return path
 
 
-def _story(track: Track, drive: Drive) -> str:
-    """Return the headline: where, and how it ended."""
-    name = track.title or track.name
+def story(name: str, drive: Drive) -> str:
+    """Return a headline: whose or where, and how it ended."""
     full = int((drive.status == LAP_COMPLETE).sum())
     if full > 1:
         return f"{name}: {full} laps, best {drive.best_lap_seconds:.2f} s"

@@ -1,0 +1,135 @@
+"""The page of a run holds its numbers, fetches nothing, and says plainly what it cannot tell."""
+
+import json
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from racecraft.analysis import page
+from racecraft.analysis.figures import FigureError
+from racecraft.analysis.report import ReportError, console_cost, write_report
+from racecraft.envs.deepracer import race
+from racecraft.formats.episodes import write_episodes
+from racecraft.formats.run_folder import RunFolder
+
+FETCHING = ("src", "href", "srcset", "poster", "data", "action", "xlink:href")
+
+
+class Reader(HTMLParser):
+    """Collects what a browser would fetch, the words of the page, and tags that were never closed."""
+
+    def __init__(self):
+        super().__init__()
+        self.fetched, self.words, self.open = [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.fetched += [value for name, value in attrs if name in FETCHING]
+        if tag not in ("meta", "img", "br"):
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.fetched += [value for name, value in attrs if name in FETCHING]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+
+@pytest.fixture
+def run(tmp_path, track, reports_along):
+    """A run of three iterations: a car that left the road at 40 %, then lapped."""
+    job = {
+        "kind": "deepracer",
+        "asked": {"track": track.name, "preset": "fast", "stops": ["laps"], "folder": None},
+        "track": {"name": track.name, "hash": track.hash()},
+        "settings": {"ppo": {"learning_rate": 0.0005}, "race": {"car": "v6"}},
+        "seed": 7,
+        "versions": {"racecraft": "0.1.0"},
+    }
+    run = RunFolder.create(tmp_path / "try <1>", job)
+    for k in (1, 2, 3):
+        run.append_metrics(
+            {
+                "iteration": k, "steps": 9600 * k, "seconds": 2.0 * k, "episodes": k, "training_score": 20.0 * k,
+                "evaluation_score": 30.0 * k, "best_lap_seconds": 12.34 if k == 3 else None, "entropy": 2.0,
+            }
+        )  # fmt: skip
+        laps = [{"seconds": 12.34 if k == 3 else None, "status": "lap_complete"}] * 5
+        judged = {"laps": laps, "full_laps": 5 * (k == 3), "mean_progress_percent": 30.0 * k}
+        (run.evaluations / f"{k}.json").write_text(json.dumps({**judged, "best_lap_seconds": laps[0]["seconds"]}))
+    for k, reports in ((1, reports_along(20, race.OFF_TRACK, share=0.4)), (2, reports_along(45))):
+        write_episodes(
+            run.episodes / f"{k}.parquet",
+            {
+                "episode": np.full(len(reports), k - 1), "world": np.zeros(len(reports)),
+                "iteration": np.full(len(reports), k), "tick": reports["steps"], "time_s": reports["lap_seconds"],
+                "x_m": reports["front_x"], "y_m": reports["front_y"], "yaw_rad": reports["yaw"],
+                "steering_rad": reports["steering"], "speed_mps": reports["speed"],
+                "velocity_mps": reports["driven_speed"], "action": np.arange(len(reports)) % 3,
+                "reward": np.ones(len(reports)), "done": reports["terminated"],
+                "status": np.array(race.STATUSES)[reports["status"]], "progress_share": reports["progress"] / 100,
+                "closest_waypoint": np.arange(len(reports)),
+            },
+        )  # fmt: skip
+    return run
+
+
+def test_the_page_holds_the_numbers_and_fetches_nothing(run, tmp_path):
+    text = write_report(run, tmp_path / "report.html").read_text(encoding="utf-8")
+    reader = Reader()
+    reader.feed(text)
+    assert reader.open == []
+    assert reader.fetched
+    assert [at for at in reader.fetched if not at.startswith(("data:", "#"))] == []
+    assert re.findall(r"https?://|url\((?!#)|@import|<script", text) == []
+    words = " ".join(reader.words)
+    for expected in ("re:Invent 2018", "run try <1>", "12.34 s", "28,800", "5 of 5", "90.0 %", "ppo.learning_rate"):
+        assert expected in words
+    assert "28,800 steps ÷ 8 steps a second ÷ 3,600 = 1.00 h; 1.00 h × 3.50 USD an hour" in words
+    assert "3.50 USD" in words
+    assert text.count("<img") == 2
+    assert 'alt="Best training episode: lap complete 3.00 s"' in text
+
+
+def test_a_drive_of_the_best_policy_takes_the_place_of_the_training_episode(run, tmp_path, reports_along):
+    text = write_report(run, tmp_path / "report.html", reports_along(30)).read_text(encoding="utf-8")
+    assert 'alt="The best policy: lap complete 2.00 s"' in text
+
+
+def test_a_run_without_episodes_evaluations_or_a_known_track_still_has_a_page(tmp_path):
+    run = RunFolder.create(tmp_path / "run", {"kind": "gym", "settings": {}})
+    run.append_metrics({"iteration": 1, "steps": 10, "seconds": 0.5, "training_score": -3.0})
+    text = write_report(run, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "return (sum of rewards)" in text
+    assert "<img" not in text
+    assert "USD" not in text
+
+
+def test_another_track_of_the_same_name_is_not_drawn(run, tmp_path):
+    job = run.read_job()
+    run.write_job({**job, "track": {**job["track"], "hash": "0" * 12}})
+    assert "<img" not in write_report(run, tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_bad_folders_are_answered_in_letters(run, tmp_path):
+    (run.evaluations / "2.json").write_text("{")
+    with pytest.raises(ReportError, match=r"2\.json: cannot be read .*expected an evaluation"):
+        write_report(run, tmp_path / "report.html")
+    with pytest.raises(FigureError, match="no metrics yet"):
+        write_report(RunFolder.create(tmp_path / "new"), tmp_path / "report.html")
+    assert not (tmp_path / "report.html").exists()
+
+
+def test_the_console_billed_by_the_hour_of_steps():
+    assert console_cost(57_600) == (2.0, 7.0)  # 57,600 / 8 = 7,200 s
+
+
+def test_cells_are_escaped_but_bars_are_drawn():
+    drawn = page.table(("a<b", ""), [("<i>", page.Bar(0.5))], (0,))
+    assert '<th class="right">a&lt;b</th>' in drawn
+    assert "&lt;i&gt;" in drawn
+    assert 'style="width:50.0%"' in drawn
