@@ -185,15 +185,31 @@ def test_a_log_gives_its_ticks_back(tmp_path):
 
 def test_a_real_row_is_logged_as_aws_logged_it():
     trace = read_sim_trace(data("droa-2026-continuous", "0-iteration.csv")).columns
-    line = next(trace_lines(trace))
+    line = trace_lines(trace)[0]
     assert line == (
         "SIM_TRACE_LOG:0,1,-1.4432,-1.7133,179.0009,-25.00,1.33,[-25.0 1.3310375874989868],0.0000,False,True,0.8435,1,"
         "16.60,36.16,prepare,0.00,0,1773215987.6239"
     )
 
 
+def test_every_value_is_printed_as_python_prints_it():
+    """By twin: very small, very large and plain numbers, with `repr` and the formats of the original's log."""
+    rng = np.random.default_rng(3)
+    values = np.concatenate([[0.0, -0.0, 1e-5, -3e-7, 1.5e-4, 1e16, 2.5e22, 100.0, 1e-4], rng.normal(0, 5, 40)])
+    trace = small_trace(1, len(values))
+    trace = {**trace, "X": values, "reward": values[::-1].copy(), "yaw": np.full(len(values), 0.00005)}
+    rows = [line.split(",") for line in sim_trace_text(trace).splitlines()[1:]]
+    assert [row[2] for row in rows] == [str(value) for value in values.tolist()]
+    assert [row[8] for row in rows] == [str(value) for value in values[::-1].tolist()]
+    logged = [line.split(",") for line in trace_lines(trace)]
+    assert [row[2] for row in logged] == [f"{value:.4f}" for value in values.tolist()]
+    assert {row[4] for row in logged} == {f"{0.00005:.4f}"}
+    assert [row[5] for row in logged] == [f"{value:.2f}" for value in trace["steer"].tolist()]
+    assert trace_lines({name: part[:0] for name, part in trace.items()}) == []
+
+
 def test_old_logs_of_fifteen_fields_read_and_empty_ones_are_refused(tmp_path):
-    line = next(trace_lines(small_trace()))
+    line = trace_lines(small_trace())[0]
     (tmp_path / "old.log").write_text(",".join(line.split(",")[:15]) + "\n")
     assert len(read_simulation_log(tmp_path / "old.log").columns) == 15
     (tmp_path / "old.log").write_text("nothing here\n")

@@ -13,17 +13,19 @@ Source: facts: simapp `metrics/constants.py` (order), real traces of 2022 and 20
 from __future__ import annotations
 
 import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from racecraft.contract.errors import ContractError, InputFileError
 from racecraft.contract.world import Array
 from racecraft.formats.whole import write_whole
+
+if TYPE_CHECKING:
+    import polars as pl
 
 CONTINUOUS_ACTION = -1
 """Stands in the column `action` where the action is no number but an angle and a speed."""
@@ -132,12 +134,10 @@ def sim_trace_text(columns: Mapping[str, Array]) -> str:
     missing = [column.name for column in TRACE_COLUMNS if column.required and column.name not in columns]
     if missing:
         raise ContractError(f"A simulation trace needs the columns {', '.join(missing)}.")
-    names = [name for name in NAMES if name in columns]
-    printed = [_printed(name, columns) for name in names]
-    out = io.StringIO()
-    out.write(",".join(names) + "\n")
-    out.writelines(",".join(row) + "\n" for row in zip(*printed, strict=True))
-    return out.getvalue()
+    import polars as pl
+
+    frame = pl.DataFrame([_printed(name, columns) for name in NAMES if name in columns])
+    return frame.write_csv(quote_style="never")
 
 
 def trace_from_episodes(episodes: Mapping[str, Array]) -> dict[str, Array]:
@@ -278,20 +278,54 @@ def _parsed(name: str, values: list[str]) -> Array:
     return numbers if kind == "float64" else numbers.astype(np.int64)
 
 
-def _printed(name: str, columns: Mapping[str, Array]) -> list[str]:
-    """Return a column's values as AWS prints them: `str` of Python's own types."""
-    values = _typed(_BY_NAME[name], columns[name]).tolist()
+def _printed(name: str, columns: Mapping[str, Array]) -> pl.Series:
+    """Return a column's values as they shall stand in the file."""
+    import polars as pl
+
+    values = _typed(_BY_NAME[name], columns[name])
+    if name == "action" and (values == CONTINUOUS_ACTION).any():
+        return pl.Series(name, action_texts(columns))
     if name == "progress":
-        return ["100" if value == 100 else str(value) for value in values]
-    if name == "action":
-        pairs = zip(
-            values,
-            np.asarray(columns["steer"], float).tolist(),
-            np.asarray(columns["throttle"], float).tolist(),
-            strict=True,
-        )
-        return [f"[{steer} {speed}]" if value == CONTINUOUS_ACTION else str(value) for value, steer, speed in pairs]
-    return [str(value) for value in values]
+        whole = pl.Series(values == 100)
+        return pl.Series(name, ["100"]).extend_constant("100", len(values) - 1).zip_with(whole, number_texts(values))
+    if values.dtype == bool:
+        return flag_texts(values).alias(name)
+    if values.dtype.kind == "f":
+        return pl.Series(name, _tellable(values))
+    return pl.Series(name, values.tolist() if values.dtype.kind == "U" else values)
+
+
+def number_texts(values: Array) -> pl.Series:
+    """Return floats as Python prints them."""
+    import polars as pl
+
+    return pl.Series(_tellable(values)).cast(pl.String)
+
+
+def _tellable(values: Array) -> Array | list[str]:
+    """Return floats such that Polars prints them as Python does: as text where very small or large ones are among them.
+
+    Polars prints five times faster, and differs only in where it begins to write exponents, and how.
+    """
+    sizes = np.abs(values)
+    odd = (sizes < 1e-4) & (sizes > 0) | ~(sizes < 1e16)
+    return list(map(repr, values.tolist())) if odd.any() else values
+
+
+def flag_texts(values: Array) -> pl.Series:
+    """Return booleans as Python prints them."""
+    import polars as pl
+
+    return pl.Series(["False", "True"]).gather(values.astype(np.uint32))
+
+
+def action_texts(columns: Mapping[str, Array]) -> list[str]:
+    """Return the actions as AWS prints them: a number, or for continuous ones "[steer speed]" without a comma."""
+    values, steer, speed = (np.asarray(columns[name]).tolist() for name in ("action", "steer", "throttle"))
+    return [
+        f"[{float(angle)} {float(mps)}]" if value == CONTINUOUS_ACTION else str(value)
+        for value, angle, mps in zip(values, steer, speed, strict=True)
+    ]
 
 
 def _commanded(values: Array) -> Array:

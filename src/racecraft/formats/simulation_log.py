@@ -9,7 +9,7 @@ Source: facts: simapp `s3_metrics.py` (formats), deepracer-utils and log-guru (w
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,15 +19,19 @@ from racecraft.contract.world import Array
 from racecraft.formats.hyperparameters import Hyperparameters
 from racecraft.formats.model_metadata import ModelMetadata, as_aws_dict
 from racecraft.formats.sim_trace import (
-    CONTINUOUS_ACTION,
     NAMES,
     TRACE_COLUMNS,
     SimTrace,
     SimTraceError,
+    action_texts,
+    flag_texts,
+    number_texts,
     trace_from_rows,
 )
 
 PREFIX = "SIM_TRACE_LOG:"
+_TWO_DIGITS = ("steer", "throttle", "track_len", "pause_duration")
+_NOTHING = {"pause_duration": "0.00", "wall_clock": "0.0000"}
 _MIN_FIELDS = sum(column.required for column in TRACE_COLUMNS)
 
 
@@ -45,12 +49,18 @@ def log_head(world_name: str, metadata: ModelMetadata, hyperparameters: Hyperpar
     ]
 
 
-def trace_lines(trace: Mapping[str, Array]) -> Iterator[str]:
-    """Yield the line of each tick of a trace, in the units of AWS; what a trace lacks is written as 0."""
+def trace_lines(trace: Mapping[str, Array]) -> list[str]:
+    """Return the line of each tick of a trace, in the units of AWS; what a trace lacks is written as 0."""
+    import polars as pl
+
     ticks = len(trace["episode"])
-    columns: dict[str, list[Any]] = {name: _values(trace, name, ticks) for name in NAMES}
-    for tick in range(ticks):
-        yield _trace_line({name: values[tick] for name, values in columns.items()})
+    if not ticks:
+        return []
+    frame = pl.DataFrame([pl.Series(name, _printed(name, trace, ticks)) for name in NAMES])
+    text = frame.with_columns(pl.format(PREFIX + "{}", pl.col("episode")).alias("episode")).write_csv(
+        include_header=False, float_precision=4, quote_style="never"
+    )
+    return text.splitlines()
 
 
 def episode_line(worker: int, episode: int, reward: float, steps: int, iteration: int) -> str:
@@ -109,18 +119,20 @@ def read_simulation_log(path: str | Path) -> SimTrace:
     return trace_from_rows(path, NAMES[:fields], rows)
 
 
-def _values(trace: Mapping[str, Array], name: str, ticks: int) -> list[Any]:
-    if name in trace:
-        return list(np.asarray(trace[name]).tolist())
-    return ["in_progress" if name == "episode_status" else 0] * ticks
-
-
-def _trace_line(row: Mapping[str, Any]) -> str:
-    action = f"[{row['steer']} {row['throttle']}]" if row["action"] == CONTINUOUS_ACTION else str(row["action"])
-    return (
-        f"{PREFIX}{row['episode']:d},{int(row['steps']):d},{row['X']:.4f},{row['Y']:.4f},{row['yaw']:.4f},"
-        f"{row['steer']:.2f},{row['throttle']:.2f},{action},{row['reward']:.4f},{row['done']},"
-        f"{row['all_wheels_on_track']},{row['progress']:.4f},{row['closest_waypoint']:d},{row['track_len']:.2f},"
-        f"{row['tstamp']},{row['episode_status']},{row['pause_duration']:.2f},{row['obstacle_crash_counter']:d},"
-        f"{row['wall_clock']:.4f}"
-    )
+def _printed(name: str, trace: Mapping[str, Array], ticks: int) -> Any:
+    """Return a column as it stands in the log; floats are still to be printed with four digits."""
+    if name not in trace:
+        return ["in_progress" if name == "episode_status" else _NOTHING.get(name, "0")] * ticks
+    values = np.asarray(trace[name])
+    if name == "action":
+        return action_texts(trace)
+    if name == "steps":
+        return values.astype(np.int64)
+    if name == "tstamp":
+        return number_texts(values.astype(np.float64))
+    if name in _TWO_DIGITS:
+        few, which = np.unique(values, return_inverse=True)
+        return np.array([f"{value:.2f}" for value in few.tolist()], object)[which]
+    if values.dtype == bool:
+        return flag_texts(values)
+    return values.tolist() if values.dtype.kind == "U" else values

@@ -164,12 +164,26 @@ def write_training_metrics(path: str | Path, rows: Sequence[TrainingRow], best_m
         ContractError: `best_model_metric` is none of `BEST_MODEL_METRICS`.
         OutputFileError: The file cannot be written.
     """
+    write_whole(path, training_metrics_text([row_text(row) for row in rows], best_model_metric))
+
+
+def row_text(row: TrainingRow) -> str:
+    """Return the row as JSON."""
+    return json.dumps(asdict(row))
+
+
+def training_metrics_text(rows: Sequence[str], best_model_metric: str = "progress") -> str:
+    """Return the file of a training from rows that are JSON already; who adds rows one by one need not print all anew.
+
+    Raises:
+        ContractError: `best_model_metric` is none of `BEST_MODEL_METRICS`.
+    """
     if best_model_metric not in BEST_MODEL_METRICS:
         raise ContractError(
             f"'{best_model_metric}' chooses no best model. {nearest(best_model_metric, BEST_MODEL_METRICS)}"
         )
-    document = {"metrics": [asdict(row) for row in rows], "version": VERSION, "best_model_metric": best_model_metric}
-    write_whole(path, json.dumps(document))
+    tail = json.dumps({"version": VERSION, "best_model_metric": best_model_metric})[1:]
+    return f'{{"metrics": [{", ".join(rows)}], {tail}'
 
 
 def write_evaluation_metrics(path: str | Path, rows: Sequence[EvaluationRow]) -> None:
