@@ -6,6 +6,12 @@
     sb3_vec_env.py          World               -> Stable-Baselines3 VecEnv (extra `sb3`)
     pettingzoo_parallel.py  World of M agents   -> PettingZoo ParallelEnv (needs `pettingzoo`)
     spaces.py               our specs as Gymnasium spaces, for the four above
+    deepracer_env.py        a car by its Gymnasium id, with a picture for people
+    registry.py             the ids of our worlds; importing this room registers them at Gymnasium
 
-Each is generic and knows no particular world.
+All but the last two are generic and know no particular world.
 """
+
+from racecraft.envs.faces.registry import register_envs
+
+register_envs()
