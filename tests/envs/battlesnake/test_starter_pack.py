@@ -65,7 +65,8 @@ def stepped(start, *actions, **options):
 
 def test_reversing_is_a_forbidden_move():
     start = request([(3, 3), (3, 2)], [(0, 0), (0, 1)], [(6, 6), (6, 5)])
-    _, (_, rewards, dones, _) = stepped(start, DOWN, RIGHT, LEFT, rewards={"forbidden_move": -7, "another_turn": 0})
+    _, (_, rewards, dones, info) = stepped(start, DOWN, RIGHT, LEFT, rewards={"forbidden_move": -7, "another_turn": 0})
+    assert info["snake_info"][0] == "forbidden_move"
     assert dones == {0: True, 1: False, 2: False}
     assert rewards == {0: -7, 1: 0, 2: 0}
 
@@ -112,6 +113,7 @@ def safe_action(gym, snake, taken, rng):
 def calibrate(side, how, games, rewards):
     """Return the mean length of an episode and the mean reward, summed over five snakes."""
     gym = StarterPackGym("flat-51s", (side, side), 5, rewards=rewards, seed=side)
+    gym._state = lambda: None  # nobody looks; ten times as fast
     lengths, pay, rng = [], [], np.random.default_rng(side)
     for _ in range(games):
         gym.reset()
@@ -142,7 +144,7 @@ def test_random_play_comes_to_the_figures_of_the_original(side, how, games, rewa
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("side", "length", "reward"), [(11, 102, 288), (19, 177, 572)])
+@pytest.mark.parametrize(("side", "length", "reward"), [(11, 102, 288), (15, 165, 500), (19, 177, 572)])
 def test_safe_random_play_comes_to_the_figures_of_the_original(side, length, reward):
-    found = calibrate(side, "safe", 300, REWARDS_FEBRUARY_2020)
+    found = calibrate(side, "safe", 400, REWARDS_FEBRUARY_2020)
     assert found == (pytest.approx(length, rel=0.1), pytest.approx(reward, rel=0.1))

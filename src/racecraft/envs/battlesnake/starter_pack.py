@@ -14,6 +14,14 @@ Observations are (rows, columns, 1 + snakes): food 1 in channel 0, then a channe
 `row_order`: "down" as the pack shows it (row 0 on top, action "up" lowers the row); "up" turns observations over, so
 that row index equals the official y (row 0 at the bottom).
 
+Mean length of an episode of 5 snakes, measured in the original (facts: D.3) and here (300 games; 150 on 19 x 19):
+
+    board     uniform random     no reverse       random among free squares
+    7 x 7     3.5  here 3.4      6.0  here 6.1    38.8  here 39.0
+    11 x 11   4.4  here 4.3      12.4 here 12.5   102   here 98
+    15 x 15   4.8  here 4.9      21.3 here 21.5   165   here 153
+    19 x 19   4.9                31.9             177   here 182
+
 Collisions are settled snake by snake in their order, against the positions after all have moved. This class follows
 the pack's Gym surface of its time: `reset() -> (state, {}, dones, info)`, `step(actions) -> (state, rewards, dones,
 info)`, all dictionaries by snake number, `dones` True for the dead, `won` and `died` paid when the game ends.
@@ -40,6 +48,7 @@ OBSERVATION_TYPES = (
 )  # fmt: skip
 LARGEST_BOARD = 21
 FOOD_CHANCE = 0.15
+_START_LENGTH = 3  # a snake begins as a head and grows to this by moving
 _STEPS: tuple[Square, ...] = ((-1, 0), (1, 0), (0, -1), (0, 1))
 
 
@@ -134,6 +143,7 @@ class StarterPackGym:
         self.snakes: list[_Snake] = []
         self.food: list[Square] = []
         self.turn = 0
+        self._last_fates: dict[int, str] = {}
 
     @property
     def observation_shape(self) -> tuple[int, int, int]:
@@ -146,7 +156,7 @@ class StarterPackGym:
 
     def reset(self) -> tuple[Array, dict[str, Any], dict[int, bool], dict[str, Any]]:
         """Begin a game."""
-        self.turn, self._next_food = 0, 0
+        self.turn, self._next_food, self._last_fates = 0, 0, {}
         if self._initial is not None:
             self._read(self._initial)
         else:
@@ -173,6 +183,7 @@ class StarterPackGym:
         over = self.over
         for number in living:
             self.snakes[number].turns += self.snakes[number].alive
+        self._last_fates = {number: ", ".join(reasons) for number, reasons in fates.items()}
         return self._state(), self._pay(fates, over), self._dones(), self._info()
 
     @property
@@ -307,11 +318,9 @@ class StarterPackGym:
         return {
             "current_turn": self.turn,
             "snake_health": {number: snake.health for number, snake in enumerate(self.snakes)},
+            "snake_info": {number: self._last_fates.get(number, "") for number in range(len(self.snakes))},
             "snake_max_len": {number: snake.turns for number, snake in enumerate(self.snakes)},
         }
-
-
-_START_LENGTH = 3
 
 
 def _facing(body: Sequence[Square]) -> int | None:
