@@ -45,12 +45,11 @@ def test_a_call_is_heard_and_its_answer_arrives(wire):
     hang_up()
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux answers on all of 127.0.0.0/8")
 def test_the_server_listens_on_loopback_only(wire):
-    addresses = {info[4][0] for info in socket.getaddrinfo(socket.gethostname(), wire.port, socket.AF_INET)}
-    for address in addresses - {"127.0.0.1", "127.0.1.1"}:
-        with socket.socket() as stranger:
-            stranger.settimeout(1)
-            assert stranger.connect_ex((address, wire.port)) != 0
+    """A server on every interface would answer on 127.0.0.2 too."""
+    with socket.socket() as stranger:
+        assert stranger.connect_ex(("127.0.0.2", wire.port)) != 0
     with socket.socket() as friend:
         assert friend.connect_ex(("127.0.0.1", wire.port)) == 0
 

@@ -8,9 +8,13 @@ import numpy as np
 import pytest
 
 from racecraft.contract.exam import WorldExam
-from racecraft.contract.world import ContinuousActions, DiscreteActions, World, allocate
-from racecraft.envs.unity.errors import BuildError, PlayerDiedError, UnityError
+from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, World, WorldSpec, allocate
+from racecraft.envs.unity.actions import ActionTable
+from racecraft.envs.unity.behaviors import AgentRows, Sensor, UnityActions
+from racecraft.envs.unity.errors import BuildError, PlayerDiedError, UnityError, WireError
 from racecraft.envs.unity.process import wait_until_gone
+from racecraft.envs.unity.rows import Seats
+from racecraft.envs.unity.session import Moment
 from racecraft.envs.unity.world import UnityWorld
 
 
@@ -29,12 +33,12 @@ def opened():
 
 
 def story(world, buffers, seed, actions):
-    told = []
+    moments = []
     world.reset(buffers, seed)
     for row in actions:
         world.step(row, buffers)
-        told.append((buffers.observations["Basic"].copy(), buffers.reward.copy(), buffers.ended.copy()))
-    return told
+        moments.append((buffers.observations["Basic"].copy(), buffers.reward.copy(), buffers.ended.copy()))
+    return moments
 
 
 def test_agents_of_several_processes_are_one_batch(opened):
@@ -180,6 +184,52 @@ def test_more_agents_than_rows_is_told_with_the_cure(opened):
     world, buffers = opened("builtin:Basic", args=["--agents", "2"], max_agents=1)
     with pytest.raises(UnityError, match="max_agents"):
         world.reset(buffers, 0)
+
+
+def told(*agents):
+    """Rows of agents that each see their own number and earn it."""
+    ids = np.array(agents, np.int32)
+    none = np.zeros(len(ids), np.float32)
+    sight = ids[:, None].astype(np.float32)
+    return AgentRows(ids, [sight], sight[:, 0].copy(), ids * 0, none, none.astype(bool), np.ones((len(ids), 2), bool))
+
+
+def seats_for_two():
+    spec = WorldSpec("two", 2, 1, {"sight": ArraySpec((1,), np.float32)}, DiscreteActions(2), has_action_mask=True)
+    table = ActionTable(UnityActions(0, (2,)))
+    return Seats(spec, (Sensor("sight", (1,), (1,)),), table, ["A"], 1), allocate(spec)
+
+
+def test_an_agent_whose_id_comes_back_gets_its_row_back():
+    """Both end in one message and begin again in the other order."""
+    seats, buffers = seats_for_two()
+    seats.settle(0, {"A": Moment(told(4, 7), told())}, {}, None)
+    seats.settle(0, {"A": Moment(told(7, 4), told(4, 7))}, {}, buffers)
+    seats.show(buffers)
+    assert buffers.observations["sight"].ravel().tolist() == [4, 7]
+    assert buffers.terminated.all()
+    choices = seats.choices(0, np.array([[0], [1]]))
+    assert choices["A"].discrete.tolist() == [[1], [0]]  # by position: agent 7 asked first
+
+
+def test_the_reward_beside_a_first_decision_is_nobodys():
+    seats, buffers = seats_for_two()
+    seats.settle(0, {"A": Moment(told(4), told())}, {}, None)
+    seats.settle(0, {"A": Moment(told(4, 9), told())}, {}, buffers)
+    assert buffers.reward.ravel().tolist() == [4, 0]
+
+
+def test_an_agent_that_ends_before_it_ever_asked_is_passed_over():
+    seats, buffers = seats_for_two()
+    seats.settle(0, {"A": Moment(told(4), told(3))}, {}, buffers)
+    assert not buffers.ended.any()
+    assert seats.take_episodes() == []
+
+
+def test_an_agent_that_stands_twice_in_a_message_is_a_lie():
+    seats, _ = seats_for_two()
+    with pytest.raises(WireError, match="twice"):
+        seats.settle(0, {"A": Moment(told(4, 4), told())}, {}, None)
 
 
 def test_spare_rows_stay_inactive(opened):

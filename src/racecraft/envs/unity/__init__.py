@@ -10,6 +10,7 @@ Begin in ``session.py``: one player, connected; its ``reset`` and ``step`` are t
     process.py        the player's process: started, watched, its log read, its whole group ended
     session.py        one conversation with one player
     world.py          our World over any number of players
+    rows.py           who sits in which row of that World
     actions.py        Unity's branches and numbers as one action of our contract
     gymnasium_env.py  Gymnasium's Env and VectorEnv over that World
     parallel.py       PettingZoo's ParallelEnv, for scenes with several behaviors

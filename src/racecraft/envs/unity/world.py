@@ -1,8 +1,7 @@
 """Unity players as a World: the agents of one process are a batch, and several processes make it larger.
 
 Begin at `UnityWorld`; its `step` is the list of acts. Each agent of the chosen behavior has a row of its own (a world
-of one agent, unless `together` makes all agents of a process one world of many). Unity's agents come and go with ids
-that may or may not last; a row is given to an agent when it first asks, and is free again when its episode ends.
+of one agent, unless `together` makes all agents of a process one world of many); `rows.py` seats them.
 
 What differs from a world of our own, because the story is told elsewhere:
 
@@ -39,10 +38,11 @@ import numpy as np
 from racecraft.contract.random_streams import stream_keys
 from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffers, WorldSpec
 from racecraft.envs.unity.actions import ActionTable
-from racecraft.envs.unity.behaviors import AgentRows, Behavior, Sensor, first_allowed
+from racecraft.envs.unity.behaviors import Behavior, Sensor
 from racecraft.envs.unity.builds import Build, find_build
-from racecraft.envs.unity.errors import BuildError, UnityError, WireError
-from racecraft.envs.unity.session import Choice, Moment, Session, require_patience
+from racecraft.envs.unity.errors import BuildError, PlayerDiedError, PlayerLeftError, PlayerTimeoutError
+from racecraft.envs.unity.rows import Seats
+from racecraft.envs.unity.session import Moment, Session, require_patience
 from racecraft.envs.unity.side_channels import Gaussian, MultiRange, SideChannels, Statistic, Uniform
 
 ENGINE_FOR_TRAINING: Mapping[str, Any] = {
@@ -104,17 +104,15 @@ class UnityWorld:
         self._restarts_left = max_restarts
         self._seed, self._ticks = seed, 0
         self._statistics: list[Statistic] = []
-        self._episodes: list[EpisodeRecord] = []
         self._players: list[_Player] = []
         self._players = self._open_all(num_players)
         try:
             self._names = _choose(behavior, self._players[0].session.behaviors)
             self._rows_each = max_agents or sum(len(self._players[0].first[name].decisions) for name in self._names)
             chosen = self._players[0].session.behaviors[self._names[0]]
-            self._sensors, self._table = chosen.sensors, ActionTable(chosen.actions)
-            self._together = together
-            self._spec = self._describe(chosen)
-            self._arrange_rows()
+            self._table = ActionTable(chosen.actions)
+            self._spec = self._describe(chosen, together)
+            self._seats = Seats(self._spec, chosen.sensors, self._table, self._names, num_players)
         except BaseException:
             self.close()
             raise
@@ -153,30 +151,26 @@ class UnityWorld:
                 for player in self._players:
                     player.first = self._until_asked(player, player.session.receive())
         self._ticks = 0
-        self._episodes.clear()
-        self._arrange_rows()
-        self._begin_step()
+        self._seats.clear()
         for player in self._players:
             self._settle(player, player.first, None)
-        self._show(buffers)
+        self._seats.show(buffers)
 
     def step(self, actions: Array, buffers: StepBuffers) -> None:
         """Tell every agent that asked what to do, and wait until each player asks again."""
         self._ticks += 1
-        self._begin_step()
+        self._seats.begin_step()
         for array in (buffers.reward, buffers.terminated, buffers.truncated):
             array[:] = 0
-        acted = np.asarray(actions, self._table.spec.dtype).reshape(self._num_rows, *self._table.spec.shape)
         for player in self._players:
-            self._send(player, acted)
+            self._send(player, actions)
         for player in self._players:
             self._receive(player, buffers)
-        self._show(buffers)
+        self._seats.show(buffers)
 
     def take_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call, oldest first."""
-        taken, self._episodes = self._episodes, []
-        return taken
+        return self._seats.take_episodes()
 
     def take_statistics(self) -> list[Statistic]:
         """Return what the scenes recorded since the last call."""
@@ -242,58 +236,30 @@ class UnityWorld:
             moments = player.session.step({})
         return moments
 
-    def _describe(self, behavior: Behavior) -> WorldSpec:
-        rows = len(self._players) * self._rows_each
-        worlds, agents = (len(self._players), self._rows_each) if self._together else (rows, 1)
-        self._num_rows = rows
+    def _describe(self, behavior: Behavior, together: bool) -> WorldSpec:
+        processes, each = len(self._players), self._rows_each
         return WorldSpec(
             name=f"unity/{self._build.name}/{behavior.base_name}",
-            num_worlds=worlds,
-            num_agents=agents,
+            num_worlds=processes if together else processes * each,
+            num_agents=each if together else 1,
             observations={sensor.name: _spec_of(sensor) for sensor in behavior.sensors},
             actions=self._table.spec,
             has_action_mask=self._table.has_mask,
         )
 
-    def _arrange_rows(self) -> None:
-        """Begin with empty rows; `_settle` gives them to agents."""
-        rows = self._num_rows
-        self._latest = {sensor.name: np.zeros((rows, *sensor.shape), sensor.dtype) for sensor in self._sensors}
-        self._allowed = np.ones((rows, sum(self._table.actions.branches)), bool)
-        self._active = np.zeros(rows, bool)
-        self._steps = np.zeros(rows, np.int64)
-        self._returns = np.zeros(rows, np.float64)
-        for player in self._players:
-            player.row_of.clear()
-            first = player.index * self._rows_each
-            player.free = list(range(first, first + self._rows_each))
-            player.asked = {name: [] for name in self._names}
-
-    def _begin_step(self) -> None:
-        self._active[:] = False
-
-    def _send(self, player: _Player, acted: Array) -> None:
-        choices = {}
-        for name, rows in player.asked.items():
-            if rows:
-                allowed = self._allowed[rows] if self._table.actions.branches else None
-                choices[name] = self._table.choice(acted[rows], allowed)
-                self._steps[rows] += 1
-        choices.update(player.idle)
-        player.session.send_step(choices)
+    def _send(self, player: _Player, actions: Array) -> None:
+        player.session.send_step(self._seats.choices(player.index, actions))
 
     def _receive(self, player: _Player, buffers: StepBuffers) -> None:
         """Settle a player's moments until one of its agents asks; replace a lost player while that is allowed."""
         begun = time.monotonic()
         try:
             self._settle(player, player.session.receive(), buffers)
-            while not any(player.asked.values()):
+            while not self._seats.anyone_asks(player.index):
                 require_patience(begun, self._options.get("timeout_seconds", 60.0))
-                player.session.send_step(player.idle)
+                player.session.send_step(self._seats.idle_choices(player.index))
                 self._settle(player, player.session.receive(), buffers)
-        except WireError:
-            raise
-        except UnityError as loss:
+        except (PlayerDiedError, PlayerLeftError, PlayerTimeoutError) as loss:
             if self._restarts_left <= 0 or self._build.is_editor:
                 raise
             self._restarts_left -= 1
@@ -303,95 +269,13 @@ class UnityWorld:
     def _replace(self, player: _Player, buffers: StepBuffers) -> None:
         """Start a lost player anew; the episodes it took along are cut."""
         player.session.close(patience_seconds=0.0)
-        for row in list(player.row_of.values()):
-            self._end_row(row, buffers, cut=True)
+        self._seats.cut_all(player.index, buffers)
         again = self._open(player.index, player.seed)
         player.session, player.first = again.session, again.first
-        player.row_of.clear()
-        first = player.index * self._rows_each
-        player.free = list(range(first, first + self._rows_each))
         self._settle(player, player.first, buffers)
 
     def _settle(self, player: _Player, moments: Mapping[str, Moment], buffers: StepBuffers | None) -> None:
-        """Sort one player's news into rows."""
-        for name in self._names:
-            if name not in moments:
-                raise WireError(f"the player no longer has the behavior '{name}' that it began with.")
-            if buffers is not None:
-                self._settle_ends(player, name, moments[name].ended, buffers)
-        for name in self._names:
-            self._settle_decisions(player, name, moments[name].decisions, buffers)
-        player.idle = {
-            name: _idle_choice(player.session.behaviors[name], moment.decisions)
-            for name, moment in moments.items()
-            if name not in self._names and len(moment.decisions)
-        }
-
-    def _settle_ends(self, player: _Player, name: str, ended: AgentRows, buffers: StepBuffers) -> None:
-        for index, agent in enumerate(ended.agent_id.tolist()):
-            row = player.row_of.pop((name, agent), None)
-            if row is None:
-                continue  # it ended before it ever asked
-            for sensor, values in zip(self._sensors, ended.observations, strict=True):
-                self._latest[sensor.name][row] = values[index]
-            reward = float(ended.reward[index] + ended.group_reward[index])
-            buffers.reward[self._at(row)] += reward
-            self._returns[row] += reward
-            self._end_row(row, buffers, cut=bool(ended.interrupted[index]))
-            player.free.append(row)
-        player.free.sort()
-
-    def _settle_decisions(self, player: _Player, name: str, asking: AgentRows, buffers: StepBuffers | None) -> None:
-        rows = []
-        for index, agent in enumerate(asking.agent_id.tolist()):
-            row = player.row_of.get((name, agent))
-            if row is None:
-                row = player.row_of[name, agent] = self._free_row(player, name, agent)
-            elif buffers is not None:
-                reward = float(asking.reward[index] + asking.group_reward[index])
-                buffers.reward[self._at(row)] += reward
-                self._returns[row] += reward
-            rows.append(row)
-        player.asked[name] = rows
-        if not rows:
-            return
-        if len(set(rows)) != len(rows):
-            raise WireError(f"an agent of '{name}' stands twice in one message; expected each once.")
-        for sensor, values in zip(self._sensors, asking.observations, strict=True):
-            self._latest[sensor.name][rows] = values
-        if asking.allowed is not None:
-            self._allowed[rows] = asking.allowed
-        self._active[rows] = True
-
-    def _free_row(self, player: _Player, name: str, agent: int) -> int:
-        if not player.free:
-            raise UnityError(
-                f"agent {agent} of '{name}' asks for a decision, but all {self._rows_each} rows kept for a player are "
-                "taken. Give max_agents= the largest number of agents that live at once."
-            )
-        return player.free.pop(0)
-
-    def _end_row(self, row: int, buffers: StepBuffers, cut: bool) -> None:
-        at = self._at(row)
-        (buffers.truncated if cut else buffers.terminated)[at] = True
-        for sensor in self._sensors:
-            buffers.final_observations[sensor.name][at] = self._latest[sensor.name][row]
-        status = "truncated" if cut else "terminated"
-        self._episodes.append(EpisodeRecord(*at, int(self._steps[row]), float(self._returns[row]), status))
-        self._steps[row], self._returns[row] = 0, 0.0
-        self._allowed[row] = True
-
-    def _show(self, buffers: StepBuffers) -> None:
-        """Write what every row sees; a row without news shows what it saw last."""
-        shape = (self._spec.num_worlds, self._spec.num_agents)
-        for name, values in self._latest.items():
-            buffers.observations[name][:] = values.reshape(*shape, *values.shape[1:])
-        buffers.active[:] = self._active.reshape(shape)
-        if buffers.action_mask is not None:
-            buffers.action_mask[:] = self._table.mask(self._allowed).reshape(*shape, -1)
-
-    def _at(self, row: int) -> tuple[int, int]:
-        return divmod(row, self._spec.num_agents)
+        self._seats.settle(player.index, moments, player.session.behaviors, buffers)
 
     def _close_players(self) -> None:
         sessions = self.sessions
@@ -411,11 +295,6 @@ class _Player:
     seed: int
     session: Session
     first: dict[str, Moment] = field(default_factory=dict)
-    row_of: dict[tuple[str, int], int] = field(default_factory=dict)
-    free: list[int] = field(default_factory=list)
-    asked: dict[str, list[int]] = field(default_factory=dict)
-    """Rows that wait for an action, by behavior, in the order in which they asked."""
-    idle: dict[str, Choice] = field(default_factory=dict)
 
 
 def _choose(wish: str | None, known: Mapping[str, Behavior]) -> list[str]:
@@ -444,10 +323,3 @@ def _spec_of(sensor: Sensor) -> ArraySpec:
     kind = "picture (H, W, C)" if sensor.is_picture else "entities, absent ones zero" if len(sensor.shape) == 2 else ""
     low, high = (0, 255) if sensor.compressed else (-np.inf, np.inf)
     return ArraySpec(sensor.shape, sensor.dtype, low, high, doc=f"Unity sensor '{sensor.name}' {kind}".strip())
-
-
-def _idle_choice(behavior: Behavior, asking: AgentRows) -> Choice:
-    """Zero actions; where zero is forbidden, the first that is allowed."""
-    actions = behavior.actions
-    continuous = np.zeros((len(asking), actions.continuous), np.float32) if actions.continuous else None
-    return Choice(continuous, first_allowed(behavior, asking) if actions.branches else None)
