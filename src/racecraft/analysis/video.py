@@ -7,6 +7,7 @@ view is rendered again from the poses, so any drive in an episode file can be fi
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -127,8 +128,15 @@ def _encode(part: Path, encoder: str, pictures: Iterator[Array]) -> None:
             stream: Any = container.add_stream(encoder, rate=PICTURES_PER_SECOND, options=ENCODERS[encoder])
             stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
             stream.codec_context.gop_size = 4 * PICTURES_PER_SECOND
-            for picture in pictures:
-                container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
+            with ThreadPoolExecutor(1) as helper:  # encodes one picture while the next is rendered
+                under_way: Future[None] | None = None
+                for picture in pictures:
+                    frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
+                    if under_way is not None:
+                        under_way.result()
+                    under_way = helper.submit(lambda one: container.mux(stream.encode(one)), frame)
+                if under_way is not None:
+                    under_way.result()
             container.mux(stream.encode())
     except av.error.FFmpegError as error:
         raise OSError(error.errno, error.strerror or str(error)) from error
