@@ -14,6 +14,7 @@ Begin in ``session.py``: one player, connected; its ``reset`` and ``step`` are t
     actions.py        Unity's branches and numbers as one action of our contract
     gymnasium_env.py  Gymnasium's Env and VectorEnv over that World
     parallel.py       PettingZoo's ParallelEnv, for scenes with several behaviors
+    trainer_words.py  `mlagents-learn`'s configuration as arguments of that World
     player.py         the other side of the wire, for stand-ins and tests
     basic_scene.py    a headless stand-in of ML-Agents' Basic scene, a program of its own
     errors.py         what can go wrong, each with what to do

@@ -1,0 +1,45 @@
+"""From `mlagents-learn`'s configuration to the words of `UnityWorld`. Begin at `words_of`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from racecraft.envs.unity.side_channels import Gaussian, MultiRange, Uniform
+from racecraft.envs.unity.world import ENGINE_FOR_TRAINING
+from racecraft.formats.trainer_yaml import Sampler, TrainerConfig
+
+
+def words_of(config: TrainerConfig) -> dict[str, Any]:
+    """Return what the file says of players, as arguments of `UnityWorld`; the build itself is `config.env_path`.
+
+    >>> words_of(TrainerConfig({}, num_envs=3, env_args=("--level", "2")))["num_players"]
+    3
+    """
+    words: dict[str, Any] = {"engine": {**ENGINE_FOR_TRAINING, **config.engine}}
+    given = {
+        "num_players": config.num_envs,
+        "args": config.env_args or None,
+        "num_areas": config.num_areas,
+        "timeout_seconds": config.timeout_wait,
+        "seed": config.seed,
+        "max_restarts": None if config.max_restarts is None else max(0, config.max_restarts),
+        "graphics": None if config.no_graphics is None else not config.no_graphics,
+        "parameters": {name: sampler_of(value) for name, value in config.parameters.items()} or None,
+    }
+    return words | {name: value for name, value in given.items() if value is not None}
+
+
+def sampler_of(value: float | Sampler) -> float | Uniform | Gaussian | MultiRange:
+    """Return a parameter as side channels send it.
+
+    >>> sampler_of(Sampler("multirangeuniform", (1.0, 2.0, 5.0, 6.0)))
+    MultiRange(ranges=((1.0, 2.0), (5.0, 6.0)))
+    """
+    if not isinstance(value, Sampler):
+        return value
+    numbers = value.numbers
+    if value.kind == "uniform":
+        return Uniform(*numbers)
+    if value.kind == "gaussian":
+        return Gaussian(*numbers)
+    return MultiRange(tuple(zip(numbers[::2], numbers[1::2], strict=True)))

@@ -1,0 +1,31 @@
+"""A trainer configuration opens a world."""
+
+import pytest
+
+from racecraft.envs.unity.side_channels import Gaussian, Uniform
+from racecraft.envs.unity.trainer_words import words_of
+from racecraft.envs.unity.world import UnityWorld
+from racecraft.formats.trainer_yaml import read_trainer_yaml
+
+pytest.importorskip("yaml", reason="PyYAML is not installed")
+
+
+def test_what_the_file_says_of_players_opens_a_world(tmp_path):
+    path = tmp_path / "basic.yaml"
+    path.write_text(
+        "env_settings: {env_path: 'builtin:Basic', env_args: [--agents, 3], num_envs: 2, seed: 4, timeout_wait: 20}\n"
+        "engine_settings: {time_scale: 5, no_graphics: true}\n"
+        "environment_parameters:\n"
+        "  mass: 2\n"
+        "  wind: {sampler_type: uniform, sampler_parameters: {min_value: 0, max_value: 1.5}}\n"
+        "  size: {sampler_type: gaussian, sampler_parameters: {mean: 1, st_dev: 0.1}}\n"
+    )
+    config = read_trainer_yaml(path)
+    words = words_of(config)
+    assert words["engine"]["time_scale"] == 5
+    assert words["engine"]["quality_level"] == 5  # where the file is silent, as mlagents-learn
+    assert words["parameters"] == {"mass": 2.0, "wind": Uniform(0.0, 1.5), "size": Gaussian(1.0, 0.1)}
+    assert words["graphics"] is False
+    world = UnityWorld(config.env_path, **words)
+    assert world.spec.num_worlds == 6
+    world.close()
