@@ -42,11 +42,11 @@ img { display: block; width: 100%; height: auto; border-radius: 8px; background:
 .scroll { overflow: auto; max-height: 420px; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; font-size: .95rem; }
 th { text-align: left; color: var(--quiet); font-weight: 500; position: sticky; top: 0; background: var(--card); }
-th, td { padding: 5px 14px 5px 0; border-bottom: 1px solid var(--line); vertical-align: top; }
+th, td { padding: 5px 12px 5px 0; border-bottom: 1px solid var(--line); vertical-align: top; }
 td:last-child, th:last-child { padding-right: 0; }
 tr:last-child td { border-bottom: 0; }
 .right { text-align: right; }
-td.right { white-space: nowrap; }
+td.right, td.name { white-space: nowrap; }
 .bar { background: var(--slot); border-radius: 3px; min-width: 40px; height: 1em; margin-top: .25em; }
 .bar i { display: block; height: 100%; background: var(--bar); border-radius: 3px; }
 td.wide { width: 40%; }
@@ -95,7 +95,7 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[object]], numbers: Seque
     def cell(kind: str, k: int, value: object) -> str:
         if isinstance(value, Bar):
             return f'<{kind} class="wide">{value}</{kind}>'
-        place = ' class="right"' if k in numbers else ""
+        place = ' class="right"' if k in numbers else ' class="name"' if k == 0 and numbers else ""
         return f"<{kind}{place}>{escaped(value)}</{kind}>"
 
     head = "".join(cell("th", k, name) for k, name in enumerate(heads))

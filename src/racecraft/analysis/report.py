@@ -195,7 +195,9 @@ def _on_the_track(facts: RunFacts) -> Iterator[str]:
     drive = facts.drive or best_drive(facts.ticks, facts.laps)
     if drive is not None:
         words = figures.story("The best policy" if facts.drive else "Best training episode", drive)
-        yield page.card(page.photograph(figures.path_figure(facts.track, drive, words), words))
+        speeds = f"Driven at {drive.driven_mps.mean():.2f} m/s on average; dark is slow, bright is fast."
+        picture = page.photograph(figures.path_figure(facts.track, drive, facts.title), words)
+        yield page.card(f'<p><b>{page.escaped(words)}</b></p>{picture}<p class="quiet">{speeds}</p>')
     if not facts.laps.is_empty():
         yield from _exits_and_endings(facts.track, facts.laps)
 
