@@ -1,12 +1,14 @@
 """By twin: the official engine's recorded games, and what a spoilt record brings to light."""
 
+import copy
 import gzip
 import json
+import random
 from pathlib import Path
 
 import pytest
 
-from racecraft.contract.errors import InputFileError
+from racecraft.contract.errors import InputFileError, UserInputError
 from racecraft.envs.battlesnake.verify import verify_records
 
 RECORDS = Path(__file__).resolve().parents[4] / "shared" / "data" / "battlesnake"
@@ -66,6 +68,37 @@ def test_a_file_that_is_no_record_is_refused_by_line(text, message, tmp_path):
     path.write_text(text)
     with pytest.raises(InputFileError, match=message):
         verify_records(path)
+
+
+def spoil(value, rng):
+    """Change one thing somewhere inside a JSON value."""
+    if isinstance(value, dict) and value:
+        key = rng.choice(sorted(value))
+        if rng.random() < 0.1:
+            del value[key]
+        else:
+            value[key] = spoil(value[key], rng)
+        return value
+    if isinstance(value, list) and value:
+        place = rng.randrange(len(value))
+        value[place] = spoil(value[place], rng)
+        return value
+    return rng.choice([None, -1, 10**9, "x", [], {}, 3.5, True, [[0, 0]], [[99, -5]]])
+
+
+def test_spoilt_records_end_in_a_report_or_a_letter(tmp_path):
+    lines, rng = lines_of("official_engine_trajectories.jsonl.gz")[:5], random.Random(1)
+    outcomes = set()
+    for number in range(250):
+        spoilt = copy.deepcopy(lines)
+        spoil(spoilt[rng.randrange(len(spoilt))], rng)
+        path = tmp_path / f"{number}.jsonl"
+        path.write_text("\n".join(map(json.dumps, spoilt)))
+        try:
+            outcomes.add(verify_records(path).agrees)
+        except UserInputError:
+            outcomes.add("letter")
+    assert {False, "letter"} <= outcomes
 
 
 def test_a_cut_archive_is_refused(tmp_path):

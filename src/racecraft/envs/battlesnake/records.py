@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import InputFileError
-from racecraft.envs.battlesnake.board import Board, BoardError, Point, Snake
+from racecraft.envs.battlesnake.board import CAUSES, Board, BoardError, Point, Snake
 from racecraft.envs.battlesnake.settings import GameSettings
 
 Line = dict[str, Any]
@@ -70,8 +70,8 @@ def read_games(path: Path) -> Iterator[RecordedGame]:
             elif kind == "step":
                 game.steps.append(_step(game, line))
             elif kind == "over":
-                game.over_turn = int(line["turn"])
-        except (KeyError, TypeError, ValueError, IndexError, BoardError) as problem:
+                game.over_turn = _whole(line["turn"])
+        except (KeyError, TypeError, ValueError, IndexError, AttributeError, BoardError) as problem:
             found = f"{type(problem).__name__}: {problem}"
             raise InputFileError(
                 path, found, "a line as described in racecraft's battlesnake docs", line=number
@@ -96,36 +96,51 @@ def _lines(path: Path) -> Iterator[tuple[int, Line]]:
 
 def _game(number: int, line: Line) -> RecordedGame:
     settings = GameSettings(
-        width=line["w"],
-        height=line["h"],
+        width=_whole(line["w"]),
+        height=_whole(line["h"]),
         players=len(line["snakes"]),
-        ruleset=line["ruleset"],
-        map=line["map"],
-        food_spawn_chance=line["chance"],
-        minimum_food=line["min"],
-        hazard_damage=line["damage"],
-        shrink_every=line["shrink"],
-        solo=line["solo"],
+        ruleset=str(line["ruleset"]),
+        map=str(line["map"]),
+        food_spawn_chance=_whole(line["chance"]),
+        minimum_food=_whole(line["min"]),
+        hazard_damage=_whole(line["damage"]),
+        shrink_every=_whole(line["shrink"]),
+        solo=bool(line["solo"]),
     )
     start = _board(settings, 0, line["snakes"], line["food"], line["hazards"])
     return RecordedGame(number, settings, start)
 
 
 def _step(game: RecordedGame, line: Line) -> RecordedStep:
-    settings, turn = game.settings, int(line["turn"])
+    settings, turn = game.settings, _whole(line["turn"])
     last = game.steps[-1].after_map if game.steps else game.start
     before = last.copy()
     before.turn, before.food, before.hazards = turn, _points(line["food_pre"]), Counter(_points(line["haz_pre"]))
     after_rules = _board(settings, turn, line["snakes"], line["food_rules"], line["haz_rules"])
     snakes = line["snakes_post"] if "snakes_post" in line else line["snakes"]
     after_map = _board(settings, turn + 1, snakes, line["food"], line["hazards"])
-    return RecordedStep(dict(line["moves"]), before, after_rules, after_map)
+    moves = {str(name): str(word) for name, word in line["moves"].items()}
+    return RecordedStep(moves, before, after_rules, after_map)
 
 
 def _board(settings: GameSettings, turn: int, snakes: list[Line], food: list[Any], hazards: list[Any]) -> Board:
-    bodies = [Snake(s["id"], _points(s["body"]), s["health"], s["cause"], s["by"], s["on"]) for s in snakes]
+    bodies = [_snake(snake) for snake in snakes]
     return Board(settings.width, settings.height, turn, bodies, _points(food), Counter(_points(hazards)))
 
 
+def _snake(line: Line) -> Snake:
+    cause = line["cause"]
+    if cause not in CAUSES:
+        raise ValueError(f"cause {cause!r}; expected one of {CAUSES}")
+    body = _points(line["body"])
+    return Snake(str(line["id"]), body, _whole(line["health"]), cause, str(line["by"]), _whole(line["on"]))
+
+
 def _points(pairs: list[Any]) -> list[Point]:
-    return [(int(x), int(y)) for x, y in pairs]
+    return [(_whole(x), _whole(y)) for x, y in pairs]
+
+
+def _whole(value: Any) -> int:
+    if not isinstance(value, int) or abs(value) > 1_000_000:
+        raise ValueError(f"{value!r}; expected a whole number within a million")
+    return int(value)

@@ -22,7 +22,7 @@ from racecraft.envs.battlesnake.layouts import layout
 from racecraft.envs.battlesnake.records import RecordedGame, RecordedStep, read_games
 from racecraft.envs.battlesnake.reference import apply_rules
 from racecraft.envs.battlesnake.rulesets import find_ruleset, is_over
-from racecraft.envs.battlesnake.stages import Table, outside_safe_zone
+from racecraft.envs.battlesnake.stages import Table, default_move, outside_safe_zone
 from racecraft.envs.battlesnake.state import Games, allocate_games, get_board, params_of, put_board
 
 _NO_DICE = ("standard", "empty", "snail_mode", "sinkholes", "hz_hazard_pits", "hz_inner_wall", "hz_rings", "hz_columns")
@@ -112,7 +112,12 @@ def _replay(game: RecordedGame, report: Report) -> None:
 
 
 def _kernel_turn(games: Games, params: Array, step: RecordedStep, ids: list[str], game: RecordedGame) -> Board:
-    moves = np.array([[MOVES.index(step.moves[name]) if name in step.moves else 0 for name in ids]], np.int64)
+    moves = np.zeros((1, len(ids)), np.int64)
+    for number, snake in enumerate(step.before.snakes[: len(ids)]):
+        word = step.moves.get(snake.id, "")
+        if word not in MOVES:
+            word = default_move(snake.body, game.settings.width, game.settings.height)
+        moves[0, number] = MOVES.index(word)
     kernel_apply_rules(0, moves, games.bodies, games.snakes, games.games, games.cells, games.sides, params)
     return get_board(games, 0, game.settings, ids)
 
