@@ -107,7 +107,7 @@ def test_the_layout_is_ml_agents_own():
     assert constants["memory_size"] == [0.0]
     assert constants["discrete_action_output_shape"] == [[3.0, 2.0]]
     assert constants["continuous_action_output_shape"] == [2.0]
-    assert {node.op_type for node in model.graph.node}.isdisjoint({"Constant", "Loop", "If"})
+    assert {node.op_type for node in model.graph.node}.isdisjoint({"Constant", "Identity", "Loop", "If"})
 
 
 def test_without_discrete_actions_there_is_no_mask():

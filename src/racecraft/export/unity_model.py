@@ -211,7 +211,10 @@ class _Graph:
         return name
 
     def output(self, name: str, value: str, width: int, kind: int) -> None:
-        self._nodes.append(self._helper.make_node("Identity", [value], [name]))
+        """Name a node's value; nothing else reads it, so no Identity is needed."""
+        (source,) = (node for node in self._nodes if value in node.output)
+        assert not any(value in node.input for node in self._nodes), f"{value} is read inside the graph too"
+        source.output[0] = name
         self._outputs.append(self._helper.make_tensor_value_info(name, kind, ["batch", width]))
 
     def constant_output(self, name: str, values: Any) -> None:
