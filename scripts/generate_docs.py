@@ -1,0 +1,269 @@
+"""Write the reference pages of the documentation from the code they describe. Begin with `PAGES`.
+
+python scripts/generate_docs.py           writes docs/reference/*.md
+python scripts/generate_docs.py --check   writes nothing; says which pages are stale and exits with 1
+
+A page is written only when its text changed. Nothing here states a fact: every table comes from the one place where the
+program itself reads it.
+"""
+
+from __future__ import annotations
+
+import inspect
+import sys
+import typing
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import typer
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+CARD_LABEL = 17
+"""Letters that the label of a card's line takes, blanks in."""
+NOTE = "<!-- Written by scripts/generate_docs.py; edit the code it comes from. -->"
+
+
+def main(arguments: list[str]) -> int:
+    """Write the pages, or with --check say which are stale; return the exit status."""
+    if set(arguments) - {"--check"}:
+        print("usage: generate_docs.py [--check]", file=sys.stderr)
+        return 2
+    stale = [place for place, text in pages().items() if not _is_current(DOCS / place, text)]
+    if "--check" in arguments:
+        for place in stale:
+            print(f"docs/{place} is stale; `make docs` writes it anew.", file=sys.stderr)
+        return 1 if stale else 0
+    texts = pages()
+    for place in stale:
+        (DOCS / place).parent.mkdir(parents=True, exist_ok=True)
+        (DOCS / place).write_text(texts[place], encoding="utf-8", newline="\n")
+        print(f"wrote docs/{place}")
+    return 0
+
+
+def pages() -> dict[str, str]:
+    """Return every generated page: place under docs/ → text."""
+    return {place: f"{NOTE}\n\n{write().strip()}\n" for place, write in PAGES.items()}
+
+
+def settings_page() -> str:
+    """Return the table of settings."""
+    from racecraft.settings.describe import settings_markdown
+    from racecraft.settings.groups import TrainSettings
+
+    return f"""# Settings
+
+Every setting has one name, `group.name`, and one default. `racecraft settings` prints this table; `--set` changes one:
+
+    racecraft train --set ppo.learning_rate=1e-4 --set rollout.horizon=128
+
+Tuples are written with commas (`16,32`), booleans as `true` or `false`, nothing as `none`. An unknown name is refused
+with the nearest known one. Defaults are those of the preset `fast`; `racecraft gym train` begins from others, which
+stand in `job.json` of its run.
+
+{settings_markdown(TrainSettings())}"""
+
+
+def command_page() -> str:
+    """Return every command with its arguments and options."""
+    from racecraft.cli.app import app
+
+    head = """# Commands
+
+`racecraft COMMAND --help` says the same at the prompt. Every command that prints results takes `--json`: exactly one
+JSON object on one line of standard output, everything else on standard error.
+
+| exit code | meaning |
+|---|---|
+| 0 | done |
+| 1 | something of ours failed: a broken promise between rooms, a training that diverged |
+| 2 | what was given cannot be used; the letter on standard error says what was found, what is expected, what to do |
+| 130 | stopped by Ctrl-C before there was anything to save |
+"""
+    return "\n".join([head, *(_command_section(name, function) for name, function in commands(app))])
+
+
+def reward_page() -> str:
+    """Return every key of the dictionary a reward function is given."""
+    from racecraft.envs.deepracer.reward_params import REWARD_PARAMETERS
+
+    rows = []
+    for key, text in REWARD_PARAMETERS.items():
+        kind, _, meaning = text.partition(", " if text.startswith("float, ") and ": " not in text else ": ")
+        rows.append((f"`{key}`", kind, meaning))
+    return f"""# Reward parameters
+
+The dictionary that `reward_function(params)` is given, once a car and tick, 15 times a simulated second. Keys and
+meanings are those of AWS DeepRacer, degrees and per cent included. [The reward function](../racing/reward.md) shows how
+to use them.
+
+{_table(("key", "type and unit", "meaning"), rows)}"""
+
+
+def episode_page() -> str:
+    """Return every column of an episode file."""
+    from racecraft.formats.episodes import EPISODE_COLUMNS, STATUSES, episode_columns_markdown
+
+    assert EPISODE_COLUMNS
+    return f"""# Episode columns
+
+`episodes/N.parquet` in a run folder holds every tick of iteration N, one row a tick, ordered by car and then by time.
+Units are SI, angles are radians, a positive angle turns left. Read it by name with any Parquet reader.
+
+{episode_columns_markdown()}
+
+A file of ours may lack the columns that time trials do not need; `status` is one of
+{", ".join(f"`{status}`" for status in STATUSES)}."""
+
+
+def metrics_page() -> str:
+    """Return every name in metrics.jsonl."""
+    from racecraft.analysis.metrics import metrics_markdown
+
+    return f"""# Metrics
+
+`metrics.jsonl` in a run folder holds one JSON object a line, one line an iteration.
+
+{metrics_markdown()}"""
+
+
+def tracks_page() -> str:
+    """Return every circuit of the catalogue."""
+    from racecraft.tracks.catalogue import names, summary
+
+    rows = []
+    for found in map(summary, names()):
+        sizes = (f"{found.length:.2f}", f"{found.width:.2f}", str(found.rows))
+        rows.append((f"`{found.name}`", found.title, *sizes, found.direction))
+    return f"""# Tracks
+
+{len(rows)} circuits come with racecraft, under the names racers know from AWS. Upper and lower case do not matter, and
+the titles are understood too. Length is once round the centre line, width is the mean between the borders. `ccw` runs
+counter-clockwise, `cw` clockwise, `open` from a start to a finish.
+
+    racecraft tracks show reinvent_base --picture reinvent.png
+
+A waypoint file of AWS form (`.npy`, K rows of centre, inner and outer x, y in metres) can stand wherever a name can.
+
+{_table(("name", "title", "length (m)", "width (m)", "waypoints", "direction"), rows)}"""
+
+
+def worlds_page() -> str:
+    """Return the card of every world that can be trained from the command line."""
+    from racecraft.envs.deepracer import world
+
+    return (
+        "# Worlds\n\nA world's card says what it promises; it stands at the top of the world's own file.\n\n"
+        + _card("DeepRacer", inspect.cleandoc(world.__doc__ or ""))
+    )
+
+
+PAGES: dict[str, Callable[[], str]] = {
+    "reference/settings.md": settings_page,
+    "reference/cli.md": command_page,
+    "reference/reward_parameters.md": reward_page,
+    "reference/episode_columns.md": episode_page,
+    "reference/metrics.md": metrics_page,
+    "reference/tracks.md": tracks_page,
+    "reference/worlds.md": worlds_page,
+}
+"""Every generated page and the function that writes it."""
+
+
+def commands(app: typer.Typer, prefix: str = "racecraft") -> Iterator[tuple[str, Callable[..., Any]]]:
+    """Yield (full name, function) of every command, groups walked through, in the order of `--help`."""
+    for command in app.registered_commands:
+        function = command.callback
+        assert function is not None
+        yield f"{prefix} {command.name or function.__name__.replace('_', '-')}", function
+    for group in app.registered_groups:
+        assert group.typer_instance is not None
+        yield from commands(group.typer_instance, f"{prefix} {group.name}")
+
+
+def options_of(function: Callable[..., Any]) -> Iterator[tuple[str, str, str, str]]:
+    """Yield (name as typed, value, default, help) of each argument and option of a command."""
+    hints = typing.get_type_hints(function, include_extras=True)
+    for name, parameter in inspect.signature(function).parameters.items():
+        if typing.get_origin(hints[name]) is not typing.Annotated:
+            continue  # the command's own context
+        kind, info = typing.get_args(hints[name])[:2]
+        is_argument = type(info).__name__ == "ArgumentInfo"
+        typed = _typed_name(name, kind, info, is_argument)
+        required = parameter.default is inspect.Parameter.empty
+        default = "required" if required else _default_text(parameter.default)
+        yield typed, "" if is_argument else _value_text(kind), default, str(info.help or "")
+
+
+def _typed_name(name: str, kind: Any, info: Any, is_argument: bool) -> str:
+    if is_argument:
+        return str(info.metavar or name.upper())
+    given = [text for text in (info.default, *(info.param_decls or ())) if isinstance(text, str)]
+    dashed = name.replace("_", "-")
+    return " ".join(given) or (f"--{dashed}, --no-{dashed}" if kind is bool else f"--{dashed}")
+
+
+def _value_text(kind: Any) -> str:
+    """Return what follows an option: a path, a number, text; nothing after a flag."""
+    parts = [part for part in typing.get_args(kind) if part is not type(None)] or [kind]
+    if parts[0] is bool:
+        return ""
+    if typing.get_origin(parts[0]) is list or typing.get_origin(kind) is list:
+        return "text, may be repeated"
+    return {Path: "path", int: "whole number", float: "number", str: "text"}[parts[0]]
+
+
+def _default_text(value: Any) -> str:
+    if value is None or value is False:
+        return ""
+    return "on" if value is True else f"`{value}`"
+
+
+def _command_section(name: str, function: Callable[..., Any]) -> str:
+    """Return heading, help and table of one command; example lines become a block."""
+    help_text, _, examples = inspect.cleandoc(function.__doc__ or "").partition("\n\nExample")
+    lines = [line.strip() for line in examples.lstrip("s:").splitlines() if line.strip()]
+    block = "".join(f"\n    {line}" for line in lines)
+    table = _table(("argument or option", "value", "default", "what it does"), list(_code_first(options_of(function))))
+    return f"## {name}\n\n{help_text}\n" + (f"{block}\n" if block else "") + f"\n{table}\n"
+
+
+def _code_first(rows: Iterator[tuple[str, str, str, str]]) -> Iterator[tuple[str, ...]]:
+    for first, *others in rows:
+        yield f"`{first}`", *others
+
+
+def _card(title: str, text: str) -> str:
+    """Return a card, "What it is    one line, continued …", as a table under its first line."""
+    first, _, body = text.partition("\n\n")
+    rows: list[list[str]] = []
+    for line in body.splitlines():
+        if line.startswith(" ") and rows:
+            rows[-1][1] += f" {line.strip()}"
+        elif line.strip():
+            rows.append([line[:CARD_LABEL].strip(), line[CARD_LABEL:].strip()])
+    return f"## {title}\n\n{first}\n\n{_table(('', ''), [(f'**{label}**', value) for label, value in rows])}\n"
+
+
+def _table(heads: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    lines = [heads, tuple("---" for _ in heads), *rows]
+    return "\n".join("| " + " | ".join(map(_cell, line)) + " |" for line in lines)
+
+
+def _cell(text: str) -> str:
+    """Return text that stays within its cell and is no HTML.
+
+    >>> _cell("`<a>` makes runs/<id>")
+    '`<a>` makes runs/&lt;id>'
+    """
+    parts = text.replace("|", "\\|").split("`")
+    return "`".join(part if number % 2 else part.replace("<", "&lt;") for number, part in enumerate(parts))
+
+
+def _is_current(path: Path, text: str) -> bool:
+    return path.is_file() and path.read_text(encoding="utf-8") == text
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
