@@ -19,6 +19,7 @@ from racecraft.contract.world import Array
 from racecraft.formats.hyperparameters import Hyperparameters
 from racecraft.formats.model_metadata import ModelMetadata, as_aws_dict
 from racecraft.formats.sim_trace import (
+    CONTINUOUS_ACTION,
     NAMES,
     TRACE_COLUMNS,
     SimTrace,
@@ -125,14 +126,15 @@ def _printed(name: str, trace: Mapping[str, Array], ticks: int) -> Any:
         return ["in_progress" if name == "episode_status" else _NOTHING.get(name, "0")] * ticks
     values = np.asarray(trace[name])
     if name == "action":
-        return action_texts(trace)
+        return action_texts(trace) if (values == CONTINUOUS_ACTION).any() else values
     if name == "steps":
         return values.astype(np.int64)
     if name == "tstamp":
         return number_texts(values.astype(np.float64))
     if name in _TWO_DIGITS:
-        few, which = np.unique(values, return_inverse=True)
-        return np.array([f"{value:.2f}" for value in few.tolist()], object)[which]
+        numbers = values.tolist()
+        few = {number: f"{number:.2f}" for number in set(numbers)}
+        return [few[number] for number in numbers]
     if values.dtype == bool:
         return flag_texts(values)
     return values.tolist() if values.dtype.kind == "U" else values

@@ -1,6 +1,7 @@
 """A file arrives whole, in one move, or not at all.
 
-Begin with `write_whole`. Writers that insist on a path of their own (Parquet) use `whole_file`.
+Begin with `write_whole`. Writers that insist on a path of their own (Parquet) use `whole_file`. Logs, which grow, are
+continued by `write_on`, whose caller remembers how much of the log is sound.
 """
 
 from __future__ import annotations
@@ -52,6 +53,44 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         _remove(part)
         raise
     _folder_to_disk(path.parent)
+
+
+def write_on(path: str | Path, sound: int, data: bytes) -> int:
+    """Continue a growing file: what stands behind its first `sound` bytes is cut off, and data follows.
+
+    A crash on the way leaves a file whose first `sound` bytes are as they were, so the same call may be made again.
+
+    Returns:
+        How many bytes of the file are sound now; fewer than `sound` were kept where the file was shorter.
+
+    Raises:
+        OutputFileError: The disk is full, or the place cannot be written.
+    """
+    path = Path(path)
+    try:
+        with open(path, "r+b" if path.exists() else "w+b") as file:
+            end = min(sound, file.seek(0, os.SEEK_END))
+            file.truncate(end)
+            file.seek(end)
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError as error:
+        raise OutputFileError(_letter(path, error)) from error
+    return end + len(data)
+
+
+def make_folder(path: str | Path) -> None:
+    """Make a folder, and those above it, where they do not stand yet.
+
+    Raises:
+        OutputFileError: The place cannot be written, or a file stands in it.
+    """
+    path = Path(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputFileError(_letter(path, error)) from error
 
 
 def _to_disk(path: Path) -> None:

@@ -1,0 +1,57 @@
+"""Write files beside the training: one patient thread, one job after the other.
+
+Putting a file safely on the disk takes some ten milliseconds of waiting, during which the training can go on. What
+waits here is not on the disk yet; `Background.settle` tells what has arrived, and raises what went wrong.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+
+Done = Callable[[], None]
+
+
+class Background:
+    """Jobs in the order in which they were given.
+
+    Args:
+        patience: With so many jobs waiting, `give` waits for the oldest: a slow disk slows the training down.
+    """
+
+    def __init__(self, patience: int = 16) -> None:
+        self._patience = patience
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix="racecraft-files")
+        self._waiting: deque[tuple[Future[None], Done]] = deque()
+
+    def give(self, job: Callable[[], None], done: Done) -> None:
+        """Have a job done soon; `done` is called by a later `settle`, in the caller's own thread.
+
+        Raises:
+            OutputFileError: An earlier job failed.
+        """
+        self._waiting.append((self._thread.submit(job), done))
+        while len(self._waiting) > self._patience:
+            self._take()
+
+    def settle(self, *, wait: bool = False) -> None:
+        """Call `done` for every job that was done, or with `wait` for all of them.
+
+        Raises:
+            OutputFileError: A job failed: the disk is full, or the place cannot be written.
+        """
+        while self._waiting and (wait or self._waiting[0][0].done()):
+            self._take()
+
+    def close(self) -> None:
+        """Do what waits, and end the thread. Doing so twice is doing so once."""
+        try:
+            self.settle(wait=True)
+        finally:
+            self._thread.shutdown()
+
+    def _take(self) -> None:
+        future, done = self._waiting.popleft()
+        future.result()
+        done()
