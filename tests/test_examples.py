@@ -1,0 +1,52 @@
+"""Every script in examples/ runs as a stranger would run it: a program of its own, in an empty folder."""
+
+import ast
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
+SCRIPTS = sorted(EXAMPLES.glob("*.py"))
+LONGEST = 40
+"""Lines; an example is read in one look."""
+
+
+def name_of(path):
+    return path.stem
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=name_of)
+def test_an_example_runs_and_says_something(script, tmp_path):
+    environment = {**os.environ, "PYTHONWARNINGS": "error", "OMP_NUM_THREADS": "1"}
+    ran = subprocess.run(
+        [sys.executable, script], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120
+    )
+    assert ran.returncode == 0, ran.stderr
+    assert ran.stdout.strip()
+    assert list(tmp_path.iterdir()) == [], "an example leaves nothing behind unless it is given a file"
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=name_of)
+def test_an_example_is_short_and_opens_with_what_it_is_for(script):
+    text = script.read_text(encoding="utf-8")
+    assert len(text.splitlines()) < LONGEST
+    assert ast.get_docstring(ast.parse(text))
+
+
+def test_there_are_examples():
+    assert len(SCRIPTS) >= 4
+
+
+def test_the_fast_car_is_a_folder_that_trains():
+    from racecraft.envs.deepracer.vehicle import MAX_SPEED_MPS
+    from racecraft.formats.reward_file import load_reward_function, validate
+    from racecraft.training.racing import RaceRequest, plan_car
+
+    folder = EXAMPLES / "fast_car"
+    plan = plan_car(RaceRequest(folder=folder))
+    assert max(plan.actions.speed) == 2.4 <= MAX_SPEED_MPS
+    paid = validate(load_reward_function(folder / "reward_function.py"))
+    assert paid["on the way"] > paid["near the border"] > 0
