@@ -25,10 +25,14 @@ HALF_LOG_TAU = 0.5 * math.log(2.0 * math.pi)
 
 
 class Choices:
-    """One of A choices for each row. `numbers` are logits (R, A); a mask is bool (R, A), True where allowed."""
+    """One of A choices for each row. `numbers` are logits (R, A); a mask is bool (R, A), True where allowed.
 
-    def __init__(self, spec: DiscreteActions) -> None:
-        self.spec = spec
+    With a `floor`, no allowed choice counts as less likely than it, and the others are not lowered for that, as at AWS
+    (facts: Coach `ppo_head.py`): a choice below it pulls at no weight.
+    """
+
+    def __init__(self, spec: DiscreteActions, floor: float = 0.0) -> None:
+        self.spec, self.floor = spec, floor
 
     def sample(
         self, numbers: Tensor, log_std: Tensor | None, mask: Tensor | None, generator: torch.Generator
@@ -55,11 +59,28 @@ class Choices:
         """Return what the world obeys: the choice itself."""
         return samples
 
-    @staticmethod
-    def _log_probabilities(logits: Tensor, mask: Tensor | None) -> Tensor:
+    def sample_greedily(
+        self, numbers: Tensor, mask: Tensor | None, epsilon: float, generator: torch.Generator
+    ) -> tuple[Tensor, Tensor]:
+        """Take the likeliest choice, but with probability `epsilon` any, each as likely: as `sample`.
+
+        The log-probability is the policy's own, as the AWS learner compares policies and not ways to explore.
+        """
+        log_p = self._log_probabilities(numbers, mask)
+        allowed = torch.ones_like(log_p) if mask is None else mask.to(log_p.dtype)
+        anything = torch.multinomial(allowed, 1, generator=generator).squeeze(1)
+        wander = torch.rand(len(log_p), generator=generator, device=log_p.device) < epsilon
+        drawn = torch.where(wander, anything, log_p.argmax(dim=1))
+        return drawn, log_p.gather(1, drawn.unsqueeze(1)).squeeze(1)
+
+    def _log_probabilities(self, logits: Tensor, mask: Tensor | None) -> Tensor:
         if mask is not None:
             logits = logits.masked_fill(~mask, FORBIDDEN_LOGIT)
-        return torch.log_softmax(logits, dim=1)
+        log_p = torch.log_softmax(logits, dim=1)
+        if self.floor > 0.0:
+            log_p = log_p.clamp_min(math.log(self.floor))
+            log_p = log_p if mask is None else log_p.masked_fill(~mask, FORBIDDEN_LOGIT)
+        return log_p
 
 
 class Commands:
@@ -112,9 +133,9 @@ class Commands:
 Distribution = Choices | Commands
 
 
-def distribution_for(actions: ActionSpec) -> Distribution:
-    """Return the distribution that fits a world's actions."""
-    return Choices(actions) if isinstance(actions, DiscreteActions) else Commands(actions)
+def distribution_for(actions: ActionSpec, floor: float = 0.0) -> Distribution:
+    """Return the distribution that fits a world's actions; `floor` is for choices."""
+    return Choices(actions, floor) if isinstance(actions, DiscreteActions) else Commands(actions)
 
 
 def _held(log_std: Tensor | None) -> Tensor:

@@ -56,7 +56,8 @@ class Architecture:
     privileged_critic: bool = True
     """Whether the critic may read what the world marks as privileged."""
     initialisation: str = "orthogonal"
-    """`orthogonal`, or `glorot` (uniform) for parity with the AWS networks."""
+    """`orthogonal`, or `glorot`: as the AWS networks start, Glorot uniform and normalised columns for the last layers
+    of critic and commands (facts: Coach `ppo_head.py`, `v_head.py`)."""
 
 
 def architecture_of(config: NetworkConfig) -> Architecture:
@@ -73,9 +74,12 @@ def architecture_of(config: NetworkConfig) -> Architecture:
         )
     return Architecture(
         convolutions=tuple(zip(config.conv_filters, config.conv_kernels, config.conv_strides, strict=True)),
+        image_units=config.image_units or (),
         trunk_units=config.hidden_units,
         activation=config.activation,
+        separate_networks=config.separate_networks,
         privileged_critic=config.privileged_critic,
+        initialisation=config.initialisation,
     )
 
 
@@ -117,6 +121,10 @@ class ActorCritic(nn.Module):
         self.policy_head = dense(self.policy_body.width, count, architecture, generator, POLICY_GAIN)
         self.value_head = dense(critic_width, 1, architecture, generator, 1.0)
         self.log_std = nn.Parameter(torch.zeros(count)) if isinstance(actions, ContinuousActions) else None
+        if architecture.initialisation == "glorot":
+            normalise_columns(self.value_head, 1.0, generator)
+            if self.log_std is not None:
+                normalise_columns(self.policy_head, POLICY_GAIN, generator)
 
     def forward(self, observations: Mapping[str, Tensor]) -> tuple[Tensor, Tensor]:
         """Return the policy's numbers (R, A) and the values (R,) of R rows."""
@@ -269,3 +277,10 @@ def start_weights(
         nn.init.orthogonal_(layer.weight, gain, generator=generator)
     if layer.bias is not None:
         nn.init.zeros_(layer.bias)
+
+
+@torch.no_grad()
+def normalise_columns(layer: nn.Linear, length: float, generator: torch.Generator) -> None:
+    """Draw a dense layer's weights anew: normal, then what feeds each output scaled to this length (Euclidean)."""
+    nn.init.normal_(layer.weight, generator=generator)
+    layer.weight.mul_(length / layer.weight.norm(dim=1, keepdim=True))

@@ -2,14 +2,15 @@
 
 Source: Schulman et al., "Proximal policy optimization algorithms", 2017. The details follow the AWS learner where the
 settings ask for it (facts: Coach `clipped_ppo_agent.py`): advantages standardised over the rollout, the last minibatch
-left out, no cut on the gradient, the value error without a half. They differ from it in one thing that no setting
-brings back: an episode cut by the clock still bootstraps.
+left out, no cut on the gradient, the value error without a half, probabilities with a floor, Adam as TensorFlow writes
+it. What the world calls an end is the world's affair: an episode cut by the clock bootstraps, one that ended does not.
 
 Results are bit-identical on the same machine, threads and versions: all chance is in generators that are saved.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -19,7 +20,7 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from racecraft.algorithms.distributions import Distribution, distribution_for
+from racecraft.algorithms.distributions import Choices, Distribution, distribution_for
 from racecraft.algorithms.experience import Experience
 from racecraft.algorithms.networks import ActorCritic, Architecture, architecture_of
 from racecraft.algorithms.returns import advantages, explained_variance, next_values
@@ -123,13 +124,15 @@ class PpoLearner:
     ) -> None:
         self.spec, self.config, self.device = spec, config, torch.device(device)
         self.architecture = architecture_of(network) if isinstance(network, NetworkConfig) else network
-        self.distribution: Distribution = distribution_for(spec.actions)
+        self.distribution: Distribution = distribution_for(spec.actions, config.probability_floor)
         chance = torch.Generator().manual_seed(seed)
         self.network = ActorCritic(spec.observations, spec.actions, self.architecture, chance).to(self.device)
         self.generator = torch.Generator(self.device).manual_seed(seed + 1)
         self.optimiser = torch.optim.Adam(
             self.network.parameters(), lr=config.learning_rate, eps=config.adam_epsilon, fused=True
         )
+        self.explored = 0
+        """Decisions drawn so far; the random share of e-greedy exploration falls with them."""
 
     @property
     def learning_rate(self) -> float:
@@ -139,6 +142,12 @@ class PpoLearner:
     @learning_rate.setter
     def learning_rate(self, rate: float) -> None:
         self.optimiser.param_groups[0]["lr"] = rate
+
+    @property
+    def epsilon(self) -> float:
+        """Share of random choices now, with e-greedy exploration: from 1 in a straight line to the last one."""
+        config = self.config
+        return 1.0 + (config.epsilon_last - 1.0) * min(self.explored / config.epsilon_steps, 1.0)
 
     @torch.inference_mode()
     def act(
@@ -159,10 +168,14 @@ class PpoLearner:
         numbers, value = self.network(self._tensors(observations))
         mask = None if action_mask is None else torch.from_numpy(action_mask).to(self.device)
         log_std, kind = self.network.log_std, self.distribution
+        chance = generator or self.generator
         if greedy:
             samples, log_prob = kind.best(numbers, log_std, mask)
+        elif self.config.exploration == "e-greedy" and isinstance(kind, Choices):
+            samples, log_prob = kind.sample_greedily(numbers, mask, self.epsilon, chance)
+            self.explored += len(samples)
         else:
-            samples, log_prob = kind.sample(numbers, log_std, mask, generator or self.generator)
+            samples, log_prob = kind.sample(numbers, log_std, mask, chance)
         actions = kind.to_actions(samples)
         return Decision(actions.cpu().numpy(), samples.cpu().numpy(), log_prob.cpu().numpy(), value.cpu().numpy())
 
@@ -219,11 +232,14 @@ class PpoLearner:
             for name, value in parts.items()
         }
         moments["learning_rate"] = torch.tensor(self.learning_rate, dtype=torch.float64)
-        return {
+        state = {
             "network": {name: value.detach().clone() for name, value in self.network.state_dict().items()},
             "optimiser": moments,
             "generator": {"state": self.generator.get_state()},
         }
+        if self.config.exploration == "e-greedy":
+            state["exploration"] = {"decisions": torch.tensor(self.explored)}
+        return state
 
     def load_state_dict(self, state: Mapping[str, Mapping[str, Tensor]]) -> None:
         """Go on from what `state_dict` gave; groups other than "network" may be absent (weights alone)."""
@@ -237,6 +253,8 @@ class PpoLearner:
             self.optimiser.load_state_dict(
                 {"state": nested, "param_groups": self.optimiser.state_dict()["param_groups"]}
             )
+        if "exploration" in state:
+            self.explored = int(state["exploration"]["decisions"])
         if "generator" in state:
             self.generator.set_state(state["generator"]["state"].cpu())
 
@@ -288,8 +306,21 @@ class PpoLearner:
         norm = torch.zeros((), device=self.device)
         if self.config.max_grad_norm is not None:
             norm = torch.nn.utils.clip_grad_norm_(self.network.parameters(), self.config.max_grad_norm)
+        if self.config.adam_form == "tensorflow":
+            self._place_epsilon()
         self.optimiser.step()
         return torch.cat([figures, norm.reshape(1)])
+
+    def _place_epsilon(self) -> None:
+        """Set the epsilon of the coming step so that Adam's step is TensorFlow's.
+
+        TensorFlow adds epsilon to the root of the raw second moment ("epsilon hat" in Kingma and Ba, 2015, section 2),
+        torch to the root of the corrected one, which is larger by 1 / sqrt(1 - beta2^t).
+        """
+        group = self.optimiser.param_groups[0]
+        state = self.optimiser.state.get(group["params"][0])
+        step = 1 + (int(state["step"]) if state else 0)
+        group["eps"] = self.config.adam_epsilon / math.sqrt(1.0 - group["betas"][1] ** step)
 
     def _tensors(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
         return {

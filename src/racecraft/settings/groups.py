@@ -18,14 +18,22 @@ class RaceConfig:
     """The race: which car, how episodes start and end."""
 
     car: str = setting("v6", "Vehicle profile.", choices=("v4", "v6", "kinematic"))
-    max_episode_seconds: float = setting(
-        100.0, "An episode is cut (truncated) after this much simulated time.", unit="s", low=1.0
+    max_episode_seconds: float | None = setting(
+        None,
+        "An episode is cut after this much simulated time; by default 100 s, or 100 000 ticks with fidelity aws.",
+        unit="s",
+        low=1.0,
     )
     start_advance: float = setting(
         0.05, "How far round the next start of a car lies after each training episode.", unit="lap", low=0.0, high=1.0
     )
     change_start: bool = setting(True, "Whether training starts advance round the track at all.")
     reverse: bool = setting(False, "Drive the track in the opposite direction.")
+    fidelity: str = setting(
+        "sane",
+        "Whose habits the world has where the original's are bugs: `racecraft.envs.deepracer.fidelity` lists each.",
+        choices=("sane", "aws"),
+    )
 
     def __post_init__(self) -> None:
         check_group(self)
@@ -53,6 +61,13 @@ class RolloutConfig:
         "With a number: an iteration is this many whole episodes, a fixed quota a world, instead of `horizon`.",
         low=1,
     )
+    memory_steps: int | None = setting(
+        None,
+        "With a number: once the episodes of an iteration hold more ticks than this, the rest of them are not learned "
+        "from.",
+        unit="ticks",
+        low=1,
+    )
 
     def __post_init__(self) -> None:
         check_group(self)
@@ -65,10 +80,17 @@ class NetworkConfig:
     conv_filters: tuple[int, ...] = setting((16, 32), "Filters of each convolution.", low=1)
     conv_kernels: tuple[int, ...] = setting((6, 4), "Kernel size of each convolution.", unit="px", low=1)
     conv_strides: tuple[int, ...] = setting((3, 2), "Stride of each convolution.", unit="px", low=1)
+    image_units: tuple[int, ...] | None = setting(
+        None, "Units of each dense layer between an image's convolutions and what all observations share.", low=1
+    )
     hidden_units: tuple[int, ...] = setting((128,), "Units of each dense layer.", low=1)
     activation: str = setting("relu", "Non-linearity between layers.", choices=("relu", "tanh"))
     privileged_critic: bool = setting(
         True, "While training, the critic sees the true state the world offers; the policy never does."
+    )
+    separate_networks: bool = setting(False, "Whether a critic without privileges shares nothing with the policy.")
+    initialisation: str = setting(
+        "orthogonal", "How the first weights are drawn; biases start at 0.", choices=("orthogonal", "glorot")
     )
 
     def __post_init__(self) -> None:
@@ -90,10 +112,30 @@ class PpoConfig:
     value_loss: str = setting("mse", "How the critic's error is measured.", choices=("mse", "huber"))
     max_grad_norm: float | None = setting(0.5, "Gradients are scaled down to this norm.", low=0.0)
     adam_epsilon: float = setting(1e-5, "Adam's epsilon.", low=0.0)
+    adam_form: str = setting(
+        "paper",
+        "Where Adam adds its epsilon: `tensorflow` adds it before the second moment's bias is taken out, which makes "
+        "the first steps smaller.",
+        choices=("paper", "tensorflow"),
+    )
     standardise: str = setting(
         "minibatch", "Over what advantages are standardised.", choices=("minibatch", "rollout", "none")
     )
     drop_remainder: bool = setting(False, "Leave out the last minibatch of an epoch when it is not full.")
+    probability_floor: float = setting(
+        0.0, "No choice counts as less likely than this; the others are not lowered for it.", low=0.0, high=1e-3
+    )
+    exploration: str = setting(
+        "categorical",
+        "How choices are drawn while training: by their probability, or the likeliest with random ones between.",
+        choices=("categorical", "e-greedy"),
+    )
+    epsilon_last: float = setting(
+        0.05, "Share of random choices at the end; with e-greedy exploration.", low=0.0, high=1.0
+    )
+    epsilon_steps: int = setting(
+        10_000, "Steps until that share is reached, in a straight line from 1; with e-greedy.", unit="steps", low=1
+    )
 
     def __post_init__(self) -> None:
         check_group(self)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from racecraft.contract.world import EpisodeRecord
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.world import RaceWorld
@@ -16,12 +18,13 @@ class CarJudge:
     Args:
         world: As many cars as starts; no reward.
         policy: The policy, greedy; it follows its learner.
+        trained_in: The training's own world; with fidelity aws, evaluations start where its first car would next.
     """
 
     score_name = "progress %"
 
-    def __init__(self, world: RaceWorld, policy: GreedyPolicy) -> None:
-        self._world, self._policy = world, policy
+    def __init__(self, world: RaceWorld, policy: GreedyPolicy, trained_in: RaceWorld | None = None) -> None:
+        self._world, self._policy, self._trained_in = world, policy, trained_in
 
     def score(self, episode: EpisodeRecord) -> float:
         """Return the progress of an episode, per cent."""
@@ -33,5 +36,8 @@ class CarJudge:
 
     def judge(self) -> Verdict:
         """Drive from every start."""
+        if self._trained_in is not None and self._world.habits.evaluation_follows_training:
+            current = self._trained_in.cars["start_share"][0]
+            self._world.move_starts(np.full(self._world.spec.num_worlds, current))
         report = judge_starts(self._policy, self._world)
         return Verdict(report.mean_progress_percent, report.all_full, report.best_lap_seconds, report.as_dictionary())

@@ -93,6 +93,8 @@ class Rules(NamedTuple):
     """An episode ends after so many complete laps."""
     start_advance: float
     """Share of the lap by which the next start of a car moves on."""
+    cut_ends: bool = False
+    """Whether an episode that reaches `max_ticks` counts as ended rather than truncated."""
 
 
 def new_cars(num_cars: int, start_shares: Array) -> Array:

@@ -9,8 +9,7 @@ Begins           at rest on the centre line, nose along it; one prepare tick; ea
 Terminates       lap complete, off track (all four wheels), immobilised, driving backwards
 Truncates        after RaceConfig.max_episode_seconds of simulated time
 Settings         RaceConfig, CameraConfig
-Departs from AWS an episode has a time limit (the original had none) and truncation keeps its value; the prepare tick is
-                 kept out of learning; a new episode starts at rest; ticks last exactly 1/15 s
+Departs from AWS as `fidelity.py` says line by line: RaceConfig.fidelity `aws` brings the original's habits back
 Exactness        same seed and actions, same bits, whatever the threads; N cars equal each alone
 Sources          simapp 6.0.5 (Apache-2.0) as measured in the project's facts; vehicle fitted to real logs
 """
@@ -27,6 +26,7 @@ from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffer
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.camera import MOUNT_V2, MOUNT_V3, Camera, CameraMount
+from racecraft.envs.deepracer.fidelity import AWS_MAX_TICKS, SANE_MAX_SECONDS, habits
 from racecraft.envs.deepracer.kernels import race as kernels
 from racecraft.envs.deepracer.reward_params import RewardParams
 from racecraft.envs.deepracer.scene import build_scene
@@ -78,10 +78,13 @@ class RaceWorld:
         self._palettes = np.tile(np.asarray(self.camera.scene.grey_palette, np.float64), (num_cars, 1))
         self._arrays = self.track.arrays()
         self._profile = PROFILES[race_config.car]
+        self.habits = habits(race_config.fidelity)
+        """Which of the original's bugs this world has."""
         self._rules = race.Rules(
-            race.max_ticks(race_config.max_episode_seconds),
+            _max_ticks(race_config),
             laps,
             race_config.start_advance if race_config.change_start else 0.0,
+            self.habits.cut_is_an_end,
         )
         self._table = np.column_stack([actions.steering, actions.speed]).astype(np.float64)
         self._clipped = np.ascontiguousarray(np.column_stack(actions.commands()))
@@ -109,6 +112,10 @@ class RaceWorld:
         """Where each car first starts, share of the lap (N,)."""
         return self._start_shares.copy()
 
+    def move_starts(self, start_shares: Sequence[float] | Array) -> None:
+        """Let the next `reset` line the cars up elsewhere: shares of the lap, (N,)."""
+        self._start_shares = np.array(start_shares, float)
+
     def reset(self, buffers: StepBuffers, seed: int) -> None:
         """Line every car up at its first start. A time trial rolls no dice, so `seed` changes nothing here."""
         self._cars = race.new_cars(len(self._cars), self._start_shares)
@@ -119,7 +126,7 @@ class RaceWorld:
         self._reward_sums[:] = 0.0
         self._finished.clear()
         kernels.line_up(self._arrays, *self._eyes, self._palettes, self._cars, *self._views(buffers.observations))
-        buffers.active[:, 0] = ~self._cars["preparing"]
+        self._show_active(buffers)
 
     def step(self, actions: Array, buffers: StepBuffers) -> None:
         """Advance every car by one tick; see `race.py` for the order of acts.
@@ -137,7 +144,7 @@ class RaceWorld:
         )  # fmt: skip
         buffers.terminated[:, 0] = self.reports["terminated"]
         buffers.truncated[:, 0] = self.reports["truncated"]
-        buffers.active[:, 0] = ~self._cars["preparing"]
+        self._show_active(buffers)
         buffers.reward[:] = 0.0
         if self.reward is not None:
             self._call_reward(buffers.reward[:, 0])
@@ -160,10 +167,13 @@ class RaceWorld:
         self._reward_sums[:] = state["reward_sums"]
         self._finished.clear()
         kernels.look_again(self._arrays, *self._eyes, self._palettes, self._cars, *self._views(buffers.observations))
-        buffers.active[:, 0] = ~self._cars["preparing"]
+        self._show_active(buffers)
 
     def close(self) -> None:
         """Nothing is held open."""
+
+    def _show_active(self, buffers: StepBuffers) -> None:
+        buffers.active[:, 0] = self.habits.prepare_is_learned | ~self._cars["preparing"]
 
     def _views(self, observations: Mapping[str, Array]) -> tuple[Array, Array]:
         return observations[CAMERA_NAME][:, 0], observations[CRITIC_NAME][:, 0]
@@ -216,3 +226,11 @@ def world_spec(
 def mount_for_version(version: str | None) -> CameraMount:
     """Return where the camera sits on cars of a metadata version: 1 and 2 carry the older mount."""
     return MOUNT_V2 if version is not None and float(version) < 3 else MOUNT_V3
+
+
+def _max_ticks(race_config: RaceConfig) -> int:
+    """Return the limit on an episode: what was asked for, or what the fidelity has."""
+    if race_config.max_episode_seconds is not None:
+        return race.max_ticks(race_config.max_episode_seconds)
+    endless = habits(race_config.fidelity).episodes_are_endless
+    return AWS_MAX_TICKS if endless else race.max_ticks(SANE_MAX_SECONDS)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from racecraft.envs.deepracer.kernels.camera import render_frame
-from racecraft.envs.deepracer.kernels.vehicle import drive, wrap_angle
+from racecraft.envs.deepracer.kernels.vehicle import drive
 from racecraft.envs.deepracer.race import (
     CRITIC_LOOKS_AHEAD_M,
     IMMOBILISED,
@@ -20,6 +20,7 @@ from racecraft.envs.deepracer.race import (
     PREPARE,
     REVERSED,
     REVERSED_TICKS,
+    TIME_UP,
 )
 from racecraft.envs.deepracer.vehicle import FRONT_POINT_M, FRONT_WHEELS_M, REAR_WHEELS_M, TICK_SECONDS
 from racecraft.kernels import kernel, parallel_kernel, prange
@@ -125,7 +126,11 @@ def call_endings(rules, car, report):
         report.status, report.terminated = IMMOBILISED, True
     elif car.backward_ticks >= REVERSED_TICKS:
         report.status, report.terminated = REVERSED, True
-    report.truncated = car.ticks >= rules.max_ticks and not report.terminated
+    if car.ticks >= rules.max_ticks and not report.terminated:
+        if rules.cut_ends:
+            report.status, report.terminated = TIME_UP, True
+        else:
+            report.truncated = True
     if report.status == LAP_COMPLETE:  # the next flying lap begins here, and its progress at zero
         car.lap_ticks = 0
         car.progress = 0.0

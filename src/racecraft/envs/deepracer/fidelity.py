@@ -1,0 +1,115 @@
+"""Where the original's habits are bugs: what it did, what we do instead, and the one switch for each.
+
+`RaceConfig.fidelity` is `sane` or `aws`. Every departure is one row of `DEPARTURES` and one field of `Habits`, which is
+asked in exactly one place of the code. Begin with `DEPARTURES`; `as_table` renders it for a page.
+
+What a learner does with what it saw (minibatches left out, probabilities with a floor) is no habit of the world: the
+presets own that. Which car is driven is `RaceConfig.car`'s.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import NamedTuple
+
+FIDELITIES = {
+    "sane": "the original's bugs are left out",
+    "aws": "the original's habits, bugs included",
+}
+"""Every fidelity, with what it means."""
+
+AWS_MAX_TICKS = 100_000
+"""The original's own limit on an episode, an hour and 51 minutes (facts: simapp `deepracer_racetrack_env.py`)."""
+SANE_MAX_SECONDS = 100.0
+"""Ours where `RaceConfig.max_episode_seconds` says nothing."""
+
+
+@dataclass(frozen=True)
+class Habits:
+    """The switches; every one is True at AWS and False where the world is sane."""
+
+    prepare_is_learned: bool
+    episodes_are_endless: bool
+    cut_is_an_end: bool
+    memory_is_finite: bool
+    evaluation_follows_training: bool
+
+
+class Departure(NamedTuple):
+    """One row of the table."""
+
+    habit: str
+    """The field of `Habits`."""
+    original: str
+    """What the original does."""
+    sane: str
+    """What we do instead."""
+    asked_in: str
+    """Where the code asks."""
+
+
+DEPARTURES = (
+    Departure(
+        "prepare_is_learned",
+        "The first tick of an episode, in which the car is held and its command ignored, is learned from like another.",
+        "It is kept out of learning.",
+        "envs/deepracer/world.py",
+    ),
+    Departure(
+        "episodes_are_endless",
+        f"An episode has no time limit but {AWS_MAX_TICKS} ticks: a slow policy that lives stretches an iteration.",
+        f"It is cut after {SANE_MAX_SECONDS:g} s of simulated time, or what race.max_episode_seconds says.",
+        "envs/deepracer/world.py",
+    ),
+    Departure(
+        "cut_is_an_end",
+        "An episode that is cut counts as ended: nothing is expected to follow.",
+        "It counts as truncated: what the critic expects of its last observation follows.",
+        "envs/deepracer/world.py",
+    ),
+    Departure(
+        "memory_is_finite",
+        "Once an iteration's episodes hold more than 10 000 ticks (3 000 with larger networks), the rest of them is "
+        "dropped: exactly the long, successful ones cost the others their place.",
+        "Everything that was driven is learned from.",
+        "training/presets.py",
+    ),
+    Departure(
+        "evaluation_follows_training",
+        "Every episode of an evaluation starts where training's next episode would.",
+        "Starts are spread evenly round the track and are the same in every evaluation.",
+        "training/car_judge.py",
+    ),
+)
+"""Facts: section 11, points 6, 31, 19, 20 and 21; section 5.4."""
+
+KEPT_IN_BOTH = (
+    "Reward and ending speak of the pose the action was chosen at, one tick before the action shows.",
+    "`steps` is a float that a racer first sees as 2.0; `x`, `y` are the front of the car; `speed` and "
+    "`steering_angle` are commands.",
+)
+"""Oddities that racers' files rely on."""
+
+NOT_EMULATED = (
+    "The simulator's jitter: steps of 50 to 83 ms, poses read at another moment than the frame. Ours last 1/15 s.",
+    "Momentum that a new episode inherits in the ROS 2 build. Ours start at rest.",
+    "An evaluation of as many episodes as fit into the trainer's wait. Ours has a fixed number.",
+    "A whole job lost to one reward error, one not-a-number or a missing frame. Ours stops and keeps what was learned.",
+)
+"""What would be dishonest, or of no use, to rebuild."""
+
+
+def habits(fidelity: str) -> Habits:
+    """Return the switches of a fidelity.
+
+    >>> habits("aws").prepare_is_learned, habits("sane").prepare_is_learned
+    (True, False)
+    """
+    return Habits(**{field.name: fidelity == "aws" for field in fields(Habits)})
+
+
+def as_table() -> str:
+    """Return the departures as a Markdown table."""
+    lines = ["| habit | `--fidelity aws`, as the original | `--fidelity sane` |", "|---|---|---|"]
+    lines += [f"| {row.habit.replace('_', ' ')} | {row.original} | {row.sane} |" for row in DEPARTURES]
+    return "\n".join(lines)

@@ -1,0 +1,157 @@
+"""The habits of the AWS learner, by hand: the floor, Adam's epsilon, losses and batches, e-greedy exploration."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+from torch.nn import functional
+
+from racecraft.algorithms.distributions import Choices
+from racecraft.algorithms.experience import Experience
+from racecraft.algorithms.ppo import Minibatch, PpoLearner, ppo_loss
+from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
+from racecraft.settings.groups import NetworkConfig, PpoConfig
+
+SPEC = WorldSpec("toy", 4, 1, {"state": ArraySpec((5,), np.float32)}, DiscreteActions(3))
+NETWORK = NetworkConfig(hidden_units=(16,), separate_networks=True, privileged_critic=False, initialisation="glorot")
+AWS = {
+    "value_weight": 1.0, "value_loss": "huber", "max_grad_norm": None, "standardise": "rollout",
+    "drop_remainder": True, "probability_floor": 1e-8, "adam_form": "tensorflow", "batch_size": 64,
+}  # fmt: skip
+
+
+def a_learner(seed=3, **settings):
+    return PpoLearner(SPEC, NETWORK, PpoConfig(**{**AWS, **settings}), seed)
+
+
+def experience_of(learner, ticks, rows=4, seed=0):
+    rng = np.random.default_rng(seed)
+    shape = (ticks, rows)
+    seen = rng.normal(size=(*shape, 5)).astype(np.float32)
+    decided = learner.act({"state": seen.reshape(-1, 5)}, generator=torch.Generator().manual_seed(seed))
+    ended = np.zeros(shape, bool)
+    ended[-1] = True
+    return Experience(
+        observations={"state": seen},
+        samples=decided.samples.reshape(shape),
+        log_prob=decided.log_prob.reshape(shape),
+        value=decided.value.reshape(shape),
+        reward=rng.normal(size=shape).astype(np.float32),
+        terminated=ended,
+        truncated=np.zeros(shape, bool),
+        active=np.ones(shape, bool),
+        final_value=np.zeros(shape, np.float32),
+        last_value=rng.normal(size=rows).astype(np.float32),
+    )
+
+
+def test_no_choice_counts_as_less_likely_than_the_floor_and_the_others_keep_theirs():
+    kind = Choices(DiscreteActions(3), 1e-8)
+    logits = torch.tensor([[0.0, -math.log(4.0), -100.0]], requires_grad=True)
+    log_prob, entropy = kind.judge(logits.expand(3, 3), None, None, torch.tensor([0, 1, 2]))
+    assert log_prob.tolist() == pytest.approx([math.log(0.8), math.log(0.2), math.log(1e-8)])
+    by_hand = -(0.8 * math.log(0.8) + 0.2 * math.log(0.2) + 1e-8 * math.log(1e-8))
+    assert entropy[0].item() == pytest.approx(by_hand)
+    log_prob[2].backward()
+    assert (logits.grad == 0).all(), "what lies below the floor pulls at no weight"
+
+
+def test_a_forbidden_choice_stays_forbidden_under_a_floor():
+    kind = Choices(DiscreteActions(3), 1e-3)
+    mask = torch.tensor([[True, False, True]])
+    log_prob, _ = kind.judge(torch.zeros(1, 3), None, mask, torch.tensor([1]))
+    assert log_prob.exp().item() == 0.0
+    drawn, _ = kind.sample_greedily(torch.zeros(500, 3), mask.expand(500, 3), 1.0, torch.Generator().manual_seed(1))
+    assert set(drawn.tolist()) == {0, 2}
+
+
+class Fixed(torch.nn.Module):
+    log_std = None
+
+    def __init__(self, logits, values):
+        super().__init__()
+        self.logits, self.values = torch.tensor(logits), torch.tensor(values)
+
+    def forward(self, observations):
+        return self.logits, self.values
+
+
+@pytest.mark.parametrize(("loss", "by_hand"), [("mse", (0.25 + 9.0) / 2), ("huber", (0.125 + 2.5) / 2)])
+def test_the_critics_error_counts_whole_and_the_entropy_by_its_weight(loss, by_hand):
+    """Errors 0.5 and 3: squares 0.25 and 9 without a half; Huber with delta 1: 0.125 and 3 - 0.5."""
+    network = Fixed([[0.0, 0.0]] * 2, [0.5, 3.0])
+    batch = Minibatch({}, torch.tensor([0, 1]), torch.full((2,), math.log(0.5)), torch.zeros(2), torch.zeros(2))
+    settings = PpoConfig(**{**AWS, "value_loss": loss, "entropy_weight": 0.01})
+    total, _ = ppo_loss(network, Choices(DiscreteActions(2), 1e-8), batch, settings)
+    assert total.item() == pytest.approx(by_hand - 0.01 * math.log(2.0))
+
+
+def test_advantages_are_standardised_over_the_iteration_before_it_is_cut_into_minibatches():
+    learner = a_learner()
+    kept = experience_of(learner, 30)
+    whole, _, (_, mean) = learner._prepare(kept)
+    assert whole.advantages.mean().item() == pytest.approx(0.0, abs=1e-6)
+    assert whole.advantages.std(correction=0).item() == pytest.approx(1.0, abs=1e-5)
+    # an episode that ended brings nothing of what follows: the last row's advantage is reward - value
+    raw = kept.reward[-1] - kept.value[-1]
+    found = whole.advantages.reshape(30, 4)[-1].numpy()
+    spread = (raw - mean) / found
+    assert spread == pytest.approx(np.full(4, spread[0]), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("ticks", "rows", "size", "count"), [(40, 4, 64, 2), (10, 4, 32, 1), (32, 4, 64, 2), (1, 1, 1, 1)]
+)
+def test_the_remainder_is_dropped_and_a_small_iteration_has_a_smaller_batch(ticks, rows, size, count):
+    """160 transitions: 2 of 64, 32 left out. 40: lowered to 2^floor(log2 40) = 32, 8 left out. 128: 2 of 64."""
+    learner = a_learner()
+    batches = list(learner._minibatches(torch.arange(ticks * rows)))
+    assert [len(batch) for batch in batches] == [size] * count
+
+
+def test_adam_takes_tensorflows_steps():
+    """By hand: lr * sqrt(1 - b2^t) / (1 - b1^t) * m / (sqrt(v) + epsilon), epsilon outside of the correction."""
+    learner = a_learner(learning_rate=1e-2, adam_epsilon=1e-2, batch_size=32, epochs=1)
+    weight = learner.network.value_head.weight
+    expected = weight.detach().double().clone()
+    m, v = torch.zeros_like(expected), torch.zeros_like(expected)
+    whole, rows, _ = learner._prepare(experience_of(learner, 8))
+    for t in range(1, 6):
+        loss, _ = ppo_loss(learner.network, learner.distribution, whole.take(rows), learner.config)
+        (slope,) = torch.autograd.grad(loss, weight)
+        slope = slope.double()
+        m, v = 0.9 * m + 0.1 * slope, 0.999 * v + 0.001 * slope**2
+        rate = 1e-2 * math.sqrt(1 - 0.999**t) / (1 - 0.9**t)
+        expected -= rate * m / (v.sqrt() + 1e-2)
+        learner._step(whole.take(rows))
+        assert torch.allclose(weight.detach().double(), expected, atol=1e-6)
+
+
+def test_epsilon_greedy_begins_at_random_and_ends_at_the_likeliest():
+    learner = a_learner(exploration="e-greedy", epsilon_last=0.1, epsilon_steps=1000)
+    seen = {"state": np.zeros((1000, 5), np.float32)}
+    best = learner.choose({"state": np.zeros((1, 5), np.float32)})[0]
+    assert learner.epsilon == 1.0
+    first = learner.act(seen).samples
+    assert np.bincount(first, minlength=3) / 1000 == pytest.approx([1 / 3] * 3, abs=0.06)
+    assert learner.epsilon == pytest.approx(0.1)
+    later = learner.act(seen)
+    assert (later.samples == best).mean() == pytest.approx(0.9 + 0.1 / 3, abs=0.03)
+    judged, _ = learner.distribution.judge(learner.network.policy({"state": torch.zeros(1, 5)}), None, None,
+                                           torch.tensor([int(best)]))  # fmt: skip
+    assert later.log_prob[later.samples == best][0] == pytest.approx(judged.item(), abs=1e-6)
+
+
+def test_epsilon_goes_on_where_it_stood():
+    learner, other = (a_learner(exploration="e-greedy", epsilon_steps=100) for _ in range(2))
+    learner.act({"state": np.zeros((40, 5), np.float32)})
+    other.load_state_dict(learner.state_dict())
+    assert other.epsilon == learner.epsilon < 1.0
+    assert "exploration" not in a_learner().state_dict()
+
+
+def test_huber_is_tensorflows():
+    errors = torch.tensor([0.3, -0.9, 1.0, 4.0])
+    by_hand = [0.045, 0.405, 0.5, 3.5]
+    assert functional.huber_loss(errors, torch.zeros(4), reduction="none").tolist() == pytest.approx(by_hand)

@@ -1,0 +1,122 @@
+"""Each of the original's habits: one row, one switch, and the world with and without it."""
+
+import dataclasses
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import racecraft
+from racecraft.contract.world import allocate
+from racecraft.envs.deepracer import race
+from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.fidelity import AWS_MAX_TICKS, DEPARTURES, FIDELITIES, Habits, as_table, habits
+from racecraft.envs.deepracer.world import RaceWorld
+from racecraft.settings.groups import CameraConfig, RaceConfig
+from racecraft.settings.table import rows_of
+from racecraft.tracks.catalogue import load_track
+from racecraft.training.car_judge import CarJudge
+
+ACTIONS = ActionTable.of([(math.radians(angle), 1.0) for angle in (-30, 0, 30)])
+SOURCE = Path(racecraft.__file__).parent
+
+
+def make_world(fidelity, num_cars=2, **options):
+    config = RaceConfig(fidelity=fidelity, **options)
+    return RaceWorld(
+        load_track("reinvent_base"), ACTIONS, lambda params: 1.0,
+        race_config=config, camera_config=CameraConfig(16, 12), num_cars=num_cars,
+    )  # fmt: skip
+
+
+def test_each_habit_is_one_row_and_one_switch():
+    names = [field.name for field in dataclasses.fields(Habits)]
+    assert [row.habit for row in DEPARTURES] == names
+    for row in DEPARTURES:
+        asked = [
+            path.relative_to(SOURCE).as_posix()
+            for path in SOURCE.rglob("*.py")
+            if path.name != "fidelity.py"
+            for line in path.read_text(encoding="utf-8").splitlines()
+            if f".{row.habit}" in line
+        ]
+        assert asked == [row.asked_in], f"{row.habit} is asked in {asked}"
+    assert all(getattr(habits("aws"), name) and not getattr(habits("sane"), name) for name in names)
+
+
+def test_the_table_names_every_habit_and_the_setting_every_fidelity():
+    assert all(row.original in as_table() and row.sane in as_table() for row in DEPARTURES)
+    (setting,) = [row for row in rows_of(RaceConfig, "race") if row.name == "fidelity"]
+    assert setting.choices == tuple(FIDELITIES)
+
+
+def test_the_prepare_tick_is_learned_from_at_aws_with_no_reward():
+    for fidelity, learned in (("aws", True), ("sane", False)):
+        world = make_world(fidelity)
+        buffers = allocate(world.spec)
+        world.reset(buffers, 0)
+        assert (buffers.active == learned).all()
+        world.step(np.ones((2, 1), np.int64), buffers)
+        assert buffers.active.all()
+        assert (buffers.reward == 0).all(), "the reward function is not called in the prepare tick"
+
+
+def test_a_cut_is_an_end_at_aws_and_a_cut_where_sane():
+    for fidelity in FIDELITIES:
+        world = make_world(fidelity, max_episode_seconds=1.0)
+        buffers = allocate(world.spec)
+        world.reset(buffers, 0)
+        for _ in range(15):
+            assert not buffers.ended.any()
+            world.step(np.ones((2, 1), np.int64), buffers)
+        assert (buffers.terminated == (fidelity == "aws")).all()
+        assert (buffers.truncated == (fidelity == "sane")).all()
+        assert {one.status for one in world.take_episodes()} == {"time_up" if fidelity == "aws" else "truncated"}
+
+
+def test_episodes_are_endless_at_aws():
+    assert make_world("aws")._rules.max_ticks == AWS_MAX_TICKS == 100_000
+    assert make_world("sane")._rules.max_ticks == race.max_ticks(100.0)
+    assert make_world("aws", max_episode_seconds=2.0)._rules.max_ticks == 30, "who asks for a limit gets it"
+
+
+class Straight:
+    """Drives straight on."""
+
+    def act(self, observations, action_mask=None):
+        return np.ones((len(next(iter(observations.values()))), 1), np.int64)
+
+    def forget(self, rows):
+        """Remembers nothing."""
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+def test_evaluation_starts_where_training_would_only_at_aws(fidelity):
+    trained_in, judged = make_world(fidelity, start_advance=0.05), make_world(fidelity, num_cars=4)
+    buffers = allocate(trained_in.spec)
+    trained_in.reset(buffers, 0)
+    while trained_in.cars["episode"][0] < 3:
+        trained_in.step(np.ones((2, 1), np.int64), buffers)
+    before = trained_in.cars
+    verdict = CarJudge(judged, Straight(), trained_in).judge()
+    starts = [lap["start_percent"] for lap in verdict.details["laps"]]
+    assert starts == pytest.approx([15.0] * 4 if fidelity == "aws" else [0.0, 25.0, 50.0, 75.0])
+    assert (trained_in.cars == before).all(), "evaluating moves nothing in the training"
+
+
+def test_the_sane_world_ignores_the_switches_bit_for_bit():
+    """The same drive in both: only what is learned from and how a cut is called may differ."""
+    choices = np.random.default_rng(3).integers(0, 3, (60, 2, 1))
+    seen = {}
+    for fidelity in FIDELITIES:
+        world = make_world(fidelity)
+        buffers = allocate(world.spec)
+        world.reset(buffers, 0)
+        seen[fidelity] = []
+        for row in choices:
+            world.step(row, buffers)
+            seen[fidelity].append((world.reports.copy(), buffers.reward.copy()))
+    for (left, reward), (right, other) in zip(seen["aws"], seen["sane"], strict=True):
+        assert (left == right).all()
+        assert (reward == other).all()
