@@ -1,12 +1,13 @@
-"""How the car answers steering and throttle: three profiles of one six-parameter model.
+"""How the car answers steering and throttle: three profiles of one model of few numbers.
 
-The textbook bicycle is badly wrong for this car: its steering lags by 0.17 to 0.5 s and it turns only about two thirds
-as sharply as its geometry says. The figures of `v4` and `v6` were fitted to real simulator logs (project facts, section
-1.4: median position error 0.06 m after 0.5 s and 0.11 m after 1 s of open-loop driving)::
+The textbook bicycle is badly wrong for this car: its steering lags by 0.15 to 0.5 s and it turns only about two thirds
+as sharply as its geometry says. The figures of `v4` and `v6` were fitted by `scripts/fit_vehicle.py` to one recorded
+training each and judged on another that they had not seen; docs/fidelity.md has the table::
 
     steering  d(delta)/dt = (delta_cmd - delta) / steering_lag
     speed     dv/dt       = clip((gain * v_cmd - v) / speed_lag, -max_acceleration, +max_acceleration)
-    yaw rate  w           = v * curvature_gain * tan(delta) * (1 - curvature_droop * |tan(delta)|) / wheelbase
+    curvature c           = curvature_gain * tan(delta) * (1 - curvature_droop * |tan(delta)|) / wheelbase + pull
+    yaw rate  w           = v * c
     sideways  base_link moves left at `rotation_centre * w`: the centre of rotation lies behind it
 
 Metres, seconds, radians; positive turns left.
@@ -57,12 +58,14 @@ class CarProfile(NamedTuple):
     """How that share falls with the tangent of the steering angle."""
     rotation_centre: float
     """Distance of the centre of rotation behind base_link, m."""
+    pull: float = 0.0
+    """Curvature that the car drives on top of what it steers, 1/m, left positive: the classic car pulls to the left."""
 
 
 PROFILES: dict[str, CarProfile] = {
-    "v4": CarProfile(0.5, 0.0, 0.2, 0.0, 3.0, 1.035, 0.78, 0.25, 0.078),
-    "v6": CarProfile(0.167, 0.04, 0.05, 0.02, 1000.0, 1.03, 0.67, 0.25, 0.091),
-    "kinematic": CarProfile(0.0, 0.0, 0.0, 0.0, 1e9, 1.0, 1.0, 0.0, -REAR_WHEELS_M[0]),
+    "v4": CarProfile(0.491, 0.0, 0.177, 0.0, 3.3, 1.004, 0.869, 0.855, 0.054, 0.0744),
+    "v6": CarProfile(0.146, 0.0334, 0.062, 0.0267, 1000.0, 1.022, 0.691, 0.482, 0.084, 0.0),
+    "kinematic": CarProfile(0.0, 0.0, 0.0, 0.0, 1e9, 1.0, 1.0, 0.0, -REAR_WHEELS_M[0], 0.0),
 }
 """`v4`: the classic simulator's effort-controlled car (metadata version 1-4). `v6`: the ROS 2 build (5, 6 or none).
 `kinematic`: the ideal bicycle, for teaching."""

@@ -11,7 +11,7 @@ SUBSTEP_SECONDS = TICK_SECONDS / SUBSTEPS
 
 
 @kernel
-def drive(car, x, y, yaw, speed, steering, old_steering, old_speed, new_steering, new_speed):  # noqa: PLR0913
+def drive(car, x, y, yaw, speed, steering, old_steering, old_speed, new_steering, new_speed, seconds=TICK_SECONDS):  # noqa: D417, PLR0913
     """Advance one car by one tick.
 
     Args:
@@ -22,26 +22,29 @@ def drive(car, x, y, yaw, speed, steering, old_steering, old_speed, new_steering
         steering: Angle the wheels have now, rad, positive left.
         old_steering, old_speed: Last tick's command (rad, m/s); it acts until the delays have passed.
         new_steering, new_speed: This tick's command (rad, m/s).
+        seconds: How long the tick lasts; in our own world always TICK_SECONDS, in a recorded race what its clock says.
 
     Returns:
-        x, y, yaw, speed, steering after TICK_SECONDS.
+        x, y, yaw, speed, steering after the tick.
     """
+    substeps = max(1, int(seconds / SUBSTEP_SECONDS + 0.5))
+    step = seconds / substeps
     steering_share = 1.0
     if car.steering_lag > 0.0:
-        steering_share = 1.0 - math.exp(-SUBSTEP_SECONDS / car.steering_lag)
-    steering_from = int(car.steering_delay / SUBSTEP_SECONDS + 0.5)
-    speed_from = int(car.speed_delay / SUBSTEP_SECONDS + 0.5)
-    for substep in range(SUBSTEPS):
+        steering_share = 1.0 - math.exp(-step / car.steering_lag)
+    steering_from = int(car.steering_delay / step + 0.5)
+    speed_from = int(car.speed_delay / step + 0.5)
+    for substep in range(substeps):
         steering_command = new_steering if substep >= steering_from else old_steering
         speed_command = new_speed if substep >= speed_from else old_speed
         steering += (steering_command - steering) * steering_share
-        speed = approach_speed(car, speed, speed_command)
+        speed = approach_speed(car, speed, speed_command, step)
         tangent = math.tan(steering)
-        curvature = car.curvature_gain * tangent * (1.0 - car.curvature_droop * abs(tangent)) / WHEELBASE_M
-        turn = speed * curvature * SUBSTEP_SECONDS
+        curvature = car.curvature_gain * tangent * (1.0 - car.curvature_droop * abs(tangent)) / WHEELBASE_M + car.pull
+        turn = speed * curvature * step
         # Along the chord: the heading halfway through the substep, which keeps circles round at any substep.
         heading = yaw + 0.5 * turn
-        forward, left = speed * SUBSTEP_SECONDS, car.rotation_centre * turn
+        forward, left = speed * step, car.rotation_centre * turn
         x += forward * math.cos(heading) - left * math.sin(heading)
         y += forward * math.sin(heading) + left * math.cos(heading)
         yaw += turn
@@ -49,14 +52,14 @@ def drive(car, x, y, yaw, speed, steering, old_steering, old_speed, new_steering
 
 
 @kernel
-def approach_speed(car, speed, command):
-    """Return the speed one substep later, m/s."""
+def approach_speed(car, speed, command, seconds):
+    """Return the speed so many seconds later, m/s."""
     target = car.speed_gain * command
     if car.speed_lag <= 0.0:
         return target
     acceleration = (target - speed) / car.speed_lag
     acceleration = min(max(acceleration, -car.max_acceleration), car.max_acceleration)
-    return speed + acceleration * SUBSTEP_SECONDS
+    return speed + acceleration * seconds
 
 
 @kernel

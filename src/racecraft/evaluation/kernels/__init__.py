@@ -1,0 +1,1 @@
+"""Bodies of judgement that walk over many rows."""
