@@ -12,7 +12,7 @@ from __future__ import annotations
 import inspect
 import sys
 import typing
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -80,6 +80,7 @@ JSON object on one line of standard output, everything else on standard error.
 | 1 | something of ours failed: a broken promise between rooms, a training that diverged |
 | 2 | what was given cannot be used; the letter on standard error says what was found, what is expected, what to do |
 | 130 | stopped by Ctrl-C before there was anything to save |
+| 141 | the program that read the output has gone |
 """
     return "\n".join([head, *(_command_section(name, function) for name, function in commands(app))])
 
@@ -159,6 +160,25 @@ def worlds_page() -> str:
     )
 
 
+def fidelity_page() -> str:
+    """Return where our car world departs from the original, and how to bring each habit back."""
+    from racecraft.envs.deepracer.fidelity import KEPT_IN_BOTH, NOT_EMULATED, as_table
+
+    return f"""# Fidelity
+
+Where the original's habits are bugs, there are two worlds: `race.fidelity` is `sane` or `aws`.
+
+{as_table()}
+
+Kept in both, because racers' files rely on it:
+
+{_list(KEPT_IN_BOTH)}
+
+In neither, because it would be dishonest or of no use to rebuild:
+
+{_list(NOT_EMULATED)}"""
+
+
 PAGES: dict[str, Callable[[], str]] = {
     "reference/settings.md": settings_page,
     "reference/cli.md": command_page,
@@ -167,6 +187,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/metrics.md": metrics_page,
     "reference/tracks.md": tracks_page,
     "reference/worlds.md": worlds_page,
+    "reference/fidelity.md": fidelity_page,
 }
 """Every generated page and the function that writes it."""
 
@@ -249,6 +270,10 @@ def _card(title: str, text: str) -> str:
 def _table(heads: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
     lines = [heads, tuple("---" for _ in heads), *rows]
     return "\n".join("| " + " | ".join(map(_cell, line)) + " |" for line in lines)
+
+
+def _list(lines: Iterable[str]) -> str:
+    return "\n".join(f"- {line}" for line in lines)
 
 
 def _cell(text: str) -> str:

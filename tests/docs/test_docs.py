@@ -334,3 +334,63 @@ def test_every_page_is_in_the_menu():
     menu = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
     pages = [page.relative_to(DOCS).as_posix() for page in DOCS.rglob("*.md")]
     assert [page for page in pages if f": {page}\n" not in menu] == []
+
+
+# --- what pages quote is what the program says ------------------------------------------------------------------------
+
+
+def quoted_notes(page):
+    """Return the lines "- …" in the blocks of a page: what a training says before its first tick."""
+    text = (DOCS / page).read_text(encoding="utf-8")
+    return [line[2:] for kind, body in FENCE.findall(text) for line in body.splitlines() if line.startswith("- ")]
+
+
+def test_the_notes_quoted_for_a_training_without_files_are_said():
+    from racecraft.training.racing import RaceRequest, plan_car
+
+    quoted = quoted_notes("racing/getting_started.md")
+    assert len(quoted) >= 3
+    assert [note for note in quoted if note not in plan_car(RaceRequest()).notes] == []
+
+
+def test_the_notes_quoted_for_a_template_of_deepracer_for_cloud_are_said(tmp_path):
+    from racecraft.training.racing import RaceRequest, plan_car
+
+    (tmp_path / "hyperparameters.json").write_text(
+        '{"batch_size": "64", "beta_entropy": "0.01", "discount_factor": "0.999", "e_greedy_value": "0.05",'
+        ' "epsilon_steps": "10000", "exploration_type": "categorical", "loss_type": "huber", "lr": "0.0003",'
+        ' "num_episodes_between_training": "20", "num_epochs": "10", "stack_size": "1",'
+        ' "term_cond_avg_score": "100000", "term_cond_max_episodes": "100000"}'
+    )
+    quoted = quoted_notes("racing/your_folder.md")
+    assert len(quoted) >= 3
+    assert [note for note in quoted if note not in plan_car(RaceRequest(folder=tmp_path)).notes] == []
+
+
+def test_the_letter_quoted_for_a_misspelt_setting_is_what_is_said():
+    from racecraft.contract.errors import SettingError
+    from racecraft.settings.groups import TrainSettings
+    from racecraft.settings.overrides import apply_overrides
+
+    with pytest.raises(SettingError) as caught:
+        apply_overrides(TrainSettings(), ["ppo.learnin_rate=1"])
+    assert f"racecraft: {caught.value}\n" in (DOCS / "racing/presets.md").read_text(encoding="utf-8")
+
+
+def test_the_letters_quoted_for_bad_reward_functions_are_what_is_said(tmp_path, monkeypatch):
+    from racecraft.contract.errors import RewardError, RewardFileError
+    from racecraft.formats.reward_file import example_situations, load_reward_function
+
+    monkeypatch.chdir(tmp_path)
+    file = Path("my-car/reward_function.py")
+    file.parent.mkdir()
+    page = (DOCS / "racing/reward.md").read_text(encoding="utf-8")
+    file.write_text("def reward_function(params):\n    return 1.0 +\n")
+    with pytest.raises(RewardFileError) as unloadable:
+        load_reward_function(file)
+    assert f"racecraft: {unloadable.value}\n" in page
+    file.write_text('def reward_function(params):\n\n    return 1.0 / params["distance_from_centre"]\n')
+    with pytest.raises(RewardError) as failing:
+        load_reward_function(file).call(example_situations()["on the way"])
+    letter = str(failing.value).split("  The parameters")[0]
+    assert f"racecraft: {letter}" in page
