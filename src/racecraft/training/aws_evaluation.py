@@ -79,7 +79,7 @@ def _row(trial: int, first: int, last: int, ticks: Array, statuses: Array) -> Ev
         start_s=first / TICKS_PER_SECOND,
         end_s=(last + 1) / TICKS_PER_SECOND,
         trial=trial,
-        progress_share=_share(ticks["progress"][last]),
+        progress_share=float(ticks["progress"][last]) / 100,
         status=str(ended),
         immobilized=int(ended == "immobilized"),
         off_track=int(ended == "off_track"),
@@ -107,14 +107,10 @@ def _trace(
             "done": stopped,
             "status": statuses.astype(str),
             "all_wheels_on_track": ticks["all_wheels_on"],
-            "progress_share": _share(ticks["progress"]),
+            "progress_share": ticks["progress"] / 100,
             "closest_waypoint": ticks["waypoint_nearest"],
             "track_length_m": np.full(len(ticks), track_length_m),
         }
     )
     del trace["wall_clock"]
     return trace
-
-
-def _share(percent: Array) -> Array:
-    return np.asarray(percent) / 100.0
