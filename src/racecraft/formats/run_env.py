@@ -63,7 +63,7 @@ class RunEnv:
             return default
         folded = self.values[name].casefold()
         if folded not in _TRUE + _FALSE:
-            raise self._wrong(name, "True or False")
+            raise self.letter(name, "True or False")
         return folded in _TRUE
 
     def number(self, name: str, default: float, low: float, high: float) -> float:
@@ -79,7 +79,7 @@ class RunEnv:
         except ValueError:
             number = float("nan")
         if not low <= number <= high:
-            raise self._wrong(name, f"a number from {low:g} to {high:g}")
+            raise self.letter(name, f"a number from {low:g} to {high:g}")
         return number
 
     def choice(self, name: str, default: str, known: tuple[str, ...]) -> str:
@@ -93,11 +93,12 @@ class RunEnv:
         for word in known:
             if word.casefold() == self.values[name].casefold():
                 return word
-        raise self._wrong(name, " or ".join(known), nearest(self.values[name], known))
+        raise self.letter(name, " or ".join(known), nearest(self.values[name], known))
 
-    def _wrong(self, name: str, expected: str, cure: str = "") -> RunEnvError:
+    def letter(self, name: str, expected: str, cure: str = "", found: str = "") -> RunEnvError:
+        """Return the error about a value, with its file and line."""
         path, line = self.places[name]
-        return RunEnvError(path, f"'{self.values[name]}'", expected, cure, line=line, key=name)
+        return RunEnvError(path, found or f"'{self.values[name]}'", expected, cure, line=line, key=name)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 """Every variable of DeepRacer for Cloud that a user's `system.env`, `run.env` or `worker-N.env` may hold.
 
-A variable is `used` where racecraft obeys it, and `known` where it is read, kept and passed over: it belongs to
-Docker, AWS, Gazebo or a race that is not built yet. `DEFAULT` of a variable is its value in a new file.
+A variable is `used` where racecraft obeys it (`training/race_environment.py` says how), and `known` where it is read,
+kept and passed over: it belongs to Docker, AWS, Gazebo or a race that is not built yet. One variable is ours,
+RACECRAFT_STOP: DeepRacer for Cloud passes it over, and has none for when a training ends.
 
 Source: facts: DeepRacer for Cloud, its templates, `prepare-config.py` and reference page.
 """
@@ -38,7 +39,10 @@ OTHER_SPELLINGS = {
 def _rows(file: str, table: str) -> tuple[EnvVariable, ...]:
     """Read a table of lines "NAME | default | status | doc"; names are written without DR_."""
     rows = [[cell.strip() for cell in line.split("|")] for line in table.strip().splitlines()]
-    return tuple(EnvVariable(f"DR_{name}", file, default, status, doc) for name, default, status, doc in rows)
+    return tuple(
+        EnvVariable(name if name.startswith("RACECRAFT_") else f"DR_{name}", file, default, status, doc)
+        for name, default, status, doc in rows
+    )
 
 
 _RUN = _rows(
@@ -46,7 +50,7 @@ _RUN = _rows(
     """
 RUN_ID | 0 | known | Number of a run beside others.
 WORLD_NAME | reinvent_base | used | Track.
-RACE_TYPE | TIME_TRIAL | used | TIME_TRIAL, OBJECT_AVOIDANCE, HEAD_TO_BOT or HEAD_TO_MODEL.
+RACE_TYPE | TIME_TRIAL | used | TIME_TRIAL; OBJECT_AVOIDANCE, HEAD_TO_BOT, HEAD_TO_MODEL are not built yet.
 CAR_NAME | FastCar | known | Name shown on the video.
 CAR_BODY_SHELL_TYPE | deepracer | known | Shell of the car on the video.
 CAR_COLOR | Red | known | Colour of the car on the video.
@@ -73,22 +77,23 @@ TRAIN_RTF |  | known | Limit of the simulator's speed.
 TRAIN_CHANGE_START_POSITION | True | used | Whether starts advance round the track.
 TRAIN_REVERSE_DIRECTION | False | used | Drive in the opposite direction.
 TRAIN_ALTERNATE_DRIVING_DIRECTION | False | known | Change the direction after each episode.
-TRAIN_START_POSITION_OFFSET | 0.0 | known | Where on the lap the first start lies, 0 to 1.
+TRAIN_START_POSITION_OFFSET | 0.0 | used | Where on the lap the first start lies, 0 to 1.
 TRAIN_ROUND_ROBIN_ADVANCE_DIST | 0.05 | used | How far the next start lies ahead, in laps.
 TRAIN_MULTI_CONFIG | False | known | Whether worker-N.env files are used.
 TRAIN_MIN_EVAL_TRIALS | 5 | used | Evaluation laps after each iteration.
-TRAIN_BEST_MODEL_METRIC | progress | known | What makes a checkpoint the best: progress, reward or laptime.
+TRAIN_BEST_MODEL_METRIC | progress | used | What makes a checkpoint the best: progress; reward, laptime are not built yet.
 TRAIN_MAX_STEPS_PER_ITERATION |  | known | Steps of an iteration beyond which AWS throws experience away.
-LOCAL_S3_MODEL_PREFIX | rl-deepracer-sagemaker | used | Folder of the model.
-LOCAL_S3_PRETRAINED | False | known | Whether training begins with an older model.
-LOCAL_S3_PRETRAINED_PREFIX | rl-sagemaker-pretrained | known | Folder of that model.
-LOCAL_S3_PRETRAINED_CHECKPOINT | last | known | Its checkpoint: last or best.
+RACECRAFT_STOP |  | used | When training ends, as after --stop: laps minutes=30.
+LOCAL_S3_MODEL_PREFIX | rl-deepracer-sagemaker | known | Folder of the model.
+LOCAL_S3_PRETRAINED | False | used | Whether training begins with an older model.
+LOCAL_S3_PRETRAINED_PREFIX | rl-sagemaker-pretrained | used | Folder of that model.
+LOCAL_S3_PRETRAINED_CHECKPOINT | last | used | Its checkpoint: last or best.
 LOCAL_S3_CUSTOM_FILES_PREFIX | custom_files | used | Folder of the user's files.
 LOCAL_S3_TRAINING_PARAMS_FILE | training_params.yaml | known | Name of the file for the simulator.
 LOCAL_S3_EVAL_PARAMS_FILE | evaluation_params.yaml | known | Name of the file for the simulator.
-LOCAL_S3_MODEL_METADATA_KEY | $DR_LOCAL_S3_CUSTOM_FILES_PREFIX/model_metadata.json | used | The car.
-LOCAL_S3_HYPERPARAMETERS_KEY | $DR_LOCAL_S3_CUSTOM_FILES_PREFIX/hyperparameters.json | used | How it learns.
-LOCAL_S3_REWARD_KEY | $DR_LOCAL_S3_CUSTOM_FILES_PREFIX/reward_function.py | used | What it is paid for.
+LOCAL_S3_MODEL_METADATA_KEY | $DR_LOCAL_S3_CUSTOM_FILES_PREFIX/model_metadata.json | known | The car.
+LOCAL_S3_HYPERPARAMETERS_KEY | $DR_LOCAL_S3_CUSTOM_FILES_PREFIX/hyperparameters.json | known | How it learns.
+LOCAL_S3_REWARD_KEY | $DR_LOCAL_S3_CUSTOM_FILES_PREFIX/reward_function.py | known | What it is paid for.
 LOCAL_S3_METRICS_PREFIX | $DR_LOCAL_S3_MODEL_PREFIX/metrics | known | Folder of the metrics.
 UPLOAD_S3_PREFIX | $DR_LOCAL_S3_MODEL_PREFIX-1 | known | Folder for uploads.
 OA_NUMBER_OF_OBSTACLES | 6 | known | Obstacles on the track.
@@ -117,7 +122,7 @@ AWS_APP_REGION | us-east-1 | known | AWS region.
 UPLOAD_S3_PROFILE | default | known | AWS profile for uploads.
 UPLOAD_S3_BUCKET |  | known | Bucket for uploads.
 UPLOAD_S3_ROLE |  | known | Role for uploads, in older files.
-LOCAL_S3_BUCKET | bucket | used | Folder that stands for the bucket.
+LOCAL_S3_BUCKET | bucket | known | Folder that stands for the bucket.
 LOCAL_S3_PROFILE | default | known | Profile of the local storage.
 LOCAL_S3_ENDPOINT_URL |  | known | Address of the local storage.
 LOCAL_S3_AUTH_MODE |  | known | How the local storage is opened.
