@@ -1,8 +1,9 @@
 """How the car answers steering and throttle: three profiles of one model of few numbers.
 
 The textbook bicycle is badly wrong for this car: its steering lags by 0.15 to 0.5 s and it turns only about two thirds
-as sharply as its geometry says. The figures of `v4` and `v6` were fitted by `scripts/fit_vehicle.py` to one recorded
-training each and judged on another that they had not seen; docs/fidelity.md has the table::
+as sharply as its geometry says. `scripts/fit_vehicle.py` fits the figures to one recorded training and judges them on
+others that they had not seen; docs/fidelity.md has the table. `v4` is its fit; for `v6` it found nothing better than the
+six parameters that were known before (project facts, section 1.4), with delays of whole substeps::
 
     steering  d(delta)/dt = (delta_cmd - delta) / steering_lag
     speed     dv/dt       = clip((gain * v_cmd - v) / speed_lag, -max_acceleration, +max_acceleration)
@@ -63,8 +64,8 @@ class CarProfile(NamedTuple):
 
 
 PROFILES: dict[str, CarProfile] = {
-    "v4": CarProfile(0.491, 0.0, 0.177, 0.0, 3.3, 1.004, 0.869, 0.855, 0.054, 0.0744),
-    "v6": CarProfile(0.146, 0.0334, 0.062, 0.0267, 1000.0, 1.022, 0.691, 0.482, 0.084, 0.0),
+    "v4": CarProfile(0.496, 0.0, 0.169, 0.0, 3.35, 1.009, 0.867, 0.826, 0.05, 0.078),
+    "v6": CarProfile(0.167, 0.0334, 0.05, 0.0267, 1000.0, 1.03, 0.67, 0.25, 0.091, 0.0),
     "kinematic": CarProfile(0.0, 0.0, 0.0, 0.0, 1e9, 1.0, 1.0, 0.0, -REAR_WHEELS_M[0], 0.0),
 }
 """`v4`: the classic simulator's effort-controlled car (metadata version 1-4). `v6`: the ROS 2 build (5, 6 or none).
