@@ -2,8 +2,8 @@
 
 The textbook bicycle is badly wrong for this car: its steering lags by 0.15 to 0.5 s and it turns only about two thirds
 as sharply as its geometry says. `scripts/fit_vehicle.py` fits the figures to one recorded training and judges them on
-others that they had not seen; docs/fidelity.md has the table. `v4` is its fit; for `v6` it found nothing better than the
-six parameters that were known before (project facts, section 1.4), with delays of whole substeps::
+others that they had not seen; docs/fidelity.md has the table. `v4` is its fit; for `v6` it found nothing better than
+the six parameters that were known before (project facts, section 1.4), with delays of whole substeps::
 
     steering  d(delta)/dt = (delta_cmd - delta) / steering_lag
     speed     dv/dt       = clip((gain * v_cmd - v) / speed_lag, -max_acceleration, +max_acceleration)
