@@ -94,7 +94,7 @@ def test_advantages_are_standardised_over_the_iteration_before_it_is_cut_into_mi
     assert whole.advantages.mean().item() == pytest.approx(0.0, abs=1e-6)
     assert whole.advantages.std(correction=0).item() == pytest.approx(1.0, abs=1e-5)
     # an episode that ended brings nothing of what follows: the last row's advantage is reward - value
-    raw = kept.reward[-1] - kept.value[-1]
+    raw = kept.reward[-1] - learner._values_of(kept)[-1]
     found = whole.advantages.reshape(30, 4)[-1].numpy()
     spread = (raw - mean) / found
     assert spread == pytest.approx(np.full(4, spread[0]), rel=1e-3)
@@ -155,3 +155,25 @@ def test_huber_is_tensorflows():
     errors = torch.tensor([0.3, -0.9, 1.0, 4.0])
     by_hand = [0.045, 0.405, 0.5, 3.5]
     assert functional.huber_loss(errors, torch.zeros(4), reduction="none").tolist() == pytest.approx(by_hand)
+
+
+def test_a_critic_of_its_own_is_asked_once_before_the_update():
+    learner = a_learner()
+    kept = experience_of(learner, 100)
+    assert learner.values_later
+    assert (kept.value == 0).all()
+    kept.active[:, 1] = False
+    found = learner._values_of(kept)
+    asked = learner.values({"state": kept.observations["state"].reshape(-1, 5)}).reshape(100, 4)
+    assert found[:, [0, 2, 3]] == pytest.approx(asked[:, [0, 2, 3]], abs=1e-6)
+    assert (found[:, 1] == 0).all()
+    assert not PpoLearner(SPEC, NetworkConfig(), PpoConfig(), 1).values_later
+
+
+def test_half_the_precision_takes_nearly_the_same_step():
+    full, coarse = a_learner(batch_size=32), a_learner(batch_size=32, precision="bfloat16")
+    kept = experience_of(full, 8)
+    losses = [learner.update(kept) for learner in (full, coarse)]
+    assert losses[1].value_loss == pytest.approx(losses[0].value_loss, rel=0.05)
+    assert losses[1].entropy == pytest.approx(losses[0].entropy, rel=0.01)
+    assert all(numbers.dtype == torch.float32 for numbers in coarse.network.parameters())

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +30,9 @@ from racecraft.settings.groups import NetworkConfig, PpoConfig
 
 StateDict = dict[str, dict[str, Tensor]]
 
+ROWS_AT_ONCE = 256
+"""How many rows a critic that is asked later values at once."""
+
 
 class DivergedError(RacecraftError):
     """The losses are no longer numbers; the weights of this update are worth nothing."""
@@ -45,7 +48,7 @@ class Decision(NamedTuple):
     log_prob: Array
     """float32 (R,): log-probability of the samples."""
     value: Array
-    """float32 (R,): what the critic expects from here."""
+    """float32 (R,): what the critic expects from here; zeros where the learner asks it later (`values_later`)."""
 
 
 @dataclass(frozen=True)
@@ -131,6 +134,9 @@ class PpoLearner:
         self.optimiser = torch.optim.Adam(
             self.network.parameters(), lr=config.learning_rate, eps=config.adam_epsilon, fused=True
         )
+        self.values_later = self.network.critic_body is not None and self.architecture.separate_networks
+        """Whether the critic, a network as large as the policy, is asked once before an update and not at every tick,
+        as at AWS; its weights are the same then."""
         self.explored = 0
         """Decisions drawn so far; the random share of e-greedy exploration falls with them."""
 
@@ -165,7 +171,11 @@ class PpoLearner:
             greedy: Take the likeliest action instead of drawing one.
             generator: Chance to draw with; the learner's own by default.
         """
-        numbers, value = self.network(self._tensors(observations))
+        if self.values_later:
+            numbers = self.network.policy(self._tensors(observations))
+            value = torch.zeros(len(numbers))
+        else:
+            numbers, value = self.network(self._tensors(observations))
         mask = None if action_mask is None else torch.from_numpy(action_mask).to(self.device)
         log_std, kind = self.network.log_std, self.distribution
         chance = generator or self.generator
@@ -260,7 +270,8 @@ class PpoLearner:
 
     def _prepare(self, experience: Experience) -> tuple[Minibatch, Tensor, tuple[float, float]]:
         """Return all rows laid end to end, the numbers of the active ones, and two facts for the record."""
-        config, kept = self.config, experience
+        config = self.config
+        kept = replace(experience, value=self._values_of(experience)) if self.values_later else experience
         following = next_values(kept.value, kept.last_value, kept.final_value, kept.truncated)
         found, targets = advantages(
             kept.reward, kept.value, following, kept.terminated, kept.truncated,
@@ -287,6 +298,15 @@ class PpoLearner:
             action_mask=None if kept.action_mask is None else laid(kept.action_mask),
         )
         return whole, torch.from_numpy(np.flatnonzero(active)).to(self.device), facts
+
+    def _values_of(self, experience: Experience) -> Array:
+        """Return the critic's values of what was seen, float32 (T, R); zeros where a row is not active."""
+        active = experience.active.reshape(-1)
+        seen = {name: array.reshape(-1, *array.shape[2:]) for name, array in experience.observations.items()}
+        found = np.zeros(len(active), np.float32)
+        for rows in np.array_split(np.flatnonzero(active), -(-int(active.sum()) // ROWS_AT_ONCE) or 1):
+            found[rows] = self.values({name: array[rows] for name, array in seen.items()}) if len(rows) else 0.0
+        return found.reshape(experience.active.shape)
 
     def _minibatches(self, rows: Tensor) -> Iterator[Tensor]:
         """Yield the rows in a new order, `batch_size` at a time."""
@@ -334,7 +354,12 @@ def ppo_loss(
     network: ActorCritic, distribution: Distribution, batch: Minibatch, config: PpoConfig
 ) -> tuple[Tensor, Tensor]:
     """Return the loss of a minibatch, and (5,) policy loss, value loss, entropy, approximate KL, clipped share."""
-    numbers, value = network(batch.observations)
+    if config.precision == "bfloat16":
+        with torch.autocast(batch.advantages.device.type, torch.bfloat16):
+            numbers, value = network(batch.observations)
+        numbers, value = numbers.float(), value.float()
+    else:
+        numbers, value = network(batch.observations)
     log_prob, entropy = distribution.judge(numbers, network.log_std, batch.action_mask, batch.samples)
 
     advantage = batch.advantages

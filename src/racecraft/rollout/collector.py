@@ -11,7 +11,7 @@ end are the shortest and would be learned from too often.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import torch
@@ -28,6 +28,15 @@ FIRST_ROOM = 128
 
 Observer = Callable[[World, StepBuffers, Array], None]
 """Sees the world, what it wrote and the actions just taken, shape (N, M, *action shape). Looks, never writes."""
+
+
+@runtime_checkable
+class ParksAgents(Protocol):
+    """A world that can leave agents standing until the next `begin_episodes`."""
+
+    def park(self, rows: Array) -> None:
+        """Leave these agents (bool (N, M)) standing: nothing is done to them, and nothing comes of their actions."""
+        ...
 
 
 class Mind(Protocol):
@@ -72,13 +81,14 @@ class Collector:
         self.generator = torch.Generator(mind.device).manual_seed(seed)
         self.ticks_taken = 0
         """Ticks taken since the collector was made or restored to."""
+        self._parked_steps = 0
         self._seed, self._resets, self._row = seed, 0, 0
         self._begin_worlds()
 
     @property
     def steps_taken(self) -> int:
-        """Environment steps taken: ticks times worlds times agents."""
-        return self.ticks_taken * self.world.spec.num_worlds * self.world.spec.num_agents
+        """Environment steps taken: ticks times worlds times agents, less those of parked agents."""
+        return self.ticks_taken * self.world.spec.num_worlds * self.world.spec.num_agents - self._parked_steps
 
     def collect(self) -> Experience:
         """Carry on for `horizon` ticks and return what happened; episodes under way go on in the next call."""
@@ -95,18 +105,21 @@ class Collector:
 
         A world that `BeginsEpisodes` begins where its next episode would; others are reset.
 
-        Ticks that a car drives after its quota are kept out of learning.
+        A world that `ParksAgents` lets a car stand once its quota is full; in others it drives on, and what it drives
+        is kept out of learning.
         """
         buffer = self.buffer
         self._begin_episodes()
+        parked: Array | None = None
         done = np.zeros((self.world.spec.num_worlds, self.world.spec.num_agents), np.int64)
         t = 0
         while (done < quota).any():
             if t == buffer.ticks:
                 buffer.grow(max(FIRST_ROOM, 2 * t))
             buffer.learn[t] = done < quota
-            self._tick(t)
+            self._tick(t, parked)
             done += buffer.terminated[t] | buffer.truncated[t]
+            parked = self._park(done >= quota)
             t += 1
         self._row = t
         return self._kept(t)
@@ -124,7 +137,11 @@ class Collector:
             "shown": shown,
             "episodes": self.counter.state(),
             "exploration": {"generator": self.generator.get_state().numpy().copy()},
-            "counts": {"ticks_taken": np.array(self.ticks_taken), "resets": np.array(self._resets)},
+            "counts": {
+                "ticks_taken": np.array(self.ticks_taken),
+                "resets": np.array(self._resets),
+                "parked_steps": np.array(self._parked_steps),
+            },
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
@@ -142,6 +159,7 @@ class Collector:
         self.generator.set_state(torch.from_numpy(np.asarray(state["exploration"]["generator"])))
         self.ticks_taken = int(state["counts"]["ticks_taken"])
         self._resets = int(state["counts"]["resets"])
+        self._parked_steps = int(state["counts"].get("parked_steps", 0))
 
     def _begin_worlds(self) -> None:
         """Begin every world anew; each time with chance of its own."""
@@ -159,9 +177,16 @@ class Collector:
         self.world.begin_episodes(self.buffer.views[0])
         self.counter.begin()
 
-    def _tick(self, t: int) -> None:
+    def _park(self, full: Array) -> Array | None:
+        """Park agents whose quota is full; return them (N, M), None where nobody is parked."""
+        if not isinstance(self.world, ParksAgents) or not full.any():
+            return None
+        self.world.park(full)
+        return full
+
+    def _tick(self, t: int, parked: Array | None = None) -> None:
         buffer, now, then = self.buffer, self.buffer.views[t], self.buffer.views[t + 1]
-        decision = self.mind.act(_rows(now.observations), _mask_rows(now), generator=self.generator)
+        decision = self._decide(now, parked)
         shape = buffer.log_prob.shape[1:]
         actions = decision.actions.reshape(*shape, *self.world.spec.actions.shape)
         buffer.samples[t] = decision.samples.reshape(buffer.samples.shape[1:])
@@ -178,6 +203,17 @@ class Collector:
             buffer.final_value[t][cut] = self.mind.values(final)
         self.counter.count(then)
 
+    def _decide(self, now: StepBuffers, parked: Array | None) -> Decision:
+        """Decide for every agent; parked ones are not thought about and given zeros."""
+        seen, mask = _rows(now.observations), _mask_rows(now)
+        if parked is None:
+            return self.mind.act(seen, mask, generator=self.generator)
+        driving = ~parked.reshape(-1)
+        self._parked_steps += int(parked.sum())
+        seen = {name: array[driving] for name, array in seen.items()}
+        decision = self.mind.act(seen, None if mask is None else mask[driving], generator=self.generator)
+        return Decision(*(_spread(part, driving) for part in decision))
+
     def _kept(self, ticks: int) -> Experience:
         last = self.mind.values(_rows(self.buffer.views[ticks].observations))
         return self.buffer.experience(ticks, last)
@@ -186,6 +222,13 @@ class Collector:
 def _rows(named: Mapping[str, Array]) -> dict[str, Array]:
     """Return (N, M, ...) arrays as R = N * M rows; views."""
     return {name: array.reshape(-1, *array.shape[2:]) for name, array in named.items()}
+
+
+def _spread(part: Array, rows: Array) -> Array:
+    """Return an array of all rows, with `part` in the chosen ones (bool (R,)) and zeros elsewhere."""
+    whole = np.zeros((len(rows), *part.shape[1:]), part.dtype)
+    whole[rows] = part
+    return whole
 
 
 def _mask_rows(buffers: StepBuffers) -> Array | None:

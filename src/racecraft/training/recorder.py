@@ -60,4 +60,5 @@ class EpisodeRecorder:
         self._reports.clear()
         self._rewards.clear()
         self._actions.clear()
-        return columns
+        driven = flat["status"] != race.PARK
+        return columns if driven.all() else {name: column[driven] for name, column in columns.items()}

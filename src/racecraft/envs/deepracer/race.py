@@ -32,9 +32,9 @@ IMMOBILISED_M = 0.0003
 REVERSED_TICKS = 15
 """A car whose progress fell for so many ticks in a row drives backwards (simapp NUMBER_OF_REVERSE_COUNTS)."""
 
-STATUSES = ("in_progress", "lap_complete", "off_track", "immobilized", "reversed", "time_up", "prepare")
+STATUSES = ("in_progress", "lap_complete", "off_track", "immobilized", "reversed", "time_up", "prepare", "park")
 """How a row stands; the code is the index. Spelling is the original's, which racers' tools look for."""
-IN_PROGRESS, LAP_COMPLETE, OFF_TRACK, IMMOBILISED, REVERSED, TIME_UP, PREPARE = range(len(STATUSES))
+IN_PROGRESS, LAP_COMPLETE, OFF_TRACK, IMMOBILISED, REVERSED, TIME_UP, PREPARE, PARK = range(len(STATUSES))
 
 CRITIC_LOOKS_AHEAD_M = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
 """Distances along the centre line at which the critic is told the road's direction."""

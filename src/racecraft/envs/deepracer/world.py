@@ -93,6 +93,7 @@ class RaceWorld:
         if self._start_shares.shape != (num_cars,):
             raise ContractError(f"start_shares has shape {self._start_shares.shape}; expected ({num_cars},)")
         self._cars = race.new_cars(num_cars, self._start_shares)
+        self._parked = np.zeros(num_cars, bool)
         self._reward_sums = np.zeros(num_cars)
         self._finished: list[EpisodeRecord] = []
         self._spec = world_spec(actions, camera_config, num_cars, f"DeepRacer {track.name}")
@@ -123,10 +124,18 @@ class RaceWorld:
 
     def begin_episodes(self, buffers: StepBuffers) -> None:
         """Put every car at the start of its episode; one that was under way is driven again from its start."""
+        self._parked[:] = False
         self._reward_sums[:] = 0.0
         self._finished.clear()
         kernels.line_up(self._arrays, *self._eyes, self._palettes, self._cars, *self._views(buffers.observations))
         self._show_active(buffers)
+
+    def park(self, rows: Array) -> None:
+        """Let cars (bool (N, 1)) stand where they are until `begin_episodes` or `reset`: no tick, no report, no reward.
+
+        Their next start stays where it is, so that a car whose quota is full does not run ahead of the others.
+        """
+        self._parked[:] = rows[:, 0]
 
     def step(self, actions: Array, buffers: StepBuffers) -> None:
         """Advance every car by one tick; see `race.py` for the order of acts.
@@ -140,7 +149,7 @@ class RaceWorld:
             raise ContractError(f"{self._spec.name}: actions {actions!r} are not {len(self._cars)} of {self.actions}")
         kernels.tick(
             self._arrays, self._profile, self._rules, *self._eyes, self._palettes, self._table, self._clipped, choices,
-            self._cars, self.reports, *self._views(buffers.observations), *self._views(buffers.final_observations),
+            self._parked, self._cars, self.reports, *self._views(buffers.observations), *self._views(buffers.final_observations),
         )  # fmt: skip
         buffers.terminated[:, 0] = self.reports["terminated"]
         buffers.truncated[:, 0] = self.reports["truncated"]
@@ -164,6 +173,7 @@ class RaceWorld:
         """Go on from a saved state; what the cars see is drawn again."""
         for name in race.CAR_STATE.names or ():
             self._cars[name] = state[f"car.{name}"]
+        self._parked[:] = False
         self._reward_sums[:] = state["reward_sums"]
         self._finished.clear()
         kernels.look_again(self._arrays, *self._eyes, self._palettes, self._cars, *self._views(buffers.observations))
@@ -180,7 +190,7 @@ class RaceWorld:
 
     def _call_reward(self, rewards: Array) -> None:
         assert self.reward is not None
-        called = self.reports["status"] != race.PREPARE
+        called = ~np.isin(self.reports["status"], (race.PREPARE, race.PARK))
         for n, params in zip(np.flatnonzero(called), self._params.of(self.reports[called]), strict=True):
             rewards[n] = self.reward(params)
 

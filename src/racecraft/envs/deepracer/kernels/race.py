@@ -17,6 +17,7 @@ from racecraft.envs.deepracer.race import (
     IN_PROGRESS,
     LAP_COMPLETE,
     OFF_TRACK,
+    PARK,
     PREPARE,
     REVERSED,
     REVERSED_TICKS,
@@ -54,7 +55,7 @@ def look_again(track, scene, optics, palettes, cars, frames, critic_views):
 
 @parallel_kernel
 def tick(
-    track, profile, rules, scene, optics, palettes, table, clipped, choices,
+    track, profile, rules, scene, optics, palettes, table, clipped, choices, parked,
     cars, reports, frames, critic_views, last_frames, last_critic_views,
 ):  # fmt: skip
     """Advance every car by one tick.
@@ -68,6 +69,7 @@ def tick(
         table: (A, 2) steering in rad and speed in m/s as the action table has them.
         clipped: (A, 2) the same as sent to the car.
         choices: (N,) int64, the action of each car.
+        parked: (N,) bool, cars that take no part: they stand, and their reports say so.
         cars: CAR_STATE (N,), advanced in place.
         reports: TICK_REPORT (N,), written.
         frames, critic_views: uint8 (N, H, W) and float32 (N, CRITIC_NUMBERS), what is seen after the tick.
@@ -75,6 +77,10 @@ def tick(
     """
     for n in prange(cars.shape[0]):
         car, report, choice = cars[n], reports[n], choices[n]
+        if parked[n]:
+            report.status, report.terminated, report.truncated = PARK, False, False
+            look(track, scene, optics, palettes[n], car, frames[n], critic_views[n])
+            continue
         report_moment(track, car, report, table[choice, 0], table[choice, 1])
         call_endings(rules, car, report)
         obey(profile, car, clipped[choice, 0], clipped[choice, 1])
