@@ -1,1 +1,1 @@
-"""To be furnished."""
+"""The command line: one command per verb a person would say; begin in `app.py`."""

@@ -11,7 +11,7 @@ import sys
 
 import typer
 
-from racecraft.cli import bench, evaluate, gym, new, settings, tracks, train
+from racecraft.cli import bench, evaluate, gym, new, report, settings, tracks, train
 from racecraft.contract.errors import RacecraftError, UserInputError
 
 app = typer.Typer(
@@ -26,6 +26,7 @@ app = typer.Typer(
 
 app.command(name="train")(train.train)
 app.command(name="evaluate")(evaluate.evaluate)
+app.command(name="report")(report.report)
 app.command(name="new")(new.new)
 app.add_typer(tracks.app, name="tracks")
 app.add_typer(gym.app, name="gym")

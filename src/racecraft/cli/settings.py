@@ -26,7 +26,7 @@ def settings(
         return
     table = Table(box=None, pad_edge=False, header_style="bold")
     for title in ("setting", "default", "unit", "what it does"):
-        table.add_column(title, no_wrap=title != "what it does")
+        table.add_column(title, no_wrap=title in ("setting", "unit"))
     for name in group_names(defaults):
         for row in rows_of(getattr(defaults, name), name):
             table.add_row(row.full_name, value_text(getattr(getattr(defaults, name), row.name)), row.unit, row.doc)

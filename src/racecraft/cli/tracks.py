@@ -33,7 +33,7 @@ def list_tracks(
         ("direction", "left"),
         ("title", "left"),
     ):
-        table.add_column(title, justify=side, no_wrap=True)  # type: ignore[arg-type]
+        table.add_column(title, justify=side, no_wrap=title != "title")  # type: ignore[arg-type]
     for part in summaries:
         table.add_row(part.name, f"{part.length:.2f} m", f"{part.width:.2f} m", part.direction, part.title)
     Console().print(table)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from racecraft.training.racing import TrainedCar
 
 STOP_HELP = "laps, minutes=10, iterations=50, steps=200000; may be repeated; the first that holds ends it."
-UNCHANGEABLE = ("folder", "track", "car", "preset", "seed", "set_", "from_")
+UNCHANGEABLE = ("folder", "track", "car", "preset", "fidelity", "seed", "set_", "from_")
 
 
 def train(
@@ -30,7 +30,12 @@ def train(
     car: Annotated[
         str | None, typer.Option(help="v4, v6 or kinematic; by default what the metadata's version asks for.")
     ] = None,
-    preset: Annotated[str, typer.Option(help="fast: the learner and network that lap soonest.")] = "fast",
+    preset: Annotated[
+        str, typer.Option(help="fast: the learner and network that lap soonest; aws: those of AWS, figure by figure.")
+    ] = "fast",
+    fidelity: Annotated[
+        str | None, typer.Option(help="sane, or aws with the original's habits; by default what goes with the preset.")
+    ] = None,
     stop: Annotated[list[str] | None, typer.Option(help=STOP_HELP)] = None,
     run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/<track>-<number>.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same machine, same training.")] = 1,
@@ -68,7 +73,9 @@ def train(
         assert run is not None
         plan, start = plan_resume(run, tuple(stop or ())), resume_car
     else:
-        request = RaceRequest(folder, track, car, preset, tuple(stop or ()), run, seed, tuple(set_ or ()), from_)
+        request = RaceRequest(
+            folder, track, car, preset, fidelity, tuple(stop or ()), run, seed, tuple(set_ or ()), from_
+        )
         plan, start = plan_car(request), train_car
     for note in plan.notes:
         tell(f"- {note}")
@@ -104,9 +111,9 @@ def _say_what_came_of_it(trained: TrainedCar, files: dict[str, Any]) -> None:
     summary, path = trained.summary(), trained.run.path
     stable, best = summary["seconds_to_stable_laps"], summary["best_lap_seconds"]
     if stable is not None:
-        print(f"\nIt laps: stable after {stable:.1f} s and {summary['env_steps']:,} steps; best lap {best:.2f} s.")
+        print(f"\nIt laps: stable after {stable:.1f} s of training; best lap {best:.2f} s.")
     elif best is not None:
-        print(f"\nIt drove full laps, the best in {best:.2f} s, but not yet from every start.")
+        print(f"\nIt drove full laps, the best in {best:.2f} s, but it is not stable yet.")
     else:
         print("\nIt does not lap yet.")
     for kind, place in files.items():

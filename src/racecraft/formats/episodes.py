@@ -59,9 +59,9 @@ STATUSES = (
 """Words of the column `status`, as AWS writes them."""
 
 EPISODE_COLUMNS = (
-    Column("episode", "int32", "", "Episode, counted from 0 without gaps over the whole run.", required=True),
+    Column("episode", "int32", "", "Episode of this world, counted from 0 without gaps.", required=True),
     Column("world", "int32", "", "World the car drove in, counted from 0; worlds run side by side."),
-    Column("iteration", "int32", "", "Iteration of the training, counted from 0."),
+    Column("iteration", "int32", "", "Iteration of the training, counted from 1."),
     Column(
         "tick", "int32", "", "Tick within the episode, counted from 1; the first is the start at rest.", required=True
     ),

@@ -116,7 +116,9 @@ class RunFolder:
         """
         path = Path(path)
         if not path.exists():
-            raise RunFolderError(f"{path}: there is no such folder; expected a run folder. See `racecraft runs`.")
+            raise RunFolderError(
+                f"{path}: there is no such folder; expected a run folder, such as runs/reinvent_base-1."
+            )
         _require_no_file(path)
         if not (path / JOB).is_file():
             raise RunFolderError(f"{path}: holds no {JOB}; expected a run folder of racecraft. Name the folder itself.")

@@ -1,1 +1,1 @@
-"""To be furnished."""
+"""Whatever can act: a trained policy, and the car it was trained for."""

@@ -69,8 +69,8 @@ def read_rows(path: str | Path) -> np.ndarray:
         raise TrackError(path, f"an array of shape {table.shape}", f"two dimensions, {FORM}")
     if table.shape[1] < 6:
         raise TrackError(path, f"{table.shape[1]} columns", f"6 columns, {FORM}")
-    if table.shape[0] < 2:
-        raise TrackError(path, f"{table.shape[0]} row(s)", "at least 2 rows for an open track, 4 for a loop")
+    if table.shape[0] < 3:
+        raise TrackError(path, f"{table.shape[0]} row(s)", "at least 3 rows for an open track, 4 for a loop")
     return table[:, :6].astype(np.float64)
 
 

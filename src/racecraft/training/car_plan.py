@@ -26,7 +26,6 @@ KIND = "deepracer"
 """What job.json calls a run of a car."""
 DEFAULT_TRACK = "reinvent_base"
 DEFAULT_STOPS = ("laps", "minutes=30")
-NETWORK_NOTE = "preset fast: its own small network is trained; neural_network of model_metadata.json is not used"
 
 
 @dataclass(frozen=True)
@@ -40,6 +39,8 @@ class RaceRequest:
     car: str | None = None
     """Vehicle profile; None: by the version in the metadata."""
     preset: str = "fast"
+    fidelity: str | None = None
+    """"sane" or "aws"; None: the one that goes with the preset."""
     stops: tuple[str, ...] = ()
     """As typed; none: DEFAULT_STOPS."""
     run: Path | None = None
@@ -77,11 +78,13 @@ def plan_car(request: RaceRequest) -> CarPlan:
     """
     stops = parse_stops(request.stops or DEFAULT_STOPS)
     model = read_model_folder(request.folder)
-    settings, notes = settings_for(request.preset, model.hyperparameters, request.overrides)
+    settings, notes = settings_for(
+        request.preset, model.hyperparameters, request.overrides, request.fidelity, model.metadata
+    )
     if not any(override.startswith("race.car=") for override in request.overrides):
         settings = with_values(settings, "race", {"car": request.car or model.metadata.car})
     track = load_track(request.track)
-    return CarPlan(request, model, settings, track, stops, (*model.notes, *notes, NETWORK_NOTE))
+    return CarPlan(request, model, settings, track, stops, (*model.notes, *notes))
 
 
 def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:

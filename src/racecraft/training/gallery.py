@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from racecraft.analysis.figures import draw_curves, draw_path
+from racecraft.analysis.report import write_report
 from racecraft.analysis.video import write_video
 from racecraft.contract.world import Array
 from racecraft.evaluation.drive import DriveKeeper
@@ -15,8 +16,9 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained_car import TrainedCar, load_trained_car
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.track import Track
+from racecraft.training.car_plan import KIND
 
-VIDEO, PATH_PICTURE, CURVES = "lap.mp4", "path.png", "curves.png"
+VIDEO, PATH_PICTURE, CURVES, REPORT = "lap.mp4", "path.png", "curves.png", "report.html"
 
 
 @dataclass(frozen=True)
@@ -39,19 +41,38 @@ def drive_laps(car: TrainedCar, track: Track, laps: int) -> Drive:
 
 
 def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
-    """Film the best policy's lap from the start line, draw its path and the run's curves; return the files by kind."""
+    """Film the best policy's lap, draw its path and the run's curves, write the report; return the files by kind."""
     say("Filming the best policy's lap …")
     car = load_trained_car(run.path, "best")
     drive = drive_laps(car, load_track(car.trained_on), laps=1)
-    files = {"video": run.path / VIDEO, "picture": run.path / PATH_PICTURE, "curves": run.path / CURVES}
+    files = {
+        "video": run.path / VIDEO,
+        "picture": run.path / PATH_PICTURE,
+        "curves": run.path / CURVES,
+        "report": run.path / REPORT,
+    }
     show_drive(drive, video=files["video"], picture=files["picture"])
     draw_curves(files["curves"], run.read_metrics())
+    write_report(run, files["report"], drive.ticks)
     return files
+
+
+def report_run(path: Path, page: Path) -> Path:
+    """Write the page that tells a run; a car's best policy drives one lap for it.
+
+    Raises:
+        RunFolderError: No run folder.
+    """
+    run = RunFolder.open(path)
+    if run.read_job().get("kind") != KIND:
+        return write_report(run, page)
+    car = load_trained_car(path, "best")
+    return write_report(run, page, drive_laps(car, load_track(car.trained_on), laps=1).ticks)
 
 
 def show_drive(drive: Drive, *, video: Path | None = None, picture: Path | None = None) -> None:
     """Write the film and the path of a drive, whichever is asked for."""
-    title = f"{drive.track.title or drive.track.name}, checkpoint {drive.car.checkpoint.iteration}"
+    title = f"checkpoint {drive.car.checkpoint.iteration}"
     if picture is not None:
         draw_path(picture, drive.track, drive.ticks)
     if video is not None:

@@ -31,8 +31,8 @@ from racecraft.training.car_plan import versions
 from racecraft.training.events import Listener, Verdict
 from racecraft.training.keeping import RunKeeper
 from racecraft.training.loop import Outcome, TrainingLoop
-from racecraft.training.racing import use_threads
 from racecraft.training.presets import fit_worlds_to_episodes
+from racecraft.training.racing import use_threads
 from racecraft.training.stopping import parse_stops
 
 CONFIRMING_EPISODES = 100
@@ -43,9 +43,7 @@ SEED_OF_JUDGING = 1_000_000_007
 VECTOR_SETTINGS = TrainSettings(
     rollout=RolloutConfig(num_worlds=8, horizon=32),
     network=NetworkConfig(hidden_units=(64, 64), activation="tanh"),
-    ppo=PpoConfig(
-        learning_rate=1e-3, discount=0.98, gae_lambda=0.8, epochs=20, batch_size=256, entropy_weight=0.0
-    ),
+    ppo=PpoConfig(learning_rate=1e-3, discount=0.98, gae_lambda=0.8, epochs=20, batch_size=256, entropy_weight=0.0),
     evaluation=EvaluationConfig(every=8, episodes=20, stable_after=1),
     runtime=RuntimeConfig(threads=1),
 )

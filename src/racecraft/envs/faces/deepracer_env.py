@@ -58,7 +58,7 @@ class DeepRacerEnv(WorldEnv):
         self.render_mode = render_mode
         self._eye: Camera | None = None
 
-    def render(self) -> Array | None:  # type: ignore[override]
+    def render(self) -> Array | None:
         """Return what the car sees, uint8 (480, 640, 3); None without a render mode."""
         if self.render_mode is None:
             return None

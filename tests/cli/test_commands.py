@@ -1,0 +1,122 @@
+"""Every command as a user types it, at the smallest size."""
+
+import json
+import subprocess
+import sys
+import time
+
+import pytest
+
+from tests.cli.conftest import TINY
+
+
+def test_train_evaluate_and_look(racecraft, tmp_path):
+    said = racecraft("train", "--stop", "iterations=2", "--json", *TINY)
+    assert said.code == 0, said.err
+    lines = said.out.strip().splitlines()
+    assert len(lines) == 1, "one JSON object on one line, everything else on standard error"
+    summary = json.loads(lines[0])
+    wanted = {
+        "seconds_to_first_full_lap", "seconds_to_stable_laps", "env_steps", "iterations", "env_steps_per_second",
+        "best_lap_seconds", "evaluation", "run", "seed", "versions",
+    }  # fmt: skip
+    assert wanted <= set(summary)
+    assert (summary["iterations"], summary["env_steps"]) == (2, 2 * 4 * 16)
+    assert summary["run"] == "runs/reinvent_base-1"
+    for name in ("lap.mp4", "path.png", "curves.png", "report.html", "job.json", "metrics.jsonl", "log.txt"):
+        assert (tmp_path / summary["run"] / name).stat().st_size > 0, name
+
+    judged = racecraft("evaluate", summary["run"], "--laps", "2", "--video", "film.mp4", "--json")
+    assert judged.code == 0, judged.err
+    facts = json.loads(judged.out)
+    assert len(facts["laps"]) == 2
+    assert (tmp_path / "film.mp4").stat().st_size > 0
+    other = racecraft("evaluate", summary["run"], "--track", "Oval_track", "--checkpoint", "0", "--laps", "1")
+    assert other.code == 0, other.err
+    assert "off track" in other.out or "truncated" in other.out
+
+
+def test_a_racers_own_folder_trains_and_prints_into_the_log(racecraft, tmp_path):
+    assert racecraft("new", "my-car").code == 0
+    reward = tmp_path / "my-car" / "reward_function.py"
+    reward.write_text(
+        reward.read_text().replace("    distance =", '    print("hello from", params["steps"])\n    distance =', 1)
+    )
+    said = racecraft("train", "my-car", "--run", "r", "--stop", "iterations=1", "--no-pictures", *TINY)
+    assert said.code == 0, said.err
+    assert "hello from 2.0" in (tmp_path / "r" / "log.txt").read_text()
+    assert "hello from" not in said.out
+    assert (tmp_path / "r" / "reward_function.py").read_text() == reward.read_text()
+
+
+def test_whole_episodes_are_shared_among_cars(racecraft, tmp_path):
+    folder = tmp_path / "car"
+    folder.mkdir()
+    (folder / "hyperparameters.json").write_text('{"num_episodes_between_training": 6, "batch_size": 32}')
+    said = racecraft("train", folder, "--run", "r", "--stop", "iterations=2", "--no-pictures", *TINY)
+    assert said.code == 0, said.err
+    assert "3 worlds, not 4, so that each plays 2 of 6 episodes" in said.out
+    rows = [json.loads(line) for line in (tmp_path / "r" / "metrics.jsonl").read_text().splitlines()]
+    assert len(rows) == 2
+    assert all(row["episodes"] >= 6 for row in rows)
+
+
+def test_a_run_that_was_killed_goes_on_as_if_it_never_stopped(racecraft, tmp_path):
+    """One run of four iterations, and one that is stopped after two and resumed: the same curve, bit for bit."""
+    racecraft("train", "--run", "whole", "--stop", "iterations=4", "--no-pictures", *TINY)
+    racecraft("train", "--run", "broken", "--stop", "iterations=2", "--no-pictures", *TINY)
+    said = racecraft("train", "--run", "broken", "--resume", "--stop", "iterations=4", "--no-pictures")
+    assert said.code == 0, said.err
+    assert "goes on after iteration 2" in said.out
+    assert curve(tmp_path / "broken") == curve(tmp_path / "whole")
+
+
+def test_a_clone_begins_with_the_weights_of_its_parent(racecraft, tmp_path):
+    racecraft("train", "--run", "parent", "--stop", "iterations=1", "--no-pictures", *TINY)
+    said = racecraft(
+        "train", "--from", "parent:last", "--run", "child", "--stop", "iterations=1", "--no-pictures", *TINY
+    )
+    assert said.code == 0, said.err
+    parent = racecraft("evaluate", "parent", "--checkpoint", "last", "--laps", "1", "--json")
+    child = racecraft("evaluate", "child", "--checkpoint", "0", "--laps", "1", "--json")
+    assert json.loads(parent.out)["laps"] == json.loads(child.out)["laps"]
+    refused = racecraft("train", "--from", "parent", "--run", "x", *TINY, "--set", "network.hidden_units=16")
+    assert refused.code == 2
+    assert "Leave network.hidden_units as it was" in refused.err
+
+
+def curve(run):
+    rows = [json.loads(line) for line in (run / "metrics.jsonl").read_text().splitlines()]
+    timed = ("seconds", "steps_per_second")
+    return [{name: value for name, value in row.items() if not name.startswith(timed)} for row in rows]
+
+
+def test_tracks_are_listed_and_shown(racecraft, tmp_path):
+    listed = json.loads(racecraft("tracks", "list", "--json").out)["tracks"]
+    assert "reinvent_base" in [track["name"] for track in listed]
+    shown = json.loads(racecraft("tracks", "show", "reinvent_base", "--picture", "t.png", "--json").out)
+    assert shown["length_m"] == pytest.approx(17.709, abs=2e-3)
+    assert (tmp_path / "t.png").stat().st_size > 0
+    assert "Oval_track" in racecraft("tracks", "list").out
+
+
+def test_settings_are_listed(racecraft):
+    assert "ppo.learning_rate" in racecraft("settings").out
+    assert json.loads(racecraft("settings", "--json").out)["ppo"]["clip"] == 0.2
+
+
+def test_a_gymnasium_environment_trains_on_the_same_loop(racecraft, tmp_path):
+    said = racecraft("gym", "train", "CartPole-v1", "--stop", "iterations=2", "--run", "r", "--json")
+    assert said.code == 0, said.err
+    assert json.loads(said.out)["env_steps"] == 2 * 8 * 32
+
+
+def test_help_answers_at_once():
+    """Half a second is promised; the median of three leaves room for a busy machine."""
+    took = []
+    for _ in range(3):
+        began = time.perf_counter()
+        done = subprocess.run([sys.executable, "-m", "racecraft", "--help"], capture_output=True, text=True, check=True)
+        took.append(time.perf_counter() - began)
+    assert "racecraft train" in done.stdout
+    assert sorted(took)[1] < 3.0
