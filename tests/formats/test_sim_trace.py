@@ -106,6 +106,13 @@ DAMAGE = [  # line 4 becomes this, what is said
     ("0,3.0,left" + ",0" * 16, "X is 'left'"),
     ("0.5,3.0" + ",0" * 17, "episode is '0.5'"),
     ("0,3.0" + ",0" * 17, "done is '0'"),
+    ("0,3.0,1,1,1,1,1,0,1e999x,False,True,1,1,17,1,off_track,0,0,0", "reward is '1e999x'"),
+    ("0,3.0,1,1,1,1,1,[1 2,1,False,True,1,1,17,1,off_track,0,0,0", "action is '[1 2'"),
+    ("0,3.0,1,1,1,1,1,0,1,False,yes,1,1,17,1,off_track,0,0,0", "all_wheels_on_track is 'yes'"),
+    ("0,3.0,1,1,1,1,1,0,1,False,True,1,nan,17,1,off_track,0,0,0", "closest_waypoint is 'nan'"),
+    ("0,3.0,1,1,1,1,1,0,1,False,True,1,1,17,1,,0,0,0", "episode_status is ''"),
+    ("0,3.0,1,1,1,1,1,0,1,False,True,1,1,17,1,off_track,0,0,0,extra", "20 values where the header names 19"),
+    ("0,,1,1,1,1,1,0,1,False,True,1,1,17,1,off_track,0,0,0", "steps is ''"),
 ]
 
 
@@ -130,6 +137,9 @@ def test_many_damaged_rows_are_counted_not_listed(tmp_path):
 WRONG = [  # text, what the letter holds
     ("", ":1: episode: there is no such column among nothing; expected a CSV file with the columns episode"),
     ("episode,steps\n0,1.0\n", ":1: X: there is no such column among episode, steps"),
+    ("{}", "there is no such column among {}"),
+    (sim_trace_text(small_trace()).replace("tstamp", "time"), ":1: tstamp: there is no such column"),
+    (sim_trace_text(small_trace()).replace(",", ";"), ":1: episode: there is no such column among episode;steps;X"),
     (sim_trace_text(small_trace()).split("\n")[0] + "\n", "no sound row; the file holds no rows; expected one row"),
     (sim_trace_text(small_trace()).split("\n")[0] + "\n1,2\n", "no sound row; 2: 2 values where the header names 19"),
 ]

@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from racecraft.formats.whole import OutputFileError, whole_file, write_whole
+from racecraft.formats.whole import OutputFileError, make_folder, whole_file, write_on, write_whole
 
 
 def test_what_is_written_is_there_and_nothing_else_is(tmp_path):
@@ -51,3 +51,24 @@ def test_a_missing_folder_and_a_folder_in_the_way_give_letters(tmp_path):
     (tmp_path / "b").mkdir()
     with pytest.raises(OutputFileError, match="cannot be written"):
         write_whole(tmp_path / "b", "x")
+
+
+def test_a_log_goes_on_behind_what_is_sound(tmp_path):
+    path = tmp_path / "log"
+    assert write_on(path, 0, b"one\n") == 4
+    path.write_bytes(b"one\ntwo, torn by a cra")
+    assert write_on(path, 4, b"two\n") == 8
+    assert path.read_bytes() == b"one\ntwo\n"
+    path.write_bytes(b"on")  # somebody cut it
+    assert write_on(path, 8, b"three\n") == 8
+    assert path.read_bytes() == b"onthree\n"
+    with pytest.raises(OutputFileError, match="its folder does not exist"):
+        write_on(tmp_path / "nowhere" / "log", 0, b"")
+
+
+def test_a_folder_whose_place_is_taken_gets_a_letter(tmp_path):
+    make_folder(tmp_path / "a" / "b")
+    make_folder(tmp_path / "a" / "b")
+    (tmp_path / "file").touch()
+    with pytest.raises(OutputFileError, match="file: cannot be written"):
+        make_folder(tmp_path / "file")

@@ -13,6 +13,7 @@ Files that AWS's tools read, written as AWS writes them:
     simulation_log.py    the same ticks, and what was trained, as lines of a log
     training_metrics.py  one row an episode, as JSON
     training_params.py   what the simulator was told, as a sliver of YAML
+    model_folder.py      where all of these stand, and which checkpoint is best and last
 
 Files of our own, which strangers may take away:
 

@@ -18,6 +18,7 @@ from typing import Any
 
 from racecraft.contract.errors import MetadataError, nearest
 from racecraft.formats.json_text import JsonDocument, Step, as_number, kind_of, read_json
+from racecraft.formats.lidar_config import LIDARS, read_lidar_config
 from racecraft.formats.whole import write_whole
 
 MAX_STEERING_DEG = 30.0
@@ -29,7 +30,6 @@ MAX_WRITTEN_SPEED_MPS = 5.0
 CONSOLE_MAX_ACTIONS = 30
 
 CAMERAS = ("FRONT_FACING_CAMERA", "LEFT_CAMERA", "STEREO_CAMERAS", "observation")
-LIDARS = ("LIDAR", "SECTOR_LIDAR", "DISCRETIZED_SECTOR_LIDAR")
 NETWORKS = (
     "DEEP_CONVOLUTIONAL_NETWORK_SHALLOW",
     "DEEP_CONVOLUTIONAL_NETWORK",
@@ -159,7 +159,7 @@ def read_model_metadata(path: str | Path) -> ModelMetadata:
         neural_network=_read_word(document, "neural_network", NETWORKS, NETWORKS[0], notes),
         training_algorithm=_read_word(document, "training_algorithm", ALGORITHMS, ALGORITHMS[0], notes),
         version=version,
-        lidar_config=_read_lidar_config(document),
+        lidar_config=read_lidar_config(document),
         unknown={key: value for key, value in document.value.items() if key not in KEYS},
     )
     _check_type(document, metadata)
@@ -342,30 +342,6 @@ def _read_version(document: JsonDocument) -> str | None:
     if number is None or not 1 <= number < 7:
         raise document.letter("version", found=repr(written), expected='"1" to "6"')
     return f"{number:g}"
-
-
-def _read_lidar_config(document: JsonDocument) -> dict[str, float] | None:
-    written = document.value.get("lidar_config")
-    if written is None:
-        return None
-    if not isinstance(written, dict):
-        raise document.letter("lidar_config", found=kind_of(written), expected="an object with num_sectors")
-    config: dict[str, float] = {}
-    for key, value in written.items():
-        number = as_number(value)
-        if number is None:
-            raise document.letter("lidar_config", key, found=repr(value), expected="a number")
-        config[key] = number
-    if not 0.15 <= config.get("clipping_dist", 2.0) <= 12.0:
-        raise document.letter(
-            "lidar_config", "clipping_dist", found=f"{config['clipping_dist']:g}", expected="0.15 to 12 m"
-        )
-    sectors = config.get("num_sectors", 8)
-    if sectors not in (1, 2, 4, 8, 16, 32, 64):
-        raise document.letter("lidar_config", "num_sectors", found=f"{sectors:g}", expected="a divisor of 64")
-    if config.get("num_values_per_sector", 1) < 1:
-        raise document.letter("lidar_config", "num_values_per_sector", found="less than 1", expected="1 or more")
-    return config
 
 
 def _check_type(document: JsonDocument, metadata: ModelMetadata) -> None:

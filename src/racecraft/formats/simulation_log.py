@@ -58,10 +58,8 @@ def trace_lines(trace: Mapping[str, Array]) -> list[str]:
     if not ticks:
         return []
     frame = pl.DataFrame([pl.Series(name, _printed(name, trace, ticks)) for name in NAMES])
-    text = frame.with_columns(pl.format(PREFIX + "{}", pl.col("episode")).alias("episode")).write_csv(
-        include_header=False, float_precision=4, quote_style="never"
-    )
-    return text.splitlines()
+    text = frame.write_csv(include_header=False, float_precision=4, quote_style="never")
+    return [PREFIX + line for line in text.splitlines()]
 
 
 def episode_line(worker: int, episode: int, reward: float, steps: int, iteration: int) -> str:
