@@ -45,3 +45,22 @@ def test_it_walks_up(continuous):
     learner = trained(Walk(8, continuous=continuous), updates=25)
     best = summarise(play_episodes(Up(), Walk(4), episodes_each=4, seed=2)).mean_reward
     assert mean_reward(Walk(4, continuous=continuous), learner) >= 0.97 * best
+
+
+@pytest.mark.parametrize("exploration", ["categorical", "e-greedy"])
+def test_it_walks_up_as_the_aws_learner(exploration):
+    config = PpoConfig(
+        learning_rate=1e-2, batch_size=64, value_weight=1.0, value_loss="huber", max_grad_norm=None,
+        standardise="rollout", drop_remainder=True, probability_floor=1e-8, adam_form="tensorflow",
+        exploration=exploration, epsilon_steps=2000,
+    )  # fmt: skip
+    network = NetworkConfig(
+        hidden_units=(16,), privileged_critic=False, separate_networks=True, initialisation="glorot"
+    )
+    world = Walk(8)
+    learner = PpoLearner(world.spec, network, config, seed=1)
+    collector = Collector(world, learner, horizon=16, seed=1)
+    for _ in range(40):
+        learner.update(collector.collect_episodes(2))
+    best = summarise(play_episodes(Up(), Walk(4), episodes_each=4, seed=2)).mean_reward
+    assert mean_reward(Walk(4), learner) >= 0.97 * best

@@ -18,7 +18,7 @@ class CarJudge:
     Args:
         world: As many cars as starts; no reward.
         policy: The policy, greedy; it follows its learner.
-        trained_in: The training's own world; with fidelity aws, evaluations start where its first car would next.
+        trained_in: The training's own world; with fidelity aws, evaluations start where its next episode would.
     """
 
     score_name = "progress %"
@@ -37,7 +37,6 @@ class CarJudge:
     def judge(self) -> Verdict:
         """Drive from every start."""
         if self._trained_in is not None and self._world.habits.evaluation_follows_training:
-            current = self._trained_in.cars["start_share"][0]
-            self._world.move_starts(np.full(self._world.spec.num_worlds, current))
+            self._world.move_starts(np.full(self._world.spec.num_worlds, self._trained_in.next_start_share))
         report = judge_starts(self._policy, self._world)
         return Verdict(report.mean_progress_percent, report.all_full, report.best_lap_seconds, report.as_dictionary())

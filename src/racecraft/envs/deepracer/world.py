@@ -113,6 +113,12 @@ class RaceWorld:
         """Where each car first starts, share of the lap (N,)."""
         return self._start_shares.copy()
 
+    @property
+    def next_start_share(self) -> float:
+        """Where the next episode would start if the first car alone had driven every car's, share of the lap."""
+        episodes = int(self._cars["episode"].sum())
+        return float((self._start_shares[0] + episodes * self._rules.start_advance) % 1.0)
+
     def move_starts(self, start_shares: Sequence[float] | Array) -> None:
         """Let the next `reset` line the cars up elsewhere: shares of the lap, (N,)."""
         self._start_shares = np.array(start_shares, float)
