@@ -55,12 +55,12 @@ def test_it_walks_up_as_the_aws_learner(exploration):
         exploration=exploration, epsilon_steps=2000,
     )  # fmt: skip
     network = NetworkConfig(
-        hidden_units=(16,), privileged_critic=False, separate_networks=True, initialisation="glorot"
+        hidden_units=(16,), activation="tanh", privileged_critic=False, separate_networks=True, initialisation="glorot"
     )
     world = Walk(8)
     learner = PpoLearner(world.spec, network, config, seed=1)
     collector = Collector(world, learner, horizon=16, seed=1)
-    for _ in range(40):
+    for _ in range(30):
         learner.update(collector.collect_episodes(2))
     best = summarise(play_episodes(Up(), Walk(4), episodes_each=4, seed=2)).mean_reward
     assert mean_reward(Walk(4), learner) >= 0.97 * best
