@@ -37,25 +37,23 @@ class EpisodeCutter:
         """Of unfinished episodes, ordered by car, then by time."""
         self._cars = np.empty(0, np.int32)
 
-    def cut(self, columns: Mapping[str, Array], learned: Array | None = None) -> list[Array]:
+    def cut(self, columns: Mapping[str, Array]) -> list[Array]:
         """Return the episodes that end within these ticks, each TICK (T,), in the order in which they end.
 
         Args:
-            columns: T ticks of each of N cars, ordered by car, then by time: what `EpisodeRecorder.take` gives.
-            learned: Whether a tick was learned from, bool (N*T,); episodes that were not are left out.
+            columns: Ticks of N cars, ordered by car, then by time: what `EpisodeRecorder.take` gives. The cars have
+                set out in the same tick; one may have fewer ticks than another because it was parked.
 
-        Episodes that were broken off (their car begins anew without an end) are left out too.
+        Episodes that were broken off (their car begins anew without an end) are left out.
         """
         fresh = as_ticks(columns)
         worlds = np.asarray(columns["world"])
         moment = np.arange(len(fresh)) - np.searchsorted(worlds, worlds)
-        counted = np.ones(len(fresh), bool) if learned is None else learned
         order = np.argsort(np.concatenate([self._cars, worlds.astype(np.int32)]), kind="stable")
         old = len(self._ticks)
         ticks = np.concatenate([self._ticks, fresh])[order]
         cars = np.concatenate([self._cars, worlds.astype(np.int32)])[order]
         moment = np.concatenate([np.full(old, -1), moment])[order]
-        counted = np.concatenate([np.ones(old, bool), counted])[order]
         if not len(ticks):
             return []
         change = np.append(True, cars[1:] != cars[:-1])
@@ -65,7 +63,7 @@ class EpisodeCutter:
         ended = ticks["done"][lasts]
         latest = np.append(change[begins[1:]], True)
         self._keep(ticks, cars, begins, lasts, whole & ~ended & latest)
-        chosen = np.flatnonzero(whole & ended & counted[lasts])
+        chosen = np.flatnonzero(whole & ended)
         chosen = chosen[np.lexsort((cars[lasts[chosen]], moment[lasts[chosen]]))]
         return [ticks[begins[place] : lasts[place] + 1] for place in chosen.tolist()]
 

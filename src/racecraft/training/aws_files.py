@@ -89,13 +89,12 @@ class AwsFiles:
         if self._with_log:
             self._log_written = self._log_end = write_on(place.simulation_log, 0, self._log_head())
 
-    def keep(self, columns: Mapping[str, Array], report: IterationReport, learned: Array | None = None) -> None:
+    def keep(self, columns: Mapping[str, Array], report: IterationReport) -> None:
         """Take in one of our iterations.
 
         Args:
             columns: Its ticks: what `EpisodeRecorder.take` gives.
             report: What came of it.
-            learned: Whether each of these ticks was learned from; None: all were.
 
         Raises:
             OutputFileError: A file could not be written.
@@ -104,7 +103,7 @@ class AwsFiles:
         if len(columns["track_length_m"]):
             self._track_length_m = float(columns["track_length_m"][0])
         filling = self._blocks[-1]
-        for episode in self._cutter.cut(columns, learned):
+        for episode in self._cutter.cut(columns):
             self._take_episode(episode)
         self._take_evaluation(report)
         self._note_update(report, filling if filling is self._blocks[-1] else self._blocks[-2])

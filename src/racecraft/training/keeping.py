@@ -8,7 +8,6 @@ from typing import Any
 
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.weights import to_arrays
-from racecraft.contract.world import Array
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.episodes import write_episodes
 from racecraft.formats.run_folder import RunFolder
@@ -55,7 +54,7 @@ class RunKeeper:
             columns = self._recorder.take(report.iteration)
             write_episodes(self._run.episodes / f"{report.iteration}.parquet", columns)
             if self._aws is not None:
-                self._aws.keep(columns, report, self._learned(len(columns["tick"])))
+                self._aws.keep(columns, report)
         if report.verdict is not None:
             text = json.dumps({"iteration": report.iteration, **report.verdict.details}, indent=2)
             write_whole(self._run.evaluations / f"{report.iteration}.json", text + "\n")
@@ -83,11 +82,6 @@ class RunKeeper:
         """Write what is still held back."""
         if self._aws is not None:
             self._aws.close()
-
-    def _learned(self, rows: int) -> Array:
-        """Return whether each tick of this iteration was learned from, in the recorder's order: by car, then time."""
-        learn = self._collector.buffer.learn[:, :, 0]
-        return learn[: rows // learn.shape[1]].T.reshape(-1)
 
     def _weights(self) -> dict[str, Any]:
         weights: dict[str, Any] = to_arrays(self._learner.state_dict()["network"])
