@@ -7,11 +7,12 @@ ends with a letter and exit code 2.
 
 from __future__ import annotations
 
+import os
 import sys
 
 import typer
 
-from racecraft.cli import bench, evaluate, gym, new, report, settings, tracks, train
+from racecraft.cli import bench, evaluate, gym, new, replay, report, settings, tracks, train
 from racecraft.contract.errors import RacecraftError, UserInputError
 
 app = typer.Typer(
@@ -27,6 +28,7 @@ app = typer.Typer(
 app.command(name="train")(train.train)
 app.command(name="evaluate")(evaluate.evaluate)
 app.command(name="report")(report.report)
+app.command(name="replay")(replay.replay)
 app.command(name="new")(new.new)
 app.add_typer(tracks.app, name="tracks")
 app.add_typer(gym.app, name="gym")
@@ -46,6 +48,9 @@ def root(version: bool = typer.Option(False, "--version", help="Say the version 
 
 def main() -> None:
     """Run the command line; errors of ours become letters and exit codes."""
+    # Threads that wait shall sleep, not spin: beside any other busy program spinning costs many times what it saves.
+    # OpenMP reads this when torch and Numba load it, which no import has done yet.
+    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     try:
         app()
     except UserInputError as error:
