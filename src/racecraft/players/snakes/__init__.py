@@ -1,0 +1,14 @@
+"""Snakes that play by hand-written wits, each a short page. Begin in `protocol.py`, then read them in rising strength.
+
+protocol.py      what a player is; finding one by name
+sight.py         what every snake should look at: walls, bodies, dangerous heads
+random_safe.py   1 any move that is not surely fatal
+hungry.py        2 straight to the nearest food
+flood_fill.py    3 counts the room behind each move
+area_control.py  4 counts whose squares are whose, after every reply
+search.py        5 looks many moves ahead, as long as it is given time
+kernels/         squares counted and trees grown, compiled
+from_file.py     a user's own `move(data)`
+messages.py      the official JSON, both ways
+patience.py      threads that are waited for only so long
+"""

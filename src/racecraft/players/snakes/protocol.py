@@ -1,0 +1,120 @@
+"""What a snake player is, and how one is found by name.
+
+A player is asked for one move at a time and is told everything it may know: the board, the settings of the game, who it
+is and how long it may think. It may keep nothing from move to move, and may be asked about many games at once.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Protocol, runtime_checkable
+
+from racecraft.contract.errors import UserInputError, nearest
+from racecraft.envs.battlesnake.board import Board, Snake
+from racecraft.envs.battlesnake.settings import GameSettings
+
+Message = dict[str, Any]
+"""The JSON object of the official API (facts: A.10); see `messages.py`."""
+
+
+class PlayerError(UserInputError):
+    """A player cannot be found, cannot be loaded, or failed to give a move."""
+
+
+@runtime_checkable
+class SnakePlayer(Protocol):
+    """Whoever looks at a board."""
+
+    def choose(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
+        """Return one of `board.MOVES`.
+
+        Args:
+            board: The position; eliminated snakes may be left out. The player does not change it.
+            settings: What the game is played with.
+            snake_id: Who the player is on this board; alive.
+            seconds: Time to think. A player that knows its answer gives it at once.
+
+        Raises:
+            PlayerError: It has no move; the arena and the server then move for it.
+        """
+        ...
+
+
+@runtime_checkable
+class LetterPlayer(Protocol):
+    """Whoever is asked by letter: the official JSON instead of a board."""
+
+    def start(self, message: Message, seconds: float) -> None:
+        """Be told that a game begins."""
+        ...
+
+    def move(self, message: Message, seconds: float) -> str:
+        """Return one of `board.MOVES`, or raise a `PlayerError`."""
+        ...
+
+    def end(self, message: Message, seconds: float) -> None:
+        """Be told that a game is over."""
+        ...
+
+
+PLAYERS = {
+    "random_safe": "any move that is not surely fatal",
+    "hungry": "straight to the nearest food",
+    "flood_fill": "keeps room behind it, avoids stronger heads, eats when it must",
+    "area_control": "wants more squares than the others, whatever they reply",
+    "search": "looks many moves ahead (decoupled PUCT), as long as it is given time",
+}
+"""The built-in players by name, weakest first, with what they do."""
+
+
+def find_player(name: str, seed: int = 0) -> SnakePlayer | LetterPlayer:
+    """Return a player: a name of `PLAYERS`, `search+NAME` (search guided by another), or a path to a FILE.py.
+
+    Args:
+        name: What the user wrote.
+        seed: Chance of the players that roll dice.
+
+    Raises:
+        PlayerError: There is no such player, or the file cannot be used.
+    """
+    if name.endswith(".py") or Path(name).is_file():
+        from racecraft.players.snakes.from_file import load_file_player
+
+        return load_file_player(name)
+    if name.startswith("search+"):
+        from racecraft.players.snakes.search import Search
+
+        guide = find_player(name.removeprefix("search+"), seed)
+        if not isinstance(guide, SnakePlayer):
+            raise PlayerError(f"'{name}': search can be guided by a built-in player. Known: {', '.join(PLAYERS)}.")
+        return Search(guide=guide)
+    if name not in PLAYERS:
+        raise PlayerError(f"There is no player '{name}'. {nearest(name, PLAYERS)} A path to a FILE.py will do, too.")
+    return _built_in(name, seed)
+
+
+def warm_up(player: SnakePlayer | LetterPlayer) -> None:
+    """Let a built-in player choose once on a small board, so that compiling does not cost it its first moves."""
+    if isinstance(player, SnakePlayer):
+        snakes = [Snake("a", [(1, 1)] * 3), Snake("b", [(5, 5)] * 3)]
+        player.choose(Board(7, 7, snakes=snakes, food=[(3, 3)]), GameSettings(7, 7, 2), "a", 0.0)
+
+
+def _built_in(name: str, seed: int) -> SnakePlayer:
+    from racecraft.contract.random_streams import stream_keys
+    from racecraft.players.snakes.area_control import AreaControl
+    from racecraft.players.snakes.flood_fill import FloodFill
+    from racecraft.players.snakes.hungry import Hungry
+    from racecraft.players.snakes.random_safe import RandomSafe
+    from racecraft.players.snakes.search import Search
+
+    if name == "random_safe":
+        return RandomSafe(int(stream_keys(seed, "snake player", 1)[0]))
+    makers: dict[str, type] = {
+        "hungry": Hungry,
+        "flood_fill": FloodFill,
+        "area_control": AreaControl,
+        "search": Search,
+    }
+    player: SnakePlayer = makers[name]()
+    return player
