@@ -155,7 +155,8 @@ class RaceWorld:
             raise ContractError(f"{self._spec.name}: actions {actions!r} are not {len(self._cars)} of {self.actions}")
         kernels.tick(
             self._arrays, self._profile, self._rules, *self._eyes, self._palettes, self._table, self._clipped, choices,
-            self._parked, self._cars, self.reports, *self._views(buffers.observations), *self._views(buffers.final_observations),
+            self._parked, self._cars, self.reports,
+            *self._views(buffers.observations), *self._views(buffers.final_observations),
         )  # fmt: skip
         buffers.terminated[:, 0] = self.reports["terminated"]
         buffers.truncated[:, 0] = self.reports["truncated"]

@@ -64,7 +64,8 @@ def tick(
         track: TrackArrays.
         profile: CarProfile.
         rules: Rules.
-        scene, optics: Scene and Optics, for `render_frame`.
+        scene: Scene, for `render_frame`.
+        optics: Optics, likewise.
         palettes: Colours of each car's world, first axis N.
         table: (A, 2) steering in rad and speed in m/s as the action table has them.
         clipped: (A, 2) the same as sent to the car.
@@ -72,8 +73,10 @@ def tick(
         parked: (N,) bool, cars that take no part: they stand, and their reports say so.
         cars: CAR_STATE (N,), advanced in place.
         reports: TICK_REPORT (N,), written.
-        frames, critic_views: uint8 (N, H, W) and float32 (N, CRITIC_NUMBERS), what is seen after the tick.
-        last_frames, last_critic_views: the same, written for cars whose episode ended: its last observation.
+        frames: uint8 (N, H, W), what is seen after the tick.
+        critic_views: float32 (N, CRITIC_NUMBERS), likewise.
+        last_frames: As `frames`, written for cars whose episode ended: its last observation.
+        last_critic_views: As `critic_views`, likewise.
     """
     for n in prange(cars.shape[0]):
         car, report, choice = cars[n], reports[n], choices[n]
