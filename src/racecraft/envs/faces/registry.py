@@ -20,3 +20,8 @@ def register_envs() -> None:
             entry_point=f"{FACES}.deepracer_env:DeepRacerEnv",
             vector_entry_point=f"{FACES}.deepracer_env:deepracer_vector_env",
         )
+    if "racecraft/Unity-v0" not in gymnasium.registry:
+        gymnasium.register(
+            id="racecraft/Unity-v0",
+            entry_point="racecraft.envs.unity.gymnasium_env:unity_env",
+        )

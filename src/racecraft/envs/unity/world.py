@@ -238,14 +238,8 @@ class UnityWorld:
 
     def _describe(self, behavior: Behavior, together: bool) -> WorldSpec:
         processes, each = len(self._players), self._rows_each
-        return WorldSpec(
-            name=f"unity/{self._build.name}/{behavior.base_name}",
-            num_worlds=processes if together else processes * each,
-            num_agents=each if together else 1,
-            observations={sensor.name: _spec_of(sensor) for sensor in behavior.sensors},
-            actions=self._table.spec,
-            has_action_mask=self._table.has_mask,
-        )
+        name = f"unity/{self._build.name}/{behavior.base_name}"
+        return spec_of(behavior, name, processes if together else processes * each, each if together else 1)
 
     def _send(self, player: _Player, actions: Array) -> None:
         player.session.send_step(self._seats.choices(player.index, actions))
@@ -285,6 +279,19 @@ class UnityWorld:
         elif sessions:
             with ThreadPoolExecutor(len(sessions)) as pool:
                 list(pool.map(Session.close, sessions))
+
+
+def spec_of(behavior: Behavior, name: str, num_worlds: int = 1, num_agents: int = 1) -> WorldSpec:
+    """Return the promise of a world of such agents; from a run's card too, where no player is at hand."""
+    table = ActionTable(behavior.actions)
+    return WorldSpec(
+        name=name,
+        num_worlds=num_worlds,
+        num_agents=num_agents,
+        observations={sensor.name: _spec_of(sensor) for sensor in behavior.sensors},
+        actions=table.spec,
+        has_action_mask=table.has_mask,
+    )
 
 
 @dataclass

@@ -1,0 +1,75 @@
+"""`racecraft unity`: Unity scenes on the same loop."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(help="Train in Unity scenes built with ML-Agents.", no_args_is_help=True)
+
+
+@app.callback()
+def unity() -> None:
+    """Train in Unity scenes built with ML-Agents."""
+
+
+@app.command()
+def train(
+    build: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[BUILD]",
+            help="A build's file, folder or zip, registry:NAME, editor, or builtin:Basic; by default the "
+            "configuration's env_path.",
+        ),
+    ] = None,
+    config: Annotated[Path | None, typer.Option(help="ML-Agents' trainer configuration, the YAML file.")] = None,
+    behavior: Annotated[str | None, typer.Option(help="Which behavior learns, where the scene has several.")] = None,
+    stop: Annotated[
+        list[str] | None,
+        typer.Option(help="score=0.92, minutes=10, iterations=50, steps=200000; may be repeated."),
+    ] = None,
+    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/<behavior>-<number>.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Of the learner and the player; by default the configuration's, or 1.")
+    ] = None,
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", help="group.name=value; `racecraft settings` lists them all.")
+    ] = None,
+    graphics: Annotated[
+        bool | None, typer.Option("--graphics/--no-graphics", help="Let the player open a window.")
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
+) -> None:
+    """Train the agents of a Unity scene.
+
+    Examples:
+
+        racecraft unity train builtin:Basic
+
+        racecraft unity train builds/Game.x86_64 --config Game.yaml --stop minutes=60
+    """
+    from racecraft.cli.output import print_json, say
+    from racecraft.training.progress import watcher
+    from racecraft.training.unity_training import UnityRequest, train_unity
+
+    request = UnityRequest(build, config, behavior, tuple(stop or ()), run, seed, tuple(set_ or ()), graphics)
+    trained = train_unity(request, watcher(sys.stderr if json else sys.stdout))
+    for note in trained.notes:
+        say(f"- {note}", quiet_stdout=json)
+    summary = trained.summary()
+    if json:
+        print_json(summary)
+        return
+    evaluation = summary["evaluation"] or {}
+    threshold = evaluation.get("threshold")
+    verdict = "" if threshold is None else ("solved, " if summary["solved"] else "not solved, ")
+    print(
+        f"{trained.behavior}: {verdict}mean return {evaluation.get('mean_return', float('nan')):.3f} over "
+        f"{evaluation.get('episodes', 0)} episodes after {summary['env_steps']:,} steps and "
+        f"{summary['seconds_with_start']:.1f} s; run: {trained.run.path}"
+    )
+    print(f"Back into Unity: racecraft export {trained.run.path} --to unity")

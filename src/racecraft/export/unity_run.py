@@ -1,0 +1,136 @@
+"""From a run folder to the ONNX file that Unity loads, checked. Begin with `export_to_unity`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from racecraft.algorithms.ppo import PpoLearner
+from racecraft.algorithms.weights import to_tensors
+from racecraft.contract.errors import MissingExtraError, RacecraftError, RunFolderError
+from racecraft.contract.world import Array
+from racecraft.envs.unity.behaviors import Behavior, behavior_from
+from racecraft.envs.unity.world import spec_of
+from racecraft.export.unity_model import check_unity_model, unity_model, write_unity_model
+from racecraft.formats.checkpoint import Checkpoints, load_state
+from racecraft.formats.run_folder import RunFolder
+from racecraft.settings.groups import TrainSettings
+from racecraft.settings.overrides import from_dictionary
+
+KIND = "unity"
+OBSERVATIONS = "observations.safetensors"
+TOLERANCE = 1e-4
+"""How far the file's actions may be from the checkpoint's: float32, sums in another order."""
+MADE_UP_ROWS = 64
+
+
+class ExportError(RacecraftError):
+    """A model does not act as its checkpoint does; no file is written."""
+
+
+@dataclass(frozen=True)
+class UnityExport:
+    """A written file and how it was checked."""
+
+    path: Path
+    behavior: str
+    checkpoint: int
+    checked_on: int | None
+    """Rows compared with the checkpoint in onnxruntime; None where that is not installed."""
+    recorded: bool
+    """Whether those rows are what the policy saw while it was judged; else made up."""
+    largest_difference: float | None
+    """Of any action in any row."""
+
+
+def export_to_unity(path: str | Path, which: str = "best", output: str | Path | None = None) -> UnityExport:
+    """Write the policy of a run as an ONNX file for Unity.
+
+    Args:
+        path: The run folder of `racecraft unity train`.
+        which: "best", "last" or the number of an iteration.
+        output: A file that ends in .onnx, or a folder; None for `<run>/export`.
+
+    Raises:
+        RunFolderError: No run folder, or the run of another kind of world.
+        CheckpointError: No such checkpoint.
+        MissingExtraError: onnx is not installed.
+        ExportError: The model does not act as the checkpoint does; nothing is written.
+    """
+    run = RunFolder.open(path)
+    kind = run.read_job().get("kind")
+    if kind != KIND:
+        raise RunFolderError(
+            f"{path}: holds a run of kind {kind!r}; expected a Unity scene's, made by `racecraft unity train`. "
+            "Only what was trained in Unity knows the sensors that Unity will show it."
+        )
+    shelf = Checkpoints(run.checkpoints)
+    weights, card = shelf.load_policy(which)
+    behavior = behavior_from(card["behavior"])
+    learner = _rebuild(behavior, card, weights)
+    observations = _recorded(run, behavior)
+    seen = observations or _made_up(behavior)
+    model = unity_model(learner.network, behavior)
+    rows, difference = _compare(model, learner, behavior, seen)
+    if difference is not None and difference > TOLERANCE:
+        raise ExportError(
+            f"{path}: the exported model's actions are up to {difference:g} away from the checkpoint's; expected "
+            f"{TOLERANCE:g} at most. Nothing was written. Please report this with the run folder."
+        )
+    written = write_unity_model(output or run.path / "export", learner.network, behavior)
+    return UnityExport(written, behavior.base_name, shelf.find(which).iteration, rows, bool(observations), difference)
+
+
+def _rebuild(behavior: Behavior, card: Mapping[str, Any], weights: dict[str, Any]) -> PpoLearner:
+    settings = from_dictionary(TrainSettings, card["settings"])
+    learner = PpoLearner(spec_of(behavior, "export"), settings.network, settings.ppo, seed=0)
+    learner.load_state_dict({"network": to_tensors(weights)})
+    return learner
+
+
+def _compare(
+    model: Any, learner: PpoLearner, behavior: Behavior, seen: Mapping[str, Array]
+) -> tuple[int | None, float | None]:
+    """Run model and checkpoint side by side, everything allowed and with drawn masks."""
+    rows = len(next(iter(seen.values())))
+    try:
+        free = check_unity_model(model, learner.network, behavior, seen)
+    except MissingExtraError:
+        return None, None
+    masked = check_unity_model(model, learner.network, behavior, seen, _masks(behavior, rows))
+    return rows, max(free, masked)
+
+
+def _masks(behavior: Behavior, rows: int) -> Array | None:
+    """Draw what is allowed, bool (R, sum of branches): at least one choice of every branch."""
+    rng = np.random.default_rng(0)
+    parts = []
+    for size in behavior.actions.branches:
+        part = rng.random((rows, size)) < 0.5
+        part[np.arange(rows), rng.integers(0, size, rows)] = True
+        parts.append(part)
+    return np.concatenate(parts, axis=1) if parts else None
+
+
+def _recorded(run: RunFolder, behavior: Behavior) -> dict[str, Array]:
+    file = run.path / OBSERVATIONS
+    rows = load_state(file) if file.exists() else {}
+    fits = all(
+        sensor.name in rows and rows[sensor.name].shape[1:] == sensor.shape and len(rows[sensor.name])
+        for sensor in behavior.sensors
+    )
+    return rows if fits else {}
+
+
+def _made_up(behavior: Behavior) -> dict[str, Array]:
+    rng = np.random.default_rng(0)
+    return {
+        sensor.name: rng.integers(0, 256, (MADE_UP_ROWS, *sensor.shape)).astype(np.uint8)
+        if sensor.compressed
+        else rng.random((MADE_UP_ROWS, *sensor.shape), np.float32)
+        for sensor in behavior.sensors
+    }
