@@ -14,7 +14,7 @@ demo: env  ## train the default car on re:Invent 2018 from its camera until it l
 	@$(BIN)/racecraft train
 
 test: env  ## every test that CI runs: tests with warnings as errors, doctests, examples
-	$(BIN)/python -m pytest -q -m "not long"
+	$(BIN)/python -m pytest -q
 
 check: env  ## form: format, lint, types, import floors, generated docs current
 	$(BIN)/ruff format --check src tests scripts benchmarks examples

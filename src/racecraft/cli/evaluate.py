@@ -37,6 +37,7 @@ def evaluate(
     from racecraft.cli.output import print_json, say
     from racecraft.players.trained_car import load_trained_car
     from racecraft.tracks.catalogue import load_track
+    from racecraft.training.aws_evaluation import write_aws_evaluation
     from racecraft.training.gallery import drive_laps, show_drive
 
     car = load_trained_car(run, checkpoint)
@@ -46,11 +47,13 @@ def evaluate(
     if video is not None:
         say(f"Filming {len(drive.ticks)} ticks …", quiet_stdout=json)
     show_drive(drive, video=video, picture=picture)
+    stamp = write_aws_evaluation(car.run.path, drive.ticks, len(drive.report.laps), car.actions, drive.track.length)
     facts: dict[str, Any] = {
         "run": str(run),
         "checkpoint": car.checkpoint.iteration,
         "track": circuit.name,
         **drive.report.as_dictionary(),
+        "aws_files": f"evaluation-{stamp}",
         "picture": str(picture),
         "video": None if video is None else str(video),
     }

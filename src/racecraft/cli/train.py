@@ -25,8 +25,9 @@ def train(
         typer.Argument(help="reward_function.py, hyperparameters.json, model_metadata.json; any may be absent."),
     ] = None,
     track: Annotated[
-        str, typer.Option(help="A name from `racecraft tracks list`, or a waypoint file (.npy).")
-    ] = "reinvent_base",
+        str | None,
+        typer.Option(help="A name from `racecraft tracks list`, or a waypoint file (.npy); by default reinvent_base."),
+    ] = None,
     car: Annotated[
         str | None, typer.Option(help="v4, v6 or kinematic; by default what the metadata's version asks for.")
     ] = None,

@@ -24,6 +24,13 @@ class RaceConfig:
         unit="s",
         low=1.0,
     )
+    start_offset: float = setting(
+        0.0,
+        "Where on the lap the first start lies; cars side by side are spread from there.",
+        unit="lap",
+        low=0.0,
+        high=1.0,
+    )
     start_advance: float = setting(
         0.05, "How far round the next start of a car lies after each training episode.", unit="lap", low=0.0, high=1.0
     )

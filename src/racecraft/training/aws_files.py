@@ -160,6 +160,10 @@ class AwsFiles:
             if len(self._rows) > self._rows_written:
                 write_whole(self._place.training_metrics, self._metrics_text(self._rows))
                 self._rows_written = len(self._rows)
+            if self._marks:  # the last ones were passed over where the file was being written
+                write_whole(
+                    self._place.checkpoint_marks, checkpoint_marks_text(self._marks["best"], self._marks["last"])
+                )
         finally:
             self._background.close()
 

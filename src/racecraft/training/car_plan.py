@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import platform
 import time
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,8 @@ from racecraft.settings.overrides import as_dictionary, from_dictionary, with_va
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.track import Track
 from racecraft.training.model_folder import ModelFolder, read_model_folder
-from racecraft.training.presets import settings_for
+from racecraft.training.presets import settings_for, stops_given
+from racecraft.training.race_environment import race_environment
 from racecraft.training.stopping import Stop, parse_stops
 
 KIND = "deepracer"
@@ -34,8 +36,8 @@ class RaceRequest:
 
     folder: Path | None = None
     """Folder with reward_function.py, hyperparameters.json, model_metadata.json; None: defaults."""
-    track: str = DEFAULT_TRACK
-    """A name of the catalogue, or a waypoint file."""
+    track: str | None = None
+    """A name of the catalogue, or a waypoint file; None: what run.env says, or DEFAULT_TRACK."""
     car: str | None = None
     """Vehicle profile; None: by the version in the metadata."""
     preset: str = "fast"
@@ -63,6 +65,8 @@ class CarPlan:
     stops: tuple[Stop, ...]
     notes: tuple[str, ...] = field(default=())
     """What is worth saying before the first tick, a clause each."""
+    env: Mapping[str, str] = field(default_factory=dict)
+    """The racer's run.env, as it was read; goes into the AWS files."""
 
     @property
     def actions(self) -> ActionTable:
@@ -76,15 +80,24 @@ def plan_car(request: RaceRequest) -> CarPlan:
     Raises:
         UserInputError: Whatever cannot be used, as a letter.
     """
-    stops = parse_stops(request.stops or DEFAULT_STOPS)
-    model = read_model_folder(request.folder)
+    asked = race_environment(request.folder)
+    offset = () if asked.start_offset is None else (f"race.start_offset={asked.start_offset}",)
+    request = replace(
+        request,
+        track=request.track or asked.track or DEFAULT_TRACK,
+        stops=request.stops or asked.stops or DEFAULT_STOPS,
+        overrides=(*offset, *asked.overrides, *request.overrides),
+        clone_from=request.clone_from or asked.clone_from,
+    )
+    model = read_model_folder(asked.files or request.folder)
+    stops = parse_stops((*request.stops, *stops_given(model.hyperparameters)))
     settings, notes = settings_for(
         request.preset, model.hyperparameters, request.overrides, request.fidelity, model.metadata
     )
     if not any(override.startswith("race.car=") for override in request.overrides):
         settings = with_values(settings, "race", {"car": request.car or model.metadata.car})
-    track = load_track(request.track)
-    return CarPlan(request, model, settings, track, stops, (*model.notes, *notes))
+    track = load_track(_track_of(request))
+    return CarPlan(request, model, settings, track, stops, (*asked.notes, *model.notes, *notes), asked.env.values)
 
 
 def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
@@ -131,7 +144,7 @@ def job_card(plan: CarPlan, threads: int) -> dict[str, Any]:
         "kind": KIND,
         "asked": {
             "folder": None if request.folder is None else str(request.folder),
-            "track": _lasting_name(request.track),
+            "track": _lasting_name(_track_of(request)),
             "preset": request.preset,
             "stops": [str(stop) for stop in plan.stops],
             "set": list(request.overrides),
@@ -162,6 +175,10 @@ def versions() -> dict[str, str]:
     """Return the versions that results depend on."""
     names = ("torch", "numba", "numpy")
     return {"racecraft": __version__, "python": platform.python_version(), **{name: version(name) for name in names}}
+
+
+def _track_of(request: RaceRequest) -> str:
+    return request.track or DEFAULT_TRACK
 
 
 def _lasting_name(track: str) -> str:

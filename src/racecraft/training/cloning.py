@@ -9,7 +9,8 @@ from racecraft.contract.errors import RunFolderError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.model_metadata import as_aws_dict
 from racecraft.formats.run_folder import RunFolder
-from racecraft.settings.overrides import as_dictionary
+from racecraft.settings.groups import TrainSettings
+from racecraft.settings.overrides import as_dictionary, from_dictionary
 from racecraft.training.car_plan import KIND, CarPlan
 
 MUST_MATCH = ("camera", "network")
@@ -50,7 +51,10 @@ def split_source(source: str) -> tuple[str, str]:
 
 def _require_same_shape(plan: CarPlan, path: str, card: dict[str, Any]) -> None:
     """Refuse a clone whose network could not take the weights."""
-    mine, theirs = as_dictionary(plan.settings), card["settings"]
+    mine = as_dictionary(plan.settings)
+    theirs = as_dictionary(
+        from_dictionary(TrainSettings, card["settings"])
+    )  # what an older card lacks is as by default
     for group in MUST_MATCH:
         for name, value in mine[group].items():
             if _plain(value) != _plain(theirs[group][name]):

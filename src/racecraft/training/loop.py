@@ -15,6 +15,7 @@ from racecraft.algorithms.experience import Experience
 from racecraft.algorithms.ppo import PpoLearner, PpoLosses
 from racecraft.contract.world import EpisodeRecord
 from racecraft.rollout.collector import Collector
+from racecraft.rollout.memory import within_memory
 from racecraft.settings.groups import EvaluationConfig, RolloutConfig
 from racecraft.training.events import IterationReport, Listener, Verdict
 from racecraft.training.stopping import Standing, Stop, reached
@@ -205,7 +206,9 @@ class TrainingLoop:
         episodes = self._rollout.episodes_per_iteration
         if episodes is None:
             return self._collector.collect()
-        return self._collector.collect_episodes(episodes // self._rollout.num_worlds)
+        quota, cap = episodes // self._rollout.num_worlds, self._rollout.memory_steps
+        kept = self._collector.collect_episodes(quota)
+        return kept if cap is None else within_memory(kept, quota, cap)
 
     def _learn(self, experience: Experience) -> PpoLosses:
         losses = self._learner.update(experience)

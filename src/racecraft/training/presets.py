@@ -89,7 +89,6 @@ UNUSED = {
     "stack_size": "one frame is seen at a time, as at AWS",
     "sac_alpha": "it belongs to SAC",
     "term_cond_avg_score": "AWS ignored it too; say `--stop`",
-    "term_cond_max_episodes": "say `--stop iterations=…`",
 }
 """Hyperparameters that change nothing here, and why."""
 

@@ -20,7 +20,7 @@ import torch
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.errors import RunFolderError, SettingError
-from racecraft.contract.world import allocate
+from racecraft.contract.world import Array, allocate
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.hyperparameters import write_hyperparameters
@@ -31,6 +31,8 @@ from racecraft.formats.whole import write_whole
 from racecraft.kernels.compile import is_warm, set_threads
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.collector import Collector
+from racecraft.training.aws_files import AwsFiles
+from racecraft.training.aws_setup import aws_setup
 from racecraft.training.car_judge import CarJudge
 from racecraft.training.car_plan import CarPlan, RaceRequest, job_card, plan_car, plan_resume, policy_card, versions
 from racecraft.training.cloning import weights_of
@@ -127,7 +129,8 @@ class Crew:
         settings = plan.settings
         reward.output = log
         log.writelines(f"{note}\n" for note in plan.notes)
-        world = race_world(plan, settings.rollout.num_worlds, reward.call)
+        cars = settings.rollout.num_worlds
+        world = race_world(plan, cars, reward.call, (settings.race.start_offset + np.arange(cars) / cars) % 1.0)
         judged = race_world(plan, settings.evaluation.episodes)
         warm_up(world, judged, say)
         self.plan, self.run = plan, run
@@ -138,11 +141,16 @@ class Crew:
         self._collector = Collector(
             world, self.learner, settings.rollout.horizon, plan.request.seed, observers=[recorder]
         )
+        setup = aws_setup(
+            plan.track.name, settings, plan.model.metadata, plan.model.hyperparameters, run.path.name, plan.env
+        )
+        aws = AwsFiles(run.path, setup)
+        self._keeper = RunKeeper(run, self.learner, self._collector, policy_card(plan), recorder, aws)
         self._loop = TrainingLoop(
             self._collector,
             self.learner,
-            CarJudge(judged, GreedyPolicy(self.learner)),
-            RunKeeper(run, self.learner, self._collector, policy_card(plan), recorder),
+            CarJudge(judged, GreedyPolicy(self.learner), world),
+            self._keeper,
             listener,
             settings.rollout,
             settings.evaluation,
@@ -153,7 +161,11 @@ class Crew:
         """Train until a stop holds."""
         plan = self.plan
         title = f"{plan.track.title or plan.track.name}, car {plan.settings.race.car}, run {self.run.path}"
-        return TrainedCar(plan, self.run, self._loop.run(title))
+        try:
+            outcome = self._loop.run(title)
+        finally:
+            self._keeper.close()
+        return TrainedCar(plan, self.run, outcome)
 
     def restore(self) -> int:
         """Take up the last whole iteration; return its number, 0 where none was saved."""
@@ -167,12 +179,18 @@ class Crew:
         self.learner.load_state_dict(to_tensors(state["learner"]))
         self._collector.restore(state["collector"])
         self._loop.restore(state["loop"])
+        self._keeper.restore(state)
         self.run.cut_metrics(last)
         return last
 
 
-def race_world(plan: CarPlan, num_cars: int, reward: Callable[[dict[str, Any]], float] | None = None) -> RaceWorld:
-    """Return cars as planned, their first starts spread evenly round the track."""
+def race_world(
+    plan: CarPlan,
+    num_cars: int,
+    reward: Callable[[dict[str, Any]], float] | None = None,
+    start_shares: Array | None = None,
+) -> RaceWorld:
+    """Return cars as planned; their first starts are spread evenly round the track unless given."""
     return RaceWorld(
         plan.track,
         plan.actions,
@@ -180,6 +198,7 @@ def race_world(plan: CarPlan, num_cars: int, reward: Callable[[dict[str, Any]], 
         race_config=plan.settings.race,
         camera_config=plan.settings.camera,
         num_cars=num_cars,
+        start_shares=start_shares,
         mount=mount_for_version(plan.model.metadata.version),
     )
 

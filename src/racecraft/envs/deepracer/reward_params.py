@@ -1,7 +1,7 @@
 """The dictionary handed to a user's `reward_function(params)`: one of the doors to the AWS dialect (degrees, percent).
 
 Every key of the original is there, with the original's meaning, oddities included: `x`, `y` are the front of the car,
-`speed` and `steering_angle` are what was *commanded*, `steps` is a float that the user first sees as 2.0 (project facts,
+`speed` and `steering_angle` are what was *commanded*, `steps` is a float that the user first sees as 2.0 (facts,
 section 3.1; simapp `agent_ctrl/constants.py`, `agent_ctrl/utils.py`). Each call gets a fresh dictionary with fresh
 lists; the waypoint tuples inside are shared.
 """
