@@ -69,8 +69,10 @@ class Crew:
                 continue
             try:
                 future.set_result(act())
-            except BaseException as error:  # a player's file may raise anything, SystemExit too
+            except Exception as error:
                 future.set_exception(error)
+            except BaseException as error:  # a player may ask the whole program to stop; that is not its to decide
+                future.set_exception(RuntimeError(f"{type(error).__name__}: {error}"))
             with self._lock:
                 if future in self._behind:
                     self._behind.remove(future)

@@ -38,7 +38,8 @@ def look_ahead(walks, me, eager, bodies, snakes, games, cells, sides, params, li
         node, depth = 0, 0
         while True:
             if links[node, IS_OVER] or depth == path.shape[0]:
-                worths[:] = first_worths[node]
+                for s in range(num_snakes):
+                    worths[s] = first_worths[node, s]
                 break
             path[depth, num_snakes] = node
             joint = np.int64(0)
@@ -88,21 +89,18 @@ def grow(node, me, bodies, snakes, games, cells, params, links, visits, sums, pr
     links[node, IS_OVER] = alive == 0 or (alive == 1 and not params[SOLO]) or snakes[WALKED, me, CAUSE] != 0
     for s in range(snakes.shape[1]):
         first_worths[node, s] = worths[s]
-        visits[node, s, :] = 0
-        sums[node, s, :] = 0.0
-        priors[node, s, :] = 0.25
+        count = 0
         if snakes[WALKED, s, CAUSE] == 0:
             count = safe_ways(WALKED, s, bodies, snakes, cells, params, priors[node, s])
-            if count:
-                priors[node, s] /= count
-            else:
-                priors[node, s, :] = 0.25
+        for way in range(4):
+            visits[node, s, way], sums[node, s, way] = 0, 0.0
+            priors[node, s, way] = priors[node, s, way] / count if count else 0.25
 
 
 @kernel
 def favourite(visits, sums, priors, first_worth, eager):
     """Return the move with the best of worth and curiosity; what was never tried is thought as good as the node."""
-    root = np.sqrt(visits.sum() + 1.0)
+    root = np.sqrt(visits[0] + visits[1] + visits[2] + visits[3] + 1.0)
     best, best_score = 0, -1.0
     for way in range(4):
         if priors[way] <= 0.0:

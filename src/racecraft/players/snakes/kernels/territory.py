@@ -51,8 +51,8 @@ def claim(g, bodies, snakes, cells, params, scratch, squares, food_steps):
     area = width * height
     opening, owner, steps, queue = scratch[0], scratch[1], scratch[2], scratch[3]
     last = bodies.shape[2] - 1
-    opening[:] = 0
-    steps[:] = -1
+    for cell in range(area):
+        opening[cell], steps[cell] = 0, -1
     tail_of_queue = 0
     for s in range(snakes.shape[1]):
         squares[s], food_steps[s] = 0, area
@@ -155,11 +155,17 @@ def safe_ways(g, s, bodies, snakes, cells, params, ways):
 
 @kernel
 def copy_game(source, target, bodies, snakes, games, cells):
-    """Copy the position of one game over another's."""
-    bodies[target] = bodies[source]
-    snakes[target] = snakes[source]
-    games[target] = games[source]
-    cells[target] = cells[source]
+    """Copy the position of one game over another's; loops, since slices take Numba long to compile."""
+    for s in range(snakes.shape[1]):
+        for place in range(bodies.shape[2]):
+            bodies[target, s, place] = bodies[source, s, place]
+        for column in range(snakes.shape[2]):
+            snakes[target, s, column] = snakes[source, s, column]
+    for column in range(games.shape[1]):
+        games[target, column] = games[source, column]
+    for plane in range(cells.shape[1]):
+        for cell in range(cells.shape[2]):
+            cells[target, plane, cell] = cells[source, plane, cell]
 
 
 def scratch_arrays(num_snakes: int, area: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -1,0 +1,1 @@
+"""Policies and players that answer over HTTP."""

@@ -1,0 +1,200 @@
+"""A small HTTP/1.1 server on asyncio: whole requests in, JSON out; what cannot be a request gets a named error.
+
+It does what a webhook needs and no more: methods with and without a body of known length, connections kept open, a cap
+on headers, bodies and waiting. A request that is cut, huge or no HTTP never reaches the handler.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+MOST_HEADER_BYTES = 16 * 1024
+MOST_BODY_BYTES = 1024 * 1024
+SECONDS_FOR_A_REQUEST = 10.0
+"""From the first byte of a request to its last."""
+IDLE_SECONDS = 120.0
+MOST_CONNECTIONS = 2000
+
+_REASONS = {
+    200: "OK", 400: "Bad Request", 404: "Not Found", 405: "Method Not Allowed", 408: "Request Timeout",
+    411: "Length Required", 413: "Content Too Large", 422: "Unprocessable Content",
+    431: "Request Header Fields Too Large", 500: "Internal Server Error", 503: "Service Unavailable",
+}  # fmt: skip
+
+
+class HttpError(Exception):
+    """A request that is answered with an error.
+
+    Args:
+        status: HTTP status.
+        name: One word for programs, such as "bad_json".
+        letter: A sentence for people.
+    """
+
+    def __init__(self, status: int, name: str, letter: str) -> None:
+        super().__init__(letter)
+        self.status, self.name, self.letter = status, name, letter
+
+
+@dataclass(frozen=True)
+class Request:
+    """A whole request."""
+
+    method: str
+    path: str
+    body: bytes
+    arrived: float
+    """`time.monotonic()` when its first line was read."""
+    keep_open: bool
+
+    def json(self) -> Any:
+        """Return the body's value, or raise an `HttpError` (bad_json)."""
+        try:
+            return json.loads(self.body)
+        except RecursionError:
+            raise HttpError(400, "bad_json", "the JSON is nested too deep.") from None
+        except ValueError as error:
+            raise HttpError(400, "bad_json", f"the body is no JSON: {str(error)[:120]}.") from error
+
+
+Handler = Callable[[Request], Awaitable[dict[str, Any]]]
+
+
+class HttpService:
+    """Listens on one address and gives whole requests to a handler.
+
+    Args:
+        handler: Returns the JSON object of the answer, or raises an `HttpError`.
+    """
+
+    def __init__(self, handler: Handler) -> None:
+        self._handler = handler
+        self._connections: set[asyncio.Task[None]] = set()
+        self._server: asyncio.Server | None = None
+
+    async def listen(self, host: str, port: int) -> int:
+        """Begin to listen; return the port (a free one was chosen where 0 was asked for). Raises OSError."""
+        self._server = await asyncio.start_server(self._connected, host, port, limit=MOST_HEADER_BYTES, backlog=1024)
+        return int(self._server.sockets[0].getsockname()[1])
+
+    async def close(self) -> None:
+        """Stop listening and drop what is open."""
+        if self._server is not None:
+            self._server.close()
+        tasks = list(self._connections)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        task = asyncio.current_task()
+        assert task is not None
+        self._connections.add(task)
+        try:
+            await self._converse(reader, writer)
+        except (ConnectionError, asyncio.IncompleteReadError, asyncio.CancelledError):
+            pass  # gone, or we close; nobody is left to be told
+        finally:
+            self._connections.discard(task)
+            writer.close()
+            with suppress(ConnectionError, OSError, asyncio.CancelledError):
+                await writer.wait_closed()
+
+    async def _converse(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        keep_open = len(self._connections) <= MOST_CONNECTIONS
+        if not keep_open:
+            await _write(writer, 503, {"error": "too_many_connections"}, False)
+        while keep_open:
+            try:
+                request = await _read(reader)
+                if request is None:
+                    return
+                keep_open = request.keep_open
+                status, answer = 200, await self._handler(request)
+            except HttpError as error:
+                status, answer = error.status, {"error": error.name, "message": error.letter}
+                keep_open = keep_open and error.status in (404, 422)
+            except TimeoutError:
+                status, answer = 408, {"error": "too_slow", "message": "the request did not arrive in time."}
+                keep_open = False
+            except (ConnectionError, asyncio.IncompleteReadError):
+                raise
+            except Exception as error:  # never let one request take the server down
+                status, answer = 500, {"error": "internal", "message": f"{type(error).__name__}: {str(error)[:200]}"}
+                keep_open = False
+            await _write(writer, status, answer, keep_open)
+
+
+async def _read(reader: asyncio.StreamReader) -> Request | None:
+    """Return the next request; None where the other end closed instead."""
+    try:
+        async with asyncio.timeout(IDLE_SECONDS):
+            line = await reader.readline()
+    except TimeoutError:
+        return None
+    except ValueError:
+        raise HttpError(431, "headers_too_large", "the first line is too long.") from None
+    if not line:
+        return None
+    arrived = time.monotonic()
+    async with asyncio.timeout(SECONDS_FOR_A_REQUEST):
+        try:
+            method, target, version = line.decode("ascii").split()
+        except ValueError:
+            raise HttpError(400, "bad_request", "this is no HTTP request.") from None
+        headers = await _read_headers(reader)
+        body = await _read_body(reader, headers, method)
+    keep_open = version == "HTTP/1.1" and headers.get("connection", "").lower() != "close"
+    return Request(method, target.split("?", 1)[0], body, arrived, keep_open)
+
+
+async def _read_headers(reader: asyncio.StreamReader) -> dict[str, str]:
+    headers: dict[str, str] = {}
+    total = 0
+    while True:
+        try:
+            line = await reader.readline()
+        except ValueError:
+            raise HttpError(431, "headers_too_large", "a header line is too long.") from None
+        total += len(line)
+        if total > MOST_HEADER_BYTES:
+            raise HttpError(431, "headers_too_large", f"more than {MOST_HEADER_BYTES} bytes of headers.")
+        if not line.endswith(b"\n"):
+            raise asyncio.IncompleteReadError(line, None)
+        if line in (b"\r\n", b"\n"):
+            return headers
+        name, colon, value = line.decode("latin-1").partition(":")
+        if not colon:
+            raise HttpError(400, "bad_request", "a header line without a colon.")
+        headers[name.strip().lower()] = value.strip()
+
+
+async def _read_body(reader: asyncio.StreamReader, headers: dict[str, str], method: str) -> bytes:
+    if "transfer-encoding" in headers:
+        raise HttpError(411, "length_required", "send the body with a Content-Length, not in chunks.")
+    if "content-length" not in headers:
+        if method == "POST":
+            raise HttpError(411, "length_required", "a POST needs a Content-Length.")
+        return b""
+    text = headers["content-length"]
+    if not (text.isascii() and text.isdigit()):
+        raise HttpError(400, "bad_request", f"Content-Length is {text[:40]!r}.")
+    if len(text) > 9 or int(text) > MOST_BODY_BYTES:
+        raise HttpError(413, "body_too_large", f"the body has {text[:20]} bytes; expected at most {MOST_BODY_BYTES}.")
+    return await reader.readexactly(int(text))
+
+
+async def _write(writer: asyncio.StreamWriter, status: int, answer: dict[str, Any], keep_open: bool) -> None:
+    body = json.dumps(answer, separators=(",", ":")).encode()
+    head = (
+        f"HTTP/1.1 {status} {_REASONS.get(status, 'Error')}\r\nContent-Type: application/json\r\n"
+        f"Content-Length: {len(body)}\r\nConnection: {'keep-alive' if keep_open else 'close'}\r\n\r\n"
+    )
+    writer.write(head.encode() + body)
+    await writer.drain()

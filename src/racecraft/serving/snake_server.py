@@ -1,0 +1,221 @@
+"""A snake behind the official webhook API: `GET /`, `POST /start`, `/move`, `/end` (facts: A.10).
+
+Every `/move` is answered within the game's timeout less a margin: a move that is at least safe is worked out first and
+kept at hand, then the player thinks in a thread; what it has not said when time runs out is not waited for. Many games
+run at once and share the threads. What is kept of a game is dropped at its end, or after a silence.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import time
+from collections import OrderedDict, deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from racecraft.envs.battlesnake.board import MOVES, BoardError
+from racecraft.players.snakes.messages import LOOKS, Letter, read_message
+from racecraft.players.snakes.patience import Crew
+from racecraft.players.snakes.protocol import LetterPlayer, Message, PlayerError, SnakePlayer
+from racecraft.players.snakes.sight import best_safe_move, find_snake
+from racecraft.serving.http_service import HttpError, HttpService, Request
+
+MARGIN_MS = 100
+"""Kept for the way there and back; at most half of the game's timeout."""
+SILENCE_SECONDS = 600.0
+MOST_GAMES = 10_000
+LATENCIES_KEPT = 10_000
+
+
+@dataclass
+class Count:
+    """What a server has done so far."""
+
+    games: int = 0
+    moves: int = 0
+    late: int = 0
+    """Moves for which the player had not answered in time; a safe move went out instead."""
+    failed: int = 0
+    """Moves for which the player failed; a safe move went out instead."""
+    refused: int = 0
+    """Requests answered with an error."""
+    latencies_ms: deque[float] = field(default_factory=lambda: deque(maxlen=LATENCIES_KEPT))
+    """Time from a move's request to its answer, the latest ones."""
+
+    def p99_ms(self) -> float:
+        """Return the time within which 99 of 100 moves were answered; 0 before the first."""
+        ordered = sorted(self.latencies_ms)
+        return ordered[min(len(ordered) - 1, int(0.99 * len(ordered)))] if ordered else 0.0
+
+
+class SnakeServer:
+    """Answers for one player, in any number of games.
+
+    Args:
+        player: Who decides.
+        looks: Colour, head and tail; what is missing has the official default.
+        author: Told on `GET /`.
+        margin_ms: Time of the timeout that is left unused.
+        silence_seconds: A game not heard of for so long is forgotten.
+        threads: How many moves are thought about at the same time; None: one a core.
+        complain: Called with a sentence when the player failed.
+    """
+
+    def __init__(
+        self,
+        player: SnakePlayer | LetterPlayer,
+        looks: dict[str, str] | None = None,
+        author: str = "",
+        margin_ms: int = MARGIN_MS,
+        silence_seconds: float = SILENCE_SECONDS,
+        threads: int | None = None,
+        complain: Callable[[str], None] | None = None,
+    ) -> None:
+        self.count = Count()
+        self._player, self._author = player, author
+        self._looks = {key: (looks or {}).get(key) or default for key, default in LOOKS.items()}
+        self._margin_ms, self._silence_seconds = margin_ms, silence_seconds
+        self._complain = complain or (lambda sentence: None)
+        self._crew = Crew(threads or os.cpu_count() or 1)
+        self._thinking = 0
+        self._heard: OrderedDict[tuple[str, str], float] = OrderedDict()
+        self._service = HttpService(self._answer)
+
+    @property
+    def games_open(self) -> int:
+        """Games (a snake's own, each) that began and have neither ended nor fallen silent."""
+        self._forget_silent()
+        return len(self._heard)
+
+    async def listen(self, host: str = "127.0.0.1", port: int = 8000) -> int:
+        """Begin to listen, on this machine only unless told otherwise; return the port. Raises OSError."""
+        return await self._service.listen(host, port)
+
+    async def close(self) -> None:
+        """Stop; players that still think are left behind."""
+        await self._service.close()
+        self._crew.close()
+
+    async def _answer(self, request: Request) -> Message:
+        try:
+            return await self._route(request)
+        except HttpError:
+            self.count.refused += 1
+            raise
+
+    async def _route(self, request: Request) -> Message:
+        ways = {"/": "GET", "/start": "POST", "/move": "POST", "/end": "POST"}
+        path = request.path.rstrip("/") or "/"
+        if path not in ways:
+            raise HttpError(404, "no_such_page", f"there is no {path[:80]}; there are {', '.join(ways)}.")
+        if request.method != ways[path]:
+            raise HttpError(405, "wrong_method", f"{path} wants {ways[path]}.")
+        if path == "/":
+            return {"apiversion": "1", "author": self._author, **self._looks, "version": "racecraft"}
+        message = request.json()
+        try:
+            letter = read_message(message)
+        except BoardError as error:
+            raise HttpError(422, "bad_board", str(error)) from error
+        if path == "/move":
+            return {"move": await self._move(letter, message, request.arrived)}
+        self._note(letter, ended=path == "/end")
+        await self._tell(path[1:], letter, message)
+        return {}
+
+    async def _move(self, letter: Letter, message: Message, arrived: float) -> str:
+        try:
+            find_snake(letter.board, letter.you)
+        except PlayerError as error:
+            raise HttpError(422, "bad_board", f"you: {error}") from error
+        self._note(letter)
+        fallback = best_safe_move(letter.board, letter.settings, letter.you)
+        deadline = arrived + self._seconds(letter)
+        word = await self._think(letter, message, deadline) or fallback
+        self.count.moves += 1
+        self.count.latencies_ms.append((time.monotonic() - arrived) * 1000)
+        return word
+
+    async def _think(self, letter: Letter, message: Message, deadline: float) -> str | None:
+        """Return the player's move, or None where it failed or was not in time."""
+        self._thinking += 1
+        task = self._crew.submit(lambda: self._ask(letter, message, deadline))
+        try:
+            word = await asyncio.wait_for(asyncio.wrap_future(task), max(0.0, deadline - time.monotonic()))
+        except TimeoutError:
+            self._crew.leave_behind(task)
+            self.count.late += 1
+            return None
+        except Exception as error:  # a player's own failure is no reason to lose the game
+            self.count.failed += 1
+            self._complain(str(error) or type(error).__name__)
+            return None
+        finally:
+            self._thinking -= 1
+        if word not in MOVES:
+            self.count.failed += 1
+            return None
+        return str(word)
+
+    def _ask(self, letter: Letter, message: Message, deadline: float) -> str:
+        """Ask the player, in a thread, with its fair share of the time that is left."""
+        left = max(0.0, deadline - time.monotonic())
+        seconds = 0.8 * left * min(1.0, self._crew.size / max(1, self._thinking))
+        if isinstance(self._player, SnakePlayer):
+            return self._player.choose(letter.board, letter.settings, letter.you, seconds)
+        return self._player.move(message, seconds)
+
+    async def _tell(self, what: str, letter: Letter, message: Message) -> None:
+        """Pass a start or an end on to a player that wants to know."""
+        if isinstance(self._player, SnakePlayer):
+            return
+        act = getattr(self._player, what)
+        seconds = self._seconds(letter)
+        task = self._crew.submit(lambda: act(message, seconds))
+        try:
+            await asyncio.wait_for(asyncio.wrap_future(task), seconds)
+        except TimeoutError:
+            self._crew.leave_behind(task)
+        except Exception as error:
+            self.count.failed += 1
+            self._complain(str(error) or type(error).__name__)
+
+    def _seconds(self, letter: Letter) -> float:
+        timeout_ms = max(1, letter.timeout_ms)
+        return (timeout_ms - min(self._margin_ms, timeout_ms / 2)) / 1000
+
+    def _note(self, letter: Letter, ended: bool = False) -> None:
+        """Remember when a game was heard of last; forget the ended, the silent, and the oldest beyond the cap."""
+        key = (letter.game_id, letter.you)
+        known = self._heard.pop(key, None) is not None
+        if ended:
+            return
+        self.count.games += not known
+        self._heard[key] = time.monotonic()
+        self._forget_silent()
+
+    def _forget_silent(self) -> None:
+        now = time.monotonic()
+        while self._heard:
+            heard = next(iter(self._heard.values()))
+            if now - heard < self._silence_seconds and len(self._heard) <= MOST_GAMES:
+                return
+            self._heard.popitem(last=False)
+
+
+async def serve_until_cancelled(server: SnakeServer, host: str, port: int, ready: Callable[[int], None]) -> None:
+    """Listen until the task is cancelled; `ready` is told the port.
+
+    Raises:
+        PlayerError: The address cannot be listened on.
+    """
+    try:
+        found = await server.listen(host, port)
+    except (OSError, OverflowError) as error:
+        raise PlayerError(f"{host}:{port}: cannot be listened on ({error}); choose another --port.") from error
+    ready(found)
+    try:
+        await asyncio.Event().wait()
+    finally:
+        await server.close()

@@ -1,0 +1,141 @@
+"""`racecraft snakes`, as a user types it."""
+
+import json
+import signal
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+from racecraft.cli import app as command_line
+from racecraft.cli import snakes
+
+RECORDS = Path(__file__).resolve().parents[2] / ".." / "shared" / "data" / "battlesnake"
+
+
+@pytest.fixture(autouse=True)
+def _registered():
+    if "snakes" not in [group.name for group in command_line.app.registered_groups]:
+        command_line.app.add_typer(snakes.app, name="snakes")
+
+
+def test_a_game_is_played_written_and_drawn(racecraft, tmp_path):
+    said = racecraft(
+        "snakes", "play", "-u", "flood_fill", "-u", "hungry", "-n", "Flo", "-W", 7, "-H", 7, "-r", 5,
+        "-o", "game.jsonl", "--gif", "game.gif", "--json",
+    )  # fmt: skip
+    assert said.code == 0, said.err
+    facts = json.loads(said.out)
+    assert {"winnerId", "winnerName", "isDraw", "turns", "seed"} <= set(facts)
+    assert [seat["name"] for seat in facts["seats"]] == ["Flo", "hungry"]
+    lines = (tmp_path / "game.jsonl").read_text().splitlines()
+    assert len(lines) == facts["turns"] + 3
+    assert racecraft("snakes", "gif", "game.jsonl", "again.gif").code == 0
+    assert (tmp_path / "again.gif").read_bytes() == (tmp_path / "game.gif").read_bytes()
+    again = racecraft("snakes", "play", "-u", "flood_fill", "-u", "hungry", "-W", 7, "-H", 7, "-r", 5)
+    assert f"Turn {facts['turns']}:" in again.out
+
+
+def test_a_game_is_watched_in_the_terminal(racecraft):
+    said = racecraft(
+        "snakes", "play", "-u", "hungry", "-g", "solo", "-W", 7, "-H", 7, "-r", 1, "-v", "-D", 1, "--most-turns", 3
+    )
+    assert said.code == 0, said.err
+    assert "turn 3" in said.out
+
+
+def test_a_tournament_says_who_is_strong(racecraft):
+    said = racecraft("snakes", "tournament", "random_safe", "flood_fill", "-W", 7, "-H", 7, "--rounds", 4, "--json")
+    assert said.code == 0, said.err
+    table = json.loads(said.out)
+    assert table["games"] == 8
+    assert table["standings"][0]["name"] == "flood_fill"
+    assert {"points", "low", "high"} == set(table["standings"][0]["rating"])
+
+
+def test_players_are_listed(racecraft):
+    assert list(json.loads(racecraft("snakes", "players", "--json").out)["players"])[0] == "random_safe"
+    assert "search+NAME" in racecraft("snakes", "players").out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("play", "-u", "hungri"), "hungry"),
+        (("play", "-u", "nothing.py"), "nothing.py"),
+        (("play", "-u", "hungry", "-g", "standrad"), "standard"),
+        (("play", "-u", "hungry", "-m", "atlantis"), "atlantis"),
+        (("play", "-u", "hungry", "-W", 4000), "width"),
+        (("play", "-u", "hungry", "-n", "a", "-n", "b"), "2 names for 1"),
+        (("play", "-u", "http://127.0.0.1:1"), "127.0.0.1:1"),
+        (("play", "-u", "ftp://x"), "ftp://x"),
+        (("play", "-u", "hungry", "-o", "no/where.jsonl"), "no/where.jsonl"),
+        (("play", *("-u", "hungry") * 17), "players"),
+        (("tournament", "hungry"), "2 snakes a game"),
+        (("tournament", "hungry", "flood_fill", "--snakes", 1), "1 snakes a game"),
+        (("gif", "no.jsonl", "x.gif"), "no.jsonl"),
+        (("verify", "no.jsonl.gz"), "no.jsonl.gz"),
+        (("serve", "nobody"), "nobody"),
+        (("serve", "hungry", "--port", 99999), "99999"),
+        (("serve", "hungry", "--host", "256.0.0.1"), "256.0.0.1"),
+    ],
+)
+def test_what_cannot_be_done_is_said_with_exit_code_2(racecraft, arguments, words):
+    said = racecraft("snakes", *arguments)
+    assert said.code == 2, said
+    assert words in said.err
+    assert "Traceback" not in said.err
+
+
+def test_verify_counts_and_finds_differences(racecraft, tmp_path):
+    point = {"id": "a", "health": 100, "cause": "", "by": "", "on": 0}
+    game = {
+        "t": "game", "w": 7, "h": 7, "ruleset": "solo", "map": "empty", "damage": 14, "shrink": 25, "chance": 0,
+        "min": 0, "solo": True, "snakes": [point | {"body": [[3, 3]] * 3}], "food": [], "hazards": [],
+    }  # fmt: skip
+    step = {
+        "t": "step", "turn": 0, "moves": {"a": "up"}, "food_pre": [], "haz_pre": [], "food_rules": [],
+        "haz_rules": [], "food": [], "hazards": [],
+        "snakes": [point | {"health": 99, "body": [[3, 4], [3, 3], [3, 3]]}],
+    }  # fmt: skip
+    (tmp_path / "good.jsonl").write_text("\n".join(json.dumps(line) for line in (game, step)))
+    good = racecraft("snakes", "verify", "good.jsonl", "--json")
+    assert good.code == 0, good.err
+    assert json.loads(good.out) == {"games": 1, "steps": 1, "mismatches": 0, "examples": []}
+    step["snakes"][0]["health"] = 98
+    (tmp_path / "bad.jsonl").write_text("\n".join(json.dumps(line) for line in (game, step)))
+    bad = racecraft("snakes", "verify", "bad.jsonl")
+    assert bad.code == 1
+    assert "2 mismatches" in bad.out
+    assert "health 98" in bad.out
+
+
+@pytest.mark.skipif(not RECORDS.is_dir(), reason="recorded games are not beside the checkout")
+@pytest.mark.long
+def test_recorded_games_of_the_official_engine_agree(racecraft):
+    said = racecraft("snakes", "verify", RECORDS / "official_engine_trajectories.jsonl.gz", "--json")
+    assert said.code == 0
+    assert json.loads(said.out)["mismatches"] == 0
+
+
+def test_a_file_is_served_until_it_is_interrupted(tmp_path):
+    (tmp_path / "mine.py").write_text("def move(data):\n    return 'up'\n")
+    code = (
+        "from racecraft.cli import app, snakes\n"
+        "if 'snakes' not in [g.name for g in app.app.registered_groups]: app.app.add_typer(snakes.app, name='snakes')\n"
+        "app.main()"
+    )
+    command = [sys.executable, "-c", code, "snakes", "serve", "mine.py", "--port", "0", "--color", "#ff0000", "--json"]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
+        try:
+            url = json.loads(server.stdout.readline())["url"]
+            with urllib.request.urlopen(url, timeout=5) as answer:
+                assert json.load(answer)["color"] == "#ff0000"
+            server.send_signal(signal.SIGINT)
+            _, err = server.communicate(timeout=10)
+        finally:
+            server.kill()
+    assert server.returncode == 0, err
+    assert "0 games, 0 moves" in err

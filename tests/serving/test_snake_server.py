@@ -1,0 +1,258 @@
+"""A snake over HTTP: the official API, many games at once, never late, and nothing that takes it down."""
+
+import asyncio
+import json
+import threading
+import time
+
+import pytest
+
+from racecraft.envs.battlesnake.board import MOVES
+from racecraft.envs.battlesnake.dice import StreamDice
+from racecraft.envs.battlesnake.reference import Referee
+from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.envs.battlesnake.state import Games
+from racecraft.evaluation.arena.match import play
+from racecraft.evaluation.arena.seats import take_seat
+from racecraft.players.snakes.from_file import load_file_player
+from racecraft.players.snakes.messages import GameCard, message
+from racecraft.players.snakes.protocol import find_player
+from racecraft.players.snakes.sight import safe_moves
+from racecraft.serving.http_service import MOST_BODY_BYTES
+from racecraft.serving.snake_server import SnakeServer
+
+
+def letter(game_id="g", timeout_ms=300, you="s0"):
+    referee = Referee(GameSettings(7, 7, 2), StreamDice(2))
+    return message(referee.board, referee.settings, you, GameCard(game_id, timeout_ms)), referee
+
+
+async def exchange(port, raw, cut=False):
+    """Send bytes; return status and JSON of the answer, (0, None) where the server closed without one."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    try:
+        writer.write(raw)
+        await writer.drain()
+        if cut:
+            writer.write_eof()
+        head = await asyncio.wait_for(reader.readuntil(b"\r\n\r\n"), 5)
+        length = int(head.lower().split(b"content-length: ")[1].split(b"\r\n")[0])
+        return int(head.split()[1]), json.loads(await reader.readexactly(length))
+    except (asyncio.IncompleteReadError, ConnectionError):
+        return 0, None
+    finally:
+        writer.close()
+
+
+def post(path, value, length=None):
+    body = value if isinstance(value, bytes) else json.dumps(value).encode()
+    size = len(body) if length is None else length
+    return f"POST {path} HTTP/1.1\r\nHost: x\r\nContent-Length: {size}\r\n\r\n".encode() + body
+
+
+def serving(server, talk):
+    """Run `talk(port)` against a server."""
+
+    async def run():
+        port = await server.listen(port=0)
+        try:
+            return await asyncio.wait_for(talk(port), 15)
+        finally:
+            await server.close()
+
+    return asyncio.run(run())
+
+
+def test_the_official_way_through_a_game():
+    server = SnakeServer(find_player("flood_fill"), {"color": "#00aaff"}, author="me")
+    sent, referee = letter()
+
+    async def talk(port):
+        index = await exchange(port, b"GET / HTTP/1.1\r\n\r\n")
+        start = await exchange(port, post("/start", sent))
+        after_start = server.games_open
+        move = await exchange(port, post("/move", sent))
+        end = await exchange(port, post("/end", sent))
+        return index, start, after_start, move, end
+
+    index, start, after_start, move, end = serving(server, talk)
+    wanted = {"apiversion": "1", "author": "me", "color": "#00aaff", "head": "default", "tail": "default"}
+    assert index == (200, wanted | {"version": "racecraft"})
+    assert (start, end) == ((200, {}), (200, {}))
+    assert move[0] == 200
+    assert move[1]["move"] in safe_moves(referee.board, referee.settings, "s0")
+    assert (after_start, server.games_open) == (1, 0)
+    assert (server.count.games, server.count.moves, server.count.late, server.count.refused) == (1, 1, 0, 0)
+
+
+GOOD = json.dumps(letter()[0]).encode()
+NO_YOU = json.dumps(letter()[0] | {"you": {"id": "ghost"}}).encode()
+BAD_REQUESTS = {
+    "no http": (b"\x16\x03\x01\x02\x00\n", 400, "bad_request"),
+    "long line": (b"GET /" + b"a" * 100_000 + b" HTTP/1.1\r\n\r\n", 431, "headers_too_large"),
+    "many headers": (b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 9000 + b"\r\n", 431, "headers_too_large"),
+    "bad header": (b"GET / HTTP/1.1\r\nwhat\r\n\r\n", 400, "bad_request"),
+    "other page": (b"GET /favicon.ico HTTP/1.1\r\n\r\n", 404, "no_such_page"),
+    "other method": (b"GET /move HTTP/1.1\r\n\r\n", 405, "wrong_method"),
+    "no length": (b"POST /move HTTP/1.1\r\n\r\n", 411, "length_required"),
+    "chunks": (b"POST /move HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n", 411, "length_required"),
+    "length is a word": (post("/move", b"", "many"), 400, "bad_request"),
+    "negative length": (post("/move", b"", -5), 400, "bad_request"),
+    "huge": (post("/move", b"", MOST_BODY_BYTES + 1), 413, "body_too_large"),
+    "absurd": (post("/move", b"", 10**30), 413, "body_too_large"),
+    "empty": (post("/move", b""), 400, "bad_json"),
+    "no json": (post("/move", b"hello"), 400, "bad_json"),
+    "half json": (post("/move", GOOD[: len(GOOD) // 2]), 400, "bad_json"),
+    "no utf-8": (post("/move", b'"\xff\xfe"'), 400, "bad_json"),
+    "deep": (post("/move", b"[" * 200_000), 400, "bad_json"),
+    "huge number": (post("/move", b'{"turn": ' + b"9" * 5000 + b"}"), 400, "bad_json"),
+    "a list": (post("/move", b"[]"), 422, "bad_board"),
+    "nothing in it": (post("/start", b"{}"), 422, "bad_board"),
+    "not on the board": (post("/move", NO_YOU), 422, "bad_board"),
+}
+
+
+@pytest.mark.parametrize("how", BAD_REQUESTS)
+def test_bad_requests_get_named_errors_and_the_server_goes_on(how):
+    raw, status, name = BAD_REQUESTS[how]
+    server = SnakeServer(find_player("hungry"))
+
+    async def talk(port):
+        return await exchange(port, raw), await exchange(port, post("/move", GOOD))
+
+    bad, good = serving(server, talk)
+    assert (bad[0], bad[1] and bad[1]["error"]) == (status, name)
+    assert good[0] == 200
+
+
+def test_a_body_that_is_cut_is_dropped_and_the_server_goes_on():
+    server = SnakeServer(find_player("hungry"))
+
+    async def talk(port):
+        cut = await exchange(port, post("/move", GOOD, len(GOOD) + 50), cut=True)
+        return cut, await exchange(port, post("/move", GOOD))
+
+    cut, good = serving(server, talk)
+    assert cut == (0, None)
+    assert good[0] == 200
+
+
+class Rogue:
+    """A player that hangs, raises, or answers nonsense."""
+
+    def __init__(self, how):
+        self.how, self.gate = how, threading.Event()
+
+    def choose(self, board, settings, snake_id, seconds):
+        if self.how == "hangs":
+            self.gate.wait(10)
+        if self.how == "raises":
+            raise SystemExit("enough")
+        return "north"
+
+
+@pytest.mark.parametrize(("how", "late", "failed"), [("hangs", 5, 0), ("raises", 0, 5), ("lies", 0, 5)])
+def test_a_player_that_fails_still_gets_a_safe_move_out_in_time(how, late, failed):
+    player = Rogue(how)
+    server = SnakeServer(player, threads=1, margin_ms=100)
+    sent, referee = letter(timeout_ms=200)
+    seconds = []
+
+    async def talk(port):
+        words = []
+        for _ in range(5):
+            begin = time.monotonic()
+            words.append((await exchange(port, post("/move", sent)))[1]["move"])
+            seconds.append(time.monotonic() - begin)
+        return words
+
+    words = serving(server, talk)
+    player.gate.set()
+    assert set(words) <= set(safe_moves(referee.board, referee.settings, "s0"))
+    assert max(seconds) < 0.2
+    assert (server.count.late, server.count.failed) == (late, failed)
+
+
+def test_boards_that_kernels_cannot_tell_are_answered_all_the_same():
+    assert Games  # the arrays refuse living snakes that overlap, and bodies of one square
+    sent, _ = letter()
+    sent["board"]["snakes"][0]["body"] = sent["board"]["snakes"][1]["body"]
+    short, _ = letter()
+    short["board"]["snakes"][0]["body"] = short["board"]["snakes"][0]["body"][:1]
+    server = SnakeServer(find_player("search"))
+
+    async def talk(port):
+        return [await exchange(port, post("/move", each)) for each in (sent, short)]
+
+    answers = serving(server, talk)
+    assert all(status == 200 and answer["move"] in MOVES for status, answer in answers)
+
+
+def test_silent_games_are_forgotten_and_open_ones_are_capped(monkeypatch):
+    monkeypatch.setattr("racecraft.serving.snake_server.MOST_GAMES", 3)
+    server = SnakeServer(find_player("hungry"), silence_seconds=0.2)
+
+    async def talk(port):
+        for number in range(5):
+            await exchange(port, post("/start", letter(f"g{number}")[0]))
+        many = server.games_open
+        await asyncio.sleep(0.25)
+        return many, server.games_open
+
+    assert serving(server, talk) == (3, 0)
+
+
+def test_many_games_at_once_are_answered_in_time():
+    """Fifty clients on connections that stay open, a searching player, two threads."""
+    server = SnakeServer(find_player("search"), threads=2)
+    find_player("search").choose(letter()[1].board, GameSettings(7, 7, 2), "s0", 0)
+    late = []
+
+    async def client(port, number):
+        reader, writer = await asyncio.open_connection("127.0.0.1", port)
+        for _ in range(3):
+            sent, _ = letter(f"g{number}", timeout_ms=1000)
+            begin = time.monotonic()
+            writer.write(post("/move", sent))
+            head = await reader.readuntil(b"\r\n\r\n")
+            body = await reader.readexactly(int(head.lower().split(b"content-length: ")[1].split(b"\r\n")[0]))
+            late.append(time.monotonic() - begin > 1.0)
+            assert json.loads(body)["move"] in MOVES
+            await asyncio.sleep(0.05)
+        writer.close()
+
+    async def talk(port):
+        await asyncio.gather(*(client(port, number) for number in range(50)))
+
+    serving(server, talk)
+    assert (sum(late), server.count.moves) == (0, 150)
+    assert server.count.p99_ms() < 1000
+
+
+def test_a_served_file_plays_in_the_arena_and_hears_start_and_end(tmp_path):
+    path = tmp_path / "mine.py"
+    path.write_text(
+        "heard = []\n"
+        "def info():\n    return {'color': '#123456'}\n"
+        "def start(data):\n    heard.append('start')\n"
+        "def end(data):\n    heard.append('end')\n"
+        "def move(data):\n    heard.append(data['you']['id'])\n    return {'move': 'up'}\n"
+    )
+    player = load_file_player(path)
+    server = SnakeServer(player, player.looks())
+
+    async def talk(port):
+        def meet():
+            seats = [take_seat(f"http://127.0.0.1:{port}", "mine"), take_seat("flood_fill")]
+            played = play(GameSettings(7, 7, 2), seats, StreamDice(1), "g", most_turns=2)
+            seats[0].player.close()
+            seats[0].leave()
+            return seats[0], played
+
+        return await asyncio.to_thread(meet)
+
+    seat, played = serving(server, talk)
+    assert seat.looks["color"] == "#123456"
+    assert (seat.failures.timeouts, seat.failures.crashes) == (0, 0)
+    assert player._module.heard == ["start", "s0", "s0", "end"]
+    assert played.boards[1].snakes[0].head[1] == played.boards[0].snakes[0].head[1] + 1
