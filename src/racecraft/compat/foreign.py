@@ -1,0 +1,138 @@
+"""Puts foreign names on the path for one script. Begin with `run_script`.
+
+A name such as `mlagents_envs.environment` leads to our module `racecraft.compat.names.mlagents_envs.environment`: one
+module with two names. `gym` stands aside where a real one is installed; the others are ours even then, because
+ML-Agents' own package does not load beside today's protobuf.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import importlib.util
+import os
+import runpy
+import sys
+from collections.abc import Iterator, Sequence
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec, PathFinder
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from racecraft.contract.errors import InputFileError
+
+HOME = "racecraft.compat.names"
+NAMES = ("mlagents_envs", "gym_unity", "gym")
+"""The packages whose names are lent."""
+STANDS_ASIDE = ("gym",)
+"""Lent only where no package of that name is installed."""
+
+
+def run_script(script: str | Path, args: Sequence[str] = ()) -> None:
+    """Run a script as `python SCRIPT ARGS…` would, with the foreign names on the path.
+
+    Raises:
+        InputFileError: There is no such file.
+    """
+    path = Path(script)
+    if not path.is_file():
+        raise InputFileError(path, "there is no such file", "a Python script, such as train-unity.py")
+    with foreign_names(), _as_main(path, args):
+        runpy.run_path(str(path), run_name="__main__")
+
+
+@contextlib.contextmanager
+def foreign_names() -> Iterator[None]:
+    """Lend the names; afterwards neither they nor their modules are left."""
+    lent = tuple(name for name in NAMES if name not in STANDS_ASIDE or PathFinder.find_spec(name) is None)
+    before = {name: module for name, module in sys.modules.items() if _top(name) in lent}
+    for name in before:
+        del sys.modules[name]
+    finder = _Finder(lent)
+    sys.meta_path.insert(0, finder)
+    try:
+        yield
+    except (ImportError, AttributeError) as error:
+        _explain(error)
+        raise
+    finally:
+        sys.meta_path.remove(finder)
+        for name in [name for name in sys.modules if _top(name) in lent]:
+            del sys.modules[name]
+        sys.modules.update(before)
+
+
+def offered_by(module: ModuleType) -> list[str]:
+    """Return what a lent module offers."""
+    return sorted(getattr(module, "__all__", None) or [name for name in vars(module) if not name.startswith("_")])
+
+
+def _explain(error: ImportError | AttributeError) -> None:
+    """Add to an error what the lent module does offer."""
+    if isinstance(error, AttributeError):
+        module = error.obj if isinstance(error.obj, ModuleType) else None
+    else:
+        module = sys.modules.get(error.name or "")
+    if module is not None and module.__name__.startswith(f"{HOME}."):
+        name = module.__name__.removeprefix(f"{HOME}.")
+        error.add_note(f"`racecraft run` offers of {name}: {', '.join(offered_by(module)) or 'its modules only'}.")
+
+
+class _Finder(MetaPathFinder):
+    """Finds foreign names under our roof."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self._names = names
+
+    def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
+        if _top(fullname) not in self._names:
+            return None
+        ours = f"{HOME}.{fullname}"
+        found = importlib.util.find_spec(ours)
+        if found is None:
+            raise ModuleNotFoundError(
+                f"No module named '{fullname}': `racecraft run` offers {', '.join(_offered(_top(fullname)))}.",
+                name=fullname,
+            )
+        return ModuleSpec(fullname, _Lender(ours), is_package=found.submodule_search_locations is not None)
+
+
+class _Lender(Loader):
+    """Gives the module that stands under our roof, already executed."""
+
+    def __init__(self, ours: str) -> None:
+        self._ours = ours
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        module = importlib.import_module(self._ours)
+        self._own_spec = module.__spec__
+        return module
+
+    def exec_module(self, module: ModuleType) -> None:
+        module.__spec__ = self._own_spec  # the import system has just overwritten it
+
+
+@contextlib.contextmanager
+def _as_main(path: Path, args: Sequence[str]) -> Iterator[None]:
+    """Let the script see its own arguments, and find its neighbours first."""
+    argv, search = sys.argv, list(sys.path)
+    sys.argv = [str(path), *args]
+    sys.path.insert(0, str(path.resolve().parent))
+    try:
+        yield
+    finally:
+        sys.argv = argv
+        sys.path[:] = search
+
+
+def _offered(top: str) -> list[str]:
+    """Return every module of a lent package, by its foreign name."""
+    root = Path(__file__).parent / "names"
+    files = sorted((root / top).rglob("*.py"))
+    names = [os.path.relpath(file, root).removesuffix(".py").replace(os.sep, ".") for file in files]
+    return [name.removesuffix(".__init__") for name in names]
+
+
+def _top(name: str) -> str:
+    return name.partition(".")[0]

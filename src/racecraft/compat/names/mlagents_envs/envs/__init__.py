@@ -1,0 +1,1 @@
+"""Faces of a Unity scene, where ML-Agents keeps them."""

@@ -1,0 +1,61 @@
+"""How fast and how fine a player runs."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from racecraft.compat.names.mlagents_envs.exception import UnitySideChannelException
+from racecraft.compat.names.mlagents_envs.side_channel.side_channel import IncomingMessage, OutgoingMessage, SideChannel
+from racecraft.envs.unity.side_channels import ENGINE_CONFIGURATION, SideChannels, split
+
+
+class EngineConfig(NamedTuple):
+    """All settings at once."""
+
+    width: int | None
+    height: int | None
+    quality_level: int | None
+    time_scale: float | None
+    target_frame_rate: int | None
+    capture_frame_rate: int | None
+
+    @staticmethod
+    def default_config() -> EngineConfig:
+        """Return what ML-Agents takes where nothing is said."""
+        return EngineConfig(80, 80, 1, 20.0, -1, 60)
+
+
+class EngineConfigurationChannel(SideChannel):
+    """Sets the engine; what is left out stays as it is."""
+
+    def __init__(self) -> None:
+        super().__init__(ENGINE_CONFIGURATION)
+
+    def on_message_received(self, msg: IncomingMessage) -> None:
+        """Refuse: engines do not speak here."""
+        raise UnitySideChannelException("the engine configuration channel only speaks to the player")
+
+    def set_configuration_parameters(
+        self,
+        width: int | None = None,
+        height: int | None = None,
+        quality_level: int | None = None,
+        time_scale: float | None = None,
+        target_frame_rate: int | None = None,
+        capture_frame_rate: int | None = None,
+    ) -> None:
+        """Set window in pixels, quality, simulated seconds a second, frames a second (-1: free)."""
+        if (width is None) != (height is None):
+            raise UnitySideChannelException("width and height are set together")
+        self.set_configuration(
+            EngineConfig(width, height, quality_level, time_scale, target_frame_rate, capture_frame_rate)
+        )
+
+    def set_configuration(self, config: EngineConfig) -> None:
+        """Set all that is given."""
+        spoken = SideChannels()
+        spoken.set_engine(**config._asdict())
+        for _, payload in split(spoken.take_outgoing()):
+            message = OutgoingMessage()
+            message.set_raw_bytes(payload)
+            self.queue_message_to_send(message)
