@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from racecraft.envs.unity.errors import BuildError
-from racecraft.envs.unity.gymnasium_env import ENVIRONMENT_ID, register, unity_env, unity_vector_env
+from racecraft.envs.unity.gymnasium_env import unity_env, unity_vector_env
 
 
 @pytest.mark.long
@@ -24,9 +24,7 @@ def test_gymnasiums_checker_is_content():
 def test_gymnasium_makes_a_scene_by_name():
     import gymnasium
 
-    register()
-    register()
-    env = gymnasium.make(ENVIRONMENT_ID, build="builtin:Basic", disable_env_checker=True)
+    env = gymnasium.make("racecraft.envs.faces:racecraft/Unity-v0", build="builtin:Basic", disable_env_checker=True)
     _, info = env.reset(seed=1)
     assert info["action_mask"].tolist() == [True] * 3
     earned, over = 0.0, False

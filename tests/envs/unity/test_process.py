@@ -57,7 +57,7 @@ def test_a_player_that_never_connects_is_ended_after_the_timeout(program):
 
 
 def test_a_player_that_falls_asleep_is_ended_after_the_timeout(program):
-    session = Session(program("sleep"), timeout_seconds=0.5)
+    session = Session(program("sleep"), timeout_seconds=1.0)
     session.reset()
     session.step(STAY)
     session.step(STAY)
@@ -167,7 +167,7 @@ def test_a_launcher_that_leaves_its_player_running_is_no_death(tmp_path):
     session.reset()
     time.sleep(0.3)
     session.step(STAY)
-    session.close()
+    session.close(patience_seconds=0.5)
     assert wait_until_gone(session.pid)
 
 

@@ -96,15 +96,6 @@ def test_rows_wait_while_others_act(opened):
     assert buffers.reward.ravel().tolist() == pytest.approx([0.0, -0.01])
 
 
-def test_the_same_seed_tells_the_same_story(opened):
-    world, buffers = opened("builtin:Basic")
-    actions = np.random.default_rng(0).integers(0, 3, (30, 1, 1))
-    first, second = story(world, buffers, 3, actions), story(world, buffers, 3, actions)
-    for left, right in zip(first, second, strict=True):
-        for one, other in zip(left, right, strict=True):
-            np.testing.assert_array_equal(one, other)
-
-
 def test_a_reset_in_place_keeps_the_process_and_the_place(opened):
     world, buffers = opened("builtin:Basic", restart_on_reset=False)
     pid = world.sessions[0].pid

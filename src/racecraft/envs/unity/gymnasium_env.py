@@ -1,5 +1,7 @@
 """A Unity scene with one agent as a Gymnasium environment, for `gymnasium.make("racecraft/Unity-v0", build=…)`.
 
+`racecraft.envs.faces` registers the id.
+
 Several agents of one behavior are a batch: `unity_vector_env`. Several behaviors: `parallel.py`. Masks stand in
 `info["action_mask"]`, terminated and truncated are told apart.
 """
@@ -13,8 +15,6 @@ from racecraft.envs.faces.gymnasium_env import WorldEnv
 from racecraft.envs.faces.gymnasium_vector import WorldVectorEnv
 from racecraft.envs.unity.errors import BuildError
 from racecraft.envs.unity.world import UnityWorld
-
-ENVIRONMENT_ID = "racecraft/Unity-v0"
 
 
 def unity_env(build: str, **words: Any) -> WorldEnv:
@@ -42,11 +42,3 @@ def unity_env(build: str, **words: Any) -> WorldEnv:
 def unity_vector_env(build: str, **words: Any) -> WorldVectorEnv:
     """Return all agents of one behavior, of one or more processes, as a `gymnasium.vector.VectorEnv`."""
     return WorldVectorEnv(UnityWorld(build, **words))
-
-
-def register() -> None:
-    """Make `racecraft/Unity-v0` known to Gymnasium; again does nothing."""
-    import gymnasium
-
-    if ENVIRONMENT_ID not in gymnasium.registry:
-        gymnasium.register(ENVIRONMENT_ID, entry_point="racecraft.envs.unity.gymnasium_env:unity_env")
