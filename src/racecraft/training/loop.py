@@ -124,12 +124,12 @@ class TrainingLoop:
         self._began = time.perf_counter()
         reason = "an error"
         try:
-            while True:
-                report = self._iterate()
-                self._listener.iteration(report)
-                if stop := reached(self._stops, self._standing(report)):
-                    reason = str(stop)
-                    break
+            # A run that is resumed may have reached its stop before it was broken off.
+            stop = reached(self._stops, self._standing()) if self._iteration else None
+            while stop is None:
+                self._listener.iteration(self._iterate())
+                stop = reached(self._stops, self._standing())
+            reason = str(stop)
         except KeyboardInterrupt:
             reason = "Ctrl-C"
         finally:
@@ -237,13 +237,14 @@ class TrainingLoop:
         if happened and self._first_full is None:
             self._first_full = self._seconds()
 
-    def _standing(self, report: IterationReport) -> Standing:
+    def _standing(self) -> Standing:
+        judged_now = self._last is not None and self._iteration % self._evaluation.every == 0
         return Standing(
             seconds=self._seconds(),
-            iterations=report.iteration,
-            steps=report.steps,
+            iterations=self._iteration,
+            steps=self._collector.steps_taken,
             is_stable=self._perfect_in_a_row >= self._evaluation.stable_after,
-            score=report.verdict.score if report.verdict else None,
+            score=self._last.score if self._last is not None and judged_now else None,
         )
 
     def _seconds(self) -> float:
