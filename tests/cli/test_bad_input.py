@@ -6,11 +6,10 @@ import os
 
 import numpy as np
 import pytest
+from tests.cli.conftest import TINY
 
 from racecraft.formats.run_folder import RunFolder
 from racecraft.tracks.catalogue import load_track
-
-from tests.cli.conftest import TINY
 
 REWARD = "def reward_function(params):\n    return 1.0\n"
 METADATA = {
