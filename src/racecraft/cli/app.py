@@ -12,7 +12,21 @@ import sys
 
 import typer
 
-from racecraft.cli import bench, evaluate, gym, new, replay, report, settings, tracks, train
+from racecraft.cli import (
+    bench,
+    evaluate,
+    export,
+    gym,
+    new,
+    replay,
+    report,
+    run,
+    settings,
+    snakes,
+    tracks,
+    train,
+    unity,
+)
 from racecraft.contract.errors import RacecraftError, UserInputError
 
 app = typer.Typer(
@@ -32,6 +46,10 @@ app.command(name="replay")(replay.replay)
 app.command(name="new")(new.new)
 app.add_typer(tracks.app, name="tracks")
 app.add_typer(gym.app, name="gym")
+app.add_typer(snakes.app, name="snakes")
+app.add_typer(unity.app, name="unity")
+app.command(name="export")(export.export)
+app.command(name="run", context_settings=run.CONTEXT)(run.run)
 app.command(name="settings")(settings.settings)
 app.add_typer(bench.app, name="bench")
 
