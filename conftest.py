@@ -1,5 +1,5 @@
-"""Before anything is imported: threads that wait shall sleep, as the command line has it (see `cli/app.py`)."""
+"""Before anything is imported: threads that wait shall soon sleep, as the command line has it (see `cli/app.py`)."""
 
 import os
 
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+os.environ.setdefault("GOMP_SPINCOUNT", "2000")

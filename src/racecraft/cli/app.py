@@ -66,9 +66,9 @@ def root(version: bool = typer.Option(False, "--version", help="Say the version 
 
 def main() -> None:
     """Run the command line; errors of ours become letters and exit codes."""
-    # Threads that wait shall sleep, not spin: beside any other busy program spinning costs many times what it saves.
-    # OpenMP reads this when torch and Numba load it, which no import has done yet.
-    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+    # Threads that wait shall spin briefly and then sleep: beside another busy program long spinning costs many times
+    # what it saves. OpenMP reads this when torch and Numba load it, which no import has done yet.
+    os.environ.setdefault("GOMP_SPINCOUNT", "5000")
     try:
         app()
     except UserInputError as error:

@@ -17,7 +17,7 @@ def run(
 ) -> None:
     """Run a script with foreign names on the path: mlagents_envs, gym_unity and an old-style gym.
 
-    Example: racecraft run train-unity.py --episodes 20
+    Example: racecraft run train-unity.py
     """
     from racecraft.compat.foreign import run_script
 

@@ -22,7 +22,6 @@ from racecraft.envs.unity.behaviors import card_of
 from racecraft.envs.unity.builds import Build, find_build
 from racecraft.envs.unity.trainer_words import words_of
 from racecraft.envs.unity.world import UnityWorld
-from racecraft.evaluation.episodes import play_episodes
 from racecraft.formats.checkpoint import save_state
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.trainer_yaml import TrainerConfig, read_trainer_yaml
@@ -38,6 +37,7 @@ from racecraft.settings.groups import (
     TrainSettings,
 )
 from racecraft.settings.overrides import apply_overrides, as_dictionary, with_values
+from racecraft.training.bounded_episodes import CUT, play_bounded
 from racecraft.training.car_plan import versions
 from racecraft.training.events import Listener, Verdict
 from racecraft.training.keeping import RunKeeper
@@ -53,6 +53,8 @@ BASIC_SCORE = 0.92
 OBSERVATIONS = "observations.safetensors"
 """What the judged policy saw, in the run folder; an export is checked on it."""
 OBSERVATIONS_KEPT = 256
+SHORTEST_PATIENCE, PATIENCE = 200, 3
+"""A judged episode may last so many ticks, or so many times the longest training episode, whichever is more."""
 
 UNITY_SETTINGS = TrainSettings(
     rollout=RolloutConfig(num_worlds=32, horizon=64),
@@ -196,10 +198,11 @@ class SceneJudge:
         self, world: UnityWorld, policy: GreedyPolicy, episodes: int, threshold: float | None, observations: Path
     ) -> None:
         self._world, self._policy, self._episodes, self._threshold = world, policy, episodes, threshold
-        self._file, self._judgements = observations, 0
+        self._file, self._judgements, self._longest = observations, 0, 0
 
     def score(self, episode: EpisodeRecord) -> float:
-        """Return an episode's return."""
+        """Return an episode's return, and learn how long training episodes get."""
+        self._longest = max(self._longest, episode.steps)
         return episode.reward
 
     def is_full(self, episode: EpisodeRecord) -> bool:
@@ -207,15 +210,20 @@ class SceneJudge:
         return self._threshold is not None and episode.reward >= self._threshold
 
     def judge(self) -> Verdict:
-        """Play; keep what was seen."""
+        """Play; keep what was seen. A policy that never comes to an end is cut, or it would be judged for ever."""
         rows = self._world.spec.num_worlds
         each, spare = -(-self._episodes // rows), int(self._judgements > 0)
         recorder = _Recorder()
-        told = play_episodes(
-            self._policy, self._world, episodes_each=each + spare, seed=self._judgements, observers=[recorder]
+        counted = play_bounded(
+            self._policy,
+            self._world,
+            episodes_each=each,
+            spare=spare,
+            max_ticks=(each + spare) * max(SHORTEST_PATIENCE, PATIENCE * self._longest),
+            seed=self._judgements,
+            observe=recorder,
         )
         self._judgements += 1
-        counted = [episode for index, episode in enumerate(told) if index % (each + spare) >= spare]
         save_state(self._file, recorder.rows())
         return verdict_on(counted, self._threshold)
 
@@ -255,6 +263,7 @@ def verdict_on(episodes: list[EpisodeRecord], threshold: float | None) -> Verdic
         "mean_return": summary.mean_reward,
         "std_return": summary.std_reward,
         "mean_steps": summary.mean_steps,
+        "cut": sum(episode.status == CUT for episode in episodes),
         "threshold": threshold,
     }
     return Verdict(summary.mean_reward, threshold is not None and summary.mean_reward >= threshold, details=details)
