@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := $(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin)
 
-.PHONY: help env demo test check long bench docs format clean
+.PHONY: help env demo test quick check long bench docs format clean
 
 help:  ## list the words
 	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 10
@@ -15,6 +15,9 @@ demo: env  ## train the default car on re:Invent 2018 from its camera until it l
 
 test: env  ## every test that CI runs: tests with warnings as errors, doctests, examples
 	$(BIN)/python -m pytest -q
+
+quick: env  ## the same tests on two cores at once: the everyday loop, under two minutes
+	$(BIN)/python -m pytest -q -n 2 --dist loadfile
 
 check: env  ## form: format, lint, types, import floors, generated docs current
 	$(BIN)/ruff format --check src tests scripts benchmarks examples

@@ -48,9 +48,10 @@ def train(
         print_json(trained.summary())
         return
     summary = trained.summary()
-    evaluation = summary["evaluation"] or {}
+    judged, steps = summary["evaluation"], f"{summary['env_steps']:,} steps; run: {trained.run.path}"
+    if judged is None:
+        print(f"{environment}: stopped before its first evaluation, after {steps}")
+        return
     verdict = "solved" if summary["solved"] else "not solved"
-    print(
-        f"{environment}: {verdict}, mean return {evaluation.get('mean_return', float('nan')):.1f} over "
-        f"{evaluation.get('episodes', 0)} greedy episodes after {summary['env_steps']:,} steps; run: {trained.run.path}"
-    )
+    mean, episodes = judged["mean_return"], judged["episodes"]
+    print(f"{environment}: {verdict}, mean return {mean:.1f} over {episodes} greedy episodes after {steps}")
