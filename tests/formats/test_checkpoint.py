@@ -82,6 +82,18 @@ def test_what_a_file_cannot_hold_is_named_by_its_place(tmp_path, value):
         save_state(tmp_path / "s.safetensors", {"learner": [1, 2, value]})
 
 
+def test_safetensors_itself_reads_what_is_written(tmp_path):
+    import safetensors.numpy
+
+    weights = {**WEIGHTS, "n": np.array(3, np.int64), "turned": np.arange(6, dtype=">f8").reshape(2, 3).T}
+    save_policy(tmp_path / "p.safetensors", weights, {"umlaut": "Zürich"})
+    read = safetensors.numpy.load_file(tmp_path / "p.safetensors")
+    assert set(read) == set(weights)
+    assert all(np.array_equal(read[name], weights[name]) for name in weights)
+    length = int.from_bytes((tmp_path / "p.safetensors").read_bytes()[:8], "little")
+    assert length % 8 == 0
+
+
 def damaged(data, how):
     cut = {"empty": b"", "half": data[: len(data) // 2], "one byte short": data[:-1], "text": b"hello world, no file"}
     return cut[how] if how in cut else data[:-3] + bytes([data[-3] ^ 1]) + data[-2:]

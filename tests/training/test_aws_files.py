@@ -78,14 +78,14 @@ class TinyTraining:
 
     def train(self):
         self.loop.run("tiny")
-        self.keeper.close()
         return self
 
     def resume(self):
         from racecraft.algorithms.weights import to_tensors
 
-        state = Checkpoints(self.run.checkpoints).load_state("last")
-        self.learner.load_state_dict(to_tensors(state["learner"]))
+        shelf = Checkpoints(self.run.checkpoints)
+        state, (weights, _) = shelf.load_state("last"), shelf.load_policy("last")
+        self.learner.load_state_dict(to_tensors({"network": weights, **state["learner"]}))
         self.collector.restore(state["collector"])
         self.loop.restore(state["loop"])
         self.keeper.restore(state)

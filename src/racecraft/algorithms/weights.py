@@ -9,9 +9,12 @@ import torch
 
 
 def to_arrays(value: Any) -> Any:
-    """Return nested dictionaries of tensors as nested dictionaries of arrays (copies)."""
+    """Return nested dictionaries of tensors as nested dictionaries of arrays.
+
+    On the CPU an array is its tensor's own memory; give copies where the tensors go on changing.
+    """
     if isinstance(value, torch.Tensor):
-        return value.detach().cpu().numpy().copy()
+        return value.detach().cpu().numpy()
     return {name: to_arrays(part) for name, part in value.items()} if isinstance(value, dict) else value
 
 

@@ -31,7 +31,7 @@ METRICS: dict[str, str] = {
     "seconds_collect": "Part of the iteration's time spent stepping worlds and choosing actions, s.",
     "seconds_learn": "Part spent on the update, s.",
     "seconds_judge": "Part spent on the evaluation, s.",
-    "seconds_keep_before": "Time spent writing the iteration before to the disk, s; it belongs to this line's clock.",
+    "seconds_keep_before": "Time by which keeping the iteration before held training up, s; it belongs to this clock.",
 }
 """Name in metrics.jsonl → one sentence with meaning and unit."""
 

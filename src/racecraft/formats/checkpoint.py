@@ -7,26 +7,22 @@ files by themselves are written and read by `save_policy`, `load_policy`, `save_
     <N>.policy.safetensors   weights after iteration N; its card (iteration, steps, how to build the network) within
     <N>.state.safetensors    all that is needed to go on as if nothing had happened; kept for the last two only
 
-Here are NumPy arrays; whoever has torch tensors converts them. A digest over all arrays stands in each file, so that
-a damaged file is refused instead of driven.
+Here are NumPy arrays; whoever has torch tensors converts them. How they lie in a file is `tensor_file.py`'s affair.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
-import struct
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import safetensors
-import safetensors.numpy
 
-from racecraft.contract.errors import ContractError, InputFileError
+from racecraft.contract.errors import ContractError
 from racecraft.contract.world import Array
+from racecraft.formats.tensor_file import CheckpointError, read_tensors, write_tensors
 from racecraft.formats.whole import write_whole
 
 VERSION = 1
@@ -35,10 +31,6 @@ STATES_KEPT = 2
 
 _POLICY = "racecraft policy"
 _STATE = "racecraft trainer state"
-
-
-class CheckpointError(InputFileError):
-    """A checkpoint is missing, damaged, or of another kind."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +60,7 @@ def save_policy(path: str | Path, weights: Mapping[str, Array], card: Mapping[st
     Raises:
         OutputFileError: The file cannot be written.
     """
-    write_whole(path, _packed(_POLICY, dict(weights), dict(card)))
+    write_tensors(path, _POLICY, weights, dict(card))
 
 
 def load_policy(path: str | Path) -> tuple[dict[str, Array], dict[str, Any]]:
@@ -77,7 +69,7 @@ def load_policy(path: str | Path) -> tuple[dict[str, Array], dict[str, Any]]:
     Raises:
         CheckpointError: The file is missing, damaged, or no policy.
     """
-    return _unpacked(Path(path), _POLICY)
+    return read_tensors(Path(path), _POLICY)
 
 
 def save_state(path: str | Path, state: Mapping[str, Any]) -> None:
@@ -89,7 +81,7 @@ def save_state(path: str | Path, state: Mapping[str, Any]) -> None:
     """
     arrays: dict[str, Array] = {}
     tree = _folded(state, "state", arrays)
-    write_whole(path, _packed(_STATE, arrays, tree))
+    write_tensors(path, _STATE, arrays, tree)
 
 
 def load_state(path: str | Path) -> dict[str, Any]:
@@ -98,7 +90,7 @@ def load_state(path: str | Path) -> dict[str, Any]:
     Raises:
         CheckpointError: The file is missing, damaged, or no trainer's state.
     """
-    arrays, tree = _unpacked(Path(path), _STATE)
+    arrays, tree = read_tensors(Path(path), _STATE)
     state: dict[str, Any] = _unfolded(tree, arrays)
     return state
 
@@ -229,51 +221,6 @@ def _states_to_drop(entries: list[dict[str, Any]]) -> list[str]:
     for entry in with_state[:-STATES_KEPT]:
         entry["state"] = None
     return gone
-
-
-def _packed(kind: str, arrays: dict[str, Array], card: Any) -> bytes:
-    plain = {name: _in_c_order(array) for name, array in arrays.items()}
-    metadata = {"format": kind, "version": str(VERSION), "digest": _digest(plain), "card": json.dumps(card)}
-    return bytes(safetensors.numpy.save(plain, metadata))
-
-
-def _unpacked(path: Path, kind: str) -> tuple[dict[str, Array], Any]:
-    expected = f"a {kind} in safetensors"
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise CheckpointError(path, "there is no such file", expected) from None
-    except OSError as error:
-        raise CheckpointError(path, f"the file cannot be read ({error.strerror})", expected) from error
-    cure = "Take another checkpoint; this file cannot be mended."
-    try:
-        arrays = safetensors.numpy.load(data)
-        (length,) = struct.unpack_from("<Q", data)
-        metadata = json.loads(data[8 : 8 + length]).get("__metadata__", {})
-    except (safetensors.SafetensorError, ValueError, struct.error) as error:
-        raise CheckpointError(path, f"damaged or half written ({error})", expected, cure) from None
-    if metadata.get("format") != kind:
-        raise CheckpointError(path, f"it says it is '{metadata.get('format', 'unnamed')}'", expected)
-    if metadata.get("version") != str(VERSION):
-        raise CheckpointError(path, f"version {metadata.get('version')}", f"version {VERSION}", "Upgrade racecraft.")
-    if metadata.get("digest") != _digest(arrays):
-        raise CheckpointError(path, "damaged (its digest does not match)", expected, cure)
-    return dict(arrays), json.loads(metadata["card"])
-
-
-def _digest(arrays: Mapping[str, Array]) -> str:
-    digest = hashlib.sha256()
-    for name in sorted(arrays):
-        array = arrays[name]
-        digest.update(f"{name} {array.dtype} {array.shape}\n".encode())
-        digest.update(array.tobytes())
-    return digest.hexdigest()
-
-
-def _in_c_order(array: Array) -> Array:
-    """Return the array as safetensors can store it: little-endian, rows behind each other, no axis added."""
-    array = np.asarray(array)
-    return np.array(array, dtype=array.dtype.newbyteorder("<"), order="C")
 
 
 def _folded(value: Any, place: str, arrays: dict[str, Array]) -> Any:

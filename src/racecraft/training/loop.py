@@ -41,7 +41,7 @@ class Judge(Protocol):
 
 
 class Keeper(Protocol):
-    """Writes down what is worth keeping; each call leaves a whole state on the disk."""
+    """Writes down what is worth keeping: at every moment a whole state stands on the disk."""
 
     def keep_start(self) -> None:
         """Keep the untrained policy, as checkpoint 0."""
@@ -49,6 +49,10 @@ class Keeper(Protocol):
 
     def keep(self, report: IterationReport, loop_state: Callable[[], dict[str, Any]]) -> None:
         """Keep an iteration: episodes, evaluation, checkpoint with the loop's own state, metrics."""
+        ...
+
+    def close(self) -> None:
+        """Wait until all that was kept is on the disk."""
         ...
 
 
@@ -117,6 +121,7 @@ class TrainingLoop:
         Raises:
             RewardError: The user's reward function failed; everything kept so far stays.
             DivergedError: The losses are no longer numbers; likewise.
+            OutputFileError: Something could not be written; what stood before still stands.
         """
         if self._iteration == 0:
             self._keeper.keep_start()
@@ -133,7 +138,7 @@ class TrainingLoop:
         except KeyboardInterrupt:
             reason = "Ctrl-C"
         finally:
-            self._listener.end(reason)
+            self._end(reason)
         return Outcome(
             reason=reason,
             iterations=self._iteration,
@@ -144,6 +149,13 @@ class TrainingLoop:
             best_lap_seconds=self._best_lap,
             last=self._last,
         )
+
+    def _end(self, reason: str) -> None:
+        """Have everything on the disk, then tell the listener."""
+        try:
+            self._keeper.close()
+        finally:
+            self._listener.end(reason)
 
     def state(self) -> dict[str, Any]:
         """Return what the loop itself must know to go on: counts, the best so far, seconds."""

@@ -161,11 +161,7 @@ class Crew:
         """Train until a stop holds."""
         plan = self.plan
         title = f"{plan.track.title or plan.track.name}, car {plan.settings.race.car}, run {self.run.path}"
-        try:
-            outcome = self._loop.run(title)
-        finally:
-            self._keeper.close()
-        return TrainedCar(plan, self.run, outcome)
+        return TrainedCar(plan, self.run, self._loop.run(title))
 
     def restore(self) -> int:
         """Take up the last whole iteration; return its number, 0 where none was saved."""
@@ -176,7 +172,8 @@ class Crew:
             return 0
         last = entries[-1].iteration
         state = shelf.load_state(str(last))
-        self.learner.load_state_dict(to_tensors(state["learner"]))
+        weights, _ = shelf.load_policy(str(last))
+        self.learner.load_state_dict(to_tensors({"network": weights, **state["learner"]}))
         self._collector.restore(state["collector"])
         self._loop.restore(state["loop"])
         self._keeper.restore(state)

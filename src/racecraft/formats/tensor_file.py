@@ -1,0 +1,122 @@
+"""Arrays and a card in one safetensors file: nothing in it can run code, and damage is noticed.
+
+The format is safetensors', which reads what is written here; `racecraft.formats.checkpoint` says what is kept in it.
+Large networks are hundreds of megabytes, so arrays go to the disk from where they lie, without a copy. A digest over
+all arrays stands in the header: a damaged file is refused instead of driven.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import struct
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import safetensors
+import safetensors.numpy
+
+from racecraft.contract.errors import InputFileError
+from racecraft.contract.world import Array
+from racecraft.formats.whole import whole_file
+
+VERSION = 1
+_HEADER_MULTIPLE = 8
+"""Bytes to whose multiple the header is filled up, so that numbers lie where processors like them."""
+_TYPES = {
+    "|b1": "BOOL", "|u1": "U8", "|i1": "I8", "<u2": "U16", "<i2": "I16", "<u4": "U32", "<i4": "I32",
+    "<u8": "U64", "<i8": "I64", "<f2": "F16", "<f4": "F32", "<f8": "F64",
+}  # fmt: skip
+"""NumPy's names of number types, and safetensors' own."""
+
+
+class CheckpointError(InputFileError):
+    """A checkpoint is missing, damaged, or of another kind."""
+
+
+def write_tensors(path: str | Path, kind: str, arrays: Mapping[str, Array], card: Any) -> None:
+    """Write arrays and a card, whole or not at all.
+
+    Args:
+        path: Where to.
+        kind: What the file says it is.
+        arrays: By name; booleans, integers and floats of any shape.
+        card: Plain JSON values.
+
+    Raises:
+        OutputFileError: The file cannot be written.
+    """
+    laid = _in_order_of_size({name: _as_stored(array) for name, array in arrays.items()})
+    metadata = {"format": kind, "version": str(VERSION), "digest": digest(laid), "card": json.dumps(card)}
+    with whole_file(path) as part, open(part, "wb") as file:
+        file.write(_header(laid, metadata))
+        for array in laid.values():
+            file.write(_bytes_of(array))
+
+
+def read_tensors(path: Path, kind: str) -> tuple[dict[str, Array], Any]:
+    """Return arrays and card.
+
+    Raises:
+        CheckpointError: The file is missing, damaged, or of another kind or version.
+    """
+    expected = f"a {kind} in safetensors"
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise CheckpointError(path, "there is no such file", expected) from None
+    except OSError as error:
+        raise CheckpointError(path, f"the file cannot be read ({error.strerror})", expected) from error
+    cure = "Take another checkpoint; this file cannot be mended."
+    try:
+        arrays = safetensors.numpy.load(data)
+        (length,) = struct.unpack_from("<Q", data)
+        metadata = json.loads(data[8 : 8 + length]).get("__metadata__", {})
+    except (safetensors.SafetensorError, ValueError, struct.error) as error:
+        raise CheckpointError(path, f"damaged or half written ({error})", expected, cure) from None
+    if metadata.get("format") != kind:
+        raise CheckpointError(path, f"it says it is '{metadata.get('format', 'unnamed')}'", expected)
+    if metadata.get("version") != str(VERSION):
+        raise CheckpointError(path, f"version {metadata.get('version')}", f"version {VERSION}", "Upgrade racecraft.")
+    if metadata.get("digest") != digest(arrays):
+        raise CheckpointError(path, "damaged (its digest does not match)", expected, cure)
+    return dict(arrays), json.loads(metadata["card"])
+
+
+def digest(arrays: Mapping[str, Array]) -> str:
+    """Return the SHA-256 of all arrays, names, types and shapes among them, whatever their order."""
+    total = hashlib.sha256()
+    for name in sorted(arrays):
+        array = arrays[name]
+        total.update(f"{name} {array.dtype} {array.shape}\n".encode())
+        total.update(_bytes_of(array))
+    return total.hexdigest()
+
+
+def _as_stored(array: Array) -> Array:
+    """Return the array as the file holds it: little-endian, rows behind each other, no axis added."""
+    array = np.asarray(array)
+    return np.asarray(array, dtype=array.dtype.newbyteorder("<"), order="C")
+
+
+def _in_order_of_size(arrays: dict[str, Array]) -> dict[str, Array]:
+    """Order arrays by size of number, largest first, then by name: none begins at an odd place."""
+    return dict(sorted(arrays.items(), key=lambda named: (-named[1].itemsize, named[0])))
+
+
+def _header(arrays: Mapping[str, Array], metadata: Mapping[str, str]) -> bytes:
+    header: dict[str, Any] = {"__metadata__": metadata}
+    end = 0
+    for name, array in arrays.items():
+        begin, end = end, end + array.nbytes
+        header[name] = {"dtype": _TYPES[array.dtype.str], "shape": array.shape, "data_offsets": [begin, end]}
+    text = json.dumps(header, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % _HEADER_MULTIPLE)
+    return struct.pack("<Q", len(text)) + text
+
+
+def _bytes_of(array: Array) -> memoryview | bytes:
+    """Return the array's bytes as they lie in memory; views that have none in a row are copied."""
+    return array.reshape(-1).view(np.uint8).data if array.size and array.flags.c_contiguous else array.tobytes()
