@@ -5,8 +5,11 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 from tests.cli.conftest import TINY
+
+from racecraft.tracks.catalogue import load_track
 
 
 def test_train_evaluate_and_look(racecraft, tmp_path):
@@ -88,6 +91,19 @@ def curve(run):
     rows = [json.loads(line) for line in (run / "metrics.jsonl").read_text().splitlines()]
     timed = ("seconds", "steps_per_second")
     return [{name: value for name, value in row.items() if not name.startswith(timed)} for row in rows]
+
+
+def test_a_track_of_one_s_own_is_imported_listed_and_trained_on(racecraft, tmp_path, monkeypatch):
+    monkeypatch.setenv("RACECRAFT_TRACKS", str(tmp_path / "library"))
+    np.save(tmp_path / "measured.npy", load_track("Oval_track").rows)
+    said = racecraft("tracks", "import", "measured.npy", "--name", "garage", "--json")
+    assert json.loads(said.out)["tracks"][0]["name"] == "garage"
+    (tmp_path / "measured.npy").unlink()
+    assert json.loads(racecraft("tracks", "list", "--json").out)["tracks"][0]["tags"] == ["own"]
+    assert json.loads(racecraft("tracks", "show", "garage", "--json").out)["waypoints"] == 101
+    trained = racecraft("train", "--track", "garage", "--stop", "iterations=1", "--no-pictures", "--json", *TINY)
+    assert json.loads(trained.out)["run"] == "runs/garage-1"
+    assert racecraft("evaluate", "runs/garage-1", "--laps", "1", "--json").code == 0
 
 
 def test_tracks_are_listed_and_shown(racecraft, tmp_path):

@@ -42,6 +42,8 @@ BAD = {
     "a border crossing itself": (swapped_rows(30, 32, slice(4, 6)), "outer border crosses itself between rows"),
     "an inner border crossing itself": (swapped_rows(60, 62, slice(2, 4)), "inner border crosses itself"),
     "borders crossing": (changed(50, slice(2, 4), 1.2 * ROWS[50, 4:6] - 0.2 * ROWS[50, 2:4]), "cross outer rows"),
+    "two rows that changed places": (swapped_rows(10, 11, slice(0, 6)), "turns back by 180° at row 10"),
+    "a section upside down": (np.vstack([ROWS[:40], ROWS[60:39:-1], ROWS[61:]]), "expected rows in driving order"),
     "borders swapped": (ROWS[:, [0, 1, 4, 5, 2, 3]], "Swap columns"),
     "a centre beside the road": (changed(50, slice(0, 2), 2 * ROWS[50, 4:6] - ROWS[50, 2:4]), "not between"),
 }

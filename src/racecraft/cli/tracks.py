@@ -1,42 +1,72 @@
-"""`racecraft tracks`: the catalogue of circuits."""
+"""`racecraft tracks`: the catalogue of circuits, and the user's own beside it."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-app = typer.Typer(help="List the tracks, look at one.", no_args_is_help=True)
+if TYPE_CHECKING:
+    from racecraft.tracks.catalogue import TrackSummary
+
+app = typer.Typer(help="List the tracks, look at one, bring your own.", no_args_is_help=True)
 
 
 @app.command("list")
 def list_tracks(
     json: Annotated[bool, typer.Option("--json", help="One JSON object on one line.")] = False,
 ) -> None:
-    """List every track by name, with length, width and direction."""
-    from rich.console import Console
-    from rich.table import Table
+    """List every track by name, your own first, with length, width, direction and tags.
 
+    Example: racecraft tracks list
+    """
     from racecraft.cli.output import print_json
     from racecraft.tracks.catalogue import names, summary
+    from racecraft.tracks.library import own_names, own_summary
 
-    summaries = [summary(name) for name in names()]
+    summaries = [*map(own_summary, own_names()), *map(summary, names())]
     if json:
         print_json({"tracks": [part.as_dictionary() for part in summaries]})
+    else:
+        _print_table(summaries)
+
+
+@app.command("import")
+def import_tracks(
+    files: Annotated[list[Path], typer.Argument(help="Waypoint files (.npy): centre, inner and outer x, y in metres.")],
+    name: Annotated[str, typer.Option(help="What the track is called from now on; by default the file's name.")] = "",
+    replace: Annotated[bool, typer.Option("--replace", help="Write over a track of your own of that name.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="One JSON object on one line.")] = False,
+) -> None:
+    """Look at every row of a waypoint file and keep it in your own library.
+
+    A file that makes no circuit is refused, and the row named where it shows; of several files all are kept or none.
+    The library is a folder of your user account, or the one that the variable RACECRAFT_TRACKS names.
+
+    Examples:
+
+        racecraft tracks import garage.npy
+
+        racecraft tracks import measured.npy --name garage --replace
+    """
+    from racecraft.cli.output import print_json
+    from racecraft.contract.errors import SettingError
+    from racecraft.tracks.library import add_track, check_track, library_folder, own_summary
+
+    if name and len(files) > 1:
+        raise SettingError(f"--name {name} would name {len(files)} files; expected one file with it. Import it alone.")
+    for file in files:
+        check_track(file, name, replace=replace)
+    kept = [own_summary(add_track(file, name, replace=replace).name) for file in files]
+    if json:
+        print_json({"library": str(library_folder()), "tracks": [part.as_dictionary() for part in kept]})
         return
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for title, side in (
-        ("track", "left"),
-        ("length", "right"),
-        ("width", "right"),
-        ("direction", "left"),
-        ("title", "left"),
-    ):
-        table.add_column(title, justify=side, no_wrap=title != "title")  # type: ignore[arg-type]
-    for part in summaries:
-        table.add_row(part.name, f"{part.length:.2f} m", f"{part.width:.2f} m", part.direction, part.title)
-    Console().print(table)
+    for part in kept:
+        print(f"{part.name}: {part.length:.2f} m long, {part.width:.2f} m wide, {part.direction}, {part.rows} rows")
+    print(f"Kept in {library_folder()}.\nWhat to try next:")
+    print(f"  racecraft tracks show {kept[0].name} --picture {kept[0].name}.png")
+    print(f"  racecraft train --track {kept[0].name}")
 
 
 @app.command()
@@ -74,3 +104,20 @@ def show(
         return
     for key, value in facts.items():
         print(f"{key:14} {value}")
+
+
+def _print_table(summaries: list[TrackSummary]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("track", "length", "width", "direction", "tags", "title"):
+        table.add_column(
+            heading,
+            justify="right" if heading in ("length", "width") else "left",
+            no_wrap=heading not in ("tags", "title"),
+        )
+    for part in summaries:
+        figures = (f"{part.length:.2f} m", f"{part.width:.2f} m")
+        table.add_row(part.name, *figures, part.direction, ", ".join(part.tags), part.title)
+    Console().print(table)

@@ -17,7 +17,7 @@ def draw_replay(report: ReplayReport, path: str | Path) -> None:
     Every window starts on the recorded path and drives a second without looking; windows follow one another.
 
     Raises:
-        TrackError: The file cannot be written.
+        OutputFileError: The file cannot be written.
     """
     file, rows = longest_episode(report)
     columns = file.trace.columns

@@ -19,6 +19,8 @@ NEARLY_CLOSED_M = 0.05
 """Ends of a line nearer than this, yet not the same, are a loop that somebody forgot to close."""
 NARROWEST_M, WIDEST_M = 0.2, 10.0
 LARGEST_M = 10_000.0
+SHARPEST_TURN_DEG = 120.0
+"""From one step of the centre line to the next; the catalogue's sharpest is 85."""
 
 
 def import_track(path: str | Path, name: str = "", look: TrackLook | None = None) -> Track:
@@ -101,11 +103,12 @@ def check_shape(track: Track, path: str | Path) -> None:
         raise TrackError(path, f"a loop of {rows} rows", "at least 4 rows for a loop, the first repeated at the end")
     _check_ends(track, path)
     _check_widths(track, path)
-    for label, line in (("inner border", track.inner), ("outer border", track.outer)):
+    _check_order(track, path)
+    for label, line in (("centre line", track.centre), ("inner border", track.inner), ("outer border", track.outer)):
         if (crossing := _first_crossing(line, line, track.closed)) is not None:
             a, b = crossing
             raise TrackError(
-                path, f"the {label} crosses itself between rows {a}-{a + 1} and {b}-{b + 1}", "borders that never cross"
+                path, f"the {label} crosses itself between rows {a}-{a + 1} and {b}-{b + 1}", "lines that never cross"
             )
     if (crossing := _first_crossing(track.inner, track.outer, None)) is not None:
         a, b = crossing
@@ -132,6 +135,22 @@ def _check_ends(track: Track, path: str | Path) -> None:
             f"the last row ends {gap:.3f} m from the first",
             "a loop whose last row repeats the first exactly, or an open track with its ends apart",
             "Append a copy of row 0: numpy.vstack([rows, rows[:1]]).",
+        )
+
+
+def _check_order(track: Track, path: str | Path) -> None:
+    """Refuse a centre line that turns back on itself: two rows have changed places, or a section is upside down."""
+    steps = np.diff(track.centre, axis=0)
+    following = np.roll(steps, -1, axis=0) if track.closed else steps[1:]
+    before = steps[: len(following)]
+    across, along = _cross(before, following), (before * following).sum(axis=1)
+    turns = np.degrees(np.abs(np.arctan2(across, along)))
+    for step in _first(turns > SHARPEST_TURN_DEG):
+        raise TrackError(
+            path,
+            f"the centre line turns back by {turns[step]:.0f}° at row {(step + 1) % len(steps)}",
+            "rows in driving order",
+            "Put the rows in the order in which a car passes them.",
         )
 
 

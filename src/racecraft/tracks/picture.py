@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from racecraft.contract.errors import TrackError
+from racecraft.formats.whole import make_folder, whole_file
 from racecraft.tracks.track import Track
 
 if TYPE_CHECKING:
@@ -68,7 +69,8 @@ def draw_track(
         The figure, for a notebook or a report.
 
     Raises:
-        TrackError: The file cannot be written.
+        TrackError: The ending is no picture's.
+        OutputFileError: The file cannot be written.
     """
     figure, axes = _sheet(track, has_bar=any(p.value is not None for p in paths))
     _draw_ground(axes, track)
@@ -280,15 +282,9 @@ def _save(figure: Figure, path: Path, dpi: int) -> None:
     kind = path.suffix.lstrip(".").lower() or "png"
     if kind not in figure.canvas.get_supported_filetypes():
         raise TrackError(path, f"the ending .{kind}", "a picture: .png, .svg or .pdf")
-    part = path.with_name(f".{path.name}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
+    with whole_file(path) as part:
         figure.savefig(part, format=kind, dpi=dpi, facecolor=PAPER)
-        part.replace(path)
-    except OSError as error:
-        raise TrackError(path, f"the picture cannot be written ({error.strerror})", "a place that can be") from error
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _points_at(track: Track, arcs: np.ndarray) -> np.ndarray:

@@ -45,7 +45,7 @@ class TrackSummary:
 
 
 def load_track(name_or_path: str | Path) -> Track:
-    """Return a circuit: a catalogue name or title, or the path of a route file (`.npy`).
+    """Return a circuit: a catalogue name or title, a name of the user's own library, or a route file's path (`.npy`).
 
     Raises:
         TrackError: No such name or file, or rows that make no circuit.
@@ -57,7 +57,13 @@ def load_track(name_or_path: str | Path) -> Track:
         from racecraft.tracks.importer import import_track
 
         return import_track(name_or_path)
-    return _build(resolve(str(name_or_path)))
+    name = str(name_or_path)
+    if known_name(name) is None:
+        from racecraft.tracks.library import own_track
+
+        if (own := own_track(name)) is not None:
+            return own
+    return _build(resolve(name))
 
 
 def names() -> list[str]:
@@ -81,6 +87,15 @@ def summary(name: str) -> TrackSummary:
     )
 
 
+def known_name(name: str) -> str | None:
+    """Return the catalogue's own spelling of a name, title or base name; None where it knows none.
+
+    >>> known_name("Oval Track"), known_name("garage")
+    ('Oval_track', None)
+    """
+    return _spellings().get(_folded(name))
+
+
 def resolve(name: str) -> str:
     """Return the catalogue's own spelling of a name, title or base name; of two directions, counter-clockwise.
 
@@ -90,15 +105,15 @@ def resolve(name: str) -> str:
     >>> resolve("REINVENT_BASE"), resolve("Smile Speedway"), resolve("2024_reinvent_champ")
     ('reinvent_base', 'reInvent2019_track', '2024_reinvent_champ_ccw')
     """
-    spellings = _spellings()
-    key = _folded(name)
-    if key in spellings:
-        return spellings[key]
-    known = [*_index(), *(entry["title"] for entry in _index().values())]
-    hint = nearest(name, known)
+    if (known := known_name(name)) is not None:
+        return known
+    from racecraft.tracks.library import own_names
+
+    hint = nearest(name, [*_index(), *(entry["title"] for entry in _index().values()), *own_names()])
     if not hint.startswith("Did"):
         hint = "`racecraft tracks list` shows all names."
-    raise TrackError(name, "no circuit of this name", f"one of the catalogue's {len(_index())} or a .npy file", hint)
+    expected = f"one of the catalogue's {len(_index())}, one of your own, or a .npy file"
+    raise TrackError(name, "no circuit of this name", expected, hint)
 
 
 def _build(name: str) -> Track:
