@@ -6,8 +6,9 @@ is and how long it may think. It may keep nothing from move to move, and may be 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from racecraft.contract.errors import UserInputError, nearest
 from racecraft.envs.battlesnake.board import Board, Snake
@@ -36,6 +37,34 @@ class SnakePlayer(Protocol):
 
         Raises:
             PlayerError: It has no move; the arena and the server then move for it.
+        """
+        ...
+
+
+class Question(NamedTuple):
+    """What one snake is asked: the first three arguments of `SnakePlayer.choose` in the order of a tuple."""
+
+    board: Board
+    snake_id: str
+    """Who the player is on this board; alive."""
+    settings: GameSettings
+
+
+@runtime_checkable
+class ManyPlayer(SnakePlayer, Protocol):
+    """Whoever looks at many boards as cheaply as at one: a network with one forward pass for all of them.
+
+    The server gathers the questions that wait at a moment and asks them together.
+    """
+
+    def choose_many(self, questions: Sequence[Question]) -> list[str]:
+        """Return one of `board.MOVES` for every question, in their order.
+
+        The boards may differ in everything: size, ruleset, number of snakes. Called by one thread at a time, with at
+        least one question; what `choose` would answer is answered here too.
+
+        Raises:
+            PlayerError: It has no moves; the server then moves for all of these snakes.
         """
         ...
 
