@@ -1,6 +1,6 @@
 """Write the reference pages of the documentation from the code they describe. Begin with `PAGES`.
 
-python scripts/generate_docs.py           writes docs/reference/*.md
+python scripts/generate_docs.py           writes docs/reference/*.md and docs/pictures/tracks/*.svg
 python scripts/generate_docs.py --check   writes nothing; says which pages are stale and exits with 1
 
 A page is written only when its text changed. Nothing here states a fact: every table comes from the one place where the
@@ -43,8 +43,8 @@ def main(arguments: list[str]) -> int:
 
 
 def pages() -> dict[str, str]:
-    """Return every generated page: place under docs/ → text."""
-    return {place: f"{NOTE}\n\n{write().strip()}\n" for place, write in PAGES.items()}
+    """Return every generated file: place under docs/ → text."""
+    return {place: f"{NOTE}\n\n{write().strip()}\n" for place, write in PAGES.items()} | track_pictures()
 
 
 def settings_page() -> str:
@@ -136,7 +136,7 @@ def tracks_page() -> str:
     rows = []
     for found in map(summary, names()):
         sizes = (f"{found.length:.2f}", f"{found.width:.2f}", str(found.rows))
-        rows.append((f"`{found.name}`", found.title, *sizes, found.direction))
+        rows.append((f"`{found.name}`", found.title, *sizes, found.direction, ", ".join(found.tags)))
     return f"""# Tracks
 
 {len(rows)} circuits come with racecraft, under the names racers know from AWS. Upper and lower case do not matter, and
@@ -146,8 +146,45 @@ counter-clockwise, `cw` clockwise, `open` from a start to a finish.
     racecraft tracks show reinvent_base --picture reinvent.png
 
 A waypoint file of AWS form (`.npy`, K rows of centre, inner and outer x, y in metres) can stand wherever a name can.
+`racecraft tracks import FILE.npy --name garage` looks at every row of it and keeps it: `--track garage` finds it from
+then on, in whatever folder you are. It is refused with the row where it shows when values are missing, the loop is not
+closed, lines cross, the road is too narrow or too wide, or rows are out of order. All of them as pictures:
+[Gallery](gallery.md).
 
-{_table(("name", "title", "length (m)", "width (m)", "waypoints", "direction"), rows)}"""
+{_table(("name", "title", "length (m)", "width (m)", "waypoints", "direction", "tags"), rows)}"""
+
+
+def track_pictures() -> dict[str, str]:
+    """Return a small picture of every circuit: place under docs/ → SVG."""
+    from racecraft.tracks.catalogue import load_track, names
+    from racecraft.tracks.thumbnail import thumbnail_svg
+
+    return {f"pictures/tracks/{name}.svg": thumbnail_svg(load_track(name)) for name in names()}
+
+
+def gallery_page() -> str:
+    """Return every circuit as a picture with its name."""
+    from racecraft.tracks.catalogue import names, summary
+
+    picture = "width: 100%; margin: 0 0 6px; padding: 0; border: 0"
+    cards = [
+        f'<figure style="margin: 0"><a href="../pictures/tracks/{found.name}.svg"><img alt="{found.title}" '
+        f'src="../pictures/tracks/{found.name}.svg" loading="lazy" style="{picture}"></a>'
+        f"<figcaption><b>{found.title}</b><br><code>{found.name}</code><br>"
+        f"{found.length:.1f} m · {found.width:.2f} m wide · {found.direction}</figcaption></figure>"
+        for found in sorted(map(summary, names()), key=lambda found: (found.title.casefold(), found.name))
+    ]
+    return f"""# Gallery
+
+All {len(cards)} circuits, drawn by racecraft from the shapes its cars race on. The white bar is the start line, the
+arrow points the way. The names below the titles are what `--track` takes; [Tracks](tracks.md) has the figures in one
+table.
+
+<div style="display: grid; grid-template-columns: repeat(auto-fill, minmax(200px, 1fr)); gap: 24px 18px">
+{chr(10).join(cards)}
+</div>
+
+`racecraft tracks show NAME --picture FILE.png` draws one large, with its waypoints numbered."""
 
 
 def worlds_page() -> str:
@@ -186,6 +223,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/episode_columns.md": episode_page,
     "reference/metrics.md": metrics_page,
     "reference/tracks.md": tracks_page,
+    "reference/gallery.md": gallery_page,
     "reference/worlds.md": worlds_page,
     "reference/fidelity.md": fidelity_page,
 }
