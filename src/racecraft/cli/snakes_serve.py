@@ -1,0 +1,57 @@
+"""`racecraft snakes serve`: a snake behind the official webhook API."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from racecraft.cli.snakes_options import JSON
+
+
+def serve(
+    player: Annotated[str, typer.Argument(help="A built-in player or a FILE.py.")] = "search",
+    port: Annotated[int, typer.Option(help="0: any free one.")] = 8000,
+    host: Annotated[str, typer.Option(help="Who may ask; 0.0.0.0: other machines too.")] = "127.0.0.1",
+    color: Annotated[str, typer.Option(help="#rrggbb")] = "",
+    head: Annotated[str, typer.Option(help="Name of an official head.")] = "",
+    tail: Annotated[str, typer.Option(help="Name of an official tail.")] = "",
+    author: Annotated[str, typer.Option(help="Told on GET /.")] = "",
+    margin: Annotated[int, typer.Option(min=0, help="Milliseconds of the timeout left for the way.")] = 100,
+    json: JSON = False,
+) -> None:
+    """Serve a snake over the official webhook API until Ctrl-C.
+
+    Example: racecraft snakes serve my_snake.py --port 8000
+    """
+    import asyncio
+    import contextlib
+    import sys
+
+    from racecraft.cli.output import print_json, say
+    from racecraft.players.snakes.from_file import FilePlayer
+    from racecraft.players.snakes.protocol import find_player, warm_up
+    from racecraft.serving.snake_server import SnakeServer, serve_until_cancelled
+
+    found = find_player(player)
+    say(f"Getting {player} ready …", quiet_stdout=json)
+    warm_up(found)
+    said = found.looks() if isinstance(found, FilePlayer) else {}
+    given = {key: value for key, value in {"color": color, "head": head, "tail": tail}.items() if value}
+    complain = lambda sentence: print(f"racecraft: {sentence}", file=sys.stderr, flush=True)  # noqa: E731
+    server = SnakeServer(found, said | given, author or said.get("author", ""), margin, complain=complain)
+
+    def ready(port: int) -> None:
+        if json:
+            print_json({"url": f"http://{host}:{port}", "player": player})
+        else:
+            say(f"{player} answers at http://{host}:{port} (Ctrl-C ends)", quiet_stdout=False)
+
+    with contextlib.suppress(KeyboardInterrupt):
+        asyncio.run(serve_until_cancelled(server, host, port, ready))
+    count = server.count
+    say(
+        f"{count.games} games, {count.moves} moves, {count.late} late, {count.failed} failed, "
+        f"{count.refused} refused, p99 {count.p99_ms():.0f} ms",
+        quiet_stdout=json,
+    )
