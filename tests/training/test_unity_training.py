@@ -15,13 +15,9 @@ from racecraft.contract.errors import RunFolderError, SettingError, UserInputErr
 from racecraft.contract.world import EpisodeRecord
 from racecraft.formats.checkpoint import Checkpoints, load_state, save_state
 from racecraft.formats.run_folder import RunFolder
-from racecraft.training.unity_training import (
-    OBSERVATIONS,
-    TrainingEpisodesJudge,
-    UnityRequest,
-    stops_for,
-    train_unity,
-)
+from racecraft.training.unity_judges import TrainingEpisodesJudge
+from racecraft.training.unity_plan import UnityRequest, stops_for
+from racecraft.training.unity_training import OBSERVATIONS, train_unity
 
 pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
 

@@ -8,6 +8,11 @@ from typing import Annotated
 
 import typer
 
+from racecraft.cli.resuming import refuse_changes
+from racecraft.contract.errors import SettingError
+
+UNCHANGEABLE = ("environment", "seed", "set_", "from_")
+
 app = typer.Typer(help="Train on any registered Gymnasium environment.", no_args_is_help=True)
 
 
@@ -18,7 +23,10 @@ def gym() -> None:
 
 @app.command()
 def train(
-    environment: Annotated[str, typer.Argument(metavar="ID", help="A registered id, such as CartPole-v1.")],
+    context: typer.Context,
+    environment: Annotated[
+        str | None, typer.Argument(metavar="[ID]", help="A registered id, such as CartPole-v1.")
+    ] = None,
     stop: Annotated[
         list[str] | None,
         typer.Option(help="score=475, minutes=10, iterations=50, steps=200000; may be repeated."),
@@ -28,6 +36,10 @@ def train(
     set_: Annotated[
         list[str] | None, typer.Option("--set", help="group.name=value; `racecraft settings` lists them all.")
     ] = None,
+    from_: Annotated[
+        str | None, typer.Option("--from", help="RUN[:best|last|N]: begin with the weights of an earlier run.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the run that --run names.")] = False,
     json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
 ) -> None:
     """Train until the environment is solved.
@@ -37,21 +49,33 @@ def train(
         racecraft gym train CartPole-v1
 
         racecraft gym train Pendulum-v1 --stop score=-200 --stop minutes=5
+
+        racecraft gym train --run runs/CartPole-v1-1 --resume --stop minutes=5
     """
-    from racecraft.cli.output import print_json
-    from racecraft.training.gym_training import GymRequest, train_gym
+    from racecraft.cli.output import print_json, say
+    from racecraft.training.gym_training import GymRequest, resume_gym, train_gym
     from racecraft.training.progress import watcher
 
-    request = GymRequest(environment, tuple(stop or ()), run, seed, tuple(set_ or ()))
-    trained = train_gym(request, watcher(sys.stderr if json else sys.stdout))
-    if json:
-        print_json(trained.summary())
-        return
+    def tell(text: str) -> None:
+        say(text, quiet_stdout=json)
+
+    stops, watching = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
+    if resume:
+        begun = refuse_changes(context, run, UNCHANGEABLE, "runs/CartPole-v1-1")
+        trained = resume_gym(begun, stops, watching, tell)
+    elif environment is None:
+        raise SettingError("no environment is named; expected ID, such as: racecraft gym train CartPole-v1")
+    else:
+        request = GymRequest(environment, stops, run, seed, tuple(set_ or ()), from_)
+        trained = train_gym(request, watching, tell)
     summary = trained.summary()
+    if json:
+        print_json(summary)
+        return
     judged, steps = summary["evaluation"], f"{summary['env_steps']:,} steps; run: {trained.run.path}"
     if judged is None:
-        print(f"{environment}: stopped before its first evaluation, after {steps}")
+        print(f"{trained.environment}: stopped before its first evaluation, after {steps}")
         return
     verdict = "solved" if summary["solved"] else "not solved"
     mean, episodes = judged["mean_return"], judged["episodes"]
-    print(f"{environment}: {verdict}, mean return {mean:.1f} over {episodes} greedy episodes after {steps}")
+    print(f"{trained.environment}: {verdict}, mean return {mean:.1f} over {episodes} greedy episodes after {steps}")

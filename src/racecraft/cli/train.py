@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from racecraft.contract.errors import SettingError
+from racecraft.cli.resuming import refuse_changes
 
 if TYPE_CHECKING:
     from racecraft.training.racing import TrainedCar
@@ -70,9 +70,8 @@ def train(
         say(text, quiet_stdout=json)
 
     if resume:
-        _refuse_changes(context, run)
-        assert run is not None
-        plan, start = plan_resume(run, tuple(stop or ())), resume_car
+        begun = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1")
+        plan, start = plan_resume(begun, tuple(stop or ())), resume_car
     else:
         request = RaceRequest(
             folder, track, car, preset, fidelity, tuple(stop or ()), run, seed, tuple(set_ or ()), from_
@@ -86,20 +85,6 @@ def train(
         print_json({**trained.summary(), **files})
     else:
         _say_what_came_of_it(trained, files)
-
-
-def _refuse_changes(context: typer.Context, run: Path | None) -> None:
-    """A resumed run keeps what it was begun with; only its stops may change."""
-    if run is None:
-        raise SettingError("--resume needs --run RUN, the folder to go on with, such as --run runs/reinvent_base-1.")
-    for name in UNCHANGEABLE:
-        source = context.get_parameter_source(name)
-        if source is not None and source.name == "COMMANDLINE":
-            flag = "FOLDER" if name == "folder" else f"--{name.rstrip('_')}"
-            raise SettingError(
-                f"{flag} cannot change when a run is resumed: it would no longer be the same training. "
-                "Leave it out, or begin a new run from these weights with --from."
-            )
 
 
 def _paint(trained: TrainedCar, tell: Callable[[str], None]) -> dict[str, str]:

@@ -8,6 +8,10 @@ from typing import Annotated
 
 import typer
 
+from racecraft.cli.resuming import refuse_changes
+
+UNCHANGEABLE = ("build", "config", "behavior", "seed", "set_", "graphics", "from_")
+
 app = typer.Typer(help="Train in Unity scenes built with ML-Agents.", no_args_is_help=True)
 
 
@@ -18,6 +22,7 @@ def unity() -> None:
 
 @app.command()
 def train(
+    context: typer.Context,
     build: Annotated[
         str | None,
         typer.Argument(
@@ -42,6 +47,10 @@ def train(
     graphics: Annotated[
         bool | None, typer.Option("--graphics/--no-graphics", help="Let the player open a window.")
     ] = None,
+    from_: Annotated[
+        str | None, typer.Option("--from", help="RUN[:best|last|N]: begin with the weights of an earlier run.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the run that --run names.")] = False,
     json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
 ) -> None:
     """Train the agents of a Unity scene.
@@ -51,15 +60,22 @@ def train(
         racecraft unity train builtin:Basic
 
         racecraft unity train builds/Game.x86_64 --config Game.yaml --stop minutes=60
+
+        racecraft unity train --run runs/Basic-1 --resume --stop minutes=10
     """
     from racecraft.cli.output import print_json, say
     from racecraft.training.progress import watcher
-    from racecraft.training.unity_training import UnityRequest, train_unity
+    from racecraft.training.unity_training import UnityRequest, resume_unity, train_unity
 
-    request = UnityRequest(build, config, behavior, tuple(stop or ()), run, seed, tuple(set_ or ()), graphics)
-    trained = train_unity(request, watcher(sys.stderr if json else sys.stdout))
-    for note in trained.notes:
-        say(f"- {note}", quiet_stdout=json)
+    def tell(text: str) -> None:
+        say(text, quiet_stdout=json)
+
+    stops, watching = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
+    if resume:
+        trained = resume_unity(refuse_changes(context, run, UNCHANGEABLE, "runs/Basic-1"), stops, watching, tell)
+    else:
+        request = UnityRequest(build, config, behavior, stops, run, seed, tuple(set_ or ()), graphics, from_)
+        trained = train_unity(request, watching, tell)
     summary = trained.summary()
     if json:
         print_json(summary)

@@ -144,8 +144,25 @@ class Collector:
             },
         }
 
-    def restore(self, state: Mapping[str, Any]) -> None:
-        """Go on from what `state` gave: the same world, mind and horizon are expected."""
+    def restore(self, state: Mapping[str, Any], anew: bool = False) -> None:
+        """Go on from what `state` gave: the same world, mind and horizon are expected.
+
+        With `anew` the world begins every episode anew, with chance of its own each time: for worlds whose inner state
+        cannot be kept. Counts and the chance of exploration go on; episodes under way are lost.
+
+        Raises:
+            ContractError: The world does not show what it showed; with `anew` it need not.
+        """
+        self._resets = int(state["counts"]["resets"])
+        if anew:
+            self._begin_worlds()
+        else:
+            self._restore_world(state)
+        self.generator.set_state(torch.from_numpy(np.asarray(state["exploration"]["generator"])))
+        self.ticks_taken = int(state["counts"]["ticks_taken"])
+        self._parked_steps = int(state["counts"].get("parked_steps", 0))
+
+    def _restore_world(self, state: Mapping[str, Any]) -> None:
         self._row = 0
         view = self.buffer.views[0]
         self.world.load_state(state["world"], view)
@@ -156,10 +173,6 @@ class Collector:
                     "save_state; expected the same numbers."
                 )
         self.counter.restore(state["episodes"])
-        self.generator.set_state(torch.from_numpy(np.asarray(state["exploration"]["generator"])))
-        self.ticks_taken = int(state["counts"]["ticks_taken"])
-        self._resets = int(state["counts"]["resets"])
-        self._parked_steps = int(state["counts"].get("parked_steps", 0))
 
     def _begin_worlds(self) -> None:
         """Begin every world anew; each time with chance of its own."""

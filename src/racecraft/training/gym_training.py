@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import time
+import contextlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import gymnasium
 
-from racecraft.algorithms.ppo import PpoLearner
 from racecraft.contract.errors import UserInputError, nearest
-from racecraft.contract.world import EpisodeRecord
+from racecraft.contract.world import EpisodeRecord, World
 from racecraft.envs.faces.from_gymnasium import GymnasiumWorld
 from racecraft.evaluation.episodes import play_episodes
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import GreedyPolicy
-from racecraft.rollout.collector import Collector
 from racecraft.rollout.statistics import summarise
 from racecraft.settings.groups import (
     EvaluationConfig,
@@ -26,15 +25,16 @@ from racecraft.settings.groups import (
     RuntimeConfig,
     TrainSettings,
 )
-from racecraft.settings.overrides import apply_overrides, as_dictionary
-from racecraft.training.car_plan import versions
+from racecraft.settings.overrides import apply_overrides, from_dictionary
 from racecraft.training.events import Listener, Verdict
-from racecraft.training.keeping import RunKeeper
-from racecraft.training.loop import Outcome, TrainingLoop
+from racecraft.training.loop import Outcome
 from racecraft.training.presets import fit_worlds_to_episodes
-from racecraft.training.racing import use_threads
-from racecraft.training.stopping import parse_stops
+from racecraft.training.restoring import Say, open_to_resume
+from racecraft.training.run_up import Course, resume, summary_of, train
+from racecraft.training.stopping import Stop, parse_stops
 
+KIND = "gymnasium"
+"""What job.json calls a run of a Gymnasium environment."""
 CONFIRMING_EPISODES = 100
 """A score that meets the environment's threshold is confirmed over so many episodes, Gymnasium's own measure."""
 JUDGING_WORLDS = 20
@@ -61,36 +61,31 @@ class GymRequest:
     run: Path | None = None
     seed: int = 1
     overrides: tuple[str, ...] = ()
+    clone_from: str | None = None
+    """RUN, RUN:best, RUN:last or RUN:N, whose weights the training begins with; None: fresh weights."""
 
 
 @dataclass(frozen=True)
 class TrainedGym:
     """A training that ended, and where it lies."""
 
-    request: GymRequest
+    environment: str
+    seed: int
     run: RunFolder
     outcome: Outcome
 
     def summary(self) -> dict[str, Any]:
         """Return the figures of `racecraft gym train --json`."""
-        outcome, judged = self.outcome, self.outcome.last
-        return {
-            "environment": self.request.environment,
-            "solved": bool(judged and judged.is_perfect),
-            "seconds": round(outcome.seconds, 3),
-            "env_steps": outcome.steps,
-            "iterations": outcome.iterations,
-            "env_steps_per_second": round(outcome.steps / outcome.seconds, 1),
-            "evaluation": judged.details if judged else None,
-            "stopped_by": outcome.reason,
-            "run": str(self.run.path),
-            "seed": self.request.seed,
-            "versions": versions(),
-        }
+        return {"environment": self.environment, **summary_of(self.outcome, self.run, self.seed)}
 
 
-def train_gym(request: GymRequest, listener: Listener) -> TrainedGym:
+def train_gym(request: GymRequest, listener: Listener, say: Say = print) -> TrainedGym:
     """Train until a stop holds.
+
+    Args:
+        request: What is trained.
+        listener: Watches the training.
+        say: Says a line to a person.
 
     Raises:
         UserInputError: No such environment, a space that cannot be learned, a setting or a stop that is not legal.
@@ -98,39 +93,77 @@ def train_gym(request: GymRequest, listener: Listener) -> TrainedGym:
     settings = fit_worlds_to_episodes(apply_overrides(VECTOR_SETTINGS, request.overrides), [])
     threshold = reward_threshold(request.environment)
     default_stops = ((f"score={threshold:g}",) if threshold is not None else ()) + ("minutes=30",)
-    stops = parse_stops(request.stops or default_stops)
-    use_threads(settings.runtime.threads, settings.runtime.device)
-    world = GymnasiumWorld(request.environment, settings.rollout.num_worlds)
-    job = {
-        "kind": "gymnasium",
-        "asked": {"environment": request.environment, "stops": [str(stop) for stop in stops]},
-        "settings": as_dictionary(settings),
-        "seed": request.seed,
-        "versions": versions(),
-        "started": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
-    }
-    run = _make_run(request, job)
-    with run.lock():
-        learner = PpoLearner(world.spec, settings.network, settings.ppo, request.seed, settings.runtime.device)
-        judge = ReturnJudge(request.environment, GreedyPolicy(learner), settings.evaluation.episodes, threshold)
-        collector = Collector(world, learner, settings.rollout.horizon, request.seed)
-        card = {"kind": "gymnasium", "environment": request.environment, "settings": as_dictionary(settings)}
-        keeper = RunKeeper(run, learner, collector, card)
-        loop = TrainingLoop(collector, learner, judge, keeper, listener, settings.rollout, settings.evaluation, stops)
-        outcome = loop.run(f"{request.environment}, run {run.path}")
-    world.close()
-    judge.close()
-    return TrainedGym(request, run, outcome)
+    with _course(request.environment, settings, parse_stops(request.stops or default_stops), request.seed) as course:
+        run, outcome = train(course, request.run, listener, say, request.clone_from)
+    return TrainedGym(request.environment, request.seed, run, outcome)
+
+
+def resume_gym(path: Path, stops: tuple[str, ...], listener: Listener, say: Say = print) -> TrainedGym:
+    """Go on with a run from its last whole iteration, as if it had never stopped.
+
+    The world begins each copy's episode again and plays its actions up to where it was; an environment that then shows
+    something else (its state hangs on more than seed and actions) begins its episodes anew, and that is said.
+
+    Args:
+        path: The run folder.
+        stops: New stops; none: those the run was begun with.
+        listener: Watches the training.
+        say: Says a line to a person.
+
+    Raises:
+        RunFolderError: No run of a Gymnasium environment, or it is being trained.
+    """
+    run, job, notes = open_to_resume(path, KIND, "one made by `racecraft gym train`")
+    environment, seed = job["asked"]["environment"], job["seed"]
+    settings = from_dictionary(TrainSettings, job["settings"])
+    with _course(environment, settings, parse_stops(stops or job["asked"]["stops"]), seed, notes) as course:
+        outcome = resume(course, run, listener, say)
+    return TrainedGym(environment, seed, run, outcome)
+
+
+@contextlib.contextmanager
+def _course(
+    environment: str, settings: TrainSettings, stops: tuple[Stop, ...], seed: int, notes: tuple[str, ...] = ()
+) -> Iterator[Course]:
+    """Open the worlds that are learned and judged in; they are closed afterwards."""
+    threshold = reward_threshold(environment)
+    with contextlib.ExitStack() as opened:
+        world = GymnasiumWorld(environment, settings.rollout.num_worlds)
+        opened.callback(world.close)
+        judged = GymnasiumWorld(environment, min(settings.evaluation.episodes, JUDGING_WORLDS))
+        opened.callback(judged.close)
+        yield Course(
+            kind=KIND,
+            world=world,
+            settings=settings,
+            seed=seed,
+            stops=stops,
+            judge=lambda learner, _: ReturnJudge(
+                judged, GreedyPolicy(learner), settings.evaluation.episodes, threshold
+            ),
+            asked={"environment": environment},
+            card={"environment": environment},
+            title=environment,
+            folder_name=environment.replace("/", "-"),
+            notes=notes,
+            lasting=None,
+        )
 
 
 class ReturnJudge:
-    """Judges by the mean return of greedy episodes."""
+    """Judges by the mean return of greedy episodes.
+
+    Args:
+        world: Copies that are judged in.
+        policy: The judged policy.
+        episodes: How many episodes count.
+        threshold: The mean return that counts as solved; None where none does.
+    """
 
     score_name = "return"
 
-    def __init__(self, environment: str, policy: GreedyPolicy, episodes: int, threshold: float | None) -> None:
-        self._world = GymnasiumWorld(environment, min(episodes, JUDGING_WORLDS))
-        self._policy, self._episodes, self._threshold = policy, episodes, threshold
+    def __init__(self, world: World, policy: GreedyPolicy, episodes: int, threshold: float | None) -> None:
+        self._world, self._policy, self._episodes, self._threshold = world, policy, episodes, threshold
 
     def score(self, episode: EpisodeRecord) -> float:
         """Return an episode's return."""
@@ -154,10 +187,6 @@ class ReturnJudge:
             "threshold": self._threshold,
         }
         return Verdict(summary.mean_reward, self._meets(episodes), details=details)
-
-    def close(self) -> None:
-        """Close the judged world."""
-        self._world.close()
 
     def _play(self, count: int, seed: int) -> list[EpisodeRecord]:
         each = -(-count // self._world.spec.num_worlds)
@@ -185,9 +214,3 @@ def reward_threshold(environment: str) -> float | None:
 def _hint(name: str, known: list[str]) -> str:
     hint = nearest(name, known)
     return hint if hint.startswith("Did") else "`import` the package that registers it, or name a built-in one."
-
-
-def _make_run(request: GymRequest, job: dict[str, Any]) -> RunFolder:
-    if request.run is not None:
-        return RunFolder.create(request.run, job)
-    return RunFolder.create_numbered(Path("runs"), request.environment.replace("/", "-"), job)

@@ -18,11 +18,9 @@ import numpy as np
 import torch
 
 from racecraft.algorithms.ppo import PpoLearner
-from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.errors import RunFolderError, SettingError
 from racecraft.contract.world import Array, allocate
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
-from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.hyperparameters import write_hyperparameters
 from racecraft.formats.model_metadata import write_model_metadata
 from racecraft.formats.reward_file import RewardFunction, default_reward_source, load_reward_function
@@ -40,6 +38,7 @@ from racecraft.training.events import Listener
 from racecraft.training.keeping import RunKeeper
 from racecraft.training.loop import Outcome, TrainingLoop
 from racecraft.training.recorder import EpisodeRecorder
+from racecraft.training.restoring import restore_run
 
 __all__ = ["RaceRequest", "TrainedCar", "plan_car", "plan_resume", "resume_car", "train_car"]
 
@@ -165,20 +164,7 @@ class Crew:
 
     def restore(self) -> int:
         """Take up the last whole iteration; return its number, 0 where none was saved."""
-        shelf = Checkpoints(self.run.checkpoints)
-        entries = [entry for entry in shelf.entries() if entry.state is not None]
-        if not entries:
-            self.run.cut_metrics(0)
-            return 0
-        last = entries[-1].iteration
-        state = shelf.load_state(str(last))
-        weights, _ = shelf.load_policy(str(last))
-        self.learner.load_state_dict(to_tensors({"network": weights, **state["learner"]}))
-        self._collector.restore(state["collector"])
-        self._loop.restore(state["loop"])
-        self._keeper.restore(state)
-        self.run.cut_metrics(last)
-        return last
+        return restore_run(self.run, self.learner, self._collector, self._loop, self._keeper)[0]
 
 
 def race_world(

@@ -1,0 +1,269 @@
+"""What was asked of a Unity training, made definite before a player starts. Begin with `plan_unity`.
+
+The scene has the last word: how many agents there are and what they see is known once it runs, so `settle` and
+`stops_of` come after that.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from racecraft.contract.errors import RunFolderError, UserInputError
+from racecraft.envs.unity.behaviors import Behavior, card_of
+from racecraft.envs.unity.builds import Build, find_build
+from racecraft.envs.unity.trainer_words import words_of
+from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.trainer_yaml import TrainerConfig, read_trainer_yaml
+from racecraft.settings.groups import (
+    EvaluationConfig,
+    NetworkConfig,
+    PpoConfig,
+    RolloutConfig,
+    RuntimeConfig,
+    TrainSettings,
+)
+from racecraft.settings.overrides import apply_overrides, from_dictionary, with_values
+from racecraft.training.restoring import open_to_resume
+from racecraft.training.stopping import Stop, parse_stops
+
+KIND = "unity"
+"""What job.json calls a run of a Unity scene."""
+BASIC = "builtin:Basic"
+BASIC_SCORE = 0.92
+"""What counts as solved; 0.93 is the best there is."""
+TRAINER_FILE = "trainer.yaml"
+"""ML-Agents' configuration, as it was, in the run folder."""
+
+UNITY_SETTINGS = TrainSettings(
+    rollout=RolloutConfig(num_worlds=32, horizon=64),
+    network=NetworkConfig(hidden_units=(64, 64), activation="tanh"),
+    ppo=PpoConfig(learning_rate=1e-3, discount=0.99, gae_lambda=0.95, epochs=4, batch_size=256, entropy_weight=0.005),
+    evaluation=EvaluationConfig(every=5, episodes=20, stable_after=1),
+    runtime=RuntimeConfig(threads=1),
+)
+"""Settings for small scenes. One thread: networks this small only wait for a second one."""
+BASIC_OVERRIDES = ("rollout.horizon=32", "ppo.learning_rate=3e-3", "ppo.discount=0.95", "evaluation.every=3")
+"""What Basic learns soonest with: its episodes are short."""
+SMALL_CONVOLUTIONS: dict[str, tuple[int, ...]] = {
+    "conv_filters": (16, 32),
+    "conv_kernels": (3, 3),
+    "conv_strides": (1, 1),
+}
+"""For pictures that are too small for the usual ones."""
+
+
+@dataclass(frozen=True)
+class UnityRequest:
+    """What was asked."""
+
+    build: str | None = None
+    """What `find_build` understands; None: the configuration's env_path."""
+    config: Path | None = None
+    """ML-Agents' trainer configuration."""
+    behavior: str | None = None
+    """Which behavior learns, where the scene has several."""
+    stops: tuple[str, ...] = ()
+    """As typed; none: score=0.92 for builtin:Basic, and the configuration's max_steps or minutes=30."""
+    run: Path | None = None
+    seed: int | None = None
+    """None: the configuration's, or 1."""
+    overrides: tuple[str, ...] = ()
+    graphics: bool | None = None
+    """Whether the player opens a window; None: as the configuration says, else none."""
+    clone_from: str | None = None
+    """RUN, RUN:best, RUN:last or RUN:N, whose weights the training begins with; None: fresh weights."""
+
+
+@dataclass(frozen=True)
+class UnityPlan:
+    """A request made definite, as far as it can be before the scene runs."""
+
+    request: UnityRequest
+    config: TrainerConfig
+    build_name: str
+    build: Build
+    seed: int
+    settings: TrainSettings
+    """The defaults and what was typed; a resumed run's own, whole."""
+    begun: RunFolder | None = None
+    """The run to go on with."""
+    notes: tuple[str, ...] = ()
+
+    def words(self, for_judge: bool = False) -> dict[str, Any]:
+        """Return the arguments of `UnityWorld`: of the players that teach, or of the one that judges."""
+        words = words_of(self.config) | {"seed": self.seed, "behavior": self.request.behavior}
+        if self.request.graphics is not None:
+            words["graphics"] = self.request.graphics
+        if for_judge:
+            words |= {"num_players": 1, "restart_on_reset": False}
+        if self.build_name == BASIC and "args" not in words:  # a real scene has as many agents as it has
+            asked = self.settings
+            agents = asked.evaluation.episodes if for_judge else asked.rollout.num_worlds
+            words["args"] = ("--agents", str(agents))
+        return words
+
+    def asked(self, behavior: Behavior) -> dict[str, Any]:
+        """Return what job.json tells of the request: enough to begin again from it."""
+        return {
+            "build": self.build_name,
+            "behavior": behavior.name,
+            "wish": self.request.behavior,
+            "config": None if self.request.config is None else self.request.config.name,
+            "graphics": self.request.graphics,
+            "from": self.request.clone_from,
+        }
+
+
+def plan_unity(request: UnityRequest) -> UnityPlan:
+    """Read and check everything a request names; no player is started.
+
+    Raises:
+        UserInputError: A build, a configuration, a setting or a stop that cannot be used.
+    """
+    config = read_trainer_yaml(request.config) if request.config else TrainerConfig({})
+    build_name = request.build or config.env_path
+    if build_name is None:
+        raise UserInputError(
+            "no build is named; expected BUILD, or env_path in the configuration's env_settings. "
+            "Try: racecraft unity train builtin:Basic"
+        )
+    parse_stops(request.stops)
+    settings = apply_overrides(defaults_for(build_name), request.overrides)
+    seed = request.seed if request.seed is not None else 1 if config.seed is None else config.seed
+    return UnityPlan(request, config, _lasting_name(build_name), find_build(build_name), seed, settings)
+
+
+def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> UnityPlan:
+    """Read what a run was asked for, from its own folder, so that it can go on.
+
+    Args:
+        path: The run folder; its copy of the trainer configuration is used.
+        stops: New stops; none: those the run was begun with.
+
+    Raises:
+        RunFolderError: No run of a Unity scene.
+        UserInputError: Its build is no longer there.
+    """
+    run, job, notes = open_to_resume(path, KIND, "a Unity scene's, made by `racecraft unity train`")
+    asked, copy = job["asked"], path / TRAINER_FILE
+    request = UnityRequest(
+        build=asked["build"],
+        config=copy if copy.exists() else None,
+        behavior=asked.get("wish"),
+        stops=stops or tuple(asked["stops"]),
+        run=path,
+        seed=job["seed"],
+        graphics=asked.get("graphics"),
+    )
+    config = read_trainer_yaml(copy) if request.config else TrainerConfig({})
+    settings = from_dictionary(TrainSettings, job["settings"])
+    return UnityPlan(
+        request, config, asked["build"], find_build(asked["build"]), job["seed"], settings, run, notes
+    )  # fmt: skip
+
+
+def settle(plan: UnityPlan, behavior: Behavior, agents: int) -> tuple[TrainSettings, tuple[str, ...]]:
+    """Return the settings, the scene heard, and what is worth saying before the first tick.
+
+    The defaults come first, then what the scene needs, then the configuration, then what was typed.
+
+    Args:
+        plan: What was asked.
+        behavior: Who learns.
+        agents: How many of them act side by side.
+
+    Raises:
+        RunFolderError: A resumed run's scene has changed.
+    """
+    if plan.begun is not None:
+        _require_same_scene(plan, behavior, agents)
+        return plan.settings, plan.notes
+    notes, base = list(plan.config.notes), behavior.base_name
+    if plan.config.behaviors and not {behavior.name, base, "*"} & set(plan.config.behaviors):
+        notes.append(f"the configuration says nothing of '{base}', only of {', '.join(plan.config.behaviors)}")
+    defaults, of_pictures = _with_room_for(behavior, defaults_for(plan.build_name))
+    told = plan.config.behavior(behavior.name).overrides(agents)
+    if plan.config.device is not None:
+        told = (*told, f"runtime.device={plan.config.device}")
+    settings = apply_overrides(defaults, (*told, *plan.request.overrides))
+    if plan.settings.rollout.num_worlds not in (agents, UNITY_SETTINGS.rollout.num_worlds):
+        notes.append(f"rollout.num_worlds is {agents}: the scene has so many agents")
+    return with_values(settings, "rollout", {"num_worlds": agents}), (*notes, *of_pictures)
+
+
+def stops_for(request: UnityRequest, max_steps: int | None, build_name: str) -> tuple[Stop, ...]:
+    """Return when a training ends: what was typed, else the defaults; a configuration's max_steps always counts.
+
+    >>> [str(stop) for stop in stops_for(UnityRequest(stops=("minutes=2",)), 5000, BASIC)]
+    ['minutes=2', 'steps=5000']
+    >>> [str(stop) for stop in stops_for(UnityRequest(), None, BASIC)]
+    ['score=0.92', 'minutes=30']
+    """
+    told = list(request.stops)
+    if not told and build_name == BASIC:
+        told.append(f"score={BASIC_SCORE:g}")
+    if max_steps is not None and not any(stop.startswith("steps=") for stop in told):
+        told.append(f"steps={max_steps}")
+    elif not request.stops:
+        told.append("minutes=30")
+    return parse_stops(told)
+
+
+def defaults_for(build_name: str) -> TrainSettings:
+    """Return what a training runs with where nothing is said."""
+    return apply_overrides(UNITY_SETTINGS, BASIC_OVERRIDES if build_name == BASIC else ())
+
+
+def _with_room_for(behavior: Behavior, settings: TrainSettings) -> tuple[TrainSettings, tuple[str, ...]]:
+    """Return the settings with convolutions that find room in the smallest picture, and what is worth saying."""
+    sides = [min(sensor.shape[:2]) for sensor in behavior.sensors if sensor.is_picture]
+    network = settings.network
+    if not sides or _fits(min(sides), network.conv_kernels, network.conv_strides):
+        return settings, ()
+    small = SMALL_CONVOLUTIONS
+    if not _fits(min(sides), small["conv_kernels"], small["conv_strides"]):
+        small = dict.fromkeys(small, ())
+    kernels = ", ".join(f"{kernel} x {kernel}" for kernel in small["conv_kernels"]) or "none"
+    note = f"a picture is only {min(sides)} px wide or high: convolutions are {kernels} (network.conv_kernels)"
+    return with_values(settings, "network", small), (note,)
+
+
+def _fits(side: int, kernels: tuple[int, ...], strides: tuple[int, ...]) -> bool:
+    for kernel, stride in zip(kernels, strides, strict=True):
+        if side < kernel:
+            return False
+        side = (side - kernel) // stride + 1
+    return True
+
+
+def _require_same_scene(plan: UnityPlan, behavior: Behavior, agents: int) -> None:
+    assert plan.begun is not None
+    _, card = Checkpoints(plan.begun.checkpoints).load_policy("last")
+    now = card_of(behavior)
+    for name in ("name", "sensors", "actions"):
+        if _plain(now[name]) != _plain(card["behavior"][name]):
+            raise RunFolderError(
+                f"{plan.begun.path}: the scene has changed since the run began; of '{behavior.base_name}' its {name} "
+                f"was {card['behavior'][name]} and is {now[name]}. Give back the build, or begin a new run."
+            )
+    if agents != plan.settings.rollout.num_worlds:
+        raise RunFolderError(
+            f"{plan.begun.path}: was begun with {plan.settings.rollout.num_worlds} agents and the scene has {agents} "
+            "now; expected as many. Give back the build, or begin a new run with --from."
+        )
+
+
+def _plain(value: Any) -> Any:
+    """Return the value as JSON gives it back."""
+    if isinstance(value, dict):
+        return {key: _plain(part) for key, part in value.items()}
+    return [_plain(part) for part in value] if isinstance(value, list | tuple) else value
+
+
+def _lasting_name(build_name: str) -> str:
+    """Return a file's absolute path, so that the run can be resumed from another folder; other names stay."""
+    return os.path.abspath(build_name) if os.path.exists(build_name) else build_name
