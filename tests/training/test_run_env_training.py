@@ -32,7 +32,7 @@ def test_each_used_variable_changes_something_and_no_other_does(tmp_path):
         "DR_TRAIN_START_POSITION_OFFSET": "0.25",
         "DR_TRAIN_ROUND_ROBIN_ADVANCE_DIST": "0.1",
         "DR_TRAIN_MIN_EVAL_TRIALS": "3",
-        "DR_TRAIN_BEST_MODEL_METRIC": "laptime",
+        "DR_TRAIN_BEST_MODEL_METRIC": "reward",
         "RACECRAFT_STOP": "laps, minutes=5",
         "DR_LOCAL_S3_CUSTOM_FILES_PREFIX": "mine",
         "DR_LOCAL_S3_PRETRAINED_PREFIX": "old",

@@ -16,6 +16,9 @@ from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.evaluation.episodes import Observer, play_episodes
 
+UNFINISHED_MS = 999_999.0
+"""What an unfinished lap counts where checkpoints are compared by lap time (facts: simapp `s3_metrics.py`)."""
+
 
 @dataclass(frozen=True)
 class Lap:
@@ -31,6 +34,8 @@ class Lap:
     """How it ended: "lap_complete", "off_track", "immobilized", "reversed", "truncated"."""
     steps: int
     """Ticks driven."""
+    reward: float | None = None
+    """What the reward function paid for it; None where none was asked."""
 
     @property
     def is_full(self) -> bool:
@@ -64,6 +69,19 @@ class LapReport:
         """Simulated seconds of the fastest full lap; None without one."""
         return min((lap.seconds for lap in self.laps if lap.seconds is not None), default=None)
 
+    def merit(self, by: str) -> float:
+        """Return how good this is by "progress" (mean per cent), "reward" (mean) or "laptime" (mean ms, negative).
+
+        >>> LapReport((Lap(0, 100, 12.5, "lap_complete", 188), Lap(0, 40, None, "off_track", 90))).merit("laptime")
+        -506249.5
+        """
+        if by == "laptime":
+            times = (UNFINISHED_MS if lap.seconds is None else 1000.0 * lap.seconds for lap in self.laps)
+            return -float(np.mean(list(times)))
+        if by == "reward":
+            return float(np.mean([lap.reward or 0.0 for lap in self.laps]))
+        return self.mean_progress_percent
+
     def as_dictionary(self) -> dict[str, Any]:
         """Return the report as plain values, fit for JSON."""
         return {
@@ -77,8 +95,8 @@ class LapReport:
 def judge_starts(policy: Policy, world: RaceWorld, observers: Iterable[Observer] = ()) -> LapReport:
     """Judge one episode from every start of a world, all side by side."""
     episodes = play_episodes(policy, world, observers=observers)
-    starts = world.start_shares
-    return LapReport(tuple(_lap_of(episode, 100.0 * float(starts[episode.world])) for episode in episodes))
+    starts, is_paid = world.start_shares, world.reward is not None
+    return LapReport(tuple(_lap_of(episode, 100.0 * float(starts[episode.world]), is_paid) for episode in episodes))
 
 
 def judge_laps(policy: Policy, world: RaceWorld, laps: int, observers: Sequence[Observer] = ()) -> LapReport:
@@ -116,7 +134,7 @@ class _LapKeeper:
         self.laps.append(Lap(100.0 * float(report["start_share"]), progress, seconds, status, ticks))
 
 
-def _lap_of(episode: EpisodeRecord, start_percent: float) -> Lap:
+def _lap_of(episode: EpisodeRecord, start_percent: float, is_paid: bool) -> Lap:
     seconds = episode.facts["lap_seconds"]
     return Lap(
         start_percent=round(start_percent, 6),
@@ -124,4 +142,5 @@ def _lap_of(episode: EpisodeRecord, start_percent: float) -> Lap:
         seconds=None if math.isnan(seconds) else round(seconds, 6),
         status=episode.status,
         steps=episode.steps,
+        reward=episode.reward if is_paid else None,
     )

@@ -81,7 +81,7 @@ TRAIN_START_POSITION_OFFSET | 0.0 | used | Where on the lap the first start lies
 TRAIN_ROUND_ROBIN_ADVANCE_DIST | 0.05 | used | How far the next start lies ahead, in laps.
 TRAIN_MULTI_CONFIG | False | known | Whether worker-N.env files are used.
 TRAIN_MIN_EVAL_TRIALS | 5 | used | Evaluation laps after each iteration.
-TRAIN_BEST_MODEL_METRIC | progress | used | What makes a checkpoint the best; built: progress. Others: reward, laptime.
+TRAIN_BEST_MODEL_METRIC | progress | used | What makes a checkpoint the best: progress, reward or laptime.
 TRAIN_MAX_STEPS_PER_ITERATION |  | known | Steps of an iteration beyond which AWS throws experience away.
 RACECRAFT_STOP |  | used | When training ends, as after --stop: laps minutes=30.
 LOCAL_S3_MODEL_PREFIX | rl-deepracer-sagemaker | known | Folder of the model.

@@ -160,6 +160,12 @@ class EvaluationConfig:
 
     every: int = setting(1, "Evaluate after every so many iterations.", unit="iterations", low=1)
     episodes: int = setting(5, "Greedy episodes of one evaluation, starts spread round the track.", low=1, high=1000)
+    best_by: str = setting(
+        "progress",
+        "What makes a checkpoint of a car the best: mean progress, mean reward (the reward function is asked then), or "
+        "mean lap time (an unfinished lap counts 999.999 s). Of equals the newer.",
+        choices=("progress", "reward", "laptime"),
+    )
     stable_after: int = setting(2, "Evaluations in a row, all laps complete, that count as stable.", low=1)
 
     def __post_init__(self) -> None:

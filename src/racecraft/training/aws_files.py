@@ -4,7 +4,8 @@ AWS counts in iterations of E finished episodes (`num_episodes_between_training`
 cars drive side by side and our iterations end in the middle of episodes, so the episodes are put in the order in which
 they ended, numbered from 0 without gaps, and laid end to end on a virtual clock of 15 ticks a second. An evaluation
 takes its own time on that clock, and its rows stand between the training rows where it took place, repeating episode
-and trial of the row before; their reward is 0, for no reward function is asked there.
+and trial of the row before; their reward is 0, for no reward function is asked there, unless checkpoints are compared
+by it.
 
 Traces are written when their iteration is full, `TrainingMetrics.json` at most once an iteration of ours, all of it by
 a thread in the background. What is not on the disk yet is part of `state`, so that a training that was killed goes on
@@ -42,7 +43,7 @@ from racecraft.training.aws_block import Block
 from racecraft.training.aws_episodes import STATUSES, EpisodeCutter
 from racecraft.training.aws_setup import AwsSetup
 from racecraft.training.background import Background
-from racecraft.training.events import IterationReport
+from racecraft.training.events import IterationReport, Verdict
 
 NEW_ROWS_SHARE = 50
 """The metrics are printed anew when a fiftieth of their rows is new: always at first, seldom in a long training."""
@@ -195,7 +196,7 @@ class AwsFiles:
         last = json.loads(self._rows[-1])
         for lap in (lap for laps in self._held for lap in laps):
             row = training_row(
-                reward=0.0,
+                reward=lap.get("reward") or 0.0,
                 start_s=self._clock / TICKS_PER_SECOND,
                 end_s=(self._clock + lap["steps"]) / TICKS_PER_SECOND,
                 episode=last["episode"],
@@ -216,8 +217,8 @@ class AwsFiles:
         )
         line = update_line(surrogate, divergence, entropy, (values.num_epochs or 1) - 1, values.lr or 0.0)
         block.lines += [line, checkpoint_line(report.iteration, report.steps)]
-        score = report.verdict.score if report.verdict else None
-        self._marks["last"] = CheckpointMark(report.iteration, report.steps, score, round(time.time(), 3))
+        metric = _metric_of(report.verdict, self._setup.best_model_metric) if report.verdict else None
+        self._marks["last"] = CheckpointMark(report.iteration, report.steps, metric, round(time.time(), 3))
         if report.is_best or "best" not in self._marks:
             self._marks["best"] = self._marks["last"]
 
@@ -299,3 +300,9 @@ class AwsFiles:
         for number, path in self._place.training_traces().items():
             if number >= from_block:
                 path.unlink(missing_ok=True)
+
+
+def _metric_of(verdict: Verdict, best_by: str) -> float:
+    """Return what AWS calls `avg_eval_metric`: mean progress, mean reward, or mean milliseconds of a lap."""
+    merit = verdict.score if verdict.merit is None else verdict.merit
+    return -merit if best_by == "laptime" else merit

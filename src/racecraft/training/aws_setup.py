@@ -39,7 +39,6 @@ FROM_ENV = {
     "ENABLE_DOMAIN_RANDOMIZATION": "DR_ENABLE_DOMAIN_RANDOMIZATION",
     "CAMERA_MAIN_ENABLE": "DR_CAMERA_MAIN_ENABLE",
     "CAMERA_SUB_ENABLE": "DR_CAMERA_SUB_ENABLE",
-    "BEST_MODEL_METRIC": "DR_TRAIN_BEST_MODEL_METRIC",
     "ENABLE_EXTRA_KVS_OVERLAY": "DR_ENABLE_EXTRA_KVS_OVERLAY",
 }
 """Which variable of run.env each parameter of the simulator comes from."""
@@ -87,6 +86,7 @@ def aws_setup(
         metadata,
         used_hyperparameters(settings, given),
         training_params(world_name, settings, model_name, env or {}),
+        settings.evaluation.best_by,
     )
 
 
@@ -140,4 +140,5 @@ def training_params(
         "CHANGE_START_POSITION": str(race.change_start),
         "ROUND_ROBIN_ADVANCE_DIST": f"{race.start_advance:g}",
         "MIN_EVAL_TRIALS": str(settings.evaluation.episodes),
+        "BEST_MODEL_METRIC": settings.evaluation.best_by,
     }

@@ -17,6 +17,8 @@ class Verdict:
     best_lap_seconds: float | None = None
     details: dict[str, Any] = field(default_factory=dict)
     """Everything else, as plain values for evaluations/N.json."""
+    merit: float | None = None
+    """What makes a checkpoint the best, bigger is better; None: the score."""
 
 
 @dataclass(frozen=True)

@@ -240,9 +240,10 @@ class TrainingLoop:
             self._stable = self._seconds()
         if verdict.best_lap_seconds is not None:
             self._best_lap = min(verdict.best_lap_seconds, self._best_lap or verdict.best_lap_seconds)
-        is_best = self._best_score is None or verdict.score >= self._best_score
+        merit = verdict.score if verdict.merit is None else verdict.merit
+        is_best = self._best_score is None or merit >= self._best_score
         if is_best:
-            self._best_score = verdict.score
+            self._best_score = merit
         return verdict, is_best
 
     def _note_first_full(self, happened: bool) -> None:

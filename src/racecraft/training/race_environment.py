@@ -40,8 +40,6 @@ class RaceEnvironment:
     """As after --stop."""
     clone_from: str | None = None
     """RUN:best or RUN:last, as after --from."""
-    best_model_metric: str = "progress"
-    """What makes a checkpoint the best."""
     files: Path | None = None
     """Where the racer's three files lie instead of the folder itself."""
     notes: tuple[str, ...] = ()
@@ -59,7 +57,6 @@ def race_environment(folder: Path | None) -> RaceEnvironment:
     whole = read_env_folder(folder)
     env = whole.run
     _require_time_trial(env)
-    metric = env.choice("DR_TRAIN_BEST_MODEL_METRIC", "progress", BEST_METRICS)
     return RaceEnvironment(
         env=env,
         track=env.values.get("DR_WORLD_NAME"),
@@ -67,9 +64,8 @@ def race_environment(folder: Path | None) -> RaceEnvironment:
         start_offset=_share(env, "DR_TRAIN_START_POSITION_OFFSET"),
         stops=_stops(env),
         clone_from=_clone_source(env, folder),
-        best_model_metric="progress",
         files=_files(env, folder),
-        notes=(*env.notes, *_metric_notes(metric), *_unused_notes(env, bool(whole.workers))),
+        notes=(*env.notes, *_unused_notes(env, bool(whole.workers))),
     )
 
 
@@ -96,6 +92,8 @@ def _overrides(env: RunEnv) -> tuple[str, ...]:
         if trials != int(trials):
             raise env.letter("DR_TRAIN_MIN_EVAL_TRIALS", "a whole number from 1 to 1000")
         found.append(f"evaluation.episodes={int(trials)}")
+    if "DR_TRAIN_BEST_MODEL_METRIC" in env.values:
+        found.append(f"evaluation.best_by={env.choice('DR_TRAIN_BEST_MODEL_METRIC', 'progress', BEST_METRICS)}")
     return tuple(found)
 
 
@@ -141,12 +139,6 @@ def _files(env: RunEnv, folder: Path) -> Path | None:
     name = "DR_LOCAL_S3_CUSTOM_FILES_PREFIX"
     place = folder / env.text(name, BY_NAME[name].default)
     return place if place != folder and place.is_dir() else None
-
-
-def _metric_notes(metric: str) -> list[str]:
-    if metric == "progress":
-        return []
-    return [f"{FILE}: the best checkpoint by '{metric}' is valid and not built yet; it is chosen by progress"]
 
 
 def _unused_notes(env: RunEnv, has_workers: bool) -> list[str]:

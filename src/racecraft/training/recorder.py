@@ -35,6 +35,7 @@ class EpisodeRecorder:
         flat = reports.reshape(-1)
         num_cars, ticks = reports.shape
         ended = flat["terminated"] | flat["truncated"]
+        cut = flat["truncated"] & np.isin(flat["status"], (race.IN_PROGRESS, race.PREPARE))
         columns = {
             "episode": flat["episode"],
             "world": np.repeat(np.arange(num_cars), ticks),
@@ -50,7 +51,7 @@ class EpisodeRecorder:
             "action": np.stack(self._actions, axis=1).reshape(-1),
             "reward": np.stack(self._rewards, axis=1).reshape(-1).astype(np.float64),
             "done": ended,
-            "status": np.array(race.STATUSES)[flat["status"]],
+            "status": np.array(race.STATUSES)[np.where(cut, race.TIME_UP, flat["status"])],
             "all_wheels_on_track": flat["all_wheels_on"],
             "progress_share": flat["progress"] / 100.0,
             "closest_waypoint": flat["waypoint_nearest"],

@@ -106,6 +106,16 @@ def test_evaluation_starts_where_training_would_only_at_aws(fidelity):
     assert (trained_in.cars == before).all(), "evaluating moves nothing in the training"
 
 
+def test_an_evaluation_whose_episodes_begin_alike_is_driven_once_and_counted_for_each():
+    """By twin: four cars from one start against one car, four times."""
+    trained_in = make_world("aws")
+    trained_in.reset(allocate(trained_in.spec), 0)
+    four = CarJudge(make_world("aws", num_cars=4), Straight(), trained_in).judge()
+    once = CarJudge(make_world("aws", num_cars=1), Straight(), trained_in, trials=4).judge()
+    assert four == once
+    assert len(once.details["laps"]) == 4
+
+
 def test_the_sane_world_ignores_the_switches_bit_for_bit():
     """The same drive in both: only what is learned from and how a cut is called may differ."""
     choices = np.random.default_rng(3).integers(0, 3, (60, 2, 1))
