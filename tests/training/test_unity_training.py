@@ -1,6 +1,9 @@
 """Training in a Unity scene, over the real wire, with the stand-in at its other end; and the way back into Unity."""
 
 import json
+import socket
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -13,6 +16,7 @@ from racecraft.cli import export as export_command
 from racecraft.cli import unity as unity_command
 from racecraft.contract.errors import RunFolderError, SettingError, UserInputError
 from racecraft.contract.world import EpisodeRecord
+from racecraft.envs.unity.wire import EDITOR_PORT
 from racecraft.formats.checkpoint import Checkpoints, load_state, save_state
 from racecraft.formats.run_folder import RunFolder
 from racecraft.training.unity_judges import TrainingEpisodesJudge
@@ -162,6 +166,28 @@ def test_what_cannot_be_used_is_refused_before_a_player_starts(monkeypatch):
     ):
         with pytest.raises(UserInputError, match=letter):
             train_unity(request, Silence())
+
+
+def test_the_editor_calls_port_5004_and_is_judged_by_what_it_trains_on(tmp_path):
+    """The stand-in plays the Editor: somebody else started it, and it calls the Editor's port."""
+    with socket.socket() as probe:
+        if probe.connect_ex(("127.0.0.1", EDITOR_PORT)) == 0:
+            pytest.skip(f"somebody listens on port {EDITOR_PORT}")
+    said = []
+
+    def press_play(text):
+        said.append(text)
+        if "press Play" in text:
+            program = [sys.executable, "-m", "racecraft.envs.unity.basic_scene", "--agents", "8"]
+            started.append(subprocess.Popen([*program, "--mlagents-port", str(EDITOR_PORT)]))
+
+    started = []
+    request = UnityRequest("editor", stops=("iterations=2",), run=tmp_path / "run", overrides=("evaluation.every=2",))
+    trained = train_unity(request, Silence(), press_play)
+    assert said[0] == "waiting on port 5004 for the Unity Editor: press Play there"
+    assert trained.outcome.steps == 2 * 64 * 8
+    assert trained.outcome.last.details["episodes"] > 0
+    assert started[0].wait(5) == 0
 
 
 def test_a_scene_without_a_known_score_stops_by_the_clock():

@@ -24,11 +24,15 @@ def refuse_changes(context: typer.Context, run: Path | None, unchangeable: Seque
     """
     if run is None:
         raise SettingError(f"--resume needs --run RUN, the folder to go on with, such as --run {example}.")
-    arguments = {part.name for part in context.command.params if part.param_type_name == "argument"}
+    arguments = {
+        part.name: (part.metavar or str(part.name).upper()).strip("[]")
+        for part in context.command.params
+        if part.param_type_name == "argument"
+    }
     for name in unchangeable:
         source = context.get_parameter_source(name)
         if source is not None and source.name == "COMMANDLINE":
-            flag = name.upper() if name in arguments else f"--{name.rstrip('_')}"
+            flag = arguments.get(name, f"--{name.rstrip('_')}")
             raise SettingError(
                 f"{flag} cannot change when a run is resumed: it would no longer be the same training. "
                 "Leave it out, or begin a new run from these weights with --from."

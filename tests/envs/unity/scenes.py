@@ -15,7 +15,7 @@ import time
 import numpy as np
 
 from racecraft.envs.unity.basic_scene import BasicScene
-from racecraft.envs.unity.player import ActionCard, Info, Player, Seen, run_player
+from racecraft.envs.unity.player import Act, ActionCard, Info, Player, Seen, run_player
 
 
 class Recorder:
@@ -93,6 +93,139 @@ class PictureScene:
 
     def act(self, actions):
         pass
+
+
+class DotScene:
+    """Each agent sees a picture of a grey field with a bright dot on its left or right, and should go there.
+
+    One choice ends the episode: +1 for the right side, -1 for the wrong one. A policy that does not look earns 0.
+
+    Args:
+        as_png: Whether the picture travels as PNG (three channels) or raw (two).
+        with_sign: Whether a number comes with the picture that turns the task round: -1 means "away from the dot". Then
+            neither alone tells what to do.
+    """
+
+    behaviors = {"Dot?team=0": ActionCard(branches=(2,))}
+    side = 16
+
+    def __init__(self, as_png=True, with_sign=False, agents=16):
+        self.as_png, self.with_sign, self.agents = as_png, with_sign, agents
+        self.ended = []
+
+    def begin(self, seed):
+        self.rng = np.random.default_rng(seed)
+        self._draw()
+
+    def reset(self):
+        self.ended.clear()
+        self._draw()
+
+    def infos(self):
+        told = [*self.ended, *(Info(i, self._seen(i)) for i in range(self.agents))]
+        self.ended.clear()
+        return {"Dot?team=0": told}
+
+    def act(self, actions):
+        listed = actions.get("Dot?team=0") or [Act([], [0])] * self.agents
+        for i, action in enumerate(listed):
+            wanted = self.right[i] if self.signs[i] > 0 else not self.right[i]
+            reward = 1.0 if action.discrete[0] == int(wanted) else -1.0
+            self.ended.append(Info(i, self._seen(i), reward, done=True))
+        self._draw()
+
+    def _draw(self):
+        self.right = self.rng.random(self.agents) < 0.5
+        self.signs = self.rng.choice([-1.0, 1.0], self.agents) if self.with_sign else np.ones(self.agents)
+        self.rows = self.rng.integers(2, self.side - 4, self.agents)
+        self.columns = self.rng.integers(1, self.side // 2 - 3, self.agents) + self.right * self.side // 2
+
+    def _seen(self, i):
+        picture = np.full((self.side, self.side, 3 if self.as_png else 2), 60, np.uint8)
+        picture[self.rows[i] : self.rows[i] + 3, self.columns[i] : self.columns[i] + 3] = 255
+        eye = Seen(picture if self.as_png else picture.astype(np.float32) / 255, "eye")
+        return [eye, Seen(np.array([self.signs[i]], np.float32), "sign")] if self.with_sign else [eye]
+
+
+class MaskScene:
+    """Three doors, of which one is forbidden each time; behind the highest allowed one lies +1, behind the other -1."""
+
+    behaviors = {"Door?team=0": ActionCard(branches=(3,))}
+
+    def __init__(self, agents=16):
+        self.agents = agents
+        self.ended = []
+
+    def begin(self, seed):
+        self.rng = np.random.default_rng(seed)
+        self.shut = self.rng.integers(0, 3, self.agents)
+
+    def reset(self):
+        self.ended.clear()
+
+    def infos(self):
+        told = [*self.ended]
+        self.ended.clear()
+        for i in range(self.agents):
+            told.append(Info(i, [self._seen(i)], forbidden=[door == self.shut[i] for door in range(3)]))
+        return {"Door?team=0": told}
+
+    def act(self, actions):
+        listed = actions.get("Door?team=0")
+        for i in range(self.agents):
+            door = listed[i].discrete[0] if listed else (self.shut[i] + 1) % 3
+            if door == self.shut[i]:
+                raise AssertionError(f"agent {i} went through the door that was shut")
+            best = 1 if self.shut[i] == 2 else 2
+            self.ended.append(Info(i, [self._seen(i)], 1.0 if door == best else -1.0, done=True))
+        self.shut = self.rng.integers(0, 3, self.agents)
+
+    def _seen(self, i):
+        return Seen(np.eye(3, dtype=np.float32)[self.shut[i]], "sight")
+
+
+class TellScene:
+    """Each agent sees a number in [-1, 1] and a bit, and tells both at once: hybrid actions, with a choice forbidden.
+
+    It earns 1 less how far its number is away, or -1 where the bit is wrong; the third choice is never allowed. One
+    telling is an episode.
+    """
+
+    behaviors = {"Teller?team=0": ActionCard(continuous=1, branches=(3,))}
+
+    def __init__(self, agents=16):
+        self.agents = agents
+        self.ended = []
+
+    def begin(self, seed):
+        self.rng = np.random.default_rng(seed)
+        self._draw()
+
+    def reset(self):
+        self.ended.clear()
+
+    def infos(self):
+        told = list(self.ended)
+        self.ended.clear()
+        told += [Info(i, [self._seen(i)], forbidden=[False, False, True]) for i in range(self.agents)]
+        return {"Teller?team=0": told}
+
+    def act(self, actions):
+        listed = actions.get("Teller?team=0") or [Act([0.0], [0])] * self.agents
+        for i, action in enumerate(listed):
+            if action.discrete[0] == 2:
+                raise AssertionError(f"agent {i} chose what was forbidden")
+            right = action.discrete[0] == self.bits[i]
+            reward = 1.0 - abs(action.continuous[0] - self.numbers[i]) if right else -1.0
+            self.ended.append(Info(i, [self._seen(i)], float(reward), done=True))
+        self._draw()
+
+    def _draw(self):
+        self.numbers = self.rng.uniform(-1, 1, self.agents)
+        self.bits = self.rng.integers(0, 2, self.agents)
+
+    def _seen(self, i):
+        return Seen(np.array([self.numbers[i], self.bits[i]], np.float32), "sight")
 
 
 class BigScene:
@@ -201,8 +334,23 @@ def main():
         print("helper", helper.pid, flush=True)
         run_player(BasicScene(), given.mlagents_port)
         time.sleep(600)
-    scene = {"crash": Crasher, "sleep": Sleeper, "copy": CopyScene, "game": GameScene, "basic": BasicScene}[given.scene]
-    return run_player(scene(), given.mlagents_port)
+    scene = PROGRAMS[given.scene]()
+    return run_player(scene, given.mlagents_port)
+
+
+PROGRAMS = {
+    "crash": Crasher,
+    "sleep": Sleeper,
+    "copy": CopyScene,
+    "game": GameScene,
+    "basic": BasicScene,
+    "doors": MaskScene,
+    "tell": TellScene,
+    "dot-png": DotScene,
+    "dot-raw": lambda: DotScene(as_png=False),
+    "dot-sign-png": lambda: DotScene(with_sign=True),
+    "dot-sign-raw": lambda: DotScene(as_png=False, with_sign=True),
+}
 
 
 if __name__ == "__main__":

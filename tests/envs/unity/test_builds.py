@@ -1,8 +1,11 @@
 """Where players come from: paths, zips, the registry's cache and manifests, SageMaker's channel."""
 
+import functools
 import hashlib
+import http.server
 import os
 import sys
+import threading
 import zipfile
 
 import pytest
@@ -117,6 +120,48 @@ def test_a_local_manifest_leads_to_a_zip(tmp_path, monkeypatch):
         find_build("registry:Gane", cache_folder=tmp_path / "cache")
 
 
+@pytest.fixture
+def web(tmp_path):
+    """Serve a folder on loopback; return the folder, its address, and what was asked for."""
+
+    class Quiet(http.server.SimpleHTTPRequestHandler):
+        def log_message(self, *_):
+            asked.append(self.path)
+
+    folder, asked = tmp_path / "web", []
+    folder.mkdir()
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=str(folder)))
+    thread = threading.Thread(target=server.serve_forever, args=(0.01,))
+    thread.start()
+    yield folder, f"http://127.0.0.1:{server.server_port}", asked
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
+def test_a_remote_manifest_leads_to_a_remote_zip_fetched_once(tmp_path, monkeypatch, web):
+    pytest.importorskip("yaml")
+    folder, address, asked = web
+    make_build(tmp_path / "Game")
+    zipped(tmp_path / "Game", folder / "game.zip")
+    (folder / "manifest.yaml").write_text(f"environments:\n  - Game: {{linux_url: '{address}/game.zip'}}\n")
+    monkeypatch.setenv("RACECRAFT_UNITY_MANIFEST", f"{address}/manifest.yaml")
+    build = find_build("registry:Game", cache_folder=tmp_path / "cache")
+    assert os.access(build.command[0], os.X_OK)
+    assert find_build("registry:Game", cache_folder=tmp_path / "cache") == build
+    assert asked == ["/manifest.yaml", "/game.zip"]
+
+
+def test_a_scene_that_the_web_lost_is_a_letter(tmp_path, web):
+    pytest.importorskip("yaml")
+    folder, address, _ = web
+    (folder / "manifest.yaml").write_text(f"environments:\n  - Game: {{linux_url: '{address}/gone.zip'}}\n")
+    with pytest.raises(BuildError, match=r"gone.zip: cannot be fetched \(HTTP Error 404"):
+        find_build("registry:Game", cache_folder=tmp_path / "cache", manifest=f"{address}/manifest.yaml")
+    with pytest.raises(BuildError, match="builtin:Basic"):
+        find_build("registry:Basic", cache_folder=tmp_path / "cache", manifest=f"{address}/absent.yaml")
+
+
 @pytest.mark.parametrize("text", ["environments: 3", "[", "nothing: here", "- a\n- b"])
 def test_a_broken_manifest_is_a_letter(tmp_path, text):
     pytest.importorskip("yaml")
@@ -129,6 +174,36 @@ def test_without_cache_and_network_the_stand_in_is_named(tmp_path):
     pytest.importorskip("yaml")
     with pytest.raises(BuildError, match="builtin:Basic"):
         find_build("registry:Basic", cache_folder=tmp_path, manifest=tmp_path / "absent.yaml")
+
+
+@pytest.mark.parametrize("word", ["Game", "Game.app", "."])
+def test_an_app_is_known_by_the_program_inside(tmp_path, monkeypatch, word):
+    """As on a Mac, where a build is a folder."""
+    monkeypatch.setattr("racecraft.envs.unity.builds._PLATFORM", "darwin")
+    program = tmp_path / "Game.app" / "Contents" / "MacOS" / "Game Title"
+    program.parent.mkdir(parents=True)
+    program.write_text("#!/bin/sh\n")
+    assert find_build(tmp_path / word).command == (str(program),)
+    assert os.access(program, os.X_OK)
+    (program.parent / "Another").write_text("#!/bin/sh\n")
+    with pytest.raises(BuildError, match="2 programs in Contents/MacOS"):
+        find_build(tmp_path / word)
+
+
+def test_on_windows_the_crash_handler_is_not_the_player(tmp_path, monkeypatch):
+    monkeypatch.setattr("racecraft.envs.unity.builds._PLATFORM", "win")
+    player = make_build(tmp_path, suffix=".exe")
+    for word in (".", "Game", "Game.exe"):
+        assert find_build(tmp_path / word).command == (str(player),)
+
+
+def test_a_file_that_is_no_program_is_refused_and_left_as_it_is(tmp_path):
+    notes = tmp_path / "notes.txt"
+    notes.write_text("buy milk")
+    before = notes.stat().st_mode
+    with pytest.raises(BuildError, match="is no program"):
+        find_build(notes)
+    assert notes.stat().st_mode == before
 
 
 def test_the_editor_is_no_process():

@@ -38,6 +38,8 @@ BUILTIN = {"Basic": "racecraft.envs.unity.basic_scene"}
 _PLATFORM = {"win32": "win", "darwin": "darwin"}.get(sys.platform, "linux")
 _SUFFIXES = {"linux": (".x86_64", ".x86", ""), "darwin": (".app",), "win": (".exe",)}
 _ALL_SUFFIXES = (".app", ".exe", ".x86_64", ".x86")
+_PROGRAMS = (b"\x7fELF", b"#!", b"MZ", b"\xcf\xfa\xed\xfe", b"\xce\xfa\xed\xfe", b"\xca\xfe\xba\xbe")
+"""How programs begin: Linux, scripts, Windows, macOS (64, 32 bits, both)."""
 
 
 @dataclass(frozen=True)
@@ -247,14 +249,27 @@ def _inside_app(app: Path) -> Path:
 
 
 def _made_executable(path: Path) -> Path:
-    """A build that came through a zip or a training channel has lost its permission to run."""
+    """A build that came through a zip or a training channel has lost its permission to run; it is given back to programs only."""
     path = path.absolute()
     if not os.access(path, os.X_OK):
+        if not _is_program(path):
+            raise BuildError(
+                f"{path}: is no program for this machine; expected a Unity player. Name the player itself."
+            )
         try:
             path.chmod(0o755)
         except OSError as cause:
             raise BuildError(f"{path}: not executable, and that cannot be changed ({cause}). chmod 755 it.") from cause
     return path
+
+
+def _is_program(path: Path) -> bool:
+    """Tell by its first bytes whether a file is a program or a script."""
+    try:
+        with open(path, "rb") as file:
+            return file.read(4).startswith(_PROGRAMS)
+    except OSError:
+        return True  # whoever may not read it may still be allowed to run it
 
 
 def _unpack(archive: Path, folder: Path) -> None:

@@ -1,0 +1,158 @@
+"""Runs in Gymnasium environments and Unity scenes that are broken off and go on; weights of an earlier run."""
+
+import json
+
+import gymnasium
+import numpy as np
+import pytest
+import torch
+import typer
+from gymnasium import spaces
+from typer.testing import CliRunner
+
+from racecraft.cli import gym as gym_command
+from racecraft.cli import unity as unity_command
+from racecraft.contract.errors import RunFolderError, SettingError
+from racecraft.formats.checkpoint import Checkpoints
+
+APP = typer.Typer()
+APP.add_typer(unity_command.app, name="unity")
+APP.add_typer(gym_command.app, name="gym")
+TINY = ("--set", "rollout.num_worlds=2", "--set", "rollout.horizon=16", "--set", "evaluation.every=2")
+SMALL = (*TINY, "--set", "evaluation.episodes=4", "--set", "network.hidden_units=8")
+
+
+@pytest.fixture(autouse=True)
+def _threads_as_before():
+    threads = torch.get_num_threads()
+    yield
+    torch.set_num_threads(threads)
+
+
+def racecraft(*words):
+    result = CliRunner().invoke(APP, [str(word) for word in words], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def curve(run):
+    rows = [json.loads(line) for line in (run / "metrics.jsonl").read_text().splitlines()]
+    timed = ("seconds", "steps_per_second")
+    return [{name: value for name, value in row.items() if not name.startswith(timed)} for row in rows]
+
+
+def weights(run, which):
+    return Checkpoints(run / "checkpoints").load_policy(which)[0]
+
+
+class Forgetful(gymnasium.Env):
+    """Shows numbers that hang on no seed; its episodes last five ticks."""
+
+    observation_space = spaces.Box(-1, 1, (2,), np.float32)
+    action_space = spaces.Discrete(2)
+    chance = np.random.default_rng(0)
+
+    def reset(self, *, seed=None, options=None):
+        self.tick = 0
+        return self._seen(), {}
+
+    def step(self, action):
+        self.tick += 1
+        return self._seen(), float(action), self.tick == 5, False, {}
+
+    def _seen(self):
+        return self.chance.uniform(-1, 1, 2).astype(np.float32)
+
+
+@pytest.fixture
+def forgetful():
+    gymnasium.register("Forgetful-v0", Forgetful)
+    yield "Forgetful-v0"
+    del gymnasium.registry["Forgetful-v0"]
+
+
+def test_a_gymnasium_run_goes_on_to_the_same_curve(tmp_path):
+    whole, broken = tmp_path / "whole", tmp_path / "broken"
+    racecraft("gym", "train", "CartPole-v1", "--run", whole, "--stop", "iterations=6", *SMALL)
+    racecraft("gym", "train", "CartPole-v1", "--run", broken, "--stop", "iterations=3", *SMALL)
+    said = racecraft("gym", "train", "--run", broken, "--resume", "--stop", "iterations=6")
+    assert "goes on after iteration 3\n" in said
+    assert curve(broken) == curve(whole)
+    for name, array in weights(whole, "last").items():
+        np.testing.assert_array_equal(weights(broken, "last")[name], array)
+
+
+def test_an_environment_without_a_memory_begins_its_episodes_anew_and_that_is_said(tmp_path, forgetful):
+    run = tmp_path / "run"
+    racecraft("gym", "train", forgetful, "--run", run, "--stop", "iterations=2", *SMALL)
+    said = racecraft("gym", "train", "--run", run, "--resume", "--stop", "iterations=4")
+    assert "goes on after iteration 2; the world's inner state cannot be kept" in said
+    assert [row["iteration"] for row in curve(run)] == [1, 2, 3, 4]
+    assert curve(run)[-1]["steps"] == 4 * 2 * 16
+
+
+def test_a_unity_run_goes_on_with_new_episodes_and_that_is_said(tmp_path):
+    pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
+    run = tmp_path / "run"
+    racecraft("unity", "train", "builtin:Basic", "--run", run, "--stop", "iterations=2", *SMALL)
+    before, learnt = curve(run), weights(run, "2")
+    said = racecraft("unity", "train", "--run", run, "--resume", "--stop", "iterations=3", "--json")
+    assert "goes on after iteration 2; the world's inner state cannot be kept" in said
+    after = curve(run)
+    assert after[:2] == before
+    assert after[2]["steps"] == 3 * 2 * 16
+    assert 0 < max(np.abs(array - learnt[name]).max() for name, array in weights(run, "3").items()) < 0.05
+
+
+def test_a_resumed_unity_run_keeps_its_configuration(tmp_path):
+    """The YAML is copied into the run folder; the one it was read from may be gone."""
+    pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
+    yaml, run = tmp_path / "basic.yaml", tmp_path / "run"
+    yaml.write_text(
+        "behaviors: {Basic: {trainer_type: sac, max_steps: 40}}\n"
+        'env_settings: {env_path: builtin:Basic, env_args: ["--agents", "3"]}\n'
+    )
+    text = yaml.read_text()
+    said = racecraft("unity", "train", "--config", yaml, "--run", run, "--set", "rollout.horizon=8")
+    assert said.index("'sac' is not followed") < said.index("or steps=40")  # before the first tick
+    assert any("'sac' is not followed" in note for note in json.loads((run / "job.json").read_text())["notes"])
+    yaml.unlink()
+    assert (run / "trainer.yaml").read_text() == text
+    racecraft("unity", "train", "--run", run, "--resume", "--stop", "steps=60")
+    assert curve(run)[-1]["steps"] == 72  # three agents of eight ticks each, three times
+
+
+def test_a_new_run_may_begin_with_the_weights_of_an_old_one(tmp_path):
+    old, new = tmp_path / "old", tmp_path / "new"
+    racecraft("gym", "train", "CartPole-v1", "--run", old, "--stop", "iterations=2", *SMALL)
+    racecraft(
+        "gym", "train", "CartPole-v1", "--run", new, "--from", f"{old}:2", "--stop", "iterations=1", "--seed", 2, *SMALL
+    )
+    for name, array in weights(old, "2").items():
+        np.testing.assert_array_equal(weights(new, "0")[name], array)
+
+
+def test_weights_that_do_not_fit_are_refused_before_a_folder_is_made(tmp_path):
+    old = tmp_path / "old"
+    racecraft("gym", "train", "CartPole-v1", "--run", old, "--stop", "iterations=1", *SMALL)
+    words = ("gym", "train", "CartPole-v1", "--run", tmp_path / "new", "--from", old, *TINY)
+    with pytest.raises(RunFolderError, match="its network is of another shape"):
+        racecraft(*words)
+    with pytest.raises(RunFolderError, match="kind 'gymnasium'; expected one of kind 'unity'"):
+        racecraft("unity", "train", "builtin:Basic", "--run", tmp_path / "new", "--from", old)
+    assert not (tmp_path / "new").exists()
+
+
+def test_what_cannot_be_resumed_is_refused(tmp_path):
+    run = tmp_path / "run"
+    racecraft("gym", "train", "CartPole-v1", "--run", run, "--stop", "iterations=1", *SMALL)
+    with pytest.raises(RunFolderError, match="expected a Unity scene's"):
+        racecraft("unity", "train", "--run", run, "--resume")
+    with pytest.raises(SettingError, match="--resume needs --run RUN"):
+        racecraft("gym", "train", "--resume")
+    with pytest.raises(SettingError, match="--seed cannot change"):
+        racecraft("gym", "train", "--run", run, "--resume", "--seed", 4)
+    with pytest.raises(SettingError, match="ID cannot change"):
+        racecraft("gym", "train", "CartPole-v1", "--run", run, "--resume")
+    with pytest.raises(SettingError, match="no environment is named"):
+        racecraft("gym", "train")

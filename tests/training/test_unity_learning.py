@@ -1,0 +1,110 @@
+"""By learning: small scenes with pictures, pictures beside numbers, masks and hybrid actions, as a user trains them.
+
+Each scene is a program of its own at the other end of a real wire. Each is learnt to a return that random play is far
+from, and its ONNX file then acts as the checkpoint does on what the policy saw.
+"""
+
+import stat
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from racecraft.contract.world import DiscreteActions
+from racecraft.envs.unity.world import UnityWorld
+from racecraft.export.unity_run import export_to_unity
+from racecraft.training.bounded_episodes import play_bounded
+from racecraft.training.unity_training import UnityRequest, train_unity
+
+pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
+
+SCENES = Path(__file__).resolve().parents[1] / "envs" / "unity"
+OFTEN = ("evaluation.every=2", "evaluation.episodes=16", "rollout.horizon=32", "ppo.batch_size=128")
+PROGRAM = """#!{python}
+import sys
+sys.path[:0] = [{home!r}, {scenes!r}]
+sys.argv += ["--scene", {scene!r}]
+from scenes import main
+sys.exit(main())
+"""
+
+
+@pytest.fixture(autouse=True)
+def _threads_as_before():
+    threads = torch.get_num_threads()
+    yield
+    torch.set_num_threads(threads)
+
+
+@pytest.fixture
+def player(tmp_path):
+    """Return a player's file for one of the scenes, as a user has one."""
+
+    def write(scene):
+        import racecraft
+
+        file = tmp_path / f"{scene}.x86_64"
+        home = str(Path(racecraft.__file__).parent.parent)
+        file.write_text(PROGRAM.format(python=sys.executable, home=home, scenes=str(SCENES), scene=scene))
+        file.chmod(file.stat().st_mode | stat.S_IXUSR)
+        return str(file)
+
+    return write
+
+
+class Chance:
+    """Any allowed choice, any number."""
+
+    def __init__(self, actions):
+        self.actions, self.rng = actions, np.random.default_rng(0)
+
+    def act(self, observations, action_mask=None):
+        rows = len(next(iter(observations.values())))
+        if isinstance(self.actions, DiscreteActions):
+            return np.array([self.rng.choice(np.flatnonzero(allowed)) for allowed in action_mask])
+        return self.rng.uniform(-1, 1, (rows, len(self.actions.low))).astype(np.float32)
+
+    def forget(self, rows):
+        pass
+
+
+def mean_return_of_chance(build):
+    world = UnityWorld(build)
+    played = play_bounded(
+        Chance(world.spec.actions), world, episodes_each=8, spare=0, max_ticks=100, seed=0, observe=lambda *_: None
+    )
+    world.close()
+    return np.mean([episode.reward for episode in played])
+
+
+class Silence:
+    """Watches and says nothing."""
+
+    begin = iteration = end = lambda self, *_: None
+
+
+@pytest.mark.parametrize(
+    ("scene", "wanted"),
+    [
+        ("dot-png", 0.9),
+        ("dot-sign-raw", 0.9),
+        ("doors", 0.9),
+        ("tell", 0.8),
+        pytest.param("dot-raw", 0.9, marks=pytest.mark.long),
+        pytest.param("dot-sign-png", 0.9, marks=pytest.mark.long),
+    ],
+)
+def test_a_scene_is_learnt_that_chance_does_not_solve(player, tmp_path, scene, wanted):
+    build = player(scene)
+    assert mean_return_of_chance(build) < wanted - 0.6
+    request = UnityRequest(build, stops=(f"score={wanted}", "iterations=40"), run=tmp_path / "run", overrides=OFTEN)
+    trained = train_unity(request, Silence(), str)
+    assert trained.outcome.last.details["mean_return"] >= wanted
+    assert trained.outcome.reason == f"score={wanted}"
+    pytest.importorskip("onnxruntime", reason="the extra racecraft[onnx] is not installed")
+    exported = export_to_unity(tmp_path / "run")
+    assert exported.recorded
+    assert exported.checked_on >= 16
+    assert exported.largest_difference < 1e-5
