@@ -1,6 +1,10 @@
 """Snake players: what they see, what they choose, what the official JSON says and refuses."""
 
 import json
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import pytest
 
@@ -183,8 +187,8 @@ BAD_MESSAGES = [
     (lambda m: m["board"].update(width=True), "width"),
     (lambda m: m["board"].update(height=-1), "height"),
     (lambda m: m["board"].update(width="7"), "width"),
-    (lambda m: m["game"]["ruleset"].update(name="standrad"), "standard"),
-    (lambda m: m["game"].update(map="atlantis"), "atlantis"),
+    (lambda m: m["game"]["ruleset"].update(name=7), "name"),
+    (lambda m: m["game"].update(map=[]), "map"),
     (lambda m: m["game"]["ruleset"].update(settings=[]), "settings"),
     (lambda m: m["board"]["snakes"][0].update(body=[]), "body"),
     (lambda m: m["board"]["snakes"][0].update(body=[{"x": 1}]), "y is missing"),
@@ -208,6 +212,17 @@ def test_bad_messages_are_refused_by_name(spoil, words):
     with pytest.raises(BoardError, match=words):
         read_message(spoilt if spoilt == [] else sent)
     assert issubclass(MessageError, BoardError)
+
+
+def test_an_engine_may_know_rules_that_we_do_not():
+    _, sent = letter()
+    sent["game"]["ruleset"]["name"], sent["game"]["map"] = "wrapped_deluxe", "atlantis"
+    sent["game"]["ruleset"]["settings"] |= {"foodSpawnChance": 900, "minimumFood": -4, "hazardDamagePerTurn": 500}
+    read = read_message(sent).settings
+    assert (read.ruleset, read.map) == ("wrapped", "standard")
+    assert (read.food_spawn_chance, read.minimum_food, read.hazard_damage) == (100, 0, 100)
+    sent["game"]["ruleset"]["name"] = "squad"
+    assert read_message(sent).settings.ruleset == "standard"
 
 
 # A user's own file
@@ -253,6 +268,90 @@ def test_a_file_plays_and_its_failures_are_named(tmp_path):
     with pytest.raises(PlayerError, match=r"mine.py:8: move\(\) raised KeyError"):
         player.move(sent, 1)
     player.end(sent, 1)
+    player.close()
+
+
+@pytest.fixture
+def mine(tmp_path):
+    """Make a player of a source; its process ends with the test."""
+    made = []
+
+    def make(source):
+        (tmp_path / "mine.py").write_text(source)
+        made.append(load_file_player(tmp_path / "mine.py"))
+        return made[-1]
+
+    yield make
+    for player in made:
+        player.close()
+
+
+def test_a_file_that_hangs_is_ended_and_begun_anew(mine, monkeypatch):
+    monkeypatch.setattr("racecraft.players.snakes.from_file.HANGING_SECONDS", 0.3)
+    player = mine("import os, time\ndef move(data):\n    while data['turn'] == 0: pass\n    return 'left'\n")
+    _, sent = letter()
+    first = player._worker
+    with pytest.raises(TimeoutError):
+        player.move(sent, 0.1)
+    begin = time.monotonic()
+    with pytest.raises(TimeoutError):
+        player.move(sent | {"turn": 1}, 0.05)
+    assert time.monotonic() - begin < 0.15, "nobody waits longer than asked"
+    assert player.move(sent | {"turn": 1}, 5) == "left"
+    assert player._worker is not first
+    assert first._process.poll() is not None, "the hanging process is gone"
+
+
+def test_a_file_that_answers_late_is_not_ended_and_its_late_word_is_not_taken_for_another(mine):
+    player = mine(
+        "import time\n"
+        "def move(data):\n"
+        "    time.sleep(0.2 if data['turn'] == 0 else 0)\n"
+        "    return 'down' if data['turn'] == 0 else 'left'\n"
+    )
+    _, sent = letter()
+    worker = player._worker
+    with pytest.raises(TimeoutError):
+        player.move(sent, 0.05)
+    assert player.move(sent | {"turn": 1}, 2) == "left"
+    assert player._worker is worker
+
+
+@pytest.mark.parametrize(
+    "how", ["os._exit(3)", "os.kill(os.getpid(), 9)", "os.write(1, b'x'); os.close(0); os.abort()"]
+)
+def test_a_file_whose_process_dies_is_begun_anew(mine, how):
+    player = mine(
+        f"import os\ndef move(data):\n    if data['turn'] == 0: {how}\n    print('not an answer')\n    return 'left'\n"
+    )
+    _, sent = letter()
+    with pytest.raises(PlayerError, match=r"mine.py: its process ended \(exit code -?\d+\)"):
+        player.move(sent, 5)
+    assert player.move(sent | {"turn": 1}, 5) == "left"
+
+
+def test_a_file_that_never_loads_is_refused(mine, monkeypatch):
+    monkeypatch.setattr("racecraft.players.snakes.from_file.LOAD_SECONDS", 0.3)
+    with pytest.raises(PlayerError, match="still loading"):
+        mine("while True: pass\n")
+
+
+def test_the_process_of_a_file_ends_with_its_owner(tmp_path):
+    """Also when the owner is killed, and the file is in the middle of an endless loop."""
+    (tmp_path / "mine.py").write_text("import os\nprint(os.getpid())\ndef move(data):\n    while True: pass\n")
+    code = (
+        "import os\n"
+        "from racecraft.players.snakes.from_file import load_file_player\n"
+        "player = load_file_player('mine.py')\n"
+        "try: player.move({}, 0.1)\n"
+        "except TimeoutError: os.kill(os.getpid(), 9)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=20)
+    worker = int(done.stderr.split()[0])
+    until = time.monotonic() + 5
+    while Path(f"/proc/{worker}").exists() and time.monotonic() < until:
+        time.sleep(0.02)
+    assert not Path(f"/proc/{worker}").exists()
 
 
 def test_a_crew_goes_on_when_a_task_hangs():

@@ -204,7 +204,7 @@ def test_silent_games_are_forgotten_and_open_ones_are_capped(monkeypatch):
 
 def test_many_games_at_once_are_answered_in_time():
     """Fifty clients on connections that stay open, a searching player, two threads."""
-    server = SnakeServer(find_player("search"), threads=2)
+    server = SnakeServer(find_player("search"), threads=2, margin_ms=400)
     find_player("search").choose(letter()[1].board, GameSettings(7, 7, 2), "s0", 0)
     late = []
 
@@ -232,10 +232,11 @@ def test_many_games_at_once_are_answered_in_time():
 def test_a_served_file_plays_in_the_arena_and_hears_start_and_end(tmp_path):
     path = tmp_path / "mine.py"
     path.write_text(
+        "from pathlib import Path\n"
         "heard = []\n"
         "def info():\n    return {'color': '#123456'}\n"
         "def start(data):\n    heard.append('start')\n"
-        "def end(data):\n    heard.append('end')\n"
+        "def end(data):\n    Path(__file__).with_suffix('.txt').write_text(' '.join([*heard, 'end']))\n"
         "def move(data):\n    heard.append(data['you']['id'])\n    return {'move': 'up'}\n"
     )
     player = load_file_player(path)
@@ -245,14 +246,128 @@ def test_a_served_file_plays_in_the_arena_and_hears_start_and_end(tmp_path):
         def meet():
             seats = [take_seat(f"http://127.0.0.1:{port}", "mine"), take_seat("flood_fill")]
             played = play(GameSettings(7, 7, 2), seats, StreamDice(1), "g", most_turns=2)
-            seats[0].player.close()
             seats[0].leave()
             return seats[0], played
 
         return await asyncio.to_thread(meet)
 
     seat, played = serving(server, talk)
+    player.close()
     assert seat.looks["color"] == "#123456"
     assert (seat.failures.timeouts, seat.failures.crashes) == (0, 0)
-    assert player._module.heard == ["start", "s0", "s0", "end"]
+    assert path.with_suffix(".txt").read_text() == "start s0 s0 end"
     assert played.boards[1].snakes[0].head[1] == played.boards[0].snakes[0].head[1] + 1
+
+
+def test_a_file_that_hangs_while_served_costs_no_safe_move(tmp_path):
+    (tmp_path / "mine.py").write_text("def move(data):\n    while True: pass\n")
+    player = load_file_player(tmp_path / "mine.py")
+    server = SnakeServer(player, margin_ms=100)
+    sent, referee = letter(timeout_ms=200)
+
+    async def talk(port):
+        return [await exchange(port, post("/move", sent)) for _ in range(3)]
+
+    answers = serving(server, talk)
+    player.close()
+    assert {answer["move"] for _, answer in answers} <= set(safe_moves(referee.board, referee.settings, "s0"))
+    assert server.count.late == 3
+    assert max(server.count.latencies_ms) < 200
+
+
+class ManyBoards:
+    """Answers for many boards at once, and notes how many came together."""
+
+    def __init__(self, how="", seconds=0.02):
+        self.how, self.seconds, self.sizes = how, seconds, []
+
+    def choose(self, board, settings, snake_id, seconds):
+        raise AssertionError("the server asks for many")
+
+    def choose_many(self, questions):
+        self.sizes.append(len(questions))
+        if self.how == "hangs" and len(self.sizes) == 1:
+            threading.Event().wait(0.5)
+        if self.how == "raises":
+            raise ValueError("no forward pass today")
+        time.sleep(self.seconds)
+        moves = [safe_moves(one.board, one.settings, one.snake_id)[0] for one in questions]
+        return moves[1:] if self.how == "miscounts" else ["north"] * len(moves) if self.how == "lies" else moves
+
+
+def many_clients(server, clients, moves, timeout_ms=500):
+    """Let clients with snakes of their own ask at the same time; return every answer."""
+
+    async def client(port, number):
+        sent, _ = letter(f"g{number}", timeout_ms, you=f"s{number % 2}")
+        return [(number % 2, await exchange(port, post("/move", sent))) for _ in range(moves)]
+
+    async def talk(port):
+        return [one for each in await asyncio.gather(*(client(port, n) for n in range(clients))) for one in each]
+
+    return serving(server, talk)
+
+
+def test_boards_that_wait_together_are_thought_about_together():
+    player = ManyBoards()
+    answers = many_clients(SnakeServer(player), clients=40, moves=3)
+    _, referee = letter()
+    for snake, (status, answer) in answers:
+        assert status == 200
+        assert answer["move"] == safe_moves(referee.board, referee.settings, f"s{snake}")[0], "everyone gets its own"
+    assert sum(player.sizes) == 120
+    assert len(player.sizes) < 20, "a batch gathers while the one before it is thought about"
+
+
+@pytest.mark.parametrize(("how", "failed"), [("raises", 6), ("miscounts", 6), ("lies", 6)])
+def test_a_player_of_many_boards_that_fails_still_gets_safe_moves_out(how, failed):
+    said = []
+    server = SnakeServer(ManyBoards(how), complain=said.append)
+    answers = many_clients(server, clients=3, moves=2)
+    _, referee = letter()
+    for snake, (_, answer) in answers:
+        assert answer["move"] in safe_moves(referee.board, referee.settings, f"s{snake}")
+    assert server.count.failed == failed
+    assert all(said)
+
+
+def test_a_batch_that_hangs_is_given_up(monkeypatch):
+    monkeypatch.setattr("racecraft.serving.gathering.HANGING_SECONDS", 0.2)
+    server = SnakeServer(ManyBoards("hangs"), margin_ms=50)
+    answers = many_clients(server, clients=2, moves=3, timeout_ms=200)
+    assert all(status == 200 for _, (status, _) in answers)
+    assert max(server.count.latencies_ms) < 200
+    assert 2 <= server.count.late <= 4, "the first ones; then the next batch goes on without the hanging one"
+
+
+def test_a_game_is_kept_until_its_silence_by_the_clock():
+    now = [0.0]
+    server = SnakeServer(find_player("hungry"), silence_seconds=60, clock=lambda: now[0])
+    open_then = []
+
+    async def talk(port):
+        for at, game, path in ((0, "a", "/start"), (30, "b", "/start"), (50, "a", "/move"), (95, "b", "/move")):
+            now[0] = at
+            await exchange(port, post(path, letter(game)[0]))
+            open_then.append(server.games_open)
+        now[0] = 111
+        open_then.append(server.games_open)
+        await exchange(port, post("/end", letter("b")[0]))
+        open_then.append(server.games_open)
+
+    serving(server, talk)
+    # b falls silent at 90 and begins again at 95; a, last heard at 50, is forgotten at 110; b ends.
+    assert open_then == [1, 2, 2, 2, 1, 0]
+    assert server.count.games == 3
+
+
+def test_rules_that_we_do_not_know_are_answered():
+    sent, referee = letter()
+    sent["game"] |= {"map": "atlantis", "ruleset": {"name": "ladders", "settings": {"hazardDamagePerTurn": 10**6}}}
+    server = SnakeServer(find_player("search"))
+
+    async def talk(port):
+        return await exchange(port, post("/move", sent))
+
+    status, answer = serving(server, talk)
+    assert (status, answer["move"] in safe_moves(referee.board, referee.settings, "s0")) == (200, True)

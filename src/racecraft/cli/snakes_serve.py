@@ -47,8 +47,12 @@ def serve(
         else:
             say(f"{player} answers at http://{host}:{port} (Ctrl-C ends)", quiet_stdout=False)
 
-    with contextlib.suppress(KeyboardInterrupt):
-        asyncio.run(serve_until_cancelled(server, host, port, ready))
+    try:
+        with contextlib.suppress(KeyboardInterrupt):
+            asyncio.run(serve_until_cancelled(server, host, port, ready))
+    finally:
+        if isinstance(found, FilePlayer):
+            found.close()
     count = server.count
     say(
         f"{count.games} games, {count.moves} moves, {count.late} late, {count.failed} failed, "

@@ -1,7 +1,8 @@
 """A small HTTP/1.1 server on asyncio: whole requests in, JSON out; what cannot be a request gets a named error.
 
-It does what a webhook needs and no more: methods with and without a body of known length, connections kept open, a cap
-on headers, bodies and waiting. A request that is cut, huge or no HTTP never reaches the handler.
+It does what a webhook and a page for watching need and no more: methods with and without a body of known length,
+connections kept open, a cap on headers, bodies and waiting; a connection may become a WebSocket (`web_socket.py`).
+A request that is cut, huge or no HTTP never reaches the handler.
 """
 
 from __future__ import annotations
@@ -11,8 +12,10 @@ import json
 import time
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
+
+from racecraft.serving.web_socket import GOING_AWAY, WebSocket, accept_key, is_key
 
 MOST_HEADER_BYTES = 16 * 1024
 MOST_BODY_BYTES = 1024 * 1024
@@ -23,7 +26,7 @@ MOST_CONNECTIONS = 2000
 
 _REASONS = {
     200: "OK", 400: "Bad Request", 404: "Not Found", 405: "Method Not Allowed", 408: "Request Timeout",
-    411: "Length Required", 413: "Content Too Large", 422: "Unprocessable Content",
+    411: "Length Required", 413: "Content Too Large", 422: "Unprocessable Content", 426: "Upgrade Required",
     431: "Request Header Fields Too Large", 500: "Internal Server Error", 503: "Service Unavailable",
 }  # fmt: skip
 
@@ -52,6 +55,8 @@ class Request:
     arrived: float
     """`time.monotonic()` when its first line was read."""
     keep_open: bool
+    headers: dict[str, str] = field(default_factory=dict)
+    """Names in small letters."""
 
     def json(self) -> Any:
         """Return the body's value, or raise an `HttpError` (bad_json)."""
@@ -63,14 +68,33 @@ class Request:
             raise HttpError(400, "bad_json", f"the body is no JSON: {str(error)[:120]}.") from error
 
 
-Handler = Callable[[Request], Awaitable[dict[str, Any]]]
+@dataclass(frozen=True)
+class Reply:
+    """An answer that is not just a JSON object."""
+
+    body: bytes
+    kind: str = "application/json"
+    """Content-Type."""
+    headers: tuple[tuple[str, str], ...] = ()
+    status: int = 200
+
+
+@dataclass(frozen=True)
+class Upgrade:
+    """The answer that makes a WebSocket of the connection."""
+
+    talk: Callable[[WebSocket], Awaitable[None]]
+    """Holds the conversation; the connection closes when it returns."""
+
+
+Handler = Callable[[Request], Awaitable[dict[str, Any] | Reply | Upgrade]]
 
 
 class HttpService:
     """Listens on one address and gives whole requests to a handler.
 
     Args:
-        handler: Returns the JSON object of the answer, or raises an `HttpError`.
+        handler: Returns the JSON object of the answer, a `Reply` or an `Upgrade`, or raises an `HttpError`.
     """
 
     def __init__(self, handler: Handler) -> None:
@@ -107,28 +131,33 @@ class HttpService:
                 await writer.wait_closed()
 
     async def _converse(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        keep_open = len(self._connections) <= MOST_CONNECTIONS
-        if not keep_open:
-            await _write(writer, 503, {"error": "too_many_connections"}, False)
+        if len(self._connections) > MOST_CONNECTIONS:
+            await _write(writer, _error(503, "too_many_connections", "try again later."), False)
+            return
+        keep_open = True
         while keep_open:
             try:
                 request = await _read(reader)
                 if request is None:
                     return
                 keep_open = request.keep_open
-                status, answer = 200, await self._handler(request)
+                answer = await self._handler(request)
+                if isinstance(answer, Upgrade):
+                    await _agree(request, writer)
             except HttpError as error:
-                status, answer = error.status, {"error": error.name, "message": error.letter}
+                answer = _error(error.status, error.name, error.letter)
                 keep_open = keep_open and error.status in (404, 422)
             except TimeoutError:
-                status, answer = 408, {"error": "too_slow", "message": "the request did not arrive in time."}
-                keep_open = False
+                answer, keep_open = _error(408, "too_slow", "the request did not arrive in time."), False
             except (ConnectionError, asyncio.IncompleteReadError):
                 raise
             except Exception as error:  # never let one request take the server down
-                status, answer = 500, {"error": "internal", "message": f"{type(error).__name__}: {str(error)[:200]}"}
+                answer = _error(500, "internal", f"{type(error).__name__}: {str(error)[:200]}")
                 keep_open = False
-            await _write(writer, status, answer, keep_open)
+            if isinstance(answer, Upgrade):
+                await _talk(answer, WebSocket(reader, writer))
+                return
+            await _write(writer, answer, keep_open)
 
 
 async def _read(reader: asyncio.StreamReader) -> Request | None:
@@ -151,7 +180,7 @@ async def _read(reader: asyncio.StreamReader) -> Request | None:
         headers = await _read_headers(reader)
         body = await _read_body(reader, headers, method)
     keep_open = version == "HTTP/1.1" and headers.get("connection", "").lower() != "close"
-    return Request(method, target.split("?", 1)[0], body, arrived, keep_open)
+    return Request(method, target.split("?", 1)[0], body, arrived, keep_open, headers)
 
 
 async def _read_headers(reader: asyncio.StreamReader) -> dict[str, str]:
@@ -190,11 +219,37 @@ async def _read_body(reader: asyncio.StreamReader, headers: dict[str, str], meth
     return await reader.readexactly(int(text))
 
 
-async def _write(writer: asyncio.StreamWriter, status: int, answer: dict[str, Any], keep_open: bool) -> None:
-    body = json.dumps(answer, separators=(",", ":")).encode()
+async def _write(writer: asyncio.StreamWriter, answer: dict[str, Any] | Reply, keep_open: bool) -> None:
+    if not isinstance(answer, Reply):
+        answer = Reply(json.dumps(answer, separators=(",", ":")).encode())
+    more = "".join(f"{name}: {value}\r\n" for name, value in answer.headers)
     head = (
-        f"HTTP/1.1 {status} {_REASONS.get(status, 'Error')}\r\nContent-Type: application/json\r\n"
-        f"Content-Length: {len(body)}\r\nConnection: {'keep-alive' if keep_open else 'close'}\r\n\r\n"
+        f"HTTP/1.1 {answer.status} {_REASONS.get(answer.status, 'Error')}\r\nContent-Type: {answer.kind}\r\n{more}"
+        f"Content-Length: {len(answer.body)}\r\nConnection: {'keep-alive' if keep_open else 'close'}\r\n\r\n"
     )
-    writer.write(head.encode() + body)
+    writer.write(head.encode() + answer.body)
     await writer.drain()
+
+
+def _error(status: int, name: str, letter: str) -> Reply:
+    return Reply(json.dumps({"error": name, "message": letter}, separators=(",", ":")).encode(), status=status)
+
+
+async def _agree(request: Request, writer: asyncio.StreamWriter) -> None:
+    headers = request.headers
+    key = headers.get("sec-websocket-key", "")
+    asked = headers.get("upgrade", "").lower() == "websocket" and "upgrade" in headers.get("connection", "").lower()
+    if not asked or headers.get("sec-websocket-version") != "13" or not is_key(key):
+        raise HttpError(426, "websocket_only", "here a WebSocket is spoken: version 13, with a key of 16 bytes.")
+    writer.write(
+        "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        f"Sec-WebSocket-Accept: {accept_key(key)}\r\n\r\n".encode()
+    )
+    await writer.drain()
+
+
+async def _talk(upgrade: Upgrade, socket: WebSocket) -> None:
+    try:
+        await upgrade.talk(socket)
+    finally:
+        await socket.close(GOING_AWAY)

@@ -2,7 +2,8 @@
 
 Every `/move` is answered within the game's timeout less a margin: a move that is at least safe is worked out first and
 kept at hand, then the player thinks in a thread; what it has not said when time runs out is not waited for. Many games
-run at once and share the threads. What is kept of a game is dropped at its end, or after a silence.
+run at once and share the threads; a player of many boards is asked for all that wait together (`gathering.py`). What is
+kept of a game is dropped at its end, or after a silence.
 """
 
 from __future__ import annotations
@@ -17,8 +18,9 @@ from dataclasses import dataclass, field
 from racecraft.envs.battlesnake.board import MOVES, BoardError
 from racecraft.players.snakes.messages import LOOKS, Letter, read_message
 from racecraft.players.snakes.patience import Crew
-from racecraft.players.snakes.protocol import LetterPlayer, Message, PlayerError, SnakePlayer
+from racecraft.players.snakes.protocol import LetterPlayer, ManyPlayer, Message, PlayerError, Question, SnakePlayer
 from racecraft.players.snakes.sight import best_safe_move, find_snake
+from racecraft.serving.gathering import Gatherer
 from racecraft.serving.http_service import HttpError, HttpService, Request
 
 MARGIN_MS = 100
@@ -43,10 +45,14 @@ class Count:
     latencies_ms: deque[float] = field(default_factory=lambda: deque(maxlen=LATENCIES_KEPT))
     """Time from a move's request to its answer, the latest ones."""
 
+    def within_ms(self, share: float) -> float:
+        """Return the time within which a share (0 to 1) of the latest moves was answered; 0 before the first."""
+        ordered = sorted(self.latencies_ms)
+        return ordered[min(len(ordered) - 1, int(share * len(ordered)))] if ordered else 0.0
+
     def p99_ms(self) -> float:
         """Return the time within which 99 of 100 moves were answered; 0 before the first."""
-        ordered = sorted(self.latencies_ms)
-        return ordered[min(len(ordered) - 1, int(0.99 * len(ordered)))] if ordered else 0.0
+        return self.within_ms(0.99)
 
 
 class SnakeServer:
@@ -60,6 +66,7 @@ class SnakeServer:
         silence_seconds: A game not heard of for so long is forgotten.
         threads: How many moves are thought about at the same time; None: one a core.
         complain: Called with a sentence when the player failed.
+        clock: Seconds that only grow; decides how long a game has been silent.
     """
 
     def __init__(
@@ -71,13 +78,15 @@ class SnakeServer:
         silence_seconds: float = SILENCE_SECONDS,
         threads: int | None = None,
         complain: Callable[[str], None] | None = None,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self.count = Count()
+        self.count, self._clock = Count(), clock
         self._player, self._author = player, author
         self._looks = {key: (looks or {}).get(key) or default for key, default in LOOKS.items()}
         self._margin_ms, self._silence_seconds = margin_ms, silence_seconds
         self._complain = complain or (lambda sentence: None)
         self._crew = Crew(threads or os.cpu_count() or 1)
+        self._gatherer = Gatherer(player) if isinstance(player, ManyPlayer) else None
         self._thinking = 0
         self._heard: OrderedDict[tuple[str, str], float] = OrderedDict()
         self._service = HttpService(self._answer)
@@ -96,6 +105,8 @@ class SnakeServer:
         """Stop; players that still think are left behind."""
         await self._service.close()
         self._crew.close()
+        if self._gatherer is not None:
+            self._gatherer.close()
 
     async def _answer(self, request: Request) -> Message:
         try:
@@ -140,46 +151,56 @@ class SnakeServer:
     async def _think(self, letter: Letter, message: Message, deadline: float) -> str | None:
         """Return the player's move, or None where it failed or was not in time."""
         self._thinking += 1
-        task = self._crew.submit(lambda: self._ask(letter, message, deadline))
         try:
-            word = await asyncio.wait_for(asyncio.wrap_future(task), max(0.0, deadline - time.monotonic()))
+            if self._gatherer is not None:
+                question = Question(letter.board, letter.you, letter.settings)
+                word = await self._gatherer.choose(question, deadline)
+            else:
+                word = await self._wait(lambda: self._ask(letter, message, deadline), deadline - time.monotonic())
+            if word not in MOVES:
+                raise PlayerError(f"the player answered {word!r:.60}; expected one of {', '.join(MOVES)}.")
         except TimeoutError:
-            self._crew.leave_behind(task)
             self.count.late += 1
             return None
         except Exception as error:  # a player's own failure is no reason to lose the game
-            self.count.failed += 1
-            self._complain(str(error) or type(error).__name__)
+            self._note_failure(error)
             return None
         finally:
             self._thinking -= 1
-        if word not in MOVES:
-            self.count.failed += 1
-            return None
-        return str(word)
+        return word
+
+    async def _wait(self, act: Callable[[], str], seconds: float) -> str:
+        """Return what `act` gives in a thread, or leave it behind and raise TimeoutError."""
+        task = self._crew.submit(act)
+        try:
+            return str(await asyncio.wait_for(asyncio.wrap_future(task), max(0.0, seconds)))
+        except TimeoutError:
+            self._crew.leave_behind(task)
+            raise
+
+    def _note_failure(self, error: Exception) -> None:
+        self.count.failed += 1
+        self._complain(str(error) or type(error).__name__)
 
     def _ask(self, letter: Letter, message: Message, deadline: float) -> str:
-        """Ask the player, in a thread, with its fair share of the time that is left."""
+        """Ask the player, in a thread: one that looks at boards thinks for its fair share of the time that is left."""
         left = max(0.0, deadline - time.monotonic())
+        if not isinstance(self._player, SnakePlayer):
+            return self._player.move(message, left)
         seconds = 0.8 * left * min(1.0, self._crew.size / max(1, self._thinking))
-        if isinstance(self._player, SnakePlayer):
-            return self._player.choose(letter.board, letter.settings, letter.you, seconds)
-        return self._player.move(message, seconds)
+        return self._player.choose(letter.board, letter.settings, letter.you, seconds)
 
     async def _tell(self, what: str, letter: Letter, message: Message) -> None:
         """Pass a start or an end on to a player that wants to know."""
         if isinstance(self._player, SnakePlayer):
             return
-        act = getattr(self._player, what)
-        seconds = self._seconds(letter)
-        task = self._crew.submit(lambda: act(message, seconds))
+        act, seconds = getattr(self._player, what), self._seconds(letter)
         try:
-            await asyncio.wait_for(asyncio.wrap_future(task), seconds)
+            await self._wait(lambda: act(message, seconds), seconds)
         except TimeoutError:
-            self._crew.leave_behind(task)
+            pass  # it has no answer to give
         except Exception as error:
-            self.count.failed += 1
-            self._complain(str(error) or type(error).__name__)
+            self._note_failure(error)
 
     def _seconds(self, letter: Letter) -> float:
         timeout_ms = max(1, letter.timeout_ms)
@@ -187,16 +208,17 @@ class SnakeServer:
 
     def _note(self, letter: Letter, ended: bool = False) -> None:
         """Remember when a game was heard of last; forget the ended, the silent, and the oldest beyond the cap."""
+        self._forget_silent()
         key = (letter.game_id, letter.you)
         known = self._heard.pop(key, None) is not None
         if ended:
             return
         self.count.games += not known
-        self._heard[key] = time.monotonic()
+        self._heard[key] = self._clock()
         self._forget_silent()
 
     def _forget_silent(self) -> None:
-        now = time.monotonic()
+        now = self._clock()
         while self._heard:
             heard = next(iter(self._heard.values()))
             if now - heard < self._silence_seconds and len(self._heard) <= MOST_GAMES:

@@ -95,9 +95,11 @@ class Seat:
             self.failures.last_letter = str(error)
 
     def leave(self) -> None:
-        """Let go of connection and thread."""
+        """Let go of connection, process and thread."""
         self._hang_up()
         self._crew.close()
+        if not isinstance(self.player, SnakePlayer):
+            self.player.close()
 
     def _wait(self, seconds: float) -> str:
         assert self._under_way is not None, "ask_ahead comes first"

@@ -8,7 +8,8 @@ flood_fill.py    3 counts the room behind each move
 area_control.py  4 counts whose squares are whose, after every reply
 search.py        5 looks many moves ahead, as long as it is given time
 kernels/         squares counted and trees grown, compiled
-from_file.py     a user's own `move(data)`
+from_file.py     a user's own `move(data)`, in a process of its own
+file_worker.py   that process
 messages.py      the official JSON, both ways
 patience.py      threads that are waited for only so long
 """

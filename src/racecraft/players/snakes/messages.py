@@ -1,6 +1,8 @@
 """The official JSON of the webhook API, both ways (facts: A.10): what an engine sends, and what a snake reads in it.
 
 `message` tells one snake a position; `read_message` takes such a letter apart and refuses what cannot be a position.
+It is not narrow about the game around it: an engine may know rulesets, maps and figures that we do not, and a snake has
+to move all the same. What it does not know it reads as the official engine does: as standard.
 """
 
 from __future__ import annotations
@@ -9,7 +11,6 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
 
-from racecraft.contract.errors import nearest
 from racecraft.envs.battlesnake.board import MAX_HEALTH, Board, BoardError, Point, Snake
 from racecraft.envs.battlesnake.maps import MAPS
 from racecraft.envs.battlesnake.rulesets import RULESETS
@@ -104,14 +105,15 @@ def message(board: Board, settings: GameSettings, you: str, card: GameCard) -> M
 def read_message(data: Any) -> Letter:
     """Take a message apart.
 
+    An unknown ruleset is played as standard (wrapped, where its name says so), an unknown map as standard; figures of
+    the rules beyond their range count as the nearest one, which for damage is the same: health has 100 points.
+
     Raises:
         MessageError: Something in it is missing, is of a wrong kind, or cannot be; the message names it.
     """
     game, board_part = _part(data, "game", dict), _part(data, "board", dict)
     ruleset = _part(game, "ruleset", dict, {}, "game.")
     name = _part(ruleset, "name", str, "standard", "game.ruleset.")
-    if name not in RULESETS:
-        raise MessageError(f"game.ruleset.name is '{name[:40]}'. {nearest(name[:40], RULESETS)}")
     width, height = _whole(board_part, "width", "board."), _whole(board_part, "height", "board.")
     you_part = _part(data, "you", dict)
     snakes = [_read_snake(part, f"board.snakes[{n}]") for n, part in enumerate(_part(board_part, "snakes", list))]
@@ -152,20 +154,28 @@ def _read_settings(name: str, game: Message, width: int, height: int, players: i
     numbers = _part(ruleset, "settings", dict, {}, "game.ruleset.")
     royale = _part(numbers, "royale", dict, {}, "game.ruleset.settings.")
     map_name = _part(game, "map", str, "standard", "game.") or "standard"
-    if map_name not in MAPS:
-        raise MessageError(f"game.map is '{map_name[:40]}'. {nearest(map_name[:40], MAPS)}")
     where = "game.ruleset.settings."
     return GameSettings(
         width=width,
         height=height,
         players=max(1, players),
-        ruleset=name,
-        map=map_name,
-        food_spawn_chance=_whole(numbers, "foodSpawnChance", where, 15),
-        minimum_food=_whole(numbers, "minimumFood", where, 1),
-        hazard_damage=_whole(numbers, "hazardDamagePerTurn", where, 14),
-        shrink_every=_whole(royale, "shrinkEveryNTurns", where + "royale.", 25),
+        ruleset=_known_ruleset(name),
+        map=map_name if map_name in MAPS else "standard",
+        food_spawn_chance=_within(0, _whole(numbers, "foodSpawnChance", where, 15), 100),
+        minimum_food=_within(0, _whole(numbers, "minimumFood", where, 1), width * height),
+        hazard_damage=_within(-MAX_HEALTH, _whole(numbers, "hazardDamagePerTurn", where, 14), MAX_HEALTH),
+        shrink_every=_within(0, _whole(royale, "shrinkEveryNTurns", where + "royale.", 25), 1_000_000),
     )
+
+
+def _known_ruleset(name: str) -> str:
+    if name in RULESETS:
+        return name
+    return "wrapped" if name.startswith("wrapped") else "standard"
+
+
+def _within(low: int, value: int, high: int) -> int:
+    return max(low, min(value, high))
 
 
 def _read_snake(part: Any, where: str) -> Snake:

@@ -85,6 +85,10 @@ class LetterPlayer(Protocol):
         """Be told that a game is over."""
         ...
 
+    def close(self) -> None:
+        """Let go of what it holds: a connection, a process. It is not asked again."""
+        ...
+
 
 PLAYERS = {
     "random_safe": "any move that is not surely fatal",
