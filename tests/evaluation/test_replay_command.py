@@ -1,6 +1,7 @@
 """`racecraft replay` at the prompt: one JSON object, or a page for people."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -54,3 +55,26 @@ def test_a_person_reads_what_differs_and_how_far_the_car_strays(ask):
 
 def test_by_name_the_smooth_curve_is_announced(ask):
     assert "note: The catalogue's reinvent_base is a smooth curve" in ask(TRACE, "--track", "reinvent_base")
+
+
+def test_one_command_leaves_one_page_that_answers_the_question(ask, tmp_path):
+    text = ask(TRACE, "--track", TRACK, "--report", tmp_path / "same.html")
+    assert "The track is the same. So is the car: it is v4." in text
+    page = (tmp_path / "same.html").read_text(encoding="utf-8")
+    assert "The track is the same. So is the car: it is v4." in page
+    for figure in ("650 recorded rows", "100 %", "2.9 cm", "6.3 cm", "evaluation-simtrace/0-iteration.csv"):
+        assert figure in page
+    assert page.count("<img") == 1
+    assert "data:image/png;base64," in page
+    fetched = re.findall(r"""(?:src|href)=["'](?!data:|#)[^"']+|@import|url\((?!#)""", page)
+    assert fetched == [], "nothing on the page is fetched from anywhere"
+
+
+def test_a_car_that_drives_otherwise_is_told_from_ours(ask):
+    report = json.loads(ask(TRACE, "--track", TRACK, "--car", "kinematic", "--json"))
+    assert (report["same_track"], report["same_car"]) == (True, False)
+    assert "The car is not: kinematic strays further" in ask(TRACE, "--track", TRACK, "--car", "kinematic")
+
+
+def test_by_name_the_track_is_the_same_within_a_point(ask):
+    assert json.loads(ask(TRACE, "--track", "reinvent_base", "--json"))["same_track"] is True

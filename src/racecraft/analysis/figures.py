@@ -187,6 +187,15 @@ def panel_figure(
     return figure
 
 
+def small_axes(title: str, width_in: float, height_in: float, size: float) -> tuple[Figure, Any]:
+    """Return an empty chart for a page in the manner of the others, and its axes; `size` in points."""
+    figure = _sheet(width_in, height_in)
+    axes = figure.add_subplot()
+    axes.set_title(title, loc="left", fontsize=size, color=INK, pad=8)
+    _strip(axes, size - 1)
+    return figure, axes
+
+
 def draw_panel(axes: Any, metrics: MetricRows, panel: Panel, size: float, steps_on_top: bool = False) -> None:
     """Draw one panel over training time; `size` is that of the letters, in points."""
     seconds = np.array([row["seconds"] for row in metrics], float)

@@ -24,17 +24,24 @@ def replay(
     picture: Annotated[
         Path | None, typer.Option(help="Draw the longest recorded episode and our car's attempts into this PNG.")
     ] = None,
+    page: Annotated[
+        Path | None, typer.Option("--report", help="Write everything on one self-contained page (.html).")
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
 ) -> None:
     """Tell and drive recorded races again: what does our track say of their poses, where does our car stray?
 
     Examples:
+
+        racecraft replay my-old-logs --track reinvent_base --report same-car.html
+
         racecraft replay training-simtrace/*.csv --track reinvent_base.npy
 
         racecraft replay my-model/training-simtrace --track reinvent_base --car v4 --picture replay.png
     """
+    from racecraft.analysis.replay_page import answer, write_replay_page
     from racecraft.cli.output import print_json, say
-    from racecraft.evaluation.replay_picture import draw_replay
+    from racecraft.evaluation.replay_picture import draw_replay, replay_figure
     from racecraft.evaluation.replay_report import replay as replay_traces
 
     report = replay_traces(traces, track, car)
@@ -44,14 +51,19 @@ def replay(
     if picture is not None:
         draw_replay(report, picture)
         facts["picture"] = str(picture)
+    if page is not None:
+        write_replay_page(page, facts, replay_figure(report), report.errors_m())
+        facts["report"] = str(page)
     if json:
         print_json(facts)
         return
     _print_report(report, facts)
+    print(f"\n{answer(facts)}")
     for note in facts["notes"]:
         print(f"note: {note}")
-    if picture is not None:
-        print(f"picture: {picture}")
+    for kind in ("picture", "report"):
+        if kind in facts:
+            print(f"{kind}: {facts[kind]}")
 
 
 def _print_report(report: ReplayReport, facts: dict[str, Any]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,12 +13,19 @@ from racecraft.tracks.picture import PaintedPath, draw_track
 
 
 def draw_replay(report: ReplayReport, path: str | Path) -> None:
-    """Draw the longest recorded episode, coloured by commanded speed, and over it our car's windows in red.
-
-    Every window starts on the recorded path and drives a second without looking; windows follow one another.
+    """Draw `replay_figure` into a file.
 
     Raises:
+        TrackError: The ending is no picture's.
         OutputFileError: The file cannot be written.
+    """
+    replay_figure(report, path)
+
+
+def replay_figure(report: ReplayReport, path: str | Path | None = None) -> Any:
+    """Return a figure of the longest recorded episode, coloured by commanded speed, our car's windows in red over it.
+
+    Every window starts on the recorded path and drives a second without looking; windows follow one another.
     """
     file, rows = longest_episode(report)
     columns = file.trace.columns
@@ -25,7 +33,7 @@ def draw_replay(report: ReplayReport, path: str | Path) -> None:
     logged = PaintedPath(xy, columns["throttle"][rows], "commanded speed (m/s)")
     title = f"Recorded, and driven again by {report.car} one second at a time"
     driven = [PaintedPath(window) for window in driven_paths(file, rows)]
-    draw_track(report.track, path, paths=[logged, *driven], title=title)
+    return draw_track(report.track, path, paths=[logged, *driven], title=title)
 
 
 def longest_episode(report: ReplayReport) -> tuple[FileReplay, slice]:

@@ -29,6 +29,10 @@ RECORDED_CARS = ("v4", "v6")
 WORST_WINDOWS = 5
 OTHER_LENGTH = 0.005
 """Tracks whose lengths differ by more than this share are not the same."""
+SAME_CAR_M = {"0.5s": 0.06, "1s": 0.11}
+"""Our car is the recorded one when its median distance from it is at most this; the rows' own jitter is 2 to 3 cm."""
+SAME_WHEELS = 0.998
+"""Wheels on the track must agree in so many rows; the original reads pose and wheels at different instants."""
 NUMBERS = ("X", "Y", "yaw", "steer", "throttle", "progress", "tstamp")
 """Columns that must be finite for a row to be told again."""
 
@@ -80,11 +84,37 @@ class ReplayReport:
         return {
             "track": self.track.name,
             "car": self.car,
+            "same_track": self.is_same_track,
+            "same_car": self.is_same_car,
             **_figures(self.files),
             "notes": self.notes(),
             "damaged_rows": [clause for file in self.files for clause in file.trace.damaged],
             "files": [file.as_dictionary() for file in self.files],
         }
+
+    @property
+    def is_same_track(self) -> bool:
+        """Our geometry tells the same: on the original's own rows exactly, on the catalogue's curve within a point."""
+        told = [file.retold for file in self.files]
+        rows = sum(len(file.trace) for file in self.files)
+        wheels = sum(int(part.wheels_wrong.sum()) for part in told)
+        if self.is_exact:
+            differ = any(part.progress_wrong.any() or part.waypoint_wrong.any() for part in told)
+        else:
+            differ = any(part.progress_far.any() for part in told)
+        return not differ and wheels <= (1.0 - SAME_WHEELS) * rows
+
+    @property
+    def is_same_car(self) -> bool | None:
+        """Our car strays no further than `SAME_CAR_M`; None where no recorded stretch was long enough to tell."""
+        medians = {name: part["median"] for name, part in _figures(self.files)["open_loop_position_m"].items()}
+        measured = {name: median for name, median in medians.items() if median is not None}
+        return all(median <= SAME_CAR_M[name] for name, median in measured.items()) if measured else None
+
+    def errors_m(self) -> dict[str, Array]:
+        """Return how far our car strayed in every window, m, by horizon."""
+        found = {name: np.concatenate([file.windows.position_m[name] for file in self.files]) for name in HORIZONS}
+        return {name: errors[np.isfinite(errors)] for name, errors in found.items()}
 
     def notes(self) -> list[str]:
         """Return what a reader of the figures should know."""
