@@ -73,6 +73,10 @@ class Choices:
         drawn = torch.where(wander, anything, log_p.argmax(dim=1))
         return drawn, log_p.gather(1, drawn.unsqueeze(1)).squeeze(1)
 
+    def chances(self, numbers: Tensor, mask: Tensor | None) -> Tensor:
+        """Return how likely each choice is, (R, A); exactly 0 where forbidden."""
+        return self._log_probabilities(numbers, mask).exp()
+
     def _log_probabilities(self, logits: Tensor, mask: Tensor | None) -> Tensor:
         if mask is not None:
             logits = logits.masked_fill(~mask, FORBIDDEN_LOGIT)

@@ -199,6 +199,15 @@ class PpoLearner:
         return self.distribution.to_actions(samples).cpu().numpy()
 
     @torch.inference_mode()
+    def chances(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
+        """Return how likely the policy makes each of A choices, float32 (R, A); discrete actions only."""
+        visible = {name: observations[name] for name in self.network.policy_body.names}
+        numbers = self.network.policy(self._tensors(visible))
+        mask = None if action_mask is None else torch.from_numpy(action_mask).to(self.device)
+        assert isinstance(self.distribution, Choices)
+        return self.distribution.chances(numbers, mask).cpu().numpy()
+
+    @torch.inference_mode()
     def values(self, observations: Mapping[str, Array]) -> Array:
         """Return what the critic expects from R rows, float32 (R,)."""
         return self.network.value(self._tensors(observations)).cpu().numpy()

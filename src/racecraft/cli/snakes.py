@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from racecraft.cli import snakes_play, snakes_serve, snakes_tournament, snakes_watch
+from racecraft.cli import snakes_play, snakes_serve, snakes_tournament, snakes_train, snakes_watch
 from racecraft.cli.snakes_options import JSON
 
-app = typer.Typer(help="Battlesnake: play games, hold tournaments, watch, serve a snake.", no_args_is_help=True)
+app = typer.Typer(help="Battlesnake: train a snake, play games, hold tournaments, watch, serve.", no_args_is_help=True)
 
 
 @app.command()
@@ -24,11 +24,14 @@ def players(json: JSON = False) -> None:
         return
     for name, what in PLAYERS.items():
         print(f"{name:14} {what}")
-    print("\nsearch+NAME    search, guided by another player\nFILE.py        your own: def move(data): …")
+    print("\nRUN            a snake you trained: runs/snakes-1, runs/snakes-1:last")
+    print("search+NAME    search on top of another player or a RUN")
+    print("FILE.py        your own: def move(data): …")
 
 
 app.command()(snakes_play.play)
 app.command()(snakes_tournament.tournament)
+app.command()(snakes_train.train)
 app.command()(snakes_serve.serve)
 app.command()(snakes_watch.gif)
 

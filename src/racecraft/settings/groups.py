@@ -155,6 +155,34 @@ class PpoConfig:
 
 
 @dataclass(frozen=True)
+class SelfPlayConfig:
+    """Snakes that learn: whom they meet, what they see and what they are paid."""
+
+    anchor_share: float = setting(
+        0.5, "Share of the games against anchors, built-in players that never change.", low=0.0, high=1.0
+    )
+    anchors: tuple[str, ...] = setting(
+        ("flood_fill", "flood_fill", "hungry", "random_safe"),
+        "Who sits there, in turn; a name may stand several times.",
+        choices=("random_safe", "hungry", "flood_fill"),
+    )
+    pool_share: float = setting(
+        0.25, "Share of the games against a past self from the pool; the rest is against itself.", low=0.0, high=1.0
+    )
+    pool_size: int = setting(8, "Past selves in the pool; the oldest leave it.", low=1, high=100)
+    pool_every: int = setting(10, "A self enters the pool after every so many iterations.", unit="iterations", low=1)
+    view: int = setting(11, "Side of the window about the head; odd.", unit="squares", low=3, high=49)
+    outlook: bool = setting(
+        True, "Whether a snake is told the room, territory, food and heads behind each of its moves."
+    )
+    food_prize: float = setting(0.0, "Reward for a food; a win is worth 1, a death -1.", low=-1.0, high=1.0)
+    max_turns: int = setting(500, "A game that lasts longer is cut.", unit="turns", low=1)
+
+    def __post_init__(self) -> None:
+        check_group(self)
+
+
+@dataclass(frozen=True)
 class EvaluationConfig:
     """How progress is judged while training."""
 
@@ -192,6 +220,7 @@ class TrainSettings:
     rollout: RolloutConfig = field(default_factory=RolloutConfig)
     network: NetworkConfig = field(default_factory=NetworkConfig)
     ppo: PpoConfig = field(default_factory=PpoConfig)
+    selfplay: SelfPlayConfig = field(default_factory=SelfPlayConfig)
     evaluation: EvaluationConfig = field(default_factory=EvaluationConfig)
     runtime: RuntimeConfig = field(default_factory=RuntimeConfig)
 

@@ -27,8 +27,8 @@ class Judge(Protocol):
     score_name: str
     """What the score is called, such as "progress %"."""
 
-    def score(self, episode: EpisodeRecord) -> float:
-        """Return what one training episode counts."""
+    def score(self, episode: EpisodeRecord) -> float | None:
+        """Return what one training episode counts; None: one alone counts nothing."""
         ...
 
     def is_full(self, episode: EpisodeRecord) -> bool:
@@ -192,7 +192,7 @@ class TrainingLoop:
         marks.append(time.perf_counter())
         self._iteration += 1
         steps = self._collector.steps_taken
-        scores = [self._judge.score(episode) for episode in episodes]
+        scores = [score for score in map(self._judge.score, episodes) if score is not None]
         report = IterationReport(
             iteration=self._iteration,
             steps=steps,

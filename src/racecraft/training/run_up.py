@@ -61,6 +61,8 @@ class Course:
     """The user's own files, copied into the run folder by these names."""
     lasting: bool | None = True
     """Whether the world's state can be kept; None: nobody knows before it is tried."""
+    after_update: Callable[[Any], None] | None = None
+    """Hears of the learner after each of its updates."""
 
 
 def train(
@@ -164,8 +166,10 @@ def _crew(
     collector = Collector(course.world, learner, settings.rollout.horizon, course.seed)
     card = {"kind": course.kind, **course.card, "settings": as_dictionary(settings)}
     keeper = RunKeeper(run, learner, collector, card)
+    told = course.after_update
+    hears = None if told is None else lambda _: told(learner)
     loop = TrainingLoop(
-        collector, learner, judge, keeper, listener, settings.rollout, settings.evaluation, course.stops
+        collector, learner, judge, keeper, listener, settings.rollout, settings.evaluation, course.stops, hears
     )
     return collector, keeper, loop
 

@@ -1,7 +1,7 @@
 """When a training ends: the first of several stops that holds.
 
 A stop is written as a user types it: `laps`, `minutes=10`, `iterations=50`, `steps=200000`, and for worlds that are
-judged by their score, `score=475`.
+judged by their score or rated, `score=475` or `rating=1600`.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from racecraft.contract.errors import SettingError, nearest
 KINDS = {
     "laps": "stable: evaluations in a row in which every start brings a full lap",
     "score": "the mean score of an evaluation reaches this much",
+    "rating": "the rating of an evaluation reaches this many points (snakes)",
     "minutes": "so many minutes since the first training tick",
     "iterations": "so many iterations, counted from the run's birth",
     "steps": "so many environment steps, counted from the run's birth",
@@ -79,7 +80,7 @@ def _parse(text: str) -> Stop:
         value = float(amount)
     except ValueError:
         value = float("nan")
-    legal = value == value and (kind == "score" or 0 < value < float("inf"))
+    legal = value == value and (kind in ("score", "rating") or 0 < value < float("inf"))
     if not legal or (kind in ("iterations", "steps") and value != int(value)):
         number = "a whole number above 0" if kind in ("iterations", "steps") else "a number above 0"
         raise SettingError(f"--stop {text!r}: expected {number} after '{kind}=', such as {kind}=10.")
@@ -89,7 +90,7 @@ def _parse(text: str) -> Stop:
 def _holds(stop: Stop, standing: Standing) -> bool:
     if stop.kind == "laps":
         return standing.is_stable
-    if stop.kind == "score":
+    if stop.kind in ("score", "rating"):
         return standing.score is not None and standing.score >= stop.amount
     amounts = {"minutes": standing.seconds / 60.0, "iterations": standing.iterations, "steps": standing.steps}
     return amounts[stop.kind] >= stop.amount

@@ -17,6 +17,21 @@ others alive / 16; food / 16; hazard damage / 100.
 
 `action_mask` allows up, down, left, right unless surely fatal: a wall, or a body that will not have moved away. Where
 all are fatal all are allowed.
+
+With `outlook` there is a third array beside planes and numbers, float32 (4, 10): what lies behind each of the four
+moves, in the order up, down, left, right; zeros where a move is surely fatal. It takes some microseconds a snake, so
+worlds show it on demand only; a policy that sees it need not learn to count.
+
+    0 open          1
+    1 space         squares that water from there would reach, for each own segment, at most 1
+    2 room          the same for each square of the board
+    3 territory     of the squares that anybody reaches before the others: the own share
+    4 own space     squares reached first for each own segment, at most 1
+    5 food          1 / steps to the nearest food, 0 where there is no way
+    6 own food      1 / steps to the nearest food reached first
+    7 way out       1 / steps to the own tail
+    8 meeting       -1 a head at least as long could come there too; 1 only shorter ones could; 0 none
+    9 hazard        health it would take / 100, stacked ones together
 """
 
 from __future__ import annotations
@@ -28,6 +43,7 @@ import numpy as np
 from racecraft.contract.world import Array, ArraySpec
 from racecraft.envs.battlesnake.board import Board, BoardError
 from racecraft.envs.battlesnake.kernels.observe import NUM_NUMBERS, NUM_PLANES
+from racecraft.envs.battlesnake.kernels.outlook import NUM_OUTLOOKS, outlook_game
 from racecraft.envs.battlesnake.kernels.steps import observe_game
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.state import Games, allocate_games, params_of, put_board
@@ -45,20 +61,23 @@ def default_view(width: int, height: int) -> int:
     return min(2 * max(width, height) - 1, WIDEST_DEFAULT_VIEW)
 
 
-def observation_specs(view: int) -> dict[str, ArraySpec]:
-    """Return the specs of the observation for a window of `view` squares a side."""
+def observation_specs(view: int, outlook: bool = False) -> dict[str, ArraySpec]:
+    """Return the specs of the observation for a window of `view` squares a side, with or without the outlook."""
     if view < 3 or view % 2 == 0:
         raise BoardError(f"view is {view}; expected an odd number of squares, at least 3.")
-    return {
+    specs = {
         "planes": ArraySpec(
             (NUM_PLANES, view, view), np.uint8, 0, 255, doc="Board about the head; see observation.py."
         ),
         "numbers": ArraySpec((NUM_NUMBERS,), np.float32, -1, 1, doc="Health, length, lead, others, food, damage."),
     }
+    if outlook:
+        specs["outlook"] = ArraySpec((4, NUM_OUTLOOKS), np.float32, -1, 1, doc="What lies behind each move.")
+    return specs
 
 
 def observe_board(
-    board: Board, settings: GameSettings, snake_id: str, view: int | None = None
+    board: Board, settings: GameSettings, snake_id: str, view: int | None = None, outlook: bool = False
 ) -> tuple[dict[str, Array], Array]:
     """Return what one snake sees on one board, as the world of training would show it.
 
@@ -67,6 +86,7 @@ def observe_board(
         settings: Size, ruleset and hazard damage; the rest does not matter.
         snake_id: Who looks.
         view: Side of the window, `default_view` if None.
+        outlook: Whether to look behind each move, too.
 
     Returns:
         Named observations and the action mask, bool (4,).
@@ -82,7 +102,7 @@ def observe_board(
     games = _single(board, settings)
     rows = games.snakes.shape[:2]
     side = view or default_view(settings.width, settings.height)
-    seen = {name: np.zeros(rows + spec.shape, spec.dtype) for name, spec in observation_specs(side).items()}
+    seen = {name: np.zeros(rows + spec.shape, spec.dtype) for name, spec in observation_specs(side, outlook).items()}
     active, mask = np.zeros(rows, bool), np.ones((*rows, 4), bool)
     marks = allocate_marks(settings, *rows)
     walls = wall_planes(settings.width, settings.height, side)
@@ -90,6 +110,9 @@ def observe_board(
         0, games.bodies, games.snakes, games.games, games.cells, params_of(settings), squares_of(settings), marks,
         walls, seen["planes"], seen["numbers"], active, mask,
     )  # fmt: skip
+    if outlook:
+        scratch = allocate_scratch(settings, 1)
+        outlook_game(0, games.bodies, games.snakes, games.cells, params_of(settings), mask, scratch, seen["outlook"])
     number = ids.index(snake_id)
     return {name: array[0, number] for name, array in seen.items()}, mask[0, number]
 
@@ -97,6 +120,11 @@ def observe_board(
 def allocate_marks(settings: GameSettings, num_games: int, num_snakes: int) -> Array:
     """Return room for the marks of N boards, int16 (N, K, 4); see `kernels.observe.mark`."""
     return np.zeros((num_games, 3 * settings.area + 4 * num_snakes + 1, 4), np.int16)
+
+
+def allocate_scratch(settings: GameSettings, num_games: int) -> Array:
+    """Return room for the outlooks of N boards, int32 (N, 5, C); see `kernels.outlook`."""
+    return np.zeros((num_games, 5, settings.area), np.int32)
 
 
 @functools.lru_cache(maxsize=8)

@@ -22,9 +22,11 @@ from racecraft.envs.battlesnake import hazard_plans, maps, solo_maze
 from racecraft.envs.battlesnake.board import CAUSES, MOVES, Board, BoardError
 from racecraft.envs.battlesnake.dice import StreamDice
 from racecraft.envs.battlesnake.kernels import columns as col
+from racecraft.envs.battlesnake.kernels.outlook import outlook_games
 from racecraft.envs.battlesnake.kernels.steps import begin_games, observe_games, play_turns
 from racecraft.envs.battlesnake.observation import (
     allocate_marks,
+    allocate_scratch,
     default_view,
     observation_specs,
     squares_of,
@@ -70,6 +72,8 @@ class WorldSettings:
     """Turns after which a game is cut; 0 never."""
     view: int | None = None
     """Side of the window in squares, odd; None: see `observation.default_view`."""
+    outlook: bool = False
+    """Whether a snake is told what lies behind each of its moves, too; see `observation.py`."""
     prizes: Prizes = field(default_factory=Prizes)
 
 
@@ -100,6 +104,7 @@ class BattlesnakeWorld:
         self._over = np.zeros(rows[0], bool)
         self._all, self._squares = np.ones(rows[0], bool), squares_of(game)
         self._marks = allocate_marks(game, *rows)
+        self._scratch = allocate_scratch(game, rows[0]) if self.settings.outlook else None
         self._no_active, self._no_mask = np.zeros(rows, bool), np.zeros((*rows, 4), bool)
         self._finished: list[tuple[Array, ...]] = []
         self._pool: ThreadPoolExecutor | None = None
@@ -109,7 +114,7 @@ class BattlesnakeWorld:
             name=f"battlesnake-{game.ruleset}-{game.map}-{game.width}x{game.height}",
             num_worlds=rows[0],
             num_agents=rows[1],
-            observations=observation_specs(view),
+            observations=observation_specs(view, self.settings.outlook),
             actions=DiscreteActions(4, MOVES),
             has_action_mask=True,
         )
@@ -185,6 +190,11 @@ class BattlesnakeWorld:
             observe_games, which, games.bodies, games.snakes, games.games, games.cells, self.params, self._squares,
             self._marks, self._walls, observations["planes"], observations["numbers"], active, mask,
         )  # fmt: skip
+        if self._scratch is not None:
+            self._share(
+                outlook_games, which, games.bodies, games.snakes, games.cells, self.params, mask, self._scratch,
+                observations["outlook"],
+            )  # fmt: skip
 
     def _share(self, loop: Callable[..., Any], *arguments: Any) -> None:
         """Run a loop over games on the threads that kernels may use; few games are not worth sharing."""

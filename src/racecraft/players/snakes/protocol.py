@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from racecraft.contract.errors import UserInputError, nearest
+from racecraft.contract.world import Array
 from racecraft.envs.battlesnake.board import Board, Snake
 from racecraft.envs.battlesnake.settings import GameSettings
 
@@ -70,6 +71,18 @@ class ManyPlayer(SnakePlayer, Protocol):
 
 
 @runtime_checkable
+class Weigher(Protocol):
+    """Whoever can say of every snake on a board how likely it would choose each move: a guide for search."""
+
+    def weigh(self, board: Board, settings: GameSettings) -> Array:
+        """Return for every living snake, in their order, the chances of its moves, float (M, 4), each row summing to 1.
+
+        Moves are in the order of `board.MOVES`.
+        """
+        ...
+
+
+@runtime_checkable
 class LetterPlayer(Protocol):
     """Whoever is asked by letter: the official JSON instead of a board."""
 
@@ -101,14 +114,18 @@ PLAYERS = {
 
 
 def find_player(name: str, seed: int = 0) -> SnakePlayer | LetterPlayer:
-    """Return a player: a name of `PLAYERS`, `search+NAME` (search guided by another), or a path to a FILE.py.
+    """Return a player: a name of `PLAYERS`, a FILE.py, a trained snake's RUN, or `search+` one of them.
+
+    RUN is the folder of a training by itself (its best checkpoint) or with `:best`, `:last` or `:N` behind it. Search
+    on top of a trained snake weighs every move as its policy does; on top of others it looks at their move first.
 
     Args:
         name: What the user wrote.
         seed: Chance of the players that roll dice.
 
     Raises:
-        PlayerError: There is no such player, or the file cannot be used.
+        PlayerError: There is no such player, or the file or run cannot be used.
+        CheckpointError: No such checkpoint, or a damaged one.
     """
     if name.endswith(".py") or Path(name).is_file():
         from racecraft.players.snakes.from_file import load_file_player
@@ -119,10 +136,15 @@ def find_player(name: str, seed: int = 0) -> SnakePlayer | LetterPlayer:
 
         guide = find_player(name.removeprefix("search+"), seed)
         if not isinstance(guide, SnakePlayer):
-            raise PlayerError(f"'{name}': search can be guided by a built-in player. Known: {', '.join(PLAYERS)}.")
+            raise PlayerError(f"'{name}': search goes on top of a RUN or a built-in player ({', '.join(PLAYERS)}).")
         return Search(guide=guide)
+    if name not in PLAYERS and _may_be_run(name):
+        from racecraft.players.snakes.trained import load_trained_snake
+
+        return load_trained_snake(name)
     if name not in PLAYERS:
-        raise PlayerError(f"There is no player '{name}'. {nearest(name, PLAYERS)} A path to a FILE.py will do, too.")
+        hint = nearest(name, PLAYERS)
+        raise PlayerError(f"There is no player '{name}'. {hint} A FILE.py or the RUN of a training will do, too.")
     return _built_in(name, seed)
 
 
@@ -131,6 +153,11 @@ def warm_up(player: SnakePlayer | LetterPlayer) -> None:
     if isinstance(player, SnakePlayer):
         snakes = [Snake("a", [(1, 1)] * 3), Snake("b", [(5, 5)] * 3)]
         player.choose(Board(7, 7, snakes=snakes, food=[(3, 3)]), GameSettings(7, 7, 2), "a", 0.0)
+
+
+def _may_be_run(name: str) -> bool:
+    """Tell whether a name leads to a folder; what follows its last colon may say which checkpoint."""
+    return Path(name).is_dir() or Path(name.rpartition(":")[0] or ".absent").is_dir()
 
 
 def _built_in(name: str, seed: int) -> SnakePlayer:

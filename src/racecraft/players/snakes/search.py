@@ -4,7 +4,9 @@ It grows a tree of what may happen (`kernels/puct.py`): every walk goes down whe
 been tried, plays one position further, appraises it by area control, and tells all nodes on its way. The move that was
 walked most is played. It may be stopped at any time; more time means deeper and surer.
 
-A guide, another player, may say where to look first: its move then has more than its share of the first walks.
+A guide, another player, may say where to look first: its move then has more than its share of the first walks. A guide
+that weighs moves, such as a trained policy, says so for every snake on the board, whose replies are then looked at as
+likely as it thinks them.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.players.snakes.area_control import position_arrays
 from racecraft.players.snakes.kernels.puct import look_ahead
 from racecraft.players.snakes.kernels.territory import scratch_arrays
-from racecraft.players.snakes.protocol import SnakePlayer
+from racecraft.players.snakes.protocol import SnakePlayer, Weigher
 from racecraft.players.snakes.sight import best_safe_move, find_snake, safe_moves
 
 WALKS_AT_A_TIME = 32
@@ -31,6 +33,8 @@ EAGERNESS = 0.7
 """Weight of curiosity."""
 GUIDE_SHARE = 0.6
 """Share of the first walks that the guide's move gets."""
+WEIGHER_SHARE = 0.75
+"""How far a guide that weighs moves is believed; the rest goes to all safe moves alike."""
 
 
 class Search:
@@ -53,7 +57,9 @@ class Search:
         if len(mine) < 2:
             return mine[0] if mine else best_safe_move(board, settings, snake_id)
         tree = Tree(board, settings, snake_id)
-        if self.guide is not None:
+        if isinstance(self.guide, Weigher):
+            tree.believe(self.guide.weigh(board, settings))
+        elif self.guide is not None:
             tree.trust(self.guide.choose(board, settings, snake_id, seconds / 4))
         left = self.most_walks if self.most_walks is not None else 1 << 30
         while left > 0:
@@ -97,6 +103,14 @@ class Tree:
         if priors[way] > 0 and np.count_nonzero(priors) > 1:
             priors *= (1 - GUIDE_SHARE) / (priors.sum() - priors[way])
             priors[way] = GUIDE_SHARE
+
+    def believe(self, chances: Array) -> None:
+        """Mix chances of the living snakes' moves, float (M, 4), into the first walks; what is fatal stays out."""
+        priors = self._priors[0]
+        believed = np.where(priors > 0, chances, 0.0)
+        total = believed.sum(axis=1, keepdims=True)
+        mixed = WEIGHER_SHARE * believed / np.where(total > 0, total, 1.0) + (1 - WEIGHER_SHARE) * priors
+        priors[...] = np.where(total > 0, mixed, priors)
 
     def visits(self) -> Array:
         """Return how often each of the own moves was walked, int32 (4,)."""

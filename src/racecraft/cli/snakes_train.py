@@ -1,0 +1,83 @@
+"""`racecraft snakes train`: a snake that learns by playing against itself, its past and the built-in players."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from racecraft.cli.resuming import refuse_changes
+from racecraft.cli.snakes_options import JSON
+
+UNCHANGEABLE = ("width", "height", "size", "snakes", "ruleset", "map_", "seed", "set_", "from_")
+
+
+def train(
+    context: typer.Context,
+    size: Annotated[int, typer.Option(help="Side of the board, in squares.")] = 11,
+    width: Annotated[
+        int | None, typer.Option("--width", "-W", help="Squares from left to right, where it is not --size.")
+    ] = None,
+    height: Annotated[
+        int | None, typer.Option("--height", "-H", help="Squares from bottom to top, where it is not --size.")
+    ] = None,
+    snakes: Annotated[int, typer.Option(help="Snakes at a board.")] = 4,
+    ruleset: Annotated[str, typer.Option("--ruleset", "-g", help="standard, royale, constrictor, wrapped, …")] = (
+        "standard"
+    ),
+    map_: Annotated[str, typer.Option("--map", "-m", help="standard, empty, royale, arcade_maze, …")] = "standard",
+    stop: Annotated[
+        list[str] | None,
+        typer.Option(help="rating=1900, minutes=10, iterations=50, steps=200000; may be repeated."),
+    ] = None,
+    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/snakes-N.")] = None,
+    seed: Annotated[int, typer.Option(help="Same seed, same machine, same training.")] = 1,
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", help="group.name=value; `racecraft settings` lists them all.")
+    ] = None,
+    from_: Annotated[
+        str | None, typer.Option("--from", help="RUN[:best|last|N]: begin with the weights of an earlier run.")
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the run that --run names.")] = False,
+    json: JSON = False,
+) -> None:
+    """Train a snake by self-play; its rating against the built-in players is shown as it learns.
+
+    Examples:
+
+        racecraft snakes train --snakes 2 --stop minutes=10
+
+        racecraft snakes train --size 7 --ruleset wrapped --set selfplay.anchor_share=0.3
+
+        racecraft snakes train --run runs/snakes-1 --resume --stop minutes=20
+    """
+    from racecraft.cli.output import print_json, say
+    from racecraft.envs.battlesnake.settings import GameSettings
+    from racecraft.training.progress import watcher
+    from racecraft.training.snake_training import SnakeRequest, resume_snakes, train_snakes
+
+    def tell(text: str) -> None:
+        say(text, quiet_stdout=json)
+
+    stops, watching = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
+    if resume:
+        begun = refuse_changes(context, run, UNCHANGEABLE, "runs/snakes-1")
+        trained = resume_snakes(begun, stops, watching, tell)
+    else:
+        game = GameSettings(width or size, height or size, snakes, ruleset, map_)
+        trained = train_snakes(SnakeRequest(game, stops, run, seed, tuple(set_ or ()), from_), watching, tell)
+    summary = trained.summary()
+    if json:
+        print_json(summary)
+        return
+    judged, place = summary["evaluation"], trained.run.path
+    print(f"{summary['env_steps']:,} steps; run: {place}")
+    if judged is None:
+        print("stopped before its first evaluation")
+        return
+    print(f"rating {judged['rating']:.0f} (95 %: {judged['rating_low']:.0f} to {judged['rating_high']:.0f}); won:")
+    for name, told in judged["against"].items():
+        print(f"  {told['won']:3} of {told['games']} against {name}")
+    print(f"next: racecraft snakes play --url {place} --url flood_fill --view")
