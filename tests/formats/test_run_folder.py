@@ -11,6 +11,7 @@ import pytest
 
 from racecraft.contract.errors import RunFolderError
 from racecraft.formats.run_folder import VERSION, RunFolder
+from racecraft.formats.whole import OutputFileError
 
 HOLD = """
 import sys, time
@@ -188,3 +189,33 @@ def test_a_read_only_place_gets_a_letter_even_for_the_administrator(tmp_path, mo
 def test_the_job_file_is_plain_json(tmp_path):
     run = RunFolder.create(tmp_path / "r", {"reward": tmp_path})
     assert json.loads(run.job.read_text())["reward"] == str(tmp_path)
+
+
+def test_a_run_whose_birth_was_broken_off_is_none_and_its_place_is_free(tmp_path):
+    def full(run):
+        run.reward_function.write_text("half")
+        raise OutputFileError("the disk is full")
+
+    with pytest.raises(OutputFileError):
+        RunFolder.create(tmp_path / "r", {}, full)
+    with pytest.raises(RunFolderError, match="holds no job.json"):
+        RunFolder.open(tmp_path / "r")
+    run = RunFolder.create(tmp_path / "r", {"n": 1}, lambda run: run.reward_function.write_text("whole"))
+    assert (run.read_job()["n"], run.reward_function.read_text()) == (1, "whole")
+
+
+@pytest.mark.parametrize("stranger", ["reward_function.py", "checkpoints/1.policy.safetensors", "notes.txt"])
+def test_a_folder_that_somebody_works_in_is_never_taken_for_an_unborn_run(tmp_path, stranger):
+    path = tmp_path / "car" / stranger
+    path.parent.mkdir(parents=True)
+    path.write_text("mine")
+    with pytest.raises(RunFolderError, match="holds files that are no run"):
+        RunFolder.create(tmp_path / "car")
+
+
+def test_of_two_that_make_one_folder_at_once_one_is_refused(tmp_path):
+    def quicker(run):
+        RunFolder.create(tmp_path / "r")
+
+    with pytest.raises(RunFolderError, match="another training holds it"):
+        RunFolder.create(tmp_path / "r", {}, quicker)

@@ -17,8 +17,9 @@ Files that AWS's tools read, written as AWS writes them:
 
 Files of our own, which strangers may take away:
 
-    run_folder.py        one training in one folder: layout, lock, `job.json`, `metrics.jsonl`
-    checkpoint.py        weights and a trainer's whole state as safetensors
+    run_folder.py        one training in one folder: layout, `job.json`, `metrics.jsonl`
+    run_lock.py          who may write there
+    checkpoint.py        weights and a trainer's whole state, as safetensors (`tensor_file.py`)
     episodes.py          one row a tick, as Parquet
 
 Helpers: `whole.py` writes a file whole or not at all, `json_text.py` knows on which line a JSON value stands.

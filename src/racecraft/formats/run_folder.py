@@ -18,21 +18,18 @@ Processes meet only here; they hand no objects to each other.
 
 from __future__ import annotations
 
-import contextlib
-import datetime
 import json
 import math
 import os
 import re
-import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import IO, Any
 
 from racecraft.contract.errors import RunFolderError
-from racecraft.formats.whole import OutputFileError, write_whole
+from racecraft.formats.run_lock import LOCK, RunLock, unwritable
+from racecraft.formats.whole import OutputFileError, output_letter, write_whole
 
 FORMAT = "racecraft run"
 VERSION = 1
@@ -40,16 +37,13 @@ VERSION = 1
 JOB = "job.json"
 METRICS = "metrics.jsonl"
 LOG = "log.txt"
-LOCK = "run.lock"
 REWARD_FUNCTION = "reward_function.py"
 MODEL_METADATA = "model_metadata.json"
 HYPERPARAMETERS = "hyperparameters.json"
 CHECKPOINTS = "checkpoints"
 EPISODES = "episodes"
 EVALUATIONS = "evaluations"
-
-_LOCKED_BYTE = 1 << 20
-"""Where Windows locks: far behind the text, so that others can still read who holds the folder."""
+FOLDERS = (CHECKPOINTS, EPISODES, EVALUATIONS)
 
 
 @dataclass(frozen=True)
@@ -59,34 +53,48 @@ class RunFolder:
     path: Path
 
     @classmethod
-    def create(cls, path: str | Path, job: Mapping[str, Any] | None = None) -> RunFolder:
-        """Make a new run folder at path and write `job.json` into it.
+    def create(
+        cls,
+        path: str | Path,
+        job: Mapping[str, Any] | None = None,
+        fill: Callable[[RunFolder], None] = lambda run: None,
+    ) -> RunFolder:
+        """Make a new run folder at path; `job.json` is written last, so that what stands is a whole run or none.
 
-        An empty folder that stands there is used.
+        An empty folder that stands there is used, and so is one whose birth was broken off.
+
+        Args:
+            path: Where to.
+            job: What was asked.
+            fill: Writes the copies of the user's files.
 
         Raises:
             RunFolderError: A run, a file, or somebody's other files stand there, or the place is not writable.
+            OutputFileError: `fill` could not write; the same place may be used again.
         """
         path = Path(path)
-        if (path / JOB).exists():
-            raise RunFolderError(
-                f"{path}: a run stands here already; expected a new place. Give another name, or open it to go on."
-            )
-        _require_no_file(path)
-        if path.is_dir() and any(path.iterdir()):
-            raise RunFolderError(f"{path}: holds files that are no run; expected a new or empty folder. Give another.")
+        _require_free(path)
         try:
-            for folder in (path, path / CHECKPOINTS, path / EPISODES, path / EVALUATIONS):
+            for folder in (path, *(path / name for name in FOLDERS)):
                 folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise _unwritable(path, error) from error
+            raise unwritable(path, error) from error
         run = cls(path)
-        run.write_job(job or {})
+        with run.lock():
+            _require_free(path)  # somebody may have been quicker
+            fill(run)
+            run.write_job(job or {})
         return run
 
     @classmethod
-    def create_numbered(cls, parent: str | Path, name: str, job: Mapping[str, Any] | None = None) -> RunFolder:
-        """Make the next free `<parent>/<name>-<number>`, counted from 1.
+    def create_numbered(
+        cls,
+        parent: str | Path,
+        name: str,
+        job: Mapping[str, Any] | None = None,
+        fill: Callable[[RunFolder], None] = lambda run: None,
+    ) -> RunFolder:
+        """Make the next free `<parent>/<name>-<number>`, counted from 1, as `create` does.
 
         Raises:
             RunFolderError: The place is not writable.
@@ -104,8 +112,8 @@ class RunFolder:
                 number += 1  # somebody was quicker
                 continue
             except OSError as error:
-                raise _unwritable(path, error) from error
-            return cls.create(path, job)
+                raise unwritable(path, error) from error
+            return cls.create(path, job, fill)
 
     @classmethod
     def open(cls, path: str | Path) -> RunFolder:
@@ -221,7 +229,7 @@ class RunFolder:
                 _cut_torn_line(file)
                 file.write(line.encode())
         except OSError as error:
-            raise _unwritable(self.path / METRICS, error) from error
+            raise RunFolderError(output_letter(self.path / METRICS, error)) from error
 
     def read_metrics(self) -> list[dict[str, Any]]:
         """Return the metrics, a dictionary a line; a last line that was torn by a crash is passed over.
@@ -267,116 +275,28 @@ class RunFolder:
         return RunLock(self.path)
 
 
-class RunLock:
-    """The right to write to a run folder. One holder at a time; a process that is killed holds nothing."""
-
-    def __init__(self, folder: Path) -> None:
-        self.path = folder / LOCK
-        try:
-            self._handle: int | None = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
-        except OSError as error:
-            raise _unwritable(self.path, error) from error
-        if not _try_lock(self._handle):
-            os.close(self._handle)
-            raise RunFolderError(
-                f"{folder}: another training holds it ({_holder(self.path)}); expected a free folder. "
-                "Wait for it, stop it, or train into another folder."
-            )
-        now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
-        os.ftruncate(self._handle, 0)
-        os.write(self._handle, json.dumps({"pid": os.getpid(), "since": now}).encode())
-        _remember(self)
-
-    def release(self) -> None:
-        """Give the folder back. Doing so twice is doing so once."""
-        if self._handle is not None:
-            with contextlib.suppress(OSError):
-                os.ftruncate(self._handle, 0)
-            _unlock(self._handle)
-            self.let_go()
-
-    def let_go(self) -> None:
-        """Close the file; called by itself (in a forked child) it leaves the lock with the parent."""
-        if self._handle is not None:
-            os.close(self._handle)
-            self._handle = None
-            _held.discard(self)
-
-    def __enter__(self) -> RunLock:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.release()
+def _require_free(path: Path) -> None:
+    """Refuse a place where a run stands, a file, or what is not ours; a run that was never born is none."""
+    if (path / JOB).exists():
+        raise RunFolderError(
+            f"{path}: a run stands here already; expected a new place. Give another name, or open it to go on."
+        )
+    _require_no_file(path)
+    if path.is_dir() and any(path.iterdir()) and not _is_unborn(path):
+        raise RunFolderError(f"{path}: holds files that are no run; expected a new or empty folder. Give another.")
 
 
-_held: set[RunLock] = set()
-_watching_forks = False
-
-
-def _remember(lock: RunLock) -> None:
-    """See to it that forked children do not keep the folder taken when this process is killed."""
-    global _watching_forks
-    _held.add(lock)
-    if not _watching_forks and hasattr(os, "register_at_fork"):
-        os.register_at_fork(after_in_child=_let_all_go)
-        _watching_forks = True
-
-
-def _let_all_go() -> None:
-    for lock in list(_held):
-        lock.let_go()
-
-
-def _try_lock(handle: int) -> bool:
-    """Lock the file for this opening of it; False when somebody else has."""
-    try:
-        if sys.platform == "win32":
-            import msvcrt
-
-            os.lseek(handle, _LOCKED_BYTE, os.SEEK_SET)
-            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
-            os.lseek(handle, 0, os.SEEK_SET)
-        else:
-            import fcntl
-
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True
-
-
-def _unlock(handle: int) -> None:
-    if sys.platform == "win32":
-        import msvcrt
-
-        os.lseek(handle, _LOCKED_BYTE, os.SEEK_SET)
-        msvcrt.locking(handle, msvcrt.LK_UNLCK, 1)
-    else:
-        import fcntl
-
-        fcntl.flock(handle, fcntl.LOCK_UN)
-
-
-def _holder(path: Path) -> str:
-    try:
-        holder = json.loads(path.read_text(encoding="utf-8"))
-        return f"process {holder['pid']}, since {holder['since']}"
-    except (OSError, ValueError, KeyError, TypeError):
-        return "a process that has just begun"
+def _is_unborn(path: Path) -> bool:
+    """Tell a folder whose birth was broken off: ours, empty but for the first copies, and without `job.json`."""
+    copies = {LOCK, JOB, REWARD_FUNCTION, MODEL_METADATA, HYPERPARAMETERS}
+    names = {entry.name.removesuffix(".part") for entry in path.iterdir()}
+    begun = [path / name for name in FOLDERS if (path / name).is_dir()]
+    return bool(begun) and names <= copies | set(FOLDERS) and not any(any(folder.iterdir()) for folder in begun)
 
 
 def _require_no_file(path: Path) -> None:
     if path.exists() and not path.is_dir():
         raise RunFolderError(f"{path}: a file stands in its place; expected a folder. Give another name.")
-
-
-def _unwritable(path: Path, error: OSError) -> RunFolderError:
-    return RunFolderError(
-        f"{path}: cannot be written ({error.strerror or error}); expected a place that you may write to. "
-        "Give another place, or mend its permissions."
-    )
 
 
 def _cut_torn_line(file: IO[bytes]) -> None:

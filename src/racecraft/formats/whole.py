@@ -48,7 +48,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         os.replace(part, path)
     except OSError as error:
         _remove(part)
-        raise OutputFileError(_letter(path, error)) from error
+        raise OutputFileError(output_letter(path, error)) from error
     except BaseException:
         _remove(part)
         raise
@@ -76,7 +76,7 @@ def write_on(path: str | Path, sound: int, data: bytes) -> int:
             file.flush()
             os.fsync(file.fileno())
     except OSError as error:
-        raise OutputFileError(_letter(path, error)) from error
+        raise OutputFileError(output_letter(path, error)) from error
     return end + len(data)
 
 
@@ -90,7 +90,7 @@ def make_folder(path: str | Path) -> None:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise OutputFileError(_letter(path, error)) from error
+        raise OutputFileError(output_letter(path, error)) from error
 
 
 def _to_disk(path: Path) -> None:
@@ -115,7 +115,8 @@ def _remove(part: Path) -> None:
         part.unlink()
 
 
-def _letter(path: Path, error: OSError) -> str:
+def output_letter(path: Path, error: OSError) -> str:
+    """Return the letter about a file that could not be written."""
     full = error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
     if full:
         return f"{path}: the disk is full; nothing was changed there. Free some space and run the same command again."

@@ -206,16 +206,17 @@ def load_reward(path: Path | None) -> RewardFunction:
 
 
 def make_run(plan: CarPlan, reward: RewardFunction) -> RunFolder:
-    """Make the run folder and lay copies of the racer's files into it."""
+    """Make the run folder, copies of the racer's files in it."""
+
+    def lay_copies(run: RunFolder) -> None:
+        write_whole(run.reward_function, reward.source)
+        write_model_metadata(plan.model.metadata, run.model_metadata)
+        write_hyperparameters(plan.model.hyperparameters, run.hyperparameters)
+
     job = job_card(plan, torch.get_num_threads())
     if plan.request.run is None:
-        run = RunFolder.create_numbered(Path("runs"), plan.track.name, job)
-    else:
-        run = RunFolder.create(plan.request.run, job)
-    write_whole(run.reward_function, reward.source)
-    write_model_metadata(plan.model.metadata, run.model_metadata)
-    write_hyperparameters(plan.model.hyperparameters, run.hyperparameters)
-    return run
+        return RunFolder.create_numbered(Path("runs"), plan.track.name, job, lay_copies)
+    return RunFolder.create(plan.request.run, job, lay_copies)
 
 
 def open_log(run: RunFolder) -> TextIO:

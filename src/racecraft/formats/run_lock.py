@@ -1,0 +1,129 @@
+"""The right to write to a run folder: one holder at a time, and a process that is killed holds nothing. See `RunLock`.
+
+The lock is the operating system's own, on a file in the folder that says who holds it and since when.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import datetime
+import json
+import os
+import sys
+from pathlib import Path
+from types import TracebackType
+
+from racecraft.contract.errors import RunFolderError
+
+LOCK = "run.lock"
+
+_LOCKED_BYTE = 1 << 20
+"""Where Windows locks: far behind the text, so that others can still read who holds the folder."""
+
+
+class RunLock:
+    """The right to write to a run folder. One holder at a time; a process that is killed holds nothing."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / LOCK
+        try:
+            self._handle: int | None = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
+        except OSError as error:
+            raise unwritable(self.path, error) from error
+        if not _try_lock(self._handle):
+            os.close(self._handle)
+            raise RunFolderError(
+                f"{folder}: another training holds it ({_holder(self.path)}); expected a free folder. "
+                "Wait for it, stop it, or train into another folder."
+            )
+        now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+        os.ftruncate(self._handle, 0)
+        os.write(self._handle, json.dumps({"pid": os.getpid(), "since": now}).encode())
+        _remember(self)
+
+    def release(self) -> None:
+        """Give the folder back. Doing so twice is doing so once."""
+        if self._handle is not None:
+            with contextlib.suppress(OSError):
+                os.ftruncate(self._handle, 0)
+            _unlock(self._handle)
+            self.let_go()
+
+    def let_go(self) -> None:
+        """Close the file; called by itself (in a forked child) it leaves the lock with the parent."""
+        if self._handle is not None:
+            os.close(self._handle)
+            self._handle = None
+            _held.discard(self)
+
+    def __enter__(self) -> RunLock:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.release()
+
+
+_held: set[RunLock] = set()
+_watching_forks = False
+
+
+def _remember(lock: RunLock) -> None:
+    """See to it that forked children do not keep the folder taken when this process is killed."""
+    global _watching_forks
+    _held.add(lock)
+    if not _watching_forks and hasattr(os, "register_at_fork"):
+        os.register_at_fork(after_in_child=_let_all_go)
+        _watching_forks = True
+
+
+def _let_all_go() -> None:
+    for lock in list(_held):
+        lock.let_go()
+
+
+def _try_lock(handle: int) -> bool:
+    """Lock the file for this opening of it; False when somebody else has."""
+    try:
+        if sys.platform == "win32":
+            import msvcrt
+
+            os.lseek(handle, _LOCKED_BYTE, os.SEEK_SET)
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+            os.lseek(handle, 0, os.SEEK_SET)
+        else:
+            import fcntl
+
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
+
+
+def _unlock(handle: int) -> None:
+    if sys.platform == "win32":
+        import msvcrt
+
+        os.lseek(handle, _LOCKED_BYTE, os.SEEK_SET)
+        msvcrt.locking(handle, msvcrt.LK_UNLCK, 1)
+    else:
+        import fcntl
+
+        fcntl.flock(handle, fcntl.LOCK_UN)
+
+
+def _holder(path: Path) -> str:
+    try:
+        holder = json.loads(path.read_text(encoding="utf-8"))
+        return f"process {holder['pid']}, since {holder['since']}"
+    except (OSError, ValueError, KeyError, TypeError):
+        return "a process that has just begun"
+
+
+def unwritable(path: Path, error: OSError) -> RunFolderError:
+    """Return the letter about a place that cannot be written to."""
+    return RunFolderError(
+        f"{path}: cannot be written ({error.strerror or error}); expected a place that you may write to. "
+        "Give another place, or mend its permissions."
+    )
