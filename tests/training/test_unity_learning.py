@@ -12,11 +12,13 @@ import numpy as np
 import pytest
 import torch
 
+from racecraft.contract.errors import SettingError
 from racecraft.contract.world import DiscreteActions
 from racecraft.envs.unity.world import UnityWorld
 from racecraft.export.unity_run import export_to_unity
+from racecraft.formats.checkpoint import Checkpoints
 from racecraft.training.bounded_episodes import play_bounded
-from racecraft.training.unity_training import UnityRequest, train_unity
+from racecraft.training.unity_training import UnityRequest, resume_unity, train_unity
 
 pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
 
@@ -104,7 +106,52 @@ def test_a_scene_is_learnt_that_chance_does_not_solve(player, tmp_path, scene, w
     assert trained.outcome.last.details["mean_return"] >= wanted
     assert trained.outcome.reason == f"score={wanted}"
     pytest.importorskip("onnxruntime", reason="the extra racecraft[onnx] is not installed")
-    exported = export_to_unity(tmp_path / "run")
+    (exported,) = export_to_unity(tmp_path / "run")
     assert exported.recorded
     assert exported.checked_on >= 16
     assert exported.largest_difference < 1e-5
+
+
+def test_two_behaviors_learn_side_by_side_and_both_go_back_into_unity(player, tmp_path):
+    """One sees pictures and asks at every second message, the other tells numbers and bits."""
+    more = ("evaluation.every=4", "rollout.horizon=48", "ppo.batch_size=128")
+    request = UnityRequest(
+        player("duo"), stops=("score=0.8", "iterations=60"), run=tmp_path / "run", overrides=(*OFTEN, *more)
+    )
+    said = []
+    trained = train_unity(request, Silence(), said.append)
+    assert said == ["- Dot, Teller learn side by side, each from its own agents; --behavior chooses one"]
+    told = trained.outcome.last.details["behaviors"]
+    assert trained.outcome.reason == "score=0.8"
+    assert min(part["mean_return"] for part in told.values()) > 0.6
+    pytest.importorskip("onnxruntime", reason="the extra racecraft[onnx] is not installed")
+    exported = export_to_unity(tmp_path / "run")
+    assert [file.path.name for file in exported] == ["Dot.onnx", "Teller.onnx"]
+    assert all(file.recorded and file.largest_difference < 1e-5 for file in exported)
+    before = trained.outcome.steps
+    with pytest.raises(SettingError, match="one file cannot hold Dot, Teller"):
+        export_to_unity(tmp_path / "run", output=tmp_path / "x.onnx")
+    again = resume_unity(tmp_path / "run", (f"iterations={trained.outcome.iterations + 1}",), Silence(), str)
+    assert again.outcome.steps == before + 48 * 20
+
+
+def test_a_configuration_says_who_learns_and_how_each_does(player, tmp_path):
+    pytest.importorskip("yaml", reason="pyyaml is not installed")
+    (tmp_path / "two.yaml").write_text(
+        "behaviors:\n"
+        "  Dot: {hyperparameters: {learning_rate: 0.002, buffer_size: 80}, max_steps: 300}\n"
+        "  Teller: {network_settings: {hidden_units: 16, num_layers: 1}, max_steps: 340}\n"
+    )
+    request = UnityRequest(
+        player("duo"), tmp_path / "two.yaml", run=tmp_path / "run", overrides=("evaluation.every=9",)
+    )
+    trained = train_unity(request, Silence(), str)
+    _, card = Checkpoints(trained.run.checkpoints).load_policy("last")
+    dot, teller = card["behaviors"]["Dot"], card["behaviors"]["Teller"]
+    assert (dot["ppo"]["learning_rate"], teller["ppo"]["learning_rate"]) == (0.002, 0.001)
+    assert (dot["network"]["hidden_units"], teller["network"]["hidden_units"]) == ([64, 64], [16])
+    assert trained.outcome.reason == "steps=640"
+    assert any("buffers of the behaviors differ; they are filled together, 64 ticks" in note for note in trained.notes)
+    (tmp_path / "one.yaml").write_text("behaviors: {Teller: {max_steps: 60}}\n")
+    alone = train_unity(UnityRequest(player("duo"), tmp_path / "one.yaml", run=tmp_path / "one"), Silence(), str)
+    assert alone.behavior == "Teller"

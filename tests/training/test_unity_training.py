@@ -122,7 +122,7 @@ def test_observations_of_another_shape_are_not_taken_for_recorded_ones(basic, tm
     copy = tmp_path / "copy"
     shutil.copytree(basic[0], copy)
     save_state(copy / OBSERVATIONS, {"Basic": np.zeros((5, 3), np.float32)})
-    exported = export_to_unity(copy)
+    (exported,) = export_to_unity(copy)
     assert not exported.recorded
     assert exported.path == copy / "export" / "Basic.onnx"
 

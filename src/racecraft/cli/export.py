@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -36,22 +36,24 @@ def export(
 
     exported = export_to_unity(run, checkpoint, output)
     if json:
-        print_json(
-            {
-                "run": str(run),
-                "to": to,
-                "checkpoint": exported.checkpoint,
-                "behavior": exported.behavior,
-                "file": str(exported.path),
-                "checked_on": exported.checked_on,
-                "recorded": exported.recorded,
-                "largest_difference": exported.largest_difference,
-            }
-        )
+        first, *others = [_figures(one) for one in exported]
+        print_json({"run": str(run), "to": to, **first, **({"others": others} if others else {})})
         return
-    print(f"{exported.path}: {exported.behavior}, checkpoint {exported.checkpoint}; the ONNX checker is content.")
-    print(_told(exported))
+    for one in exported:
+        print(f"{one.path}: {one.behavior}, checkpoint {one.checkpoint}; the ONNX checker is content.")
+        print(_told(one))
     print("Copy it into the project's assets and set it as the Model of the agent's Behavior Parameters.")
+
+
+def _figures(exported: UnityExport) -> dict[str, Any]:
+    return {
+        "checkpoint": exported.checkpoint,
+        "behavior": exported.behavior,
+        "file": str(exported.path),
+        "checked_on": exported.checked_on,
+        "recorded": exported.recorded,
+        "largest_difference": exported.largest_difference,
+    }
 
 
 def _told(exported: UnityExport) -> str:

@@ -80,12 +80,15 @@ def train(
     if json:
         print_json(summary)
         return
-    evaluation = summary["evaluation"] or {}
-    threshold = evaluation.get("threshold")
-    verdict = "" if threshold is None else ("solved, " if summary["solved"] else "not solved, ")
+    judged, steps = summary["evaluation"], f"{summary['env_steps']:,} steps and {summary['seconds_with_start']:.1f} s"
+    if judged is None:
+        print(f"{trained.behavior}: not judged this time; after {steps}; run: {trained.run.path}")
+        return
+    verdict = "" if judged["threshold"] is None else ("solved, " if summary["solved"] else "not solved, ")
     print(
-        f"{trained.behavior}: {verdict}mean return {evaluation.get('mean_return', float('nan')):.3f} over "
-        f"{evaluation.get('episodes', 0)} episodes after {summary['env_steps']:,} steps and "
-        f"{summary['seconds_with_start']:.1f} s; run: {trained.run.path}"
+        f"{trained.behavior}: {verdict}mean return {judged['mean_return']:.3f} over {judged['episodes']} episodes "
+        f"after {steps}; run: {trained.run.path}"
     )
+    for name, told in judged.get("behaviors", {}).items():
+        print(f"  {name}: mean return {told['mean_return']:.3f} over {told['episodes']} episodes")
     print(f"Back into Unity: racecraft export {trained.run.path} --to unity")

@@ -9,17 +9,17 @@ from typing import Any
 
 import numpy as np
 
+from racecraft.algorithms.committee import of_member
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.weights import to_tensors
-from racecraft.contract.errors import MissingExtraError, RacecraftError, RunFolderError
+from racecraft.contract.errors import MissingExtraError, RacecraftError, RunFolderError, SettingError
 from racecraft.contract.world import Array
-from racecraft.envs.unity.behaviors import Behavior, behavior_from
+from racecraft.envs.unity.behaviors import Behavior
+from racecraft.envs.unity.cards import behaviors_in
 from racecraft.envs.unity.world import spec_of
 from racecraft.export.unity_model import check_unity_model, unity_model, write_unity_model
 from racecraft.formats.checkpoint import Checkpoints, load_state
 from racecraft.formats.run_folder import RunFolder
-from racecraft.settings.groups import TrainSettings
-from racecraft.settings.overrides import from_dictionary
 
 KIND = "unity"
 OBSERVATIONS = "observations.safetensors"
@@ -47,8 +47,8 @@ class UnityExport:
     """Of any action in any row."""
 
 
-def export_to_unity(path: str | Path, which: str = "best", output: str | Path | None = None) -> UnityExport:
-    """Write the policy of a run as an ONNX file for Unity.
+def export_to_unity(path: str | Path, which: str = "best", output: str | Path | None = None) -> tuple[UnityExport, ...]:
+    """Write the policies of a run as ONNX files for Unity, one a behavior.
 
     Args:
         path: The run folder of `racecraft unity train`.
@@ -59,7 +59,8 @@ def export_to_unity(path: str | Path, which: str = "best", output: str | Path | 
         RunFolderError: No run folder, or the run of another kind of world.
         CheckpointError: No such checkpoint.
         MissingExtraError: onnx is not installed.
-        ExportError: The model does not act as the checkpoint does; nothing is written.
+        SettingError: One file is named for several behaviors.
+        ExportError: A model does not act as the checkpoint does; nothing is written.
     """
     run = RunFolder.open(path)
     kind = run.read_job().get("kind")
@@ -70,26 +71,45 @@ def export_to_unity(path: str | Path, which: str = "best", output: str | Path | 
         )
     shelf = Checkpoints(run.checkpoints)
     weights, card = shelf.load_policy(which)
-    behavior = behavior_from(card["behavior"])
-    learner = _rebuild(behavior, card, weights)
-    observations = _recorded(run, behavior)
-    seen = observations or _made_up(behavior)
-    model = unity_model(learner.network, behavior)
-    rows, difference = _compare(model, learner, behavior, seen)
+    behaviors = behaviors_in(card)
+    if len(behaviors) > 1 and output is not None and Path(output).suffix == ".onnx":
+        raise SettingError(f"{output}: one file cannot hold {', '.join(behaviors)}; expected a folder for --output.")
+    file = run.path / OBSERVATIONS
+    recorded = load_state(file) if file.exists() else {}
+    checked = []
+    for base, (behavior, settings) in behaviors.items():
+        several = len(behaviors) > 1
+        own = of_member(weights, base) if several else weights
+        learner = PpoLearner(spec_of(behavior, "export"), settings.network, settings.ppo, seed=0)
+        learner.load_state_dict({"network": to_tensors(own)})
+        checked.append(_check(path, behavior, learner, of_member(recorded, base) if several else recorded))
+    return tuple(
+        UnityExport(
+            write_unity_model(output or run.path / "export", learner.network, behavior),
+            behavior.base_name,
+            shelf.find(which).iteration,
+            rows,
+            was_recorded,
+            difference,
+        )
+        for behavior, learner, rows, was_recorded, difference in checked
+    )
+
+
+def _check(
+    path: str | Path, behavior: Behavior, learner: PpoLearner, recorded: Mapping[str, Array]
+) -> tuple[Behavior, PpoLearner, int | None, bool, float | None]:
+    """Run a behavior's model beside its network, on what was recorded where that fits."""
+    fits = _fit(recorded, behavior)
+    seen = recorded if fits else _made_up(behavior)
+    rows, difference = _compare(unity_model(learner.network, behavior), learner, behavior, seen)
     if difference is not None and difference > TOLERANCE:
         raise ExportError(
-            f"{path}: the exported model's actions are up to {difference:g} away from the checkpoint's; expected "
-            f"{TOLERANCE:g} at most. Nothing was written. Please report this with the run folder."
+            f"{path}: the exported model's actions for '{behavior.base_name}' are up to {difference:g} away from the "
+            f"checkpoint's; expected {TOLERANCE:g} at most. Nothing was written. Please report this with the run "
+            "folder."
         )
-    written = write_unity_model(output or run.path / "export", learner.network, behavior)
-    return UnityExport(written, behavior.base_name, shelf.find(which).iteration, rows, bool(observations), difference)
-
-
-def _rebuild(behavior: Behavior, card: Mapping[str, Any], weights: dict[str, Any]) -> PpoLearner:
-    settings = from_dictionary(TrainSettings, card["settings"])
-    learner = PpoLearner(spec_of(behavior, "export"), settings.network, settings.ppo, seed=0)
-    learner.load_state_dict({"network": to_tensors(weights)})
-    return learner
+    return behavior, learner, rows, fits, difference
 
 
 def _compare(
@@ -116,14 +136,12 @@ def _masks(behavior: Behavior, rows: int) -> Array | None:
     return np.concatenate(parts, axis=1) if parts else None
 
 
-def _recorded(run: RunFolder, behavior: Behavior) -> dict[str, Array]:
-    file = run.path / OBSERVATIONS
-    rows = load_state(file) if file.exists() else {}
-    fits = all(
-        sensor.name in rows and rows[sensor.name].shape[1:] == sensor.shape and len(rows[sensor.name])
+def _fit(rows: Mapping[str, Array], behavior: Behavior) -> bool:
+    """Tell whether these are observations of the behavior."""
+    return all(
+        sensor.name in rows and rows[sensor.name].shape[1:] == sensor.shape and len(rows[sensor.name]) > 0
         for sensor in behavior.sensors
     )
-    return rows if fits else {}
 
 
 def _made_up(behavior: Behavior) -> dict[str, Array]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from racecraft.algorithms.ppo import PpoLearner
+from racecraft.algorithms.committee import Learner
 from racecraft.contract.world import Array
 
 
@@ -14,7 +14,7 @@ class GreedyPolicy:
     The learner may go on learning; the policy then follows it.
     """
 
-    def __init__(self, learner: PpoLearner) -> None:
+    def __init__(self, learner: Learner) -> None:
         self._learner = learner
 
     def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:

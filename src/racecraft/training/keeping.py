@@ -11,7 +11,7 @@ import json
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from racecraft.algorithms.ppo import PpoLearner
+from racecraft.algorithms.committee import Learner
 from racecraft.algorithms.weights import to_arrays
 from racecraft.contract.world import Array
 from racecraft.formats.checkpoint import Checkpoints
@@ -42,7 +42,7 @@ class RunKeeper:
     def __init__(
         self,
         run: RunFolder,
-        learner: PpoLearner,
+        learner: Learner,
         collector: Collector,
         card: dict[str, Any],
         recorder: EpisodeRecorder | None = None,

@@ -11,8 +11,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
+from racecraft.algorithms.committee import Learner
 from racecraft.algorithms.experience import Experience
-from racecraft.algorithms.ppo import PpoLearner, PpoLosses
+from racecraft.algorithms.ppo import PpoLosses
 from racecraft.contract.world import EpisodeRecord
 from racecraft.rollout.collector import Collector
 from racecraft.rollout.memory import within_memory
@@ -93,7 +94,7 @@ class TrainingLoop:
     def __init__(
         self,
         collector: Collector,
-        learner: PpoLearner,
+        learner: Learner,
         judge: Judge,
         keeper: Keeper,
         listener: Listener,

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
-from racecraft.algorithms.ppo import PpoLearner
+from racecraft.algorithms.committee import Learner
 from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.errors import ContractError, RunFolderError
 from racecraft.formats.checkpoint import Checkpoints
@@ -48,7 +48,7 @@ def open_to_resume(path: Path, kind: str, whose: str) -> tuple[RunFolder, dict[s
 
 def restore_run(
     run: RunFolder,
-    learner: PpoLearner,
+    learner: Learner,
     collector: Collector,
     loop: Restores,
     keeper: Restores,

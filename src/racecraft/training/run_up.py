@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from racecraft.algorithms.committee import Learner
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.errors import RunFolderError
@@ -45,8 +46,8 @@ class Course:
     settings: TrainSettings
     seed: int
     stops: tuple[Stop, ...]
-    judge: Callable[[PpoLearner, RunFolder], Judge]
-    """Makes whoever says how good the learner is."""
+    judge: Callable[[Any, RunFolder], Judge]
+    """Makes whoever says how good the learner is, from that learner."""
     asked: Mapping[str, Any]
     """What was asked, for job.json: enough to begin again from it."""
     card: Mapping[str, Any]
@@ -59,6 +60,8 @@ class Course:
     """What is worth saying before the first tick, a clause each."""
     files: Mapping[str, bytes] = field(default_factory=dict)
     """The user's own files, copied into the run folder by these names."""
+    learner: Callable[[], Learner] | None = None
+    """Makes the learner; None: PPO with these settings."""
     lasting: bool | None = True
     """Whether the world's state can be kept; None: nobody knows before it is tried."""
     after_update: Callable[[Any], None] | None = None
@@ -105,7 +108,7 @@ def resume(course: Course, run: RunFolder, listener: Listener, say: Say) -> Outc
         return loop.run(f"{course.title}, run {run.path}")
 
 
-def begin_with(learner: PpoLearner, source: str, kind: str) -> None:
+def begin_with(learner: Learner, source: str, kind: str) -> None:
     """Give a learner the weights of an earlier run; its optimiser starts from zero.
 
     Raises:
@@ -118,7 +121,7 @@ def begin_with(learner: PpoLearner, source: str, kind: str) -> None:
     if theirs != kind:
         raise RunFolderError(f"{path}: holds a run of kind {theirs!r}; expected one of kind {kind!r} to begin from.")
     weights, _ = Checkpoints(run.checkpoints).load_policy(which)
-    mine = learner.network.state_dict()
+    mine = learner.state_dict()["network"]
     for name in sorted(set(mine) | set(weights)):
         here = tuple(mine[name].shape) if name in mine else "absent"
         there = weights[name].shape if name in weights else "absent"
@@ -147,9 +150,11 @@ def summary_of(outcome: Outcome, run: RunFolder, seed: int) -> dict[str, Any]:
     }
 
 
-def _learner(course: Course) -> PpoLearner:
+def _learner(course: Course) -> Learner:
     settings = course.settings
     use_threads(settings.runtime.threads, settings.runtime.device)
+    if course.learner is not None:
+        return course.learner()
     return PpoLearner(course.world.spec, settings.network, settings.ppo, course.seed, settings.runtime.device)
 
 
@@ -159,7 +164,7 @@ def _say_notes(course: Course, say: Say) -> None:
 
 
 def _crew(
-    course: Course, run: RunFolder, learner: PpoLearner, listener: Listener
+    course: Course, run: RunFolder, learner: Learner, listener: Listener
 ) -> tuple[Collector, RunKeeper, TrainingLoop]:
     settings = course.settings
     judge = course.judge(learner, run)

@@ -7,7 +7,9 @@ there `TrainingEpisodesJudge` takes what was told anyway.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -56,7 +58,7 @@ class SceneJudge:
         """Play; keep what was seen. A policy that never comes to an end is cut, or it would be judged for ever."""
         rows = self._world.spec.num_worlds
         each, spare = -(-self._episodes // rows), int(self._judgements > 0)
-        recorder = Recorder()
+        recorder = Recorder(self._world.rows_of)
         counted = play_bounded(
             self._policy,
             self._world,
@@ -68,7 +70,7 @@ class SceneJudge:
         )
         self._judgements += 1
         save_state(self._file, recorder.rows())
-        return verdict_on(counted, self._threshold)
+        return verdict_on(counted, self._threshold, self._world.rows_of)
 
 
 class TrainingEpisodesJudge:
@@ -76,8 +78,8 @@ class TrainingEpisodesJudge:
 
     score_name = "return"
 
-    def __init__(self, threshold: float | None) -> None:
-        self._threshold = threshold
+    def __init__(self, threshold: float | None, rows_of: Mapping[str, slice] | None = None) -> None:
+        self._threshold, self._rows_of = threshold, rows_of or {}
         self._told: list[EpisodeRecord] = []
         self._before = Verdict(float("-inf"), False, details={"episodes": 0})
 
@@ -93,15 +95,23 @@ class TrainingEpisodesJudge:
     def judge(self) -> Verdict:
         """Take the mean; without an episode the judgement before stands."""
         if self._told:
-            self._before = verdict_on(self._told, self._threshold)
+            self._before = verdict_on(self._told, self._threshold, self._rows_of)
             self._told = []
         return self._before
 
 
-def verdict_on(episodes: list[EpisodeRecord], threshold: float | None) -> Verdict:
-    """Return what episodes came to."""
+def verdict_on(
+    episodes: list[EpisodeRecord], threshold: float | None, rows_of: Mapping[str, slice] | None = None
+) -> Verdict:
+    """Return what episodes came to; of several behaviors the score is the mean of their mean returns.
+
+    Args:
+        episodes: What was played.
+        threshold: The score that counts as solved; None where none does.
+        rows_of: Which worlds belong to which behavior.
+    """
     summary = summarise(episodes)
-    details = {
+    details: dict[str, Any] = {
         "episodes": summary.episodes,
         "mean_return": summary.mean_reward,
         "std_return": summary.std_reward,
@@ -109,25 +119,40 @@ def verdict_on(episodes: list[EpisodeRecord], threshold: float | None) -> Verdic
         "cut": sum(episode.status == CUT for episode in episodes),
         "threshold": threshold,
     }
-    return Verdict(summary.mean_reward, threshold is not None and summary.mean_reward >= threshold, details=details)
+    score = summary.mean_reward
+    if rows_of is not None and len(rows_of) > 1:
+        each = {
+            name: summarise(episode for episode in episodes if rows.start <= episode.world < rows.stop)
+            for name, rows in rows_of.items()
+        }
+        details["behaviors"] = {
+            name: {"episodes": told.episodes, "mean_return": told.mean_reward} for name, told in each.items()
+        }
+        score = details["mean_return"] = float(np.mean([told.mean_reward for told in each.values() if told.episodes]))
+    return Verdict(score, threshold is not None and score >= threshold, details=details)
 
 
 class Recorder:
-    """Keeps the first observations that it is shown."""
+    """Keeps the first observations that it is shown.
 
-    def __init__(self) -> None:
-        self._parts: list[dict[str, Array]] = []
-        self._count = 0
+    Args:
+        rows_of: Which worlds belong to which behavior; with several, an observation is kept of its behavior's only.
+    """
+
+    def __init__(self, rows_of: Mapping[str, slice]) -> None:
+        self._rows_of = rows_of if len(rows_of) > 1 else {}
+        self._parts: dict[str, list[Array]] = {}
+        self._counts: dict[str, int] = {}
 
     def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
         """Look at what active rows see."""
-        if self._count < OBSERVATIONS_KEPT:
-            active = buffers.active
-            part = {name: values[active].copy() for name, values in buffers.observations.items()}
-            self._count += len(next(iter(part.values())))
-            self._parts.append(part)
+        for name, values in buffers.observations.items():
+            if self._counts.get(name, 0) < OBSERVATIONS_KEPT:
+                rows = self._rows_of.get(name.split("/")[0], slice(None))
+                part = values[rows][buffers.active[rows]]
+                self._parts.setdefault(name, []).append(part)
+                self._counts[name] = self._counts.get(name, 0) + len(part)
 
     def rows(self) -> dict[str, Array]:
         """Return observations by name, (R, …), at most OBSERVATIONS_KEPT."""
-        names = self._parts[0] if self._parts else {}
-        return {name: np.concatenate([part[name] for part in self._parts])[:OBSERVATIONS_KEPT] for name in names}
+        return {name: np.concatenate(parts)[:OBSERVATIONS_KEPT] for name, parts in self._parts.items()}

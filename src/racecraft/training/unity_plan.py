@@ -1,21 +1,21 @@
 """What was asked of a Unity training, made definite before a player starts. Begin with `plan_unity`.
 
-The scene has the last word: how many agents there are and what they see is known once it runs, so `settle` and
-`stops_of` come after that.
+The scene has the last word: how many agents there are and what they see is known once it runs; `unity_settling.py`
+goes on from there.
 """
 
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from racecraft.contract.errors import RunFolderError, UserInputError
-from racecraft.envs.unity.behaviors import Behavior, card_of
+from racecraft.contract.errors import UserInputError
+from racecraft.envs.unity.behaviors import Behavior
 from racecraft.envs.unity.builds import Build, find_build
 from racecraft.envs.unity.trainer_words import words_of
-from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.trainer_yaml import TrainerConfig, read_trainer_yaml
 from racecraft.settings.groups import (
@@ -26,7 +26,7 @@ from racecraft.settings.groups import (
     RuntimeConfig,
     TrainSettings,
 )
-from racecraft.settings.overrides import apply_overrides, from_dictionary, with_values
+from racecraft.settings.overrides import apply_overrides, from_dictionary
 from racecraft.training.restoring import open_to_resume
 from racecraft.training.stopping import Stop, parse_stops
 
@@ -48,12 +48,6 @@ UNITY_SETTINGS = TrainSettings(
 """Settings for small scenes. One thread: networks this small only wait for a second one."""
 BASIC_OVERRIDES = ("rollout.horizon=32", "ppo.learning_rate=3e-3", "ppo.discount=0.95", "evaluation.every=3")
 """What Basic learns soonest with: its episodes are short."""
-SMALL_CONVOLUTIONS: dict[str, tuple[int, ...]] = {
-    "conv_filters": (16, 32),
-    "conv_kernels": (3, 3),
-    "conv_strides": (1, 1),
-}
-"""For pictures that are too small for the usual ones."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +59,7 @@ class UnityRequest:
     config: Path | None = None
     """ML-Agents' trainer configuration."""
     behavior: str | None = None
-    """Which behavior learns, where the scene has several."""
+    """Which behavior learns, where the scene has several; None: those that the configuration names, else all."""
     stops: tuple[str, ...] = ()
     """As typed; none: score=0.92 for builtin:Basic, and the configuration's max_steps or minutes=30."""
     run: Path | None = None
@@ -95,7 +89,9 @@ class UnityPlan:
 
     def words(self, for_judge: bool = False) -> dict[str, Any]:
         """Return the arguments of `UnityWorld`: of the players that teach, or of the one that judges."""
-        words = words_of(self.config) | {"seed": self.seed, "behavior": self.request.behavior}
+        named = self.request.behavior or [name for name in self.config.behaviors if name != "*"]
+        words = words_of(self.config) | {"seed": self.seed, "behavior": named}
+        words["several"] = self.request.behavior is None
         if self.request.graphics is not None:
             words["graphics"] = self.request.graphics
         if for_judge:
@@ -106,11 +102,11 @@ class UnityPlan:
             words["args"] = ("--agents", str(agents))
         return words
 
-    def asked(self, behavior: Behavior) -> dict[str, Any]:
+    def asked(self, behaviors: Sequence[Behavior]) -> dict[str, Any]:
         """Return what job.json tells of the request: enough to begin again from it."""
         return {
             "build": self.build_name,
-            "behavior": behavior.name,
+            "behavior": behaviors[0].name if len(behaviors) == 1 else [behavior.name for behavior in behaviors],
             "wish": self.request.behavior,
             "config": None if self.request.config is None else self.request.config.name,
             "graphics": self.request.graphics,
@@ -166,35 +162,6 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> UnityPlan:
     )  # fmt: skip
 
 
-def settle(plan: UnityPlan, behavior: Behavior, agents: int) -> tuple[TrainSettings, tuple[str, ...]]:
-    """Return the settings, the scene heard, and what is worth saying before the first tick.
-
-    The defaults come first, then what the scene needs, then the configuration, then what was typed.
-
-    Args:
-        plan: What was asked.
-        behavior: Who learns.
-        agents: How many of them act side by side.
-
-    Raises:
-        RunFolderError: A resumed run's scene has changed.
-    """
-    if plan.begun is not None:
-        _require_same_scene(plan, behavior, agents)
-        return plan.settings, plan.notes
-    notes, base = list(plan.config.notes), behavior.base_name
-    if plan.config.behaviors and not {behavior.name, base, "*"} & set(plan.config.behaviors):
-        notes.append(f"the configuration says nothing of '{base}', only of {', '.join(plan.config.behaviors)}")
-    defaults, of_pictures = _with_room_for(behavior, defaults_for(plan.build_name))
-    told = plan.config.behavior(behavior.name).overrides(agents)
-    if plan.config.device is not None:
-        told = (*told, f"runtime.device={plan.config.device}")
-    settings = apply_overrides(defaults, (*told, *plan.request.overrides))
-    if plan.settings.rollout.num_worlds not in (agents, UNITY_SETTINGS.rollout.num_worlds):
-        notes.append(f"rollout.num_worlds is {agents}: the scene has so many agents")
-    return with_values(settings, "rollout", {"num_worlds": agents}), (*notes, *of_pictures)
-
-
 def stops_for(request: UnityRequest, max_steps: int | None, build_name: str) -> tuple[Stop, ...]:
     """Return when a training ends: what was typed, else the defaults; a configuration's max_steps always counts.
 
@@ -216,52 +183,6 @@ def stops_for(request: UnityRequest, max_steps: int | None, build_name: str) -> 
 def defaults_for(build_name: str) -> TrainSettings:
     """Return what a training runs with where nothing is said."""
     return apply_overrides(UNITY_SETTINGS, BASIC_OVERRIDES if build_name == BASIC else ())
-
-
-def _with_room_for(behavior: Behavior, settings: TrainSettings) -> tuple[TrainSettings, tuple[str, ...]]:
-    """Return the settings with convolutions that find room in the smallest picture, and what is worth saying."""
-    sides = [min(sensor.shape[:2]) for sensor in behavior.sensors if sensor.is_picture]
-    network = settings.network
-    if not sides or _fits(min(sides), network.conv_kernels, network.conv_strides):
-        return settings, ()
-    small = SMALL_CONVOLUTIONS
-    if not _fits(min(sides), small["conv_kernels"], small["conv_strides"]):
-        small = dict.fromkeys(small, ())
-    kernels = ", ".join(f"{kernel} x {kernel}" for kernel in small["conv_kernels"]) or "none"
-    note = f"a picture is only {min(sides)} px wide or high: convolutions are {kernels} (network.conv_kernels)"
-    return with_values(settings, "network", small), (note,)
-
-
-def _fits(side: int, kernels: tuple[int, ...], strides: tuple[int, ...]) -> bool:
-    for kernel, stride in zip(kernels, strides, strict=True):
-        if side < kernel:
-            return False
-        side = (side - kernel) // stride + 1
-    return True
-
-
-def _require_same_scene(plan: UnityPlan, behavior: Behavior, agents: int) -> None:
-    assert plan.begun is not None
-    _, card = Checkpoints(plan.begun.checkpoints).load_policy("last")
-    now = card_of(behavior)
-    for name in ("name", "sensors", "actions"):
-        if _plain(now[name]) != _plain(card["behavior"][name]):
-            raise RunFolderError(
-                f"{plan.begun.path}: the scene has changed since the run began; of '{behavior.base_name}' its {name} "
-                f"was {card['behavior'][name]} and is {now[name]}. Give back the build, or begin a new run."
-            )
-    if agents != plan.settings.rollout.num_worlds:
-        raise RunFolderError(
-            f"{plan.begun.path}: was begun with {plan.settings.rollout.num_worlds} agents and the scene has {agents} "
-            "now; expected as many. Give back the build, or begin a new run with --from."
-        )
-
-
-def _plain(value: Any) -> Any:
-    """Return the value as JSON gives it back."""
-    if isinstance(value, dict):
-        return {key: _plain(part) for key, part in value.items()}
-    return [_plain(part) for part in value] if isinstance(value, list | tuple) else value
 
 
 def _lasting_name(build_name: str) -> str:

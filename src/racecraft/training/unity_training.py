@@ -15,10 +15,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from racecraft.algorithms.committee import Committee, Learner
 from racecraft.algorithms.ppo import PpoLearner
-from racecraft.envs.unity.behaviors import card_of
+from racecraft.envs.unity.cards import card_for
+from racecraft.envs.unity.several import ALLOWED, WHOSE
 from racecraft.envs.unity.wire import EDITOR_PORT
-from racecraft.envs.unity.world import UnityWorld
+from racecraft.envs.unity.world import UnityWorld, spec_of
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import GreedyPolicy
 from racecraft.training.events import Listener
@@ -34,9 +36,9 @@ from racecraft.training.unity_plan import (
     UnityRequest,
     plan_resume,
     plan_unity,
-    settle,
     stops_for,
 )
+from racecraft.training.unity_settling import Settled, settle
 
 __all__ = ["TrainedUnity", "UnityRequest", "resume_unity", "train_unity"]
 
@@ -52,6 +54,7 @@ class TrainedUnity:
     outcome: Outcome
     build: str
     behavior: str
+    """Who learned; several names with commas between."""
     seed: int
     notes: tuple[str, ...]
     seconds_in_all: float
@@ -112,8 +115,7 @@ def _carry_out(plan: UnityPlan, listener: Listener, say: Say) -> TrainedUnity:
         else:
             run, outcome = train(course, plan.request.run, listener, say, plan.request.clone_from)
     seconds = time.perf_counter() - began
-    behavior = course.card["behavior"]["name"].split("?")[0]
-    return TrainedUnity(run, outcome, plan.build_name, behavior, plan.seed, course.notes, seconds)
+    return TrainedUnity(run, outcome, plan.build_name, course.title.split(" of ")[0], plan.seed, course.notes, seconds)
 
 
 @contextlib.contextmanager
@@ -122,40 +124,59 @@ def _opened(plan: UnityPlan) -> Iterator[Course]:
     with contextlib.ExitStack() as players:
         world = UnityWorld(plan.build, **plan.words())
         players.callback(world.close)
-        behavior = world.behavior
-        settings, notes = settle(plan, behavior, world.spec.num_worlds)
+        behaviors = world.behaviors
+        settled = settle(plan, behaviors, world.rows_of)
+        stops = parse_stops(plan.request.stops)
         if plan.begun is None:
-            stops = stops_for(plan.request, plan.config.behavior(behavior.name).max_steps, plan.build_name)
-        else:
-            stops = parse_stops(plan.request.stops)
+            stops = stops_for(plan.request, settled.max_steps, plan.build_name)
         judged: UnityWorld | None = None
         if not plan.build.is_editor:
             judged = UnityWorld(plan.build, **plan.words(for_judge=True))
             players.callback(judged.close)
 
+        names = [behavior.base_name for behavior in behaviors]
         yield Course(
             kind=KIND,
             world=world,
-            settings=settings,
+            settings=settled.shared,
             seed=plan.seed,
             stops=stops,
-            judge=lambda learner, run: _judge(judged, learner, run, settings.evaluation.episodes, stops),
-            asked=plan.asked(behavior),
-            card={"build": plan.build_name, "behavior": card_of(behavior)},
-            title=f"{behavior.base_name} of {plan.build_name}",
-            folder_name=_file_name(behavior.base_name),
-            notes=notes,
+            judge=lambda learner, run: _judge(world, judged, learner, run, settled.shared.evaluation.episodes, stops),
+            asked=plan.asked(behaviors),
+            card={"build": plan.build_name, **card_for(behaviors, settled.each)},
+            title=f"{', '.join(names)} of {plan.build_name}",
+            folder_name=_file_name("-".join(names)),
+            notes=settled.notes,
             files={} if plan.request.config is None else {TRAINER_FILE: plan.request.config.read_bytes()},
+            learner=lambda: _learner(world, settled, plan.seed),
             lasting=False,
         )
 
 
+def _learner(world: UnityWorld, settled: Settled, seed: int) -> Learner:
+    """Return the learner of a behavior, or a committee where several learn."""
+    device = settled.shared.runtime.device
+    if len(world.behaviors) == 1:
+        return PpoLearner(world.spec, settled.shared.network, settled.shared.ppo, seed, device)
+    members = {}
+    for number, behavior in enumerate(world.behaviors):
+        rows, own = world.rows_of[behavior.base_name], settled.each[behavior.base_name]
+        spec = spec_of(behavior, behavior.base_name, rows.stop - rows.start)
+        members[behavior.base_name] = PpoLearner(spec, own.network, own.ppo, seed + 1_000 * number, device)
+    return Committee(world.spec, members, WHOSE, ALLOWED)
+
+
 def _judge(
-    judged: UnityWorld | None, learner: PpoLearner, run: RunFolder, episodes: int, stops: tuple[Stop, ...]
+    world: UnityWorld,
+    judged: UnityWorld | None,
+    learner: Learner,
+    run: RunFolder,
+    episodes: int,
+    stops: tuple[Stop, ...],
 ) -> Judge:
     threshold = next((stop.amount for stop in stops if stop.kind == "score"), None)
     if judged is None:
-        return TrainingEpisodesJudge(threshold)
+        return TrainingEpisodesJudge(threshold, world.rows_of)
     return SceneJudge(judged, GreedyPolicy(learner), episodes, threshold, run.path / OBSERVATIONS)
 
 

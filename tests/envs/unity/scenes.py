@@ -228,6 +228,33 @@ class TellScene:
         return Seen(np.array([self.numbers[i], self.bits[i]], np.float32), "sight")
 
 
+class DuoScene:
+    """Two behaviors that see and do different things: dots and numbers; the dots ask at every second message only."""
+
+    behaviors = {**DotScene.behaviors, **TellScene.behaviors}
+
+    def __init__(self):
+        self.dots, self.tellers, self.tick = DotScene(as_png=False, agents=8), TellScene(agents=12), 0
+
+    def begin(self, seed):
+        self.dots.begin(seed)
+        self.tellers.begin(seed)
+
+    def reset(self):
+        self.dots.reset()
+        self.tellers.reset()
+
+    def infos(self):
+        dots = self.dots.infos() if self.tick % 2 == 0 else {"Dot?team=0": []}
+        return dots | self.tellers.infos()
+
+    def act(self, actions):
+        if self.tick % 2 == 0:
+            self.dots.act(actions)
+        self.tellers.act(actions)
+        self.tick += 1
+
+
 class BigScene:
     """One agent that sees eight megabytes."""
 
@@ -345,6 +372,7 @@ PROGRAMS = {
     "game": GameScene,
     "basic": BasicScene,
     "doors": MaskScene,
+    "duo": DuoScene,
     "tell": TellScene,
     "dot-png": DotScene,
     "dot-raw": lambda: DotScene(as_png=False),

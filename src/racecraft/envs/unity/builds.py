@@ -249,7 +249,7 @@ def _inside_app(app: Path) -> Path:
 
 
 def _made_executable(path: Path) -> Path:
-    """A build that came through a zip or a training channel has lost its permission to run; it is given back to programs only."""
+    """Give a program its permission to run back: in a zip or a training channel it was lost."""
     path = path.absolute()
     if not os.access(path, os.X_OK):
         if not _is_program(path):

@@ -48,7 +48,7 @@ class Seats:
     def __init__(
         self, spec: WorldSpec, sensors: Sequence[Sensor], table: ActionTable, names: Sequence[str], processes: int
     ) -> None:
-        self._spec, self._sensors, self._table, self._names = spec, sensors, table, names
+        self._spec, self._sensors, self._table, self.names = spec, sensors, table, names
         self._rows = spec.num_worlds * spec.num_agents
         self._rows_each = self._rows // processes
         self._processes = processes
@@ -104,17 +104,17 @@ class Seats:
     ) -> None:
         """Sort one process's news into rows; without buffers (after a reset) rewards and ends are nobody's."""
         guests = self._guests[process]
-        for name in self._names:
+        for name in self.names:
             if name not in moments:
                 raise WireError(f"the player no longer has the behavior '{name}' that it began with.")
             if buffers is not None:
                 self._settle_ends(guests, name, moments[name].ended, buffers)
-        for name in self._names:
+        for name in self.names:
             self._settle_decisions(guests, name, moments[name].decisions, buffers)
         guests.idle = {
             name: _idle_choice(behaviors[name], moment.decisions)
             for name, moment in moments.items()
-            if name not in self._names and len(moment.decisions)
+            if name not in self.names and len(moment.decisions)
         }
 
     def cut_all(self, process: int, buffers: StepBuffers) -> None:

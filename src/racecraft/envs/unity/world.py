@@ -28,7 +28,7 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
@@ -43,6 +43,7 @@ from racecraft.envs.unity.builds import Build, find_build
 from racecraft.envs.unity.errors import BuildError, PlayerDiedError, PlayerLeftError, PlayerTimeoutError
 from racecraft.envs.unity.rows import Seats
 from racecraft.envs.unity.session import Moment, Session, require_patience
+from racecraft.envs.unity.several import JointSeats, joint_spec
 from racecraft.envs.unity.side_channels import Gaussian, MultiRange, SideChannels, Statistic, Uniform
 
 ENGINE_FOR_TRAINING: Mapping[str, Any] = {
@@ -65,6 +66,8 @@ class UnityWorld:
         build: A path, `registry:NAME`, `editor` or `builtin:Basic`; see `find_build`.
         behavior: The behavior to act for, with or without its team; None where the scene has only one. Agents of other
             behaviors get zero actions.
+        several: Whether more behaviors than one are acted for, as `several.py` lays them out: those that `behavior`
+            lists, or all of the scene.
         num_players: Processes.
         together: Whether the agents of a process are one world of M agents instead of M worlds of one.
         seed: What the players start with; a first `reset` with the same seed needs no new start.
@@ -84,7 +87,8 @@ class UnityWorld:
         self,
         build: str | os.PathLike[str] | Build,
         *,
-        behavior: str | None = None,
+        behavior: str | Sequence[str] | None = None,
+        several: bool = False,
         num_players: int = 1,
         together: bool = False,
         seed: int = 0,
@@ -107,12 +111,13 @@ class UnityWorld:
         self._players: list[_Player] = []
         self._players = self._open_all(num_players)
         try:
-            self._names = _choose(behavior, self._players[0].session.behaviors)
-            self._rows_each = max_agents or sum(len(self._players[0].first[name].decisions) for name in self._names)
-            chosen = self._players[0].session.behaviors[self._names[0]]
-            self._table = ActionTable(chosen.actions)
-            self._spec = self._describe(chosen, together)
-            self._seats = Seats(self._spec, chosen.sensors, self._table, self._names, num_players)
+            known = self._players[0].session.behaviors
+            chosen = _choose_several(behavior, known) if several else [_choose(_single(behavior), known)]
+            self._behaviors = tuple(known[names[0]] for names in chosen)
+            parts = [self._seat(names, max_agents, together) for names in chosen]
+            self._spec: WorldSpec
+            self._seats: Seats | JointSeats
+            self._spec, self._seats = parts[0] if len(parts) == 1 else self._join(parts)
         except BaseException:
             self.close()
             raise
@@ -125,12 +130,19 @@ class UnityWorld:
     @property
     def behavior(self) -> Behavior:
         """The behavior acted for, as the player told it (of the first team, where there are several)."""
-        return self._players[0].session.behaviors[self._names[0]]
+        return self._behaviors[0]
 
     @property
-    def table(self) -> ActionTable:
-        """How the contract's actions are translated."""
-        return self._table
+    def behaviors(self) -> tuple[Behavior, ...]:
+        """All behaviors acted for, in the order of their rows."""
+        return self._behaviors
+
+    @property
+    def rows_of(self) -> dict[str, slice]:
+        """Which worlds belong to which behavior, by its name without the team."""
+        if isinstance(self._seats, JointSeats):
+            return self._seats.rows_of
+        return {self.behavior.base_name: slice(0, self._spec.num_worlds)}
 
     @property
     def sessions(self) -> list[Session]:
@@ -236,10 +248,19 @@ class UnityWorld:
             moments = player.session.step({})
         return moments
 
-    def _describe(self, behavior: Behavior, together: bool) -> WorldSpec:
-        processes, each = len(self._players), self._rows_each
-        name = f"unity/{self._build.name}/{behavior.base_name}"
-        return spec_of(behavior, name, processes if together else processes * each, each if together else 1)
+    def _seat(self, names: list[str], max_agents: int | None, together: bool) -> tuple[WorldSpec, Seats]:
+        """Return the promise and the rows of one behavior's agents, of all teams."""
+        player, processes = self._players[0], len(self._players)
+        behavior = player.session.behaviors[names[0]]
+        each = max_agents or sum(len(player.first[name].decisions) for name in names)
+        worlds = (processes, each) if together else (processes * each, 1)
+        spec = spec_of(behavior, f"unity/{self._build.name}/{behavior.base_name}", *worlds)
+        return spec, Seats(spec, behavior.sensors, ActionTable(behavior.actions), names, processes)
+
+    def _join(self, parts: list[tuple[WorldSpec, Seats]]) -> tuple[WorldSpec, JointSeats]:
+        specs = {behavior.base_name: spec for behavior, (spec, _) in zip(self._behaviors, parts, strict=True)}
+        seats = [seats for _, seats in parts]
+        return joint_spec(specs, f"unity/{self._build.name}/{'+'.join(specs)}"), JointSeats(specs, seats)
 
     def _send(self, player: _Player, actions: Array) -> None:
         player.session.send_step(self._seats.choices(player.index, actions))
@@ -304,6 +325,18 @@ class _Player:
     first: dict[str, Moment] = field(default_factory=dict)
 
 
+def _single(wish: str | Sequence[str] | None) -> str | None:
+    return wish if wish is None or isinstance(wish, str) else wish[0]
+
+
+def _choose_several(wish: str | Sequence[str] | None, known: Mapping[str, Behavior]) -> list[list[str]]:
+    """Return the names, team by team, of each behavior wished for; without a wish that the scene knows, of all."""
+    wishes = [wish] if isinstance(wish, str) else list(wish or ())
+    bases = list(dict.fromkeys(behavior.base_name for behavior in known.values()))
+    wished = [known[name].base_name if name in known else name for name in wishes]
+    return [_choose(base, known) for base in bases if base in wished or not set(wished) & set(bases)]
+
+
 def _choose(wish: str | None, known: Mapping[str, Behavior]) -> list[str]:
     """Return the behaviors to act for: those of one base name that see and do the same."""
     groups: dict[str, list[str]] = {}
@@ -316,8 +349,8 @@ def _choose(wish: str | None, known: Mapping[str, Behavior]) -> list[str]:
     if wish not in groups:
         told = "no behavior is chosen" if wish is None else f"no behavior is named '{wish}'"
         raise BuildError(
-            f"{told}; the scene has {', '.join(known)}. Choose one with behavior=, or act for all of them through "
-            "racecraft.envs.unity.parallel."
+            f"{told}; the scene has {', '.join(known)}. Choose one with behavior= (--behavior at the command line), or "
+            "act for all of them through racecraft.envs.unity.parallel."
         )
     first, *others = groups[wish]
     for other in others:
