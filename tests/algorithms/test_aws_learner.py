@@ -9,6 +9,7 @@ from torch.nn import functional
 
 from racecraft.algorithms.distributions import Choices
 from racecraft.algorithms.experience import Experience
+from racecraft.algorithms.half_precision import settled
 from racecraft.algorithms.ppo import Minibatch, PpoLearner, ppo_loss
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
 from racecraft.settings.groups import NetworkConfig, PpoConfig
@@ -177,3 +178,25 @@ def test_half_the_precision_takes_nearly_the_same_step():
     assert losses[1].value_loss == pytest.approx(losses[0].value_loss, rel=0.05)
     assert losses[1].entropy == pytest.approx(losses[0].entropy, rel=0.01)
     assert all(numbers.dtype == torch.float32 for numbers in coarse.network.parameters())
+
+
+def test_the_twin_of_half_the_precision_follows_the_weights_it_teaches():
+    learner = a_learner(batch_size=32, precision="bfloat16")
+    before = {name: value.clone() for name, value in learner.network.named_parameters()}
+    learner.update(experience_of(learner, 8))
+    assert any(not torch.equal(before[name], value) for name, value in learner.network.named_parameters())
+    for (name, whole), half in zip(learner.network.named_parameters(), learner.working.parameters(), strict=True):
+        assert half.dtype == (torch.float32 if "head" in name else torch.bfloat16)
+        assert torch.equal(half.float(), whole if "head" in name else whole.to(torch.bfloat16).float()), name
+    other = a_learner(batch_size=32, precision="bfloat16", seed=2)
+    other.load_state_dict(learner.state_dict())
+    assert torch.equal(next(other.working.parameters()), next(learner.working.parameters()))
+
+
+def test_half_the_precision_is_asked_of_processors_that_have_it(monkeypatch):
+    for told, expected in (({"avx512_bf16": True}, "bfloat16"), ({"avx2": True}, "float32")):
+        monkeypatch.setattr(torch.cpu, "get_capabilities", lambda told=told: told, raising=False)
+        assert settled("auto") == expected
+    monkeypatch.delattr(torch.cpu, "get_capabilities")
+    assert settled("auto") == "float32"
+    assert settled("bfloat16") == "bfloat16"

@@ -130,15 +130,15 @@ class ActorCritic(nn.Module):
         """Return the policy's numbers (R, A) and the values (R,) of R rows."""
         features = self.policy_body(observations)
         critic = features if self.critic_body is None else self.critic_body(observations)
-        return self.policy_head(features), self.value_head(critic).squeeze(-1)
+        return self.policy_head(features.float()), self.value_head(critic.float()).squeeze(-1)
 
     def policy(self, observations: Mapping[str, Tensor]) -> Tensor:
         """Return the policy's numbers (R, A) alone; needs no privileged observation."""
-        return self.policy_head(self.policy_body(observations))
+        return self.policy_head(self.policy_body(observations).float())
 
     def value(self, observations: Mapping[str, Tensor]) -> Tensor:
         """Return the values (R,) alone."""
-        return self.value_head((self.critic_body or self.policy_body)(observations)).squeeze(-1)
+        return self.value_head((self.critic_body or self.policy_body)(observations).float()).squeeze(-1)
 
 
 class Body(nn.Module):
@@ -168,7 +168,7 @@ class Body(nn.Module):
 
 
 class Image(nn.Module):
-    """(R, H, W) or (R, H, W, C) to float32 (R, C, H, W) with its channels last in memory, uint8 scaled to [0, 1].
+    """(R, H, W) or (R, H, W, C) to floats (R, C, H, W) with its channels last in memory, uint8 scaled to [0, 1].
 
     With channels last, convolutions need no reordering on a CPU and flattening afterwards needs no copy.
     """
@@ -176,10 +176,13 @@ class Image(nn.Module):
     def __init__(self, has_channels: bool) -> None:
         super().__init__()
         self.has_channels = has_channels
+        self.dtype = torch.float32
+        """What the layers behind it multiply in."""
 
     def forward(self, frames: Tensor) -> Tensor:
         """Return frames as convolutions want them."""
-        pixels = frames.float() * IMAGE_SCALE if frames.dtype == torch.uint8 else frames
+        pixels = frames.to(self.dtype)
+        pixels = pixels * IMAGE_SCALE if frames.dtype == torch.uint8 else pixels
         return pixels.permute(0, 3, 1, 2) if self.has_channels else pixels.unsqueeze(1)
 
 
@@ -192,11 +195,16 @@ class FlattenChannelsLast(nn.Module):
 
 
 class Vector(nn.Module):
-    """Anything of shape (R, ...) to float32 (R, width)."""
+    """Anything of shape (R, ...) to floats (R, width)."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.dtype = torch.float32
+        """What the layers behind it multiply in."""
 
     def forward(self, numbers: Tensor) -> Tensor:
         """Return vectors."""
-        return numbers.float().flatten(1)
+        return numbers.to(self.dtype).flatten(1)
 
 
 def is_image(part: ArraySpec) -> bool:

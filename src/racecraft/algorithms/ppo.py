@@ -22,6 +22,7 @@ from torch.nn import functional
 
 from racecraft.algorithms.distributions import Choices, Distribution, distribution_for
 from racecraft.algorithms.experience import Experience
+from racecraft.algorithms.half_precision import HalfTwin, settled
 from racecraft.algorithms.networks import ActorCritic, Architecture, architecture_of
 from racecraft.algorithms.returns import advantages, explained_variance, next_values
 from racecraft.contract.errors import RacecraftError
@@ -130,6 +131,9 @@ class PpoLearner:
         self.distribution: Distribution = distribution_for(spec.actions, config.probability_floor)
         chance = torch.Generator().manual_seed(seed)
         self.network = ActorCritic(spec.observations, spec.actions, self.architecture, chance).to(self.device)
+        self.twin = HalfTwin(self.network) if settled(config.precision) == "bfloat16" else None
+        self.working = self.network if self.twin is None else self.twin.network
+        """What explores and learns: the network itself, or its twin of half the precision."""
         self.generator = torch.Generator(self.device).manual_seed(seed + 1)
         self.optimiser = torch.optim.Adam(
             self.network.parameters(), lr=config.learning_rate, eps=config.adam_epsilon, fused=True
@@ -172,10 +176,10 @@ class PpoLearner:
             generator: Chance to draw with; the learner's own by default.
         """
         if self.values_later:
-            numbers = self.network.policy(self._tensors(observations))
+            numbers = self.working.policy(self._tensors(observations))
             value = torch.zeros(len(numbers))
         else:
-            numbers, value = self.network(self._tensors(observations))
+            numbers, value = self.working(self._tensors(observations))
         mask = None if action_mask is None else torch.from_numpy(action_mask).to(self.device)
         log_std, kind = self.network.log_std, self.distribution
         chance = generator or self.generator
@@ -210,7 +214,7 @@ class PpoLearner:
     @torch.inference_mode()
     def values(self, observations: Mapping[str, Array]) -> Array:
         """Return what the critic expects from R rows, float32 (R,)."""
-        return self.network.value(self._tensors(observations)).cpu().numpy()
+        return self.working.value(self._tensors(observations)).cpu().numpy()
 
     def update(self, experience: Experience) -> PpoLosses:
         """Learn from a rollout: `epochs` passes over its active rows in shuffled minibatches.
@@ -263,6 +267,8 @@ class PpoLearner:
     def load_state_dict(self, state: Mapping[str, Mapping[str, Tensor]]) -> None:
         """Go on from what `state_dict` gave; groups other than "network" may be absent (weights alone)."""
         self.network.load_state_dict(dict(state["network"]))
+        if self.twin is not None:
+            self.twin.refresh()
         if moments := dict(state.get("optimiser", {})):
             self.learning_rate = float(moments.pop("learning_rate"))
             nested: dict[int, dict[str, Tensor]] = {}
@@ -329,15 +335,19 @@ class PpoLearner:
 
     def _step(self, batch: Minibatch) -> Tensor:
         """Take one gradient step and return its figures, in the order of `PpoLosses`."""
-        loss, figures = ppo_loss(self.network, self.distribution, batch, self.config)
-        self.optimiser.zero_grad(set_to_none=True)
+        loss, figures = ppo_loss(self.working, self.distribution, batch, self.config)
+        self.working.zero_grad(set_to_none=True)
         loss.backward()
+        if self.twin is not None:
+            self.twin.hand_over()
         norm = torch.zeros((), device=self.device)
         if self.config.max_grad_norm is not None:
             norm = torch.nn.utils.clip_grad_norm_(self.network.parameters(), self.config.max_grad_norm)
         if self.config.adam_form == "tensorflow":
             self._place_epsilon()
         self.optimiser.step()
+        if self.twin is not None:
+            self.twin.refresh()
         return torch.cat([figures, norm.reshape(1)])
 
     def _place_epsilon(self) -> None:
@@ -363,12 +373,7 @@ def ppo_loss(
     network: ActorCritic, distribution: Distribution, batch: Minibatch, config: PpoConfig
 ) -> tuple[Tensor, Tensor]:
     """Return the loss of a minibatch, and (5,) policy loss, value loss, entropy, approximate KL, clipped share."""
-    if config.precision == "bfloat16":
-        with torch.autocast(batch.advantages.device.type, torch.bfloat16):
-            numbers, value = network(batch.observations)
-        numbers, value = numbers.float(), value.float()
-    else:
-        numbers, value = network(batch.observations)
+    numbers, value = network(batch.observations)
     log_prob, entropy = distribution.judge(numbers, network.log_std, batch.action_mask, batch.samples)
 
     advantage = batch.advantages

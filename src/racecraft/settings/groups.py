@@ -131,9 +131,9 @@ class PpoConfig:
     drop_remainder: bool = setting(False, "Leave out the last minibatch of an epoch when it is not full.")
     precision: str = setting(
         "float32",
-        "What an update multiplies in; weights, sums, losses and Adam stay float32. bfloat16 is faster on CPUs that "
-        "have it (avx512_bf16, amx), and coarser.",
-        choices=("float32", "bfloat16"),
+        "What layers multiply in while training; weights, heads, losses and Adam stay float32. bfloat16 is coarser, and "
+        "faster on processors that have it (avx512_bf16, amx); auto takes it there.",
+        choices=("float32", "bfloat16", "auto"),
     )
     probability_floor: float = setting(
         0.0, "No choice counts as less likely than this; the others are not lowered for it.", low=0.0, high=1e-3

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from racecraft.algorithms.half_precision import settled
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.envs.deepracer.fidelity import FIDELITIES, habits
 from racecraft.formats.hyperparameters import Hyperparameters
@@ -61,6 +62,7 @@ AWS_VALUES: Mapping[str, Mapping[str, Any]] = {
         "gae_lambda": 0.95, "clip": 0.2, "value_weight": 1.0, "max_grad_norm": None,
         "adam_epsilon": 1e-5, "adam_form": "tensorflow", "standardise": "rollout", "drop_remainder": True,
         "probability_floor": 1e-8, "exploration": "categorical", "epsilon_last": 0.05, "epsilon_steps": 10_000,
+        "precision": "auto",
     },
     "evaluation": {"every": 1, "episodes": 5},
 }  # fmt: skip
@@ -119,7 +121,7 @@ def settings_for(
     settings, notes = preset_settings(preset, metadata)
     settings = with_fidelity(settings, fidelity or FIDELITY_OF[preset], network_of(metadata))
     settings = apply_overrides(_with_json(settings, hyperparameters, notes), overrides)
-    return fit_worlds_to_episodes(settings, notes), notes
+    return fit_worlds_to_episodes(settle_precision(settings, notes), notes), notes
 
 
 def preset_settings(preset: str, metadata: ModelMetadata | None = None) -> tuple[TrainSettings, list[str]]:
@@ -184,6 +186,14 @@ def _with_json(settings: TrainSettings, given: Hyperparameters, notes: list[str]
         else:
             notes.append(f"{name} changes nothing: {UNUSED[name]}")
     return settings
+
+
+def settle_precision(settings: TrainSettings, notes: list[str]) -> TrainSettings:
+    """Put what this processor multiplies fast in the place of the precision `auto`; bfloat16 is added to `notes`."""
+    precision = settled(settings.ppo.precision)
+    if settings.ppo.precision == "auto" and precision == "bfloat16":
+        notes.append("layers multiply in bfloat16; --set ppo.precision=float32 is slower and exactly AWS's")
+    return with_values(settings, "ppo", {"precision": precision})
 
 
 def fit_worlds_to_episodes(settings: TrainSettings, notes: list[str]) -> TrainSettings:
