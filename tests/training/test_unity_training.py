@@ -17,6 +17,8 @@ from racecraft.cli import unity as unity_command
 from racecraft.contract.errors import RunFolderError, SettingError, UserInputError
 from racecraft.contract.world import EpisodeRecord
 from racecraft.envs.unity.wire import EDITOR_PORT
+from racecraft.envs.unity.world import UnityWorld
+from racecraft.evaluation.episodes import play_episodes
 from racecraft.formats.checkpoint import Checkpoints, load_state, save_state
 from racecraft.formats.run_folder import RunFolder
 from racecraft.training.unity_judges import TrainingEpisodesJudge
@@ -96,6 +98,31 @@ def test_a_run_goes_back_into_unity(basic, tmp_path):
     session = onnxruntime.InferenceSession(told["file"], providers=["CPUExecutionProvider"])
     feeds = {"obs_0": np.eye(20, dtype=np.float32)[10:17], "action_masks": np.ones((7, 3), np.float32)}
     assert session.run(["deterministic_discrete_actions"], feeds)[0].tolist() == [[2]] * 7
+
+
+class OnnxPlayer:
+    """Plays from the exported file alone, as a scene would."""
+
+    def __init__(self, file):
+        onnxruntime = pytest.importorskip("onnxruntime", reason="the extra racecraft[onnx] is not installed")
+        self.session = onnxruntime.InferenceSession(file, providers=["CPUExecutionProvider"])
+
+    def act(self, observations, action_mask=None):
+        feeds = {"obs_0": observations["Basic"], "action_masks": action_mask.astype(np.float32)}
+        return self.session.run(["deterministic_discrete_actions"], feeds)[0][:, 0]
+
+    def forget(self, rows):
+        pass
+
+
+def test_the_exported_file_plays_as_well_as_the_policy(basic, tmp_path):
+    """20 episodes by the file alone, as a scene would play it: the best return there is, as the policy's."""
+    result = CliRunner().invoke(APP, ["export", str(basic[0]), "--to", "unity", "--output", str(tmp_path), "--json"])
+    player = OnnxPlayer(json.loads(result.stdout)["file"])
+    world = UnityWorld("builtin:Basic", args=["--agents", "20"])
+    returns = [episode.reward for episode in play_episodes(player, world)]
+    world.close()
+    assert np.mean(returns) == pytest.approx(basic[1]["evaluation"]["mean_return"])
 
 
 def test_a_run_of_another_kind_and_a_strange_target_are_refused(tmp_path):
