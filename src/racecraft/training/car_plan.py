@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from racecraft import __version__
-from racecraft.contract.errors import RunFolderError
+from racecraft.contract.errors import RunFolderError, TrackError
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.formats.model_metadata import as_aws_dict
+from racecraft.formats.run_env import RunEnv
 from racecraft.formats.run_folder import RunFolder
 from racecraft.settings.groups import TrainSettings
 from racecraft.settings.overrides import as_dictionary, from_dictionary, with_values
@@ -21,7 +22,7 @@ from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.track import Track
 from racecraft.training.model_folder import ModelFolder, read_model_folder
 from racecraft.training.presets import settings_for, stops_given
-from racecraft.training.race_environment import race_environment
+from racecraft.training.race_environment import TRACK_VARIABLE, race_environment
 from racecraft.training.stopping import Stop, parse_stops
 
 KIND = "deepracer"
@@ -96,7 +97,7 @@ def plan_car(request: RaceRequest) -> CarPlan:
     )
     if not any(override.startswith("race.car=") for override in request.overrides):
         settings = with_values(settings, "race", {"car": request.car or model.metadata.car})
-    track = load_track(_track_of(request))
+    track = _load_track(request, asked.env)
     return CarPlan(request, model, settings, track, stops, (*asked.notes, *model.notes, *notes), asked.env.values)
 
 
@@ -114,6 +115,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
     job = run.read_job()
     if job.get("kind") != KIND:
         raise RunFolderError(f"{path}: a run of kind {job.get('kind')!r} cannot be resumed; expected a car's run.")
+    _require_copies(run)
     asked = job["asked"]
     track = load_track(asked["track"])
     if track.hash() != job["track"]["hash"]:
@@ -175,6 +177,28 @@ def versions() -> dict[str, str]:
     """Return the versions that results depend on."""
     names = ("torch", "numba", "numpy")
     return {"racecraft": __version__, "python": platform.python_version(), **{name: version(name) for name in names}}
+
+
+def _load_track(request: RaceRequest, env: RunEnv) -> Track:
+    """Load the track; where run.env named it, a letter about it names that line."""
+    name = _track_of(request)
+    try:
+        return load_track(name)
+    except TrackError as error:
+        if env.values.get(TRACK_VARIABLE) != name:
+            raise
+        found = f"'{name}': {error.found}"
+        raise env.letter(TRACK_VARIABLE, error.expected, error.cure, found) from error
+
+
+def _require_copies(run: RunFolder) -> None:
+    """Refuse to go on without a file the run was begun with: a default in its place would be another training."""
+    for copy in (run.reward_function, run.model_metadata, run.hyperparameters):
+        if not copy.is_file():
+            raise RunFolderError(
+                f"{copy}: the run's own copy is gone; expected the file it was begun with. Put it back, or begin a new "
+                f"run from these weights with --from {run.path}."
+            )
 
 
 def _track_of(request: RaceRequest) -> str:

@@ -60,14 +60,15 @@ def _require_same_shape(plan: CarPlan, path: str, card: dict[str, Any]) -> None:
             if _plain(value) != _plain(theirs[group][name]):
                 raise RunFolderError(
                     f"{path}: was trained with {group}.{name}={_plain(theirs[group][name])}, "
-                    f"now it is {_plain(value)}; the weights fit only the shape they were trained in. "
+                    f"now it is {_plain(value)}; expected the same, for weights fit only the shape they were trained "
+                    "in. "
                     f"Leave {group}.{name} as it was, or train afresh."
                 )
     here, there = as_aws_dict(plan.model.metadata)["action_space"], card["model_metadata"]["action_space"]
     if here != there:
         raise RunFolderError(
-            f"{path}: was trained with {len(there)} other actions than the {len(here)} asked for; a clone keeps its "
-            "action space, since each output of the network is one action. Copy that run's model_metadata.json."
+            f"{path}: was trained with {len(there)} other actions than the {len(here)} asked for; expected the same, "
+            "since each output of the network is one action. Copy that run's model_metadata.json."
         )
 
 

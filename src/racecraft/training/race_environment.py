@@ -15,6 +15,7 @@ from racecraft.formats.run_env_variables import BY_NAME
 from racecraft.training.stopping import parse_stops
 
 FILE = "run.env"
+TRACK_VARIABLE = "DR_WORLD_NAME"
 RACE_TYPES = ("TIME_TRIAL", "OBJECT_AVOIDANCE", "HEAD_TO_BOT", "HEAD_TO_MODEL")
 BEST_METRICS = ("progress", "reward", "laptime")
 USED = tuple(name for name, variable in BY_NAME.items() if variable.status == "used")
@@ -59,7 +60,7 @@ def race_environment(folder: Path | None) -> RaceEnvironment:
     _require_time_trial(env)
     return RaceEnvironment(
         env=env,
-        track=env.values.get("DR_WORLD_NAME"),
+        track=env.values.get(TRACK_VARIABLE),
         overrides=_overrides(env),
         start_offset=_share(env, "DR_TRAIN_START_POSITION_OFFSET"),
         stops=_stops(env),
