@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -85,20 +86,24 @@ def test_opening_and_closing_a_thousand_times_leaves_nothing_behind():
 
 
 def open_and_close(times):
+    """Two at a time, on as many cores."""
     Session("builtin:Basic").close()  # what is imported at first use stays
     gc.collect()
     threads, files = set(threading.enumerate()), open_files()
-    pids = []
-    for _ in range(times):
-        with Session("builtin:Basic") as session:
-            session.reset()
-            session.step(STAY)
-            pids.append(session.pid)
+    with ThreadPoolExecutor(2) as pool:
+        pids = list(pool.map(lambda _: open_step_close(), range(times)))
     gc.collect()
     assert all(wait_until_gone(pid) for pid in pids)
     time.sleep(0.3)
     assert set(threading.enumerate()) - threads == set()
     assert open_files() <= files + 2
+
+
+def open_step_close():
+    with Session("builtin:Basic") as session:
+        session.reset()
+        session.step(STAY)
+        return session.pid
 
 
 def _exists(pid):
