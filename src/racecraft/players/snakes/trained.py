@@ -17,6 +17,7 @@ from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.snakes.protocol import PlayerError, Question
+from racecraft.players.trained import GreedyPolicy
 from racecraft.settings.groups import SelfPlayConfig, TrainSettings
 from racecraft.settings.overrides import from_dictionary
 
@@ -36,7 +37,12 @@ class TrainedSnake:
     """
 
     def __init__(self, learner: PpoLearner, seen: SelfPlayConfig, name: str = "policy") -> None:
-        self._learner, self._seen, self.name = learner, seen, name
+        self._learner, self.seen, self.name = learner, seen, name
+
+    @property
+    def policy(self) -> GreedyPolicy:
+        """The bare policy, for worlds that show what it sees."""
+        return GreedyPolicy(self._learner)
 
     def choose(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
         """Return the likeliest move."""
@@ -58,7 +64,7 @@ class TrainedSnake:
 
     def _see(self, questions: Sequence[Question]) -> tuple[dict[str, Array], Array]:
         looks = [
-            observe_board(board, settings, snake_id, self._seen.view, self._seen.outlook)
+            observe_board(board, settings, snake_id, self.seen.view, self.seen.outlook)
             for board, snake_id, settings in questions
         ]
         seen = {name: np.stack([one[name] for one, _ in looks]) for name in looks[0][0]}
