@@ -92,9 +92,9 @@ class LapReport:
         }
 
 
-def judge_starts(policy: Policy, world: RaceWorld, observers: Iterable[Observer] = ()) -> LapReport:
+def judge_starts(policy: Policy, world: RaceWorld, observers: Iterable[Observer] = (), seed: int = 0) -> LapReport:
     """Judge one episode from every start of a world, all side by side."""
-    episodes = play_episodes(policy, world, observers=observers)
+    episodes = play_episodes(policy, world, seed=seed, observers=observers)
     starts, is_paid = world.start_shares, world.reward is not None
     return LapReport(tuple(_lap_of(episode, 100.0 * float(starts[episode.world]), is_paid) for episode in episodes))
 

@@ -1,8 +1,7 @@
 """Judge the greedy policy of a car in training: one episode from each of several starts, side by side.
 
-With fidelity aws every episode of an evaluation begins where training's next one would. Our world has no jitter and a
-greedy policy no dice, so those episodes are one and the same, tick by tick: it is driven once and counted as often as
-it was asked for.
+With fidelity aws every episode of an evaluation begins where training's next one would, and the jitter of its ticks is
+its own.
 """
 
 from __future__ import annotations
@@ -11,16 +10,10 @@ import numpy as np
 
 from racecraft.contract.world import EpisodeRecord
 from racecraft.envs.deepracer import race
-from racecraft.envs.deepracer.fidelity import Habits
 from racecraft.envs.deepracer.world import RaceWorld
-from racecraft.evaluation.laps import LapReport, judge_starts
+from racecraft.evaluation.laps import judge_starts
 from racecraft.players.trained import GreedyPolicy
 from racecraft.training.events import Verdict
-
-
-def episodes_begin_alike(habits: Habits) -> bool:
-    """Tell whether all episodes of an evaluation start where training's next one would."""
-    return habits.evaluation_follows_training
 
 
 class CarJudge:
@@ -31,7 +24,6 @@ class CarJudge:
         policy: The policy, greedy; it follows its learner.
         trained_in: The training's own world; with fidelity aws, evaluations start where its next episode would.
         best_by: What makes a checkpoint the best: "progress", "reward" or "laptime".
-        trials: How often an episode counts that begins where all others do.
     """
 
     score_name = "progress %"
@@ -42,10 +34,8 @@ class CarJudge:
         policy: GreedyPolicy,
         trained_in: RaceWorld | None = None,
         best_by: str = "progress",
-        trials: int = 1,
     ) -> None:
-        self._world, self._policy, self._trained_in = world, policy, trained_in
-        self._best_by, self._trials = best_by, trials
+        self._world, self._policy, self._trained_in, self._best_by = world, policy, trained_in, best_by
 
     def score(self, episode: EpisodeRecord) -> float:
         """Return the progress of an episode, per cent."""
@@ -57,9 +47,11 @@ class CarJudge:
 
     def judge(self) -> Verdict:
         """Drive from every start."""
-        if self._trained_in is not None and episodes_begin_alike(self._world.habits):
+        episodes = 0
+        if self._trained_in is not None and self._world.habits.evaluation_follows_training:
             self._world.move_starts(np.full(self._world.spec.num_worlds, self._trained_in.next_start_share))
-        report = LapReport(judge_starts(self._policy, self._world).laps * self._trials)
+            episodes = self._trained_in.episodes_begun
+        report = judge_starts(self._policy, self._world, seed=episodes)
         return Verdict(
             report.mean_progress_percent,
             report.all_full,

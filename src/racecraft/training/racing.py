@@ -20,7 +20,6 @@ import torch
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.contract.errors import RunFolderError, SettingError
 from racecraft.contract.world import Array, allocate
-from racecraft.envs.deepracer.fidelity import habits
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
 from racecraft.formats.hyperparameters import write_hyperparameters
 from racecraft.formats.model_metadata import write_model_metadata
@@ -32,7 +31,7 @@ from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.collector import Collector
 from racecraft.training.aws_files import AwsFiles
 from racecraft.training.aws_setup import aws_setup
-from racecraft.training.car_judge import CarJudge, episodes_begin_alike
+from racecraft.training.car_judge import CarJudge
 from racecraft.training.car_plan import CarPlan, RaceRequest, job_card, plan_car, plan_resume, policy_card, versions
 from racecraft.training.cloning import weights_of
 from racecraft.training.events import Listener
@@ -131,7 +130,7 @@ class Crew:
         log.writelines(f"{note}\n" for note in plan.notes)
         cars = settings.rollout.num_worlds
         world = race_world(plan, cars, reward.call, (settings.race.start_offset + np.arange(cars) / cars) % 1.0)
-        judged, trials = judged_world(plan, reward)
+        judged = judged_world(plan, reward)
         warm_up(world, judged, say)
         self.plan, self.run = plan, run
         self.learner = PpoLearner(
@@ -149,7 +148,7 @@ class Crew:
         self._loop = TrainingLoop(
             self._collector,
             self.learner,
-            CarJudge(judged, GreedyPolicy(self.learner), world, settings.evaluation.best_by, trials),
+            CarJudge(judged, GreedyPolicy(self.learner), world, settings.evaluation.best_by),
             self._keeper,
             listener,
             settings.rollout,
@@ -187,12 +186,10 @@ def race_world(
     )
 
 
-def judged_world(plan: CarPlan, reward: RewardFunction) -> tuple[RaceWorld, int]:
-    """Return the cars that are judged, and how often each counts: episodes that begin alike are driven once."""
+def judged_world(plan: CarPlan, reward: RewardFunction) -> RaceWorld:
+    """Return the cars that are judged; they are rewarded where that makes a checkpoint the best."""
     evaluation = plan.settings.evaluation
-    alike = episodes_begin_alike(habits(plan.settings.race.fidelity))
-    cars, trials = (1, evaluation.episodes) if alike else (evaluation.episodes, 1)
-    return race_world(plan, cars, reward.call if evaluation.best_by == "reward" else None), trials
+    return race_world(plan, evaluation.episodes, reward.call if evaluation.best_by == "reward" else None)
 
 
 def load_reward(path: Path | None) -> RewardFunction:

@@ -12,6 +12,7 @@ from racecraft.contract.world import allocate
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.fidelity import AWS_MAX_TICKS, DEPARTURES, FIDELITIES, Habits, as_table, habits
+from racecraft.envs.deepracer.vehicle import TICK_SECONDS
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.settings.groups import CameraConfig, RaceConfig
 from racecraft.settings.table import rows_of
@@ -106,22 +107,61 @@ def test_evaluation_starts_where_training_would_only_at_aws(fidelity):
     assert (trained_in.cars == before).all(), "evaluating moves nothing in the training"
 
 
-def test_an_evaluation_whose_episodes_begin_alike_is_driven_once_and_counted_for_each():
-    """By twin: four cars from one start against one car, four times."""
-    trained_in = make_world("aws")
+def test_the_episodes_of_an_evaluation_at_aws_begin_alike_and_end_apart():
+    """And the next evaluation, after another training episode, is another throw of the same dice."""
+    trained_in, judged = make_world("aws"), make_world("aws", num_cars=4)
     trained_in.reset(allocate(trained_in.spec), 0)
-    four = CarJudge(make_world("aws", num_cars=4), Straight(), trained_in).judge()
-    once = CarJudge(make_world("aws", num_cars=1), Straight(), trained_in, trials=4).judge()
-    assert four == once
-    assert len(once.details["laps"]) == 4
+    first = CarJudge(judged, Straight(), trained_in).judge()
+    again = CarJudge(judged, Straight(), trained_in).judge()
+    assert first == again
+    assert len({lap["progress_percent"] for lap in first.details["laps"]}) == 4
+    trained_in._cars["episode"] += 20  # whole laps of starts on
+    assert CarJudge(judged, Straight(), trained_in).judge() != first
+
+
+def test_a_tick_is_as_long_as_the_seed_says_and_a_fifteenth_of_a_second_on_average():
+    def speeds(fidelity, seed):
+        world = make_world(fidelity, num_cars=64)
+        buffers = allocate(world.spec)
+        world.reset(buffers, seed)
+        for _ in range(8):
+            before = world.cars
+            world.step(np.ones((64, 1), np.int64), buffers)
+        return (
+            np.hypot(world.cars["x"] - before["x"], world.cars["y"] - before["y"]) / world.cars["speed"] / TICK_SECONDS
+        )
+
+    assert (speeds("aws", 1) == speeds("aws", 1)).all()
+    assert (speeds("aws", 1) != speeds("aws", 2)).any()
+    assert np.ptp(speeds("sane", 1)) < 1e-3
+    lengths = speeds("aws", 1)
+    assert lengths.min() > 0.9
+    assert lengths.max() < 1.1
+    assert np.ptp(lengths) > 0.12
+    assert lengths.mean() == pytest.approx(speeds("sane", 1).mean(), abs=0.02)
+
+
+def test_a_saved_race_goes_on_with_its_own_dice():
+    worlds = [make_world("aws"), make_world("aws")]
+    buffers = [allocate(world.spec) for world in worlds]
+    for world, buffer, seed in zip(worlds, buffers, (5, 6), strict=True):
+        world.reset(buffer, seed)
+        for _ in range(5):
+            world.step(np.ones((2, 1), np.int64), buffer)
+    worlds[1].load_state(worlds[0].save_state(), buffers[1])
+    for world, buffer in zip(worlds, buffers, strict=True):
+        for _ in range(5):
+            world.step(np.ones((2, 1), np.int64), buffer)
+    assert (worlds[0].cars == worlds[1].cars).all()
 
 
 def test_the_sane_world_ignores_the_switches_bit_for_bit():
-    """The same drive in both: only what is learned from and how a cut is called may differ."""
+    """The same drive in both, but for the length of ticks: what is learned from and how a cut is called may differ."""
     choices = np.random.default_rng(3).integers(0, 3, (60, 2, 1))
     seen = {}
     for fidelity in FIDELITIES:
         world = make_world(fidelity)
+        world._rules = world._rules._replace(jitter=0.0)
         buffers = allocate(world.spec)
         world.reset(buffers, 0)
         seen[fidelity] = []

@@ -95,6 +95,8 @@ class Rules(NamedTuple):
     """Share of the lap by which the next start of a car moves on."""
     cut_ends: bool = False
     """Whether an episode that reaches `max_ticks` counts as ended rather than truncated."""
+    jitter: float = 0.0
+    """How much longer or shorter than TICK_SECONDS a tick may last, share of it; every length between is as likely."""
 
 
 def new_cars(num_cars: int, start_shares: Array) -> Array:

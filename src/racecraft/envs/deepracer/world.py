@@ -22,11 +22,12 @@ from typing import Any
 import numpy as np
 
 from racecraft.contract.errors import ContractError
+from racecraft.contract.random_streams import stream_keys
 from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffers, WorldSpec
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.camera import MOUNT_V2, MOUNT_V3, Camera, CameraMount
-from racecraft.envs.deepracer.fidelity import AWS_MAX_TICKS, SANE_MAX_SECONDS, habits
+from racecraft.envs.deepracer.fidelity import AWS_MAX_TICKS, SANE_MAX_SECONDS, TICK_JITTER, habits
 from racecraft.envs.deepracer.kernels import race as kernels
 from racecraft.envs.deepracer.reward_params import RewardParams
 from racecraft.envs.deepracer.scene import build_scene
@@ -85,6 +86,7 @@ class RaceWorld:
             laps,
             race_config.start_advance if race_config.change_start else 0.0,
             self.habits.cut_is_an_end,
+            TICK_JITTER if self.habits.ticks_jitter else 0.0,
         )
         self._table = np.column_stack([actions.steering, actions.speed]).astype(np.float64)
         self._clipped = np.ascontiguousarray(np.column_stack(actions.commands()))
@@ -94,6 +96,7 @@ class RaceWorld:
             raise ContractError(f"start_shares has shape {self._start_shares.shape}; expected ({num_cars},)")
         self._cars = race.new_cars(num_cars, self._start_shares)
         self._parked = np.zeros(num_cars, bool)
+        self._keys = _keys(0, num_cars)
         self._reward_sums = np.zeros(num_cars)
         self._finished: list[EpisodeRecord] = []
         self._spec = world_spec(actions, camera_config, num_cars, f"DeepRacer {track.name}")
@@ -114,17 +117,22 @@ class RaceWorld:
         return self._start_shares.copy()
 
     @property
+    def episodes_begun(self) -> int:
+        """Episodes that all cars together have begun since `reset`, less the first of each."""
+        return int(self._cars["episode"].sum())
+
+    @property
     def next_start_share(self) -> float:
         """Where the next episode would start if the first car alone had driven every car's, share of the lap."""
-        episodes = int(self._cars["episode"].sum())
-        return float((self._start_shares[0] + episodes * self._rules.start_advance) % 1.0)
+        return float((self._start_shares[0] + self.episodes_begun * self._rules.start_advance) % 1.0)
 
     def move_starts(self, start_shares: Sequence[float] | Array) -> None:
         """Let the next `reset` line the cars up elsewhere: shares of the lap, (N,)."""
         self._start_shares = np.array(start_shares, float)
 
     def reset(self, buffers: StepBuffers, seed: int) -> None:
-        """Line every car up at its first start. A time trial rolls no dice, so `seed` changes nothing here."""
+        """Line every car up at its first start; `seed` is of the lengths of ticks, where they vary."""
+        self._keys = _keys(seed, len(self._cars))
         self._cars = race.new_cars(len(self._cars), self._start_shares)
         self.begin_episodes(buffers)
 
@@ -155,7 +163,7 @@ class RaceWorld:
             raise ContractError(f"{self._spec.name}: actions {actions!r} are not {len(self._cars)} of {self.actions}")
         kernels.tick(
             self._arrays, self._profile, self._rules, *self._eyes, self._palettes, self._table, self._clipped, choices,
-            self._parked, self._cars, self.reports,
+            self._parked, self._keys, self._cars, self.reports,
             *self._views(buffers.observations), *self._views(buffers.final_observations),
         )  # fmt: skip
         buffers.terminated[:, 0] = self.reports["terminated"]
@@ -174,12 +182,13 @@ class RaceWorld:
     def save_state(self) -> dict[str, Array]:
         """Return every car, field by field."""
         state = {f"car.{name}": self._cars[name].copy() for name in race.CAR_STATE.names or ()}
-        return {**state, "reward_sums": self._reward_sums.copy()}
+        return {**state, "reward_sums": self._reward_sums.copy(), "keys": self._keys.copy()}
 
     def load_state(self, state: Mapping[str, Array], buffers: StepBuffers) -> None:
         """Go on from a saved state; what the cars see is drawn again."""
         for name in race.CAR_STATE.names or ():
             self._cars[name] = state[f"car.{name}"]
+        self._keys[:] = state.get("keys", self._keys)  # a race saved before ticks had lengths has none
         self._parked[:] = False
         self._reward_sums[:] = state["reward_sums"]
         self._finished.clear()
@@ -238,6 +247,10 @@ def world_spec(
         actions=actions.spec,
         tick_seconds=TICK_SECONDS,
     )
+
+
+def _keys(seed: int, num_cars: int) -> Array:
+    return stream_keys(seed, "length of ticks", num_cars)
 
 
 def mount_for_version(version: str | None) -> CameraMount:

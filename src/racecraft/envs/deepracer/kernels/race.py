@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from racecraft.envs.deepracer.kernels.camera import render_frame
 from racecraft.envs.deepracer.kernels.vehicle import drive
 from racecraft.envs.deepracer.race import (
@@ -25,6 +27,7 @@ from racecraft.envs.deepracer.race import (
 )
 from racecraft.envs.deepracer.vehicle import FRONT_POINT_M, FRONT_WHEELS_M, REAR_WHEELS_M, TICK_SECONDS
 from racecraft.kernels import kernel, parallel_kernel, prange
+from racecraft.kernels.chance import uniform_at
 from racecraft.tracks.kernels.geometry import (
     is_on_road,
     locate_point,
@@ -55,7 +58,7 @@ def look_again(track, scene, optics, palettes, cars, frames, critic_views):
 
 @parallel_kernel
 def tick(
-    track, profile, rules, scene, optics, palettes, table, clipped, choices, parked,
+    track, profile, rules, scene, optics, palettes, table, clipped, choices, parked, keys,
     cars, reports, frames, critic_views, last_frames, last_critic_views,
 ):  # fmt: skip
     """Advance every car by one tick.
@@ -71,6 +74,7 @@ def tick(
         clipped: (A, 2) the same as sent to the car.
         choices: (N,) int64, the action of each car.
         parked: (N,) bool, cars that take no part: they stand, and their reports say so.
+        keys: (N,) uint64, each car's own stream of chance.
         cars: CAR_STATE (N,), advanced in place.
         reports: TICK_REPORT (N,), written.
         frames: uint8 (N, H, W), what is seen after the tick.
@@ -86,7 +90,7 @@ def tick(
             continue
         report_moment(track, car, report, table[choice, 0], table[choice, 1])
         call_endings(rules, car, report)
-        obey(profile, car, clipped[choice, 0], clipped[choice, 1])
+        obey(profile, car, clipped[choice, 0], clipped[choice, 1], tick_length(rules, car, keys[n]))
         locate(track, car)
         if report.terminated or report.truncated:
             look(track, scene, optics, palettes[n], car, last_frames[n], last_critic_views[n])
@@ -146,14 +150,22 @@ def call_endings(rules, car, report):
 
 
 @kernel
-def obey(profile, car, steering, speed):
-    """Let the command act for one tick; a car that is being prepared is held."""
+def tick_length(rules, car, key):
+    """Return how long this tick lasts, s."""
+    if rules.jitter <= 0.0:
+        return TICK_SECONDS
+    return TICK_SECONDS * (1.0 + rules.jitter * (2.0 * uniform_at(key, np.uint64(car.total_ticks)) - 1.0))
+
+
+@kernel
+def obey(profile, car, steering, speed, seconds):
+    """Let the command act for so many seconds; a car that is being prepared is held."""
     if car.preparing:
         car.preparing = False
         return
     x, y = car.x, car.y
     car.x, car.y, car.yaw, car.speed, car.steering = drive(
-        profile, x, y, car.yaw, car.speed, car.steering, car.old_steering, car.old_speed, steering, speed
+        profile, x, y, car.yaw, car.speed, car.steering, car.old_steering, car.old_speed, steering, speed, seconds
     )
     car.old_steering, car.old_speed = steering, speed
     moved = math.hypot(car.x - x, car.y - y)

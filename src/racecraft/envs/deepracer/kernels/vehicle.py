@@ -22,7 +22,7 @@ def drive(car, x, y, yaw, speed, steering, old_steering, old_speed, new_steering
         steering: Angle the wheels have now, rad, positive left.
         old_steering, old_speed: Last tick's command (rad, m/s); it acts until the delays have passed.
         new_steering, new_speed: This tick's command (rad, m/s).
-        seconds: How long the tick lasts; in our own world always TICK_SECONDS, in a recorded race what its clock says.
+        seconds: How long the tick lasts.
 
     Returns:
         x, y, yaw, speed, steering after the tick.
