@@ -14,6 +14,7 @@ import torch
 
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import DiscreteActions
+from racecraft.envs.unity.errors import PlayerDiedError
 from racecraft.envs.unity.world import UnityWorld
 from racecraft.export.unity_run import export_to_unity
 from racecraft.formats.checkpoint import Checkpoints
@@ -154,3 +155,24 @@ def test_a_configuration_says_who_learns_and_how_each_does(player, tmp_path):
     assert (dot["network"]["hidden_units"], teller["network"]["hidden_units"]) == ([64, 64], [16])
     assert trained.outcome.reason == "steps=640"
     assert any("buffers of the behaviors differ; they are filled together, 64 ticks" in note for note in trained.notes)
+
+
+def test_a_player_that_dies_leaves_what_was_learnt_and_the_way_on(player, tmp_path):
+    """It crashes in its ninth step: two iterations of four are kept; so it does again when the run goes on."""
+    said, run = [], tmp_path / "run"
+    request = UnityRequest(player("crash"), run=run, overrides=("rollout.horizon=4", "evaluation.every=9"))
+    with pytest.raises(PlayerDiedError, match="out of neutrons"):
+        train_unity(request, Silence(), said.append)
+    assert said[-1] == f"what was learned until then stands in {run}; --run {run} --resume goes on from there"
+    with pytest.raises(PlayerDiedError):
+        resume_unity(run, (), Silence(), said.append)
+    assert any(line.startswith("goes on after iteration 2;") for line in said)
+
+
+def test_rows_for_agents_that_come_later_are_kept_when_asked_for(player, tmp_path):
+    request = UnityRequest(
+        player("tell"), run=tmp_path / "run", max_agents=20, stops=("iterations=1",), overrides=("rollout.horizon=4",)
+    )
+    trained = train_unity(request, Silence(), str)
+    job = trained.run.read_job()
+    assert (job["settings"]["rollout"]["num_worlds"], job["asked"]["max_agents"]) == (20, 20)

@@ -10,7 +10,7 @@ import typer
 
 from racecraft.cli.resuming import refuse_changes
 
-UNCHANGEABLE = ("build", "config", "behavior", "seed", "set_", "graphics", "from_")
+UNCHANGEABLE = ("build", "config", "behavior", "max_agents", "seed", "set_", "graphics", "from_")
 
 app = typer.Typer(help="Train in Unity scenes built with ML-Agents.", no_args_is_help=True)
 
@@ -32,7 +32,13 @@ def train(
         ),
     ] = None,
     config: Annotated[Path | None, typer.Option(help="ML-Agents' trainer configuration, the YAML file.")] = None,
-    behavior: Annotated[str | None, typer.Option(help="Which behavior learns, where the scene has several.")] = None,
+    behavior: Annotated[
+        str | None,
+        typer.Option(help="Which behavior learns; by default those of the configuration, or all of the scene."),
+    ] = None,
+    max_agents: Annotated[
+        int | None, typer.Option(min=1, help="Agents of a behavior that live at once; by default those that ask first.")
+    ] = None,
     stop: Annotated[
         list[str] | None,
         typer.Option(help="score=0.92, minutes=10, iterations=50, steps=200000; may be repeated."),
@@ -74,7 +80,9 @@ def train(
     if resume:
         trained = resume_unity(refuse_changes(context, run, UNCHANGEABLE, "runs/Basic-1"), stops, watching, tell)
     else:
-        request = UnityRequest(build, config, behavior, stops, run, seed, tuple(set_ or ()), graphics, from_)
+        request = UnityRequest(
+            build, config, behavior, stops, run, seed, tuple(set_ or ()), graphics, max_agents, from_
+        )
         trained = train_unity(request, watching, tell)
     summary = trained.summary()
     if json:

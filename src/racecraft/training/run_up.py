@@ -17,7 +17,7 @@ from typing import Any
 from racecraft.algorithms.committee import Learner
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.weights import to_tensors
-from racecraft.contract.errors import RunFolderError
+from racecraft.contract.errors import RacecraftError, RunFolderError
 from racecraft.contract.world import World
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
@@ -91,7 +91,7 @@ def train(
     run = _make_run(course, place)
     with run.lock():
         _, _, loop = _crew(course, run, learner, listener)
-        return run, loop.run(f"{course.title}, run {run.path}")
+        return run, _run(loop, course, run, say)
 
 
 def resume(course: Course, run: RunFolder, listener: Listener, say: Say) -> Outcome:
@@ -105,7 +105,7 @@ def resume(course: Course, run: RunFolder, listener: Listener, say: Say) -> Outc
     with run.lock():
         collector, keeper, loop = _crew(course, run, learner, listener)
         tell_resumed(*restore_run(run, learner, collector, loop, keeper, course.lasting), say)
-        return loop.run(f"{course.title}, run {run.path}")
+        return _run(loop, course, run, say)
 
 
 def begin_with(learner: Learner, source: str, kind: str) -> None:
@@ -156,6 +156,15 @@ def _learner(course: Course) -> Learner:
     if course.learner is not None:
         return course.learner()
     return PpoLearner(course.world.spec, settings.network, settings.ppo, course.seed, settings.runtime.device)
+
+
+def _run(loop: TrainingLoop, course: Course, run: RunFolder, say: Say) -> Outcome:
+    """Train; where that fails, say what is left of it."""
+    try:
+        return loop.run(f"{course.title}, run {run.path}")
+    except RacecraftError:
+        say(f"what was learned until then stands in {run.path}; --run {run.path} --resume goes on from there")
+        raise
 
 
 def _say_notes(course: Course, say: Say) -> None:

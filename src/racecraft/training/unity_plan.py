@@ -68,6 +68,8 @@ class UnityRequest:
     overrides: tuple[str, ...] = ()
     graphics: bool | None = None
     """Whether the player opens a window; None: as the configuration says, else none."""
+    max_agents: int | None = None
+    """Rows kept for the agents of a behavior in one player; None: as many as ask first."""
     clone_from: str | None = None
     """RUN, RUN:best, RUN:last or RUN:N, whose weights the training begins with; None: fresh weights."""
 
@@ -94,6 +96,8 @@ class UnityPlan:
         words["several"] = self.request.behavior is None
         if self.request.graphics is not None:
             words["graphics"] = self.request.graphics
+        if self.request.max_agents is not None:
+            words["max_agents"] = self.request.max_agents
         if for_judge:
             words |= {"num_players": 1, "restart_on_reset": False}
         if self.build_name == BASIC and "args" not in words:  # a real scene has as many agents as it has
@@ -110,6 +114,7 @@ class UnityPlan:
             "wish": self.request.behavior,
             "config": None if self.request.config is None else self.request.config.name,
             "graphics": self.request.graphics,
+            "max_agents": self.request.max_agents,
             "from": self.request.clone_from,
         }
 
@@ -154,6 +159,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> UnityPlan:
         run=path,
         seed=job["seed"],
         graphics=asked.get("graphics"),
+        max_agents=asked.get("max_agents"),
     )
     config = read_trainer_yaml(copy) if request.config else TrainerConfig({})
     settings = from_dictionary(TrainSettings, job["settings"])

@@ -179,7 +179,7 @@ class Seats:
         if not guests.free:
             raise UnityError(
                 f"agent {agent} of '{name}' asks for a decision, but all {self._rows_each} rows kept for a player are "
-                "taken. Give max_agents= the largest number of agents that live at once."
+                "taken. Give max_agents= (--max-agents at the command line) the largest number that live at once."
             )
         before = guests.last_row_of.pop((name, agent), None)
         row = before if before in guests.free else guests.free[0]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from racecraft.compat.names.mlagents_envs.exception import UnitySideChannelException
-from racecraft.compat.names.mlagents_envs.side_channel.side_channel import IncomingMessage, OutgoingMessage, SideChannel
-from racecraft.envs.unity.side_channels import ENGINE_CONFIGURATION, SideChannels, split
+from racecraft.compat.names.mlagents_envs.side_channel.side_channel import IncomingMessage, SideChannel
+from racecraft.envs.unity.side_channels import ENGINE_CONFIGURATION, SideChannels
 
 
 class EngineConfig(NamedTuple):
@@ -55,7 +55,4 @@ class EngineConfigurationChannel(SideChannel):
         """Set all that is given."""
         spoken = SideChannels()
         spoken.set_engine(**config._asdict())
-        for _, payload in split(spoken.take_outgoing()):
-            message = OutgoingMessage()
-            message.set_raw_bytes(payload)
-            self.queue_message_to_send(message)
+        self.queue_spoken(spoken)

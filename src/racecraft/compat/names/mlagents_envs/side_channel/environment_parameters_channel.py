@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from racecraft.compat.names.mlagents_envs.exception import UnitySideChannelException
-from racecraft.compat.names.mlagents_envs.side_channel.side_channel import IncomingMessage, OutgoingMessage, SideChannel
+from racecraft.compat.names.mlagents_envs.side_channel.side_channel import IncomingMessage, SideChannel
 from racecraft.envs.unity.side_channels import (
     ENVIRONMENT_PARAMETERS,
     Gaussian,
     MultiRange,
     SideChannels,
     Uniform,
-    split,
 )
 
 
@@ -47,7 +46,4 @@ class EnvironmentParametersChannel(SideChannel):
     def _set(self, key: str, value: float | Uniform | Gaussian | MultiRange, seed: int = 0) -> None:
         spoken = SideChannels()
         spoken.set_parameter(key, value, seed)
-        for _, payload in split(spoken.take_outgoing()):
-            message = OutgoingMessage()
-            message.set_raw_bytes(payload)
-            self.queue_message_to_send(message)
+        self.queue_spoken(spoken)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import uuid
 
-from racecraft.compat.names.mlagents_envs.side_channel.side_channel import IncomingMessage, OutgoingMessage, SideChannel
-from racecraft.envs.unity.side_channels import FLOAT_PROPERTIES
+from racecraft.compat.names.mlagents_envs.side_channel.side_channel import IncomingMessage, SideChannel
+from racecraft.envs.unity.side_channels import FLOAT_PROPERTIES, SideChannels
 
 
 class FloatPropertiesChannel(SideChannel):
@@ -22,10 +22,9 @@ class FloatPropertiesChannel(SideChannel):
     def set_property(self, key: str, value: float) -> None:
         """Set one."""
         self._values[key] = value
-        message = OutgoingMessage()
-        message.write_string(key)
-        message.write_float32(value)
-        self.queue_message_to_send(message)
+        spoken = SideChannels()
+        spoken.set_float_property(key, value)
+        self.queue_spoken(spoken)
 
     def get_property(self, key: str) -> float | None:
         """Return one, or None."""

@@ -7,7 +7,7 @@ import uuid
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
-from racecraft.envs.unity.side_channels import Reader, pack_floats, pack_string
+from racecraft.envs.unity.side_channels import Reader, SideChannels, pack_floats, pack_string, split
 
 
 class IncomingMessage:
@@ -86,6 +86,10 @@ class SideChannel(ABC):
     def queue_message_to_send(self, msg: OutgoingMessage) -> None:
         """Have a message go with the next step or reset."""
         self._queued.append(bytes(msg.buffer))
+
+    def queue_spoken(self, spoken: SideChannels) -> None:
+        """Have what our own side channels would say go with the next step or reset."""
+        self._queued += [payload for _, payload in split(spoken.take_outgoing())]
 
     @abstractmethod
     def on_message_received(self, msg: IncomingMessage) -> None:
