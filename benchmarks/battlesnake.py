@@ -1,6 +1,6 @@
-"""How many Battlesnake turns a second: `python benchmarks/battlesnake.py [--threads 1]`.
+"""How many Battlesnake turns a second: `python benchmarks/battlesnake.py`.
 
-Prints a table, medians of five. Run it on a machine that does nothing else, and write the machine beside the figures.
+Prints a table, medians of five, and the figures of the default game as JSON. Nothing else should run meanwhile.
 
     rules only       11x11, 4 snakes, random safe moves (choosing them included), set-ups and ends included
     with sight       `BattlesnakeWorld.step`: rules, masks, default observation; choosing moves not included
@@ -10,7 +10,7 @@ Prints a table, medians of five. Run it on a machine that does nothing else, and
 from __future__ import annotations
 
 import argparse
-import platform
+import json
 import time
 from collections.abc import Callable
 from statistics import median
@@ -85,13 +85,11 @@ def referee(settings: GameSettings, turns: int = 1000) -> Callable[[], float]:
 
 
 def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--threads", type=int, default=1)
-    threads = parser.parse_args().threads
-    set_threads(threads)
-    print(f"{platform.processor() or platform.machine()}, {threads} thread(s), medians of {REPEATS}")
-    print("| benchmark | ruleset/map | board | snakes | game-steps / s |")
+    """Measure, print the table, and the figures as JSON on the last line."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
+    figures = main_figures()
+    set_threads(1)
+    print("| benchmark, one core | ruleset/map | board | snakes | game-steps / s |")
     print("|---|---|---|---|---|")
     for make in (rules_only, with_sight, referee):
         for settings in CASES:
@@ -100,6 +98,22 @@ def main() -> None:
             board = f"{settings.width}x{settings.height}"
             name = make.__name__.replace("_", " ")
             print(f"| {name} | {settings.ruleset}/{settings.map} | {board} | {settings.players} | {speed:,.0f} |")
+    print(json.dumps(figures))
+
+
+def main_figures() -> dict[str, int]:
+    """Return 11x11 with 4 snakes: medians, lowest and highest of interleaved rounds."""
+    rules, sight = rules_only(GameSettings()), with_sight(GameSettings())
+    cases = {"rules_one_core": (1, rules), "sight_one_core": (1, sight), "sight_two_cores": (2, sight)}
+    rounds: dict[str, list[float]] = {name: [] for name in cases}
+    for _ in range(2 * REPEATS):
+        for name, (cores, run) in cases.items():
+            set_threads(cores)
+            rounds[name].append(run())
+    told: dict[str, int] = {}
+    for name, speeds in rounds.items():
+        told |= {name: round(median(speeds)), f"{name}_low": round(min(speeds)), f"{name}_high": round(max(speeds))}
+    return told
 
 
 if __name__ == "__main__":
