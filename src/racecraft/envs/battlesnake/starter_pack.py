@@ -323,6 +323,17 @@ class StarterPackGym:
         }
 
 
+def source_experiment(side: int = 11, seed: int = 0) -> StarterPackGym:
+    """Return the gym of the pack's published experiment: 5 snakes, observations 21 x 21 x 6, no mask, April's rewards.
+
+    Which board the published curves were made on is not known (facts: D.2); 11 x 11 is the pack's later default.
+
+    >>> source_experiment().observation_shape
+    (21, 21, 6)
+    """
+    return StarterPackGym("max-bordered-51s", (side, side), 5, rewards=REWARDS_APRIL_2020, seed=seed)
+
+
 def _facing(body: Sequence[Square]) -> int | None:
     if len(body) < 2:
         return None

@@ -7,6 +7,8 @@ hungry.py        2 straight to the nearest food
 flood_fill.py    3 counts the room behind each move
 area_control.py  4 counts whose squares are whose, after every reply
 search.py        5 looks many moves ahead, as long as it is given time
+trained.py       a policy out of a run folder
+anchors.py       players 1 to 3 at the speed of training
 kernels/         squares counted and trees grown, compiled
 from_file.py     a user's own `move(data)`, in a process of its own
 file_worker.py   that process
