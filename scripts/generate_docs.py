@@ -154,6 +154,40 @@ closed, lines cross, the road is too narrow or too wide, or rows are out of orde
 {_table(("name", "title", "length (m)", "width (m)", "waypoints", "direction", "tags"), rows)}"""
 
 
+def run_env_page() -> str:
+    """Return every variable of run.env, and whether it is obeyed."""
+    from racecraft.formats.run_env_variables import BY_NAME, OTHER_SPELLINGS
+
+    def rows(status: str) -> list[tuple[str, str, str]]:
+        return [
+            (f"`{one.name}`", f"`{one.default}`" if one.default else "", one.doc)
+            for one in BY_NAME.values()
+            if one.status == status
+        ]
+
+    spellings = [(f"`{other}`", f"`{name}`") for other, name in OTHER_SPELLINGS.items()]
+    return f"""# run.env
+
+The variables of DeepRacer for Cloud, as they stand in `run.env` or `system.env` of a [racer's
+folder](../racing/your_folder.md#runenv). `RACECRAFT_STOP` is ours; DeepRacer for Cloud passes it over.
+
+## Obeyed
+
+{_table(("variable", "in a new file", "meaning"), rows("used"))}
+
+## Kept, and not used yet
+
+They belong to Docker, to AWS, to the simulator's window, or to races that are not built yet.
+
+{_table(("variable", "in a new file", "meaning"), rows("known"))}
+
+## Other spellings
+
+Documents, older versions and slips of the original's code use these names; they are read and said.
+
+{_table(("written", "read as"), spellings)}"""
+
+
 def track_pictures() -> dict[str, str]:
     """Return a small picture of every circuit: place under docs/ → SVG."""
     from racecraft.tracks.catalogue import load_track, names
@@ -222,6 +256,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/reward_parameters.md": reward_page,
     "reference/episode_columns.md": episode_page,
     "reference/metrics.md": metrics_page,
+    "reference/run_env.md": run_env_page,
     "reference/tracks.md": tracks_page,
     "reference/gallery.md": gallery_page,
     "reference/worlds.md": worlds_page,

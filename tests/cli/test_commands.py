@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from tests.cli.conftest import TINY
 
+from racecraft.formats.checkpoint import Checkpoints
 from racecraft.tracks.catalogue import load_track
 
 
@@ -104,6 +105,20 @@ def test_a_track_of_one_s_own_is_imported_listed_and_trained_on(racecraft, tmp_p
     trained = racecraft("train", "--track", "garage", "--stop", "iterations=1", "--no-pictures", "--json", *TINY)
     assert json.loads(trained.out)["run"] == "runs/garage-1"
     assert racecraft("evaluate", "runs/garage-1", "--laps", "1", "--json").code == 0
+
+
+def test_an_evaluation_does_what_run_env_asked_for_unless_told_otherwise(racecraft, tmp_path):
+    (tmp_path / "car").mkdir()
+    (tmp_path / "car" / "run.env").write_text(
+        "DR_EVAL_NUMBER_OF_TRIALS=2\nDR_EVAL_CHECKPOINT=last\nDR_CAR_COLOR=Blue\n"
+    )
+    racecraft("train", "car", "--run", "r", "--stop", "iterations=2", "--no-pictures", *TINY)
+    Checkpoints("r/checkpoints").mark_best(1)
+    asked = json.loads(racecraft("evaluate", "r", "--json").out)
+    assert (len(asked["laps"]), asked["checkpoint"]) == (2, 2)
+    told = json.loads(racecraft("evaluate", "r", "--laps", "1", "--checkpoint", "best", "--json").out)
+    assert (len(told["laps"]), told["checkpoint"]) == (1, 1)
+    assert json.loads((tmp_path / "r" / "job.json").read_text())["env"]["DR_CAR_COLOR"] == "Blue"
 
 
 def test_tracks_are_listed_and_shown(racecraft, tmp_path):

@@ -34,6 +34,7 @@ def test_each_used_variable_changes_something_and_no_other_does(tmp_path):
         "DR_TRAIN_MIN_EVAL_TRIALS": "3",
         "DR_TRAIN_BEST_MODEL_METRIC": "reward",
         "RACECRAFT_STOP": "laps, minutes=5",
+        "DR_EVAL_CHECKPOINT": "best",
         "DR_LOCAL_S3_CUSTOM_FILES_PREFIX": "mine",
         "DR_LOCAL_S3_PRETRAINED_PREFIX": "old",
         "DR_LOCAL_S3_PRETRAINED_CHECKPOINT": "best",
@@ -55,7 +56,8 @@ def test_each_used_variable_changes_something_and_no_other_does(tmp_path):
 
 def meaning(asked):
     telling = [note for note in asked.notes if "not used yet" not in note]
-    return (asked.track, asked.overrides, asked.start_offset, asked.stops, asked.clone_from, asked.files, telling)
+    settings = (asked.track, asked.overrides, asked.start_offset, asked.stops, asked.judging)
+    return (*settings, asked.clone_from, asked.files, telling)
 
 
 def test_a_file_as_racers_write_it_becomes_settings(tmp_path):
@@ -121,6 +123,8 @@ WRONG = [  # line, what the letter holds
     ("DR_TRAIN_START_POSITION_OFFSET=inf", "'inf'; expected a number from 0 to 1"),
     ("DR_TRAIN_MIN_EVAL_TRIALS=0", "DR_TRAIN_MIN_EVAL_TRIALS: '0'; expected a number from 1 to 1000"),
     ("DR_TRAIN_MIN_EVAL_TRIALS=2.5", "'2.5'; expected a whole number from 1 to 1000"),
+    ("DR_EVAL_NUMBER_OF_TRIALS=three", "DR_EVAL_NUMBER_OF_TRIALS: 'three'; expected a number from 1 to 1000"),
+    ("DR_EVAL_CHECKPOINT=newest", "DR_EVAL_CHECKPOINT: 'newest'; expected last or best"),
     ("DR_TRAIN_BEST_MODEL_METRIC=lap time", "'lap time'; expected progress or reward or laptime. Did you mean"),
     ("RACECRAFT_STOP=laps minuts=3", "RACECRAFT_STOP: 'laps minuts=3'; expected stops such as laps minutes=30. --stop"),
     ("RACECRAFT_STOP=minutes", "RACECRAFT_STOP: 'minutes'; expected stops"),

@@ -11,15 +11,27 @@ if TYPE_CHECKING:
     from racecraft.evaluation.laps import LapReport
 
 MAX_LAPS = 1000
+LAPS, CHECKPOINT = 3, "best"
+"""Where neither the command nor the run's run.env says."""
 
 
 def evaluate(
     run: Annotated[Path, typer.Argument(help="A run folder, such as runs/reinvent_base-1.")],
-    checkpoint: Annotated[str, typer.Option(help="best, last, or the number of an iteration.")] = "best",
+    checkpoint: Annotated[
+        str | None,
+        typer.Option(help="best, last, or the number of an iteration; by default what run.env asked for, else best."),
+    ] = None,
     track: Annotated[
         str | None, typer.Option(help="A name or a waypoint file; by default the track it was trained on.")
     ] = None,
-    laps: Annotated[int, typer.Option(min=1, max=MAX_LAPS, help="One from standstill, then flying.")] = 3,
+    laps: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=MAX_LAPS,
+            help=f"One from standstill, then flying; by default what run.env asked for, else {LAPS}.",
+        ),
+    ] = None,
     video: Annotated[Path | None, typer.Option(help="Film the drive into this MP4 file.")] = None,
     picture: Annotated[
         Path | None, typer.Option(help="Draw the path into this PNG; by default into the run's evaluations folder.")
@@ -35,14 +47,16 @@ def evaluate(
         racecraft evaluate runs/reinvent_base-1 --checkpoint last --track Oval_track --laps 5 --json
     """
     from racecraft.cli.output import print_json, say
+    from racecraft.formats.run_folder import RunFolder
     from racecraft.players.trained_car import load_trained_car
     from racecraft.tracks.catalogue import load_track
     from racecraft.training.aws_evaluation import write_aws_evaluation
     from racecraft.training.gallery import drive_laps, show_drive
 
-    car = load_trained_car(run, checkpoint)
+    asked = RunFolder.open(run).read_job().get("evaluate", {})
+    car = load_trained_car(run, checkpoint or asked.get("checkpoint", CHECKPOINT))
     circuit = load_track(track or car.trained_on)
-    drive = drive_laps(car, circuit, laps)
+    drive = drive_laps(car, circuit, laps or asked.get("laps", LAPS))
     picture = picture or car.run.evaluations / f"{circuit.name}-{car.checkpoint.iteration}.png"
     if video is not None:
         say(f"Filming {len(drive.ticks)} ticks …", quiet_stdout=json)

@@ -57,13 +57,13 @@ CAR_COLOR | Red | known | Colour of the car on the video.
 DISPLAY_NAME | $DR_CAR_NAME | known | Name shown on the video.
 RACER_NAME | $DR_CAR_NAME | known | Name of the racer.
 ENABLE_DOMAIN_RANDOMIZATION | False | known | Other colours and light in each episode.
-EVAL_NUMBER_OF_TRIALS | 3 | known | Laps of an evaluation.
+EVAL_NUMBER_OF_TRIALS | 3 | used | Laps of `racecraft evaluate` where none are asked for.
 EVAL_IS_CONTINUOUS | True | known | After a mishap: go on with a penalty instead of ending the trial.
 EVAL_MAX_RESETS | 100 | known | Mishaps until a trial ends all the same.
 EVAL_OFF_TRACK_PENALTY | 5.0 | known | Seconds for leaving the track.
 EVAL_COLLISION_PENALTY | 5.0 | known | Seconds for a collision.
 EVAL_SAVE_MP4 | False | known | Keep the video.
-EVAL_CHECKPOINT | last | known | Which checkpoint is evaluated: last or best.
+EVAL_CHECKPOINT | last | used | The checkpoint it drives where none is asked for: last or best.
 EVAL_OPP_S3_MODEL_PREFIX | rl-deepracer-sagemaker | known | Model of the opponent.
 EVAL_OPP_CAR_BODY_SHELL_TYPE | deepracer | known | Shell of the opponent.
 EVAL_OPP_CAR_NAME | FasterCar | known | Name of the opponent's car.

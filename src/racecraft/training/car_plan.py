@@ -20,6 +20,7 @@ from racecraft.settings.groups import TrainSettings
 from racecraft.settings.overrides import as_dictionary, from_dictionary, with_values
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.track import Track
+from racecraft.training.aws_setup import FROM_ENV
 from racecraft.training.model_folder import ModelFolder, read_model_folder
 from racecraft.training.presets import settings_for, stops_given
 from racecraft.training.race_environment import TRACK_VARIABLE, race_environment
@@ -67,7 +68,9 @@ class CarPlan:
     notes: tuple[str, ...] = field(default=())
     """What is worth saying before the first tick, a clause each."""
     env: Mapping[str, str] = field(default_factory=dict)
-    """The racer's run.env, as it was read; goes into the AWS files."""
+    """The racer's run.env, as it was read; what the AWS files repeat of it goes into job.json too."""
+    judging: Mapping[str, int | str] = field(default_factory=dict)
+    """What `racecraft evaluate` does with the run where it is not told otherwise."""
 
     @property
     def actions(self) -> ActionTable:
@@ -98,7 +101,9 @@ def plan_car(request: RaceRequest) -> CarPlan:
     if not any(override.startswith("race.car=") for override in request.overrides):
         settings = with_values(settings, "race", {"car": request.car or model.metadata.car})
     track = _load_track(request, asked.env)
-    return CarPlan(request, model, settings, track, stops, (*asked.notes, *model.notes, *notes), asked.env.values)
+    return CarPlan(
+        request, model, settings, track, stops, (*asked.notes, *model.notes, *notes), asked.env.values, asked.judging
+    )
 
 
 def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
@@ -136,7 +141,9 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
     if job["versions"] != versions():
         notes.append(f"versions differ from those the run began with ({job['versions']}): the curve may differ")
     settings = from_dictionary(TrainSettings, job["settings"])
-    return CarPlan(request, read_model_folder(path), settings, track, parse_stops(request.stops), tuple(notes))
+    return CarPlan(
+        request, read_model_folder(path), settings, track, parse_stops(request.stops), tuple(notes), job.get("env", {})
+    )
 
 
 def job_card(plan: CarPlan, threads: int) -> dict[str, Any]:
@@ -154,6 +161,8 @@ def job_card(plan: CarPlan, threads: int) -> dict[str, Any]:
         },
         "track": {"name": plan.track.name, "hash": plan.track.hash(), "length_m": plan.track.length},
         "settings": as_dictionary(plan.settings),
+        "evaluate": dict(plan.judging),
+        "env": {name: plan.env[name] for name in FROM_ENV.values() if name in plan.env},
         "model_metadata": as_aws_dict(plan.model.metadata),
         "seed": request.seed,
         "versions": versions(),

@@ -6,6 +6,7 @@ valid and not built yet is refused where training something else would be wrong 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -41,6 +42,8 @@ class RaceEnvironment:
     """As after --stop."""
     clone_from: str | None = None
     """RUN:best or RUN:last, as after --from."""
+    judging: Mapping[str, int | str] = field(default_factory=dict)
+    """What `racecraft evaluate` does with the run where it is not told otherwise: "laps", "checkpoint"."""
     files: Path | None = None
     """Where the racer's three files lie instead of the folder itself."""
     notes: tuple[str, ...] = ()
@@ -65,6 +68,7 @@ def race_environment(folder: Path | None) -> RaceEnvironment:
         start_offset=_share(env, "DR_TRAIN_START_POSITION_OFFSET"),
         stops=_stops(env),
         clone_from=_clone_source(env, folder),
+        judging=_judging(env),
         files=_files(env, folder),
         notes=(*env.notes, *_unused_notes(env, bool(whole.workers))),
     )
@@ -88,14 +92,30 @@ def _overrides(env: RunEnv) -> tuple[str, ...]:
     advance = _share(env, "DR_TRAIN_ROUND_ROBIN_ADVANCE_DIST")
     if advance is not None:
         found.append(f"race.start_advance={advance:g}")
-    if "DR_TRAIN_MIN_EVAL_TRIALS" in env.values:
-        trials = env.number("DR_TRAIN_MIN_EVAL_TRIALS", 5, 1, 1000)
-        if trials != int(trials):
-            raise env.letter("DR_TRAIN_MIN_EVAL_TRIALS", "a whole number from 1 to 1000")
-        found.append(f"evaluation.episodes={int(trials)}")
+    if (trials := _trials(env, "DR_TRAIN_MIN_EVAL_TRIALS")) is not None:
+        found.append(f"evaluation.episodes={trials}")
     if "DR_TRAIN_BEST_MODEL_METRIC" in env.values:
         found.append(f"evaluation.best_by={env.choice('DR_TRAIN_BEST_MODEL_METRIC', 'progress', BEST_METRICS)}")
     return tuple(found)
+
+
+def _judging(env: RunEnv) -> dict[str, int | str]:
+    """Return what an evaluation of the run does where it is not told otherwise."""
+    found: dict[str, int | str] = {}
+    if (laps := _trials(env, "DR_EVAL_NUMBER_OF_TRIALS")) is not None:
+        found["laps"] = laps
+    if "DR_EVAL_CHECKPOINT" in env.values:
+        found["checkpoint"] = env.choice("DR_EVAL_CHECKPOINT", "last", ("last", "best"))
+    return found
+
+
+def _trials(env: RunEnv, name: str) -> int | None:
+    if name not in env.values:
+        return None
+    trials = env.number(name, 1, 1, 1000)
+    if trials != int(trials):
+        raise env.letter(name, "a whole number from 1 to 1000")
+    return int(trials)
 
 
 def _share(env: RunEnv, name: str) -> float | None:

@@ -108,8 +108,8 @@ NOT_EMULATED = (
     "the clock counts 1/15 s a tick.",
     "Momentum that a new episode inherits in the ROS 2 build, and the angle at which the last one left the wheels in "
     "both. Ours start at rest with the wheels straight.",
-    "A row that a route file repeats, as 57 of AWS's do once: the build of 2026 counts it, so from there on its "
-    "waypoint numbers are one higher. Ours count it once.",
+    "A row that a route file repeats, as 57 of AWS's do once: the build that wrote the logs of 2026 counts it, so from "
+    "there on its waypoint numbers are one higher. simapp 6.0.5 leaves it out, and so do ours.",
     "An evaluation of as many episodes as fit into the trainer's wait. Ours has a fixed number.",
     "A whole job lost to one reward error, one not-a-number or a missing frame. Ours stops and keeps what was learned.",
 )
