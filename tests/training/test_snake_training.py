@@ -33,8 +33,8 @@ from racecraft.training.snake_training import SNAKE_SETTINGS, SnakeRequest, resu
 DUEL = GameSettings(7, 7, 2)
 TINY = (
     "rollout.num_worlds=16", "rollout.horizon=16", "network.image_units=16", "network.hidden_units=32",
-    "ppo.batch_size=128", "evaluation.every=2", "evaluation.episodes=6", "selfplay.pool_every=1", "selfplay.pool_size=2",
-    "selfplay.max_turns=60", "runtime.threads=1",
+    "ppo.batch_size=128", "evaluation.every=2", "evaluation.episodes=6", "selfplay.pool_every=1",
+    "selfplay.pool_size=2", "selfplay.max_turns=60", "runtime.threads=1",
 )  # fmt: skip
 
 
@@ -103,7 +103,8 @@ def test_what_opponents_do_is_never_learned_from():
     learner = PpoLearner(crowd.spec, settings.network, settings.ppo, seed=1)
     kept = Collector(crowd, learner, 64, seed=1).collect()
     dead = ~kept.active
-    assert dead.any() and (kept.reward[dead] == 0).all(), "dead, it waits for the others' end and is not taught by it"
+    assert dead.any()
+    assert (kept.reward[dead] == 0).all(), "dead, it waits for the others' end and is not taught by it"
 
 
 def test_the_pool_takes_in_selves_and_lets_the_oldest_go():
@@ -141,7 +142,8 @@ def test_batch_games_are_fair_and_end_as_they_should():
     wide = WorldSettings(DUEL, view=5)
     strong = play_batch(["flood_fill", "random_safe"], wide, 40, seed=1)
     tally = count(strong)
-    assert tally.games == 40 and tally.won > 30
+    assert tally.games == 40
+    assert tally.won > 30
     swapped = count(play_batch(["random_safe", "flood_fill"], wide, 40, seed=1))
     assert swapped.lost > 30
     cut = play_batch(["flood_fill", "flood_fill"], wide, 4, seed=1, most_turns=2)
@@ -173,7 +175,8 @@ def test_a_tiny_game_is_learned_in_seconds():
     collector = Collector(world, learner, 32, seed=1)
     for _ in range(15):
         learner.update(collector.collect())
-    assert before < 70 and judged() > 80
+    assert before < 70
+    assert judged() > 80
 
 
 NETWORK_OF_THE_TINY = {"image_units": (16,), "hidden_units": (32,)}
@@ -188,7 +191,8 @@ def test_a_run_folder_holds_ratings_and_a_policy(run):
     assert set(judged["against"]) == {"random_safe", "hungry", "flood_fill"}
     assert judged["against"]["hungry"]["games"] == 6
     last = json.loads((path / "metrics.jsonl").read_text().splitlines()[-1])
-    assert last["evaluation_score"] == judged["rating"] and last["training_score"] is None
+    assert last["evaluation_score"] == judged["rating"]
+    assert last["training_score"] is None
 
 
 def test_a_resumed_run_takes_the_same_way(run, tmp_path):
@@ -204,13 +208,15 @@ def test_a_resumed_run_takes_the_same_way(run, tmp_path):
 def test_a_stop_at_a_rating_holds(tmp_path):
     listener = Quiet()
     train_snakes(tiny(tmp_path / "run", "rating=100", "iterations=9"), listener, lambda _: None)
-    assert listener.reason == "rating=100" and len(listener.reports) == 2
+    assert listener.reason == "rating=100"
+    assert len(listener.reports) == 2
 
 
 def test_a_trained_snake_plays_from_files_alone(run):
     path, _ = run
     player = find_player(str(path))
-    assert isinstance(player, ManyPlayer) and isinstance(player, Weigher)
+    assert isinstance(player, ManyPlayer)
+    assert isinstance(player, Weigher)
     for settings in (DUEL, GameSettings(11, 9, 4, "wrapped"), GameSettings(7, 7, 1, "solo")):
         referee = Referee(settings, StreamDice(1))
         for _ in range(8):
@@ -221,7 +227,8 @@ def test_a_trained_snake_plays_from_files_alone(run):
             for snake, move in zip(living, one_by_one, strict=True):
                 assert move in (safe_moves(referee.board, settings, snake.id) or MOVES)
             chances = player.weigh(referee.board, settings)
-            assert chances.shape == (len(living), 4) and np.allclose(chances.sum(axis=1), 1.0, atol=1e-5)
+            assert chances.shape == (len(living), 4)
+            assert np.allclose(chances.sum(axis=1), 1.0, atol=1e-5)
             referee.turn(dict(zip([snake.id for snake in living], one_by_one, strict=True)))
             if referee.over:
                 break
@@ -251,7 +258,8 @@ def test_the_same_board_looks_the_same_in_training_arena_and_server():
                 for name, array in buffers.observations.items():
                     assert np.array_equal(array[row, 0], arena[0][name]), name
                     assert np.array_equal(array[row, 0], server[0][name]), name
-                assert np.array_equal(mask_of(buffers, row), arena[1]) and np.array_equal(arena[1], server[1])
+                assert np.array_equal(mask_of(buffers, row), arena[1])
+                assert np.array_equal(arena[1], server[1])
                 compared += 1
     assert compared > 200
 
@@ -263,7 +271,8 @@ def mask_of(buffers, row):
 def test_search_on_top_of_a_policy_moves_legally_and_believes_it(run):
     path, _ = run
     player = find_player(f"search+{path}:last")
-    assert isinstance(player, Search) and isinstance(player.guide, Weigher)
+    assert isinstance(player, Search)
+    assert isinstance(player.guide, Weigher)
     player.most_walks = 64
     referee = Referee(GameSettings(7, 7, 3), StreamDice(2))
     while not referee.over and referee.board.turn < 10:

@@ -25,7 +25,7 @@ def test_a_pocket_is_told_from_the_open():
     assert seen[LEFT, ROOM] == pytest.approx(3 / 49), "(0, 0), (0, 1), (0, 2); segment (0, 3) opens in 8 turns"
     assert seen[RIGHT, ROOM] > 0.3
     assert seen[LEFT, SPACE] == pytest.approx(3 / 12)
-    assert (seen[UP] == 0).all() and (seen[DOWN] == 0).all(), "a body and a wall"
+    assert (seen[[UP, DOWN]] == 0).all(), "a body and a wall"
 
 
 def test_food_is_as_near_as_its_steps():
@@ -44,7 +44,8 @@ def test_territory_is_the_share_reached_first_and_falls_with_distance():
 
 def test_food_of_another_is_not_own_food():
     seen = outlook([(1, 3), (0, 3), (0, 2)], [(5, 3), (6, 3), (6, 2)], food=[(5, 4)])
-    assert seen[UP, FOOD] > 0 and seen[UP, OWN_FOOD] == 0
+    assert seen[UP, FOOD] > 0
+    assert seen[UP, OWN_FOOD] == 0
 
 
 def test_meetings_are_told_by_strength():
@@ -58,7 +59,8 @@ def test_meetings_are_told_by_strength():
 
 def test_a_hazard_is_told_by_the_health_it_takes():
     seen = outlook([(3, 3), (3, 2), (3, 1)], hazards={(4, 3): 2}, ruleset="royale")
-    assert seen[RIGHT, HAZARD] == pytest.approx(0.28) and seen[UP, HAZARD] == 0
+    assert seen[RIGHT, HAZARD] == pytest.approx(0.28)
+    assert seen[UP, HAZARD] == 0
 
 
 def test_the_way_to_the_own_tail():

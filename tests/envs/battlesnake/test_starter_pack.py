@@ -68,11 +68,13 @@ def stepped(start, *actions, **options):
 def test_the_published_experiment_is_one_word(side):
     gym = source_experiment(side, seed=2)
     state, masks, dones, _ = gym.reset()
-    assert state.shape == (21, 21, 6) and len(dones) == 5
+    assert state.shape == (21, 21, 6)
+    assert len(dones) == 5
     assert masks == {}, "no mask: every action may be taken, also a fatal one"
     assert gym.rewards == Rewards(another_turn=0.05, won=5, died=-1, forbidden_move=-1)
     frame = (21 - side) // 2
-    assert (state[:frame] == -1).all() and (state[frame, frame : 21 - frame] >= 0).all()
+    assert (state[:frame] == -1).all()
+    assert (state[frame, frame : 21 - frame] >= 0).all()
 
 
 def test_reversing_is_a_forbidden_move():
