@@ -123,6 +123,22 @@ def test_files_of_another_kind_are_refused(tmp_path):
         load_state(tmp_path / "nothing.safetensors")
 
 
+def test_the_oldest_weights_go_when_all_together_are_too_large(tmp_path):
+    """Room for five files: the untrained, the best and the last two stay, and of the others the newest."""
+    weights = {"w": np.zeros(1000, np.float32)}
+    save_policy(tmp_path / "one", weights, {"iteration": 0, "steps": 0})
+    shelf = Checkpoints(tmp_path, weights_budget=5 * (tmp_path / "one").stat().st_size + 100)
+    for iteration in range(9):
+        shelf.save(iteration, iteration, weights, {}, {"n": iteration}, best=iteration == 2)
+    assert [entry.iteration for entry in shelf.entries()] == [0, 2, 6, 7, 8]
+    assert sorted(path.name for path in tmp_path.glob("*.policy.*")) == [
+        f"{k}.policy.safetensors" for k in (0, 2, 6, 7, 8)
+    ]
+    assert shelf.find("best").iteration == 2
+    with pytest.raises(CheckpointError, match="no checkpoint '5'; expected .*0, 2, 6, 7, 8"):
+        shelf.find("5")
+
+
 def test_best_last_and_numbers_are_found_and_only_two_states_are_kept(tmp_path):
     shelf = Checkpoints(tmp_path)
     for iteration in range(5):

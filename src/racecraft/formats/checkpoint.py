@@ -28,6 +28,8 @@ from racecraft.formats.whole import write_whole
 VERSION = 1
 INDEX = "checkpoints.json"
 STATES_KEPT = 2
+WEIGHTS_BUDGET_BYTES = 4 * 10**9
+"""Weights of one run take at most so much: ten thousand small networks, or eighty of AWS's size (47 MB each)."""
 
 _POLICY = "racecraft policy"
 _STATE = "racecraft trainer state"
@@ -96,10 +98,15 @@ def load_state(path: str | Path) -> dict[str, Any]:
 
 
 class Checkpoints:
-    """The shelf of checkpoints in a run folder. The index is written whole, after the files it names."""
+    """The shelf of checkpoints in a run folder. The index is written whole, after the files it names.
 
-    def __init__(self, folder: str | Path) -> None:
-        self.folder = Path(folder)
+    Args:
+        folder: Where it stands.
+        weights_budget: Bytes that all weights together may take; beyond it the oldest are taken away.
+    """
+
+    def __init__(self, folder: str | Path, weights_budget: int = WEIGHTS_BUDGET_BYTES) -> None:
+        self.folder, self._weights_budget = Path(folder), weights_budget
 
     def save(
         self,
@@ -113,7 +120,8 @@ class Checkpoints:
     ) -> CheckpointEntry:
         """Put a checkpoint on the shelf; it is the last from now on, and the best if `best` says so.
 
-        Older states than those of the last two are taken away; weights are all kept.
+        Older states than those of the last two are taken away. So are the oldest weights once all of them together
+        are too large, but never the untrained, the best and the last two.
 
         Raises:
             OutputFileError: A file cannot be written; the shelf is then as it was.
@@ -130,6 +138,7 @@ class Checkpoints:
         entries.sort(key=lambda old: int(old["iteration"]))
         gone = _states_to_drop(entries)
         best_iteration = iteration if best or index["best"] is None else index["best"]
+        gone += self._weights_to_drop(entries, best_iteration)
         self._write_index({"version": VERSION, "best": best_iteration, "last": iteration, "checkpoints": entries})
         for name in gone:
             (self.folder / name).unlink(missing_ok=True)
@@ -196,6 +205,25 @@ class Checkpoints:
                 "Its weights can still begin a new training.",
             )
         return load_state(self.folder / entry.state)
+
+    def _weights_to_drop(self, entries: list[dict[str, Any]], best: int) -> list[str]:
+        """Take the oldest entries out, in place, until the weights keep the budget; return the names of their files."""
+        sizes = {entry["policy"]: self._size(entry["policy"]) for entry in entries}
+        spared = {0, best, *(entry["iteration"] for entry in entries[-STATES_KEPT:])}
+        gone: list[str] = []
+        for entry in [entry for entry in entries if entry["iteration"] not in spared]:
+            if sum(sizes.values()) <= self._weights_budget:
+                break
+            entries.remove(entry)
+            sizes.pop(entry["policy"])
+            gone.append(entry["policy"])
+        return gone
+
+    def _size(self, name: str) -> int:
+        try:
+            return (self.folder / name).stat().st_size
+        except OSError:
+            return 0  # somebody took it away
 
     def _index(self) -> dict[str, Any]:
         path = self.folder / INDEX
