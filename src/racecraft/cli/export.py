@@ -20,7 +20,7 @@ def export(
     to: Annotated[str, typer.Option(help=f"Whom it is for: {', '.join(TARGETS)}.")],
     checkpoint: Annotated[str, typer.Option(help="best, last, or the number of an iteration.")] = "best",
     output: Annotated[
-        Path | None, typer.Option(help="A file, or a folder; by default <run>/export/<behavior>.onnx.")
+        Path | None, typer.Option(help="A file, or a folder; by default RUN/export/BEHAVIOR.onnx.")
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
 ) -> None:

@@ -25,13 +25,13 @@ def gym() -> None:
 def train(
     context: typer.Context,
     environment: Annotated[
-        str | None, typer.Argument(metavar="[ID]", help="A registered id, such as CartPole-v1.")
+        str | None, typer.Argument(metavar="ID", help="A registered id, such as CartPole-v1.")
     ] = None,
     stop: Annotated[
         list[str] | None,
         typer.Option(help="score=475, minutes=10, iterations=50, steps=200000; may be repeated."),
     ] = None,
-    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/<id>-<number>.")] = None,
+    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/ID-N.")] = None,
     seed: Annotated[int, typer.Option(help="Same seed, same machine, same training.")] = 1,
     set_: Annotated[
         list[str] | None, typer.Option("--set", help="group.name=value; `racecraft settings` lists them all.")

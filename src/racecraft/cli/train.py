@@ -38,7 +38,7 @@ def train(
         str | None, typer.Option(help="sane, or aws with the original's habits; by default what goes with the preset.")
     ] = None,
     stop: Annotated[list[str] | None, typer.Option(help=STOP_HELP)] = None,
-    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/<track>-<number>.")] = None,
+    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/TRACK-N.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same machine, same training.")] = 1,
     set_: Annotated[
         list[str] | None, typer.Option("--set", help="group.name=value; `racecraft settings` lists them all.")

@@ -26,7 +26,7 @@ def train(
     build: Annotated[
         str | None,
         typer.Argument(
-            metavar="[BUILD]",
+            metavar="BUILD",
             help="A build's file, folder or zip, registry:NAME, editor, or builtin:Basic; by default the "
             "configuration's env_path.",
         ),
@@ -43,7 +43,7 @@ def train(
         list[str] | None,
         typer.Option(help="score=0.92, minutes=10, iterations=50, steps=200000; may be repeated."),
     ] = None,
-    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/<behavior>-<number>.")] = None,
+    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/BEHAVIOR-N.")] = None,
     seed: Annotated[
         int | None, typer.Option(min=0, help="Of the learner and the player; by default the configuration's, or 1.")
     ] = None,

@@ -105,7 +105,8 @@ class LiveWatcher:
 
         table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
         short = self._score_name
-        for title in ("iteration", "seconds", "steps", "steps/s", f"training {short}", f"evaluation {short}", "lap"):
+        laps = ("lap",) if self._best_lap is not None else ()
+        for title in ("iteration", "seconds", "steps", "steps/s", f"training {short}", f"evaluation {short}", *laps):
             table.add_column(title, justify="right")
         for row in self._rows:
             verdict = row.verdict
@@ -117,7 +118,7 @@ class LiveWatcher:
                 f"{row.steps_per_second:,.0f}",
                 number(row.training_score),
                 number(verdict.score) if verdict else "",
-                f"{lap:.2f} s" if lap is not None else "",
+                *((f"{lap:.2f} s" if lap is not None else "") for _ in laps),
                 style="green" if row.is_best else None,
             )
         best = f"   best lap {self._best_lap:.2f} s" if self._best_lap is not None else ""
@@ -128,10 +129,12 @@ class LiveWatcher:
 def number(value: float | None) -> str:
     """Return a score as text, a dash for none.
 
-    >>> number(None), number(12.345), number(100.0)
-    ('-', '12.3', '100.0')
+    >>> number(None), number(0.93), number(12.345), number(100.0)
+    ('-', '0.93', '12.3', '100.0')
     """
-    return "-" if value is None else f"{value:.1f}"
+    if value is None:
+        return "-"
+    return f"{value:.1f}" if abs(value) >= 10 else f"{value:.2f}"
 
 
 def sparkline(values: list[float]) -> str:
