@@ -10,7 +10,7 @@ import pytest
 from tests.cli.conftest import TINY
 
 from racecraft.formats.checkpoint import Checkpoints
-from racecraft.tracks.catalogue import load_track
+from racecraft.tracks.catalogue import load_track, names
 
 
 def test_train_evaluate_and_look(racecraft, tmp_path):
@@ -128,6 +128,15 @@ def test_tracks_are_listed_and_shown(racecraft, tmp_path):
     assert shown["length_m"] == pytest.approx(17.709, abs=2e-3)
     assert (tmp_path / "t.png").stat().st_size > 0
     assert "Oval_track" in racecraft("tracks", "list").out
+
+
+@pytest.mark.parametrize("columns", [80, 120])
+def test_every_track_takes_one_line_however_narrow_the_terminal(racecraft, monkeypatch, tmp_path, columns):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    monkeypatch.setenv("RACECRAFT_TRACKS", str(tmp_path / "library"))
+    lines = racecraft("tracks", "list").out.rstrip().splitlines()
+    assert len(lines) == 1 + 127
+    assert all(name in line for name, line in zip(names(), lines[1:], strict=True))
 
 
 def test_settings_are_listed(racecraft):

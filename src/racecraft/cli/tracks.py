@@ -106,18 +106,26 @@ def show(
         print(f"{key:14} {value}")
 
 
+TOLD_BY_DIRECTION = ("clockwise", "counter-clockwise")
+TAGS_WIDTH = len("short, narrow")
+
+
 def _print_table(summaries: list[TrackSummary]) -> None:
+    """Print a line a track, however narrow the terminal; the title gives way first."""
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("track", "length", "width", "direction", "tags", "title"):
-        table.add_column(
-            heading,
-            justify="right" if heading in ("length", "width") else "left",
-            no_wrap=heading not in ("tags", "title"),
-        )
+    rows = [("track", "length", "width", "direction", "tags", "title")]
     for part in summaries:
+        tags = ", ".join(tag for tag in part.tags if tag not in TOLD_BY_DIRECTION)
         figures = (f"{part.length:.2f} m", f"{part.width:.2f} m")
-        table.add_row(part.name, *figures, part.direction, ", ".join(part.tags), part.title)
+        rows.append((part.name, *figures, part.direction, tags, part.title.split(" (")[0]))
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for k, heading in enumerate(rows[0][:4]):
+        side = "right" if heading in ("length", "width") else "left"
+        table.add_column(heading, justify=side, min_width=max(len(row[k]) for row in rows))  # type: ignore[arg-type]
+    table.add_column("tags", no_wrap=True, width=TAGS_WIDTH)
+    table.add_column("title", no_wrap=True)
+    for row in rows[1:]:
+        table.add_row(*row)
     Console().print(table)
