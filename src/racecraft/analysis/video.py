@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -72,9 +73,7 @@ def write_video(
     path = Path(path)
     if path.suffix.lower() != ".mp4":
         raise VideoError(f"{path}: a film is written as MP4; expected a name that ends in .mp4. Rename it.")
-    drive, encoder = as_drive(drive), _encoder()
-    with whole_file(path) as part:
-        _encode(part, encoder, film(drive, track, mount, title))
+    encode_film(path, film(as_drive(drive), track, mount, title), PICTURES_PER_SECOND)
     return path
 
 
@@ -119,21 +118,41 @@ def _encoder() -> str:
     )
 
 
-def _encode(part: Path, encoder: str, pictures: Iterator[Array]) -> None:
+def encode_film(path: Path, pictures: Iterator[Array], rate: float) -> None:
+    """Write pictures as an MP4 that arrives whole.
+
+    Args:
+        path: File to write.
+        pictures: (H, W, 3) uint8, all of one size, sides even.
+        rate: Pictures a second.
+
+    Raises:
+        OutputFileError: The disk is full, or the place cannot be written.
+        VideoError: No encoder for H.264 is installed.
+        MissingExtraError: PyAV is not installed.
+    """
+    encoder = _encoder()
+    with whole_file(path) as part:
+        _encode(part, encoder, pictures, Fraction(rate).limit_denominator(1000))
+
+
+def _encode(part: Path, encoder: str, pictures: Iterator[Array], rate: Fraction) -> None:
     """Write the pictures as an MP4 whose index stands before its pictures."""
     import av
 
     try:
         with av.open(str(part), "w", format="mp4", options={"movflags": "+faststart"}) as container:
-            stream: Any = container.add_stream(encoder, rate=PICTURES_PER_SECOND, options=ENCODERS[encoder])
-            stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
-            stream.codec_context.gop_size = 4 * PICTURES_PER_SECOND
+            stream: Any = container.add_stream(encoder, rate=rate, options=ENCODERS[encoder])
+            stream.pix_fmt = "yuv420p"
+            stream.codec_context.gop_size = round(4 * rate)
             with ThreadPoolExecutor(1) as helper:  # encodes one picture while the next is rendered
                 under_way: Future[None] | None = None
                 for picture in pictures:
-                    frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
-                    if under_way is not None:
+                    if under_way is None:
+                        stream.height, stream.width = picture.shape[:2]
+                    else:
                         under_way.result()
+                    frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
                     under_way = helper.submit(lambda one: container.mux(stream.encode(one)), frame)
                 if under_way is not None:
                     under_way.result()

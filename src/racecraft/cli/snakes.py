@@ -33,6 +33,8 @@ app.command()(snakes_play.play)
 app.command()(snakes_tournament.tournament)
 app.command()(snakes_train.train)
 app.command()(snakes_serve.serve)
+app.command()(snakes_watch.watch)
+app.command()(snakes_watch.film)
 app.command()(snakes_watch.gif)
 
 

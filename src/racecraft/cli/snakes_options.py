@@ -11,6 +11,10 @@ if TYPE_CHECKING:
     from racecraft.evaluation.arena.seats import Seat
 
 JSON = Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")]
+Urls = Annotated[
+    list[str] | None, typer.Option("--url", "-u", help="A server's address, a built-in player, or a FILE.py.")
+]
+Names = Annotated[list[str] | None, typer.Option("--name", "-n", help="Its name, in the same order.")]
 Width = Annotated[int, typer.Option("--width", "-W", help="Squares from left to right.")]
 Height = Annotated[int, typer.Option("--height", "-H", help="Squares from bottom to top.")]
 Timeout = Annotated[int, typer.Option("--timeout", "-t", min=1, help="Milliseconds for an answer.")]

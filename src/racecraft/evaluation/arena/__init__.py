@@ -7,5 +7,4 @@ record.py       the output file of the official `battlesnake play`, both ways
 rating.py       strength from results, with intervals
 tournament.py   everyone against everyone, seats swapped
 batch.py        many games at once between a policy and anchors
-view.py         a position in the terminal, a game as a GIF
 """

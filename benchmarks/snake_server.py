@@ -1,0 +1,125 @@
+"""Two hundred games at once on one snake server: `python benchmarks/snake_server.py [PLAYER|RUN|FILE.py]`.
+
+The server is `racecraft snakes serve`'s own, in this process; the games are played by clients in a process of their own
+(`--clients`, started by the first), one connection a game, kept open. A client thinks for 100 ms, sends its snake's
+position of an 11×11 game of four snakes under way, and waits for the answer; the timeout is 500 ms. After five seconds
+of warming up, figures are taken for the seconds asked for.
+
+Prints one JSON object: late answers (more than 500 ms at the client, or a move the server made because the player was
+not done), p50 and p99 measured at the server (from a request's first line to its answer) and at the clients.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import os
+import subprocess
+import sys
+import time
+from statistics import quantiles
+from typing import Any
+
+THINKING_SECONDS = 0.1
+TIMEOUT_MS = 500
+WARM_UP_SECONDS = 5.0
+POSITIONS = 64
+
+
+def main() -> None:
+    """Measure and print; or, started by ourselves, play the clients."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("player", nargs="?", default="flood_fill")
+    parser.add_argument("--games", type=int, default=200)
+    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--clients", type=int, default=0, metavar="PORT", help=argparse.SUPPRESS)
+    asked = parser.parse_args()
+    if asked.clients:
+        print(json.dumps(asyncio.run(play(asked.clients, asked.games, asked.seconds))))
+    else:
+        print(json.dumps(asyncio.run(measure(asked.player, asked.games, asked.seconds))))
+
+
+async def measure(name: str, games: int, seconds: float) -> dict[str, Any]:
+    """Serve a player, let the clients play, and return the figures."""
+    from racecraft.players.snakes.protocol import ManyPlayer, find_player, warm_up
+    from racecraft.serving.snake_server import SnakeServer
+
+    player = find_player(name)
+    warm_up(player)
+    server = SnakeServer(player)
+    port = await server.listen(port=0)
+    command = [sys.executable, __file__, "--clients", str(port), "--games", str(games), "--seconds", str(seconds)]
+    clients = await asyncio.create_subprocess_exec(*command, stdout=subprocess.PIPE)
+    await asyncio.sleep(WARM_UP_SECONDS)
+    server.count.latencies_ms.clear()
+    late, failed, moves = server.count.late, server.count.failed, server.count.moves
+    output, _ = await clients.communicate()
+    count, at_clients = server.count, json.loads(output)
+    await server.close()
+    return {
+        "player": name, "games": games, "seconds": seconds, "cores": os.cpu_count(),
+        "many_at_once": isinstance(player, ManyPlayer), "moves": count.moves - moves,
+        "late": max(count.late - late, at_clients["late"]), "failed": count.failed - failed,
+        "p50_ms": round(count.within_ms(0.5), 1), "p99_ms": round(count.p99_ms(), 1), **at_clients,
+    }  # fmt: skip
+
+
+async def play(port: int, games: int, seconds: float) -> dict[str, Any]:
+    """Play all clients; return what they saw after warming up."""
+    requests = positions()
+    begin = time.perf_counter()
+    counted, ends = begin + WARM_UP_SECONDS, begin + WARM_UP_SECONDS + seconds
+    taken: list[float] = []
+    await asyncio.gather(*(client(port, number, games, requests, counted, ends, taken) for number in range(games)))
+    cuts = quantiles(taken, n=100)
+    return {
+        "moves_a_second": round(len(taken) / seconds), "late": sum(one > TIMEOUT_MS / 1000 for one in taken),
+        "client_p50_ms": round(1000 * cuts[49], 1), "client_p99_ms": round(1000 * cuts[98], 1),
+        "client_worst_ms": round(1000 * max(taken), 1),
+    }  # fmt: skip
+
+
+async def client(
+    port: int, number: int, games: int, requests: list[bytes], counted: float, ends: float, taken: list[float]
+) -> None:
+    """Play one game: think, ask, wait, again."""
+    await asyncio.sleep(THINKING_SECONDS * number / games)
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    turn = number
+    while (sent := time.perf_counter()) < ends:
+        writer.write(requests[turn % len(requests)].replace(b"GAME", b"%04d" % number))
+        head = await reader.readuntil(b"\r\n\r\n")
+        await reader.readexactly(int(head.split(b"Content-Length: ")[1].split(b"\r\n")[0]))
+        assert head.startswith(b"HTTP/1.1 200"), head
+        now = time.perf_counter()
+        if counted <= now < ends:
+            taken.append(now - sent)
+        turn += 1
+        await asyncio.sleep(THINKING_SECONDS)
+    writer.close()
+
+
+def positions() -> list[bytes]:
+    """Return requests of positions of one game under way; the game's id is GAME."""
+    from racecraft.envs.battlesnake.dice import StreamDice
+    from racecraft.envs.battlesnake.reference import Referee
+    from racecraft.envs.battlesnake.settings import GameSettings
+    from racecraft.players.snakes.messages import GameCard, message
+    from racecraft.players.snakes.sight import best_safe_move
+
+    settings, found, key = GameSettings(11, 11, 4), [], 0
+    while len(found) < POSITIONS:
+        referee, key = Referee(settings, StreamDice(key)), key + 1
+        while not referee.over and len(found) < POSITIONS:
+            board = referee.board
+            for snake in board.alive()[:1]:
+                body = json.dumps(message(board, settings, snake.id, GameCard("GAME", TIMEOUT_MS))).encode()
+                found.append(b"POST /move HTTP/1.1\r\nHost: x\r\nContent-Length: %d\r\n\r\n" % len(body) + body)
+            referee.turn({snake.id: best_safe_move(board, settings, snake.id) for snake in board.alive()})
+    return found
+
+
+if __name__ == "__main__":
+    main()
