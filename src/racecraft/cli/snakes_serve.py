@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from racecraft.cli.snakes_options import JSON
 
+if TYPE_CHECKING:
+    from racecraft.serving.snake_server import SnakeServer
+
 
 def serve(
-    player: Annotated[str, typer.Argument(help="A built-in player or a FILE.py.")] = "search",
+    player: Annotated[str, typer.Argument(help="A built-in player, a FILE.py or a trained snake's RUN.")] = "search",
     port: Annotated[int, typer.Option(help="0: any free one.")] = 8000,
     host: Annotated[str, typer.Option(help="Who may ask; 0.0.0.0: other machines too.")] = "127.0.0.1",
     color: Annotated[str, typer.Option(help="#rrggbb")] = "",
@@ -23,33 +26,22 @@ def serve(
     """Serve a snake over the official webhook API until Ctrl-C.
 
     Example: racecraft snakes serve my_snake.py --port 8000
-    """
-    import asyncio
-    import contextlib
-    import sys
 
-    from racecraft.cli.output import print_json, say
+    Example: racecraft snakes serve runs/standard-1 --port 8000
+    """
+    from racecraft.cli.output import say
     from racecraft.players.snakes.from_file import FilePlayer
     from racecraft.players.snakes.protocol import find_player, warm_up
-    from racecraft.serving.snake_server import SnakeServer, serve_until_cancelled
+    from racecraft.serving.snake_server import SnakeServer
 
     found = find_player(player)
-    say(f"Getting {player} ready …", quiet_stdout=json)
-    warm_up(found)
-    said = found.looks() if isinstance(found, FilePlayer) else {}
-    given = {key: value for key, value in {"color": color, "head": head, "tail": tail}.items() if value}
-    complain = lambda sentence: print(f"racecraft: {sentence}", file=sys.stderr, flush=True)  # noqa: E731
-    server = SnakeServer(found, said | given, author or said.get("author", ""), margin, complain=complain)
-
-    def ready(port: int) -> None:
-        if json:
-            print_json({"url": f"http://{host}:{port}", "player": player})
-        else:
-            say(f"{player} answers at http://{host}:{port} (Ctrl-C ends)", quiet_stdout=False)
-
     try:
-        with contextlib.suppress(KeyboardInterrupt):
-            asyncio.run(serve_until_cancelled(server, host, port, ready))
+        say(f"Getting {player} ready …", quiet_stdout=json)
+        warm_up(found)
+        said = found.looks() if isinstance(found, FilePlayer) else {}
+        given = {key: value for key, value in {"color": color, "head": head, "tail": tail}.items() if value}
+        server = SnakeServer(found, said | given, author or said.get("author", ""), margin, complain=_complain)
+        _answer_until_interrupted(server, host, port, player, json)
     finally:
         if isinstance(found, FilePlayer):
             found.close()
@@ -59,3 +51,26 @@ def serve(
         f"{count.refused} refused, p99 {count.p99_ms():.0f} ms",
         quiet_stdout=json,
     )
+
+
+def _answer_until_interrupted(server: SnakeServer, host: str, port: int, player: str, json: bool) -> None:
+    import asyncio
+    import contextlib
+
+    from racecraft.cli.output import print_json, say
+    from racecraft.serving.snake_server import serve_until_cancelled
+
+    def ready(port: int) -> None:
+        if json:
+            print_json({"url": f"http://{host}:{port}", "player": player})
+        else:
+            say(f"{player} answers at http://{host}:{port} (Ctrl-C ends)", quiet_stdout=False)
+
+    with contextlib.suppress(KeyboardInterrupt):
+        asyncio.run(serve_until_cancelled(server, host, port, ready))
+
+
+def _complain(sentence: str) -> None:
+    from racecraft.cli.output import say
+
+    say(f"racecraft: {sentence}", quiet_stdout=True)

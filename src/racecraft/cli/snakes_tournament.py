@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from racecraft.cli.snakes_options import JSON, GameType, Height, MapName, Seed, Timeout, Width, take_seats
+
+if TYPE_CHECKING:
+    from racecraft.evaluation.arena.tournament import Table
 
 
 def tournament(
@@ -45,7 +48,11 @@ def tournament(
             seat.leave()
     if json:
         print_json(table.to_dict())
-        return
+    else:
+        _print(table)
+
+
+def _print(table: Table) -> None:
     print(f"{'player':20} {'rating':>6} {'95 %':>13} {'games':>6} {'won':>5} {'late':>5} {'failed':>6}")
     for line in table.standings:
         points = line.rating
