@@ -4,6 +4,7 @@ import json
 import math
 import socket
 import threading
+import time
 
 import pytest
 
@@ -108,10 +109,10 @@ def test_a_file_that_raises_hangs_or_lies_forfeits_by_the_official_rule(tmp_path
 
 
 class FakeServer:
-    """Answers /move with fixed bytes, or not at all."""
+    """Answers /move with fixed bytes, or not at all; with status 299 a byte at a time."""
 
     def __init__(self, answer, then_close=False):
-        self._answer, self._then_close = answer, then_close
+        self._answer, self._then_close, self._trickles = answer, then_close, answer.startswith(b"HTTP/1.1 299")
         self._socket = socket.create_server(("127.0.0.1", 0))
         self.port = self._socket.getsockname()[1]
         self._open = []
@@ -132,7 +133,10 @@ class FakeServer:
                 if self._then_close:
                     connection.close()
                     return
-                if self._answer and (b"/move" in data or b"/start" in data or b"/end" in data):
+                for byte in self._answer if self._trickles else b"":
+                    connection.sendall(bytes([byte]))
+                    time.sleep(0.02)
+                if self._answer and not self._trickles and (b"/move" in data or b"/start" in data or b"/end" in data):
                     connection.sendall(self._answer)
         except OSError:
             pass
@@ -157,6 +161,7 @@ ROGUES = {
     "deep": (http("[" * 30000), False, "crashes"),
     "huge": (http('{"move": "up"}', length=10**9), False, "timeouts"),
     "errs": (http('{"move": "up"}', status=500), False, "crashes"),
+    "trickles": (http('{"move": "left"}', status=299), False, "timeouts"),
     "no http": (b"SSH-2.0\r\n", False, "crashes"),
 }
 

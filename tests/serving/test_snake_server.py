@@ -137,6 +137,48 @@ def test_a_body_that_is_cut_is_dropped_and_the_server_goes_on():
     assert good[0] == 200
 
 
+def test_a_request_that_trickles_is_ended_and_the_others_go_on(monkeypatch):
+    monkeypatch.setattr("racecraft.serving.http_service.SECONDS_FOR_A_REQUEST", 0.15)
+    server = SnakeServer(find_player("hungry"))
+
+    async def talk(port):
+        slow = asyncio.ensure_future(exchange(port, b"POST /move HTTP/1.1\r\nContent-Length: 10\r\n\r\nabc"))
+        good = await exchange(port, post("/move", GOOD))
+        return await slow, good
+
+    slow, good = serving(server, talk)
+    assert (slow[0], slow[1]["error"]) == (408, "too_slow")
+    assert good[0] == 200
+
+
+def test_a_huge_body_that_is_sent_all_the_same_does_not_take_the_letter_back():
+    server = SnakeServer(find_player("hungry"))
+    raw = post("/move", b"[" * (MOST_BODY_BYTES * 3))
+
+    async def talk(port):
+        return await exchange(port, raw)
+
+    status, answer = serving(server, talk)
+    assert (status, answer["error"]) == (413, "body_too_large")
+
+
+def test_more_connections_than_there_is_room_for_are_sent_away(monkeypatch):
+    monkeypatch.setattr("racecraft.serving.http_service.MOST_CONNECTIONS", 1)
+    server = SnakeServer(find_player("hungry"))
+
+    async def talk(port):
+        _, first = await asyncio.open_connection("127.0.0.1", port)
+        await asyncio.sleep(0.05)
+        second = await exchange(port, post("/move", GOOD))
+        first.close()
+        await asyncio.sleep(0.05)
+        return second, await exchange(port, post("/move", GOOD))
+
+    second, third = serving(server, talk)
+    assert (second[0], second[1]["error"]) == (503, "too_many_connections")
+    assert third[0] == 200
+
+
 class Rogue:
     """A player that hangs, raises, or answers nonsense."""
 

@@ -22,6 +22,8 @@ MOST_BODY_BYTES = 1024 * 1024
 SECONDS_FOR_A_REQUEST = 10.0
 """From the first byte of a request to its last."""
 IDLE_SECONDS = 120.0
+LINGER_SECONDS = 1.0
+"""How long a connection that ends with an error is still read, and what comes thrown away."""
 MOST_CONNECTIONS = 2000
 
 _REASONS = {
@@ -133,6 +135,7 @@ class HttpService:
     async def _converse(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         if len(self._connections) > MOST_CONNECTIONS:
             await _write(writer, _error(503, "too_many_connections", "try again later."), False)
+            await _linger(reader, writer)
             return
         keep_open = True
         while keep_open:
@@ -158,6 +161,8 @@ class HttpService:
                 await _talk(answer, WebSocket(reader, writer))
                 return
             await _write(writer, answer, keep_open)
+            if not keep_open and isinstance(answer, Reply) and answer.status >= 400:
+                await _linger(reader, writer)
 
 
 async def _read(reader: asyncio.StreamReader) -> Request | None:
@@ -229,6 +234,15 @@ async def _write(writer: asyncio.StreamWriter, answer: dict[str, Any] | Reply, k
     )
     writer.write(head.encode() + answer.body)
     await writer.drain()
+
+
+async def _linger(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    """Let the other end read its error: closing on what it still sends would take the answer back."""
+    writer.write_eof()
+    with suppress(TimeoutError):
+        async with asyncio.timeout(LINGER_SECONDS):
+            while await reader.read(1 << 16):
+                pass
 
 
 def _error(status: int, name: str, letter: str) -> Reply:
