@@ -1,6 +1,10 @@
 """Runs in Gymnasium environments and Unity scenes that are broken off and go on; weights of an earlier run."""
 
 import json
+import signal
+import subprocess
+import sys
+import time
 
 import gymnasium
 import numpy as np
@@ -156,3 +160,27 @@ def test_what_cannot_be_resumed_is_refused(tmp_path):
         racecraft("gym", "train", "CartPole-v1", "--run", run, "--resume")
     with pytest.raises(SettingError, match="no environment is named"):
         racecraft("gym", "train")
+
+
+@pytest.mark.long
+def test_a_unity_training_survives_ctrl_c_and_a_kill(tmp_path):
+    """Real processes: interrupted, gone on with, killed outright, gone on with; no iteration is lost or told twice."""
+    pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
+    run = tmp_path / "run"
+    for words, blow, code in (
+        (("builtin:Basic",), signal.SIGINT, 0),
+        (("--resume",), signal.SIGKILL, -signal.SIGKILL),
+        (("--resume",), signal.SIGINT, 0),
+    ):
+        command = [sys.executable, "-m", "racecraft", "unity", "train", *words, "--run", str(run)]
+        process = subprocess.Popen(
+            [*command, "--stop", "minutes=5"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        )
+        next(line for line in process.stdout if line.startswith("iteration"))
+        time.sleep(1.0)
+        process.send_signal(blow)
+        said, _ = process.communicate(timeout=60)
+        assert process.returncode == code, said
+    rows = curve(run)
+    assert [row["iteration"] for row in rows] == list(range(1, len(rows) + 1))
+    assert rows[-1]["steps"] == len(rows) * 32 * 32
