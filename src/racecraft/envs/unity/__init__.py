@@ -11,6 +11,8 @@ Begin in ``session.py``: one player, connected; its ``reset`` and ``step`` are t
     session.py        one conversation with one player
     world.py          our World over any number of players
     rows.py           who sits in which row of that World
+    several.py        several behaviors of a scene in one World
+    cards.py          behaviors in a checkpoint's card, and back
     actions.py        Unity's branches and numbers as one action of our contract
     gymnasium_env.py  Gymnasium's Env and VectorEnv over that World
     parallel.py       PettingZoo's ParallelEnv, for scenes with several behaviors
