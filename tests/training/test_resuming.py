@@ -124,6 +124,9 @@ def test_a_resumed_unity_run_keeps_its_configuration(tmp_path):
     assert (run / "trainer.yaml").read_text() == text
     racecraft("unity", "train", "--run", run, "--resume", "--stop", "steps=60")
     assert curve(run)[-1]["steps"] == 72  # three agents of eight ticks each, three times
+    (run / "trainer.yaml").unlink()
+    with pytest.raises(RunFolderError, match=r"trainer.yaml: is missing; the run was begun with a configuration"):
+        racecraft("unity", "train", "--run", run, "--resume")
 
 
 def test_a_new_run_may_begin_with_the_weights_of_an_old_one(tmp_path):

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from racecraft.contract.errors import UserInputError
+from racecraft.contract.errors import RunFolderError, UserInputError
 from racecraft.envs.unity.behaviors import Behavior
 from racecraft.envs.unity.builds import Build, find_build
 from racecraft.envs.unity.trainer_words import words_of
@@ -151,6 +151,11 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> UnityPlan:
     """
     run, job, notes = open_to_resume(path, KIND, "a Unity scene's, made by `racecraft unity train`")
     asked, copy = job["asked"], path / TRAINER_FILE
+    if asked["config"] is not None and not copy.exists():
+        raise RunFolderError(
+            f"{copy}: is missing; the run was begun with a configuration, {asked['config']}, and its copy is expected "
+            "here. Put it back, or begin a new run with --from."
+        )
     request = UnityRequest(
         build=asked["build"],
         config=copy if copy.exists() else None,
