@@ -27,6 +27,7 @@ COMMANDS = {
     "sb3": [str(HERE / "sb3_cars.py")],
     "start_up": [str(HERE / "start_up.py")],
     "cartpole": [str(HERE / "cartpole.py")],
+    "snake_server": [str(HERE / "snake_server.py")],
 }
 """Each prints its figures as one JSON object on its last line."""
 
@@ -139,12 +140,23 @@ def cartpole_rows(figures: dict[str, Any]) -> list[tuple[str, ...]]:
     return [(what, f"{figures['median_seconds']:g} s", "60 s", "20 s", spread)]
 
 
+def snake_server_rows(figures: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Return the rows of two hundred games on one server."""
+    what = f"{figures['games']} snakes at once on one server, 500 ms timeout, clients thinking 100 ms, policy"
+    return [
+        (f"{what}: p99 at the server", f"{figures['p99_ms']:g} ms", "100 ms", "-",
+         f"p50 {figures['p50_ms']:g} ms; at the clients {figures['client_p50_ms']:g}, {figures['client_p99_ms']:g} ms"),
+        ("the same: late answers", f"{figures['late']} of {figures['moves']:,}", "0", "0", "-"),
+    ]  # fmt: skip
+
+
 ROWS = {
     "world": world_rows,
     "laps": laps_rows,
     "sb3": sb3_rows,
     "start_up": start_up_rows,
     "cartpole": cartpole_rows,
+    "snake_server": snake_server_rows,
 }
 
 if __name__ == "__main__":

@@ -1,5 +1,8 @@
 """Two hundred games at once on one snake server: `python benchmarks/snake_server.py [PLAYER|RUN|FILE.py]`.
 
+Without a player, a policy of the default size is made first by one iteration of `racecraft snakes train`: what it costs
+to ask it does not depend on how well it plays.
+
 The server is `racecraft snakes serve`'s own, in this process; the games are played by clients in a process of their own
 (`--clients`, started by the first), one connection a game, kept open. A client thinks for 100 ms, sends its snake's
 position of an 11×11 game of four snakes under way, and waits for the answer; the timeout is 500 ms. After five seconds
@@ -17,7 +20,9 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 import time
+from pathlib import Path
 from statistics import quantiles
 from typing import Any
 
@@ -30,15 +35,25 @@ POSITIONS = 64
 def main() -> None:
     """Measure and print; or, started by ourselves, play the clients."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("player", nargs="?", default="flood_fill")
+    parser.add_argument("player", nargs="?")
     parser.add_argument("--games", type=int, default=200)
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--clients", type=int, default=0, metavar="PORT", help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.clients:
         print(json.dumps(asyncio.run(play(asked.clients, asked.games, asked.seconds))))
-    else:
-        print(json.dumps(asyncio.run(measure(asked.player, asked.games, asked.seconds))))
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        player = asked.player or fresh_policy(Path(folder) / "run")
+        figures = asyncio.run(measure(player, asked.games, asked.seconds))
+    print(json.dumps(figures | {"player": asked.player or "policy"}))
+
+
+def fresh_policy(run: Path) -> str:
+    """Train for one iteration; return the run's name."""
+    command = [sys.executable, "-m", "racecraft", "snakes", "train", "--stop", "iterations=1", "--run", str(run)]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return str(run)
 
 
 async def measure(name: str, games: int, seconds: float) -> dict[str, Any]:
@@ -52,14 +67,15 @@ async def measure(name: str, games: int, seconds: float) -> dict[str, Any]:
     port = await server.listen(port=0)
     command = [sys.executable, __file__, "--clients", str(port), "--games", str(games), "--seconds", str(seconds)]
     clients = await asyncio.create_subprocess_exec(*command, stdout=subprocess.PIPE)
-    await asyncio.sleep(WARM_UP_SECONDS)
+    assert clients.stdout is not None
+    await clients.stdout.readline()  # they are warm, and begin to count
     server.count.latencies_ms.clear()
     late, failed, moves = server.count.late, server.count.failed, server.count.moves
     output, _ = await clients.communicate()
     count, at_clients = server.count, json.loads(output)
     await server.close()
     return {
-        "player": name, "games": games, "seconds": seconds, "cores": os.cpu_count(),
+        "games": games, "seconds": seconds, "cores": os.cpu_count(),
         "many_at_once": isinstance(player, ManyPlayer), "moves": count.moves - moves,
         "late": max(count.late - late, at_clients["late"]), "failed": count.failed - failed,
         "p50_ms": round(count.within_ms(0.5), 1), "p99_ms": round(count.p99_ms(), 1), **at_clients,
@@ -72,6 +88,7 @@ async def play(port: int, games: int, seconds: float) -> dict[str, Any]:
     begin = time.perf_counter()
     counted, ends = begin + WARM_UP_SECONDS, begin + WARM_UP_SECONDS + seconds
     taken: list[float] = []
+    asyncio.get_running_loop().call_later(WARM_UP_SECONDS, lambda: print("counting", flush=True))
     await asyncio.gather(*(client(port, number, games, requests, counted, ends, taken) for number in range(games)))
     cuts = quantiles(taken, n=100)
     return {
