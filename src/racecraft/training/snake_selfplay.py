@@ -49,6 +49,7 @@ class SelfPlayWorld:
         self._mine, self._row_of = mine, np.cumsum(mine.reshape(-1)).reshape(mine.shape) - 1
         self._past = np.zeros_like(mine)
         self._past[[kind == PAST for kind in self.dealt], 1:] = True
+        self.inner.looks[...] = mine | self._past
         self._anchors = AnchorSeats(self._seating(seats), self.inner, seed)
         self._spec = replace(self.inner.spec, num_worlds=int(mine.sum()), num_agents=1)
         self._buffers = allocate(self.inner.spec)

@@ -125,7 +125,8 @@ def _course(
         opened.callback(world.close)
 
         def judge(learner: PpoLearner, _: RunFolder) -> RatingJudge:
-            return RatingJudge(GreedyPolicy(learner), played, settings.evaluation.episodes)
+            most_turns = settings.selfplay.max_turns
+            return RatingJudge(GreedyPolicy(learner), played, settings.evaluation.episodes, most_turns)
 
         yield Course(
             kind=KIND,

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from racecraft.contract.world import allocate
 from racecraft.envs.battlesnake.board import Board, Snake
 from racecraft.envs.battlesnake.observation import observe_board
 from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.envs.battlesnake.world import BattlesnakeWorld, WorldSettings
 
 UP, DOWN, LEFT, RIGHT = range(4)
 OPEN, SPACE, ROOM, TERRITORY, OWN_SPACE, FOOD, OWN_FOOD, WAY_OUT, MEETING, HAZARD = range(10)
@@ -77,3 +79,15 @@ def test_turning_the_board_turns_the_outlook():
     before = outlook(*bodies, food=food)
     after = outlook(*[[turned(point) for point in body] for body in bodies], food=[turned(point) for point in food])
     assert np.allclose(after[[LEFT, RIGHT, DOWN, UP]], before)
+
+
+def test_only_who_looks_is_told():
+    world = BattlesnakeWorld(WorldSettings(GameSettings(7, 7, 2), num_games=3, view=5, outlook=True))
+    every, some = allocate(world.spec), allocate(world.spec)
+    world.reset(every, 1)
+    world.looks[:, 1] = False
+    world.reset(some, 1)
+    told, not_told = some.observations["outlook"][:, 0], some.observations["outlook"][:, 1]
+    assert np.array_equal(told, every.observations["outlook"][:, 0])
+    assert not not_told.any()
+    assert every.observations["outlook"][:, 1].any()

@@ -100,7 +100,7 @@ def observe_board(
     if snake_id not in ids:
         raise BoardError(f"there is no snake '{snake_id}' on the board; there are {', '.join(ids) or 'none'}.")
     games = _single(board, settings)
-    rows = games.snakes.shape[:2]
+    rows, number = games.snakes.shape[:2], ids.index(snake_id)
     side = view or default_view(settings.width, settings.height)
     seen = {name: np.zeros(rows + spec.shape, spec.dtype) for name, spec in observation_specs(side, outlook).items()}
     active, mask = np.zeros(rows, bool), np.ones((*rows, 4), bool)
@@ -111,9 +111,11 @@ def observe_board(
         walls, seen["planes"], seen["numbers"], active, mask,
     )  # fmt: skip
     if outlook:
-        scratch = allocate_scratch(settings, 1)
-        outlook_game(0, games.bodies, games.snakes, games.cells, params_of(settings), mask, scratch, seen["outlook"])
-    number = ids.index(snake_id)
+        looks, scratch = np.zeros(rows, bool), allocate_scratch(settings, 1)
+        looks[0, number] = True
+        outlook_game(
+            0, looks, games.bodies, games.snakes, games.cells, params_of(settings), mask, scratch, seen["outlook"]
+        )  # fmt: skip
     return {name: array[0, number] for name, array in seen.items()}, mask[0, number]
 
 

@@ -104,6 +104,8 @@ class BattlesnakeWorld:
         self._over = np.zeros(rows[0], bool)
         self._all, self._squares = np.ones(rows[0], bool), squares_of(game)
         self._marks = allocate_marks(game, *rows)
+        self.looks = np.ones(rows, bool)
+        """Who is told the outlook, bool (N, M); the others' rows stay zero. It may be changed between two steps."""
         self._scratch = allocate_scratch(game, rows[0]) if self.settings.outlook else None
         self._no_active, self._no_mask = np.zeros(rows, bool), np.zeros((*rows, 4), bool)
         self._finished: list[tuple[Array, ...]] = []
@@ -192,8 +194,8 @@ class BattlesnakeWorld:
         )  # fmt: skip
         if self._scratch is not None:
             self._share(
-                outlook_games, which, games.bodies, games.snakes, games.cells, self.params, mask, self._scratch,
-                observations["outlook"],
+                outlook_games, which, self.looks, games.bodies, games.snakes, games.cells, self.params, mask,
+                self._scratch, observations["outlook"],
             )  # fmt: skip
 
     def _share(self, loop: Callable[..., Any], *arguments: Any) -> None:

@@ -19,6 +19,8 @@ from racecraft.players.snakes.anchors import AnchorSeats
 
 MOST_TURNS = 1000
 """A longer game is a draw of all who live, as in a tournament."""
+NOBODY_LOOKS = 3
+"""Side of the window where only anchors play, who see the board itself."""
 Player = str | Policy
 """An anchor's name, or a policy that sees what the world shows."""
 
@@ -43,7 +45,10 @@ def play_batch(
     """
     seats = len(players)
     game = replace(settings.game, players=seats)
-    world = BattlesnakeWorld(replace(settings, game=game, num_games=games, max_turns=most_turns))
+    played = replace(settings, game=game, num_games=games, max_turns=most_turns)
+    if all(isinstance(player, str) for player in players):
+        played = replace(played, view=NOBODY_LOOKS, outlook=False)
+    world = BattlesnakeWorld(played)
     try:
         sitting = (np.arange(seats) + np.arange(games)[:, None]) % seats
         lasted = _last(world, players, sitting, seed)
@@ -61,6 +66,8 @@ def _last(world: BattlesnakeWorld, players: Sequence[Player], sitting: Array, se
     buffers, moves = allocate(world.spec), np.zeros(sitting.shape, np.int64)
     lasted = np.zeros(sitting.shape, np.int64)
     going = np.ones(len(sitting), bool)
+    policies = ~(anchors.who > 0)
+    world.looks[...] = policies
     world.reset(buffers, seed)
     while going.any():
         anchors.choose(moves)
@@ -76,4 +83,5 @@ def _last(world: BattlesnakeWorld, players: Sequence[Player], sitting: Array, se
                 outlived = one.status in ("won", "truncated")
                 lasted[one.world, one.agent] = 1 << 30 if outlived else one.steps
         going &= ~((lasted > 0).all(axis=1))
+        world.looks[...] = policies & going[:, None]
     return lasted

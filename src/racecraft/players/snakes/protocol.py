@@ -142,6 +142,8 @@ def find_player(name: str, seed: int = 0) -> SnakePlayer | LetterPlayer:
         from racecraft.players.snakes.trained import load_trained_snake
 
         return load_trained_snake(name)
+    if "/" in name and "://" not in name:
+        raise PlayerError(f"{name}: no such file or folder; expected a FILE.py or the RUN of a training.")
     if name not in PLAYERS:
         hint = nearest(name, PLAYERS)
         raise PlayerError(f"There is no player '{name}'. {hint} A FILE.py or the RUN of a training will do, too.")

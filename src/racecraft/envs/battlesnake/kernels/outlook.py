@@ -25,24 +25,24 @@ NOBODY = -1
 
 
 @kernel
-def outlook_games(first, beyond, which, bodies, snakes, cells, params, mask, scratch, outlook):
-    """Write the outlook of every snake in the games marked in `which`, bool (N,).
+def outlook_games(first, beyond, which, looks, bodies, snakes, cells, params, mask, scratch, outlook):
+    """Write the outlook of the snakes marked in `looks`, bool (N, M), in the games marked in `which`, bool (N,).
 
     `mask` bool (N, M, 4) says which moves are not surely fatal (`observe.allow`); `scratch` int32 (N, 5, C);
-    `outlook` float32 (N, M, 4, 10), written; zero for snakes that are out and moves that are fatal.
+    `outlook` float32 (N, M, 4, 10), written; zero for all others, for snakes that are out and moves that are fatal.
     """
     for g in range(first, beyond):
         if which[g]:
-            outlook_game(g, bodies, snakes, cells, params, mask, scratch, outlook)
+            outlook_game(g, looks, bodies, snakes, cells, params, mask, scratch, outlook)
 
 
 @kernel
-def outlook_game(g, bodies, snakes, cells, params, mask, scratch, outlook):
-    """Write the outlook of every snake of game g."""
+def outlook_game(g, looks, bodies, snakes, cells, params, mask, scratch, outlook):
+    """Write the outlook of the snakes of game g that are marked in `looks`."""
     outlook[g].reshape(-1)[:] = 0
     openings(g, bodies, snakes, cells, scratch[g, 0])
     for m in range(snakes.shape[1]):
-        if snakes[g, m, CAUSE]:
+        if snakes[g, m, CAUSE] or not looks[g, m]:
             continue
         for way in range(4):
             cell = neighbour(head_of(g, m, bodies, snakes), way, params)
