@@ -1,6 +1,6 @@
 """Run the benchmarks one after the other and write `benchmarks/README.md`, the table of what this machine can do.
 
-    make bench                                  everything, about 10 minutes; nothing else should run
+    make bench                                  everything, about 40 minutes; nothing else should run
     python benchmarks/run_all.py start_up laps  some of it; the other rows stay as they were
 
 Figures live in `benchmarks/results.json`; the README is made from them and from nothing else.
@@ -28,6 +28,7 @@ COMMANDS = {
     "start_up": [str(HERE / "start_up.py")],
     "cartpole": [str(HERE / "cartpole.py")],
     "snake_server": [str(HERE / "snake_server.py")],
+    "snakes_training": [str(HERE / "snakes_training.py")],
 }
 """Each prints its figures as one JSON object on its last line."""
 
@@ -150,6 +151,24 @@ def snake_server_rows(figures: dict[str, Any]) -> list[tuple[str, ...]]:
     ]  # fmt: skip
 
 
+def snakes_training_rows(figures: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Return the rows of a snake trained for minutes."""
+    greedy, searching = figures["greedy_against_flood_fill"], figures.get("with_search_against_search")
+    what = f"a snake after `snakes train --snakes 2 --stop minutes={figures['minutes']:g}`"
+    rows = [
+        (f"{what}: share of {greedy['games']} duels on 11×11 won against flood_fill, no search",
+         f"{greedy['won_share']:.1%}", "55%", "-",
+         f"{greedy['low']:.1%} – {greedy['high']:.1%}; {greedy['drawn']} drawn"),
+    ]  # fmt: skip
+    if searching:
+        rows.append(
+            (f"the same with search on top, against search, {searching['milliseconds_a_move']:g} ms a move, "
+             f"{searching['games']} duels, a draw counts half", f"{searching['score_share']:.1%}", "50%", "-",
+             f"{searching['low']:.1%} – {searching['high']:.1%}; {searching['drawn']} drawn")
+        )  # fmt: skip
+    return rows
+
+
 ROWS = {
     "world": world_rows,
     "laps": laps_rows,
@@ -157,6 +176,7 @@ ROWS = {
     "start_up": start_up_rows,
     "cartpole": cartpole_rows,
     "snake_server": snake_server_rows,
+    "snakes_training": snakes_training_rows,
 }
 
 if __name__ == "__main__":
