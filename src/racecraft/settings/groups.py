@@ -131,8 +131,8 @@ class PpoConfig:
     drop_remainder: bool = setting(False, "Leave out the last minibatch of an epoch when it is not full.")
     precision: str = setting(
         "float32",
-        "What layers multiply in while training; weights, heads, losses and Adam stay float32. bfloat16 is coarser, and "
-        "faster on processors that have it (avx512_bf16, amx); auto takes it there.",
+        "What layers multiply in while training; weights, heads, losses and Adam stay float32. bfloat16 is coarser, "
+        "and faster on processors that have it (avx512_bf16, amx); auto takes it there.",
         choices=("float32", "bfloat16", "auto"),
     )
     probability_floor: float = setting(

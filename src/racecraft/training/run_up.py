@@ -2,7 +2,7 @@
 
     settings, threads → learner → run folder → judge, collector, keeper → the loop → what came of it
 
-Gymnasium environments and Unity scenes take this way; a car, with its reward function and AWS's files, has its own in
+Gymnasium environments, Unity scenes and snakes take this way; a car, with its reward function and AWS's files, has its own in
 `racing.py`. What a world brings along is its `Course`.
 """
 
@@ -199,10 +199,11 @@ def _make_run(course: Course, place: Path | None) -> RunFolder:
         "versions": versions(),
         "started": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
     }
+
+    def fill(run: RunFolder) -> None:
+        for name, data in course.files.items():
+            write_whole(run.path / name, data)
+
     if place is None:
-        run = RunFolder.create_numbered(Path("runs"), course.folder_name, job)
-    else:
-        run = RunFolder.create(place, job)
-    for name, data in course.files.items():
-        write_whole(run.path / name, data)
-    return run
+        return RunFolder.create_numbered(Path("runs"), course.folder_name, job, fill)
+    return RunFolder.create(place, job, fill)
