@@ -2,6 +2,8 @@
 
 import asyncio
 import json
+import os
+import sys
 import threading
 import time
 
@@ -19,7 +21,7 @@ from racecraft.players.snakes.messages import GameCard, message
 from racecraft.players.snakes.protocol import find_player
 from racecraft.players.snakes.sight import safe_moves
 from racecraft.serving.http_service import MOST_BODY_BYTES
-from racecraft.serving.snake_server import SnakeServer
+from racecraft.serving.snake_server import SnakeServer, answer_before_thinking
 
 
 def letter(game_id="g", timeout_ms=300, you="s0"):
@@ -413,3 +415,17 @@ def test_rules_that_we_do_not_know_are_answered():
 
     status, answer = serving(server, talk)
     assert (status, answer["move"] in safe_moves(referee.board, referee.settings, "s0")) == (200, True)
+
+
+def test_a_serving_process_answers_before_it_thinks(monkeypatch):
+    before = sys.getswitchinterval()
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    try:
+        answer_before_thinking()
+        assert sys.getswitchinterval() == pytest.approx(0.0005)
+        assert os.environ["OMP_NUM_THREADS"] == "3", "the user has the last word"
+        monkeypatch.delenv("OMP_NUM_THREADS")
+        answer_before_thinking()
+        assert os.environ["OMP_NUM_THREADS"] == "1"
+    finally:
+        sys.setswitchinterval(before)

@@ -32,8 +32,9 @@ def serve(
     from racecraft.cli.output import say
     from racecraft.players.snakes.from_file import FilePlayer
     from racecraft.players.snakes.protocol import find_player, warm_up
-    from racecraft.serving.snake_server import SnakeServer
+    from racecraft.serving.snake_server import SnakeServer, answer_before_thinking
 
+    answer_before_thinking()
     found = find_player(player)
     try:
         say(f"Getting {player} ready …", quiet_stdout=json)
