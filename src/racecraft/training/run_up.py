@@ -2,8 +2,8 @@
 
     settings, threads → learner → run folder → judge, collector, keeper → the loop → what came of it
 
-Gymnasium environments, Unity scenes and snakes take this way; a car, with its reward function and AWS's files, has its own in
-`racing.py`. What a world brings along is its `Course`.
+Gymnasium environments, Unity scenes and snakes take this way; a car, with its reward function and AWS's files, has its
+own in `racing.py`. What a world brings along is its `Course`.
 """
 
 from __future__ import annotations
