@@ -1,6 +1,7 @@
 """`racecraft snakes`, as a user types it."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -9,16 +10,16 @@ from pathlib import Path
 
 import pytest
 
-from racecraft.cli import app as command_line
-from racecraft.cli import snakes
-
 RECORDS = Path(__file__).resolve().parents[2] / ".." / "shared" / "data" / "battlesnake"
 
 
 @pytest.fixture(autouse=True)
-def _registered():
-    if "snakes" not in [group.name for group in command_line.app.registered_groups]:
-        command_line.app.add_typer(snakes.app, name="snakes")
+def _as_it_was(monkeypatch):
+    """What `serve` sets up in its process is not to outlive a test in ours."""
+    before = sys.getswitchinterval()
+    monkeypatch.setenv("OMP_NUM_THREADS", os.environ.get("OMP_NUM_THREADS", "2"))
+    yield
+    sys.setswitchinterval(before)
 
 
 def test_a_game_is_played_written_and_drawn(racecraft, tmp_path):
@@ -122,12 +123,8 @@ def test_recorded_games_of_the_official_engine_agree(racecraft):
 
 def test_a_file_is_served_until_it_is_interrupted(tmp_path):
     (tmp_path / "mine.py").write_text("def move(data):\n    return 'up'\n")
-    code = (
-        "from racecraft.cli import app, snakes\n"
-        "if 'snakes' not in [g.name for g in app.app.registered_groups]: app.app.add_typer(snakes.app, name='snakes')\n"
-        "app.main()"
-    )
-    command = [sys.executable, "-c", code, "snakes", "serve", "mine.py", "--port", "0", "--color", "#ff0000", "--json"]
+    flags = ("--port", "0", "--color", "#ff0000", "--json")
+    command = [sys.executable, "-m", "racecraft", "snakes", "serve", "mine.py", *flags]
     with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
         try:
             url = json.loads(server.stdout.readline())["url"]
