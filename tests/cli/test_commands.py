@@ -121,6 +121,23 @@ def test_an_evaluation_does_what_run_env_asked_for_unless_told_otherwise(racecra
     assert json.loads((tmp_path / "r" / "job.json").read_text())["env"]["DR_CAR_COLOR"] == "Blue"
 
 
+def test_a_damaged_track_of_one_s_own_hides_no_other(racecraft, tmp_path, monkeypatch):
+    monkeypatch.setenv("RACECRAFT_TRACKS", str(tmp_path / "library"))
+    (tmp_path / "library").mkdir()
+    (tmp_path / "library" / "broken.npy").write_bytes(b"no table")
+    said = racecraft("tracks", "list", "--json")
+    assert said.code == 0
+    assert len(json.loads(said.out)["tracks"]) == 127
+    assert said.err.startswith("Left out: ")
+    assert "broken.npy" in said.err
+
+
+def test_tracks_of_one_name_are_not_imported_together(racecraft, tmp_path):
+    said = racecraft("tracks", "import", "a/oval.npy", "b/Oval.npy")
+    assert said.code == 2
+    assert "one name" in said.err
+
+
 def test_tracks_are_listed_and_shown(racecraft, tmp_path):
     listed = json.loads(racecraft("tracks", "list", "--json").out)["tracks"]
     assert "reinvent_base" in [track["name"] for track in listed]

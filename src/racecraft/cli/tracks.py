@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -23,9 +24,8 @@ def list_tracks(
     """
     from racecraft.cli.output import print_json
     from racecraft.tracks.catalogue import names, summary
-    from racecraft.tracks.library import own_names, own_summary
 
-    summaries = [*map(own_summary, own_names()), *map(summary, names())]
+    summaries = [*_own_summaries(), *map(summary, names())]
     if json:
         print_json({"tracks": [part.as_dictionary() for part in summaries]})
     else:
@@ -56,6 +56,8 @@ def import_tracks(
 
     if name and len(files) > 1:
         raise SettingError(f"--name {name} would name {len(files)} files; expected one file with it. Import it alone.")
+    if len({file.stem.casefold() for file in files}) < len(files):
+        raise SettingError("Two of the files have one name; expected a name for each track. Import one of them --name.")
     for file in files:
         check_track(file, name, replace=replace)
     kept = [own_summary(add_track(file, name, replace=replace).name) for file in files]
@@ -104,6 +106,20 @@ def show(
         return
     for key, value in facts.items():
         print(f"{key:14} {value}")
+
+
+def _own_summaries() -> list[TrackSummary]:
+    """Return the user's own tracks; a file that has been damaged since is told of and passed over."""
+    from racecraft.contract.errors import TrackError
+    from racecraft.tracks.library import own_names, own_summary
+
+    found = []
+    for name in own_names():
+        try:
+            found.append(own_summary(name))
+        except TrackError as error:
+            print(f"Left out: {error}", file=sys.stderr)
+    return found
 
 
 TOLD_BY_DIRECTION = ("clockwise", "counter-clockwise")
