@@ -19,9 +19,10 @@ GAMES = 6
 def test_compiled_anchors_choose_what_the_readable_players_choose(ruleset):
     names = [["hungry", "flood_fill", "random_safe"], ["flood_fill", "random_safe", "flood_fill"]] * (GAMES // 2)
     world = BattlesnakeWorld(WorldSettings(GameSettings(9, 9, 3, ruleset), num_games=GAMES))
-    seats, buffers, moves = AnchorSeats(names, world, 1), allocate(world.spec), np.zeros((GAMES, 3), np.int64)
+    seats, buffers, moves = AnchorSeats(names, world), allocate(world.spec), np.zeros((GAMES, 3), np.int64)
     readable = {name: find_player(name) for name in ANCHORS}
     world.reset(buffers, 3)
+    seats.begin(3)
     asked = 0
     for _ in range(40):
         seats.choose(moves)
@@ -45,7 +46,9 @@ def test_random_safe_rolls_every_safe_move_about_as_often():
     world = BattlesnakeWorld(WorldSettings(GameSettings(7, 7, 2), num_games=300))
     buffers, moves = allocate(world.spec), np.full((300, 2), -1, np.int64)
     world.reset(buffers, 1)
-    AnchorSeats(names, world, 5).choose(moves)
+    seats = AnchorSeats(names, world)
+    seats.begin(5)
+    seats.choose(moves)
     assert (moves[:, 1] == -1).all(), "a seat that is not an anchor's is left alone"
     counts = np.bincount(moves[:, 0], minlength=4)
     assert counts.min() > 45, "four ways are safe from a start square: 75 each, give or take 4 spreads of 7.5"
@@ -54,4 +57,4 @@ def test_random_safe_rolls_every_safe_move_about_as_often():
 def test_an_unknown_anchor_is_refused_by_name():
     world = BattlesnakeWorld(WorldSettings(GameSettings(7, 7, 2), num_games=1))
     with pytest.raises(SettingError, match="no anchor 'floodfill'.*flood_fill"):
-        AnchorSeats([["floodfill", ""]], world, 1)
+        AnchorSeats([["floodfill", ""]], world)

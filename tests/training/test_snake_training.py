@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from racecraft.algorithms.ppo import PpoLearner
+from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import allocate
 from racecraft.envs.battlesnake.board import MOVES
 from racecraft.envs.battlesnake.dice import StreamDice
@@ -73,6 +74,13 @@ def small_world(seats=3, **config):
     settings = with_values(settings, "selfplay", {"view": 5, "pool_size": 2, "pool_every": 2, **config})
     played = world_settings(WorldSettings(GameSettings(7, 7, seats)), settings.selfplay, 8)
     return SelfPlayWorld(played, settings, seed=1), settings
+
+
+class TestSelfPlaySitsTheExam(WorldExam):
+    ticks = 60
+
+    def make_world(self, num_worlds):
+        return small_world(anchor_share=0.5, pool_share=0.25, max_turns=30)[0]
 
 
 def test_games_are_dealt_by_shares():

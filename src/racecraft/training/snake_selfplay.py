@@ -35,7 +35,7 @@ class SelfPlayWorld:
     Args:
         game: What is played, by at least two.
         settings: Of the whole training: `selfplay`, `rollout.num_worlds` (N), and the network of past selves.
-        seed: Chance of opponents, and of the untrained self that the pool begins with.
+        seed: Of the untrained self that the pool begins with, and of the draws from the pool.
     """
 
     def __init__(self, game: WorldSettings, settings: TrainSettings, seed: int) -> None:
@@ -50,12 +50,12 @@ class SelfPlayWorld:
         self._past = np.zeros_like(mine)
         self._past[[kind == PAST for kind in self.dealt], 1:] = True
         self.inner.looks[...] = mine | self._past
-        self._anchors = AnchorSeats(self._seating(seats), self.inner, seed)
+        self._anchors = AnchorSeats(self._seating(seats), self.inner)
         self._spec = replace(self.inner.spec, num_worlds=int(mine.sum()), num_agents=1)
         self._buffers = allocate(self.inner.spec)
         self._moves = np.zeros((num_games, seats), np.int64)
         self._rival = PpoLearner(self._spec, settings.network, settings.ppo, seed, settings.runtime.device)
-        self._chance = torch.Generator(self._rival.device).manual_seed(seed + 2)
+        self._chance = torch.Generator(self._rival.device)
         self.pool: deque[dict[str, Array]] = deque(maxlen=self.config.pool_size)
         self.pool.append(to_arrays(self._rival.state_dict())["network"])
         self.updates = 0
@@ -67,7 +67,9 @@ class SelfPlayWorld:
         return self._spec
 
     def reset(self, buffers: StepBuffers, seed: int) -> None:
-        """Begin every game anew."""
+        """Begin every game anew; the seed decides the opponents' dice, too. The pool stays as it is."""
+        self._anchors.begin(seed)
+        self._chance.manual_seed(seed + 2)
         self.inner.reset(self._buffers, seed)
         self._show(buffers)
 

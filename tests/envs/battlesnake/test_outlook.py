@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import allocate
 from racecraft.envs.battlesnake.board import Board, Snake
 from racecraft.envs.battlesnake.observation import observe_board
@@ -11,6 +12,13 @@ from racecraft.envs.battlesnake.world import BattlesnakeWorld, WorldSettings
 
 UP, DOWN, LEFT, RIGHT = range(4)
 OPEN, SPACE, ROOM, TERRITORY, OWN_SPACE, FOOD, OWN_FOOD, WAY_OUT, MEETING, HAZARD = range(10)
+
+
+class TestWorldWithOutlook(WorldExam):
+    ticks = 60
+
+    def make_world(self, num_worlds):
+        return BattlesnakeWorld(WorldSettings(GameSettings(7, 7, 3), num_worlds, max_turns=40, view=5, outlook=True))
 
 
 def outlook(*bodies, food=(), size=7, ruleset="standard", hazards=None):

@@ -62,7 +62,8 @@ def play_batch(
 def _last(world: BattlesnakeWorld, players: Sequence[Player], sitting: Array, seed: int) -> Array:
     """Play the first game in each place and return how many turns each seat lasted (N, M); beyond all for the last."""
     names = [[player if isinstance(player := players[one], str) else "" for one in row] for row in sitting]
-    anchors = AnchorSeats(names, world, seed)
+    anchors = AnchorSeats(names, world)
+    anchors.begin(seed)
     buffers, moves = allocate(world.spec), np.zeros(sitting.shape, np.int64)
     lasted = np.zeros(sitting.shape, np.int64)
     going = np.ones(len(sitting), bool)

@@ -37,18 +37,21 @@ class AnchorSeats:
     Args:
         names: For every game the names at its M seats; "" where somebody else sits.
         world: The games.
-        seed: Chance of random_safe.
 
     Raises:
         SettingError: There is no such anchor.
     """
 
-    def __init__(self, names: Sequence[Sequence[str]], world: BattlesnakeWorld, seed: int) -> None:
+    def __init__(self, names: Sequence[Sequence[str]], world: BattlesnakeWorld) -> None:
         numbers = [[anchor_number(name) if name else NOT_HERE for name in game] for game in names]
         self.who = np.array(numbers, np.int8)
         self.chance = np.zeros((len(numbers), 2), np.uint64)
-        self.chance[:, 0] = stream_keys(seed, "snake anchors", len(numbers))
         self._world, self._scratch = world, allocate_scratch(world.game_settings, len(numbers))
+
+    def begin(self, seed: int) -> None:
+        """Take up new dice for random_safe."""
+        self.chance[:, 0] = stream_keys(seed, "snake anchors", len(self.who))
+        self.chance[:, 1] = 0
 
     def choose(self, moves: Array) -> None:
         """Write the moves of all anchors into `moves` int64 (N, M)."""
