@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -110,19 +111,42 @@ def best(act) -> float:
     return max(rates)
 
 
+def basic_seconds(seeds: range = range(1, 4)) -> list[float]:
+    """Return how long `racecraft unity train builtin:Basic` takes to 0.92 over 20 greedy episodes, process start in."""
+    spent = []
+    for seed in seeds:
+        with tempfile.TemporaryDirectory() as folder:
+            command = [sys.executable, "-m", "racecraft", "unity", "train", "builtin:Basic", "--stop", "score=0.92"]
+            begun = time.perf_counter()
+            done = subprocess.run(
+                [*command, "--seed", str(seed), "--run", f"{folder}/run", "--json"],
+                capture_output=True, text=True, check=True, timeout=300,
+            )  # fmt: skip
+            spent.append(round(time.perf_counter() - begun, 1))
+            told = json.loads(done.stdout)
+            assert told["solved"], f"seed {seed} stopped by {told['stopped_by']}"
+    return spent
+
+
 def main() -> None:
+    """Measure, print, and give the figures as JSON on the last line."""
     official = os.environ.get("RACECRAFT_OFFICIAL_MLAGENTS_PYTHON")
+    figures: dict[str, Any] = {}
     for agents in (1, 64):
         session, world = exchanges_per_second(agents), world_steps_per_second(agents)
         print(f"{agents:3d} agents  session {session:6.0f} exchanges/s = {session * agents:7.0f} agent-steps/s")
         print(f"{agents:3d} agents  World   {world:6.0f} steps/s     = {world * agents:7.0f} agent-steps/s")
+        figures |= {f"exchanges_{agents}": round(session), f"world_agent_steps_{agents}": round(world * agents)}
         if official:
             rate = official_exchanges_per_second(official, agents)
             print(f"{agents:3d} agents  official client {rate:6.0f} exchanges/s = {rate * agents:7.0f} agent-steps/s")
+            figures[f"official_exchanges_{agents}"] = round(rate)
     if not official:
         print("official client: RACECRAFT_OFFICIAL_MLAGENTS_PYTHON names no interpreter with mlagents-envs")
     opening, closing = open_and_close()
     print(f"open {opening:.2f} s, close {closing:.2f} s (median of 20)")
+    figures |= {"open_seconds": round(opening, 2), "close_seconds": round(closing, 2), "basic_seconds": basic_seconds()}
+    print(json.dumps(figures))
 
 
 if __name__ == "__main__":
