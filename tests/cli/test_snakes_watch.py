@@ -95,7 +95,10 @@ wire.sendall((f"GET /games/{game}/events HTTP/1.1\\r\\nUpgrade: websocket\\r\\nC
               f"Sec-WebSocket-Version: 13\\r\\nSec-WebSocket-Key: {key}\\r\\n\\r\\n").encode())
 heard = b""
 while b"game_end" not in heard:
-    heard += wire.recv(65536)
+    more = wire.recv(65536)
+    if not more:
+        sys.exit("cut off in the middle of the game")
+    heard += more
 with open(sys.argv[2], "w") as file:
     json.dump({"facts": facts, "frames": heard.count(b'"Type":"frame"'), "address": sys.argv[1]}, file)
 """
