@@ -33,7 +33,7 @@ def test_one_object_and_then_a_resume(racecraft):
 def test_people_are_told_what_to_type_next(racecraft):
     said = racecraft("snakes", "train", *TINY, "--run", "r")
     assert "against flood_fill" in said.out
-    assert "next: racecraft snakes play --url r" in said.out
+    assert "next: racecraft snakes play --url r --url flood_fill --view -W 7 -H 7" in said.out
     played = racecraft("snakes", "play", "--url", "r", "--url", "r:0", "-W", "7", "-H", "7", "--seed", "1")
     assert played.code == 0, played.err
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from racecraft.cli.resuming import refuse_changes
 from racecraft.cli.snakes_options import JSON
+
+if TYPE_CHECKING:
+    from racecraft.envs.battlesnake.settings import GameSettings
 
 UNCHANGEABLE = ("width", "height", "size", "snakes", "ruleset", "map_", "seed", "set_", "from_")
 
@@ -80,4 +83,11 @@ def train(
     print(f"rating {judged['rating']:.0f} (95 %: {judged['rating_low']:.0f} to {judged['rating_high']:.0f}); won:")
     for name, told in judged["against"].items():
         print(f"  {told['won']:3} of {told['games']} against {name}")
-    print(f"next: racecraft snakes play --url {place} --url flood_fill --view")
+    print(f"next: racecraft snakes play --url {place} --url flood_fill --view{_same_game(trained.game)}")
+
+
+def _same_game(game: GameSettings) -> str:
+    """Return the options that make `snakes play` play what was trained, where they are not its defaults."""
+    asked = {"-W": game.width, "-H": game.height, "-g": game.ruleset, "-m": game.map}
+    usual = {"-W": 11, "-H": 11, "-g": "standard", "-m": "standard"}
+    return "".join(f" {flag} {value}" for flag, value in asked.items() if value != usual[flag])

@@ -43,8 +43,10 @@ class LineWatcher:
             f"{report.seconds:.1f} s",
             f"{report.steps} steps",
             f"{report.steps_per_second:.0f} steps/s",
-            f"training {self._score_name} {number(report.training_score)}",
         ]
+        scored = report.training_score is not None
+        training = f"training {self._score_name} {number(report.training_score)}"
+        parts.append(training if scored else f"{report.episodes} episodes ended")
         if report.verdict is not None:
             best = report.verdict.best_lap_seconds
             parts.append(f"evaluation {self._score_name} {number(report.verdict.score)}")
@@ -106,7 +108,9 @@ class LiveWatcher:
         table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
         short = self._score_name
         laps = ("lap",) if self._best_lap is not None else ()
-        for title in ("iteration", "seconds", "steps", "steps/s", f"training {short}", f"evaluation {short}", *laps):
+        scored = any(row.training_score is not None for row in self._rows)
+        training = f"training {short}" if scored else "episodes"
+        for title in ("iteration", "seconds", "steps", "steps/s", training, f"evaluation {short}", *laps):
             table.add_column(title, justify="right")
         for row in self._rows:
             verdict = row.verdict
@@ -116,7 +120,7 @@ class LiveWatcher:
                 f"{row.seconds:.1f}",
                 f"{row.steps:,}",
                 f"{row.steps_per_second:,.0f}",
-                number(row.training_score),
+                number(row.training_score) if scored else str(row.episodes),
                 number(verdict.score) if verdict else "",
                 *((f"{lap:.2f} s" if lap is not None else "") for _ in laps),
                 style="green" if row.is_best else None,
