@@ -1,6 +1,6 @@
 """A snake trained for ten minutes by `racecraft snakes train`: its duels on 11x11, greedy and with search on top.
 
-    python benchmarks/snakes_training.py                     what the table shows; about 20 minutes on two cores
+    python benchmarks/snakes_training.py                     what the table shows; about half an hour on two cores
     python benchmarks/snakes_training.py --minutes 2 --search-games 0
     python benchmarks/snakes_training.py --from runs/snakes-1   judge a run that stands
 
