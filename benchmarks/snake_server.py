@@ -59,11 +59,12 @@ def fresh_policy(run: Path) -> str:
 async def measure(name: str, games: int, seconds: float) -> dict[str, Any]:
     """Serve a player, let the clients play, and return the figures."""
     from racecraft.players.snakes.protocol import ManyPlayer, find_player, warm_up
-    from racecraft.serving.snake_server import SnakeServer, answer_before_thinking
+    from racecraft.serving.snake_server import SnakeServer, answer_before_thinking, settle
 
     answer_before_thinking()
     player = find_player(name)
     warm_up(player)
+    settle()
     server = SnakeServer(player)
     port = await server.listen(port=0)
     command = [sys.executable, __file__, "--clients", str(port), "--games", str(games), "--seconds", str(seconds)]

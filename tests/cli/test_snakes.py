@@ -1,5 +1,6 @@
 """`racecraft snakes`, as a user types it."""
 
+import gc
 import json
 import os
 import signal
@@ -20,6 +21,7 @@ def _as_it_was(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", os.environ.get("OMP_NUM_THREADS", "2"))
     yield
     sys.setswitchinterval(before)
+    gc.unfreeze()
 
 
 def test_a_game_is_played_written_and_drawn(racecraft, tmp_path):

@@ -1,6 +1,7 @@
 """A snake over HTTP: the official API, many games at once, never late, and nothing that takes it down."""
 
 import asyncio
+import gc
 import json
 import os
 import sys
@@ -21,7 +22,7 @@ from racecraft.players.snakes.messages import GameCard, message
 from racecraft.players.snakes.protocol import find_player
 from racecraft.players.snakes.sight import safe_moves
 from racecraft.serving.http_service import MOST_BODY_BYTES
-from racecraft.serving.snake_server import SnakeServer, answer_before_thinking
+from racecraft.serving.snake_server import SnakeServer, answer_before_thinking, settle
 
 
 def letter(game_id="g", timeout_ms=300, you="s0"):
@@ -429,3 +430,13 @@ def test_a_serving_process_answers_before_it_thinks(monkeypatch):
         assert os.environ["OMP_NUM_THREADS"] == "1"
     finally:
         sys.setswitchinterval(before)
+
+
+def test_what_was_loaded_is_not_searched_for_garbage_again():
+    loaded = [[] for _ in range(1000)]
+    try:
+        settle()
+        assert gc.get_freeze_count() > len(loaded)
+        assert all(one is not loaded for one in gc.get_objects())
+    finally:
+        gc.unfreeze()

@@ -32,13 +32,14 @@ def serve(
     from racecraft.cli.output import say
     from racecraft.players.snakes.from_file import FilePlayer
     from racecraft.players.snakes.protocol import find_player, warm_up
-    from racecraft.serving.snake_server import SnakeServer, answer_before_thinking
+    from racecraft.serving.snake_server import SnakeServer, answer_before_thinking, settle
 
     answer_before_thinking()
     found = find_player(player)
     try:
         say(f"Getting {player} ready …", quiet_stdout=json)
         warm_up(found)
+        settle()
         said = found.looks() if isinstance(found, FilePlayer) else {}
         given = {key: value for key, value in {"color": color, "head": head, "tail": tail}.items() if value}
         server = SnakeServer(found, said | given, author or said.get("author", ""), margin, complain=_complain)
