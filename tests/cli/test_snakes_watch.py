@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 import urllib.request
 from urllib.parse import parse_qs, urlsplit
 
@@ -22,11 +23,9 @@ def game(racecraft):
 
 @pytest.fixture
 def desk(tmp_path, monkeypatch):
-    """A browser that is none: it notes the address it is asked to open, and fetches it."""
+    """A browser that is none: it notes the address it is asked to open."""
     path = tmp_path / "browser.py"
-    path.write_text(
-        f"#!{sys.executable}\nimport sys\nopen({str(tmp_path / 'opened')!r}, 'a').write(sys.argv[1] + chr(10))\n"
-    )
+    path.write_text(f"#!{sys.executable}\nimport sys\nopen({str(tmp_path / 'opened')!r}, 'a').write(sys.argv[1])\n")
     path.chmod(0o755)
     return {**os.environ, "BROWSER": f"{path} %s"}
 
@@ -54,17 +53,20 @@ def test_a_game_of_the_official_engine_is_watched_too(racecraft, game, tmp_path)
 
 
 def test_a_recorded_game_is_served_until_it_is_interrupted(game, tmp_path, desk):
-    command = [*RUN, "snakes", "watch", "game.jsonl", "--json"]
+    command, opened = [*RUN, "snakes", "watch", "game.jsonl", "--json"], tmp_path / "opened"
     with subprocess.Popen(command, cwd=tmp_path, env=desk, stdout=subprocess.PIPE, text=True) as served:
         try:
             url = json.loads(served.stdout.readline())["url"]
             with urllib.request.urlopen(url, timeout=5) as answer:
                 assert "Flo – hungry" in answer.read().decode()
+            until = time.monotonic() + 10
+            while not (opened.exists() and opened.read_text()) and time.monotonic() < until:
+                time.sleep(0.02)
             served.send_signal(signal.SIGINT)
             assert served.wait(10) == 0
         finally:
             served.kill()
-    assert (tmp_path / "opened").read_text() == url + "\n"
+    assert opened.read_text() == url
 
 
 def test_a_live_game_is_played_at_a_pace_one_can_watch(tmp_path, desk):
@@ -146,8 +148,6 @@ def test_verbose_says_every_turn(racecraft):
 
 
 def test_delay_and_duration_keep_the_pace(racecraft):
-    import time
-
     for flag, least in (("--delay", 0.3), ("--duration", 0.3)):
         begin = time.monotonic()
         assert racecraft("snakes", "play", *GAME, flag, 100, "--most-turns", 3).code == 0
