@@ -103,7 +103,7 @@ def theirs(seed: int) -> tuple[float | None, float]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=15)
+    parser.add_argument("--seeds", type=int, default=31)
     parser.add_argument("--json", type=Path, help="write the figures here")
     arguments = parser.parse_args()
     use_threads(None)
