@@ -37,7 +37,8 @@ from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.state import allocate_games, food_squares_of, get_board, params_of, put_board
 from racecraft.kernels import threads
 
-_GAMES_WORTH_A_THREAD = 64
+_GAMES_WORTH_A_THREAD = 256
+"""Handing a thread its share costs 0.1 ms: two threads gain a fifth with 512 games and all of a core with 2,048."""
 
 
 @dataclass(frozen=True)
@@ -205,9 +206,11 @@ class BattlesnakeWorld:
             loop(0, self.settings.num_games, *arguments)
             return
         if self._pool is None:
-            self._pool = ThreadPoolExecutor(count, "battlesnake")
+            self._pool = ThreadPoolExecutor(count - 1, "battlesnake")
         edges = [self.settings.num_games * part // count for part in range(count + 1)]
-        parts = [self._pool.submit(loop, *edge, *arguments) for edge in zip(edges[:-1], edges[1:], strict=True)]
+        own, *others = zip(edges[:-1], edges[1:], strict=True)
+        parts = [self._pool.submit(loop, *edge, *arguments) for edge in others]
+        loop(*own, *arguments)
         for part in parts:
             part.result()
 

@@ -115,11 +115,12 @@ def allow(g, m, bodies, snakes, cells, params, mask):
     Surely fatal: a wall, and a body that will not have moved away (a tail does, unless it is doubled).
     """
     width, height, last = params[WIDTH], params[HEIGHT], bodies.shape[2] - 1
+    head_x, head_y, wrapped = snakes[g, m, X], snakes[g, m, Y], params[WRAPPED]
     allowed = 0
     for way in range(4):
-        x = snakes[g, m, X] + (way == 3) - (way == 2)
-        y = snakes[g, m, Y] + (way == 0) - (way == 1)
-        if params[WRAPPED]:
+        x = head_x + (way == 3) - (way == 2)
+        y = head_y + (way == 0) - (way == 1)
+        if wrapped:
             x = x - width if x >= width else x + width if x < 0 else x
             y = y - height if y >= height else y + height if y < 0 else y
         free = False

@@ -75,7 +75,7 @@ def apply_rules(g, moves, bodies, snakes, games, cells, sides, params):
 @kernel
 def move(g, moves, bodies, snakes, cells, params):
     """New head in front, last segment away; the tail's cell falls free unless another segment lies on it."""
-    width, height = params[WIDTH], params[HEIGHT]
+    width, height, wrapped = params[WIDTH], params[HEIGHT], params[WRAPPED]
     last = bodies.shape[2] - 1
     for s in range(snakes.shape[1]):
         if snakes[g, s, CAUSE]:
@@ -87,7 +87,7 @@ def move(g, moves, bodies, snakes, cells, params):
         x, y, way = snakes[g, s, X], snakes[g, s, Y], moves[g, s]
         x += (way == 3) - (way == 2)
         y += (way == 0) - (way == 1)
-        if params[WRAPPED]:
+        if wrapped:
             x = x - width if x >= width else x + width if x < 0 else x
             y = y - height if y >= height else y + height if y < 0 else y
         start = (start - 1) & last

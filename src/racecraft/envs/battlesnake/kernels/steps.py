@@ -101,22 +101,22 @@ def observe_game(g, bodies, snakes, games, cells, params, squares, marks, walls,
 def random_safe_play(
     turns, bodies, snakes, games, cells, sides, events, chance, params, food_squares, start_hazards, moves, mask
 ):
-    """Let every game play `turns` turns of random safe moves, beginning anew at each end; return the games finished."""
+    """Let one game after the other play `turns` turns of random safe moves, beginning anew at each end.
+
+    Returns:
+        How many games were finished.
+    """
     finished = 0
-    for _ in range(turns):
-        for g in range(bodies.shape[0]):
+    for g in range(bodies.shape[0]):
+        for _ in range(turns):
             for m in range(snakes.shape[1]):
                 if snakes[g, m, CAUSE] == 0:
                     allow(g, m, bodies, snakes, cells, params, mask)
-                    open_ways = 0
-                    for way in range(4):
-                        open_ways += mask[g, m, way]
-                    left = below(g, chance, open_ways)
-                    way = -1
-                    while left >= 0:
-                        way += 1
-                        left -= np.int64(mask[g, m, way])
-                    moves[g, m] = way
+                    to_up = np.int64(mask[g, m, 0])
+                    to_down = to_up + np.int64(mask[g, m, 1])
+                    to_left = to_down + np.int64(mask[g, m, 2])
+                    drawn = below(g, chance, to_left + np.int64(mask[g, m, 3]))
+                    moves[g, m] = (drawn >= to_up) + (drawn >= to_down) + (drawn >= to_left)
             play_turn(g, moves, bodies, snakes, games, cells, sides, events, chance, params, food_squares)
             if games[g, ALIVE] <= (0 if params[SOLO] else 1):
                 begin_standard(g, bodies, snakes, games, cells, sides, chance, params, start_hazards)
