@@ -17,6 +17,7 @@ from racecraft.evaluation.arena.rating import Result, rate
 from racecraft.evaluation.arena.record import read_record, write_record
 from racecraft.evaluation.arena.remote import Remote
 from racecraft.evaluation.arena.seats import Seat, take_seat
+from racecraft.evaluation.arena.skill import skills
 from racecraft.evaluation.arena.tournament import tournament
 from racecraft.players.snakes.from_file import load_file_player
 from racecraft.players.snakes.protocol import PLAYERS, PlayerError
@@ -209,6 +210,16 @@ def test_ratings_find_the_strengths_the_results_came_from():
     # With two players the difference has the spread of its log odds: sqrt(1/1000 + 1/100).
     half = 1.96 * math.sqrt(1 / 1000 + 1 / 100) * 400 / math.log(10) / 2
     assert strong.high - strong.points == pytest.approx(half, rel=0.02)
+
+
+def test_skills_rank_as_the_ratings_do_and_a_newcomer_stands_at_25():
+    games = [*[Result((0, 1, 2), (0, 1, 2))] * 4, Result((2, 1, 0), (1, 0, 2))] * 5
+    strong, middle, weak, newcomer = skills(4, games)
+    assert strong.mu > middle.mu > weak.mu
+    assert (newcomer.mu, newcomer.high - newcomer.low) == (25.0, pytest.approx(2 * 1.96 * 25 / 3))
+    assert strong.high - strong.low < 0.7 * (newcomer.high - newcomer.low), "games narrow the interval"
+    points = [one.points for one in rate(3, games)]
+    assert points == sorted(points, reverse=True)
 
 
 def test_ratings_are_finite_and_narrow_with_more_games():

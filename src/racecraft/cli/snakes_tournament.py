@@ -25,7 +25,7 @@ def tournament(
     most_turns: Annotated[int, typer.Option("--most-turns", min=1, help="A longer game is a draw.")] = 1000,
     json: JSON = False,
 ) -> None:
-    """Play everyone against everyone, seats swapped; rate them (Elo points, 95 % intervals).
+    """Play everyone against everyone, seats swapped; rate them (Elo points, and OpenSkill, with 95 % intervals).
 
     Example: racecraft snakes tournament flood_fill area_control my_snake.py --rounds 10
     """
@@ -53,11 +53,13 @@ def tournament(
 
 
 def _print(table: Table) -> None:
-    print(f"{'player':20} {'rating':>6} {'95 %':>13} {'games':>6} {'won':>5} {'late':>5} {'failed':>6}")
+    heading = f"{'player':20} {'rating':>6} {'95 %':>13} {'OpenSkill':>13}"
+    print(f"{heading} {'games':>6} {'won':>5} {'late':>5} {'failed':>6}")
     for line in table.standings:
         points = line.rating
         spread = f"{points.low:.0f} … {points.high:.0f}"
+        skill = f"{line.skill.mu:.1f} ± {line.skill.high - line.skill.mu:.1f}"
         print(
-            f"{line.name:20.20} {points.points:>6.0f} {spread:>13} {line.games:>6} {line.wins / line.games:>5.0%} "
-            f"{line.timeouts:>5} {line.crashes:>6}"
+            f"{line.name:20.20} {points.points:>6.0f} {spread:>13} {skill:>13} {line.games:>6} "
+            f"{line.wins / line.games:>5.0%} {line.timeouts:>5} {line.crashes:>6}"
         )

@@ -14,6 +14,7 @@ from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.evaluation.arena.match import Played, play
 from racecraft.evaluation.arena.rating import Rating, Result, rate, wilson
 from racecraft.evaluation.arena.seats import Seat
+from racecraft.evaluation.arena.skill import Skill, skills
 
 MOST_TURNS = 1000
 """A game that lasts longer is a draw of all who live."""
@@ -25,6 +26,7 @@ class Standing:
 
     name: str
     rating: Rating
+    skill: Skill
     games: int
     wins: int
     """Games that this player alone survived, or outlived all others in."""
@@ -97,12 +99,13 @@ def tournament(
 
 def _standings(seats: Sequence[Seat], results: list[Result]) -> list[Standing]:
     lines = []
-    for number, (seat, rating) in enumerate(zip(seats, rate(len(seats), results), strict=True)):
+    strengths = zip(seats, rate(len(seats), results), skills(len(seats), results), strict=True)
+    for number, (seat, rating, skill) in enumerate(strengths):
         mine = [result for result in results if number in result.players]
         wins = sum(result.places[result.players.index(number)] == 0 and result.places.count(0) == 1 for result in mine)
         low, high = wilson(wins, len(mine))
         failures = seat.failures
         lines.append(
-            Standing(seat.name, rating, len(mine), wins, low, high, failures.timeouts, failures.crashes)
+            Standing(seat.name, rating, skill, len(mine), wins, low, high, failures.timeouts, failures.crashes)
         )  # fmt: skip
     return sorted(lines, key=lambda line: -line.rating.points)
