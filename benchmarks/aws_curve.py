@@ -1,9 +1,9 @@
 """The learning curve of `--preset aws` beside the curves of real trainings: `python benchmarks/aws_curve.py`.
 
 Five seeds of the settings that the 2022 logs were made with: 14 actions, car v4, re:Invent 2018, centre-line reward,
-gamma 0.95, 3 epochs, 20 episodes an iteration, start advancing 5 % of the lap. It takes an hour or two on two cores;
-nothing else should run meanwhile. Leaves `aws-curve.md` and `aws-curve.png` in the folder it is told. The real curves
-are read from the reference data beside the checkout and left out where that is absent.
+gamma 0.95, 3 epochs, 20 episodes an iteration, start advancing 5 % of the lap. It takes a quarter of an hour on two
+cores; nothing else should run meanwhile. Leaves `aws-curve.md` and `aws-curve.png` in the folder it is told. The real
+curves are read from the reference data beside the checkout and left out where that is absent.
 """
 
 from __future__ import annotations

@@ -84,6 +84,9 @@ def page(results: dict[str, Any]) -> str:
             "network, judged the same way, seeds interleaved with ours in the same run. It was given our "
             "settings; no search for better ones of its own was made.",
             "",
+            "The learning curve of the preset `aws` beside real AWS trainings has a page of its own, "
+            "[aws-curve.md](aws-curve.md), made by `python benchmarks/aws_curve.py`.",
+            "",
         ]
     )
 
