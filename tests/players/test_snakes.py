@@ -368,3 +368,21 @@ def test_a_crew_goes_on_when_a_task_hangs():
     gate.set()
     assert stuck.result(5) is True
     crew.close()
+
+
+def test_search_goes_on_top_of_a_user_s_file_too(tmp_path):
+    """Its move is looked at first; one too slow to be heard does no harm, one that raises is named."""
+    board = Board(11, 11, snakes=[Snake("a", [(5, 5), (5, 4), (5, 3)]), Snake("b", [(1, 1)] * 3)], food=[(9, 9)])
+    settings = GameSettings(11, 11, 2)
+    for name, body in (
+        ("left", "assert data['you']['id'] == 'a'; return 'left'"),
+        ("slow", "import time; time.sleep(1); return 'left'"),
+        ("raises", "return data['nothing']"),
+    ):
+        (tmp_path / f"{name}.py").write_text(f"def move(data):\n    {body}\n")
+    heeded = find_player(f"search+{tmp_path}/left.py")
+    heeded.most_walks = 1
+    assert heeded.choose(board, settings, "a", 20.0) == "left"
+    assert find_player(f"search+{tmp_path}/slow.py").choose(board, settings, "a", 0.2) in ("left", "right", "up")
+    with pytest.raises(PlayerError, match="raises.py"):
+        find_player(f"search+{tmp_path}/raises.py").choose(board, settings, "a", 20.0)

@@ -25,7 +25,7 @@ def players(json: JSON = False) -> None:
     for name, what in PLAYERS.items():
         print(f"{name:14} {what}")
     print("\nRUN            a snake you trained: runs/snakes-1, runs/snakes-1:last")
-    print("search+NAME    search on top of another player or a RUN")
+    print("search+NAME    search on top of another player, a RUN or a FILE.py")
     print("FILE.py        your own: def move(data): …")
 
 

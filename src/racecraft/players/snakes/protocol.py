@@ -127,17 +127,16 @@ def find_player(name: str, seed: int = 0) -> SnakePlayer | LetterPlayer:
         PlayerError: There is no such player, or the file or run cannot be used.
         CheckpointError: No such checkpoint, or a damaged one.
     """
+    if name.startswith("search+") and not Path(name).is_file():
+        from racecraft.players.snakes.by_letter import ByLetter
+        from racecraft.players.snakes.search import Search
+
+        guide = find_player(name.removeprefix("search+"), seed)
+        return Search(guide=guide if isinstance(guide, SnakePlayer) else ByLetter(guide))
     if name.endswith(".py") or Path(name).is_file():
         from racecraft.players.snakes.from_file import load_file_player
 
         return load_file_player(name)
-    if name.startswith("search+"):
-        from racecraft.players.snakes.search import Search
-
-        guide = find_player(name.removeprefix("search+"), seed)
-        if not isinstance(guide, SnakePlayer):
-            raise PlayerError(f"'{name}': search goes on top of a RUN or a built-in player ({', '.join(PLAYERS)}).")
-        return Search(guide=guide)
     if name not in PLAYERS and _may_be_run(name):
         from racecraft.players.snakes.trained import load_trained_snake
 

@@ -12,6 +12,7 @@ likely as it thinks them.
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 
 import numpy as np
 
@@ -60,7 +61,8 @@ class Search:
         if isinstance(self.guide, Weigher):
             tree.believe(self.guide.weigh(board, settings))
         elif self.guide is not None:
-            tree.trust(self.guide.choose(board, settings, snake_id, seconds / 4))
+            with suppress(TimeoutError):  # a user's file that is too slow is no help, and no harm
+                tree.trust(self.guide.choose(board, settings, snake_id, seconds / 4))
         left = self.most_walks if self.most_walks is not None else 1 << 30
         while left > 0:
             walks = min(left, WALKS_AT_A_TIME)
