@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from racecraft.cli.resuming import refuse_changes
+from racecraft.cli.training_options import From, Json, Overrides, Resume
 from racecraft.contract.errors import SettingError
 
 UNCHANGEABLE = ("environment", "seed", "set_", "from_")
@@ -33,14 +34,10 @@ def train(
     ] = None,
     run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/ID-N.")] = None,
     seed: Annotated[int, typer.Option(help="Same seed, same machine, same training.")] = 1,
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", help="group.name=value; `racecraft settings` lists them all.")
-    ] = None,
-    from_: Annotated[
-        str | None, typer.Option("--from", help="RUN[:best|last|N]: begin with the weights of an earlier run.")
-    ] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with the run that --run names.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
+    set_: Overrides = None,
+    from_: From = None,
+    resume: Resume = False,
+    json: Json = False,
 ) -> None:
     """Train until the environment is solved.
 

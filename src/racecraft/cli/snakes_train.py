@@ -10,6 +10,7 @@ import typer
 
 from racecraft.cli.resuming import refuse_changes
 from racecraft.cli.snakes_options import JSON
+from racecraft.cli.training_options import From, Overrides, Resume
 
 if TYPE_CHECKING:
     from racecraft.envs.battlesnake.settings import GameSettings
@@ -37,13 +38,9 @@ def train(
     ] = None,
     run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/snakes-N.")] = None,
     seed: Annotated[int, typer.Option(help="Same seed, same machine, same training.")] = 1,
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", help="group.name=value; `racecraft settings` lists them all.")
-    ] = None,
-    from_: Annotated[
-        str | None, typer.Option("--from", help="RUN[:best|last|N]: begin with the weights of an earlier run.")
-    ] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with the run that --run names.")] = False,
+    set_: Overrides = None,
+    from_: From = None,
+    resume: Resume = False,
     json: JSON = False,
 ) -> None:
     """Train a snake by self-play; its rating against the built-in players is shown as it learns.

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from racecraft.cli.resuming import refuse_changes
+from racecraft.cli.training_options import From, Json, Overrides, Resume
 
 UNCHANGEABLE = ("build", "config", "behavior", "max_agents", "seed", "set_", "graphics", "from_")
 
@@ -47,17 +48,13 @@ def train(
     seed: Annotated[
         int | None, typer.Option(min=0, help="Of the learner and the player; by default the configuration's, or 1.")
     ] = None,
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", help="group.name=value; `racecraft settings` lists them all.")
-    ] = None,
+    set_: Overrides = None,
     graphics: Annotated[
         bool | None, typer.Option("--graphics/--no-graphics", help="Let the player open a window.")
     ] = None,
-    from_: Annotated[
-        str | None, typer.Option("--from", help="RUN[:best|last|N]: begin with the weights of an earlier run.")
-    ] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with the run that --run names.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
+    from_: From = None,
+    resume: Resume = False,
+    json: Json = False,
 ) -> None:
     """Train the agents of a Unity scene.
 

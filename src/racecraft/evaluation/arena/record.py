@@ -70,8 +70,10 @@ def read_record(path: str | Path) -> Played:
                     letters.append((_read_letter(line, path, number), line["board"]["snakes"]))
                 elif "winnerId" in line:
                     told = line
-    except (OSError, UnicodeDecodeError) as problem:
-        raise InputFileError(path, str(problem)[:200], _EXPECTED) from problem
+    except UnicodeDecodeError as problem:
+        raise InputFileError(path, "the file is no UTF-8 text", _EXPECTED) from problem
+    except OSError as problem:
+        raise InputFileError(path, f"the file cannot be read ({problem.strerror})", _EXPECTED) from problem
     if not letters:
         raise InputFileError(path, "no turn in it", _EXPECTED)
     boards = [letter.board for letter, _ in letters]

@@ -58,7 +58,9 @@ def load(path: Path) -> types.ModuleType:
             source = file.read()
         code = compile(source, str(path), "exec")
     except (OSError, UnicodeDecodeError) as error:
-        raise PlayerError(f"{path}: cannot be read ({error}); {EXPECTED}.") from error
+        raise PlayerError(
+            f"{path}: cannot be read ({getattr(error, 'strerror', None) or error}); {EXPECTED}."
+        ) from error
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         line = getattr(error, "lineno", None)
         raise PlayerError(f"{path}:{line}: {getattr(error, 'msg', error)}; {EXPECTED}.") from error
