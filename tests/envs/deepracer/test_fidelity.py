@@ -11,8 +11,16 @@ import racecraft
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionTable
-from racecraft.envs.deepracer.fidelity import AWS_MAX_TICKS, DEPARTURES, FIDELITIES, Habits, as_table, habits
-from racecraft.envs.deepracer.vehicle import TICK_SECONDS
+from racecraft.envs.deepracer.fidelity import (
+    AWS_MAX_TICKS,
+    DEPARTURES,
+    FIDELITIES,
+    WHEEL_KICK,
+    Habits,
+    as_table,
+    habits,
+)
+from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.settings.groups import CameraConfig, RaceConfig
 from racecraft.settings.table import rows_of
@@ -114,7 +122,8 @@ def test_the_episodes_of_an_evaluation_at_aws_begin_alike_and_end_apart():
     first = CarJudge(judged, Straight(), trained_in).judge()
     again = CarJudge(judged, Straight(), trained_in).judge()
     assert first == again
-    assert len({lap["progress_percent"] for lap in first.details["laps"]}) == 4
+    # Two may leave the road beside the same corner of the centre line, and so with the same progress.
+    assert len({lap["progress_percent"] for lap in first.details["laps"]}) >= 3
     trained_in._cars["episode"] += 20  # whole laps of starts on
     assert CarJudge(judged, Straight(), trained_in).judge() != first
 
@@ -141,6 +150,55 @@ def test_a_tick_is_as_long_as_the_seed_says_and_a_fifteenth_of_a_second_on_avera
     assert lengths.mean() == pytest.approx(speeds("sane", 1).mean(), abs=0.02)
 
 
+def wheels_of(world, seed, ticks, choice=1):
+    """Return the angle of the wheels, rad, tick after tick, (ticks, N); the prepare tick is left out."""
+    buffers = allocate(world.spec)
+    world.reset(buffers, seed)
+    world.step(np.full((len(world.cars), 1), choice, np.int64), buffers)
+    angles = []
+    for _ in range(ticks):
+        world.step(np.full((len(world.cars), 1), choice, np.int64), buffers)
+        angles.append(world.cars["steering"])
+    return np.array(angles)
+
+
+def test_wheels_wander_at_aws_by_their_push_and_come_back_as_they_steer():
+    pushed = wheels_of(make_world("aws", num_cars=4000), 1, 12)
+    assert (wheels_of(make_world("sane"), 1, 12) == 0.0).all(), "told to stand straight, they do"
+    stays = math.exp(-TICK_SECONDS / PROFILES["v6"].steering_lag)  # what a tick leaves of an angle
+    first = stays * WHEEL_KICK * math.sqrt(1.0 + stays**2)  # after the prepare tick's push and this one's
+    assert pushed[0].std() == pytest.approx(first, rel=0.05)
+    settled = stays * WHEEL_KICK / math.sqrt(1.0 - stays**2)
+    assert pushed[-1].std() == pytest.approx(settled, rel=0.05)
+    assert abs(pushed[-1].mean()) < 4.0 * settled / math.sqrt(4000)
+    assert np.corrcoef(pushed[-2], pushed[-1])[0, 1] == pytest.approx(stays, abs=0.04)
+
+
+def test_the_ideal_car_has_no_weak_hinges():
+    assert (wheels_of(make_world("aws", car="kinematic"), 1, 12) == 0.0).all()
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+def test_a_car_put_back_keeps_its_wheels_only_at_aws(fidelity):
+    """Two ticks of the last command, one of steering straight: what the replay of real logs starts with, too."""
+    world = make_world(fidelity, car="v4", max_episode_seconds=1.0)
+    world._rules = world._rules._replace(jitter=0.0, wheel_kick=0.0)
+    buffers = allocate(world.spec)
+    world.reset(buffers, 0)
+    left = np.full((2, 1), 2, np.int64)
+    for _ in range(14):
+        world.step(left, buffers)
+    driven = world.cars["steering"]
+    world.step(left, buffers)
+    assert buffers.ended.all()
+    told = math.radians(30.0)
+    stays = math.exp(-TICK_SECONDS / PROFILES["v4"].steering_lag)
+    kept = told + (driven - told) * stays**2 if fidelity == "aws" else 0.0
+    assert world.cars["steering"] == pytest.approx(kept)
+    world.step(left, buffers)  # the prepare tick
+    assert world.cars["steering"] == pytest.approx(kept * stays)
+
+
 def test_a_saved_race_goes_on_with_its_own_dice():
     worlds = [make_world("aws"), make_world("aws")]
     buffers = [allocate(world.spec) for world in worlds]
@@ -156,12 +214,12 @@ def test_a_saved_race_goes_on_with_its_own_dice():
 
 
 def test_the_sane_world_ignores_the_switches_bit_for_bit():
-    """The same drive in both, but for the length of ticks: what is learned from and how a cut is called may differ."""
+    """The same drive in both, but for chance and the wheels' start; what is learned from may differ."""
     choices = np.random.default_rng(3).integers(0, 3, (60, 2, 1))
     seen = {}
     for fidelity in FIDELITIES:
         world = make_world(fidelity)
-        world._rules = world._rules._replace(jitter=0.0)
+        world._rules = world._rules._replace(jitter=0.0, wheel_kick=0.0, keeps_wheels=False)
         buffers = allocate(world.spec)
         world.reset(buffers, 0)
         seen[fidelity] = []

@@ -97,6 +97,10 @@ class Rules(NamedTuple):
     """Whether an episode that reaches `max_ticks` counts as ended rather than truncated."""
     jitter: float = 0.0
     """How much longer or shorter than TICK_SECONDS a tick may last, share of it; every length between is as likely."""
+    wheel_kick: float = 0.0
+    """Spread of the push that the angle of the wheels takes in every tick, rad; they come back as they steer."""
+    keeps_wheels: bool = False
+    """Whether a car that is put back to its start keeps the angle of its wheels."""
 
 
 def new_cars(num_cars: int, start_shares: Array) -> Array:

@@ -27,7 +27,7 @@ from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffer
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.camera import MOUNT_V2, MOUNT_V3, Camera, CameraMount
-from racecraft.envs.deepracer.fidelity import AWS_MAX_TICKS, SANE_MAX_SECONDS, TICK_JITTER, habits
+from racecraft.envs.deepracer.fidelity import AWS_MAX_TICKS, SANE_MAX_SECONDS, TICK_JITTER, WHEEL_KICK, habits
 from racecraft.envs.deepracer.kernels import race as kernels
 from racecraft.envs.deepracer.reward_params import RewardParams
 from racecraft.envs.deepracer.scene import build_scene
@@ -87,6 +87,8 @@ class RaceWorld:
             race_config.start_advance if race_config.change_start else 0.0,
             self.habits.cut_is_an_end,
             TICK_JITTER if self.habits.ticks_jitter else 0.0,
+            WHEEL_KICK if self.habits.wheels_wander else 0.0,
+            self.habits.wheels_keep_their_angle,
         )
         self._table = np.column_stack([actions.steering, actions.speed]).astype(np.float64)
         self._clipped = np.ascontiguousarray(np.column_stack(actions.commands()))
@@ -131,7 +133,7 @@ class RaceWorld:
         self._start_shares = np.array(start_shares, float)
 
     def reset(self, buffers: StepBuffers, seed: int) -> None:
-        """Line every car up at its first start; `seed` is of the lengths of ticks, where they vary."""
+        """Line every car up at its first start; `seed` is of what chance does to them, where it does."""
         self._keys = _keys(seed, len(self._cars))
         self._cars = race.new_cars(len(self._cars), self._start_shares)
         self.begin_episodes(buffers)
@@ -188,7 +190,7 @@ class RaceWorld:
         """Go on from a saved state; what the cars see is drawn again."""
         for name in race.CAR_STATE.names or ():
             self._cars[name] = state[f"car.{name}"]
-        self._keys[:] = state.get("keys", self._keys)  # a race saved before ticks had lengths has none
+        self._keys[:] = state.get("keys", self._keys)  # a race saved before chance had a hand in it has none
         self._parked[:] = False
         self._reward_sums[:] = state["reward_sums"]
         self._finished.clear()
@@ -250,7 +252,7 @@ def world_spec(
 
 
 def _keys(seed: int, num_cars: int) -> Array:
-    return stream_keys(seed, "length of ticks", num_cars)
+    return stream_keys(seed, "ticks of a car", num_cars)
 
 
 def mount_for_version(version: str | None) -> CameraMount:

@@ -27,7 +27,7 @@ from racecraft.envs.deepracer.race import (
 )
 from racecraft.envs.deepracer.vehicle import FRONT_POINT_M, FRONT_WHEELS_M, REAR_WHEELS_M, TICK_SECONDS
 from racecraft.kernels import kernel, parallel_kernel, prange
-from racecraft.kernels.chance import uniform_at
+from racecraft.kernels.chance import normal_at, uniform_at
 from racecraft.tracks.kernels.geometry import (
     is_on_road,
     locate_point,
@@ -35,6 +35,9 @@ from racecraft.tracks.kernels.geometry import (
     pose_on_line,
     waypoints_around,
 )
+
+DRAWS_A_TICK = 3
+"""What a car takes of its stream of chance in a tick: one draw for the length, two for the push on its wheels."""
 
 REAR_X, REAR_Y = REAR_WHEELS_M
 FRONT_X, FRONT_Y = FRONT_WHEELS_M
@@ -90,11 +93,13 @@ def tick(
             continue
         report_moment(track, car, report, table[choice, 0], table[choice, 1])
         call_endings(rules, car, report)
-        obey(profile, car, clipped[choice, 0], clipped[choice, 1], tick_length(rules, car, keys[n]))
+        seconds = tick_length(rules, car, keys[n])
+        push_wheels(rules, car, keys[n])
+        obey(profile, car, clipped[choice, 0], clipped[choice, 1], seconds)
         locate(track, car)
         if report.terminated or report.truncated:
             look(track, scene, optics, palettes[n], car, last_frames[n], last_critic_views[n])
-            restart(track, rules, car)
+            restart(track, profile, rules, car)
         look(track, scene, optics, palettes[n], car, frames[n], critic_views[n])
 
 
@@ -154,14 +159,23 @@ def tick_length(rules, car, key):
     """Return how long this tick lasts, s."""
     if rules.jitter <= 0.0:
         return TICK_SECONDS
-    return TICK_SECONDS * (1.0 + rules.jitter * (2.0 * uniform_at(key, np.uint64(car.total_ticks)) - 1.0))
+    draw = uniform_at(key, np.uint64(DRAWS_A_TICK * car.total_ticks))
+    return TICK_SECONDS * (1.0 + rules.jitter * (2.0 * draw - 1.0))
+
+
+@kernel
+def push_wheels(rules, car, key):
+    """Push the wheels out of the angle they have, as the ground does to weak hinges."""
+    if rules.wheel_kick > 0.0:
+        car.steering += rules.wheel_kick * normal_at(key, np.uint64(DRAWS_A_TICK * car.total_ticks + 1))
 
 
 @kernel
 def obey(profile, car, steering, speed, seconds):
-    """Let the command act for so many seconds; a car that is being prepared is held."""
+    """Let the command act for so many seconds; a car that is being prepared is held, its wheels steered straight."""
     if car.preparing:
         car.preparing = False
+        car.steering = wheels_after(profile, car, 0.0, seconds)
         return
     x, y = car.x, car.y
     car.x, car.y, car.yaw, car.speed, car.steering = drive(
@@ -170,6 +184,13 @@ def obey(profile, car, steering, speed, seconds):
     car.old_steering, car.old_speed = steering, speed
     moved = math.hypot(car.x - x, car.y - y)
     car.still_ticks = car.still_ticks + 1 if moved <= IMMOBILISED_M else 0
+
+
+@kernel
+def wheels_after(profile, car, steering, seconds):
+    """Return the angle of the wheels, rad, after they were told so for so many seconds."""
+    _, _, _, _, angle = drive(profile, 0.0, 0.0, 0.0, 0.0, car.steering, car.old_steering, 0.0, steering, 0.0, seconds)
+    return angle
 
 
 @kernel
@@ -217,11 +238,13 @@ def wheels_on_road(track, x, y, cos, sin):
 
 
 @kernel
-def restart(track, rules, car):
-    """Send an ended car to its next start."""
+def restart(track, profile, rules, car):
+    """Send an ended car to its next start; the reset takes a tick, in which its wheels still obey the last command."""
+    wheels = wheels_after(profile, car, car.old_steering, TICK_SECONDS) if rules.keeps_wheels else 0.0
     car.start_share = (car.start_share + rules.start_advance) % 1.0
     car.episode += 1
     take_start(track, car)
+    car.steering = wheels
 
 
 @kernel
