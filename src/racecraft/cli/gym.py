@@ -50,6 +50,7 @@ def train(
         racecraft gym train --run runs/CartPole-v1-1 --resume --stop minutes=5
     """
     from racecraft.cli.output import print_json, say
+    from racecraft.cli.report import leave_report
     from racecraft.training.gym_training import GymRequest, resume_gym, train_gym
     from racecraft.training.progress import watcher
 
@@ -65,9 +66,9 @@ def train(
     else:
         request = GymRequest(environment, stops, run, seed, tuple(set_ or ()), from_)
         trained = train_gym(request, watching, tell)
-    summary = trained.summary()
+    summary, files = trained.summary(), leave_report(trained.run.path, tell)
     if json:
-        print_json(summary)
+        print_json({**summary, **files})
         return
     judged, steps = summary["evaluation"], f"{summary['env_steps']:,} steps; run: {trained.run.path}"
     if judged is None:

@@ -2,12 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 PAGE = "report.html"
+
+
+def leave_report(run: Path, tell: Callable[[str], None]) -> dict[str, str]:
+    """Write a run's page into its folder at the end of a training and say so; return where it lies, by kind.
+
+    Where it cannot be written, as of a run stopped before its first iteration, that is said and the training stands.
+    """
+    from racecraft.contract.errors import UserInputError
+    from racecraft.training.gallery import report_run
+
+    try:
+        page = report_run(run, run / PAGE)
+    except UserInputError as error:
+        tell(f"No report: {error}")
+        return {}
+    tell(f"report: {page}")
+    return {"report": str(page)}
 
 
 def report(

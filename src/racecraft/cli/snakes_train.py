@@ -54,6 +54,7 @@ def train(
         racecraft snakes train --run runs/snakes-1 --resume --stop minutes=20
     """
     from racecraft.cli.output import print_json, say
+    from racecraft.cli.report import leave_report
     from racecraft.envs.battlesnake.settings import GameSettings
     from racecraft.training.progress import watcher
     from racecraft.training.snake_training import SnakeRequest, resume_snakes, train_snakes
@@ -68,9 +69,9 @@ def train(
     else:
         game = GameSettings(width or size, height or size, snakes, ruleset, map_)
         trained = train_snakes(SnakeRequest(game, stops, run, seed, tuple(set_ or ()), from_), watching, tell)
-    summary = trained.summary()
+    summary, files = trained.summary(), leave_report(trained.run.path, tell)
     if json:
-        print_json(summary)
+        print_json({**summary, **files})
         return
     judged, place = summary["evaluation"], trained.run.path
     print(f"{summary['env_steps']:,} steps; run: {place}")

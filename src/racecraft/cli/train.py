@@ -47,7 +47,7 @@ def train(
         str | None, typer.Option("--from", help="RUN[:best|last|N]: begin with the weights of an earlier run.")
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run that --run names.")] = False,
-    pictures: Annotated[bool, typer.Option(help="Leave a film, the path and the curves in the run folder.")] = True,
+    pictures: Annotated[bool, typer.Option(help="Leave a film, the path, the curves and the report in the run folder.")] = True,
     json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
 ) -> None:
     """Train a car from its camera until it laps.

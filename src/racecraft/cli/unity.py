@@ -67,6 +67,7 @@ def train(
         racecraft unity train --run runs/Basic-1 --resume --stop minutes=10
     """
     from racecraft.cli.output import print_json, say
+    from racecraft.cli.report import leave_report
     from racecraft.training.progress import watcher
     from racecraft.training.unity_training import UnityRequest, resume_unity, train_unity
 
@@ -81,9 +82,9 @@ def train(
             build, config, behavior, stops, run, seed, tuple(set_ or ()), graphics, max_agents, from_
         )
         trained = train_unity(request, watching, tell)
-    summary = trained.summary()
+    summary, files = trained.summary(), leave_report(trained.run.path, tell)
     if json:
-        print_json(summary)
+        print_json({**summary, **files})
         return
     judged, steps = summary["evaluation"], f"{summary['env_steps']:,} steps and {summary['seconds_with_start']:.1f} s"
     if judged is None:

@@ -30,7 +30,7 @@ from racecraft.training.cloning import split_source
 from racecraft.training.events import Listener
 from racecraft.training.keeping import RunKeeper
 from racecraft.training.loop import Judge, Outcome, TrainingLoop
-from racecraft.training.racing import use_threads
+from racecraft.training.racing import prepare_processor
 from racecraft.training.restoring import Say, restore_run, tell_resumed
 from racecraft.training.stopping import Stop
 
@@ -152,7 +152,7 @@ def summary_of(outcome: Outcome, run: RunFolder, seed: int) -> dict[str, Any]:
 
 def _learner(course: Course) -> Learner:
     settings = course.settings
-    use_threads(settings.runtime.threads, settings.runtime.device)
+    prepare_processor(settings.runtime.threads, settings.runtime.device)
     if course.learner is not None:
         return course.learner()
     return PpoLearner(course.world.spec, settings.network, settings.ppo, course.seed, settings.runtime.device)
