@@ -8,6 +8,7 @@ Figures live in `benchmarks/results.json`; the README is made from them and from
 
 from __future__ import annotations
 
+import argparse
 import datetime
 import json
 import os
@@ -37,8 +38,13 @@ COMMANDS = {
 """Each prints its figures as one JSON object on its last line."""
 
 
-def main(names: list[str]) -> None:
+def main() -> None:
     """Run what is asked for, keep the figures, write the page."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"by default all of {', '.join(COMMANDS)}")
+    names = parser.parse_args().names
+    if unknown := [name for name in names if name not in COMMANDS]:
+        parser.error(f"no benchmark {', '.join(unknown)}; there are {', '.join(COMMANDS)}")
     results = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
     for name in names or COMMANDS:
         print(f"{name} …", flush=True)
@@ -92,4 +98,4 @@ def page(results: dict[str, Any]) -> str:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

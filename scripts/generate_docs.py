@@ -29,12 +29,12 @@ def main(arguments: list[str]) -> int:
     if set(arguments) - {"--check"}:
         print("usage: generate_docs.py [--check]", file=sys.stderr)
         return 2
-    stale = [place for place, text in pages().items() if not _is_current(DOCS / place, text)]
+    texts = pages()
+    stale = [place for place, text in texts.items() if not _is_current(DOCS / place, text)]
     if "--check" in arguments:
         for place in stale:
             print(f"docs/{place} is stale; `make docs` writes it anew.", file=sys.stderr)
         return 1 if stale else 0
-    texts = pages()
     for place in stale:
         (DOCS / place).parent.mkdir(parents=True, exist_ok=True)
         (DOCS / place).write_text(texts[place], encoding="utf-8", newline="\n")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from racecraft.cli.resuming import refuse_changes
+from racecraft.cli.training_options import From, Json, Overrides, Resume
 
 if TYPE_CHECKING:
     from racecraft.training.racing import TrainedCar
@@ -40,15 +41,13 @@ def train(
     stop: Annotated[list[str] | None, typer.Option(help=STOP_HELP)] = None,
     run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/TRACK-N.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same machine, same training.")] = 1,
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", help="group.name=value; `racecraft settings` lists them all.")
-    ] = None,
-    from_: Annotated[
-        str | None, typer.Option("--from", help="RUN[:best|last|N]: begin with the weights of an earlier run.")
-    ] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with the run that --run names.")] = False,
-    pictures: Annotated[bool, typer.Option(help="Leave a film, the path, the curves and the report in the run folder.")] = True,
-    json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
+    set_: Overrides = None,
+    from_: From = None,
+    resume: Resume = False,
+    pictures: Annotated[
+        bool, typer.Option(help="Leave a film, the path, the curves and the report in the run folder.")
+    ] = True,
+    json: Json = False,
 ) -> None:
     """Train a car from its camera until it laps.
 

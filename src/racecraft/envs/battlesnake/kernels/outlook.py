@@ -180,9 +180,13 @@ def _divide(g, m, cell, bodies, snakes, cells, params, scratch):
                 queue[count] = beyond
                 count += 1
             elif steps[beyond] == step and owner[beyond] != s and owner[beyond] != NOBODY:
-                rival = owner[beyond]
-                if snakes[g, s, LENGTH] > snakes[g, rival, LENGTH]:
-                    owner[beyond] = s
-                elif snakes[g, s, LENGTH] == snakes[g, rival, LENGTH]:
-                    owner[beyond] = NOBODY
+                owner[beyond] = claimant(g, s, owner[beyond], snakes)
     return own, others, own_food_steps
+
+
+@kernel
+def claimant(g, s, rival, snakes):
+    """Return whose a square is that two snakes reach in the same turn: the longer's, NOBODY's between equals."""
+    if snakes[g, s, LENGTH] == snakes[g, rival, LENGTH]:
+        return NOBODY
+    return s if snakes[g, s, LENGTH] > snakes[g, rival, LENGTH] else rival

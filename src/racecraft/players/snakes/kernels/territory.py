@@ -22,9 +22,8 @@ from racecraft.envs.battlesnake.kernels.columns import (
     WIDTH,
     WRAPPED,
 )
+from racecraft.envs.battlesnake.kernels.outlook import NOBODY, claimant
 from racecraft.kernels import kernel
-
-NOBODY = -1
 
 
 @kernel
@@ -87,11 +86,7 @@ def claim(g, bodies, snakes, cells, params, scratch, squares, food_steps):
                 queue[tail_of_queue] = beyond
                 tail_of_queue += 1
             elif steps[beyond] == step and owner[beyond] != s and owner[beyond] != NOBODY:
-                rival = owner[beyond]
-                if snakes[g, s, LENGTH] > snakes[g, rival, LENGTH]:
-                    owner[beyond] = s
-                elif snakes[g, s, LENGTH] == snakes[g, rival, LENGTH]:
-                    owner[beyond] = NOBODY
+                owner[beyond] = claimant(g, s, owner[beyond], snakes)
 
 
 @kernel
