@@ -2,7 +2,8 @@
 
 Both see the same cars, frames, rewards and starts, learn with the same minibatches, epochs, step size, discount and
 network for the policy, and are judged by the same five greedy starts after every update. What differs is each one's
-own: Stable-Baselines3 has a critic on the shared trunk, ours a small one on the true state.
+own: Stable-Baselines3 has a critic on the shared trunk, ours a small one on the true state; and each learns in a
+process of its own, Stable-Baselines3 with PyTorch as it comes.
 """
 
 from __future__ import annotations
@@ -10,11 +11,13 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
+import multiprocessing
+import os
 import statistics
 import time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
-import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
@@ -22,9 +25,10 @@ from torch import nn
 
 from racecraft.envs.faces.sb3_vec_env import sb3_vec_env
 from racecraft.evaluation.laps import judge_starts
+from racecraft.kernels import set_threads
 from racecraft.training.bench_laps import bench_laps
 from racecraft.training.car_plan import RaceRequest, plan_car
-from racecraft.training.racing import load_reward, race_world, use_threads, warm_up
+from racecraft.training.racing import load_reward, race_world, warm_up
 
 LIMIT_SECONDS = 120.0
 
@@ -77,8 +81,16 @@ class Stable(BaseCallback):
         pass
 
 
-def theirs(seed: int) -> tuple[float | None, float]:
-    """Return seconds to stable laps (None: not reached) and environment steps a second."""
+def ours(seed: int) -> tuple[float, float]:
+    """Return seconds to stable laps (infinite: not reached) and environment steps a second."""
+    told = bench_laps([seed], lambda text: None)
+    seconds = told["seconds_to_stable_laps"][0] or float("inf")
+    return seconds, told["median_env_steps"] / seconds
+
+
+def theirs(seed: int) -> tuple[float, float]:
+    """Return the same of Stable-Baselines3."""
+    set_threads(os.cpu_count() or 1)  # of the world; PyTorch takes all cores by itself
     plan = plan_car(RaceRequest(seed=seed))
     settings = plan.settings
     world = race_world(plan, settings.rollout.num_worlds, load_reward(None).call)
@@ -98,7 +110,33 @@ def theirs(seed: int) -> tuple[float | None, float]:
     watcher = Stable(judged, settings.evaluation)
     with contextlib.suppress(StopIteration):
         model.learn(10_000_000, callback=watcher)
-    return watcher.seconds, model.num_timesteps / (time.perf_counter() - watcher.began)
+    return watcher.seconds or float("inf"), model.num_timesteps / (time.perf_counter() - watcher.began)
+
+
+def race(seeds: range) -> list[tuple[tuple[float, float], tuple[float, float]]]:
+    """Return what `ours` and `theirs` came to, seed by seed; interleaved: what else the machine does hits both."""
+    spawn = multiprocessing.get_context("spawn")
+    results = []
+    with ProcessPoolExecutor(1, mp_context=spawn) as us, ProcessPoolExecutor(1, mp_context=spawn) as them:
+        for seed in seeds:
+            results.append((us.submit(ours, seed).result(), them.submit(theirs, seed).result()))
+            mine, other = results[-1]
+            print(f"seed {seed}: ours {mine[0]:.2f} s, Stable-Baselines3 {other[0]:.2f} s", flush=True)
+    return results
+
+
+def figures_of(results: list[tuple[tuple[float, float], tuple[float, float]]]) -> dict[str, object]:
+    """Return the figures that the table is made of."""
+    figures: dict[str, object] = {"threads": os.cpu_count()}
+    for index, who in enumerate(("ours", "sb3")):
+        seconds, speeds = zip(*(pair[index] for pair in results), strict=True)
+        figures |= {
+            f"{who}_seconds": [round(value, 2) for value in seconds],
+            f"median_{who}_seconds": round(statistics.median(seconds), 2),
+            f"mean_{who}_seconds": round(statistics.mean(seconds), 2),
+            f"median_{who}_steps_per_second": round(statistics.median(speeds)),
+        }
+    return figures
 
 
 def main() -> None:
@@ -106,27 +144,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=31)
     parser.add_argument("--json", type=Path, help="write the figures here")
     arguments = parser.parse_args()
-    use_threads(None)
-    ours, others, speeds, our_speeds = [], [], [], []
-    for seed in range(1, arguments.seeds + 1):  # interleaved: what else the machine does hits both
-        mine = bench_laps([seed], lambda text: None)
-        ours.append(mine["seconds_to_stable_laps"][0] or float("inf"))
-        our_speeds.append(mine["median_env_steps"] / ours[-1])
-        seconds, speed = theirs(seed)
-        others.append(float("inf") if seconds is None else seconds)
-        speeds.append(speed)
-        print(f"seed {seed}: ours {ours[-1]:.2f} s, Stable-Baselines3 {others[-1]:.2f} s", flush=True)
-    figures = {
-        "ours_seconds": [round(value, 2) for value in ours],
-        "sb3_seconds": [round(value, 2) for value in others],
-        "median_ours_seconds": round(statistics.median(ours), 2),
-        "median_sb3_seconds": round(statistics.median(others), 2),
-        "mean_ours_seconds": round(statistics.mean(ours), 2),
-        "mean_sb3_seconds": round(statistics.mean(others), 2),
-        "median_ours_steps_per_second": round(statistics.median(our_speeds)),
-        "median_sb3_steps_per_second": round(statistics.median(speeds)),
-        "threads": torch.get_num_threads(),
-    }
+    figures = figures_of(race(range(1, arguments.seeds + 1)))
     print(json.dumps(figures))
     if arguments.json:
         arguments.json.write_text(json.dumps(figures, indent=2) + "\n")
