@@ -109,6 +109,47 @@ def test_a_run_without_episodes_evaluations_or_a_known_track_still_has_a_page(tm
     assert "USD" not in text
 
 
+def test_a_snakes_page_tells_its_rating_and_whom_it_beat(tmp_path):
+    run = RunFolder.create(tmp_path / "run", {"kind": "battlesnake", "title": "snakes: duel", "settings": {}})
+    run.append_metrics({"iteration": 1, "steps": 10, "seconds": 0.5, "training_score": None})
+    run.append_metrics({"iteration": 2, "steps": 20, "seconds": 1.0, "evaluation_score": 1606.94})
+    against = {"hungry": {"games": 50, "won": 21}, "flood_fill": {"games": 50, "won": 15}}
+    rating = {"rating": 1606.94, "rating_low": 1557.1, "rating_high": 1656.7, "against": against}
+    (run.evaluations / "2.json").write_text(json.dumps(rating))
+    reader = Reader()
+    reader.feed(write_report(run, tmp_path / "report.html").read_text(encoding="utf-8"))
+    words = " ".join(reader.words)
+    for expected in (
+        "snakes: duel",
+        "1607 best rating",
+        "rating (Elo)",
+        "1557 to 1657",
+        "won against hungry",
+        "15 of 50",
+    ):
+        assert expected in words
+    assert "sum of rewards" not in words
+
+
+def test_a_page_of_returns_names_what_counts_as_solved(tmp_path):
+    run = RunFolder.create(tmp_path / "run", {"kind": "gymnasium", "title": "CartPole-v1", "settings": {}})
+    run.append_metrics({"iteration": 8, "steps": 10, "seconds": 0.5, "evaluation_score": 23.34})
+    told = {"episodes": 20, "mean_return": 23.34, "std_return": 4.29, "mean_steps": 23.3, "threshold": 475.0}
+    (run.evaluations / "8.json").write_text(json.dumps(told))
+    reader = Reader()
+    reader.feed(write_report(run, tmp_path / "report.html").read_text(encoding="utf-8"))
+    words = " ".join(reader.words)
+    for expected in ("CartPole-v1", "23.34 best evaluation, mean return", "A mean of 475 counts as solved", "4.29"):
+        assert expected in words
+
+
+def test_a_run_that_was_not_judged_has_a_page_without_an_empty_chart(tmp_path):
+    run = RunFolder.create(tmp_path / "run", {"kind": "battlesnake", "settings": {}})
+    run.append_metrics({"iteration": 1, "steps": 10, "seconds": 0.5, "entropy": 0.5})
+    text = write_report(run, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert text.count("<svg") == 1, "the entropy alone"
+
+
 def test_another_track_of_the_same_name_is_not_drawn(run, tmp_path):
     job = run.read_job()
     run.write_job({**job, "track": {**job["track"], "hash": "0" * 12}})

@@ -200,7 +200,8 @@ def draw_panel(axes: Any, metrics: MetricRows, panel: Panel, size: float, steps_
     """Draw one panel over training time; `size` is that of the letters, in points."""
     seconds = np.array([row["seconds"] for row in metrics], float)
     divisor, unit = _time_unit(float(seconds[-1]))
-    for curve in panel.curves:
+    shown = [curve for curve in panel.curves if _has_values(metrics, curve)]
+    for curve in shown:
         at, values = _column(metrics, seconds, curve.column)
         marker = "o" if curve.dots or len(values) == 1 else ""
         axes.plot(
@@ -214,7 +215,7 @@ def draw_panel(axes: Any, metrics: MetricRows, panel: Panel, size: float, steps_
         axes.set_ylim(bottom=panel.lowest)
     _strip(axes, size - 1)
     axes.set_xlabel(f"training time ({unit})", fontsize=size - 1, color=QUIET)
-    if len(panel.curves) > 1:
+    if len(shown) > 1:
         axes.legend(frameon=False, fontsize=size - 1, labelcolor=INK, loc="best")
     if steps_on_top:
         _steps_axis(axes, seconds / divisor, np.array([row["steps"] for row in metrics], float), size - 1)
@@ -222,7 +223,11 @@ def draw_panel(axes: Any, metrics: MetricRows, panel: Panel, size: float, steps_
 
 def has_values(metrics: MetricRows, panel: Panel) -> bool:
     """Tell whether a panel would show anything."""
-    return any(row.get(curve.column) is not None for row in metrics for curve in panel.curves)
+    return any(_has_values(metrics, curve) for curve in panel.curves)
+
+
+def _has_values(metrics: MetricRows, curve: Curve) -> bool:
+    return any(row.get(curve.column) is not None for row in metrics)
 
 
 def require_metrics(metrics: MetricRows) -> None:

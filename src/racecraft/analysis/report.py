@@ -16,6 +16,7 @@ import numpy as np
 
 from racecraft.analysis import figures, page, tables
 from racecraft.analysis.drive import LAP_COMPLETE, OFF_TRACK, WORDS, Drive, DriveError, as_drive
+from racecraft.analysis.evaluations import judged
 from racecraft.analysis.metrics import METRICS
 from racecraft.contract.errors import TrackError, UserInputError
 from racecraft.contract.world import Array
@@ -36,6 +37,13 @@ MOST_TICKS = 2_000_000
 """Ticks read for the tables; of a longer run the latest."""
 MOST_EXITS = 400
 """Crosses on the map of exits; the latest."""
+
+SCORES = {
+    "deepracer": ("progress (% of a lap)", "best evaluation, mean progress"),
+    "battlesnake": ("rating (Elo)", "best rating"),
+}
+RETURN = ("return (sum of rewards)", "best evaluation, mean return")
+"""What a run's scores and the best of them are called, by its kind; RETURN is of all other kinds."""
 
 
 class ReportError(UserInputError):
@@ -60,17 +68,27 @@ class RunFacts:
     @property
     def is_race(self) -> bool:
         """Cars were trained; scores are progress."""
-        return self.job.get("kind", "deepracer") == "deepracer"
+        return self.kind == "deepracer"
+
+    @property
+    def kind(self) -> str:
+        """What was trained, as job.json calls it."""
+        return str(self.job.get("kind", "deepracer"))
 
     @property
     def score_name(self) -> str:
         """What the scores are, with their unit."""
-        return "progress (% of a lap)" if self.is_race else "return (sum of rewards)"
+        return SCORES.get(self.kind, RETURN)[0]
+
+    @property
+    def best_score_name(self) -> str:
+        """What the best of them is called."""
+        return SCORES.get(self.kind, RETURN)[1]
 
     @property
     def title(self) -> str:
-        """The headline: the circuit, or the run's name."""
-        return self.track.title or self.track.name if self.track else self.name
+        """The headline: the circuit, what else was trained, or the run's name."""
+        return self.track.title or self.track.name if self.track else str(self.job.get("title", self.name))
 
 
 def write_report(run: RunFolder, path: str | Path, drive: Drive | Array | pl.DataFrame | None = None) -> Path:
@@ -162,11 +180,9 @@ def _headline(facts: RunFacts) -> Iterator[str]:
     yield f'<p class="quiet">{page.escaped(" · ".join(part for part in said if part))}</p>'
     scores = [row["evaluation_score"] for row in facts.metrics if row.get("evaluation_score") is not None]
     best_lap = min((row["best_lap_seconds"] for row in facts.metrics if row.get("best_lap_seconds")), default=None)
-    unit = " %" if facts.is_race else ""
     tiles = []
     if scores:
-        meaning = "progress" if facts.is_race else "return"
-        tiles.append((f"{max(scores):.1f}{unit}", f"best evaluation, mean {meaning}"))
+        tiles.append((f"{max(scores):.1f} %" if facts.is_race else f"{max(scores):.4g}", facts.best_score_name))
     if facts.is_race:
         tiles.append((f"{best_lap:.2f} s" if best_lap else "none yet", "best lap in evaluations"))
     tiles += [
@@ -181,8 +197,10 @@ def _headline(facts: RunFacts) -> Iterator[str]:
 def _learning(facts: RunFacts) -> Iterator[str]:
     yield "<h2>How it learned</h2>"
     large = figures.Panel(facts.score_name, figures.LEARNING.curves, 0.0 if facts.is_race else None)
-    figure = figures.panel_figure(facts.metrics, large, 5.4, 3.5, size=12, steps_on_top=True)
-    yield page.card(page.drawing(figure, f"{facts.score_name} over training time, in training and evaluation"), "large")
+    if figures.has_values(facts.metrics, large):
+        figure = figures.panel_figure(facts.metrics, large, 5.4, 3.5, size=12, steps_on_top=True)
+        words = f"{facts.score_name} over training time, in training and evaluation"
+        yield page.card(page.drawing(figure, words), "large")
     small = [panel for panel in figures.SMALL_PANELS if figures.has_values(facts.metrics, panel)]
     drawn = (page.card(page.drawing(figures.panel_figure(facts.metrics, one), one.title)) for one in small)
     yield f'<div class="grid">{"".join(drawn)}</div>'
@@ -270,20 +288,12 @@ def _actions(facts: RunFacts) -> Iterator[str]:
 
 
 def _evaluations(facts: RunFacts) -> Iterator[str]:
-    judged = [one for one in facts.evaluations if "laps" in one]
-    if not judged:
+    told = judged(facts.evaluations)
+    if told is None:
         return
-    rows = [
-        (
-            one["iteration"], f"{one.get('full_laps', 0)} of {len(one['laps'])}",
-            f"{one['mean_progress_percent']:.1f} %" if one.get("mean_progress_percent") is not None else "–",
-            f"{one['best_lap_seconds']:.2f} s" if one.get("best_lap_seconds") else "–",
-        )
-        for one in reversed(judged)
-    ]  # fmt: skip
     yield "<h2>Evaluations</h2>"
-    yield "<p>The greedy policy drives one episode from each of several starts round the track. Latest first.</p>"
-    yield page.card(page.table(("iteration", "full laps", "mean progress", "best lap"), rows, (1, 2, 3)))
+    yield f"<p>{page.escaped(told.words)}</p>"
+    yield page.card(page.table(told.heads, told.rows, told.numbers))
 
 
 def _cost(facts: RunFacts) -> Iterator[str]:

@@ -192,6 +192,7 @@ def _make_run(course: Course, place: Path | None) -> RunFolder:
     """Make the run folder and lay copies of the user's files into it."""
     job = {
         "kind": course.kind,
+        "title": course.title,
         "asked": {**course.asked, "stops": [str(stop) for stop in course.stops]},
         "settings": as_dictionary(course.settings),
         "notes": list(course.notes),
