@@ -20,7 +20,7 @@ from racecraft.evaluation.arena.seats import Seat, take_seat
 from racecraft.evaluation.arena.skill import skills
 from racecraft.evaluation.arena.tournament import tournament
 from racecraft.players.snakes.from_file import load_file_player
-from racecraft.players.snakes.protocol import PLAYERS, PlayerError
+from racecraft.players.snakes.protocol import PLAYERS, LatePlayerError, PlayerError
 
 SMALL = GameSettings(7, 7, 2)
 
@@ -182,6 +182,16 @@ def test_a_rogue_server_forfeits_and_the_game_ends(how):
     heads = [board.snakes[0].head for board in played.boards if board.snakes[0].alive]
     assert all(b == (a[0], a[1] + 1) for a, b in zip(heads, heads[1:], strict=False)), "up, and up again"
     assert getattr(rogue.failures, counted) >= 1
+
+
+def test_a_server_that_never_finishes_its_answer_is_late_and_no_liar():
+    server = FakeServer(http('{"move": "up"}', length=10**9))
+    remote = Remote(f"http://127.0.0.1:{server.port}")
+    with pytest.raises(LatePlayerError, match=r"no answer within 0\.05 s") as told:
+        remote.move({}, 0.05)
+    assert isinstance(told.value, TimeoutError), "so that it counts among the timeouts"
+    remote.close()
+    server.close()
 
 
 @pytest.mark.parametrize("url", ["ftp://x", "http://", "http://h:99999", "http://[", "://"])

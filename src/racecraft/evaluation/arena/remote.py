@@ -13,7 +13,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from racecraft.envs.battlesnake.board import MOVES
-from racecraft.players.snakes.protocol import Message, PlayerError
+from racecraft.players.snakes.protocol import LatePlayerError, Message, PlayerError
 
 MOST_ANSWER_BYTES = 64 * 1024
 
@@ -77,6 +77,9 @@ class Remote:
     ) -> dict[str, Any]:
         try:
             status, answer = self._exchange(method, path, message, seconds)
+        except TimeoutError as error:
+            self._connection.close()
+            raise LatePlayerError(f"{self.url}{path}: no answer within {seconds:g} s.") from error
         except (OSError, http.client.HTTPException) as error:
             self._connection.close()
             raise PlayerError(f"{self.url}{path}: {type(error).__name__}: {str(error)[:120]}.") from error

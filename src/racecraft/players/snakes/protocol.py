@@ -23,6 +23,10 @@ class PlayerError(UserInputError):
     """A player cannot be found, cannot be loaded, or failed to give a move."""
 
 
+class LatePlayerError(PlayerError, TimeoutError):
+    """A player did not answer in time."""
+
+
 @runtime_checkable
 class SnakePlayer(Protocol):
     """Whoever looks at a board."""
