@@ -145,7 +145,7 @@ def test_weights_that_do_not_fit_are_refused_before_a_folder_is_made(tmp_path):
     words = ("gym", "train", "CartPole-v1", "--run", tmp_path / "new", "--from", old, *TINY)
     with pytest.raises(RunFolderError, match="its network is of another shape"):
         racecraft(*words)
-    with pytest.raises(RunFolderError, match="kind 'gymnasium'; expected one of kind 'unity'"):
+    with pytest.raises(RunFolderError, match="one of `racecraft gym train`; expected one of `racecraft unity train`"):
         racecraft("unity", "train", "builtin:Basic", "--run", tmp_path / "new", "--from", old)
     assert not (tmp_path / "new").exists()
 
@@ -153,7 +153,7 @@ def test_weights_that_do_not_fit_are_refused_before_a_folder_is_made(tmp_path):
 def test_what_cannot_be_resumed_is_refused(tmp_path):
     run = tmp_path / "run"
     racecraft("gym", "train", "CartPole-v1", "--run", run, "--stop", "iterations=1", *SMALL)
-    with pytest.raises(RunFolderError, match="expected a Unity scene's"):
+    with pytest.raises(RunFolderError, match="expected one of `racecraft unity train`"):
         racecraft("unity", "train", "--run", run, "--resume")
     with pytest.raises(SettingError, match="--resume needs --run RUN"):
         racecraft("gym", "train", "--resume")

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from racecraft.algorithms.ppo import PpoLearner
+from racecraft.contract.errors import RunFolderError
 from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import allocate
 from racecraft.envs.battlesnake.board import MOVES
@@ -18,7 +19,7 @@ from racecraft.envs.battlesnake.world import WorldSettings
 from racecraft.evaluation.arena.batch import play_batch
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.snakes.messages import GameCard, message, read_message
-from racecraft.players.snakes.protocol import ManyPlayer, PlayerError, Question, Weigher, find_player
+from racecraft.players.snakes.protocol import ManyPlayer, Question, Weigher, find_player
 from racecraft.players.snakes.search import Search
 from racecraft.players.snakes.sight import safe_moves
 from racecraft.players.snakes.trained import load_trained_snake
@@ -300,7 +301,7 @@ def test_a_checkpoint_is_chosen_by_name(run):
 
 def test_runs_of_other_things_are_refused(tmp_path):
     RunFolder.create(tmp_path / "car", {"kind": "deepracer"})
-    with pytest.raises(PlayerError, match="kind 'deepracer'; expected one made by `racecraft snakes train`"):
+    with pytest.raises(RunFolderError, match="one of `racecraft train`; expected one of `racecraft snakes train`"):
         find_player(str(tmp_path / "car"))
     (tmp_path / "empty").mkdir()
     with pytest.raises(Exception, match="empty"):

@@ -127,7 +127,7 @@ def test_the_exported_file_plays_as_well_as_the_policy(basic, tmp_path):
 
 def test_a_run_of_another_kind_and_a_strange_target_are_refused(tmp_path):
     RunFolder.create(tmp_path / "car", {"kind": "deepracer"})
-    with pytest.raises(RunFolderError, match="kind 'deepracer'; expected a Unity scene's"):
+    with pytest.raises(RunFolderError, match="one of `racecraft train`; expected one of `racecraft unity train`"):
         CliRunner().invoke(APP, ["export", str(tmp_path / "car"), "--to", "unity"], catch_exceptions=False)
     with pytest.raises(SettingError, match="Did you mean 'unity'"):
         CliRunner().invoke(APP, ["export", str(tmp_path), "--to", "untiy"], catch_exceptions=False)

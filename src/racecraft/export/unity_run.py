@@ -12,7 +12,7 @@ import numpy as np
 from racecraft.algorithms.committee import of_member
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.weights import to_tensors
-from racecraft.contract.errors import MissingExtraError, RacecraftError, RunFolderError, SettingError
+from racecraft.contract.errors import MissingExtraError, RacecraftError, SettingError
 from racecraft.contract.world import Array
 from racecraft.envs.unity.behaviors import Behavior
 from racecraft.envs.unity.cards import behaviors_in
@@ -63,12 +63,7 @@ def export_to_unity(path: str | Path, which: str = "best", output: str | Path | 
         ExportError: A model does not act as the checkpoint does; nothing is written.
     """
     run = RunFolder.open(path)
-    kind = run.read_job().get("kind")
-    if kind != KIND:
-        raise RunFolderError(
-            f"{path}: holds a run of kind {kind!r}; expected a Unity scene's, made by `racecraft unity train`. "
-            "Only what was trained in Unity knows the sensors that Unity will show it."
-        )
+    run.read_job_of(KIND)  # only what was trained in Unity knows the sensors that Unity will show it
     shelf = Checkpoints(run.checkpoints)
     weights, card = shelf.load_policy(which)
     behaviors = behaviors_in(card)

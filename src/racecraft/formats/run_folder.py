@@ -45,6 +45,14 @@ EPISODES = "episodes"
 EVALUATIONS = "evaluations"
 FOLDERS = (CHECKPOINTS, EPISODES, EVALUATIONS)
 
+MADE_BY = {
+    "deepracer": "racecraft train",
+    "gymnasium": "racecraft gym train",
+    "battlesnake": "racecraft snakes train",
+    "unity": "racecraft unity train",
+}
+"""Kinds of run, as job.json calls them, with the command that makes them and goes on with them."""
+
 
 @dataclass(frozen=True)
 class RunFolder:
@@ -190,6 +198,19 @@ class RunFolder:
             write_whole(self.path / JOB, text)
         except OutputFileError as error:
             raise RunFolderError(str(error)) from error
+
+    def read_job_of(self, kind: str) -> dict[str, Any]:
+        """Return what was asked of a run that must be of one of the kinds of MADE_BY.
+
+        Raises:
+            RunFolderError: As `read_job`, or the run is of another kind.
+        """
+        job = self.read_job()
+        theirs = job.get("kind")
+        if theirs != kind:
+            made = f"one of `{MADE_BY[theirs]}`" if theirs in MADE_BY else f"of an unknown kind, {theirs!r}"
+            raise RunFolderError(f"{self.path}: the run is {made}; expected one of `{MADE_BY[kind]}`.")
+        return job
 
     def read_job(self) -> dict[str, Any]:
         """Return what was asked, with "format" and "version".

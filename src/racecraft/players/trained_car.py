@@ -10,7 +10,6 @@ from typing import Any
 
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.weights import to_tensors
-from racecraft.contract.errors import RunFolderError
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.camera import CameraMount
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version, world_spec
@@ -69,11 +68,7 @@ def load_trained_car(path: str | Path, which: str = "best") -> TrainedCar:
         CheckpointError: No such checkpoint, or a damaged one.
     """
     run = RunFolder.open(path)
-    job = run.read_job()
-    if job.get("kind") != "deepracer":
-        raise RunFolderError(
-            f"{path}: holds a run of kind {job.get('kind')!r}; expected a car trained by `racecraft train`."
-        )
+    job = run.read_job_of("deepracer")
     shelf = Checkpoints(run.checkpoints)
     entry = shelf.find(which)
     weights, card = shelf.load_policy(which)

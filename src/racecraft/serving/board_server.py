@@ -18,8 +18,8 @@ from typing import Any
 
 from racecraft.analysis.board_frames import Event
 from racecraft.analysis.board_page import board_page
-from racecraft.players.snakes.protocol import PlayerError
 from racecraft.serving.http_service import HttpError, HttpService, Reply, Request, Upgrade
+from racecraft.serving.port import port_error
 from racecraft.serving.web_socket import WebSocket
 
 FROM_EVERYWHERE = (
@@ -68,7 +68,7 @@ class BoardServer:
             found = listening.result()
         except (OSError, OverflowError) as error:
             self._stop_thread()
-            raise PlayerError(f"{host}:{port}: cannot be listened on ({error}); choose another --port.") from error
+            raise port_error(host, port, error) from error
         return f"http://{host}:{found}"
 
     def add(self, event: Event) -> None:

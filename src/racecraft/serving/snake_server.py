@@ -24,6 +24,7 @@ from racecraft.players.snakes.protocol import LetterPlayer, ManyPlayer, Message,
 from racecraft.players.snakes.sight import best_safe_move, find_snake
 from racecraft.serving.gathering import Gatherer
 from racecraft.serving.http_service import HttpError, HttpService, Request
+from racecraft.serving.port import port_error
 
 MARGIN_MS = 100
 """Kept for the way there and back; at most half of the game's timeout."""
@@ -258,7 +259,7 @@ async def serve_until_cancelled(server: SnakeServer, host: str, port: int, ready
     try:
         found = await server.listen(host, port)
     except (OSError, OverflowError) as error:
-        raise PlayerError(f"{host}:{port}: cannot be listened on ({error}); choose another --port.") from error
+        raise port_error(host, port, error) from error
     ready(found)
     try:
         await asyncio.Event().wait()

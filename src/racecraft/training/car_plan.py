@@ -117,9 +117,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
         RunFolderError: No run of a car, or its track is no longer the one it was begun on.
     """
     run = RunFolder.open(path)
-    job = run.read_job()
-    if job.get("kind") != KIND:
-        raise RunFolderError(f"{path}: a run of kind {job.get('kind')!r} cannot be resumed; expected a car's run.")
+    job = run.read_job_of(KIND)
     _require_copies(run)
     asked = job["asked"]
     track = load_track(asked["track"])

@@ -29,8 +29,7 @@ def weights_of(plan: CarPlan) -> dict[str, Any]:
     assert plan.request.clone_from is not None
     path, which = split_source(plan.request.clone_from)
     run = RunFolder.open(path)
-    if run.read_job().get("kind") != KIND:
-        raise RunFolderError(f"{path}: holds no car; expected the run of a car to clone from.")
+    run.read_job_of(KIND)
     weights, card = Checkpoints(run.checkpoints).load_policy(which)
     _require_same_shape(plan, path, card)
     tensors: dict[str, Any] = to_tensors(weights)

@@ -113,7 +113,7 @@ def resume_gym(path: Path, stops: tuple[str, ...], listener: Listener, say: Say 
     Raises:
         RunFolderError: No run of a Gymnasium environment, or it is being trained.
     """
-    run, job, notes = open_to_resume(path, KIND, "one made by `racecraft gym train`")
+    run, job, notes = open_to_resume(path, KIND)
     environment, seed = job["asked"]["environment"], job["seed"]
     settings = from_dictionary(TrainSettings, job["settings"])
     with _course(environment, settings, parse_stops(stops or job["asked"]["stops"]), seed, notes) as course:

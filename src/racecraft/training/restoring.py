@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from racecraft.algorithms.committee import Learner
 from racecraft.algorithms.weights import to_tensors
-from racecraft.contract.errors import ContractError, RunFolderError
+from racecraft.contract.errors import ContractError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.rollout.collector import Collector
@@ -25,21 +25,18 @@ class Restores(Protocol):
         ...
 
 
-def open_to_resume(path: Path, kind: str, whose: str) -> tuple[RunFolder, dict[str, Any], tuple[str, ...]]:
+def open_to_resume(path: Path, kind: str) -> tuple[RunFolder, dict[str, Any], tuple[str, ...]]:
     """Return a run folder, what it was asked, and what is worth saying about going on with it.
 
     Args:
         path: The run folder.
         kind: What its job.json must call itself.
-        whose: The same for people, with the command that made it.
 
     Raises:
         RunFolderError: No run folder, or the run of another kind of world.
     """
     run = RunFolder.open(path)
-    job = run.read_job()
-    if job.get("kind") != kind:
-        raise RunFolderError(f"{path}: a run of kind {job.get('kind')!r} cannot be resumed here; expected {whose}.")
+    job = run.read_job_of(kind)
     notes: list[str] = []
     if job["versions"] != versions():
         notes.append(f"versions differ from those the run began with ({job['versions']}): the curve may differ")

@@ -117,9 +117,7 @@ def begin_with(learner: Learner, source: str, kind: str) -> None:
     """
     path, which = split_source(source)
     run = RunFolder.open(path)
-    theirs = run.read_job().get("kind")
-    if theirs != kind:
-        raise RunFolderError(f"{path}: holds a run of kind {theirs!r}; expected one of kind {kind!r} to begin from.")
+    run.read_job_of(kind)
     weights, _ = Checkpoints(run.checkpoints).load_policy(which)
     mine = learner.state_dict()["network"]
     for name in sorted(set(mine) | set(weights)):

@@ -104,7 +104,7 @@ def resume_snakes(path: Path, stops: tuple[str, ...], listener: Listener, say: S
     Raises:
         RunFolderError: No run of a snake, or it is being trained.
     """
-    run, job, notes = open_to_resume(path, KIND, "one made by `racecraft snakes train`")
+    run, job, notes = open_to_resume(path, KIND)
     game, seed = GameSettings(**job["asked"]["game"]), job["seed"]
     settings = from_dictionary(TrainSettings, job["settings"])
     with _course(game, settings, parse_stops(stops or job["asked"]["stops"]), seed, notes) as course:

@@ -149,7 +149,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> UnityPlan:
         RunFolderError: No run of a Unity scene.
         UserInputError: Its build is no longer there.
     """
-    run, job, notes = open_to_resume(path, KIND, "a Unity scene's, made by `racecraft unity train`")
+    run, job, notes = open_to_resume(path, KIND)
     asked, copy = job["asked"], path / TRAINER_FILE
     if asked["config"] is not None and not copy.exists():
         raise RunFolderError(

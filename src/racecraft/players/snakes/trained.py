@@ -16,7 +16,7 @@ from racecraft.envs.battlesnake.observation import observation_specs, observe_bo
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
-from racecraft.players.snakes.protocol import PlayerError, Question
+from racecraft.players.snakes.protocol import Question
 from racecraft.players.trained import GreedyPolicy
 from racecraft.settings.groups import SelfPlayConfig, TrainSettings
 from racecraft.settings.overrides import from_dictionary
@@ -88,15 +88,12 @@ def load_trained_snake(name: str) -> TrainedSnake:
         name: RUN, RUN:best, RUN:last or RUN:N.
 
     Raises:
-        RunFolderError: No run folder.
-        PlayerError: The run of something else than a snake.
+        RunFolderError: No run folder, or the run of something else than a snake.
         CheckpointError: No such checkpoint, or a damaged one.
     """
     path, which = split(name)
     run = RunFolder.open(path)
-    kind = run.read_job().get("kind")
-    if kind != KIND:
-        raise PlayerError(f"{path}: holds a run of kind {kind!r}; expected one made by `racecraft snakes train`.")
+    run.read_job_of(KIND)
     weights, card = Checkpoints(run.checkpoints).load_policy(which)
     settings = from_dictionary(TrainSettings, card["settings"])
     return TrainedSnake(_rebuild(settings, weights), settings.selfplay, name)
