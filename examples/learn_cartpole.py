@@ -10,7 +10,7 @@ from racecraft.training.progress import LineWatcher
 with tempfile.TemporaryDirectory() as folder:
     request = GymRequest(
         "CartPole-v1",
-        stops=("steps=12000",),  # leave `stops` out to train until it is solved
+        stops=("steps=6000",),  # leave `stops` out to train until it is solved
         run=Path(folder) / "cartpole",
     )
     summary = train_gym(request, LineWatcher(sys.stdout)).summary()

@@ -10,7 +10,6 @@ Results are bit-identical on the same machine, threads and versions: all chance 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -20,6 +19,7 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
+from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.distributions import Choices, Distribution, distribution_for
 from racecraft.algorithms.experience import Experience
 from racecraft.algorithms.half_precision import HalfTwin, settled
@@ -135,9 +135,7 @@ class PpoLearner:
         self.working = self.network if self.twin is None else self.twin.network
         """What explores and learns: the network itself, or its twin of half the precision."""
         self.generator = torch.Generator(self.device).manual_seed(seed + 1)
-        self.optimiser = torch.optim.Adam(
-            self.network.parameters(), lr=config.learning_rate, eps=config.adam_epsilon, fused=True
-        )
+        self.optimiser = Adam(self.network.parameters(), config.learning_rate, config.adam_epsilon, config.adam_form)
         self.values_later = self.network.critic_body is not None and self.architecture.separate_networks
         """Whether the critic, a network as large as the policy, is asked once before an update and not at every tick,
         as at AWS; its weights are the same then."""
@@ -147,11 +145,11 @@ class PpoLearner:
     @property
     def learning_rate(self) -> float:
         """Adam's step size now; set it between updates to anneal it."""
-        return float(self.optimiser.param_groups[0]["lr"])
+        return self.optimiser.learning_rate
 
     @learning_rate.setter
     def learning_rate(self, rate: float) -> None:
-        self.optimiser.param_groups[0]["lr"] = rate
+        self.optimiser.learning_rate = rate
 
     @property
     def epsilon(self) -> float:
@@ -249,15 +247,9 @@ class PpoLearner:
 
     def state_dict(self) -> StateDict:
         """Return everything an exact continuation needs, as named tensors in three groups (copies)."""
-        moments = {
-            f"{index}.{name}": value.clone()
-            for index, parts in self.optimiser.state_dict()["state"].items()
-            for name, value in parts.items()
-        }
-        moments["learning_rate"] = torch.tensor(self.learning_rate, dtype=torch.float64)
         state = {
             "network": {name: value.detach().clone() for name, value in self.network.state_dict().items()},
-            "optimiser": moments,
+            "optimiser": self.optimiser.state_dict(),
             "generator": {"state": self.generator.get_state()},
         }
         if self.config.exploration == "e-greedy":
@@ -269,15 +261,8 @@ class PpoLearner:
         self.network.load_state_dict(dict(state["network"]))
         if self.twin is not None:
             self.twin.refresh()
-        if moments := dict(state.get("optimiser", {})):
-            self.learning_rate = float(moments.pop("learning_rate"))
-            nested: dict[int, dict[str, Tensor]] = {}
-            for full_name, value in moments.items():
-                index, name = full_name.split(".")
-                nested.setdefault(int(index), {})[name] = value.clone()
-            self.optimiser.load_state_dict(
-                {"state": nested, "param_groups": self.optimiser.state_dict()["param_groups"]}
-            )
+        if state.get("optimiser"):
+            self.optimiser.load_state_dict(state["optimiser"])
         if "exploration" in state:
             self.explored = int(state["exploration"]["decisions"])
         if "generator" in state:
@@ -343,23 +328,10 @@ class PpoLearner:
         norm = torch.zeros((), device=self.device)
         if self.config.max_grad_norm is not None:
             norm = torch.nn.utils.clip_grad_norm_(self.network.parameters(), self.config.max_grad_norm)
-        if self.config.adam_form == "tensorflow":
-            self._place_epsilon()
         self.optimiser.step()
         if self.twin is not None:
             self.twin.refresh()
         return torch.cat([figures, norm.reshape(1)])
-
-    def _place_epsilon(self) -> None:
-        """Set the epsilon of the coming step so that Adam's step is TensorFlow's.
-
-        TensorFlow adds epsilon to the root of the raw second moment ("epsilon hat" in Kingma and Ba, 2015, section 2),
-        torch to the root of the corrected one, which is larger by 1 / sqrt(1 - beta2^t).
-        """
-        group = self.optimiser.param_groups[0]
-        state = self.optimiser.state.get(group["params"][0])
-        step = 1 + (int(state["step"]) if state else 0)
-        group["eps"] = self.config.adam_epsilon / math.sqrt(1.0 - group["betas"][1] ** step)
 
     def _tensors(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
         return {
