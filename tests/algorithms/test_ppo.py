@@ -246,3 +246,16 @@ def test_losses_that_are_no_numbers_stop_the_training():
     kept.reward[0, 0] = np.nan
     with pytest.raises(DivergedError, match="Lower ppo.learning_rate"):
         learner.update(kept)
+
+
+@pytest.mark.parametrize("channels", [1, 3])
+def test_kernels_lie_channels_last_whatever_their_number(channels):
+    """Convolutions go by the strides of their weights; a kernel of one channel in the usual order is a third slower."""
+    frame = ArraySpec((30, 40, channels), np.uint8, 0, 255)
+    row = architecture_of(NetworkConfig())
+    network = ActorCritic({"eye": frame}, DiscreteActions(3), row, torch.Generator().manual_seed(1))
+    kernels = [part.weight for part in network.modules() if isinstance(part, torch.nn.Conv2d)]
+    assert len(kernels) == 2
+    for kernel in kernels:
+        _, channels_in, height, width = kernel.shape
+        assert kernel.stride() == (height * width * channels_in, 1, width * channels_in, channels_in)

@@ -235,7 +235,8 @@ def image_embedder(
         layer = nn.Conv2d(channels, filters, kernel, stride, device="meta")
         make_room(layer)
         start_weights(layer, architecture, generator, HIDDEN_GAIN[architecture.activation])
-        layer.weight.data = layer.weight.data.contiguous(memory_format=torch.channels_last)
+        # Not `contiguous`, which leaves a kernel of one channel as it is; convolutions go by the weights' strides.
+        layer.weight.data = torch.empty_like(layer.weight, memory_format=torch.channels_last).copy_(layer.weight.data)
         layers += [layer, activation(architecture)]
         height, width, channels = (height - kernel) // stride + 1, (width - kernel) // stride + 1, filters
     size = height * width * channels
