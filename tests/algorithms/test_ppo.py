@@ -250,7 +250,7 @@ def test_losses_that_are_no_numbers_stop_the_training():
 
 @pytest.mark.parametrize("channels", [1, 3])
 def test_kernels_lie_channels_last_whatever_their_number(channels):
-    """Convolutions go by the strides of their weights; a kernel of one channel in the usual order cost a fifth of all speed."""
+    """Convolutions go by their weights' strides; a kernel of one channel in the usual order cost a fifth of speed."""
     frame = ArraySpec((30, 40, channels), np.uint8, 0, 255)
     row = architecture_of(NetworkConfig())
     network = ActorCritic({"eye": frame}, DiscreteActions(3), row, torch.Generator().manual_seed(1))
