@@ -183,6 +183,11 @@ def test_generated_pages_are_current():
     assert stale == [], "`make docs` writes them anew"
 
 
+def test_the_curve_on_the_page_is_the_one_that_was_measured():
+    shown, measured = (DOCS / "pictures" / "aws-curve.png"), ROOT / "benchmarks" / "aws-curve.png"
+    assert shown.read_bytes() == measured.read_bytes(), "copy the benchmark's picture, and mend the figures beside it"
+
+
 def test_the_check_says_what_is_stale(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(generate_docs, "DOCS", tmp_path)
     monkeypatch.setattr(generate_docs, "PAGES", {"one.md": lambda: "one", "two.md": lambda: "two"})

@@ -54,19 +54,19 @@ class Adam:
     @torch.no_grad()
     def step(self) -> None:
         """Take one step."""
-        due = [(index, one) for index, one in enumerate(self._parameters) if one.grad is not None]
-        moments = [self._moments_of(index) for index, _ in due]
+        due = [(index, one, one.grad) for index, one in enumerate(self._parameters) if one.grad is not None]
         if not due:
             return
+        moments = [self._moments_of(index) for index, _, _ in due]
         adam(
-            [one for _, one in due],
-            [one.grad for _, one in due if one.grad is not None],
+            [one for _, one, _ in due],
+            [gradient for _, _, gradient in due],
             [kept.exp_avg for kept in moments],
             [kept.exp_avg_sq for kept in moments],
             [],
             [kept.step for kept in moments],
             fused=True, amsgrad=False, beta1=BETA_1, beta2=BETA_2, lr=self.learning_rate, weight_decay=0.0,
-            eps=self._epsilon_at(1 + int(moments[0].step)), maximize=False,
+            eps=self._epsilon_now(moments[0]), maximize=False,
         )  # fmt: skip
 
     def state_dict(self) -> dict[str, Tensor]:
@@ -96,8 +96,8 @@ class Adam:
             )
         return self._moments[index]
 
-    def _epsilon_at(self, step: int) -> float:
-        """Return the epsilon that the paper's form takes for this one's step."""
+    def _epsilon_now(self, kept: Moments) -> float:
+        """Return the epsilon with which the paper's form takes this one's coming step; all weights began together."""
         if self._form == "paper":
             return self._epsilon
-        return self._epsilon / math.sqrt(1.0 - BETA_2**step)
+        return self._epsilon / math.sqrt(1.0 - BETA_2 ** (1 + int(kept.step)))

@@ -1,7 +1,7 @@
 """Judge the greedy policy of a car in training: one episode from each of several starts, side by side.
 
-With fidelity aws every episode of an evaluation begins where training's next one would, and the jitter of its ticks is
-its own.
+With fidelity aws every episode of an evaluation begins where training's next one would, and what chance does to its
+ticks and wheels is its own.
 """
 
 from __future__ import annotations
