@@ -22,10 +22,10 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-from racecraft.formats.training_metrics import TrainingRow, read_metrics_file
+from racecraft.formats.aws.training_metrics import TrainingRow, read_metrics_file
 from racecraft.formats.whole import write_whole
+from racecraft.training.deepracer.trainer import RaceRequest, plan_car, train_car
 from racecraft.training.progress import LineWatcher
-from racecraft.training.racing import RaceRequest, plan_car, train_car
 
 HYPERPARAMETERS = {
     "batch_size": 64, "beta_entropy": 0.01, "discount_factor": 0.95, "exploration_type": "categorical",

@@ -23,12 +23,12 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch import nn
 
-from racecraft.envs.faces.sb3_vec_env import sb3_vec_env
-from racecraft.evaluation.laps import judge_starts
+from racecraft.envs.adapters.sb3_vec_env import sb3_vec_env
+from racecraft.evaluation.deepracer.laps import judge_starts
 from racecraft.kernels import set_threads
-from racecraft.training.bench_laps import bench_laps
-from racecraft.training.car_plan import RaceRequest, plan_car
-from racecraft.training.racing import load_reward, race_world, warm_up
+from racecraft.training.deepracer.bench_laps import bench_laps
+from racecraft.training.deepracer.plan import RaceRequest, plan_car
+from racecraft.training.deepracer.trainer import load_reward, race_world, warm_up
 
 LIMIT_SECONDS = 120.0
 

@@ -58,7 +58,7 @@ def fresh_policy(run: Path) -> str:
 
 async def measure(name: str, games: int, seconds: float) -> dict[str, Any]:
     """Serve a player, let the clients play, and return the figures."""
-    from racecraft.players.snakes.protocol import ManyPlayer, find_player, warm_up
+    from racecraft.players.battlesnake.protocol import ManyPlayer, find_player, warm_up
     from racecraft.serving.snake_server import SnakeServer, answer_before_thinking, settle
 
     answer_before_thinking()
@@ -125,8 +125,8 @@ def positions() -> list[bytes]:
     from racecraft.envs.battlesnake.dice import StreamDice
     from racecraft.envs.battlesnake.reference import Referee
     from racecraft.envs.battlesnake.settings import GameSettings
-    from racecraft.players.snakes.messages import GameCard, message
-    from racecraft.players.snakes.sight import best_safe_move
+    from racecraft.players.battlesnake.messages import GameCard, message
+    from racecraft.players.battlesnake.sight import best_safe_move
 
     settings, found, key = GameSettings(11, 11, 4), [], 0
     while len(found) < POSITIONS:

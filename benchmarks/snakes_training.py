@@ -34,10 +34,10 @@ def greedy_duels(place: str, games: int) -> dict:
     """Play the policy alone against flood_fill, all games side by side."""
     from racecraft.envs.battlesnake.settings import GameSettings
     from racecraft.envs.battlesnake.world import WorldSettings
-    from racecraft.evaluation.arena.batch import play_batch
-    from racecraft.evaluation.arena.rating import wilson
-    from racecraft.players.snakes.trained import load_trained_snake
-    from racecraft.training.snake_judge import count
+    from racecraft.evaluation.battlesnake.batch import play_batch
+    from racecraft.evaluation.battlesnake.rating import wilson
+    from racecraft.players.battlesnake.trained import load_trained_snake
+    from racecraft.training.battlesnake.evaluator import count
 
     snake = load_trained_snake(place)
     world = WorldSettings(GameSettings(11, 11, 2), view=snake.seen.view, outlook=snake.seen.outlook)
@@ -52,8 +52,8 @@ def search_duel(place: str, milliseconds: float, pair: int) -> list[float]:
     from racecraft.contract.random_streams import stream_keys
     from racecraft.envs.battlesnake.dice import StreamDice
     from racecraft.envs.battlesnake.settings import GameSettings
-    from racecraft.evaluation.arena.match import play
-    from racecraft.evaluation.arena.seats import THINKING_SHARE, take_seat
+    from racecraft.evaluation.battlesnake.match import play
+    from racecraft.evaluation.battlesnake.seats import THINKING_SHARE, take_seat
 
     key = int(stream_keys(SEED_OF_DUELS, "search duels", pair + 1)[pair])
     mine, other = take_seat(f"search+{place}", "mine"), take_seat("search", "other")
@@ -68,7 +68,7 @@ def search_duel(place: str, milliseconds: float, pair: int) -> list[float]:
 
 def search_duels(place: str, games: int, milliseconds: float) -> dict:
     """Play policy plus search against search, one pair of games on each core."""
-    from racecraft.evaluation.arena.rating import wilson
+    from racecraft.evaluation.battlesnake.rating import wilson
 
     pairs = range(games // 2)
     with ProcessPoolExecutor(os.cpu_count(), initializer=_one_thread) as cores:

@@ -4,7 +4,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from racecraft.training.gym_training import GymRequest, train_gym
+from racecraft.training.gymnasium.trainer import GymRequest, train_gym
 from racecraft.training.progress import LineWatcher
 
 with tempfile.TemporaryDirectory() as folder:

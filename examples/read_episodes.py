@@ -9,8 +9,8 @@ from pathlib import Path
 
 import polars as pl
 
+from racecraft.training.deepracer.trainer import RaceRequest, plan_car, train_car
 from racecraft.training.progress import LineWatcher
-from racecraft.training.racing import RaceRequest, plan_car, train_car
 
 with tempfile.TemporaryDirectory() as folder:
     run = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(folder) / "tiny"

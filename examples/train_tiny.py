@@ -4,11 +4,11 @@ import sys
 import tempfile
 from pathlib import Path
 
-from racecraft.evaluation.laps import judge_starts
-from racecraft.players.trained_car import load_trained_car
+from racecraft.evaluation.deepracer.laps import judge_starts
+from racecraft.players.deepracer.trained_car import load_trained_car
 from racecraft.tracks.catalogue import load_track
+from racecraft.training.deepracer.trainer import RaceRequest, plan_car, train_car
 from racecraft.training.progress import LineWatcher
-from racecraft.training.racing import RaceRequest, plan_car, train_car
 
 with tempfile.TemporaryDirectory() as folder:
     request = RaceRequest(

@@ -17,8 +17,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from racecraft.envs.deepracer.vehicle import PROFILES, CarProfile
-from racecraft.evaluation.open_loop import CLOCKED_CARS, Windows, drive_open_loop
-from racecraft.evaluation.replay_report import FileReplay, replay
+from racecraft.evaluation.deepracer.open_loop import CLOCKED_CARS, Windows, drive_open_loop
+from racecraft.evaluation.deepracer.replay_report import FileReplay, replay
 
 Recording = Sequence[FileReplay]
 

@@ -156,7 +156,7 @@ closed, lines cross, the road is too narrow or too wide, or rows are out of orde
 
 def run_env_page() -> str:
     """Return every variable of run.env, and whether it is obeyed."""
-    from racecraft.formats.run_env_variables import BY_NAME, OTHER_SPELLINGS
+    from racecraft.formats.aws.run_env_variables import BY_NAME, OTHER_SPELLINGS
 
     def rows(status: str) -> list[tuple[str, str, str]]:
         return [

@@ -18,9 +18,9 @@ from racecraft.contract.world import Array
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.camera import Camera
 from racecraft.envs.deepracer.scene import build_scene
-from racecraft.evaluation.drive import DriveKeeper
-from racecraft.evaluation.laps import judge_laps
-from racecraft.players.trained_car import load_trained_car
+from racecraft.evaluation.deepracer.drive import DriveKeeper
+from racecraft.evaluation.deepracer.laps import judge_laps
+from racecraft.players.deepracer.trained_car import load_trained_car
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.picture import PaintedPath, draw_track
 from racecraft.tracks.track import Track

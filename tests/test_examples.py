@@ -42,8 +42,8 @@ def test_there_are_examples():
 
 def test_the_fast_car_is_a_folder_that_trains():
     from racecraft.envs.deepracer.vehicle import MAX_SPEED_MPS
-    from racecraft.formats.reward_file import load_reward_function, validate
-    from racecraft.training.racing import RaceRequest, plan_car
+    from racecraft.formats.aws.reward_file import load_reward_function, validate
+    from racecraft.training.deepracer.trainer import RaceRequest, plan_car
 
     folder = EXAMPLES / "fast_car"
     plan = plan_car(RaceRequest(folder=folder))

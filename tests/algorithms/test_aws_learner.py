@@ -8,9 +8,9 @@ import torch
 from torch.nn import functional
 
 from racecraft.algorithms.distributions import Choices
-from racecraft.algorithms.experience import Experience
 from racecraft.algorithms.half_precision import settled
 from racecraft.algorithms.ppo import Minibatch, PpoLearner, ppo_loss
+from racecraft.algorithms.rollout_batch import Experience
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
 from racecraft.settings.groups import NetworkConfig, PpoConfig
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import torch
 
-from racecraft.algorithms.committee import Committee, merged
-from racecraft.algorithms.experience import Experience
+from racecraft.algorithms.multi_policy import Committee, merged
 from racecraft.algorithms.ppo import PpoLearner, PpoLosses
+from racecraft.algorithms.rollout_batch import Experience
 from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, WorldSpec
 from racecraft.settings.groups import NetworkConfig, PpoConfig
 

@@ -7,9 +7,9 @@ import pytest
 from toy_world import CopyTheNumber, Walk
 
 from racecraft.algorithms.ppo import PpoLearner
-from racecraft.evaluation.episodes import play_episodes
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.collector import Collector
+from racecraft.rollout.episodes import play_episodes
 from racecraft.rollout.statistics import summarise
 from racecraft.settings.groups import NetworkConfig, PpoConfig
 

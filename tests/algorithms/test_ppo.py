@@ -7,9 +7,9 @@ import pytest
 import torch
 
 from racecraft.algorithms.distributions import Choices, Commands
-from racecraft.algorithms.experience import Experience
 from racecraft.algorithms.networks import ActorCritic, Architecture, architecture_of
 from racecraft.algorithms.ppo import DivergedError, Minibatch, PpoLearner, ppo_loss
+from racecraft.algorithms.rollout_batch import Experience
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, WorldSpec
 from racecraft.settings.groups import NetworkConfig, PpoConfig

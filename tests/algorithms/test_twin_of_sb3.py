@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 import torch
 
-from racecraft.algorithms.experience import Experience
 from racecraft.algorithms.networks import Architecture
 from racecraft.algorithms.ppo import PpoLearner
+from racecraft.algorithms.rollout_batch import Experience
 from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, WorldSpec
 from racecraft.settings.groups import PpoConfig
 

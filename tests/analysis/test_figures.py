@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from racecraft.analysis.drive import Drive
+from racecraft.analysis.deepracer.drive import Drive
 from racecraft.analysis.figures import FigureError, draw_curves, draw_path, has_values
 from racecraft.analysis.metrics import METRICS, metrics_markdown
 from racecraft.envs.deepracer import race
@@ -89,8 +89,8 @@ def test_bad_input_is_answered_in_letters(tmp_path, track, reports_along):
 def test_every_name_a_training_writes_is_explained():
     """`metrics_row` writes the named figures, the learner's losses and the phases' seconds."""
     from racecraft.algorithms.ppo import PpoLosses
-    from racecraft.training.events import IterationReport, Verdict
-    from racecraft.training.keeping import metrics_row
+    from racecraft.training.callbacks import IterationReport, Verdict
+    from racecraft.training.run_writer import metrics_row
 
     losses = {field.name: 0.0 for field in dataclasses.fields(PpoLosses)}
     phases = dict.fromkeys(("collect", "learn", "judge", "keep_before"), 0.0)

@@ -8,7 +8,7 @@ import pytest
 
 from racecraft.analysis import video
 from racecraft.analysis.dashboard import BAD, BANNER_FOOT, GOOD
-from racecraft.analysis.drive import Drive
+from racecraft.analysis.deepracer.drive import Drive
 from racecraft.contract.errors import UserInputError
 from racecraft.envs.deepracer import race
 from racecraft.formats.whole import OutputFileError

@@ -96,8 +96,8 @@ def test_every_column_of_an_episode_file_has_a_row():
 
 
 def test_every_name_a_training_writes_into_its_metrics_has_a_row():
-    from racecraft.training.events import IterationReport
-    from racecraft.training.keeping import metrics_row
+    from racecraft.training.callbacks import IterationReport
+    from racecraft.training.run_writer import metrics_row
 
     losses = dict.fromkeys(ppo_figures(), 0.0)
     phases = dict.fromkeys(("collect", "learn", "judge", "keep_before"), 0.0)
@@ -120,8 +120,8 @@ def test_every_track_has_a_row():
 
 
 def test_every_key_of_a_racers_files_is_spoken_of():
-    from racecraft.formats.model_metadata import KEYS
-    from racecraft.training.presets import FROM_JSON, UNUSED
+    from racecraft.formats.aws.model_metadata import KEYS
+    from racecraft.training.deepracer.presets import FROM_JSON, UNUSED
 
     page = (DOCS / "racing/your_folder.md").read_text(encoding="utf-8")
     keys = [*FROM_JSON, *UNUSED, "exploration_type", *KEYS]
@@ -129,7 +129,7 @@ def test_every_key_of_a_racers_files_is_spoken_of():
 
 
 def test_every_setting_that_a_hyperparameter_becomes_is_named_beside_it():
-    from racecraft.training.presets import FROM_JSON
+    from racecraft.training.deepracer.presets import FROM_JSON
 
     rows = (DOCS / "racing/your_folder.md").read_text(encoding="utf-8").splitlines()
     for key, (group, name) in FROM_JSON.items():
@@ -137,7 +137,7 @@ def test_every_setting_that_a_hyperparameter_becomes_is_named_beside_it():
 
 
 def test_every_preset_and_every_stop_is_told():
-    from racecraft.training.presets import PRESETS
+    from racecraft.training.deepracer.presets import PRESETS
     from racecraft.training.stopping import KINDS
 
     presets = (DOCS / "racing/presets.md").read_text(encoding="utf-8")
@@ -352,7 +352,7 @@ def quoted_notes(page):
 
 
 def test_the_notes_quoted_for_a_training_without_files_are_said():
-    from racecraft.training.racing import RaceRequest, plan_car
+    from racecraft.training.deepracer.trainer import RaceRequest, plan_car
 
     quoted = quoted_notes("racing/getting_started.md")
     assert len(quoted) >= 3
@@ -360,7 +360,7 @@ def test_the_notes_quoted_for_a_training_without_files_are_said():
 
 
 def test_the_notes_quoted_for_a_template_of_deepracer_for_cloud_are_said(tmp_path):
-    from racecraft.training.racing import RaceRequest, plan_car
+    from racecraft.training.deepracer.trainer import RaceRequest, plan_car
 
     (tmp_path / "hyperparameters.json").write_text(
         '{"batch_size": "64", "beta_entropy": "0.01", "discount_factor": "0.999", "e_greedy_value": "0.05",'
@@ -385,7 +385,7 @@ def test_the_letter_quoted_for_a_misspelt_setting_is_what_is_said():
 
 def test_the_letters_quoted_for_bad_reward_functions_are_what_is_said(tmp_path, monkeypatch):
     from racecraft.contract.errors import RewardError, RewardFileError
-    from racecraft.formats.reward_file import example_situations, load_reward_function
+    from racecraft.formats.aws.reward_file import example_situations, load_reward_function
 
     monkeypatch.chdir(tmp_path)
     file = Path("my-car/reward_function.py")

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from racecraft.contract.errors import InputFileError
-from racecraft.formats import (
-    checkpoint,
-    episodes,
+from racecraft.formats import checkpoint, episodes
+from racecraft.formats.aws import (
     hyperparameters,
     model_metadata,
     run_env,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from racecraft.algorithms.experience import Experience
+from racecraft.algorithms.rollout_batch import Experience
 from racecraft.rollout.memory import within_memory
 
 

@@ -12,7 +12,7 @@ from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.rollout.collector import Collector
 from racecraft.settings.groups import CameraConfig, RaceConfig
 from racecraft.tracks.catalogue import load_track
-from racecraft.training.recorder import EpisodeRecorder
+from racecraft.training.deepracer.recorder import EpisodeRecorder
 
 ACTIONS = ActionTable.of([(math.radians(angle), 1.0) for angle in (-30, 0, 30)])
 

@@ -15,11 +15,11 @@ from pathlib import Path
 
 import pytest
 
-from racecraft.analysis.board_frames import frame, game_end, game_facts
+from racecraft.analysis.battlesnake.board_frames import frame, game_end, game_facts
 from racecraft.envs.battlesnake.board import Board, Snake
 from racecraft.envs.battlesnake.settings import GameSettings
-from racecraft.players.snakes.messages import GameCard
-from racecraft.players.snakes.protocol import PlayerError
+from racecraft.players.battlesnake.messages import GameCard
+from racecraft.players.battlesnake.protocol import PlayerError
 from racecraft.serving.board_server import BoardServer
 from racecraft.serving.web_socket import MOST_MESSAGE_BYTES, accept_key
 

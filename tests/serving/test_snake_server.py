@@ -15,12 +15,12 @@ from racecraft.envs.battlesnake.dice import StreamDice
 from racecraft.envs.battlesnake.reference import Referee
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.state import Games
-from racecraft.evaluation.arena.match import play
-from racecraft.evaluation.arena.seats import take_seat
-from racecraft.players.snakes.from_file import load_file_player
-from racecraft.players.snakes.messages import GameCard, message
-from racecraft.players.snakes.protocol import find_player
-from racecraft.players.snakes.sight import safe_moves
+from racecraft.evaluation.battlesnake.match import play
+from racecraft.evaluation.battlesnake.seats import take_seat
+from racecraft.players.battlesnake.from_file import load_file_player
+from racecraft.players.battlesnake.messages import GameCard, message
+from racecraft.players.battlesnake.protocol import find_player
+from racecraft.players.battlesnake.sight import safe_moves
 from racecraft.serving.http_service import MOST_BODY_BYTES
 from racecraft.serving.snake_server import SnakeServer, answer_before_thinking, settle
 

@@ -14,8 +14,8 @@ import typer
 from gymnasium import spaces
 from typer.testing import CliRunner
 
-from racecraft.cli import gym as gym_command
-from racecraft.cli import unity as unity_command
+from racecraft.cli.gym import gym as gym_command
+from racecraft.cli.unity import unity as unity_command
 from racecraft.contract.errors import RunFolderError, SettingError
 from racecraft.formats.checkpoint import Checkpoints
 

@@ -21,10 +21,10 @@ from torch.nn import functional
 
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.distributions import Choices, Distribution, distribution_for
-from racecraft.algorithms.experience import Experience
 from racecraft.algorithms.half_precision import HalfTwin, settled
 from racecraft.algorithms.networks import ActorCritic, Architecture, architecture_of
 from racecraft.algorithms.returns import advantages, explained_variance, next_values
+from racecraft.algorithms.rollout_batch import Experience
 from racecraft.contract.errors import RacecraftError
 from racecraft.contract.world import Array, WorldSpec
 from racecraft.settings.groups import NetworkConfig, PpoConfig

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.analysis.drive import LAP_COMPLETE, Drive
-from racecraft.analysis.track_map import SHADES, TrackMap, dab, speed_shades
+from racecraft.analysis.deepracer.drive import LAP_COMPLETE, Drive
+from racecraft.analysis.deepracer.track_map import SHADES, TrackMap, dab, speed_shades
 from racecraft.contract.world import Array
 from racecraft.tracks.track import Track
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from racecraft.analysis.drive import LAP_COMPLETE, OFF_TRACK, Drive, as_drive
+from racecraft.analysis.deepracer.drive import LAP_COMPLETE, OFF_TRACK, Drive, as_drive
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import Array
 from racecraft.formats.whole import whole_file

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from racecraft.analysis import figures, page, tables
-from racecraft.analysis.drive import LAP_COMPLETE, OFF_TRACK, WORDS, Drive, DriveError, as_drive
+from racecraft.analysis.deepracer.drive import LAP_COMPLETE, OFF_TRACK, WORDS, Drive, DriveError, as_drive
 from racecraft.analysis.evaluations import judged
 from racecraft.analysis.metrics import METRICS
 from racecraft.contract.errors import TrackError, UserInputError

@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from racecraft.analysis.drive import LAP_COMPLETE, OFF_TRACK, STILL_DRIVING
+from racecraft.analysis.deepracer.drive import LAP_COMPLETE, OFF_TRACK, STILL_DRIVING
 from racecraft.contract.errors import UserInputError
 from racecraft.envs.deepracer.vehicle import TICK_SECONDS
 from racecraft.formats.episodes import read_episodes

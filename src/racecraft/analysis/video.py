@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from racecraft.analysis.dashboard import Dashboard, lay_banner
-from racecraft.analysis.drive import Drive, as_drive
+from racecraft.analysis.deepracer.drive import Drive, as_drive
 from racecraft.contract.errors import MissingExtraError, UserInputError
 from racecraft.contract.world import Array
 from racecraft.envs.deepracer.camera import MOUNT_V3, Camera, CameraMount

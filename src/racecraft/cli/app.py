@@ -12,21 +12,12 @@ import sys
 
 import typer
 
-from racecraft.cli import (
-    bench,
-    evaluate,
-    export,
-    gym,
-    new,
-    replay,
-    report,
-    run,
-    settings,
-    snakes,
-    tracks,
-    train,
-    unity,
-)
+from racecraft.cli import bench, run, settings
+from racecraft.cli.battlesnake import snakes
+from racecraft.cli.deepracer import evaluate, new, replay, tracks, train
+from racecraft.cli.gym import gym
+from racecraft.cli.runs import export, report
+from racecraft.cli.unity import unity
 from racecraft.contract.errors import RacecraftError, UserInputError
 
 app = typer.Typer(

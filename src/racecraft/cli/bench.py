@@ -18,8 +18,8 @@ def world(json: JSON = False) -> None:
     Example: racecraft bench world --json
     """
     from racecraft.cli.output import print_json, say
-    from racecraft.evaluation.bench_world import bench_world
-    from racecraft.training.racing import load_reward
+    from racecraft.evaluation.deepracer.bench_world import bench_world
+    from racecraft.training.deepracer.trainer import load_reward
 
     say("Five rounds of three cases, about 20 s …", quiet_stdout=json)
     figures = bench_world(load_reward(None).call)
@@ -40,7 +40,7 @@ def laps(
     Example: racecraft bench laps --seeds 3
     """
     from racecraft.cli.output import print_json, say
-    from racecraft.training.bench_laps import bench_laps
+    from racecraft.training.deepracer.bench_laps import bench_laps
 
     figures = bench_laps(range(1, seeds + 1), lambda text: say(text, quiet_stdout=json))
     if json:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.algorithms.committee import of_member
+from racecraft.algorithms.multi_policy import of_member
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.errors import MissingExtraError, RacecraftError, SettingError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from racecraft.algorithms.committee import Learner
+from racecraft.algorithms.multi_policy import Learner
 from racecraft.contract.world import Array
 
 

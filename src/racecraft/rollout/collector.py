@@ -16,8 +16,8 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import torch
 
-from racecraft.algorithms.experience import Experience
 from racecraft.algorithms.ppo import Decision
+from racecraft.algorithms.rollout_batch import Experience
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import Array, BeginsEpisodes, EpisodeRecord, StepBuffers, World
 from racecraft.rollout.rollout_buffer import RolloutBuffer

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from racecraft.algorithms.experience import Experience
+from racecraft.algorithms.rollout_batch import Experience
 from racecraft.contract.world import Array
 
 

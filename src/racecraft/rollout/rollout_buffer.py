@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from racecraft.algorithms.experience import Experience
+from racecraft.algorithms.rollout_batch import Experience
 from racecraft.contract.world import Array, ContinuousActions, StepBuffers, WorldSpec, allocate
 
 

@@ -1,6 +1,6 @@
 """A game to watch in a browser while it is played, or after: our own page, and the official board's protocol.
 
-    GET /                        our page (`analysis/board_page.py`)
+    GET /                        our page (`analysis/battlesnake/board_page.py`)
     GET /games/{id}              what the official board asks first
     ws  /games/{id}/events       every position so far, then each as it comes, then the end (facts: A.11)
 
@@ -16,8 +16,8 @@ import threading
 from collections.abc import Sequence
 from typing import Any
 
-from racecraft.analysis.board_frames import Event
-from racecraft.analysis.board_page import board_page
+from racecraft.analysis.battlesnake.board_frames import Event
+from racecraft.analysis.battlesnake.board_page import board_page
 from racecraft.serving.http_service import HttpError, HttpService, Reply, Request, Upgrade
 from racecraft.serving.port import port_error
 from racecraft.serving.web_socket import WebSocket

@@ -11,8 +11,8 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import CancelledError, Future
 
-from racecraft.players.snakes.patience import Crew
-from racecraft.players.snakes.protocol import ManyPlayer, PlayerError, Question
+from racecraft.players.battlesnake.patience import Crew
+from racecraft.players.battlesnake.protocol import ManyPlayer, PlayerError, Question
 
 MOST_AT_ONCE = 256
 """Boards in one batch."""

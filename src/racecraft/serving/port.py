@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from racecraft.players.snakes.protocol import PlayerError
+from racecraft.players.battlesnake.protocol import PlayerError
 
 
 def port_error(host: str, port: int, error: OSError | OverflowError) -> PlayerError:

@@ -18,10 +18,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from racecraft.envs.battlesnake.board import MOVES, BoardError
-from racecraft.players.snakes.messages import LOOKS, Letter, read_message
-from racecraft.players.snakes.patience import Crew
-from racecraft.players.snakes.protocol import LetterPlayer, ManyPlayer, Message, PlayerError, Question, SnakePlayer
-from racecraft.players.snakes.sight import best_safe_move, find_snake
+from racecraft.players.battlesnake.messages import LOOKS, Letter, read_message
+from racecraft.players.battlesnake.patience import Crew
+from racecraft.players.battlesnake.protocol import LetterPlayer, ManyPlayer, Message, PlayerError, Question, SnakePlayer
+from racecraft.players.battlesnake.sight import best_safe_move, find_snake
 from racecraft.serving.gathering import Gatherer
 from racecraft.serving.http_service import HttpError, HttpService, Request
 from racecraft.serving.port import port_error

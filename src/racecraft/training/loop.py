@@ -11,14 +11,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
-from racecraft.algorithms.committee import Learner
-from racecraft.algorithms.experience import Experience
+from racecraft.algorithms.multi_policy import Learner
 from racecraft.algorithms.ppo import PpoLosses
+from racecraft.algorithms.rollout_batch import Experience
 from racecraft.contract.world import EpisodeRecord
 from racecraft.rollout.collector import Collector
 from racecraft.rollout.memory import within_memory
 from racecraft.settings.groups import EvaluationConfig, RolloutConfig
-from racecraft.training.events import IterationReport, Listener, Verdict
+from racecraft.training.callbacks import IterationReport, Listener, Verdict
 from racecraft.training.stopping import Standing, Stop, reached
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING, TextIO
 
-from racecraft.training.events import IterationReport, Listener
+from racecraft.training.callbacks import IterationReport, Listener
 
 if TYPE_CHECKING:
     from rich.console import Console, Group

@@ -150,7 +150,7 @@ def test_the_dead_wait_for_the_next_game():
 
 
 def test_the_pettingzoo_face_passes_its_own_tests():
-    faces = pytest.importorskip("racecraft.envs.faces.pettingzoo_parallel")
+    faces = pytest.importorskip("racecraft.envs.adapters.pettingzoo_parallel")
     tests = pytest.importorskip("pettingzoo.test")
 
     def make():

@@ -25,7 +25,7 @@ from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.settings.groups import CameraConfig, RaceConfig
 from racecraft.settings.table import rows_of
 from racecraft.tracks.catalogue import load_track
-from racecraft.training.car_judge import CarJudge
+from racecraft.training.deepracer.evaluator import CarJudge
 
 ACTIONS = ActionTable.of([(math.radians(angle), 1.0) for angle in (-30, 0, 30)])
 SOURCE = Path(racecraft.__file__).parent

@@ -7,7 +7,7 @@ import pytest
 
 from racecraft.envs.deepracer.fidelity import TICK_JITTER
 from racecraft.envs.deepracer.vehicle import TICK_SECONDS
-from racecraft.formats.sim_trace import read_sim_trace
+from racecraft.formats.aws.sim_trace import read_sim_trace
 
 LOGS = Path(__file__).resolve().parents[4] / "shared" / "data" / "traces"
 SETTLED_ROWS = 12

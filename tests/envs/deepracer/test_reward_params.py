@@ -10,7 +10,7 @@ from racecraft.contract.world import allocate
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.reward_params import REWARD_PARAMETERS
 from racecraft.envs.deepracer.world import RaceWorld
-from racecraft.formats.reward_file import load_reward_function
+from racecraft.formats.aws.reward_file import load_reward_function
 from racecraft.settings.groups import CameraConfig
 from racecraft.tracks.catalogue import load_track
 

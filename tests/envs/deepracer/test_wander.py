@@ -8,9 +8,9 @@ import pytest
 from racecraft.envs.deepracer.fidelity import TICK_JITTER, WHEEL_KICK
 from racecraft.envs.deepracer.kernels.vehicle import drive
 from racecraft.envs.deepracer.vehicle import FRONT_POINT_M, PROFILES, TICK_SECONDS
-from racecraft.evaluation.open_loop import commands_of, drive_open_loop
-from racecraft.evaluation.recompute import places_of, recompute
-from racecraft.formats.sim_trace import SimTrace, read_sim_trace
+from racecraft.evaluation.deepracer.open_loop import commands_of, drive_open_loop
+from racecraft.evaluation.deepracer.recompute import places_of, recompute
+from racecraft.formats.aws.sim_trace import SimTrace, read_sim_trace
 from racecraft.tracks.catalogue import load_track
 
 LOGS = Path(__file__).resolve().parents[4] / "shared" / "data" / "traces"

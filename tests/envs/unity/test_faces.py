@@ -24,7 +24,7 @@ def test_gymnasiums_checker_is_content():
 def test_gymnasium_makes_a_scene_by_name():
     import gymnasium
 
-    env = gymnasium.make("racecraft.envs.faces:racecraft/Unity-v0", build="builtin:Basic", disable_env_checker=True)
+    env = gymnasium.make("racecraft.envs.adapters:racecraft/Unity-v0", build="builtin:Basic", disable_env_checker=True)
     _, info = env.reset(seed=1)
     assert info["action_mask"].tolist() == [True] * 3
     earned, over = 0.0, False

@@ -5,7 +5,7 @@ import pytest
 from racecraft.envs.unity.side_channels import Gaussian, Uniform
 from racecraft.envs.unity.trainer_words import words_of
 from racecraft.envs.unity.world import UnityWorld
-from racecraft.formats.trainer_yaml import read_trainer_yaml
+from racecraft.formats.unity.trainer_yaml import read_trainer_yaml
 
 pytest.importorskip("yaml", reason="PyYAML is not installed")
 

@@ -88,13 +88,13 @@ DEPARTURES = (
         "Once an iteration's episodes hold more than 10 000 ticks (3 000 with larger networks), the rest of them is "
         "dropped: exactly the long, successful ones cost the others their place.",
         "Everything that was driven is learned from.",
-        "training/presets.py",
+        "training/deepracer/presets.py",
     ),
     Departure(
         "evaluation_follows_training",
         "Every episode of an evaluation starts where training's next episode would.",
         "Starts are spread evenly round the track and are the same in every evaluation.",
-        "training/car_judge.py",
+        "training/deepracer/evaluator.py",
     ),
     Departure(
         "ticks_jitter",

@@ -1,6 +1,6 @@
 """A Unity scene with one agent as a Gymnasium environment, for `gymnasium.make("racecraft/Unity-v0", build=…)`.
 
-`racecraft.envs.faces` registers the id.
+`racecraft.envs.adapters` registers the id.
 
 Several agents of one behavior are a batch: `unity_vector_env`. Several behaviors: `parallel.py`. Masks stand in
 `info["action_mask"]`, terminated and truncated are told apart.
@@ -11,8 +11,8 @@ from __future__ import annotations
 from typing import Any
 
 from racecraft.contract.errors import ContractError
-from racecraft.envs.faces.gymnasium_env import WorldEnv
-from racecraft.envs.faces.gymnasium_vector import WorldVectorEnv
+from racecraft.envs.adapters.gymnasium_env import WorldEnv
+from racecraft.envs.adapters.gymnasium_vector import WorldVectorEnv
 from racecraft.envs.unity.errors import BuildError
 from racecraft.envs.unity.world import UnityWorld
 

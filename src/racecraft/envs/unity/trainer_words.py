@@ -6,7 +6,7 @@ from typing import Any
 
 from racecraft.envs.unity.side_channels import Gaussian, MultiRange, Uniform
 from racecraft.envs.unity.world import ENGINE_FOR_TRAINING
-from racecraft.formats.trainer_yaml import Sampler, TrainerConfig
+from racecraft.formats.unity.trainer_yaml import Sampler, TrainerConfig
 
 
 def words_of(config: TrainerConfig) -> dict[str, Any]:

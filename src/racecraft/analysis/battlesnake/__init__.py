@@ -1,0 +1,1 @@
+"""Snakes as picture, film and page."""

@@ -1,0 +1,31 @@
+"""A game of snakes as one web page: step, play, scrub; nothing is fetched, so it can be e-mailed.
+
+The page itself is `board_page.html`, with a place for the data: the events of `board_frames.py`, or the address of the
+WebSocket from which they come while the game is played.
+"""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Sequence
+from importlib.resources import files
+from typing import Any
+
+from racecraft.analysis.battlesnake.board_frames import Event
+
+
+def board_page(title: str, game: dict[str, Any], events: Sequence[Event] = (), live: str = "", speed: float = 8) -> str:
+    """Return the page.
+
+    Args:
+        title: Its headline.
+        game: `board_frames.game_facts`.
+        events: What is known of the game already.
+        live: Path of the WebSocket that has all events, on the server the page comes from; "" where `events` are all.
+        speed: Turns a second at which it begins to play.
+    """
+    told = {"title": title, "game": game, "events": list(events), "live": live, "speed": speed}
+    data = json.dumps(told, separators=(",", ":")).replace("<", "\\u003c")
+    template = files("racecraft.analysis.battlesnake").joinpath("board_page.html").read_text(encoding="utf-8")
+    return template.replace("__TITLE__", html.escape(title)).replace('"__DATA__"', data)

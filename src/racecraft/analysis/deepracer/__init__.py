@@ -1,0 +1,1 @@
+"""Cars explained: drives, maps of the track, the replay page."""

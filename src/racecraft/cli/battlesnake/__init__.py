@@ -1,0 +1,1 @@
+"""`racecraft snakes`: a file a verb; begin in `snakes.py`."""

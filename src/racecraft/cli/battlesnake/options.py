@@ -1,0 +1,53 @@
+"""Options that several `racecraft snakes` commands share, and taking seats at a board."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from racecraft.evaluation.battlesnake.seats import Seat
+
+JSON = Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")]
+Urls = Annotated[
+    list[str] | None, typer.Option("--url", "-u", help="A server's address, a built-in player, or a FILE.py.")
+]
+Names = Annotated[list[str] | None, typer.Option("--name", "-n", help="Its name, in the same order.")]
+Width = Annotated[int, typer.Option("--width", "-W", help="Squares from left to right.")]
+Height = Annotated[int, typer.Option("--height", "-H", help="Squares from bottom to top.")]
+Timeout = Annotated[int, typer.Option("--timeout", "-t", min=1, help="Milliseconds for an answer.")]
+GameType = Annotated[str, typer.Option("--gametype", "-g", help="Ruleset: standard, solo, royale, constrictor, …")]
+MapName = Annotated[str, typer.Option("--map", "-m", help="Map: standard, empty, royale, arcade_maze, …")]
+Seed = Annotated[int | None, typer.Option("--seed", "-r", help="Chance of the game; without it, another every time.")]
+FoodChance = Annotated[int, typer.Option("--foodSpawnChance", help="Percent, each turn.")]
+MinimumFood = Annotated[int, typer.Option("--minimumFood", help="Food below this is filled up at once.")]
+Damage = Annotated[int, typer.Option("--hazardDamagePerTurn", help="Health a hazard takes.")]
+Shrink = Annotated[int, typer.Option("--shrinkEveryNTurns", help="Turns between two changes of the hazards.")]
+
+
+def take_seats(who: list[str], names: list[str], seed: int, quiet: bool) -> list[Seat]:
+    """Return a seat for everyone named; who stands there twice gets a number behind the name."""
+    from racecraft.cli.output import say
+    from racecraft.evaluation.battlesnake.seats import take_seat
+    from racecraft.players.battlesnake.protocol import PlayerError
+
+    if len(names) > len(who):
+        raise PlayerError(f"{len(names)} names for {len(who)} players; expected one --url for every --name.")
+    if any(one in ("area_control", "search") or one.startswith("search+") for one in who):
+        say("Getting the players ready …", quiet_stdout=quiet)
+    given = names + who[len(names) :]
+    taken: list[Seat] = []
+    for number, one in enumerate(who):
+        twin = given[:number].count(given[number])
+        taken.append(take_seat(one, f"{given[number]}#{twin + 1}" if twin else given[number], seed + number))
+    return taken
+
+
+def check_folder(path: Path | None) -> None:
+    """Refuse a file to write whose folder is not there, before anything is played."""
+    from racecraft.formats.whole import OutputFileError
+
+    if path is not None and not path.parent.is_dir():
+        raise OutputFileError(f"{path}: its folder does not exist. Create {path.parent} first.")

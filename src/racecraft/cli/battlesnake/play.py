@@ -1,0 +1,211 @@
+"""`racecraft snakes play`: one game, with the flags of the official `battlesnake play`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from racecraft.cli.battlesnake.options import (
+    JSON,
+    Damage,
+    FoodChance,
+    GameType,
+    Height,
+    MapName,
+    MinimumFood,
+    Names,
+    Seed,
+    Shrink,
+    Timeout,
+    Urls,
+    Width,
+    check_folder,
+    take_seats,
+)
+
+if TYPE_CHECKING:
+    from racecraft.cli.battlesnake.audience import Watcher
+    from racecraft.envs.battlesnake.settings import GameSettings
+    from racecraft.evaluation.battlesnake.match import Played
+    from racecraft.evaluation.battlesnake.seats import Seat
+
+Sequential = Annotated[bool, typer.Option("--sequential", "-s", help="Ask one after another.")]
+View = Annotated[bool, typer.Option("--view", "--viewmap", "-v", help="Watch in the terminal.")]
+Colour = Annotated[
+    bool | None,
+    typer.Option("--color/--no-color", "-c", help="Colours in the terminal, or letters; by default where it can."),
+]
+InBrowser = Annotated[bool, typer.Option("--browser", help="Watch in a browser: a page of ours on this machine.")]
+BoardUrl = Annotated[
+    str, typer.Option("--board-url", help="With --browser: another board page, such as the official one.")
+]
+Delay = Annotated[int, typer.Option("--delay", "-d", min=0, help="Milliseconds to wait after each turn.")]
+Duration = Annotated[int, typer.Option("--duration", "-D", min=0, help="Milliseconds a turn lasts at least.")]
+Output = Annotated[Path | None, typer.Option("--output", "-o", help="Write the game here, as JSON Lines.")]
+Film = Annotated[Path | None, typer.Option("--film", "--gif", help="Film the game here: .mp4 or .gif.")]
+MostTurns = Annotated[int | None, typer.Option("--most-turns", min=1, help="Stop after so many turns.")]
+Verbose = Annotated[bool, typer.Option("--verbose", help="Say every turn, on standard error.")]
+
+SHOWN_MS = 100
+"""What a turn lasts at least in the terminal, where nothing is said of it."""
+
+
+def play(
+    url: Urls = None,
+    name: Names = None,
+    width: Width = 11,
+    height: Height = 11,
+    timeout: Timeout = 500,
+    sequential: Sequential = False,
+    gametype: GameType = "standard",
+    map_name: MapName = "standard",
+    view: View = False,
+    color: Colour = None,
+    seed: Seed = None,
+    delay: Delay = 0,
+    duration: Duration = 0,
+    output: Output = None,
+    browser: InBrowser = False,
+    board_url: BoardUrl = "",
+    film: Film = None,
+    food_spawn_chance: FoodChance = 15,
+    minimum_food: MinimumFood = 1,
+    hazard_damage: Damage = 14,
+    shrink_every: Shrink = 25,
+    most_turns: MostTurns = None,
+    verbose: Verbose = False,
+    json: JSON = False,
+) -> None:
+    """Play one game between servers, built-in players and files.
+
+    Example: racecraft snakes play --url search --url flood_fill --browser --output game.jsonl
+    """
+    from racecraft.envs.battlesnake.settings import GameSettings
+
+    who = url or ["search", "area_control"]
+    settings = GameSettings(
+        width, height, len(who), gametype, map_name, food_spawn_chance, minimum_food, hazard_damage, shrink_every,
+        solo=True if len(who) < 2 else None,
+    )  # fmt: skip
+    _check_files(output, film)
+    seed = new_seed() if seed is None else seed
+    seats = take_seats(who, name or [], seed, quiet=json)
+    view = view and not json
+    watchers = _watchers(settings, view, color, browser, board_url, verbose, json)
+    least = max(duration, SHOWN_MS if view else 0)
+    played = hold_game(settings, seats, seed, timeout, sequential, most_turns, watchers, delay / 1000, least / 1000)
+    _write(played, output, film)
+    _tell(played, seats, seed, json)
+
+
+def new_seed() -> int:
+    """Return a seed that nobody chose."""
+    import secrets
+
+    return secrets.randbits(31)
+
+
+def hold_game(
+    settings: GameSettings,
+    seats: list[Seat],
+    seed: int,
+    timeout_ms: int,
+    sequential: bool = False,
+    most_turns: int | None = None,
+    watchers: Sequence[Watcher] = (),
+    delay_seconds: float = 0,
+    least_seconds: float = 0,
+) -> Played:
+    """Play a game before watchers, at a pace; whatever happens, seats and watchers are left."""
+    from racecraft.cli.battlesnake.audience import Pace
+    from racecraft.contract.random_streams import stream_keys
+    from racecraft.envs.battlesnake.board import Board
+    from racecraft.envs.battlesnake.dice import StreamDice
+    from racecraft.evaluation.battlesnake.match import play as play_game
+    from racecraft.players.battlesnake.messages import GameCard
+
+    everyone = [*watchers, Pace(delay_seconds, least_seconds)]
+
+    def show(board: Board, card: GameCard) -> None:
+        for watcher in everyone:
+            watcher.show(board, card)
+
+    dice = StreamDice(int(stream_keys(seed, "snake game", 1)[0]))
+    finished = False
+    try:
+        played = play_game(settings, seats, dice, f"racecraft-{seed}", timeout_ms, sequential, most_turns, show)
+        finished = True
+    finally:
+        for seat in seats:
+            seat.leave()
+        for watcher in everyone:
+            watcher.leave(finished)
+    return played
+
+
+def _check_files(output: Path | None, film: Path | None) -> None:
+    from racecraft.analysis.battlesnake.board_film import check_film
+
+    for path in (output, film):
+        check_folder(path)
+    if film is not None:
+        check_film(film)
+
+
+def _watchers(
+    settings: GameSettings,
+    view: bool,
+    color: bool | None,
+    browser: bool,
+    board_url: str,
+    verbose: bool,
+    quiet: bool,
+) -> list[Watcher]:
+    from racecraft.cli.battlesnake.audience import Browser, Protocolist, Showing, Terminal
+
+    watchers: list[Watcher] = [Protocolist()] if verbose else []
+    if browser or board_url:
+        watchers.append(Browser(settings, Showing(board_url, json=quiet)))
+    if view:
+        watchers.append(Terminal(color))
+    return watchers
+
+
+def _write(played: Played, output: Path | None, film: Path | None) -> None:
+    from racecraft.analysis.battlesnake.board_film import film_game
+    from racecraft.evaluation.battlesnake.record import write_record
+
+    if output is not None:
+        write_record(played, output)
+    if film is not None:
+        film_game(played.boards, played.card, film)
+
+
+def _tell(played: Played, seats: list[Seat], seed: int, json: bool) -> None:
+    from racecraft.cli.output import print_json, say
+    from racecraft.evaluation.battlesnake.record import verdict
+
+    won = verdict(played)
+    if json:
+        print_json(won | {"turns": played.turns, "seed": seed, "over": played.over, "seats": _seat_facts(seats)})
+        return
+    end = f"{won['winnerName']} wins" if won["winnerId"] else "a draw" if won["isDraw"] else "nobody wins"
+    say(f"Turn {played.turns}: {end}. Seed {seed}.", quiet_stdout=False)
+    for snake, seat in zip(played.boards[-1].snakes, seats, strict=True):
+        failures = seat.failures
+        fate = "alive" if snake.alive else f"{snake.cause} on turn {snake.on}"
+        missed = f", {failures.timeouts} timeouts, {failures.crashes} crashes" * (failures.last_letter != "")
+        print(f"  {seat.name:20} {fate}, length {len(snake.body)}{missed}")
+        if failures.last_letter:
+            print(f"  {'':20} {failures.last_letter}")
+
+
+def _seat_facts(seats: list[Seat]) -> list[dict[str, object]]:
+    return [
+        {"name": seat.name, "timeouts": seat.failures.timeouts, "crashes": seat.failures.crashes,
+         "last_letter": seat.failures.last_letter}
+        for seat in seats
+    ]  # fmt: skip

@@ -1,0 +1,65 @@
+"""`racecraft snakes`: play, judge, watch and serve Battlesnakes; every verb has a file beside this one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from racecraft.cli.battlesnake import play as snakes_play
+from racecraft.cli.battlesnake import serve as snakes_serve
+from racecraft.cli.battlesnake import tournament as snakes_tournament
+from racecraft.cli.battlesnake import train as snakes_train
+from racecraft.cli.battlesnake import watch as snakes_watch
+from racecraft.cli.battlesnake.options import JSON
+
+app = typer.Typer(help="Battlesnake: train a snake, play games, hold tournaments, watch, serve.", no_args_is_help=True)
+
+
+@app.command()
+def players(json: JSON = False) -> None:
+    """List the built-in players, weakest first."""
+    from racecraft.cli.output import print_json
+    from racecraft.players.battlesnake.protocol import PLAYERS
+
+    if json:
+        print_json({"players": PLAYERS})
+        return
+    for name, what in PLAYERS.items():
+        print(f"{name:14} {what}")
+    print("\nRUN            a snake you trained: runs/snakes-1, runs/snakes-1:last")
+    print("search+NAME    search on top of another player, a RUN or a FILE.py")
+    print("FILE.py        your own: def move(data): …")
+
+
+app.command()(snakes_play.play)
+app.command()(snakes_tournament.tournament)
+app.command()(snakes_train.train)
+app.command()(snakes_serve.serve)
+app.command()(snakes_watch.watch)
+app.command()(snakes_watch.film)
+app.command()(snakes_watch.gif)
+
+
+@app.command()
+def verify(
+    record: Annotated[Path, typer.Argument(help="Recorded games: JSON Lines, gzipped where the name ends in .gz.")],
+    json: JSON = False,
+) -> None:
+    """Replay recorded games by our rules and count what differs; exit code 1 where something does.
+
+    Example: racecraft snakes verify games.jsonl.gz --json
+    """
+    from racecraft.cli.output import print_json, say
+    from racecraft.envs.battlesnake.verify import verify_records
+
+    report = verify_records(record)
+    if json:
+        print_json(report.to_dict())
+    else:
+        for example in report.examples:
+            print(example + "\n")
+        say(f"{report.games} games, {report.steps} steps, {report.mismatches} mismatches", quiet_stdout=False)
+    if not report.agrees:
+        raise typer.Exit(1)

@@ -1,0 +1,91 @@
+"""`racecraft snakes train`: a snake that learns by playing against itself, its past and the built-in players."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from racecraft.cli.battlesnake.options import JSON
+from racecraft.cli.options import From, Overrides, Resume
+from racecraft.cli.resuming import refuse_changes
+
+if TYPE_CHECKING:
+    from racecraft.envs.battlesnake.settings import GameSettings
+
+UNCHANGEABLE = ("width", "height", "size", "snakes", "ruleset", "map_", "seed", "set_", "from_")
+
+
+def train(
+    context: typer.Context,
+    size: Annotated[int, typer.Option(help="Side of the board, in squares.")] = 11,
+    width: Annotated[
+        int | None, typer.Option("--width", "-W", help="Squares from left to right, where it is not --size.")
+    ] = None,
+    height: Annotated[
+        int | None, typer.Option("--height", "-H", help="Squares from bottom to top, where it is not --size.")
+    ] = None,
+    snakes: Annotated[int, typer.Option(help="Snakes at a board.")] = 4,
+    ruleset: Annotated[str, typer.Option("--ruleset", "-g", help="standard, royale, constrictor, wrapped, …")] = (
+        "standard"
+    ),
+    map_: Annotated[str, typer.Option("--map", "-m", help="standard, empty, royale, arcade_maze, …")] = "standard",
+    stop: Annotated[
+        list[str] | None,
+        typer.Option(help="rating=1900, minutes=10, iterations=50, steps=200000; may be repeated."),
+    ] = None,
+    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/snakes-N.")] = None,
+    seed: Annotated[int, typer.Option(help="Same seed, same machine, same training.")] = 1,
+    set_: Overrides = None,
+    from_: From = None,
+    resume: Resume = False,
+    json: JSON = False,
+) -> None:
+    """Train a snake by self-play; its rating against the built-in players is shown as it learns.
+
+    Examples:
+
+        racecraft snakes train --snakes 2 --stop minutes=10
+
+        racecraft snakes train --size 7 --ruleset wrapped --set selfplay.anchor_share=0.3
+
+        racecraft snakes train --run runs/snakes-1 --resume --stop minutes=20
+    """
+    from racecraft.cli.output import print_json, say
+    from racecraft.cli.runs.report import leave_report
+    from racecraft.envs.battlesnake.settings import GameSettings
+    from racecraft.training.battlesnake.trainer import SnakeRequest, resume_snakes, train_snakes
+    from racecraft.training.progress import watcher
+
+    def tell(text: str) -> None:
+        say(text, quiet_stdout=json)
+
+    stops, watching = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
+    if resume:
+        begun = refuse_changes(context, run, UNCHANGEABLE, "runs/snakes-1")
+        trained = resume_snakes(begun, stops, watching, tell)
+    else:
+        game = GameSettings(width or size, height or size, snakes, ruleset, map_)
+        trained = train_snakes(SnakeRequest(game, stops, run, seed, tuple(set_ or ()), from_), watching, tell)
+    summary, files = trained.summary(), leave_report(trained.run.path, tell)
+    if json:
+        print_json({**summary, **files})
+        return
+    judged, place = summary["evaluation"], trained.run.path
+    print(f"{summary['env_steps']:,} steps; run: {place}")
+    if judged is None:
+        print("stopped before its first evaluation")
+        return
+    print(f"rating {judged['rating']:.0f} (95 %: {judged['rating_low']:.0f} to {judged['rating_high']:.0f}); won:")
+    for name, told in judged["against"].items():
+        print(f"  {told['won']:3} of {told['games']} against {name}")
+    print(f"next: racecraft snakes play --url {place} --url flood_fill --view{_same_game(trained.game)}")
+
+
+def _same_game(game: GameSettings) -> str:
+    """Return the options that make `snakes play` play what was trained, where they are not its defaults."""
+    asked = {"-W": game.width, "-H": game.height, "-g": game.ruleset, "-m": game.map}
+    usual = {"-W": 11, "-H": 11, "-g": "standard", "-m": "standard"}
+    return "".join(f" {flag} {value}" for flag, value in asked.items() if value != usual[flag])

@@ -1,0 +1,1 @@
+"""The commands of racers: train, evaluate, replay, new, tracks."""

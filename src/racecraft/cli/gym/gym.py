@@ -1,0 +1,79 @@
+"""`racecraft gym`: any Gymnasium environment on the same loop."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from racecraft.cli.options import From, Json, Overrides, Resume
+from racecraft.cli.resuming import refuse_changes
+from racecraft.contract.errors import SettingError
+
+UNCHANGEABLE = ("environment", "seed", "set_", "from_")
+
+app = typer.Typer(help="Train on any registered Gymnasium environment.", no_args_is_help=True)
+
+
+@app.callback()
+def gym() -> None:
+    """Train on any registered Gymnasium environment."""
+
+
+@app.command()
+def train(
+    context: typer.Context,
+    environment: Annotated[
+        str | None, typer.Argument(metavar="ID", help="A registered id, such as CartPole-v1.")
+    ] = None,
+    stop: Annotated[
+        list[str] | None,
+        typer.Option(help="score=475, minutes=10, iterations=50, steps=200000; may be repeated."),
+    ] = None,
+    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/ID-N.")] = None,
+    seed: Annotated[int, typer.Option(help="Same seed, same machine, same training.")] = 1,
+    set_: Overrides = None,
+    from_: From = None,
+    resume: Resume = False,
+    json: Json = False,
+) -> None:
+    """Train until the environment is solved.
+
+    Examples:
+
+        racecraft gym train CartPole-v1
+
+        racecraft gym train Pendulum-v1 --stop score=-200 --stop minutes=5
+
+        racecraft gym train --run runs/CartPole-v1-1 --resume --stop minutes=5
+    """
+    from racecraft.cli.output import print_json, say
+    from racecraft.cli.runs.report import leave_report
+    from racecraft.training.gymnasium.trainer import GymRequest, resume_gym, train_gym
+    from racecraft.training.progress import watcher
+
+    def tell(text: str) -> None:
+        say(text, quiet_stdout=json)
+
+    stops, watching = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
+    if resume:
+        begun = refuse_changes(context, run, UNCHANGEABLE, "runs/CartPole-v1-1")
+        trained = resume_gym(begun, stops, watching, tell)
+    elif environment is None:
+        raise SettingError("no environment is named; expected ID, such as: racecraft gym train CartPole-v1")
+    else:
+        request = GymRequest(environment, stops, run, seed, tuple(set_ or ()), from_)
+        trained = train_gym(request, watching, tell)
+    summary, files = trained.summary(), leave_report(trained.run.path, tell)
+    if json:
+        print_json({**summary, **files})
+        return
+    judged, steps = summary["evaluation"], f"{summary['env_steps']:,} steps; run: {trained.run.path}"
+    if judged is None:
+        print(f"{trained.environment}: stopped before its first evaluation, after {steps}")
+        return
+    verdict = "solved" if summary["solved"] else "not solved"
+    mean, episodes = judged["mean_return"], judged["episodes"]
+    print(f"{trained.environment}: {verdict}, mean return {mean:.1f} over {episodes} greedy episodes after {steps}")

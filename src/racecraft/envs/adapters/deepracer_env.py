@@ -1,0 +1,124 @@
+"""A DeepRacer car as `gymnasium.Env`.
+
+`import racecraft.envs.adapters`, then `gymnasium.make("racecraft/DeepRacer-v0")`, or `gymnasium.make_vec` with
+`vectorization_mode="vector_entry_point"` for many cars in one call.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from racecraft.contract.errors import SettingError
+from racecraft.contract.world import Array
+from racecraft.envs.adapters.gymnasium_env import WorldEnv
+from racecraft.envs.adapters.gymnasium_vector import WorldVectorEnv
+from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.camera import Camera
+from racecraft.envs.deepracer.vehicle import MAX_SPEED_MPS, MAX_STEERING_RAD, MIN_SPEED_MPS, TICKS_PER_SECOND
+from racecraft.envs.deepracer.world import RaceWorld
+from racecraft.formats.aws.model_metadata import default_model_metadata
+from racecraft.formats.aws.reward_file import load_reward_function
+from racecraft.settings.groups import CameraConfig, RaceConfig
+from racecraft.tracks.catalogue import load_track
+
+RENDER_WIDTH, RENDER_HEIGHT = 640, 480
+
+Reward = Callable[[dict[str, Any]], float]
+
+
+class DeepRacerEnv(WorldEnv):
+    """One car with a front camera on a DeepRacer track; the world's card is in `envs/deepracer/world.py`.
+
+    Observation: uint8 (height, width), grey. Action: a number of the action table. The first action of an episode is
+    not obeyed (the car is held at the start); `info["active"]` tells so.
+
+    Args:
+        track: A name of the catalogue, or a waypoint file.
+        reward: `reward_function(params)`, or the path of a file that holds one; by default the share of the road's
+            half width that lies between the car and the border, 1 on the centre line.
+        actions: (steering angle in degrees, positive left; speed in m/s) pairs; by default the console's ten.
+        car: Vehicle profile: "v4", "v6" or "kinematic".
+        width, height: Pixels of the frame.
+        max_episode_seconds: An episode is truncated after so much simulated time.
+        render_mode: "rgb_array" for a 640x480 colour picture of what the car sees.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": TICKS_PER_SECOND}  # noqa: RUF012
+
+    def __init__(self, render_mode: str | None = None, **options: Any) -> None:
+        if render_mode not in (None, "rgb_array"):
+            raise SettingError(f"render_mode is {render_mode!r}; expected None or 'rgb_array'.")
+        self.cars = race_world(num_cars=1, **options)
+        super().__init__(self.cars)
+        self.render_mode = render_mode
+        self._eye: Camera | None = None
+
+    def render(self) -> Array | None:
+        """Return what the car sees, uint8 (480, 640, 3); None without a render mode."""
+        if self.render_mode is None:
+            return None
+        if self._eye is None:
+            camera = self.cars.camera
+            self._eye = Camera(camera.scene, RENDER_WIDTH, RENDER_HEIGHT, camera.mount)
+        car = self.cars.cars[0]
+        return np.asarray(self._eye.render_rgb(np.array([[car["x"], car["y"], car["yaw"]]]))[0])
+
+
+def deepracer_vector_env(num_envs: int = 1, **options: Any) -> WorldVectorEnv:
+    """Return many cars in one vector environment; options as for `DeepRacerEnv`."""
+    options.pop("render_mode", None)
+    return WorldVectorEnv(race_world(num_cars=num_envs, **options))
+
+
+def race_world(
+    num_cars: int = 1,
+    track: str | Path = "reinvent_base",
+    reward: Reward | str | Path | None = None,
+    actions: Sequence[tuple[float, float]] | None = None,
+    car: str = "v6",
+    width: int = 160,
+    height: int = 120,
+    max_episode_seconds: float = 100.0,
+) -> RaceWorld:
+    """Return cars as Gymnasium's users describe them; arguments as for `DeepRacerEnv`.
+
+    Raises:
+        UserInputError: A track, file, action or setting that cannot be used.
+    """
+    if reward is None:
+        paid: Reward = stay_near_the_centre
+    else:
+        paid = reward if callable(reward) else load_reward_function(reward).call
+    return RaceWorld(
+        load_track(track),
+        _table(actions),
+        paid,
+        race_config=RaceConfig(car=car, max_episode_seconds=float(max_episode_seconds)),
+        camera_config=CameraConfig(width, height),
+        num_cars=num_cars,
+    )
+
+
+def stay_near_the_centre(params: dict[str, Any]) -> float:
+    """Return 1 on the centre line, falling to 0 at the border and beyond."""
+    return max(0.0, 1.0 - 2.0 * params["distance_from_center"] / params["track_width"])
+
+
+def _table(actions: Sequence[tuple[float, float]] | None) -> ActionTable:
+    if actions is None:
+        return ActionTable.of([(action.steering_rad, action.speed_mps) for action in default_model_metadata().actions])
+    top = math.degrees(MAX_STEERING_RAD)
+    for number, (degrees, speed) in enumerate(actions):
+        if not (abs(degrees) <= top + 1e-9 and MIN_SPEED_MPS <= speed <= MAX_SPEED_MPS):
+            raise SettingError(
+                f"action {number} is ({degrees}, {speed}); expected -{top:g} to {top:g} degrees and "
+                f"{MIN_SPEED_MPS:g} to {MAX_SPEED_MPS:g} m/s."
+            )
+    if len(actions) < 1:
+        raise SettingError("actions is empty; expected at least one (degrees, m/s) pair.")
+    return ActionTable.of([(math.radians(degrees), speed) for degrees, speed in actions])

@@ -1,0 +1,27 @@
+"""The ids of our worlds at Gymnasium.
+
+Gymnasium knows an id once its package was imported: `import racecraft.envs.adapters` registers ours, and so does
+`gymnasium.make("racecraft.envs.adapters:racecraft/DeepRacer-v0")` in one line. This is the one import in the house that
+does something; it writes names into Gymnasium's table and loads no world.
+"""
+
+from __future__ import annotations
+
+import gymnasium
+
+FACES = "racecraft.envs.adapters"
+
+
+def register_envs() -> None:
+    """Register the ids; doing so twice is doing so once."""
+    if "racecraft/DeepRacer-v0" not in gymnasium.registry:
+        gymnasium.register(
+            id="racecraft/DeepRacer-v0",
+            entry_point=f"{FACES}.deepracer_env:DeepRacerEnv",
+            vector_entry_point=f"{FACES}.deepracer_env:deepracer_vector_env",
+        )
+    if "racecraft/Unity-v0" not in gymnasium.registry:
+        gymnasium.register(
+            id="racecraft/Unity-v0",
+            entry_point="racecraft.envs.unity.gymnasium_env:unity_env",
+        )

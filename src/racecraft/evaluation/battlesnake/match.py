@@ -1,0 +1,123 @@
+"""One game between seats, from set-up to its winner, by the true rules and with the official etiquette.
+
+Servers hear `/start`, are asked together on every turn, and hear `/end`; players of ours think one after another, each
+with the time to itself. Whoever gives no move in time moves as the official rule says (`seats.py`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from racecraft.envs.battlesnake.board import Board, BoardError
+from racecraft.envs.battlesnake.dice import Dice
+from racecraft.envs.battlesnake.reference import Referee
+from racecraft.envs.battlesnake.rulesets import is_over
+from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.evaluation.battlesnake.seats import Seat
+from racecraft.players.battlesnake.messages import GameCard, message
+
+
+@dataclass
+class Played:
+    """A game that was played."""
+
+    settings: GameSettings
+    card: GameCard
+    boards: list[Board] = field(default_factory=list)
+    """Every position, from turn 0 to the last."""
+    over: bool = True
+    """False where it was stopped at the most turns."""
+
+    @property
+    def turns(self) -> int:
+        """The last position's turn."""
+        return self.boards[-1].turn
+
+    @property
+    def winner(self) -> str:
+        """Id of the only snake alive at the end; "" where there is none, or more than one."""
+        alive = self.boards[-1].alive()
+        solo = not is_over(Board(1, 1, snakes=alive[:1]), self.settings)
+        return alive[0].id if len(alive) == 1 and not solo else ""
+
+    def places(self) -> list[int]:
+        """Return each seat's place, 0 the best; who left on the same turn shares a place."""
+        lasted = [(snake.on or 1 << 30) for snake in self.boards[-1].snakes]
+        return [sum(other > own for other in lasted) for own in lasted]
+
+
+def play(
+    settings: GameSettings,
+    seats: Sequence[Seat],
+    dice: Dice,
+    game_id: str = "game",
+    timeout_ms: int = 500,
+    sequential: bool = False,
+    most_turns: int | None = None,
+    watch: Callable[[Board, GameCard], None] | None = None,
+) -> Played:
+    """Play a game; seat n is snake `s{n}`.
+
+    Args:
+        settings: What is played; as many players as seats.
+        seats: Who plays.
+        dice: All chance of the game.
+        game_id: What servers are told.
+        timeout_ms: Time for an answer.
+        sequential: Ask servers one after another.
+        most_turns: Stop there.
+        watch: Called with every position.
+
+    Raises:
+        BoardError: Seats and players differ in number, or the settings cannot be played.
+    """
+    if settings.players != len(seats):
+        raise BoardError(f"{len(seats)} seats for {settings.players} snakes; expected as many.")
+    referee = Referee(settings, dice)
+    played = Played(settings, _card(seats, game_id, timeout_ms))
+    by_id = {f"s{number}": seat for number, seat in enumerate(seats)}
+    for seat in seats:
+        seat.sit_down()
+    _keep(played, referee.board, watch)
+    _tell(by_id, "start", referee.board, played, timeout_ms / 1000)
+    while not referee.over and (most_turns is None or referee.board.turn < most_turns):
+        moves = _ask(by_id, referee.board, played, timeout_ms / 1000, sequential)
+        referee.turn(moves)
+        _keep(played, referee.board, watch)
+    played.over = referee.over
+    _tell(by_id, "end", referee.board, played, timeout_ms / 1000)
+    return played
+
+
+def _card(seats: Sequence[Seat], game_id: str, timeout_ms: int) -> GameCard:
+    ids = [f"s{number}" for number in range(len(seats))]
+    names = {one: seat.name for one, seat in zip(ids, seats, strict=True)}
+    looks = {one: seat.looks for one, seat in zip(ids, seats, strict=True)}
+    return GameCard(game_id, timeout_ms, names, looks)
+
+
+def _ask(by_id: dict[str, Seat], board: Board, played: Played, seconds: float, sequential: bool) -> dict[str, str]:
+    living = [snake.id for snake in board.alive()]
+    moves = {}
+    if not sequential:
+        for one in living:
+            by_id[one].ask_ahead(message(board, played.settings, one, played.card), seconds)
+    for one in living:
+        if sequential:
+            by_id[one].ask_ahead(message(board, played.settings, one, played.card), seconds)
+        moves[one] = by_id[one].answer(board, played.settings, one, seconds)
+    for one in living:
+        played.card.latencies_ms[one] = by_id[one].latency_ms
+    return moves
+
+
+def _tell(by_id: dict[str, Seat], what: str, board: Board, played: Played, seconds: float) -> None:
+    for one, seat in by_id.items():
+        seat.tell(what, message(board, played.settings, one, played.card), seconds)
+
+
+def _keep(played: Played, board: Board, watch: Callable[[Board, GameCard], None] | None) -> None:
+    played.boards.append(board)
+    if watch is not None:
+        watch(board, played.card)

@@ -1,0 +1,144 @@
+"""Who sits at the board: a player, its name and looks, its last move, and how often it failed.
+
+The official rule for a missing move (facts: A.10): the last one again, "up" before there was any.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from concurrent.futures import Future, TimeoutError
+from dataclasses import dataclass, field
+from typing import Any
+
+from racecraft.envs.battlesnake.board import MOVES, Board
+from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.evaluation.battlesnake.remote import Remote
+from racecraft.players.battlesnake.from_file import FilePlayer
+from racecraft.players.battlesnake.messages import LOOKS
+from racecraft.players.battlesnake.patience import Crew
+from racecraft.players.battlesnake.protocol import LetterPlayer, Message, PlayerError, SnakePlayer, find_player, warm_up
+
+THINKING_SHARE = 0.8
+"""Share of the timeout that a player of ours may think."""
+SETUP_SECONDS = 5.0
+
+
+@dataclass
+class Failures:
+    """How often a seat gave no move."""
+
+    timeouts: int = 0
+    crashes: int = 0
+    last_letter: str = ""
+    """What was wrong last."""
+
+
+@dataclass
+class Seat:
+    """One player at the board."""
+
+    name: str
+    player: SnakePlayer | LetterPlayer
+    looks: dict[str, str] = field(default_factory=lambda: dict(LOOKS))
+    failures: Failures = field(default_factory=Failures)
+    last_move: str = "up"
+    latency_ms: int = 0
+    """How long the last answer took."""
+    _crew: Crew = field(default_factory=Crew)
+    _under_way: Future[Any] | None = None
+    _asked_at: float = 0.0
+
+    def sit_down(self) -> None:
+        """Forget the game before."""
+        self.last_move, self.latency_ms = "up", 0
+
+    def ask_ahead(self, message: Message, seconds: float) -> None:
+        """Send a letter player its question; `answer` waits for it. Players that look at boards are asked there."""
+        player = self.player
+        if isinstance(player, SnakePlayer) or (self._under_way is not None and not self._under_way.done()):
+            return
+        self._asked_at = time.monotonic()
+        self._under_way = self._crew.submit(lambda: self._timed(lambda: player.move(message, seconds)))
+
+    def answer(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
+        """Return this turn's move, made good by the official rule where the player gave none."""
+        try:
+            if isinstance(self.player, SnakePlayer):
+                player = self.player
+                word = self._timed(lambda: player.choose(board, settings, snake_id, seconds * THINKING_SHARE))
+            else:
+                word = self._wait(seconds)
+            if word not in MOVES:
+                raise PlayerError(f"{self.name}: move {word!r:.60}; expected one of {', '.join(MOVES)}.")
+            self.last_move = word
+        except TimeoutError:
+            self.failures.timeouts += 1
+            self.failures.last_letter = f"{self.name}: no answer within {seconds:g} s."
+            self.latency_ms = round(seconds * 1000)
+        except Exception as error:  # a user's player may raise anything; the game goes on
+            self.failures.crashes += 1
+            self.failures.last_letter = str(error)
+        return self.last_move
+
+    def tell(self, what: str, message: Message, seconds: float) -> None:
+        """Tell a letter player of a start or an end; that it fails there is only noted."""
+        if isinstance(self.player, SnakePlayer) or (self._under_way is not None and not self._under_way.done()):
+            return
+        act: Callable[[Message, float], None] = getattr(self.player, what)
+        self._under_way = self._crew.submit(lambda: act(message, seconds))
+        try:
+            self._under_way.result(seconds)
+        except TimeoutError:
+            self._hang_up()
+        except Exception as error:
+            self.failures.last_letter = str(error)
+
+    def leave(self) -> None:
+        """Let go of connection, process and thread."""
+        self._hang_up()
+        self._crew.close()
+        if not isinstance(self.player, SnakePlayer):
+            self.player.close()
+
+    def _wait(self, seconds: float) -> str:
+        assert self._under_way is not None, "ask_ahead comes first"
+        try:
+            word = self._under_way.result(max(0.0, self._asked_at + seconds - time.monotonic()))
+        except TimeoutError:
+            self._hang_up()
+            raise
+        if self.latency_ms > seconds * 1000:
+            raise TimeoutError
+        return str(word)
+
+    def _timed(self, act: Callable[[], str]) -> str:
+        begin = time.monotonic()
+        try:
+            return act()
+        finally:
+            self.latency_ms = round((time.monotonic() - begin) * 1000)
+
+    def _hang_up(self) -> None:
+        if isinstance(self.player, Remote):
+            self.player.hang_up()
+
+
+def take_seat(what: str, name: str = "", seed: int = 0) -> Seat:
+    """Return a seat for an address, a built-in player or a FILE.py; servers are asked how they look.
+
+    Raises:
+        PlayerError: There is no such player, or the server does not answer `GET /`.
+    """
+    if "://" in what:
+        remote = Remote(what)
+        looks = remote.looks(SETUP_SECONDS)
+        return Seat(name or what, remote, _looks(looks))
+    player = find_player(what, seed)
+    warm_up(player)
+    looks = player.looks() if isinstance(player, FilePlayer) else {}
+    return Seat(name or what, player, _looks(looks))
+
+
+def _looks(said: dict[str, str]) -> dict[str, str]:
+    return {key: said.get(key) or default for key, default in LOOKS.items()}

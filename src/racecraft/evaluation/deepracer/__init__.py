@@ -1,0 +1,7 @@
+"""Judge a car: by laps, by recorded races told again and driven again, by the speed of the world.
+
+laps.py           judge a driver by laps
+drive.py          watch one car, tick by tick
+replay_report.py  what real logs say of our car and our geometry
+bench_world.py    how fast the car world is
+"""

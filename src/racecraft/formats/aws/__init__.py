@@ -1,0 +1,1 @@
+"""Files of AWS DeepRacer and of DeepRacer for Cloud; reader and writer stand together."""

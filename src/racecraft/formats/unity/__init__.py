@@ -1,0 +1,1 @@
+"""Files of ML-Agents: its trainer configuration."""

@@ -1,0 +1,29 @@
+"""A user's FILE.py as a player of boards, so that search can lean on what it would do."""
+
+from __future__ import annotations
+
+from racecraft.envs.battlesnake.board import Board
+from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.players.battlesnake.messages import GameCard, message
+from racecraft.players.battlesnake.protocol import LetterPlayer
+
+
+class ByLetter:
+    """Writes a board down as the official JSON and asks for a move. The file hears of no start and no end.
+
+    Args:
+        letters: Who is asked.
+    """
+
+    def __init__(self, letters: LetterPlayer) -> None:
+        self._letters = letters
+
+    def choose(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
+        """Return the move of whoever is asked.
+
+        Raises:
+            PlayerError: It raised, died, or returned no move.
+            TimeoutError: It has not answered within `seconds`.
+        """
+        card = GameCard("search", timeout_ms=max(1, round(1000 * seconds)))
+        return self._letters.move(message(board, settings, snake_id, card), seconds)

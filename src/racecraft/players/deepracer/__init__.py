@@ -1,0 +1,1 @@
+"""Drivers of cars: `trained_car.py` loads one from its run folder."""

@@ -1,0 +1,78 @@
+"""What a training leaves for people to look at: a film of the best policy's lap, its path, the learning curves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from racecraft.analysis.figures import draw_curves, draw_path
+from racecraft.analysis.report import write_report
+from racecraft.analysis.video import write_video
+from racecraft.contract.world import Array
+from racecraft.evaluation.deepracer.drive import DriveKeeper
+from racecraft.evaluation.deepracer.laps import LapReport, judge_laps
+from racecraft.formats.run_folder import RunFolder
+from racecraft.players.deepracer.trained_car import KIND, TrainedCar, load_trained_car
+from racecraft.tracks.catalogue import load_track
+from racecraft.tracks.track import Track
+
+VIDEO, PATH_PICTURE, CURVES, REPORT = "lap.mp4", "path.png", "curves.png", "report.html"
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A judged drive of one car, and what is needed to show it."""
+
+    car: TrainedCar
+    track: Track
+    report: LapReport
+    ticks: Array
+    """TICK_REPORT (T,)."""
+
+
+def drive_laps(car: TrainedCar, track: Track, laps: int) -> Drive:
+    """Let a trained car drive so many laps, greedily, and keep every tick."""
+    keeper = DriveKeeper()
+    world = car.world(track, num_cars=1, start_shares=[0.0], laps=laps)
+    report = judge_laps(car.policy, world, laps, [keeper])
+    return Drive(car, world.track, report, keeper.drive)
+
+
+def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
+    """Film the best policy's lap, draw its path and the run's curves, write the report; return the files by kind."""
+    say("Filming the best policy's lap …")
+    car = load_trained_car(run.path, "best")
+    drive = drive_laps(car, load_track(car.trained_on), laps=1)
+    files = {
+        "video": run.path / VIDEO,
+        "picture": run.path / PATH_PICTURE,
+        "curves": run.path / CURVES,
+        "report": run.path / REPORT,
+    }
+    show_drive(drive, video=files["video"], picture=files["picture"])
+    draw_curves(files["curves"], run.read_metrics())
+    write_report(run, files["report"], drive.ticks)
+    return files
+
+
+def report_run(path: Path, page: Path) -> Path:
+    """Write the page that tells a run; a car's best policy drives one lap for it.
+
+    Raises:
+        RunFolderError: No run folder.
+    """
+    run = RunFolder.open(path)
+    if run.read_job().get("kind") != KIND:
+        return write_report(run, page)
+    car = load_trained_car(path, "best")
+    return write_report(run, page, drive_laps(car, load_track(car.trained_on), laps=1).ticks)
+
+
+def show_drive(drive: Drive, *, video: Path | None = None, picture: Path | None = None) -> None:
+    """Write the film and the path of a drive, whichever is asked for."""
+    title = f"checkpoint {drive.car.checkpoint.iteration}"
+    if picture is not None:
+        draw_path(picture, drive.track, drive.ticks)
+    if video is not None:
+        write_video(video, drive.ticks, drive.track, mount=drive.car.mount, title=title)

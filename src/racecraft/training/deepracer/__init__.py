@@ -1,0 +1,11 @@
+"""Train a car. Begin in `trainer.py`.
+
+plan.py              what was asked, made definite
+presets.py           which settings it runs with
+race_environment.py  what a run.env means
+model_folder.py      a racer's folder
+evaluator.py         five starts
+recorder.py          every tick, for the episode files
+cloning.py           weights of an older run
+aws/                 the same as AWS's files
+"""

@@ -1,0 +1,209 @@
+"""From a preset, a racer's JSON files and overrides to the settings of one training. Begin with `settings_for`.
+
+The order is: the preset, then the fidelity, then what `hyperparameters.json` gives, then each `--set`. Whatever is not
+used is said.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from racecraft.algorithms.half_precision import settled
+from racecraft.contract.errors import SettingError, nearest
+from racecraft.envs.deepracer.fidelity import FIDELITIES, habits
+from racecraft.formats.aws.hyperparameters import Hyperparameters
+from racecraft.formats.aws.model_metadata import NETWORKS, ModelMetadata
+from racecraft.settings.groups import TrainSettings
+from racecraft.settings.overrides import apply_overrides, with_values
+
+PRESETS = {
+    "fast": "the learner and network that lap soonest on two cores",
+    "aws": "the learner and networks of AWS DeepRacer, figure by figure",
+}
+"""Every preset, with what it seeks."""
+FIDELITY_OF = {"fast": "sane", "aws": "aws"}
+"""The fidelity that goes with a preset where none is asked for."""
+
+SHALLOW, NORMAL, DEEP = NETWORKS
+
+
+@dataclass(frozen=True)
+class AwsNetwork:
+    """One of the networks a racer's `neural_network` names, for the front camera."""
+
+    convolutions: tuple[tuple[int, int, int], ...]
+    """(filters, kernel px, stride px) of each."""
+    image_units: tuple[int, ...]
+    """Dense layers after the convolutions."""
+    hidden_units: tuple[int, ...]
+    """The "middleware"."""
+    memory_steps: int
+    """What the original's trainer could remember of an iteration."""
+
+
+AWS_NETWORKS: Mapping[str, AwsNetwork] = {
+    SHALLOW: AwsNetwork(((32, 8, 4), (64, 4, 2), (64, 3, 1)), (), (512,), 10_000),
+    NORMAL: AwsNetwork(((32, 5, 2), (32, 3, 1), (64, 3, 2), (64, 3, 1)), (64,), (512,), 3_000),
+    DEEP: AwsNetwork(((32, 8, 4), (32, 4, 2), (64, 4, 2), (64, 3, 1)), (512, 512), (256, 128), 3_000),
+}
+"""Facts: simapp `sensors/utils.py`, `deepracer_memory.py`; its batch norm, tanh and dropout entries were never used."""
+
+AWS_VALUES: Mapping[str, Mapping[str, Any]] = {
+    "camera": {"width": 160, "height": 120},
+    "rollout": {"num_worlds": 20, "episodes_per_iteration": 20},
+    "network": {
+        "activation": "relu", "privileged_critic": False, "separate_networks": True, "initialisation": "glorot",
+    },
+    "ppo": {
+        "learning_rate": 3e-4, "discount": 0.99, "epochs": 5, "batch_size": 64, "entropy_weight": 0.01,
+        "value_loss": "huber",
+        "gae_lambda": 0.95, "clip": 0.2, "value_weight": 1.0, "max_grad_norm": None,
+        "adam_epsilon": 1e-5, "adam_form": "tensorflow", "standardise": "rollout", "drop_remainder": True,
+        "probability_floor": 1e-8, "exploration": "categorical", "epsilon_last": 0.05, "epsilon_steps": 10_000,
+        "precision": "auto",
+    },
+    "evaluation": {"every": 1, "episodes": 5},
+}  # fmt: skip
+"""What the preset `aws` changes. Facts: Coach `clipped_ppo_agent.py`, `ppo_head.py`; where a racer's file says nothing,
+the hyperparameters are those of DeepRacer for Cloud's template, which differ from simapp's own in three: discount 0.99
+(0.999), 5 epochs (10), huber (mean squared error)."""
+
+FROM_JSON = {
+    "lr": ("ppo", "learning_rate"),
+    "discount_factor": ("ppo", "discount"),
+    "num_epochs": ("ppo", "epochs"),
+    "batch_size": ("ppo", "batch_size"),
+    "beta_entropy": ("ppo", "entropy_weight"),
+    "loss_type": ("ppo", "value_loss"),
+    "num_episodes_between_training": ("rollout", "episodes_per_iteration"),
+    "exploration_type": ("ppo", "exploration"),
+    "e_greedy_value": ("ppo", "epsilon_last"),
+    "epsilon_steps": ("ppo", "epsilon_steps"),
+}
+"""Which setting each hyperparameter becomes."""
+
+IN_OUR_WORDS = {"mean squared error": "mse"}
+"""Values of the file that we spell otherwise."""
+
+UNUSED = {
+    "stack_size": "one frame is seen at a time, as at AWS",
+    "sac_alpha": "it belongs to SAC",
+    "term_cond_avg_score": "AWS ignored it too; say `--stop`",
+}
+"""Hyperparameters that change nothing here, and why."""
+
+
+def settings_for(
+    preset: str,
+    hyperparameters: Hyperparameters,
+    overrides: Iterable[str],
+    fidelity: str | None = None,
+    metadata: ModelMetadata | None = None,
+) -> tuple[TrainSettings, list[str]]:
+    """Return the settings of a training and what is worth saying about them, a clause each.
+
+    Args:
+        preset: One of `PRESETS`.
+        hyperparameters: What the racer's file gives.
+        overrides: "group.name=value", as typed.
+        fidelity: "sane" or "aws"; None: the one that goes with the preset.
+        metadata: The racer's car; the preset `aws` takes its `neural_network`.
+
+    Raises:
+        SettingError: An unknown preset or fidelity, or an override that is not legal.
+    """
+    if preset not in PRESETS:
+        raise SettingError(f"There is no preset '{preset}'. {nearest(preset, PRESETS)}")
+    if fidelity is not None and fidelity not in FIDELITIES:
+        raise SettingError(f"There is no fidelity '{fidelity}'. {nearest(fidelity, FIDELITIES)}")
+    settings, notes = preset_settings(preset, metadata)
+    settings = with_fidelity(settings, fidelity or FIDELITY_OF[preset], network_of(metadata))
+    settings = apply_overrides(_with_json(settings, hyperparameters, notes), overrides)
+    return fit_worlds_to_episodes(settle_precision(settings, notes), notes), notes
+
+
+def preset_settings(preset: str, metadata: ModelMetadata | None = None) -> tuple[TrainSettings, list[str]]:
+    """Return a preset's settings for a car, and what is worth saying about them."""
+    asked = metadata.neural_network if metadata is not None else SHALLOW
+    if preset == "fast":
+        return TrainSettings(), [f"preset fast: its own small network is trained, not {asked}"]
+    settings = TrainSettings()
+    for group, values in AWS_VALUES.items():
+        settings = with_values(settings, group, values)
+    name = network_of(metadata)
+    row = AWS_NETWORKS[name]
+    filters, kernels, strides = zip(*row.convolutions, strict=True)
+    shape = {
+        "conv_filters": filters,
+        "conv_kernels": kernels,
+        "conv_strides": strides,
+        "image_units": row.image_units or None,
+        "hidden_units": row.hidden_units,
+    }
+    notes = [] if name == asked else [f"{asked} with the sensor 'observation' is {name}, as at AWS"]
+    return with_values(settings, "network", shape), notes
+
+
+def network_of(metadata: ModelMetadata | None) -> str:
+    """Return the network AWS would train for a car: what it names, but for the sensor `observation` the shallow one."""
+    if metadata is None or "observation" in metadata.sensors:
+        return SHALLOW
+    return metadata.neural_network
+
+
+def with_fidelity(settings: TrainSettings, fidelity: str, network: str = SHALLOW) -> TrainSettings:
+    """Return the settings with the world's habits, and with what they ask of the learner's memory."""
+    settings = with_values(settings, "race", {"fidelity": fidelity})
+    cap = AWS_NETWORKS[network].memory_steps if habits(fidelity).memory_is_finite else None
+    return with_values(settings, "rollout", {"memory_steps": cap})
+
+
+def stops_given(hyperparameters: Hyperparameters) -> tuple[str, ...]:
+    """Return the stops that the racer's file asks for, as typed.
+
+    `term_cond_max_episodes` counts iterations, in spite of its name, as at AWS.
+
+    >>> stops_given(Hyperparameters(term_cond_max_episodes=60))
+    ('iterations=60',)
+    """
+    given = hyperparameters.term_cond_max_episodes
+    return () if given is None else (f"iterations={given}",)
+
+
+def _with_json(settings: TrainSettings, given: Hyperparameters, notes: list[str]) -> TrainSettings:
+    greedy = given.exploration_type == "e-greedy"
+    for name in given.given:
+        value = getattr(given, name)
+        if name == "exploration_type" and value == "additive_noise":
+            notes.append("exploration_type 'additive_noise' belongs to continuous actions; exploration is categorical")
+        elif name in ("e_greedy_value", "epsilon_steps") and not greedy:
+            notes.append(f"{name} changes nothing: exploration is categorical")
+        elif name in FROM_JSON:
+            group, setting = FROM_JSON[name]
+            settings = with_values(settings, group, {setting: IN_OUR_WORDS.get(value, value)})
+        else:
+            notes.append(f"{name} changes nothing: {UNUSED[name]}")
+    return settings
+
+
+def settle_precision(settings: TrainSettings, notes: list[str]) -> TrainSettings:
+    """Put what this processor multiplies fast in the place of the precision `auto`; bfloat16 is added to `notes`."""
+    precision = settled(settings.ppo.precision)
+    if settings.ppo.precision == "auto" and precision == "bfloat16":
+        notes.append("layers multiply in bfloat16; --set ppo.precision=float32 is slower and exactly AWS's")
+    return with_values(settings, "ppo", {"precision": precision})
+
+
+def fit_worlds_to_episodes(settings: TrainSettings, notes: list[str]) -> TrainSettings:
+    """Give every world the same quota of whole episodes: their number must divide the episodes of an iteration.
+
+    A change is added to `notes`.
+    """
+    episodes, worlds = settings.rollout.episodes_per_iteration, settings.rollout.num_worlds
+    if episodes is None or episodes % worlds == 0:
+        return settings
+    fitting = max(count for count in range(1, min(episodes, worlds) + 1) if episodes % count == 0)
+    notes.append(f"{fitting} worlds, not {worlds}, so that each plays {episodes // fitting} of {episodes} episodes")
+    return with_values(settings, "rollout", {"num_worlds": fitting})

@@ -1,0 +1,1 @@
+"""Train on any registered Gymnasium environment: `trainer.py`."""

@@ -1,0 +1,110 @@
+"""Take up a run where it was broken off: its last whole iteration. Begin with `restore_run`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Protocol
+
+from racecraft.algorithms.multi_policy import Learner
+from racecraft.algorithms.weights import to_tensors
+from racecraft.contract.errors import ContractError
+from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.run_folder import RunFolder
+from racecraft.rollout.collector import Collector
+from racecraft.training.deepracer.plan import versions
+
+Say = Callable[[str], None]
+
+
+class Restores(Protocol):
+    """Whoever takes up what it said of itself in a checkpoint's state."""
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Go on from that."""
+        ...
+
+
+def open_to_resume(path: Path, kind: str) -> tuple[RunFolder, dict[str, Any], tuple[str, ...]]:
+    """Return a run folder, what it was asked, and what is worth saying about going on with it.
+
+    Args:
+        path: The run folder.
+        kind: What its job.json must call itself.
+
+    Raises:
+        RunFolderError: No run folder, or the run of another kind of world.
+    """
+    run = RunFolder.open(path)
+    job = run.read_job_of(kind)
+    notes: list[str] = []
+    if job["versions"] != versions():
+        notes.append(f"versions differ from those the run began with ({job['versions']}): the curve may differ")
+    return run, job, tuple(notes)
+
+
+def restore_run(
+    run: RunFolder,
+    learner: Learner,
+    collector: Collector,
+    loop: Restores,
+    keeper: Restores,
+    lasting: bool | None = True,
+) -> tuple[int, bool]:
+    """Take up the last whole iteration; metrics of what came after it are cut off.
+
+    Args:
+        run: Where it lies.
+        learner: Takes its weights, optimiser and chance.
+        collector: Takes the worlds' state.
+        loop: Takes its counts.
+        keeper: Takes what it noted.
+        lasting: Whether the world goes on where it was; False: its episodes begin anew; None: they do if it shows
+            something else than it did.
+
+    Returns:
+        Its number, 0 where none was saved; and whether the world did go on where it was.
+
+    Raises:
+        ContractError: The world shows something else than it did, although it was said to last.
+    """
+    shelf = Checkpoints(run.checkpoints)
+    entries = [entry for entry in shelf.entries() if entry.state is not None]
+    if not entries:
+        run.cut_metrics(0)
+        return 0, True
+    last = entries[-1].iteration
+    state = shelf.load_state(str(last))
+    weights, _ = shelf.load_policy(str(last))
+    learner.load_state_dict(to_tensors({"network": weights, **state["learner"]}))
+    lasted = _restore_worlds(collector, state["collector"], lasting)
+    loop.restore(state["loop"])
+    keeper.restore(state)
+    run.cut_metrics(last)
+    return last, lasted
+
+
+def tell_resumed(iteration: int, lasted: bool, say: Say) -> None:
+    """Say where a run goes on."""
+    if not iteration:
+        say("no whole iteration was saved: starts fresh")
+    elif lasted:
+        say(f"goes on after iteration {iteration}")
+    else:
+        say(
+            f"goes on after iteration {iteration}; the world's inner state cannot be kept, so its episodes begin anew "
+            "and the curve is not bit by bit that of an unbroken run"
+        )
+
+
+def _restore_worlds(collector: Collector, state: Mapping[str, Any], lasting: bool | None) -> bool:
+    """Have the worlds go on where they were, or begin anew; tell which."""
+    if lasting is not False:
+        try:
+            collector.restore(state)
+            return True
+        except ContractError:
+            if lasting:
+                raise
+    collector.restore(state, anew=True)
+    return False

@@ -1,0 +1,201 @@
+"""What was asked of a Unity training, made definite before a player starts. Begin with `plan_unity`.
+
+The scene has the last word: how many agents there are and what they see is known once it runs; `unity_settling.py`
+goes on from there.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from racecraft.contract.errors import RunFolderError, UserInputError
+from racecraft.envs.unity.behaviors import Behavior
+from racecraft.envs.unity.builds import Build, find_build
+from racecraft.envs.unity.trainer_words import words_of
+from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.unity.trainer_yaml import TrainerConfig, read_trainer_yaml
+from racecraft.settings.groups import (
+    EvaluationConfig,
+    NetworkConfig,
+    PpoConfig,
+    RolloutConfig,
+    RuntimeConfig,
+    TrainSettings,
+)
+from racecraft.settings.overrides import apply_overrides, from_dictionary
+from racecraft.training.resume import open_to_resume
+from racecraft.training.stopping import Stop, parse_stops
+
+KIND = "unity"
+"""What job.json calls a run of a Unity scene."""
+BASIC = "builtin:Basic"
+BASIC_SCORE = 0.92
+"""What counts as solved; 0.93 is the best there is."""
+TRAINER_FILE = "trainer.yaml"
+"""ML-Agents' configuration, as it was, in the run folder."""
+
+UNITY_SETTINGS = TrainSettings(
+    rollout=RolloutConfig(num_worlds=32, horizon=64),
+    network=NetworkConfig(hidden_units=(64, 64), activation="tanh"),
+    ppo=PpoConfig(learning_rate=1e-3, discount=0.99, gae_lambda=0.95, epochs=4, batch_size=256, entropy_weight=0.005),
+    evaluation=EvaluationConfig(every=5, episodes=20, stable_after=1),
+    runtime=RuntimeConfig(threads=1),
+)
+"""Settings for small scenes. One thread: networks this small only wait for a second one."""
+BASIC_OVERRIDES = ("rollout.horizon=32", "ppo.learning_rate=3e-3", "ppo.discount=0.95", "evaluation.every=3")
+"""What Basic learns soonest with: its episodes are short."""
+
+
+@dataclass(frozen=True)
+class UnityRequest:
+    """What was asked."""
+
+    build: str | None = None
+    """What `find_build` understands; None: the configuration's env_path."""
+    config: Path | None = None
+    """ML-Agents' trainer configuration."""
+    behavior: str | None = None
+    """Which behavior learns, where the scene has several; None: those that the configuration names, else all."""
+    stops: tuple[str, ...] = ()
+    """As typed; none: score=0.92 for builtin:Basic, and the configuration's max_steps or minutes=30."""
+    run: Path | None = None
+    seed: int | None = None
+    """None: the configuration's, or 1."""
+    overrides: tuple[str, ...] = ()
+    graphics: bool | None = None
+    """Whether the player opens a window; None: as the configuration says, else none."""
+    max_agents: int | None = None
+    """Rows kept for the agents of a behavior in one player; None: as many as ask first."""
+    clone_from: str | None = None
+    """RUN, RUN:best, RUN:last or RUN:N, whose weights the training begins with; None: fresh weights."""
+
+
+@dataclass(frozen=True)
+class UnityPlan:
+    """A request made definite, as far as it can be before the scene runs."""
+
+    request: UnityRequest
+    config: TrainerConfig
+    build_name: str
+    build: Build
+    seed: int
+    settings: TrainSettings
+    """The defaults and what was typed; a resumed run's own, whole."""
+    begun: RunFolder | None = None
+    """The run to go on with."""
+    notes: tuple[str, ...] = ()
+
+    def words(self, for_judge: bool = False) -> dict[str, Any]:
+        """Return the arguments of `UnityWorld`: of the players that teach, or of the one that judges."""
+        named = self.request.behavior or [name for name in self.config.behaviors if name != "*"]
+        words = words_of(self.config) | {"seed": self.seed, "behavior": named}
+        words["several"] = self.request.behavior is None
+        if self.request.graphics is not None:
+            words["graphics"] = self.request.graphics
+        if self.request.max_agents is not None:
+            words["max_agents"] = self.request.max_agents
+        if for_judge:
+            words |= {"num_players": 1, "restart_on_reset": False}
+        if self.build_name == BASIC and "args" not in words:  # a real scene has as many agents as it has
+            asked = self.settings
+            agents = asked.evaluation.episodes if for_judge else asked.rollout.num_worlds
+            words["args"] = ("--agents", str(agents))
+        return words
+
+    def asked(self, behaviors: Sequence[Behavior]) -> dict[str, Any]:
+        """Return what job.json tells of the request: enough to begin again from it."""
+        return {
+            "build": self.build_name,
+            "behavior": behaviors[0].name if len(behaviors) == 1 else [behavior.name for behavior in behaviors],
+            "wish": self.request.behavior,
+            "config": None if self.request.config is None else self.request.config.name,
+            "graphics": self.request.graphics,
+            "max_agents": self.request.max_agents,
+            "from": self.request.clone_from,
+        }
+
+
+def plan_unity(request: UnityRequest) -> UnityPlan:
+    """Read and check everything a request names; no player is started.
+
+    Raises:
+        UserInputError: A build, a configuration, a setting or a stop that cannot be used.
+    """
+    config = read_trainer_yaml(request.config) if request.config else TrainerConfig({})
+    build_name = request.build or config.env_path
+    if build_name is None:
+        raise UserInputError(
+            "no build is named; expected BUILD, or env_path in the configuration's env_settings. "
+            "Try: racecraft unity train builtin:Basic"
+        )
+    parse_stops(request.stops)
+    settings = apply_overrides(defaults_for(build_name), request.overrides)
+    seed = request.seed if request.seed is not None else 1 if config.seed is None else config.seed
+    return UnityPlan(request, config, _lasting_name(build_name), find_build(build_name), seed, settings)
+
+
+def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> UnityPlan:
+    """Read what a run was asked for, from its own folder, so that it can go on.
+
+    Args:
+        path: The run folder; its copy of the trainer configuration is used.
+        stops: New stops; none: those the run was begun with.
+
+    Raises:
+        RunFolderError: No run of a Unity scene.
+        UserInputError: Its build is no longer there.
+    """
+    run, job, notes = open_to_resume(path, KIND)
+    asked, copy = job["asked"], path / TRAINER_FILE
+    if asked["config"] is not None and not copy.exists():
+        raise RunFolderError(
+            f"{copy}: is missing; the run was begun with a configuration, {asked['config']}, and its copy is expected "
+            "here. Put it back, or begin a new run with --from."
+        )
+    request = UnityRequest(
+        build=asked["build"],
+        config=copy if copy.exists() else None,
+        behavior=asked.get("wish"),
+        stops=stops or tuple(asked["stops"]),
+        run=path,
+        seed=job["seed"],
+        graphics=asked.get("graphics"),
+        max_agents=asked.get("max_agents"),
+    )
+    config = read_trainer_yaml(copy) if request.config else TrainerConfig({})
+    settings = from_dictionary(TrainSettings, job["settings"])
+    return UnityPlan(
+        request, config, asked["build"], find_build(asked["build"]), job["seed"], settings, run, notes
+    )  # fmt: skip
+
+
+def stops_for(request: UnityRequest, max_steps: int | None, build_name: str) -> tuple[Stop, ...]:
+    """Return when a training ends: what was typed, else the defaults; a configuration's max_steps always counts.
+
+    >>> [str(stop) for stop in stops_for(UnityRequest(stops=("minutes=2",)), 5000, BASIC)]
+    ['minutes=2', 'steps=5000']
+    >>> [str(stop) for stop in stops_for(UnityRequest(), None, BASIC)]
+    ['score=0.92', 'minutes=30']
+    """
+    told = list(request.stops)
+    if not told and build_name == BASIC:
+        told.append(f"score={BASIC_SCORE:g}")
+    if max_steps is not None and not any(stop.startswith("steps=") for stop in told):
+        told.append(f"steps={max_steps}")
+    elif not request.stops:
+        told.append("minutes=30")
+    return parse_stops(told)
+
+
+def defaults_for(build_name: str) -> TrainSettings:
+    """Return what a training runs with where nothing is said."""
+    return apply_overrides(UNITY_SETTINGS, BASIC_OVERRIDES if build_name == BASIC else ())
+
+
+def _lasting_name(build_name: str) -> str:
+    """Return a file's absolute path, so that the run can be resumed from another folder; other names stay."""
+    return os.path.abspath(build_name) if os.path.exists(build_name) else build_name

@@ -1,0 +1,61 @@
+"""The car by its Gymnasium id, and the race world before the exam."""
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+from racecraft.contract.errors import SettingError
+from racecraft.contract.exam import WorldExam
+from racecraft.envs.adapters.deepracer_env import race_world
+from racecraft.envs.adapters.sb3_vec_env import sb3_vec_env
+
+ID = "racecraft/DeepRacer-v0"
+
+
+def test_gymnasium_finds_the_car_by_its_id_and_is_content():
+    env = gymnasium.make(ID, width=16, height=12, render_mode="rgb_array")
+    check_env(env.unwrapped, skip_render_check=False)
+    assert env.observation_space.shape == (12, 16)
+    env.reset(seed=1)
+    picture = env.render()
+    assert picture.shape == (480, 640, 3)
+    assert picture.std() > 10
+    env.close()
+
+
+def test_many_cars_come_as_one_vector_environment():
+    envs = gymnasium.make_vec(
+        ID, num_envs=5, vectorization_mode="vector_entry_point", width=16, height=12, track="Oval_track"
+    )
+    frames, _ = envs.reset(seed=0)
+    assert frames.shape == (5, 12, 16)
+    frames, reward, _, _, info = envs.step(np.full(5, 4))
+    frames, reward, _, _, info = envs.step(np.full(5, 4))
+    assert (reward > 0.5).all(), "cars that have just begun stand on the centre line"
+    assert info["active"].all()
+    envs.close()
+
+
+def test_stable_baselines_sees_frames_and_rewards():
+    envs = sb3_vec_env(race_world(num_cars=3, width=16, height=12))
+    envs.reset()
+    envs.step(np.zeros(3, int))
+    frames, rewards, dones, infos = envs.step(np.zeros(3, int))
+    assert frames.shape == (3, 12, 16)
+    assert rewards.shape == dones.shape == (3,)
+    assert len(infos) == 3
+
+
+def test_an_action_beyond_what_a_car_can_do_is_refused_with_its_number():
+    with pytest.raises(SettingError, match=r"action 1 is \(45, 1.0\)"):
+        race_world(actions=[(0, 1.0), (45, 1.0)])
+
+
+class TestRaceWorld(WorldExam):
+    """The race world sits the exam; half a second of clock makes it cut and begin episodes."""
+
+    ticks = 60
+
+    def make_world(self, num_worlds):
+        return race_world(num_cars=num_worlds, width=16, height=12, max_episode_seconds=1.5)

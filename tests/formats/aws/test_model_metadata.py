@@ -1,0 +1,215 @@
+"""`model_metadata.json`: real files, odd files, wrong files."""
+
+import dataclasses
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from racecraft.contract.errors import MetadataError
+from racecraft.formats.aws.model_metadata import (
+    ActionRanges,
+    CarAction,
+    car_for_version,
+    default_model_metadata,
+    read_model_metadata,
+    refuse_unbuilt,
+    write_model_metadata,
+)
+
+DATA = Path(__file__).resolve().parents[3] / ".." / "shared" / "data"
+CAR = {
+    "action_space": [{"steering_angle": -30, "speed": 1.0}, {"steering_angle": 30, "speed": 1.0}],
+    "sensor": ["FRONT_FACING_CAMERA"],
+    "neural_network": "DEEP_CONVOLUTIONAL_NETWORK_SHALLOW",
+    "version": "5",
+}
+
+
+def car_file(tmp_path, **changes):
+    """Write a small car with some keys changed; a change to None takes the key out."""
+    car = {key: value for key, value in {**CAR, **changes}.items() if value is not None}
+    path = tmp_path / "model_metadata.json"
+    path.write_text(json.dumps(car, indent=1), encoding="utf-8")
+    return path
+
+
+def real_files():
+    if not DATA.is_dir():
+        pytest.skip("the reference data is not beside the checkout")
+    return sorted(DATA.glob("models/**/*.json")) + sorted(DATA.glob("traces/**/model_metadata.json"))
+
+
+def test_every_real_file_reads_and_comes_back_the_same(tmp_path):
+    read = 0
+    for path in real_files():
+        if "hyperparameters" in path.name:
+            continue
+        metadata = read_model_metadata(path)
+        write_model_metadata(metadata, tmp_path / "copy.json")
+        again = read_model_metadata(tmp_path / "copy.json")
+        assert again == dataclasses.replace(metadata, version=metadata.version or "5"), path
+        read += 1
+    assert read >= 20
+
+
+def test_a_real_file_says_what_it_says():
+    if not DATA.is_dir():
+        pytest.skip("the reference data is not beside the checkout")
+    metadata = read_model_metadata(DATA / "traces/console-2022/model/model_metadata.json")
+    assert len(metadata.actions) == 14
+    assert metadata.actions[2] == CarAction(math.radians(-20), 1.0)
+    continuous = read_model_metadata(DATA / "models/drfc-defaults/model_metadata_sac.json")
+    assert continuous.action_space == ActionRanges(math.radians(-30), math.radians(30), 1.0, 2.0)
+    assert (continuous.training_algorithm, continuous.car) == ("sac", "v4")
+
+
+def test_the_default_car_is_the_consoles():
+    metadata = default_model_metadata()
+    assert len(metadata.actions) == 10
+    assert metadata.sensors == ("FRONT_FACING_CAMERA",)
+    assert metadata.car == "v6"
+    refuse_unbuilt(metadata, "model_metadata.json")
+
+
+def test_minus_thirty_degrees_is_to_the_right_and_is_written_as_minus_thirty(tmp_path):
+    write_model_metadata(default_model_metadata(), tmp_path / "car.json")
+    first = json.loads((tmp_path / "car.json").read_text())["action_space"][0]
+    assert first == {"steering_angle": -30.0, "speed": 0.5, "index": 0}
+    assert default_model_metadata().actions[0].steering_rad == pytest.approx(-math.pi / 6)
+
+
+@pytest.mark.parametrize(("version", "car"), [("1", "v4"), ("4", "v4"), ("5", "v6"), ("6", "v6"), (None, "v6")])
+def test_the_version_chooses_the_car(version, car):
+    assert car_for_version(version) == car
+
+
+def test_odd_spellings_are_read(tmp_path):
+    path = car_file(
+        tmp_path,
+        action_space=[
+            {"steering_angle": "-30", "speed": "1", "index": "x"},
+            {"steering_angle": " 15.0 ", "speed": 5, "index": 0},
+        ],
+        sensor="front_facing_camera",
+        version=4.0,
+        training_algorithm="PPO",
+        lidar_config={"num_sectors": "8"},
+        my_remark={"kept": [1]},
+    )
+    text = "// my car\n" + path.read_text()
+    path.write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
+    metadata = read_model_metadata(path)
+    assert metadata.actions == (CarAction(math.radians(-30), 1.0), CarAction(math.radians(15), 5.0))
+    assert (metadata.version, metadata.car) == ("4", "v4")
+    assert metadata.unknown == {"my_remark": {"kept": [1]}}
+    told = " | ".join(metadata.notes)
+    for word in ("comments", "clipped to 4", "index", "list with that word", "lidar_config", "'my_remark'"):
+        assert word in told, word
+
+
+def test_a_car_without_sensor_and_version_is_the_oldest_kind(tmp_path):
+    metadata = read_model_metadata(car_file(tmp_path, sensor=None, version=None, neural_network=None))
+    assert metadata.sensors == ("observation",)
+    assert metadata.neural_network == "DEEP_CONVOLUTIONAL_NETWORK_SHALLOW"
+    refuse_unbuilt(metadata, "m.json")
+
+
+CONTINUOUS = {"steering_angle": {"low": -30, "high": 30}, "speed": {"low": 1, "high": 2}}
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"action_space": CONTINUOUS}, "continuous"),
+        ({"action_space": CONTINUOUS, "training_algorithm": "sac"}, "sac"),
+        ({"sensor": ["STEREO_CAMERAS"]}, "STEREO_CAMERAS"),
+        ({"sensor": ["LEFT_CAMERA"]}, "LEFT_CAMERA"),
+        ({"sensor": ["FRONT_FACING_CAMERA", "SECTOR_LIDAR"]}, "SECTOR_LIDAR"),
+    ],
+)
+def test_what_is_not_built_yet_is_refused_by_name(tmp_path, changes, named):
+    path = car_file(tmp_path, **changes)
+    with pytest.raises(MetadataError, match="valid and not built yet") as letter:
+        refuse_unbuilt(read_model_metadata(path), path)
+    assert named in str(letter.value)
+    assert str(path) in str(letter.value)
+
+
+def action(**changes):
+    return [CAR["action_space"][0], {**CAR["action_space"][1], **changes}]
+
+
+WRONG = [  # changes, what the letter must hold: line (None where there can be none), key, found, expected
+    ({"action_space": None}, None, "action_space", "missing", "list of actions"),
+    ({"action_space": []}, 2, "action_space", "0 action", "2 actions or more"),
+    ({"action_space": "left"}, 2, "action_space", "a word", "list of actions"),
+    ({"action_space": [1, 2]}, 3, "action_space[0]", "a number", "steering_angle and speed"),
+    ({"action_space": [{"speed": 1}, {"speed": 1}]}, 3, "action_space[0]", "no 'steering_angle'", "degrees"),
+    ({"action_space": action(speed=12)}, 9, "action_space[1].speed", "12", "0.1 to 5 m/s"),
+    ({"action_space": action(speed=0)}, 9, "action_space[1].speed", "0", "0.1 to 5 m/s"),
+    ({"action_space": action(speed=float("nan"))}, 9, "action_space[1].speed", "nan", "0.1 to 5 m/s"),
+    ({"action_space": action(speed=True)}, 9, "action_space[1].speed", "True", "0.1 to 5 m/s"),
+    ({"action_space": action(steering_angle=45)}, 8, "action_space[1].steering_angle", "45", "-30 to 30"),
+    ({"action_space": action(steering_angle="left")}, 8, "action_space[1].steering_angle", "'left'", "-30 to 30"),
+    (
+        {"action_space": {**CONTINUOUS, "speed": {"low": 2, "high": 1}}},
+        7,
+        "action_space.speed",
+        "low is 2 and high is 1",
+        "below high",
+    ),
+    ({"action_space": {"speed": {"low": 1, "high": 2}}}, 2, "action_space.steering_angle", "no 'steering", '"low"'),
+    ({"sensor": ["FRONT_FACING_CAM"]}, 12, "sensor", "FRONT_FACING_CAM", "Did you mean 'FRONT_FACING_CAMERA'"),
+    ({"sensor": ["LIDAR"]}, 12, "sensor", "0 camera", "exactly one camera"),
+    ({"sensor": 7}, 12, "sensor", "7", "list of names"),
+    ({"neural_network": "BIG"}, 15, "neural_network", "BIG", "DEEP_CONVOLUTIONAL_NETWORK_DEEP"),
+    ({"version": "9"}, 16, "version", "'9'", '"1" to "6"'),
+    ({"training_algorithm": "dqn"}, 17, "training_algorithm", "dqn", "clipped_ppo or sac"),
+    ({"training_algorithm": "sac"}, 17, "training_algorithm", "list of actions", "continuous"),
+    ({"action_space_type": "continuous"}, 17, "action_space_type", "a list of actions", "discrete"),
+    ({"lidar_config": {"num_sectors": 7}}, 18, "lidar_config.num_sectors", "7", "divisor of 64"),
+    ({"lidar_config": {"clipping_dist": 99}}, 18, "lidar_config.clipping_dist", "99", "0.15 to 12"),
+]
+
+
+@pytest.mark.parametrize(("changes", "line", "key", "found", "expected"), WRONG)
+def test_a_wrong_car_gets_a_letter_with_line_and_key(tmp_path, changes, line, key, found, expected):
+    path = car_file(tmp_path, **changes)
+    with pytest.raises(MetadataError) as caught:
+        read_model_metadata(path)
+    letter = str(caught.value)
+    place = str(path) + (f":{line}" if line else "") + f": {key}: "
+    assert letter.startswith(place)
+    assert found in letter.removeprefix(place)
+    assert expected in letter.removeprefix(place)
+
+
+BROKEN = [  # text, line, found
+    ('{\n "a": 1,\n}\n', 3, "comma stands after the last"),
+    ("{\n 'a': 1}", 2, "quoted with '"),
+    ('{\n "a": \u201c1\u201d}', 2, "typographic quote"),
+    ('{\n "a": [1,\n 2', 3, "ends too early"),
+    ('{\n "a": 1\n "b": 2}', 3, "delimiter"),
+    ("", None, "empty"),
+    ("[]", 1, "a list"),
+]
+
+
+@pytest.mark.parametrize(("text", "line", "found"), BROKEN)
+def test_broken_json_gets_a_letter_with_the_line(tmp_path, text, line, found):
+    path = tmp_path / "model_metadata.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(MetadataError) as caught:
+        read_model_metadata(path)
+    assert str(caught.value).startswith(str(path) + (f":{line}: " if line else ": "))
+    assert found in str(caught.value)
+    assert "expected a JSON object" in str(caught.value)
+
+
+def test_a_missing_file_a_folder_and_no_text_are_told_apart(tmp_path):
+    (tmp_path / "bytes.json").write_bytes(b'{\n"a": "\xff\xfe\xfa"}')
+    for name, found in [("nothing.json", "no such file"), (".", "a folder"), ("bytes.json", "no UTF-8 text")]:
+        with pytest.raises(MetadataError, match=found):
+            read_model_metadata(tmp_path / name)

@@ -1,0 +1,216 @@
+"""`reward_function.py`: loaded unchanged, called cheaply, answered with letters."""
+
+import io
+import linecache
+import time
+
+import numpy as np
+import pytest
+
+from racecraft.contract.errors import RewardError, RewardFileError
+from racecraft.formats.aws.reward_file import default_reward_source, example_situations, load_reward_function, validate
+
+
+def written(tmp_path, text, name="reward_function.py"):
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def loaded(tmp_path, text, output=None):
+    return load_reward_function(written(tmp_path, text), output)
+
+
+@pytest.fixture(autouse=True)
+def _the_path_as_it_was(monkeypatch):
+    import sys
+
+    monkeypatch.setattr(sys, "path", list(sys.path))
+
+
+def test_our_own_reward_pays_by_bands_of_the_width(tmp_path):
+    reward = loaded(tmp_path, default_reward_source())
+    pays = [
+        reward.call({"distance_from_center": share * 0.8, "track_width": 0.8})
+        for share in (0.0, 0.0999, 0.11, 0.2499, 0.26, 0.4999, 0.51)
+    ]
+    assert pays == [1.0, 1.0, 0.5, 0.5, 0.1, 0.1, 1e-3]
+    assert set(validate(reward)) == set(example_situations())
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [
+        ("2", 2.0),
+        ("True", 1.0),
+        ("0.25", 0.25),
+        ("numpy.float32(0.5)", 0.5),
+        ("numpy.int64(3)", 3.0),
+        ("numpy.bool_(True)", 1.0),
+        ("numpy.array(1.5)", 1.5),
+        ("1e5", 1e5),
+    ],
+)
+def test_every_kind_of_number_becomes_a_float(tmp_path, text, number):
+    got = loaded(tmp_path, f"import numpy\ndef reward_function(params):\n    return {text}\n").call({})
+    assert type(got) is float
+    assert got == number
+
+
+def test_state_of_the_module_lives_on_and_each_load_has_its_own(tmp_path):
+    text = "count = 0\ndef reward_function(params):\n    global count\n    count += 1\n    return count\n"
+    first, second = loaded(tmp_path, text), loaded(tmp_path, text)
+    assert [first.call({}), first.call({}), second.call({})] == [1.0, 2.0, 1.0]
+
+
+def test_the_class_idiom_is_understood(tmp_path):
+    text = (
+        "class Reward:\n    def __init__(self):\n        self.n = 0\n"
+        "    def reward_function(self, params):\n        self.n += 1\n        return self.n\n"
+        "reward = Reward()\n"
+    )
+    reward = loaded(tmp_path, text)
+    assert [reward.call({}), reward.call({})] == [1.0, 2.0]
+
+
+def test_prints_go_to_the_log_even_from_a_module_beside_it(tmp_path, capsys):
+    written(tmp_path, "def tell(x):\n    print('helper', x)\n    return 1.0\n", "racing_helper.py")
+    log = io.StringIO()
+    text = "import racing_helper\ndef reward_function(p):\n    print('at', p['x'], sep='=')\n"
+    text += "    return racing_helper.tell(2)\n"
+    reward = loaded(tmp_path, text, log)
+    reward.call({"x": 1})
+    assert log.getvalue() == "at=1\nhelper 2\n"
+    reward.output = None
+    reward.call({"x": 3})
+    assert capsys.readouterr().out == "at=3\nhelper 2\n"
+
+
+def test_modules_beside_two_reward_files_do_not_mix(tmp_path):
+    for name, pay in [("a", 1), ("b", 2)]:
+        (tmp_path / name).mkdir()
+        written(tmp_path / name, f"PAY = {pay}\n", "racing_helper.py")
+        written(tmp_path / name, "from racing_helper import PAY\ndef reward_function(p):\n    return PAY\n")
+    first = load_reward_function(tmp_path / "a" / "reward_function.py")
+    second = load_reward_function(tmp_path / "b" / "reward_function.py")
+    assert (first.call({}), second.call({})) == (1.0, 2.0)
+
+
+def test_a_module_may_be_imported_while_the_function_runs(tmp_path):
+    written(tmp_path, "PAY = 7\n", "racing_helper_late.py")
+    text = "def reward_function(p):\n    import racing_helper_late\n    return racing_helper_late.PAY\n"
+    assert loaded(tmp_path, text).call({}) == 7.0
+
+
+def test_the_call_itself_costs_less_than_a_microsecond(tmp_path):
+    reward = loaded(tmp_path, "def reward_function(params):\n    return 1.0\n")
+
+    def seconds(call, n=20_000):
+        best = 1.0
+        for _ in range(7):
+            begin = time.perf_counter()
+            for _ in range(n):
+                call(None)
+            best = min(best, (time.perf_counter() - begin) / n)
+        return best
+
+    assert seconds(reward.call) - seconds(reward._function) < 1e-6
+
+
+PARAMS = {"x": 1.25, "waypoints": [(0.0, float(k)) for k in range(119)]}
+HEAD = "import numpy\ndef deep(n): return deep(n - 1) if n else numpy.zeros(0)[3]\n"
+FAILING = [  # body, line, found
+    ("    return None", 3, "returned None, of type NoneType"),
+    ("    return '1.0'", 3, "returned '1.0', of type str"),
+    ("    return [1.0]", 3, "of type list"),
+    ("    return float('nan')", 3, "returned nan"),
+    ("    return float('-inf')", 3, "returned -inf"),
+    ("    return 100001", 3, "returned 100001"),
+    ("    return numpy.ones(1)", 3, "of type ndarray"),
+    ("    return 1j", 3, "of type complex"),
+    ("    pay = 1\n    return pay / 0", 5, "ZeroDivisionError: division by zero"),
+    ("    return params['heading']", 4, "KeyError: 'heading'"),
+    ("    return deep(3)", 2, "IndexError: index 3"),
+    ("    exit(1)", 4, "SystemExit: 1"),
+    ("    return reward_function(params)", 4, "RecursionError"),
+]
+
+
+@pytest.mark.parametrize(("body", "line", "found"), FAILING)
+def test_a_failing_reward_gets_a_letter_with_line_and_parameters(tmp_path, body, line, found):
+    path = written(tmp_path, f"{HEAD}def reward_function(params):\n{body}\n")
+    with pytest.raises(RewardError) as caught:
+        load_reward_function(path).call(dict(PARAMS))
+    letter = str(caught.value)
+    assert letter.startswith(f"{path}:{line}: reward_function ")
+    assert found in letter
+    assert "expected a number" in letter
+    assert "x = 1.25" in letter
+    assert "waypoints = [(0.0, 0.0), (0.0, 1.0), ... 119 in all]" in letter
+
+
+def test_a_parameter_that_is_not_there_is_named_with_the_nearest(tmp_path):
+    reward = loaded(tmp_path, "def reward_function(params):\n    return params['distance_from_centre']\n")
+    with pytest.raises(RewardError, match="Did you mean 'distance_from_center'?"):
+        validate(reward)
+
+
+def test_the_letter_holds_the_line_itself_and_the_traceback_the_users_file(tmp_path):
+    path = written(tmp_path, "def reward_function(params):\n    return 1 / params['x']\n")
+    with pytest.raises(RewardError) as caught:
+        load_reward_function(path).call({"x": 0})
+    assert "return 1 / params['x']" in str(caught.value)
+    assert isinstance(caught.value.__cause__, ZeroDivisionError)
+    assert linecache.getline(str(path), 2).strip() == "return 1 / params['x']"
+
+
+UNLOADABLE = [  # text, line, found, helped by
+    ("", None, "the file is empty", "racecraft new"),
+    ("\n\n", None, "the file is empty", "racecraft new"),
+    ("x = 1\ndef reward_function(params)\n    return 1\n", 2, "def reward_function(params)", "valid Python"),
+    ("def reward_function(params):\n\treturn 1\n        return 2\n", 3, "inconsistent", "valid Python"),
+    ("import no_such_module_here\n", 1, "ModuleNotFoundError", "Install 'no_such_module_here'"),
+    ("x = 1\ny = x / 0\n", 2, "ZeroDivisionError", "can be imported"),
+    ("import sys\nsys.exit(3)\n", 2, "SystemExit", "can be imported"),
+    ("def reward_funktion(params):\n    return 1\n", None, "no function", "Did you mean 'reward_funktion'"),
+    ("reward = 3\n", None, "no function `reward_function`", "def reward_function(params)"),
+    ("reward_function = 3\n", None, "`reward_function` is 3", "def reward_function(params)"),
+    ("def reward_function():\n    return 1\n", 1, "`reward_function()`", "`def reward_function(params):`"),
+    ("\ndef reward_function(a, b):\n    return 1\n", 2, "`reward_function(a, b)`", "`def reward_function(params):`"),
+    ("class Reward:\n    def reward_function(self, p):\n        return 1\n", None, "no function", "reward = Reward()"),
+    ("x = '\x00'\n", None, "", "valid Python"),
+]
+
+
+@pytest.mark.parametrize(("text", "line", "found", "cure"), UNLOADABLE)
+def test_a_file_that_cannot_be_loaded_gets_a_letter(tmp_path, text, line, found, cure):
+    path = written(tmp_path, text)
+    with pytest.raises(RewardFileError) as caught:
+        load_reward_function(path)
+    letter = str(caught.value)
+    assert letter.startswith(str(path) + (f":{line}: " if line else ""))
+    assert found in letter
+    assert "expected" in letter
+    assert cure in letter
+
+
+def test_a_missing_file_and_a_file_that_is_no_text_get_letters(tmp_path):
+    with pytest.raises(RewardFileError, match=r"nothing\.py: there is no such file"):
+        load_reward_function(tmp_path / "nothing.py")
+    (tmp_path / "r.py").write_bytes(b"x = '\xff\xfe\xfd'\n")
+    with pytest.raises(RewardFileError, match="no text that Python reads"):
+        load_reward_function(tmp_path / "r.py")
+
+
+def test_a_byte_order_mark_and_windows_line_ends_are_read(tmp_path):
+    path = tmp_path / "reward_function.py"
+    path.write_bytes(b"\xef\xbb\xbfdef reward_function(params):\r\n    return 1 / 0\r\n")
+    with pytest.raises(RewardError, match=r"reward_function\.py:2: "):
+        load_reward_function(path).call({})
+
+
+def test_what_numpy_returns_is_no_surprise(tmp_path):
+    reward = loaded(tmp_path, "import numpy as np\ndef reward_function(p):\n    return np.exp(-p['d'])\n")
+    assert reward.call({"d": 0.0}) == 1.0
+    with pytest.raises(RewardError, match="returned inf"), np.errstate(over="ignore"):
+        reward.call({"d": -1e4})

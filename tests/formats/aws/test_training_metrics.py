@@ -1,0 +1,95 @@
+"""Metrics files: real ones come back byte for byte; wrong ones get letters."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from racecraft.contract.errors import ContractError
+from racecraft.formats.aws.training_metrics import (
+    EvaluationRow,
+    MetricsFileError,
+    TrainingRow,
+    evaluation_row,
+    read_metrics_file,
+    training_row,
+    write_evaluation_metrics,
+    write_training_metrics,
+)
+
+DATA = Path(__file__).resolve().parents[3] / ".." / "shared" / "data" / "traces"
+
+
+def test_every_real_file_comes_back_byte_for_byte(tmp_path):
+    if not DATA.is_dir():
+        pytest.skip("the reference data is not beside the checkout")
+    paths = sorted(DATA.glob("**/metrics/**/*.json"))
+    assert len(paths) == 5
+    for path in paths:
+        file = read_metrics_file(path)
+        if file.best_model_metric:
+            write_training_metrics(tmp_path / "m.json", file.rows, file.best_model_metric)
+        else:
+            write_evaluation_metrics(tmp_path / "m.json", file.rows)
+        assert (tmp_path / "m.json").read_bytes() == path.read_bytes(), path
+
+
+def test_seconds_and_shares_become_what_aws_writes():
+    """The first row of a real training: 27.746 s to 31.538 s, 29.9 % of the lap, reward 31."""
+    row = training_row(
+        reward=31.2, start_s=27.746, end_s=31.538, episode=1, trial=1, progress_share=0.299, status="off_track"
+    )
+    assert row == TrainingRow(31, 31538, 27746, 3792, 1, 1, "training", 29, "Off track")
+    lap = evaluation_row(
+        start_s=7, end_s=21.25, trial=2, progress_share=1.0, status="lap_complete", crashes=1, off_track=2
+    )
+    assert lap == EvaluationRow(100, 21250, 7000, 14250, "Lap complete", 1, 0, 2, 0, 3, 2)
+
+
+def test_nobody_chooses_the_best_by_a_metric_that_is_not(tmp_path):
+    with pytest.raises(ContractError, match="Did you mean 'progress'"):
+        write_training_metrics(tmp_path / "m.json", [], "progres")
+
+
+WRONG = [  # text, what the letter holds
+    ("[]", ":1: there are no metrics"),
+    ('{"metrics": 3}', ":1: there are no metrics"),
+    ('{"metrics": [\n3]}', ":2: metrics[0]: 3; expected an object"),
+    ('{"metrics": [\n{"phase": "training"}]}', ":2: metrics[0].reward_score: there is no such value; expected a whole"),
+    ('{"metrics": [{\n"completion_percentage": "x"}]}', ":2: metrics[0].completion_percentage: 'x'; expected a whole"),
+    ('{"metrics": [\n', ":2: no valid JSON"),
+]
+
+
+@pytest.mark.parametrize(("text", "found"), WRONG)
+def test_what_is_no_metrics_file_gets_a_letter(tmp_path, text, found):
+    (tmp_path / "m.json").write_text(text)
+    with pytest.raises(MetricsFileError) as caught:
+        read_metrics_file(tmp_path / "m.json")
+    assert str(caught.value).startswith(f"{tmp_path / 'm.json'}{found}")
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::FutureWarning")
+def test_deepracer_utils_reads_metrics_of_ours(tmp_path, monkeypatch):
+    logs = pytest.importorskip("deepracer.logs", reason="deepracer-utils is not installed")
+    for name, value in [
+        ("AWS_DEFAULT_REGION", "us-east-1"),
+        ("AWS_ACCESS_KEY_ID", "x"),
+        ("AWS_SECRET_ACCESS_KEY", "x"),
+    ]:
+        monkeypatch.setenv(name, value)
+    rows = []
+    for episode in range(1, 5):
+        trial = (episode - 1) % 2 + 1
+        rows.append(
+            training_row(
+                reward=episode, start_s=episode, end_s=episode + 0.5, episode=episode, trial=trial,
+                progress_share=0.5, status="off_track",
+            )
+        )  # fmt: skip
+    write_training_metrics(tmp_path / "m.json", rows)
+    metrics = logs.metrics.TrainingMetrics("bucket", fname=str(tmp_path / "m.json"))
+    frame = metrics.getTraining()
+    assert len(frame) == 4
+    assert set(frame["iteration"]) == {0, 1}
+    assert json.loads((tmp_path / "m.json").read_text())["version"] == 2.0

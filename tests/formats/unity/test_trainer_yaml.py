@@ -1,0 +1,173 @@
+"""ML-Agents' trainer configuration: what is followed, what is named, what is refused."""
+
+import pytest
+
+from racecraft.formats.unity.trainer_yaml import BehaviorConfig, Sampler, TrainerConfigError, read_trainer_yaml
+from racecraft.settings.groups import TrainSettings
+from racecraft.settings.overrides import apply_overrides
+
+pytest.importorskip("yaml", reason="PyYAML is not installed")
+
+BASIC = """
+behaviors:
+  Basic:
+    trainer_type: ppo
+    hyperparameters:
+      batch_size: 32
+      buffer_size: 256
+      learning_rate: 3e-4
+      beta: 0.005
+      epsilon: 0.2
+      lambd: 0.95
+      num_epoch: 3
+    network_settings:
+      hidden_units: 20
+      num_layers: 1
+      vis_encode_type: simple
+    reward_signals:
+      extrinsic:
+        gamma: 0.9
+        strength: 1.0
+    keep_checkpoints: 5
+    max_steps: 500000
+    time_horizon: 3
+    summary_freq: 2000
+"""
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read_text(text):
+        path = tmp_path / "config.yaml"
+        path.write_text(text)
+        return read_trainer_yaml(path)
+
+    return read_text
+
+
+def test_the_basic_scenes_own_file_is_read(read):
+    config = read(BASIC)
+    assert config.behavior("Basic?team=0") == BehaviorConfig(
+        "Basic", 32, 256, 3e-4, 0.005, 0.2, 0.95, 3, 0.9, 20, 1, "simple", 500_000
+    )
+    assert config.notes == ("behaviors.Basic.time_horizon: rollouts run through episodes and bootstrap at their end",)
+    assert config.behavior("Walker") == BehaviorConfig("Walker")
+
+
+def test_what_it_says_becomes_our_settings(read):
+    settings = apply_overrides(TrainSettings(), read(BASIC).behavior("Basic").overrides(num_agents=4))
+    assert settings.ppo.batch_size == 32
+    assert settings.ppo.learning_rate == 3e-4
+    assert settings.ppo.discount == 0.9
+    assert settings.ppo.entropy_weight == 0.005
+    assert settings.ppo.epochs == 3
+    assert settings.rollout.horizon == 64  # 256 shared by 4
+    assert settings.network.hidden_units == (20,)
+    assert settings.network.conv_filters == (16, 32)
+    assert settings.network.conv_kernels == (8, 4)
+
+
+def test_half_a_network_is_completed_as_ml_agents_does():
+    assert BehaviorConfig("A", num_layers=3).overrides() == ("network.hidden_units=128,128,128",)
+    assert BehaviorConfig("A", hidden_units=64).overrides() == ("network.hidden_units=64,64",)
+    assert BehaviorConfig("A").overrides() == ()
+
+
+def test_default_settings_lie_beneath_every_behavior(read):
+    config = read(
+        "default_settings: {hyperparameters: {batch_size: 10, learning_rate: 1.0e-3}}\n"
+        "behaviors: {A: {hyperparameters: {batch_size: 20}}}\n"
+    )
+    assert (config.behavior("A").batch_size, config.behavior("A").learning_rate) == (20, 1e-3)
+    assert config.behavior("B?team=1").batch_size == 10
+
+
+def test_the_environment_engine_and_parameters_are_read(read):
+    config = read(
+        "env_settings: {env_path: builds/Game, env_args: [--level, 2], num_envs: 3, seed: -1, timeout_wait: 30,\n"
+        "  max_lifetime_restarts: 7, num_areas: 2, base_port: 5005}\n"
+        "engine_settings: {width: 84, height: 48, time_scale: 10, no_graphics: true}\n"
+        "environment_parameters:\n"
+        "  mass: 2\n"
+        "  wind: {sampler_type: uniform, sampler_parameters: {min_value: 0, max_value: 1.5}}\n"
+        "  size: {sampler_type: gaussian, sampler_parameters: {mean: 1, st_dev: 0.1}}\n"
+        "  gap: {sampler_type: multirangeuniform, sampler_parameters: {intervals: [[1, 2], [5, 6]]}}\n"
+        "  wall: {curriculum: [{name: low, value: 1}, {name: high, value: 4}]}\n"
+        "torch_settings: {device: 'cuda:0'}\n"
+    )
+    assert (config.env_path, config.env_args, config.num_envs, config.num_areas) == (
+        "builds/Game", ("--level", "2"), 3, 2,
+    )  # fmt: skip
+    assert (config.seed, config.timeout_wait, config.max_restarts) == (None, 30.0, 7)
+    assert config.engine == {"width": 84, "height": 48, "time_scale": 10.0}
+    assert config.no_graphics is True
+    assert config.parameters == {
+        "mass": 2.0,
+        "wind": Sampler("uniform", (0.0, 1.5)),
+        "size": Sampler("gaussian", (1.0, 0.1)),
+        "gap": Sampler("multirangeuniform", (1.0, 2.0, 5.0, 6.0)),
+        "wall": 4.0,
+    }
+    assert config.device == "cuda"
+    assert [note.split(":")[0] for note in config.notes] == [
+        "env_settings.base_port",
+        "environment_parameters.wall.curriculum",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ("trainer_type: sac", "trainer_type"),
+        ("trainer_type: poca", "trainer_type"),
+        ("hyperparameters: {learning_rate_schedule: linear}", "hyperparameters.learning_rate_schedule"),
+        ("hyperparameters: {tau: 0.005}", "hyperparameters.tau"),
+        ("network_settings: {normalize: true}", "network_settings.normalize"),
+        ("network_settings: {memory: {memory_size: 128}}", "network_settings.memory"),
+        ("network_settings: {vis_encode_type: resnet}", "network_settings.vis_encode_type"),
+        ("reward_signals: {curiosity: {strength: 0.1}}", "reward_signals.curiosity"),
+        ("reward_signals: {extrinsic: {strength: 2}}", "reward_signals.extrinsic.strength"),
+        ("self_play: {window: 10}", "self_play"),
+        ("behavioral_cloning: {demo_path: a.demo}", "behavioral_cloning"),
+    ],
+)
+def test_what_is_not_followed_is_named(read, text, key):
+    (note,) = read(f"behaviors:\n  A:\n    {text}\n").notes
+    assert note.startswith(f"behaviors.A.{key}: ")
+
+
+@pytest.mark.parametrize(
+    ("text", "letter"),
+    [
+        ("behaviours: {}", r"config.yaml:1: behaviours: an unknown key.*Did you mean 'behaviors'"),
+        (
+            "behaviors:\n  A:\n    hyperparameters:\n      batchsize: 3",
+            r":4: behaviors.A.hyperparameters.batchsize: .*batch_size",
+        ),
+        ("behaviors:\n  A:\n    max_steps: many", r":3: behaviors.A.max_steps: 'many'; expected a number"),
+        ("behaviors: {A: {hyperparameters: {num_epoch: 2.5}}}", "expected a whole number"),
+        ("behaviors: {A: {hyperparameters: {lambd: 1.5}}}", "from 0 to 1"),
+        ("behaviors: {A: {hyperparameters: {batch_size: 0}}}", "from 1"),
+        ("behaviors: {A: {hyperparameters: {batch_size: true}}}", "expected a number"),
+        ("behaviors: {A: {hyperparameters: {beta: .nan}}}", "expected a number"),
+        ("behaviors: {A: 3}", "a group of keys"),
+        ("behaviors: [A]", "a list; expected a group"),
+        ("- a", "holds a list"),
+        ("", "holds nothing"),
+        ("behaviors: {A", "not YAML"),
+        ("a: !!python/object/apply:os.system ['true']", "not YAML"),
+        ("engine_settings: {width: 84}", "both, or neither"),
+        ("environment_parameters: {x: {sampler_type: dice}}", "uniform, gaussian"),
+        ("environment_parameters: {x: {sampler_type: uniform, sampler_parameters: {min_value: 0}}}", "max_value"),
+        ("torch_settings: {device: tpu}", "cpu or cuda"),
+        ("behaviors: {A: {network_settings: {vis_encode_type: eyes}}}", "nature_cnn"),
+    ],
+)
+def test_what_cannot_be_used_is_a_letter_with_its_place(read, text, letter):
+    with pytest.raises(TrainerConfigError, match=letter):
+        read(text)
+
+
+def test_an_absent_file_is_a_letter(tmp_path):
+    with pytest.raises(TrainerConfigError, match="cannot be read"):
+        read_trainer_yaml(tmp_path / "absent.yaml")

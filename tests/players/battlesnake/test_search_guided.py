@@ -1,0 +1,60 @@
+"""Search on top of whoever weighs moves: it believes, but not blindly."""
+
+import numpy as np
+import pytest
+
+from racecraft.envs.battlesnake.board import MOVES, Board, Snake
+from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.players.battlesnake.protocol import Weigher
+from racecraft.players.battlesnake.search import WEIGHER_SHARE, Search, Tree
+
+SETTINGS = GameSettings(7, 7, 2)
+UP, DOWN, LEFT, RIGHT = range(4)
+
+
+class Sure:
+    """Weighs one move alone, for everybody."""
+
+    def __init__(self, way):
+        self.way = way
+
+    def weigh(self, board, settings):
+        chances = np.zeros((len(board.alive()), 4), np.float32)
+        chances[:, self.way] = 1.0
+        return chances
+
+    def choose(self, board, settings, snake_id, seconds):
+        raise AssertionError("a guide that weighs is not asked for its move")
+
+
+def open_board():
+    snakes = [Snake("a", [(3, 3), (3, 2), (3, 1)]), Snake("b", [(5, 5), (5, 6), (4, 6)])]
+    return Board(7, 7, 4, snakes, [(0, 0)])
+
+
+def test_chances_are_mixed_with_what_is_safe():
+    tree = Tree(open_board(), SETTINGS, "a")
+    tree.believe(Sure(LEFT).weigh(open_board(), SETTINGS))
+    rest = (1 - WEIGHER_SHARE) / 3
+    assert tree._priors[0, 0] == pytest.approx([rest, 0.0, WEIGHER_SHARE + rest, rest]), "down is its own neck"
+    assert tree._priors[0].sum(axis=1) == pytest.approx([1.0, 1.0])
+
+
+def test_a_guide_who_believes_in_the_fatal_is_not_heard():
+    tree = Tree(open_board(), SETTINGS, "a")
+    tree.believe(Sure(DOWN).weigh(open_board(), SETTINGS))
+    assert tree._priors[0, 0] == pytest.approx([1 / 3, 0.0, 1 / 3, 1 / 3])
+
+
+@pytest.mark.parametrize("way", [UP, LEFT, RIGHT])
+def test_the_first_walks_follow_the_guide(way):
+    guide = Sure(way)
+    assert isinstance(guide, Weigher)
+    assert Search(most_walks=3, guide=guide).choose(open_board(), SETTINGS, "a", 5.0) == MOVES[way]
+
+
+def test_a_bad_guide_is_overruled_by_many_walks():
+    # To the left lies a pocket of three squares that opens in eight turns; to the right half the board.
+    body = [(1, 0), (1, 1), (1, 2), (1, 3), (0, 3), (0, 4), (1, 4), (2, 4), (3, 4), (4, 4), (5, 4), (6, 4)]
+    board = Board(7, 7, 9, [Snake("a", body), Snake("b", [(3, 6), (4, 6), (5, 6)])], [])
+    assert Search(most_walks=1000, guide=Sure(LEFT)).choose(board, SETTINGS, "a", 30.0) == "right"

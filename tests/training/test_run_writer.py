@@ -1,0 +1,110 @@
+"""Keeping beside the training: copies now, the disk soon, trouble told, nothing lost at the end."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+import torch
+
+from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.whole import OutputFileError
+from racecraft.training import run_writer
+from racecraft.training.callbacks import IterationReport
+from racecraft.training.run_writer import RunKeeper
+
+
+class Learner:
+    """One number that goes on changing, and its moment."""
+
+    def __init__(self):
+        self.weight = torch.zeros(3)
+
+    def state_dict(self):
+        return {"network": {"w": self.weight.clone()}, "optimiser": {"0.exp_avg": self.weight.clone() / 3}}
+
+
+class Collector:
+    def state(self):
+        return {"ticks": np.array(7)}
+
+
+def report(iteration):
+    return IterationReport(
+        iteration=iteration, steps=10 * iteration, seconds=0.0, steps_per_second=0.0, episodes=0, training_score=None,
+        losses={}, verdict=None, is_best=False,
+    )  # fmt: skip
+
+
+class Training:
+    def __init__(self, folder):
+        self.run, self.learner = RunFolder.create(folder, {"kind": "test"}), Learner()
+        self.keeper = RunKeeper(self.run, self.learner, Collector(), {})
+        self.shelf = Checkpoints(self.run.checkpoints)
+        self.keeper.keep_start()
+
+    def keep(self, iteration):
+        self.learner.weight += 1
+        self.keeper.keep(report(iteration), lambda: {"iteration": iteration})
+
+
+@pytest.fixture
+def training(tmp_path):
+    return Training(tmp_path / "run")
+
+
+@pytest.fixture
+def gate(monkeypatch):
+    """A disk that takes nothing until the gate opens."""
+    opened, really = threading.Event(), run_writer.metrics_row
+    monkeypatch.setattr(run_writer, "metrics_row", lambda report: (opened.wait(10), really(report))[1])
+    yield opened
+    opened.set()
+
+
+def test_an_iteration_is_copied_and_the_training_goes_on_before_the_disk_has_it(training, gate):
+    training.keep(1)
+    training.learner.weight += 100
+    assert training.shelf.find("last").iteration == 0
+    gate.set()
+    training.keeper.close()
+    assert training.shelf.find("last").iteration == 1
+    assert training.shelf.load_policy("last")[0]["w"].tolist() == [1, 1, 1]
+    state = training.shelf.load_state("last")
+    assert state["learner"]["optimiser"]["0.exp_avg"].tolist() == (torch.ones(3) / 3).tolist()
+    assert "network" not in state["learner"], "the weights stand in the policy's file"
+
+
+def test_never_two_at_once_and_in_their_order(training, gate):
+    training.keep(1)
+    second = threading.Thread(target=training.keep, args=(2,))
+    second.start()
+    time.sleep(0.05)
+    assert second.is_alive(), "the second waits for the first"
+    gate.set()
+    second.join()
+    training.keeper.close()
+    assert [row["iteration"] for row in training.run.read_metrics()] == [1, 2]
+
+
+@pytest.mark.parametrize("noticed_by", ["the next iteration", "the end"])
+def test_a_full_disk_is_told_and_an_older_whole_state_stands(training, monkeypatch, noticed_by):
+    training.keep(1)
+    training.keeper._background.settle(wait=True)
+
+    def full(*_args, **_named):
+        raise OutputFileError("run: the disk is full")
+
+    monkeypatch.setattr(Checkpoints, "save", full)
+    training.keep(2)
+    with pytest.raises(OutputFileError, match="disk is full"):
+        training.keep(3) if noticed_by == "the next iteration" else training.keeper.close()
+    assert training.shelf.load_state("last")["loop"] == {"iteration": 1}
+
+
+def test_closing_twice_is_closing_once(training):
+    training.keep(1)
+    training.keeper.close()
+    training.keeper.close()
+    assert training.shelf.find("last").iteration == 1
