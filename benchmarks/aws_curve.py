@@ -24,8 +24,9 @@ import matplotlib.pyplot as plt
 
 from racecraft.formats.aws.training_metrics import TrainingRow, read_metrics_file
 from racecraft.formats.whole import write_whole
-from racecraft.training.deepracer.trainer import RaceRequest, plan_car, train_car
+from racecraft.training.deepracer.plan import RaceRequest
 from racecraft.training.progress import LineWatcher
+from racecraft.training.worlds import train as train_run
 
 HYPERPARAMETERS = {
     "batch_size": 64, "beta_entropy": 0.01, "discount_factor": 0.95, "exploration_type": "categorical",
@@ -80,7 +81,7 @@ def train(seed: int, iterations: int, overrides: tuple[str, ...] = ()) -> Curve:
             folder=folder, track="reinvent_base", preset="aws", stops=(f"iterations={iterations}",), run=run,
             seed=seed, overrides=overrides,
         )  # fmt: skip
-        trained = train_car(plan_car(request), LineWatcher(sys.stdout), print)
+        trained = train_run(request, LineWatcher(sys.stdout), print)
         rows = [json.loads(line) for line in trained.run.metrics.read_text(encoding="utf-8").splitlines()]
     return Curve(
         f"seed {seed}",

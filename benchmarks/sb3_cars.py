@@ -95,7 +95,7 @@ def theirs(seed: int) -> tuple[float, float]:
     settings = plan.settings
     world = race_world(plan, settings.rollout.num_worlds, load_reward(None).call)
     judged = race_world(plan, settings.evaluation.episodes)
-    warm_up(world, judged, print)
+    warm_up((world, judged), print)
     ppo = settings.ppo
     model = PPO(
         "MlpPolicy", sb3_vec_env(world, seed), seed=seed, device="cpu",

@@ -4,8 +4,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-from racecraft.training.gymnasium.trainer import GymRequest, train_gym
+from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.progress import LineWatcher
+from racecraft.training.worlds import train
 
 with tempfile.TemporaryDirectory() as folder:
     request = GymRequest(
@@ -13,7 +14,7 @@ with tempfile.TemporaryDirectory() as folder:
         stops=("steps=6000",),  # leave `stops` out to train until it is solved
         run=Path(folder) / "cartpole",
     )
-    summary = train_gym(request, LineWatcher(sys.stdout)).summary()
+    summary = train(request, LineWatcher(sys.stdout)).summary()
 
 score = summary["evaluation"]["mean_return"]
 print(f"mean return {score:.0f} after {summary['env_steps']} steps; a pole left to chance falls after about 22")

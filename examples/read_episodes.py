@@ -9,15 +9,16 @@ from pathlib import Path
 
 import polars as pl
 
-from racecraft.training.deepracer.trainer import RaceRequest, plan_car, train_car
+from racecraft.training.deepracer.plan import RaceRequest
 from racecraft.training.progress import LineWatcher
+from racecraft.training.worlds import train
 
 with tempfile.TemporaryDirectory() as folder:
     run = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(folder) / "tiny"
     if not run.exists():
         small = ("rollout.num_worlds=8", "rollout.horizon=64", "evaluation.episodes=2", "runtime.threads=1")
         request = RaceRequest(stops=("iterations=2",), run=run, overrides=small)
-        train_car(plan_car(request), LineWatcher(sys.stdout), print)
+        train(request, LineWatcher(sys.stdout), print)
 
     ticks = pl.concat([pl.read_parquet(path) for path in sorted(run.glob("episodes/*.parquet"))])
 

@@ -7,8 +7,9 @@ from pathlib import Path
 from racecraft.evaluation.deepracer.laps import judge_starts
 from racecraft.players.deepracer.trained_car import load_trained_car
 from racecraft.tracks.catalogue import load_track
-from racecraft.training.deepracer.trainer import RaceRequest, plan_car, train_car
+from racecraft.training.deepracer.plan import RaceRequest
 from racecraft.training.progress import LineWatcher
+from racecraft.training.worlds import train
 
 with tempfile.TemporaryDirectory() as folder:
     request = RaceRequest(
@@ -17,7 +18,7 @@ with tempfile.TemporaryDirectory() as folder:
         run=Path(folder) / "tiny",
         overrides=("rollout.num_worlds=8", "rollout.horizon=32", "evaluation.episodes=2", "runtime.threads=1"),
     )
-    trained = train_car(plan_car(request), LineWatcher(sys.stdout), print)
+    trained = train(request, LineWatcher(sys.stdout), print)
 
     car = load_trained_car(trained.run.path, "best")
     report = judge_starts(car.policy, car.world(load_track("Oval_track"), num_cars=2))

@@ -49,8 +49,15 @@ def pages() -> dict[str, str]:
 
 def settings_page() -> str:
     """Return the table of settings."""
+    from racecraft.algorithms.registry import ALGORITHMS
     from racecraft.settings.describe import settings_markdown
-    from racecraft.settings.groups import TrainSettings
+    from racecraft.training.worlds import WORLDS, kind_named
+
+    composed = {
+        f"{world}, {name}": kind_named(world).default_settings(algorithm)
+        for world in WORLDS
+        for name, algorithm in ALGORITHMS.items()
+    }
 
     return f"""# Settings
 
@@ -59,10 +66,10 @@ Every setting has one name, `group.name`, and one default. `racecraft settings` 
     racecraft train --set ppo.learning_rate=1e-4 --set rollout.horizon=128
 
 Tuples are written with commas (`16,32`), booleans as `true` or `false`, nothing as `none`. An unknown name is refused
-with the nearest known one. Defaults are those of the preset `fast`; `racecraft gym train` begins from others, which
-stand in `job.json` of its run.
+with the nearest known one, and so is a group that has no say in the training: a snake has no `race`. `racecraft
+settings --world WORLD --algorithm NAME` lists those of one kind of training; every run's `job.json` holds its own.
 
-{settings_markdown(TrainSettings())}"""
+{settings_markdown(composed)}"""
 
 
 def command_page() -> str:

@@ -76,7 +76,8 @@ def test_making_a_learner_and_learning_leaves_pytorchs_compiler_out():
 import sys, numpy as np, torch
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
-from racecraft.settings.groups import NetworkConfig, PpoConfig
+from racecraft.algorithms.networks import NetworkConfig
+from racecraft.algorithms.ppo import PpoConfig
 seen = {"eye": ArraySpec((30, 40), np.uint8, 0, 255)}
 learner = PpoLearner(WorldSpec("toy", 4, 1, seen, DiscreteActions(3)), NetworkConfig(), PpoConfig(), seed=1)
 learner.network.policy({"eye": torch.zeros((2, 30, 40), dtype=torch.uint8)}).sum().backward()

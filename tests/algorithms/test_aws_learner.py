@@ -7,12 +7,12 @@ import pytest
 import torch
 from torch.nn import functional
 
-from racecraft.algorithms.distributions import Choices
+from racecraft.algorithms.distributions import Categorical
 from racecraft.algorithms.half_precision import settled
-from racecraft.algorithms.ppo import Minibatch, PpoLearner, ppo_loss
-from racecraft.algorithms.rollout_batch import Experience
+from racecraft.algorithms.networks import NetworkConfig
+from racecraft.algorithms.ppo import LOG_PROB, RAW_ACTION, VALUE, Minibatch, PpoConfig, PpoLearner, ppo_loss
+from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
-from racecraft.settings.groups import NetworkConfig, PpoConfig
 
 SPEC = WorldSpec("toy", 4, 1, {"state": ArraySpec((5,), np.float32)}, DiscreteActions(3))
 NETWORK = NetworkConfig(hidden_units=(16,), separate_networks=True, privileged_critic=False, initialisation="glorot")
@@ -33,24 +33,23 @@ def experience_of(learner, ticks, rows=4, seed=0):
     decided = learner.act({"state": seen.reshape(-1, 5)}, generator=torch.Generator().manual_seed(seed))
     ended = np.zeros(shape, bool)
     ended[-1] = True
-    return Experience(
+    return RolloutBatch(
         observations={"state": seen},
-        samples=decided.samples.reshape(shape),
-        log_prob=decided.log_prob.reshape(shape),
-        value=decided.value.reshape(shape),
+        actions=decided.actions.reshape(shape),
         reward=rng.normal(size=shape).astype(np.float32),
         terminated=ended,
         truncated=np.zeros(shape, bool),
         active=np.ones(shape, bool),
-        final_value=np.zeros(shape, np.float32),
-        last_value=rng.normal(size=rows).astype(np.float32),
+        last_observations={"state": rng.normal(size=(rows, 5)).astype(np.float32)},
+        last_active=np.ones(rows, bool),
+        columns={name: part.reshape(shape) for name, part in decided.columns.items()},
     )
 
 
 def test_no_choice_counts_as_less_likely_than_the_floor_and_the_others_keep_theirs():
-    kind = Choices(DiscreteActions(3), 1e-8)
+    kind = Categorical(DiscreteActions(3), 1e-8)
     logits = torch.tensor([[0.0, -math.log(4.0), -100.0]], requires_grad=True)
-    log_prob, entropy = kind.judge(logits.expand(3, 3), None, None, torch.tensor([0, 1, 2]))
+    log_prob, entropy = kind.log_prob_and_entropy(logits.expand(3, 3), None, None, torch.tensor([0, 1, 2]))
     assert log_prob.tolist() == pytest.approx([math.log(0.8), math.log(0.2), math.log(1e-8)])
     by_hand = -(0.8 * math.log(0.8) + 0.2 * math.log(0.2) + 1e-8 * math.log(1e-8))
     assert entropy[0].item() == pytest.approx(by_hand)
@@ -59,9 +58,9 @@ def test_no_choice_counts_as_less_likely_than_the_floor_and_the_others_keep_thei
 
 
 def test_a_forbidden_choice_stays_forbidden_under_a_floor():
-    kind = Choices(DiscreteActions(3), 1e-3)
+    kind = Categorical(DiscreteActions(3), 1e-3)
     mask = torch.tensor([[True, False, True]])
-    log_prob, _ = kind.judge(torch.zeros(1, 3), None, mask, torch.tensor([1]))
+    log_prob, _ = kind.log_prob_and_entropy(torch.zeros(1, 3), None, mask, torch.tensor([1]))
     assert log_prob.exp().item() == 0.0
     drawn, _ = kind.sample_greedily(torch.zeros(500, 3), mask.expand(500, 3), 1.0, torch.Generator().manual_seed(1))
     assert set(drawn.tolist()) == {0, 2}
@@ -84,7 +83,7 @@ def test_the_critics_error_counts_whole_and_the_entropy_by_its_weight(loss, by_h
     network = Fixed([[0.0, 0.0]] * 2, [0.5, 3.0])
     batch = Minibatch({}, torch.tensor([0, 1]), torch.full((2,), math.log(0.5)), torch.zeros(2), torch.zeros(2))
     settings = PpoConfig(**{**AWS, "value_loss": loss, "entropy_weight": 0.01})
-    total, _ = ppo_loss(network, Choices(DiscreteActions(2), 1e-8), batch, settings)
+    total, _ = ppo_loss(network, Categorical(DiscreteActions(2), 1e-8), batch, settings)
     assert total.item() == pytest.approx(by_hand - 0.01 * math.log(2.0))
 
 
@@ -134,14 +133,14 @@ def test_epsilon_greedy_begins_at_random_and_ends_at_the_likeliest():
     seen = {"state": np.zeros((1000, 5), np.float32)}
     best = learner.choose({"state": np.zeros((1, 5), np.float32)})[0]
     assert learner.epsilon == 1.0
-    first = learner.act(seen).samples
+    first = learner.act(seen).columns[RAW_ACTION]
     assert np.bincount(first, minlength=3) / 1000 == pytest.approx([1 / 3] * 3, abs=0.06)
     assert learner.epsilon == pytest.approx(0.1)
     later = learner.act(seen)
-    assert (later.samples == best).mean() == pytest.approx(0.9 + 0.1 / 3, abs=0.03)
-    judged, _ = learner.distribution.judge(learner.network.policy({"state": torch.zeros(1, 5)}), None, None,
-                                           torch.tensor([int(best)]))  # fmt: skip
-    assert later.log_prob[later.samples == best][0] == pytest.approx(judged.item(), abs=1e-6)
+    assert (later.columns[RAW_ACTION] == best).mean() == pytest.approx(0.9 + 0.1 / 3, abs=0.03)
+    params, chosen = learner.network.policy({"state": torch.zeros(1, 5)}), torch.tensor([int(best)])
+    judged, _ = learner.distribution.log_prob_and_entropy(params, None, None, chosen)
+    assert later.columns[LOG_PROB][later.columns[RAW_ACTION] == best][0] == pytest.approx(judged.item(), abs=1e-6)
 
 
 def test_epsilon_goes_on_where_it_stood():
@@ -162,7 +161,7 @@ def test_a_critic_of_its_own_is_asked_once_before_the_update():
     learner = a_learner()
     kept = experience_of(learner, 100)
     assert learner.values_later
-    assert (kept.value == 0).all()
+    assert VALUE not in kept.columns
     kept.active[:, 1] = False
     found = learner._values_of(kept)
     asked = learner.values({"state": kept.observations["state"].reshape(-1, 5)}).reshape(100, 4)
@@ -175,8 +174,8 @@ def test_half_the_precision_takes_nearly_the_same_step():
     full, coarse = a_learner(batch_size=32), a_learner(batch_size=32, precision="bfloat16")
     kept = experience_of(full, 8)
     losses = [learner.update(kept) for learner in (full, coarse)]
-    assert losses[1].value_loss == pytest.approx(losses[0].value_loss, rel=0.05)
-    assert losses[1].entropy == pytest.approx(losses[0].entropy, rel=0.01)
+    assert losses[1]["value_loss"] == pytest.approx(losses[0]["value_loss"], rel=0.05)
+    assert losses[1]["entropy"] == pytest.approx(losses[0]["entropy"], rel=0.01)
     assert all(numbers.dtype == torch.float32 for numbers in coarse.network.parameters())
 
 

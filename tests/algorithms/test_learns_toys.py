@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from toy_world import CopyTheNumber, Walk
 
-from racecraft.algorithms.ppo import PpoLearner
+from racecraft.algorithms.networks import NetworkConfig
+from racecraft.algorithms.ppo import PpoConfig, PpoLearner
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.collector import Collector
 from racecraft.rollout.episodes import play_episodes
 from racecraft.rollout.statistics import summarise
-from racecraft.settings.groups import NetworkConfig, PpoConfig
 
 
 class Up:

@@ -1,18 +1,19 @@
 """PPO by hand and by law: the clip, the mask, the rows left out, the exact continuation."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import torch
 
-from racecraft.algorithms.distributions import Choices, Commands
-from racecraft.algorithms.networks import ActorCritic, Architecture, architecture_of
-from racecraft.algorithms.ppo import DivergedError, Minibatch, PpoLearner, ppo_loss
-from racecraft.algorithms.rollout_batch import Experience
+from racecraft.algorithms.distributions import Categorical, DiagGaussian
+from racecraft.algorithms.learner import DivergedError
+from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
+from racecraft.algorithms.ppo import LOG_PROB, RAW_ACTION, VALUE, Minibatch, PpoConfig, PpoLearner, ppo_loss
+from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, WorldSpec
-from racecraft.settings.groups import NetworkConfig, PpoConfig
 
 FRAME = ArraySpec((30, 40), np.uint8, 0, 255)
 STATE = ArraySpec((5,), np.float32)
@@ -24,7 +25,7 @@ def world_spec(observations, actions, **more):
 
 
 def made_up(spec, ticks=6, rows=4, seed=0, learner=None):
-    """Experience with arbitrary numbers but true log-probabilities."""
+    """RolloutBatch with arbitrary numbers but true log-probabilities."""
     rng = np.random.default_rng(seed)
     shape = (ticks, rows)
     seen = {}
@@ -37,17 +38,20 @@ def made_up(spec, ticks=6, rows=4, seed=0, learner=None):
         seen[name] = whole.astype(part.dtype)
     flat = {name: array.reshape(-1, *array.shape[2:]) for name, array in seen.items()}
     decided = learner.act(flat, generator=torch.Generator().manual_seed(seed))
-    return Experience(
+    terminated, truncated = rng.random((2, *shape)) < 0.1
+    cut = np.flatnonzero(truncated & ~terminated)
+    return RolloutBatch(
         observations=seen,
-        samples=decided.samples.reshape(*shape, *decided.samples.shape[1:]),
-        log_prob=decided.log_prob.reshape(shape),
-        value=decided.value.reshape(shape),
+        actions=decided.actions.reshape(*shape, *decided.actions.shape[1:]),
         reward=rng.normal(size=shape).astype(np.float32),
-        terminated=rng.random(shape) < 0.1,
-        truncated=rng.random(shape) < 0.1,
+        terminated=terminated,
+        truncated=truncated,
         active=np.ones(shape, bool),
-        final_value=rng.normal(size=shape).astype(np.float32),
-        last_value=rng.normal(size=rows).astype(np.float32),
+        last_observations={name: array[0] for name, array in seen.items()},
+        last_active=np.ones(rows, bool),
+        columns={name: part.reshape(*shape, *part.shape[1:]) for name, part in decided.columns.items()},
+        final_index=cut,
+        final_observations={name: array.reshape(-1, *array.shape[2:])[cut[::-1]] for name, array in seen.items()},
     )
 
 
@@ -80,13 +84,13 @@ def test_the_clipped_objective_by_hand():
     # value: targets 0, 1, 2, 4 -> errors 1, 0, 1, 9 -> mean 2.75; entropy log 2
     batch = Minibatch(
         observations={},
-        samples=torch.tensor([0, 1, 0, 1]),
+        raw_actions=torch.tensor([0, 1, 0, 1]),
         log_prob=torch.tensor([0.5, 0.25, 0.25, 1.0]).log(),
         advantages=torch.tensor([2.0, 1.0, -1.0, -1.0]),
         targets=torch.tensor([0.0, 1.0, 2.0, 4.0]),
     )
     config = PpoConfig(clip=0.2, standardise="none", value_weight=0.5, entropy_weight=0.1)
-    loss, figures = ppo_loss(network, Choices(DiscreteActions(2)), batch, config)
+    loss, figures = ppo_loss(network, Categorical(DiscreteActions(2)), batch, config)
     assert figures[:3].tolist() == pytest.approx([-0.1, 2.75, math.log(2)])
     assert loss.item() == pytest.approx(-0.1 + 0.5 * 2.75 - 0.1 * math.log(2))
     # KL: mean of (ratio - 1 - log ratio) = (0 + 2 (1 - log 2) + (-0.5 + log 2)) / 4; three ratios left 1 +- 0.2
@@ -97,7 +101,7 @@ def test_the_clipped_objective_by_hand():
 def test_huber_is_gentle_with_far_misses():
     network = Fixed([[0.0, 0.0]] * 2, [0.0, 0.0])
     batch = Minibatch({}, torch.tensor([0, 0]), torch.zeros(2), torch.zeros(2), torch.tensor([0.5, 3.0]))
-    _, figures = ppo_loss(network, Choices(DiscreteActions(2)), batch, PpoConfig(value_loss="huber"))
+    _, figures = ppo_loss(network, Categorical(DiscreteActions(2)), batch, PpoConfig(value_loss="huber"))
     # 0.5 * 0.25 = 0.125 within 1, 3 - 0.5 = 2.5 beyond
     assert figures[1].item() == pytest.approx((0.125 + 2.5) / 2)
 
@@ -108,29 +112,31 @@ def test_masked_actions_are_never_chosen():
     mask = rng.random((4000, 5)) < 0.4
     mask[np.arange(4000), rng.integers(0, 5, 4000)] = True
     seen = {"state": rng.normal(size=(4000, 5)).astype(np.float32)}
-    for greedy in (False, True):
-        decided = learner.act(seen, mask, greedy=greedy)
-        assert mask[np.arange(4000), decided.actions].all()
-        assert np.isfinite(decided.log_prob).all()
+    decided = learner.act(seen, mask)
+    assert np.isfinite(decided.columns[LOG_PROB]).all()
+    for actions in (decided.actions, learner.choose(seen, mask)):
+        assert mask[np.arange(4000), actions].all()
 
 
 def test_a_lone_allowed_action_is_certain_and_leaves_nothing_to_decide():
     mask = torch.tensor([[False, True, False]])
-    log_prob, entropy = Choices(DiscreteActions(3)).judge(torch.randn(1, 3), None, mask, torch.tensor([1]))
+    log_prob, entropy = Categorical(DiscreteActions(3)).log_prob_and_entropy(
+        torch.randn(1, 3), None, mask, torch.tensor([1])
+    )
     assert log_prob.item() == 0.0
     assert entropy.item() == 0.0
 
 
 def test_continuous_samples_are_stretched_linearly_and_cut_at_the_bounds():
-    kind = Commands(ContinuousActions((-0.5, 1.0), (0.5, 4.0)))
+    kind = DiagGaussian(ContinuousActions((-0.5, 1.0), (0.5, 4.0)))
     got = kind.to_actions(torch.tensor([[0.0, 0.0], [1.0, -1.0], [-3.0, 2.0], [0.5, 0.2]]))
     np.testing.assert_allclose(got, [[0, 2.5], [0.5, 1.0], [-0.5, 4.0], [0.25, 2.8]], rtol=1e-6)
 
 
 def test_the_likelihood_of_a_command_is_that_of_the_sample_as_drawn():
-    kind = Commands(ContinuousActions((-1.0,), (1.0,)))
+    kind = DiagGaussian(ContinuousActions((-1.0,), (1.0,)))
     mean, log_std = torch.tensor([[0.5]]), torch.tensor([math.log(2.0)])
-    log_prob, entropy = kind.judge(mean, log_std, None, torch.tensor([[4.5]]))
+    log_prob, entropy = kind.log_prob_and_entropy(mean, log_std, None, torch.tensor([[4.5]]))
     # two standard deviations away: -2 - log 2 - log sqrt(2 pi)
     assert log_prob.item() == pytest.approx(-2 - math.log(2) - 0.5 * math.log(2 * math.pi))
     assert entropy.item() == pytest.approx(math.log(2) + 0.5 + 0.5 * math.log(2 * math.pi))
@@ -144,10 +150,10 @@ def test_inactive_rows_teach_nothing():
         kept = made_up(learner.spec, learner=learner)
         kept.active[2:4, 1:3] = False
         kept.observations["state"][~kept.active] += noise
-        kept.log_prob[~kept.active] += noise
-        kept.value[~kept.active] += noise
+        kept.columns[LOG_PROB][~kept.active] += noise
+        kept.columns[VALUE][~kept.active] += noise
         losses = learner.update(kept)
-        assert losses.transitions == 24 - 4
+        assert losses["transitions"] == 24 - 4
         weights.append(learner.state_dict()["network"])
     assert all(torch.equal(weights[0][name], weights[1][name]) for name in weights[0])
 
@@ -157,7 +163,7 @@ def test_with_nobody_active_nothing_changes():
     before = learner.state_dict()["network"]
     kept = made_up(learner.spec, learner=learner)
     kept.active[:] = False
-    assert learner.update(kept).minibatches == 0
+    assert learner.update(kept)["minibatches"] == 0
     assert all(torch.equal(before[name], after) for name, after in learner.state_dict()["network"].items())
 
 
@@ -166,7 +172,7 @@ def test_a_restored_learner_goes_on_bit_by_bit(actions):
     learner = a_learner(actions=actions, batch_size=8)
     kept = made_up(learner.spec, learner=learner)
     learner.update(kept)
-    learner.learning_rate = 1e-4
+    learner.optimiser.learning_rate = 1e-4
     twin = a_learner(actions=actions, batch_size=8, seed=99)
     twin.load_state_dict(learner.state_dict())
     assert learner.update(kept) == twin.update(kept)
@@ -174,7 +180,7 @@ def test_a_restored_learner_goes_on_bit_by_bit(actions):
     for group in mine:
         assert all(torch.equal(mine[group][name], its[group][name]) for name in mine[group])
     seen = {"state": kept.observations["state"][0]}
-    np.testing.assert_array_equal(learner.act(seen).samples, twin.act(seen).samples)
+    np.testing.assert_array_equal(learner.act(seen).columns[RAW_ACTION], twin.act(seen).columns[RAW_ACTION])
 
 
 def test_a_new_learner_does_not_touch_the_global_dice():
@@ -191,17 +197,17 @@ def test_the_policy_never_reads_what_is_privileged():
     frame = rng.integers(0, 256, (3, 30, 40), dtype=np.uint8)
     seen = {"frame": frame, "secret": np.zeros((3, 6), np.float32)}
     other = {"frame": frame, "secret": np.ones((3, 6), np.float32)}
-    first, second = learner.act(seen, greedy=True), learner.act(other, greedy=True)
-    np.testing.assert_array_equal(first.log_prob, second.log_prob)
-    assert (first.value != second.value).all()
-    np.testing.assert_array_equal(learner.choose({"frame": frame}), first.actions)
+    first, second = (learner.act(part, generator=torch.Generator().manual_seed(1)) for part in (seen, other))
+    np.testing.assert_array_equal(first.columns[LOG_PROB], second.columns[LOG_PROB])
+    assert (first.columns[VALUE] != second.columns[VALUE]).all()
+    np.testing.assert_array_equal(learner.choose({"frame": frame}), learner.choose(other))
 
 
 def test_without_a_privileged_critic_nobody_reads_it():
     learner = a_learner({"state": STATE, "secret": SECRET}, network=NetworkConfig(privileged_critic=False))
     assert learner.network.critic_body is None
     state = np.zeros((2, 5), np.float32)
-    assert learner.act({"state": state}).value.shape == (2,)
+    assert learner.act({"state": state}).columns[VALUE].shape == (2,)
 
 
 def test_frames_with_and_without_channels_and_vectors_meet_in_one_network():
@@ -209,7 +215,7 @@ def test_frames_with_and_without_channels_and_vectors_meet_in_one_network():
     learner = a_learner(seen, actions=ContinuousActions((-1.0, 0.0), (1.0, 4.0)))
     assert learner.network.policy_body.names == ("a_grey", "b_rgb", "c_state")
     losses = learner.update(made_up(learner.spec, learner=learner))
-    assert np.isfinite(losses.policy_loss)
+    assert np.isfinite(losses["policy_loss"])
 
 
 def test_the_shallow_network_of_aws_has_its_known_size():
@@ -235,9 +241,9 @@ def test_a_frame_too_small_for_its_convolutions_is_refused_in_words():
 def test_remainders_are_dropped_only_when_asked():
     for drop, count in ((False, 5 * 4), (True, 4 * 4)):  # 24 rows: 5 + 5 + 5 + 5 + 4
         learner = a_learner(batch_size=5, drop_remainder=drop)
-        assert learner.update(made_up(learner.spec, learner=learner)).minibatches == count
+        assert learner.update(made_up(learner.spec, learner=learner))["minibatches"] == count
     learner = a_learner(batch_size=64, drop_remainder=True)  # fewer than a batch: lowered to 16
-    assert learner.update(made_up(learner.spec, learner=learner)).minibatches == 4
+    assert learner.update(made_up(learner.spec, learner=learner))["minibatches"] == 4
 
 
 def test_losses_that_are_no_numbers_stop_the_training():
@@ -259,3 +265,40 @@ def test_kernels_lie_channels_last_whatever_their_number(channels):
     for kernel in kernels:
         _, channels_in, height, width = kernel.shape
         assert kernel.stride() == (height * width * channels_in, 1, width * channels_in, channels_in)
+
+
+def test_what_follows_a_cut_is_the_final_observation_and_not_the_next_start():
+    learner = a_learner()
+    kept = made_up(learner.spec, learner=learner, seed=4)
+    assert len(kept.final_index) > 0
+    value = kept.columns[VALUE]
+    found = learner._next_values(kept, value)
+    expected = np.concatenate([value[1:], learner.values(kept.last_observations)[None]])
+    for place, at in enumerate(kept.final_index):
+        final = {name: array[[place]] for name, array in kept.final_observations.items()}
+        expected[divmod(at, 4)] = learner.values(final)[0]
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+    # and it matters: the same rollout with other final observations teaches something else
+    other = a_learner()
+    changed = {name: array + 1.0 for name, array in kept.final_observations.items()}
+    first, second = learner.update(kept), other.update(replace(kept, final_observations=changed))
+    assert first["value_loss"] != second["value_loss"]
+
+
+def test_schedules_fall_in_a_straight_line_and_the_clip_stops_at_a_tenth():
+    learner = a_learner(
+        learning_rate=1e-3, learning_rate_schedule="linear", clip=0.2, clip_schedule="linear",
+        entropy_weight=0.02, entropy_schedule="linear",
+    )  # fmt: skip
+    learner.anneal(0.25)
+    assert learner.learning_rate == pytest.approx(7.5e-4)
+    assert (learner.now.clip, learner.now.entropy_weight) == (pytest.approx(0.15), pytest.approx(0.015))
+    learner.anneal(1.0)
+    assert (learner.learning_rate, learner.now.clip, learner.now.entropy_weight) == (0.0, 0.1, 0.0)
+    before = learner.state_dict()["network"]
+    learner.update(made_up(learner.spec, learner=learner))
+    after = learner.state_dict()["network"]
+    assert all(torch.equal(before[name], after[name]) for name in before), "a learning rate of nothing teaches nothing"
+    constant = a_learner(learning_rate=1e-3)
+    constant.anneal(0.9)
+    assert (constant.learning_rate, constant.now) == (1e-3, constant.config)

@@ -6,10 +6,9 @@ import pytest
 import torch
 
 from racecraft.algorithms.networks import Architecture
-from racecraft.algorithms.ppo import PpoLearner
-from racecraft.algorithms.rollout_batch import Experience
+from racecraft.algorithms.ppo import LOG_PROB, RAW_ACTION, VALUE, PpoConfig, PpoLearner
+from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, WorldSpec
-from racecraft.settings.groups import PpoConfig
 
 stable_baselines3 = pytest.importorskip("stable_baselines3")
 
@@ -88,19 +87,20 @@ def test_the_same_rollout_gives_the_same_losses_and_the_same_step(kind):
     reward = rng.normal(size=(T, R)).astype(np.float32)
     over = rng.random((T, R)) < 0.15
     decided = ours.act({"state": seen.reshape(-1, 3)})
-    samples, value = decided.samples.reshape(T, R, *actions.shape), decided.value.reshape(T, R)
-    moved = decided.log_prob.reshape(T, R) + rng.normal(size=(T, R)).astype(np.float32) * 0.1
-    last_value = rng.normal(size=R).astype(np.float32)
-    kept = Experience(
-        {"state": seen}, samples, moved, value, reward, over, over & False, over | True, value * 0, last_value
-    )
+    raw, value = decided.columns[RAW_ACTION].reshape(T, R, *actions.shape), decided.columns[VALUE].reshape(T, R)
+    moved = decided.columns[LOG_PROB].reshape(T, R) + rng.normal(size=(T, R)).astype(np.float32) * 0.1
+    last = rng.normal(size=(R, 3)).astype(np.float32)
+    kept = RolloutBatch(
+        {"state": seen}, raw, reward, over, over & False, over | True, {"state": last}, np.ones(R, bool),
+        {RAW_ACTION: raw, LOG_PROB: moved, VALUE: value},
+    )  # fmt: skip
 
     buffer = twin.rollout_buffer
     starts = np.concatenate([np.zeros((1, R)), over[:-1]])
     for t in range(T):
-        taken = samples[t].reshape(R, -1)
+        taken = raw[t].reshape(R, -1)
         buffer.add(seen[t], taken, reward[t], starts[t], torch.from_numpy(value[t]), torch.from_numpy(moved[t]))
-    buffer.compute_returns_and_advantage(torch.from_numpy(last_value), over[-1])
+    buffer.compute_returns_and_advantage(torch.from_numpy(ours.values({"state": last})), over[-1])
 
     twin._logger = stable_baselines3.common.logger.configure(None, [])
     twin._current_progress_remaining = 1.0
@@ -108,12 +108,12 @@ def test_the_same_rollout_gives_the_same_losses_and_the_same_step(kind):
     losses = ours.update(kept)
 
     told = twin.logger.name_to_value
-    assert losses.policy_loss == pytest.approx(told["train/policy_gradient_loss"], rel=1e-4, abs=1e-6)
-    assert losses.value_loss == pytest.approx(told["train/value_loss"], rel=1e-4)
-    assert losses.entropy == pytest.approx(-told["train/entropy_loss"], rel=1e-5)
-    assert losses.clip_fraction == pytest.approx(told["train/clip_fraction"])
-    assert losses.approx_kl == pytest.approx(told["train/approx_kl"], rel=1e-3)
-    assert losses.explained_variance == pytest.approx(told["train/explained_variance"], rel=1e-4)
+    assert losses["policy_loss"] == pytest.approx(told["train/policy_gradient_loss"], rel=1e-4, abs=1e-6)
+    assert losses["value_loss"] == pytest.approx(told["train/value_loss"], rel=1e-4)
+    assert losses["entropy"] == pytest.approx(-told["train/entropy_loss"], rel=1e-5)
+    assert losses["clip_fraction"] == pytest.approx(told["train/clip_fraction"])
+    assert losses["approx_kl"] == pytest.approx(told["train/approx_kl"], rel=1e-3)
+    assert losses["explained_variance"] == pytest.approx(told["train/explained_variance"], rel=1e-4)
     for name, its in pairs.items():
         torch.testing.assert_close(mine[name].grad, its.grad, rtol=1e-3, atol=1e-6, msg=f"gradient of {name}")
         torch.testing.assert_close(mine[name], its, rtol=1e-3, atol=1e-5, msg=name)

@@ -1,7 +1,5 @@
 """Pictures are written, show what they should, and bad input is answered in letters."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from PIL import Image
@@ -88,13 +86,25 @@ def test_bad_input_is_answered_in_letters(tmp_path, track, reports_along):
 
 def test_every_name_a_training_writes_is_explained():
     """`metrics_row` writes the named figures, the learner's losses and the phases' seconds."""
-    from racecraft.algorithms.ppo import PpoLosses
-    from racecraft.training.callbacks import IterationReport, Verdict
+    from racecraft.algorithms.ppo import FIGURES
+    from racecraft.training.callbacks import EvaluationResult, IterationReport
     from racecraft.training.run_writer import metrics_row
 
-    losses = {field.name: 0.0 for field in dataclasses.fields(PpoLosses)}
+    losses = dict.fromkeys(FIGURES, 0.0)
     phases = dict.fromkeys(("collect", "learn", "judge", "keep_before"), 0.0)
-    report = IterationReport(1, 1, 1.0, 1.0, 1, 0.0, losses, Verdict(1.0, False), True, phases)
+    report = IterationReport(
+        1,
+        1,
+        1.0,
+        1.0,
+        1,
+        0.0,
+        0.0,
+        losses,
+        EvaluationResult(1.0, False, figures={"best_lap_seconds": 1.0}),
+        True,
+        phases,
+    )
     assert [name for name in metrics_row(report) if name not in METRICS] == []
     assert all(meaning.endswith(".") for meaning in METRICS.values())
     assert metrics_markdown().count("\n") == len(METRICS) + 2

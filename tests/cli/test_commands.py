@@ -113,7 +113,7 @@ def test_an_evaluation_does_what_run_env_asked_for_unless_told_otherwise(racecra
         "DR_EVAL_NUMBER_OF_TRIALS=2\nDR_EVAL_CHECKPOINT=last\nDR_CAR_COLOR=Blue\n"
     )
     racecraft("train", "car", "--run", "r", "--stop", "iterations=2", "--no-pictures", *TINY)
-    Checkpoints("r/checkpoints").mark_best(1)
+    Checkpoints("r/checkpoints").mark(1, 1.0, best=True)
     asked = json.loads(racecraft("evaluate", "r", "--json").out)
     assert (len(asked["laps"]), asked["checkpoint"]) == (2, 2)
     told = json.loads(racecraft("evaluate", "r", "--laps", "1", "--checkpoint", "best", "--json").out)

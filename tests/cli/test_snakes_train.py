@@ -7,7 +7,7 @@ import pytest
 TINY = (
     "--size", "7", "--snakes", "2", "--set", "rollout.num_worlds=8", "--set", "rollout.horizon=8",
     "--set", "network.image_units=8", "--set", "network.hidden_units=8", "--set", "ppo.batch_size=64",
-    "--set", "evaluation.every=2", "--set", "evaluation.episodes=4", "--set", "selfplay.max_turns=40",
+    "--set", "evaluation.every=2", "--set", "evaluation.episodes=4", "--set", "snake.max_turns=40",
     "--set", "runtime.threads=1", "--stop", "iterations=2",
 )  # fmt: skip
 
@@ -47,7 +47,10 @@ def test_people_are_told_what_to_type_next(racecraft):
         (["--size", "1"], "1"),
         (["--stop", "ratin=3"], "Did you mean 'rating'"),
         (["--set", "selfplay.anchors=floodfill"], "flood_fill"),
-        (["--set", "selfplay.view=8"], "odd"),
+        (["--set", "snake.view=8"], "odd"),
+        (["--set", "selfplay.view=7"], "Did you mean 'snake.view'"),
+        (["--set", "race.car=v4"], "There is no setting 'race.car'"),
+        (["--stop", "laps"], "can never hold here; expected rating"),
         (["--set", "rollout.episodes_per_iteration=64"], "episodes_per_iteration"),
         (["--resume"], "--resume needs --run"),
         (["--from", "nowhere"], "nowhere"),

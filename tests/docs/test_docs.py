@@ -61,13 +61,14 @@ def commands_on(path):
 
 
 def test_every_setting_has_a_row():
-    from racecraft.settings.groups import TrainSettings, group_names
+    from racecraft.algorithms.registry import ALGORITHMS
     from racecraft.settings.table import rows_of
+    from racecraft.training.worlds import WORLDS, kind_named
 
     page = (DOCS / "reference/settings.md").read_text(encoding="utf-8")
-    defaults = TrainSettings()
-    names = [row.full_name for name in group_names(defaults) for row in rows_of(getattr(defaults, name), name)]
-    assert len(names) > 20
+    composed = [kind_named(world).default_settings(one) for world in WORLDS for one in ALGORITHMS.values()]
+    names = [row.full_name for one in composed for name in one for row in rows_of(getattr(one, name), name)]
+    assert len(set(names)) > 50
     assert [name for name in names if f"\n| `{name}` |" not in page] == []
 
 
@@ -101,15 +102,15 @@ def test_every_name_a_training_writes_into_its_metrics_has_a_row():
 
     losses = dict.fromkeys(ppo_figures(), 0.0)
     phases = dict.fromkeys(("collect", "learn", "judge", "keep_before"), 0.0)
-    report = IterationReport(1, 1, 1.0, 1.0, 0, None, losses, None, False, phases)
+    report = IterationReport(1, 1, 1.0, 1.0, 0, None, None, losses, None, False, phases)
     page = (DOCS / "reference/metrics.md").read_text(encoding="utf-8")
     assert [name for name in metrics_row(report) if f"| `{name}` |" not in page] == []
 
 
 def ppo_figures():
-    from racecraft.algorithms.ppo import PpoLosses
+    from racecraft.algorithms.ppo import FIGURES
 
-    return PpoLosses.__dataclass_fields__
+    return FIGURES
 
 
 def test_every_track_has_a_row():
@@ -375,11 +376,11 @@ def test_the_notes_quoted_for_a_template_of_deepracer_for_cloud_are_said(tmp_pat
 
 def test_the_letter_quoted_for_a_misspelt_setting_is_what_is_said():
     from racecraft.contract.errors import SettingError
-    from racecraft.settings.groups import TrainSettings
     from racecraft.settings.overrides import apply_overrides
+    from racecraft.training.deepracer.presets import default_settings
 
     with pytest.raises(SettingError) as caught:
-        apply_overrides(TrainSettings(), ["ppo.learnin_rate=1"])
+        apply_overrides(default_settings(), ["ppo.learnin_rate=1"])
     assert f"racecraft: {caught.value}\n" in (DOCS / "racing/presets.md").read_text(encoding="utf-8")
 
 

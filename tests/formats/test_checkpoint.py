@@ -153,7 +153,7 @@ def test_best_last_and_numbers_are_found_and_only_two_states_are_kept(tmp_path):
         CheckpointError, match="state of checkpoint 2 was not kept; expected one of the iterations: 3, 4"
     ):
         shelf.load_state("2")
-    shelf.mark_best(1, 0.75)
+    shelf.mark(1, 0.75, best=True)
     assert (shelf.find("best").iteration, shelf.find("best").score) == (1, 0.75)
     assert shelf.find("best").steps == 100
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from racecraft.contract.world import ArraySpec, DiscreteActions, EpisodeRecord, WorldSpec
-from racecraft.training.bounded_episodes import CUT, play_bounded
+from racecraft.rollout.episodes import CUT, play_episodes
 
 
 class Walk:
@@ -36,7 +36,7 @@ class Walk:
 def play(choices, **words):
     policy = SimpleNamespace(act=lambda seen, mask: np.array(choices), forget=lambda rows: None)
     ticks = []
-    told = play_bounded(policy, Walk(), seed=0, observe=lambda *_: ticks.append(1), **words)
+    told = play_episodes(policy, Walk(), seed=0, observers=[lambda *_: ticks.append(1)], **words)
     return [(one.world, one.steps, one.reward, one.status) for one in told], len(ticks)
 
 

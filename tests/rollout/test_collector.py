@@ -6,29 +6,31 @@ import torch
 from numpy.testing import assert_array_equal
 from toy_world import LIMIT, Walk
 
-from racecraft.algorithms.ppo import Decision, PpoLearner
+from racecraft.algorithms.learner import Decision
+from racecraft.algorithms.networks import NetworkConfig
+from racecraft.algorithms.ppo import RAW_ACTION, PpoConfig, PpoLearner
 from racecraft.contract.errors import ContractError
-from racecraft.contract.world import EpisodeRecord
+from racecraft.contract.world import ArraySpec, EpisodeRecord
 from racecraft.rollout.collector import Collector
 from racecraft.rollout.statistics import summarise
-from racecraft.settings.groups import NetworkConfig, PpoConfig
 
 
 class Always:
-    """Takes the same choice always; values a row at its clock plus a half."""
+    """Takes the same choice always; notes the clock plus a half, and remembers whose episode ended."""
 
     device = torch.device("cpu")
+    columns = {"noted": ArraySpec((), np.float32)}
 
     def __init__(self, choice):
-        self.choice = choice
+        self.choice, self.forgotten, self.asked = choice, [], []
 
-    def act(self, observations, action_mask=None, greedy=False, generator=None):
+    def act(self, observations, action_mask=None, *, generator=None, rows=None):
         clock = observations["clock"][:, 0]
-        choices = np.full(len(clock), self.choice, np.int64)
-        return Decision(choices, choices, np.full(len(clock), -0.25, np.float32), self.values(observations))
+        self.asked.append(rows)
+        return Decision(np.full(len(clock), self.choice, np.int64), {"noted": clock.astype(np.float32) + 0.5})
 
-    def values(self, observations):
-        return observations["clock"][:, 0].astype(np.float32) + 0.5
+    def forget(self, rows):
+        self.forgotten.append(rows.copy())
 
 
 def a_learner(world, seed=1):
@@ -42,9 +44,11 @@ def test_a_walk_up_is_cut_by_the_clock_and_its_final_value_is_kept():
     assert_array_equal(kept.observations["clock"][:, 0, 0], [*range(LIMIT), 0, 1, 2])
     assert_array_equal(np.flatnonzero(kept.truncated[:, 0]), [LIMIT - 1])
     assert not kept.terminated.any()
-    assert kept.final_value[LIMIT - 1, 0] == LIMIT + 0.5  # of the final observation, not of the next start
-    assert_array_equal(kept.last_value, [3.5, 3.5])
-    assert_array_equal(kept.value[:, 1], kept.observations["clock"][:, 1, 0] + 0.5)
+    assert_array_equal(kept.final_index, [2 * (LIMIT - 1), 2 * (LIMIT - 1) + 1])
+    assert_array_equal(kept.final_observations["clock"][:, 0], [LIMIT, LIMIT])  # not of the next start
+    assert_array_equal(kept.last_observations["clock"][:, 0], [3, 3])
+    assert_array_equal(kept.columns["noted"][:, 1], kept.observations["clock"][:, 1, 0] + 0.5)
+    assert_array_equal(kept.actions, np.full((LIMIT + 3, 2), 2))
     assert collector.steps_taken == 2 * (LIMIT + 3)
 
 
@@ -68,6 +72,15 @@ def test_episodes_go_on_from_one_rollout_to_the_next():
     assert_array_equal(np.concatenate([clocks, second.observations["clock"]]), whole.observations["clock"])
 
 
+def test_an_actor_hears_whose_episode_ended_and_that_all_begin():
+    actor = Always(2)
+    kept = Collector(Walk(2), actor, horizon=LIMIT + 3, seed=1)
+    assert [rows.tolist() for rows in actor.forgotten] == [[True, True]]
+    kept.collect()
+    assert [rows.tolist() for rows in actor.forgotten[1:]] == [[True, True]]
+    assert actor.asked == [None] * (LIMIT + 3), "all rows are asked about, in order"
+
+
 def test_finished_episodes_are_told_with_their_sums():
     collector = Collector(Walk(1), Always(0), horizon=20, seed=1)
     start = int(collector.buffer.observations["square"][0, 0, 0].argmax())
@@ -87,7 +100,7 @@ def test_each_car_drives_its_quota_of_whole_episodes():
         last = np.flatnonzero(learned[:, n])[-1]
         assert kept.active[: last + 1, n].all()
         assert not kept.active[last + 1 :, n].any()
-    assert a.update(kept).transitions == kept.num_active
+    assert a.update(kept)["transitions"] == kept.num_active
     again = collector.collect_episodes(3)
     assert_array_equal((again.active & (again.terminated | again.truncated)).sum(axis=0), [3] * 4)
     assert_array_equal(again.observations["clock"][0], np.zeros((4, 1)))
@@ -98,8 +111,9 @@ def test_storage_grows_and_forgets_nothing():
     first, second = grown.collect_episodes(14), roomy.collect_episodes(14)  # 168 ticks: past the first room
     assert len(first.reward) == 14 * LIMIT
     for name, array in vars(first).items():
-        if name == "observations":
-            assert_array_equal(array["square"], second.observations["square"])
+        if isinstance(array, dict):
+            for part in array:
+                assert_array_equal(array[part], vars(second)[name][part], part)
         else:
             assert_array_equal(array, vars(second)[name], name)
 
@@ -146,7 +160,7 @@ def test_masks_are_heeded_all_the_way():
     kept = Collector(world, a_learner(world), horizon=64, seed=5).collect()
     assert not kept.action_mask.all()
     assert not kept.terminated.any()  # square 0 is out of reach
-    assert kept.action_mask[np.arange(64)[:, None], np.arange(8)[None], kept.samples].all()
+    assert kept.action_mask[np.arange(64)[:, None], np.arange(8)[None], kept.columns[RAW_ACTION]].all()
 
 
 def test_observers_see_what_every_tick_wrote():

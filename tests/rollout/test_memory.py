@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from racecraft.algorithms.rollout_batch import Experience
+from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.rollout.memory import within_memory
 
 
@@ -16,7 +16,8 @@ def driven(lengths, extra=0):
         active[: end[-1] + 1, i] = True
         ended[end[-1] + 1 :: 2, i] = True  # what a car does after its quota
     nothing = np.zeros(ended.shape, np.float32)
-    return Experience({}, nothing, nothing, nothing, nothing, ended, np.zeros_like(ended), active, nothing, nothing[0])
+    last = np.ones(len(lengths), bool)
+    return RolloutBatch({}, nothing, nothing, ended, np.zeros_like(ended), active, {}, last)
 
 
 def kept_lengths(kept, lengths):

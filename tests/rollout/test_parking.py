@@ -5,12 +5,12 @@ import math
 import numpy as np
 import torch
 
-from racecraft.algorithms.ppo import Decision
+from racecraft.algorithms.learner import Decision
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.rollout.collector import Collector
-from racecraft.settings.groups import CameraConfig, RaceConfig
 from racecraft.tracks.catalogue import load_track
 from racecraft.training.deepracer.recorder import EpisodeRecorder
 
@@ -21,18 +21,19 @@ class Dice:
     """Chooses at random and counts whom it was asked about."""
 
     device = torch.device("cpu")
+    columns = {}
 
     def __init__(self):
         self.asked = 0
 
-    def act(self, observations, action_mask=None, greedy=False, generator=None):
-        rows = len(observations["FRONT_FACING_CAMERA"])
-        self.asked += rows
-        choices = torch.randint(0, 3, (rows,), generator=generator).numpy()
-        return Decision(choices, choices, np.full(rows, -1.0, np.float32), np.zeros(rows, np.float32))
+    def act(self, observations, action_mask=None, *, generator=None, rows=None):
+        count = len(observations["FRONT_FACING_CAMERA"])
+        assert rows is None or len(rows) == count, "who is asked about is told"
+        self.asked += count
+        return Decision(torch.randint(0, 3, (count,), generator=generator).numpy(), {})
 
-    def values(self, observations):
-        return np.zeros(len(observations["FRONT_FACING_CAMERA"]), np.float32)
+    def forget(self, rows):
+        pass
 
 
 def make_collector(num_cars, recorder=None, fidelity="aws"):
@@ -47,12 +48,12 @@ def test_every_car_drives_exactly_its_quota():
     recorder = EpisodeRecorder()
     collector = make_collector(4, recorder)
     for iteration in (1, 2):
-        before = collector.steps_taken, collector.mind.asked
+        before = collector.steps_taken, collector.actor.asked
         kept = collector.collect_episodes(3)
         episodes = collector.take_episodes()
         lengths = sum(episode.steps for episode in episodes)
         assert sorted(episode.world for episode in episodes) == [0] * 3 + [1] * 3 + [2] * 3 + [3] * 3
-        assert collector.steps_taken - before[0] == collector.mind.asked - before[1] == lengths
+        assert collector.steps_taken - before[0] == collector.actor.asked - before[1] == lengths
         assert kept.num_active == lengths, "at AWS every tick is learned from, the prepare tick included"
         columns = recorder.take(iteration)
         assert len(columns["tick"]) == lengths
@@ -97,6 +98,6 @@ def test_a_restored_collector_goes_on_bit_by_bit_after_parking():
     second.restore(first.state())
     left, right = first.collect_episodes(2), second.collect_episodes(2)
     assert first.steps_taken == second.steps_taken
-    for name in ("samples", "reward", "terminated", "active"):
+    for name in ("actions", "reward", "terminated", "active"):
         assert (getattr(left, name) == getattr(right, name)).all(), name
     assert (left.observations["FRONT_FACING_CAMERA"] == right.observations["FRONT_FACING_CAMERA"]).all()

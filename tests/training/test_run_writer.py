@@ -12,7 +12,7 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import OutputFileError
 from racecraft.training import run_writer
 from racecraft.training.callbacks import IterationReport
-from racecraft.training.run_writer import RunKeeper
+from racecraft.training.run_writer import RunWriter
 
 
 class Learner:
@@ -32,21 +32,21 @@ class Collector:
 
 def report(iteration):
     return IterationReport(
-        iteration=iteration, steps=10 * iteration, seconds=0.0, steps_per_second=0.0, episodes=0, training_score=None,
-        losses={}, verdict=None, is_best=False,
+        iteration=iteration, steps=10 * iteration, seconds=0.0, steps_per_second=0.0, episodes=0, mean_reward=None,
+        training_score=None, losses={}, result=None, is_best=False,
     )  # fmt: skip
 
 
 class Training:
     def __init__(self, folder):
         self.run, self.learner = RunFolder.create(folder, {"kind": "test"}), Learner()
-        self.keeper = RunKeeper(self.run, self.learner, Collector(), {})
-        self.shelf = Checkpoints(self.run.checkpoints)
-        self.keeper.keep_start()
+        self.writer = RunWriter(self.run, self.learner, Collector(), {})
+        self.checkpoints = Checkpoints(self.run.checkpoints)
+        self.writer.write_start()
 
     def keep(self, iteration):
         self.learner.weight += 1
-        self.keeper.keep(report(iteration), lambda: {"iteration": iteration})
+        self.writer.write(report(iteration), lambda: {"iteration": iteration})
 
 
 @pytest.fixture
@@ -66,12 +66,12 @@ def gate(monkeypatch):
 def test_an_iteration_is_copied_and_the_training_goes_on_before_the_disk_has_it(training, gate):
     training.keep(1)
     training.learner.weight += 100
-    assert training.shelf.find("last").iteration == 0
+    assert training.checkpoints.find("last").iteration == 0
     gate.set()
-    training.keeper.close()
-    assert training.shelf.find("last").iteration == 1
-    assert training.shelf.load_policy("last")[0]["w"].tolist() == [1, 1, 1]
-    state = training.shelf.load_state("last")
+    training.writer.close()
+    assert training.checkpoints.find("last").iteration == 1
+    assert training.checkpoints.load_policy("last")[0]["w"].tolist() == [1, 1, 1]
+    state = training.checkpoints.load_state("last")
     assert state["learner"]["optimiser"]["0.exp_avg"].tolist() == (torch.ones(3) / 3).tolist()
     assert "network" not in state["learner"], "the weights stand in the policy's file"
 
@@ -84,14 +84,14 @@ def test_never_two_at_once_and_in_their_order(training, gate):
     assert second.is_alive(), "the second waits for the first"
     gate.set()
     second.join()
-    training.keeper.close()
+    training.writer.close()
     assert [row["iteration"] for row in training.run.read_metrics()] == [1, 2]
 
 
 @pytest.mark.parametrize("noticed_by", ["the next iteration", "the end"])
 def test_a_full_disk_is_told_and_an_older_whole_state_stands(training, monkeypatch, noticed_by):
     training.keep(1)
-    training.keeper._background.settle(wait=True)
+    training.writer._background.settle(wait=True)
 
     def full(*_args, **_named):
         raise OutputFileError("run: the disk is full")
@@ -99,12 +99,12 @@ def test_a_full_disk_is_told_and_an_older_whole_state_stands(training, monkeypat
     monkeypatch.setattr(Checkpoints, "save", full)
     training.keep(2)
     with pytest.raises(OutputFileError, match="disk is full"):
-        training.keep(3) if noticed_by == "the next iteration" else training.keeper.close()
-    assert training.shelf.load_state("last")["loop"] == {"iteration": 1}
+        training.keep(3) if noticed_by == "the next iteration" else training.writer.close()
+    assert training.checkpoints.load_state("last")["loop"] == {"iteration": 1}
 
 
 def test_closing_twice_is_closing_once(training):
     training.keep(1)
-    training.keeper.close()
-    training.keeper.close()
-    assert training.shelf.find("last").iteration == 1
+    training.writer.close()
+    training.writer.close()
+    assert training.checkpoints.find("last").iteration == 1

@@ -1,7 +1,8 @@
-"""Multiply in bfloat16 while the weights stay float32. Begin with `HalfTwin`.
+"""Multiply in bfloat16 while the weights stay float32. Begin with `Bfloat16Copy`.
 
 Autocast turns every weight into bfloat16 and every gradient back in new memory at each step; the AWS networks have 5.8
-million weights in one layer. A twin keeps its numbers in one place, and explores in bfloat16, too.
+million weights in one layer. A copy of half the precision keeps its numbers in one place, and explores in bfloat16,
+too.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def settled(precision: str) -> str:
     return "bfloat16" if told.get("avx512_bf16") or told.get("amx_bf16") else "float32"
 
 
-class HalfTwin:
+class Bfloat16Copy:
     """A network whose bodies are bfloat16 copies of another's; the heads are the other's own, in float32.
 
     Args:
@@ -37,7 +38,7 @@ class HalfTwin:
     """
 
     def __init__(self, network: ActorCritic) -> None:
-        self.network = _with_half_bodies(network)
+        self.network = _with_half_encoders(network)
         """Acts, values and learns; what its bodies learn lands in the float32 network by `hand_over`."""
         pairs = zip(network.named_parameters(), self.network.named_parameters(), strict=True)
         self._pairs = [(whole, half) for (_, whole), (_, half) in pairs if half is not whole]
@@ -59,7 +60,7 @@ class HalfTwin:
             half.copy_(whole)
 
 
-def _with_half_bodies(network: ActorCritic) -> ActorCritic:
+def _with_half_encoders(network: ActorCritic) -> ActorCritic:
     twin = copy.deepcopy(network)
     twin.policy_head, twin.value_head, twin.log_std = network.policy_head, network.value_head, network.log_std
     for body in (twin.policy_body, twin.critic_body):

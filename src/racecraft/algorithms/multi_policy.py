@@ -1,22 +1,24 @@
-"""Several policies that learn side by side in one world, each from its own rows. Begin with `Committee`.
+"""Several policies that learn side by side in one world, each from its own rows. Begin with `MultiPolicyLearner`.
 
-Who a row belongs to is told by an observation of the row itself, so that any subset of rows can be decided or valued.
-Towards the collector, the loop and the keeper a committee is one learner; inside, every member is a learner as ever,
+Who a row belongs to is told by the observation `POLICY_ID` of the row itself, so that any subset of rows can be decided
+or valued. Towards the collector, the loop and the files it is one learner; inside, every member is a learner as ever,
 with its own network, settings and optimiser, and sees its own observations under its own names.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields, replace
-from typing import TypeVar
+from dataclasses import replace
+from typing import Any, TypeVar
 
 import numpy as np
 import torch
+from torch import Tensor
 
-from racecraft.algorithms.ppo import Decision, PpoLearner, PpoLosses, StateDict
-from racecraft.algorithms.rollout_batch import Experience
-from racecraft.contract.world import Array, WorldSpec
+from racecraft.algorithms.learner import ROLLOUT, Decision, Learner, StateDict
+from racecraft.algorithms.policy_spec import MULTI_POLICY, PolicySpec
+from racecraft.algorithms.rollout_batch import RolloutBatch
+from racecraft.contract.world import POLICY_ID, AgentGroup, Array, ArraySpec, WorldSpec, mask_width
 
 Part = TypeVar("Part")
 
@@ -24,65 +26,86 @@ COUNTED = ("transitions", "minibatches")
 """Figures that are added up; all others are means, weighted by transitions."""
 
 
-class Committee:
-    """Learners by name.
+class MultiPolicyLearner:
+    """Learners by the name of their group.
 
     Args:
-        spec: The world's promise: observations "name/…" for each member, and continuous actions as wide as the widest.
-        members: The learners, in the order of the numbers that `whose` tells.
-        whose: Name of the observation that holds the number of a row's member.
-        allowed: What follows "name/" in the name of the observation that holds a member's mask; it may be absent.
+        spec: The world's promise, with its groups.
+        members: One learner for each group, in the groups' order; each made for `group_spec`.
     """
 
-    def __init__(self, spec: WorldSpec, members: Mapping[str, PpoLearner], whose: str, allowed: str) -> None:
+    eats = ROLLOUT
+
+    def __init__(self, spec: WorldSpec, members: Mapping[str, Learner]) -> None:
         self.spec, self.members = spec, dict(members)
-        self._whose, self._allowed = whose, allowed
         self.device = next(iter(self.members.values())).device
-        self._width = spec.actions.shape[0]
+        self.columns = {
+            f"{name}/{column}": part for name, learner in members.items() for column, part in learner.columns.items()
+        }
+
+    @property
+    def figures(self) -> Mapping[str, str]:
+        """What an update tells."""
+        figures: Mapping[str, str] = getattr(next(iter(self.members.values())), "figures", {})
+        return figures
+
+    @property
+    def policy_spec(self) -> PolicySpec:
+        """The members' specs, by their groups."""
+        return PolicySpec(
+            MULTI_POLICY,
+            dict(self.spec.observations),
+            self.spec.actions,
+            has_action_mask=self.spec.has_action_mask,
+            policies={name: learner.policy_spec for name, learner in self.members.items()},
+        )
 
     def act(
         self,
         observations: Mapping[str, Array],
         action_mask: Array | None = None,
-        greedy: bool = False,
+        *,
         generator: torch.Generator | None = None,
+        rows: Array | None = None,
     ) -> Decision:
-        """Decide for R rows; a choice is the first number of its row, float32 (R, widest)."""
-        rows = len(observations[self._whose])
-        actions, samples = np.zeros((2, rows, self._width), np.float32)
-        log_prob, value = np.zeros((2, rows), np.float32)
-        for name, mine in self._rows(observations[self._whose]):
-            seen, mask = self._seen(name, observations, mine)
-            decision = self.members[name].act(seen, mask, greedy, generator)
-            _lay(actions, mine, decision.actions)
-            _lay(samples, mine, decision.samples)
-            log_prob[mine], value[mine] = decision.log_prob, decision.value
-        return Decision(actions, samples, log_prob, value)
+        """Decide for R rows; an action stands in the first numbers of its row, float32 (R, widest)."""
+        count = len(observations[POLICY_ID])
+        actions = np.zeros((count, *self.spec.actions.shape), np.float32)
+        columns = {name: np.zeros((count, *part.shape), part.dtype) for name, part in self.columns.items()}
+        for name, mine in rows_by_group(observations[POLICY_ID], self.members):
+            seen, mask = part_of(self.members[name].spec, name, observations, action_mask, mine)
+            own = None if rows is None else rows[mine]
+            decision = self.members[name].act(seen, mask, generator=generator, rows=own)
+            lay(actions, mine, decision.actions)
+            for column, values in decision.columns.items():
+                columns[f"{name}/{column}"][mine] = values
+        return Decision(actions, columns)
+
+    def forget(self, rows: Array) -> None:
+        """Begin anew for the rows whose episode ended."""
+        for learner in self.members.values():
+            learner.forget(rows)
 
     def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
         """Return greedy actions, float32 (R, widest)."""
-        actions = np.zeros((len(observations[self._whose]), self._width), np.float32)
-        for name, mine in self._rows(observations[self._whose]):
-            _lay(actions, mine, self.members[name].choose(*self._seen(name, observations, mine)))
-        return actions
+        return choose_by_group(self.spec, self.members, observations, action_mask)
 
-    def values(self, observations: Mapping[str, Array]) -> Array:
-        """Return what the critics expect from R rows, float32 (R,)."""
-        value = np.zeros(len(observations[self._whose]), np.float32)
-        for name, mine in self._rows(observations[self._whose]):
-            value[mine] = self.members[name].values(self._seen(name, observations, mine)[0])
-        return value
-
-    def update(self, experience: Experience) -> PpoLosses:
+    def update(self, experience: RolloutBatch) -> dict[str, float]:
         """Have every member learn from its own rows.
 
         Raises:
             DivergedError: A loss of one of them is no longer a number.
         """
         told = []
-        for name, mine in self._rows(experience.observations[self._whose][0]):
+        for name, mine in rows_by_group(experience.observations[POLICY_ID][0], self.members):
             told.append(self.members[name].update(self._part_of(experience, name, mine)))
         return merged(told)
+
+    def anneal(self, done: float) -> None:
+        """Follow the schedules of all members."""
+        for learner in self.members.values():
+            if hasattr(learner, "anneal"):
+                learner.anneal(done)
 
     def state_dict(self) -> StateDict:
         """Return the members' states in one, each tensor named "member/…"."""
@@ -92,42 +115,98 @@ class Committee:
                 state.setdefault(group, {}).update({f"{name}/{key}": tensor for key, tensor in tensors.items()})
         return state
 
-    def load_state_dict(self, state: Mapping[str, Mapping[str, torch.Tensor]]) -> None:
+    def load_state_dict(self, state: Mapping[str, Mapping[str, Tensor]]) -> None:
         """Go on from what `state_dict` gave; groups other than "network" may be absent."""
         for name, learner in self.members.items():
             learner.load_state_dict({group: of_member(tensors, name) for group, tensors in state.items()})
 
-    def _rows(self, whose: Array) -> list[tuple[str, Array]]:
-        """Return each member that has rows here, with their numbers."""
-        found = [(name, np.flatnonzero(whose == number)) for number, name in enumerate(self.members)]
-        return [(name, rows) for name, rows in found if len(rows)]
-
-    def _seen(self, name: str, observations: Mapping[str, Array], rows: Array) -> tuple[dict[str, Array], Array | None]:
-        seen = {part: observations[f"{name}/{part}"][rows] for part in self.members[name].spec.observations}
-        mask = observations.get(f"{name}/{self._allowed}")
-        return seen, None if mask is None else mask[rows]
-
-    def _part_of(self, experience: Experience, name: str, rows: Array) -> Experience:
-        """Return a member's columns of a rollout, as it would have kept them itself."""
-        learner = self.members[name]
-        plain = ("log_prob", "value", "reward", "terminated", "truncated", "active", "final_value")
-        shape = learner.spec.actions.shape
-        samples = experience.samples[:, rows]
-        mask = experience.observations.get(f"{name}/{self._allowed}")
+    def _part_of(self, batch: RolloutBatch, name: str, rows: Array) -> RolloutBatch:
+        """Return a member's rows of a rollout, as it would have kept them itself."""
+        mine, learner = batch.of_rows(rows), self.members[name]
+        spec = learner.spec
+        width = mask_width(spec) if spec.has_action_mask else None
         return replace(
-            experience,
-            observations={
-                part: experience.observations[f"{name}/{part}"][:, rows] for part in learner.spec.observations
-            },
-            samples=samples[..., : shape[0]] if shape else samples[..., 0].astype(np.int64),
-            last_value=experience.last_value[rows],
-            action_mask=None if mask is None else mask[:, rows],
-            **{part: getattr(experience, part)[:, rows] for part in plain},
+            mine,
+            observations=_own(mine.observations, name, spec.observations),
+            last_observations=_own(mine.last_observations, name, spec.observations),
+            final_observations=_own(mine.final_observations, name, spec.observations)
+            if mine.final_observations
+            else {},
+            actions=narrow(mine.actions, spec),
+            columns=of_member(mine.columns, name),
+            action_mask=None if width is None or mine.action_mask is None else mine.action_mask[..., :width],
+            last_action_mask=(
+                None if width is None or mine.last_action_mask is None else mine.last_action_mask[..., :width]
+            ),
         )
 
 
-Learner = PpoLearner | Committee
-"""Whatever learns from a rollout."""
+class MultiPolicy:
+    """Greedy policies of several groups as one.
+
+    Args:
+        spec: What all of them together see and do.
+        members: By group, in the groups' order.
+    """
+
+    def __init__(self, spec: PolicySpec, members: Mapping[str, Any]) -> None:
+        self.spec, self.members = spec, dict(members)
+
+    def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
+        """Return greedy actions, float32 (R, widest)."""
+        actions = np.zeros((len(observations[POLICY_ID]), *self.spec.actions.shape), np.float32)
+        for name, mine in rows_by_group(observations[POLICY_ID], self.members):
+            seen, mask = part_of(self.spec.policies[name], name, observations, action_mask, mine)
+            lay(actions, mine, self.members[name].act(seen, mask))
+        return actions
+
+    def forget(self, rows: Array) -> None:
+        """Begin anew for the rows whose episode ended."""
+        for member in self.members.values():
+            member.forget(rows)
+
+
+def group_spec(name: str, group: AgentGroup, num_rows: int) -> WorldSpec:
+    """Return what a group's agents alone would promise, as worlds of one agent."""
+    return WorldSpec(name, num_rows, 1, group.observations, group.actions, group.has_action_mask)
+
+
+def choose_by_group(
+    spec: WorldSpec, members: Mapping[str, Learner], observations: Mapping[str, Array], action_mask: Array | None
+) -> Array:
+    """Return every row's greedy action from its own member, float32 (R, widest)."""
+    actions = np.zeros((len(observations[POLICY_ID]), *spec.actions.shape), np.float32)
+    for name, mine in rows_by_group(observations[POLICY_ID], members):
+        lay(actions, mine, members[name].choose(*part_of(members[name].spec, name, observations, action_mask, mine)))
+    return actions
+
+
+def rows_by_group(policy_id: Array, names: Mapping[str, Any]) -> list[tuple[str, Array]]:
+    """Return each group that has rows here, with their numbers."""
+    found = [(name, np.flatnonzero(policy_id == number)) for number, name in enumerate(names)]
+    return [(name, rows) for name, rows in found if len(rows)]
+
+
+def part_of(
+    spec: Any, name: str, observations: Mapping[str, Array], action_mask: Array | None, rows: Array
+) -> tuple[dict[str, Array], Array | None]:
+    """Return what a group's rows see, under its own names, and what they are allowed."""
+    seen = {part: observations[f"{name}/{part}"][rows] for part in spec.observations}
+    masked = action_mask is not None and spec.has_action_mask
+    return seen, action_mask[rows, : mask_width(spec)] if masked and action_mask is not None else None
+
+
+def narrow(actions: Array, spec: WorldSpec) -> Array:
+    """Return a group's own actions (…, *shape) out of the widest (…, W)."""
+    shape = spec.actions.shape
+    own = actions[..., : shape[0]] if shape else actions[..., 0]
+    return np.asarray(own, spec.actions.dtype)
+
+
+def lay(into: Array, rows: Array, parts: Array) -> None:
+    """Write choices (r,) or vectors (r, A) into the first numbers of their rows."""
+    wide = parts.reshape(len(rows), -1)
+    into[rows, : wide.shape[1]] = wide
 
 
 def of_member(named: Mapping[str, Part], name: str) -> dict[str, Part]:
@@ -140,19 +219,17 @@ def of_member(named: Mapping[str, Part], name: str) -> dict[str, Part]:
     return {key.removeprefix(start): part for key, part in named.items() if key.startswith(start)}
 
 
-def merged(told: list[PpoLosses]) -> PpoLosses:
+def merged(told: list[Mapping[str, float]]) -> dict[str, float]:
     """Return the figures of several updates in one: counts added, all else averaged by transitions."""
-    weights = [max(losses.transitions, 0) for losses in told]
+    weights = [max(figures.get("transitions", 0), 0) for figures in told]
     weights = weights if sum(weights) else [1] * len(told)
-    figures = {}
-    for part in fields(PpoLosses):
-        values = [getattr(losses, part.name) for losses in told]
+    together: dict[str, float] = {}
+    for name in dict.fromkeys(name for figures in told for name in figures):
+        values = [figures.get(name, 0.0) for figures in told]
         mean = sum(weight * value for weight, value in zip(weights, values, strict=True)) / sum(weights)
-        figures[part.name] = sum(values) if part.name in COUNTED else mean
-    return PpoLosses(**figures)
+        together[name] = sum(values) if name in COUNTED else mean
+    return together
 
 
-def _lay(into: Array, rows: Array, parts: Array) -> None:
-    """Write choices (r,) or vectors (r, A) into the first numbers of their rows."""
-    wide = parts.reshape(len(rows), -1)
-    into[rows, : wide.shape[1]] = wide
+def _own(named: Mapping[str, Array], name: str, parts: Mapping[str, ArraySpec]) -> dict[str, Array]:
+    return {part: named[f"{name}/{part}"] for part in parts}

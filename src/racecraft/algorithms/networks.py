@@ -1,4 +1,4 @@
-"""From named observations to action numbers and a value. Begin with `ActorCritic`.
+"""From named observations to the parameters of actions and a value. Begin with `ActorCritic`.
 
 A network is built from an `Architecture`, which is a row of plain figures: convolutions for images, dense layers for
 vectors, one trunk behind them, two heads. A new network is a new row.
@@ -16,16 +16,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor, nn
 
+from racecraft.algorithms.distributions import numbers_width, params_width
 from racecraft.contract.errors import SettingError
-from racecraft.contract.world import ActionSpec, ArraySpec, ContinuousActions, DiscreteActions
-from racecraft.settings.groups import NetworkConfig
+from racecraft.contract.world import ActionSpec, ArraySpec
+from racecraft.settings.table import check_group, setting
 
 CRITIC_UNITS = (128, 128)
 """Dense layers of a critic that reads privileged vectors."""
@@ -34,6 +36,30 @@ HIDDEN_GAIN = {"relu": math.sqrt(2.0), "tanh": math.sqrt(2.0)}
 """Gain of the orthogonal start; the same for both, as in the PPO implementations that were measured."""
 POLICY_GAIN = 0.01
 """Gain of the policy's last layer: it starts almost indifferent."""
+
+
+@dataclass(frozen=True)
+class NetworkConfig:
+    """The policy's and the critic's network."""
+
+    conv_filters: tuple[int, ...] = setting((16, 32), "Filters of each convolution.", low=1)
+    conv_kernels: tuple[int, ...] = setting((6, 4), "Kernel size of each convolution.", unit="px", low=1)
+    conv_strides: tuple[int, ...] = setting((3, 2), "Stride of each convolution.", unit="px", low=1)
+    image_units: tuple[int, ...] | None = setting(
+        None, "Units of each dense layer between an image's convolutions and what all observations share.", low=1
+    )
+    hidden_units: tuple[int, ...] = setting((128,), "Units of each dense layer.", low=1)
+    activation: str = setting("relu", "Non-linearity between layers.", choices=("relu", "tanh"))
+    privileged_critic: bool = setting(
+        True, "While training, the critic sees the true state the world offers; the policy never does."
+    )
+    separate_networks: bool = setting(False, "Whether a critic without privileges shares nothing with the policy.")
+    initialisation: str = setting(
+        "orthogonal", "How the first weights are drawn; biases start at 0.", choices=("orthogonal", "glorot")
+    )
+
+    def __post_init__(self) -> None:
+        check_group(self)
 
 
 @dataclass(frozen=True)
@@ -82,6 +108,21 @@ def architecture_of(config: NetworkConfig) -> Architecture:
     )
 
 
+def architecture_from(told: Mapping[str, Any]) -> Architecture:
+    """Return the row that a policy spec tells; figures it does not know are passed over.
+
+    >>> architecture_from({"trunk_units": [8], "convolutions": [[4, 3, 1]], "distribution": "gaussian"}).convolutions
+    ((4, 3, 1),)
+    """
+    known = {part.name for part in fields(Architecture)}
+    values = {name: _tupled(value) for name, value in told.items() if name in known}
+    return Architecture(**values)
+
+
+def _tupled(value: Any) -> Any:
+    return tuple(_tupled(part) for part in value) if isinstance(value, list | tuple) else value
+
+
 class ActorCritic(nn.Module):
     """Policy and critic over named observations.
 
@@ -91,8 +132,8 @@ class ActorCritic(nn.Module):
         architecture: The network as a row of figures.
         generator: Chance for the first weights; the global generator is not touched.
 
-    For continuous actions the policy's numbers are the mean in [-1, 1] units, and `log_std` is a parameter of its own,
-    shape (A,), that does not depend on what is seen. For discrete actions they are logits, and `log_std` is None.
+    The policy's parameters are those that `distributions.py` asks for: logits of choices, means of numbers in [-1, 1]
+    units. `log_std` is a parameter of its own, shape (A,), that does not depend on what is seen; None without numbers.
     """
 
     def __init__(
@@ -106,33 +147,33 @@ class ActorCritic(nn.Module):
         visible = {name: part for name, part in observations.items() if not part.privileged}
         vectors = {name: part for name, part in observations.items() if not is_image(part)}
         has_privileged = any(part.privileged for part in vectors.values())
-        count = actions.count if isinstance(actions, DiscreteActions) else len(actions.low)
+        count, numbers = params_width(actions), numbers_width(actions)
 
-        self.policy_body = Body(visible, architecture, generator)
-        self.critic_body: Body | None = None
+        self.policy_body = Encoder(visible, architecture, generator)
+        self.critic_body: Encoder | None = None
         if architecture.privileged_critic and has_privileged:
             row = Architecture(trunk_units=CRITIC_UNITS, activation="tanh", initialisation=architecture.initialisation)
-            self.critic_body = Body(vectors, row, generator)
+            self.critic_body = Encoder(vectors, row, generator)
         elif architecture.separate_networks:
-            self.critic_body = Body(visible, architecture, generator)
+            self.critic_body = Encoder(visible, architecture, generator)
 
         critic_width = (self.critic_body or self.policy_body).width
         self.policy_head = dense(self.policy_body.width, count, architecture, generator, POLICY_GAIN)
         self.value_head = dense(critic_width, 1, architecture, generator, 1.0)
-        self.log_std = nn.Parameter(torch.zeros(count)) if isinstance(actions, ContinuousActions) else None
+        self.log_std = nn.Parameter(torch.zeros(numbers)) if numbers else None
         if architecture.initialisation == "glorot":
             normalise_columns(self.value_head, 1.0, generator)
             if self.log_std is not None:
                 normalise_columns(self.policy_head, POLICY_GAIN, generator)
 
     def forward(self, observations: Mapping[str, Tensor]) -> tuple[Tensor, Tensor]:
-        """Return the policy's numbers (R, A) and the values (R,) of R rows."""
+        """Return the policy's parameters (R, P) and the values (R,) of R rows."""
         features = self.policy_body(observations)
         critic = features if self.critic_body is None else self.critic_body(observations)
         return self.policy_head(features.float()), self.value_head(critic.float()).squeeze(-1)
 
     def policy(self, observations: Mapping[str, Tensor]) -> Tensor:
-        """Return the policy's numbers (R, A) alone; needs no privileged observation."""
+        """Return the policy's parameters (R, P) alone; needs no privileged observation."""
         return self.policy_head(self.policy_body(observations).float())
 
     def value(self, observations: Mapping[str, Tensor]) -> Tensor:
@@ -140,7 +181,7 @@ class ActorCritic(nn.Module):
         return self.value_head((self.critic_body or self.policy_body)(observations).float()).squeeze(-1)
 
 
-class Body(nn.Module):
+class Encoder(nn.Module):
     """Embedders side by side, laid end to end, and a trunk over them: named observations to features (R, width)."""
 
     def __init__(

@@ -12,70 +12,113 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 import torch
 from torch import Tensor
 from torch.nn import functional
 
+from racecraft.algorithms.actor_policy import ActorPolicy, load_actor_policy
 from racecraft.algorithms.adam import Adam
-from racecraft.algorithms.distributions import Choices, Distribution, distribution_for
-from racecraft.algorithms.half_precision import HalfTwin, settled
-from racecraft.algorithms.networks import ActorCritic, Architecture, architecture_of
-from racecraft.algorithms.returns import advantages, explained_variance, next_values
-from racecraft.algorithms.rollout_batch import Experience
-from racecraft.contract.errors import RacecraftError
-from racecraft.contract.world import Array, WorldSpec
-from racecraft.settings.groups import NetworkConfig, PpoConfig
-
-StateDict = dict[str, dict[str, Tensor]]
+from racecraft.algorithms.distributions import Categorical, Distribution, distribution_for
+from racecraft.algorithms.half_precision import Bfloat16Copy, settled
+from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError, StateDict
+from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
+from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
+from racecraft.algorithms.returns import advantages, explained_variance
+from racecraft.algorithms.rollout_batch import RolloutBatch
+from racecraft.contract.world import Array, ArraySpec, WorldSpec
+from racecraft.settings.composition import Settings
+from racecraft.settings.table import check_group, setting
 
 ROWS_AT_ONCE = 256
 """How many rows a critic that is asked later values at once."""
+RAW_ACTION, LOG_PROB, VALUE = "raw_action", "log_prob", "value"
+"""Columns: what was drawn, how likely it was, and what the critic expected."""
 
+LINEAR = "linear"
+LEAST_CLIP = 0.1
+"""Where a falling clip ends (facts: ML-Agents' `epsilon_schedule`)."""
 
-class DivergedError(RacecraftError):
-    """The losses are no longer numbers; the weights of this update are worth nothing."""
-
-
-class Decision(NamedTuple):
-    """What a policy decided for R rows."""
-
-    actions: Array
-    """What the world obeys, (R, *action shape), in the type of the world's action spec."""
-    samples: Array
-    """What was drawn: the same for discrete actions; float32 (R, A) in [-1, 1] units, not cut, for continuous ones."""
-    log_prob: Array
-    """float32 (R,): log-probability of the samples."""
-    value: Array
-    """float32 (R,): what the critic expects from here; zeros where the learner asks it later (`values_later`)."""
+FIGURES = {
+    "policy_loss": "Clipped surrogate, negated: falls when likelier actions were better than expected.",
+    "value_loss": "Critic's error, before its weight: reward units squared (mse).",
+    "entropy": "How undecided the policy is, in nats: log A at most for A choices.",
+    "approx_kl": "How far the policy moved from the one that acted, in nats: mean of (ratio - 1) - log ratio, never "
+    "negative.",
+    "clip_fraction": "Share of transitions whose probability ratio left 1 +- clip, 0 to 1.",
+    "grad_norm": "Euclidean norm of the gradient before it was cut; 0 where it is never cut (it is then not computed).",
+    "explained_variance": "Share of the targets' variance the critic foresaw before the update: 1 all, 0 none, below 0 "
+    "worse than none.",
+    "mean_advantage": "Mean advantage before it was standardised, in reward units.",
+    "transitions": "Transitions learned from in each epoch (active rows).",
+    "minibatches": "Gradient steps taken.",
+}
+"""What an update tells: means over its minibatches, unless it says otherwise."""
 
 
 @dataclass(frozen=True)
-class PpoLosses:
-    """What one update came to: means over its minibatches, unless it says otherwise."""
+class PpoConfig:
+    """Proximal policy optimisation with a clipped objective."""
 
-    policy_loss: float
-    """Clipped surrogate, negated: falls when likelier actions were better than expected."""
-    value_loss: float
-    """Critic's error, before its weight: reward units squared (mse)."""
-    entropy: float
-    """How undecided the policy is, in nats: log A at most for A choices."""
-    approx_kl: float
-    """How far the policy moved from the one that acted, in nats: mean of (ratio - 1) - log ratio, never negative."""
-    clip_fraction: float
-    """Share of transitions whose probability ratio left 1 +- clip, 0 to 1."""
-    grad_norm: float
-    """Euclidean norm of the gradient before it was cut; 0 where it is never cut (it is then not computed)."""
-    explained_variance: float
-    """Share of the targets' variance the critic foresaw before the update: 1 all, 0 none, below 0 worse than none."""
-    mean_advantage: float
-    """Mean advantage before it was standardised, in reward units."""
-    transitions: int
-    """Transitions learned from in each epoch (active rows)."""
-    minibatches: int
-    """Gradient steps taken."""
+    learning_rate: float = setting(5e-4, "Adam's step size.", low=1e-8, high=1.0)
+    discount: float = setting(0.97, "Weight of the next tick's value (gamma).", low=0.0, high=1.0)
+    gae_lambda: float = setting(0.95, "Mix of advantage estimates (lambda).", low=0.0, high=1.0)
+    epochs: int = setting(4, "Passes over each rollout.", low=1, high=100)
+    batch_size: int = setting(256, "Transitions in one minibatch.", low=1)
+    clip: float = setting(0.2, "How far the probability ratio may move from 1.", low=0.0, high=1.0)
+    entropy_weight: float = setting(0.01, "Weight of the entropy bonus.", low=0.0, high=1.0)
+    value_weight: float = setting(0.5, "Weight of the value loss.", low=0.0)
+    value_loss: str = setting("mse", "How the critic's error is measured.", choices=("mse", "huber"))
+    max_grad_norm: float | None = setting(0.5, "Gradients are scaled down to this norm.", low=0.0)
+    adam_epsilon: float = setting(1e-5, "Adam's epsilon.", low=0.0)
+    adam_form: str = setting(
+        "paper",
+        "Where Adam adds its epsilon: `tensorflow` adds it before the second moment's bias is taken out, which makes "
+        "the first steps smaller.",
+        choices=("paper", "tensorflow"),
+    )
+    standardise: str = setting(
+        "minibatch", "Over what advantages are standardised.", choices=("minibatch", "rollout", "none")
+    )
+    drop_remainder: bool = setting(False, "Leave out the last minibatch of an epoch when it is not full.")
+    precision: str = setting(
+        "float32",
+        "What layers multiply in while training; weights, heads, losses and Adam stay float32. bfloat16 is coarser, "
+        "and faster on processors that have it (avx512_bf16, amx); auto takes it there.",
+        choices=("float32", "bfloat16", "auto"),
+    )
+    probability_floor: float = setting(
+        0.0, "No choice counts as less likely than this; the others are not lowered for it.", low=0.0, high=1e-3
+    )
+    distribution: str = setting(
+        "gaussian",
+        "How numbers are drawn: `gaussian` and cut to their bounds, as at AWS, or `squashed` into them by a tanh.",
+        choices=("gaussian", "squashed"),
+    )
+    learning_rate_schedule: str = setting(
+        "constant",
+        "How the learning rate goes on: as it is, or in a straight line to nothing at the stop `steps=`.",
+        choices=("constant", "linear"),
+    )
+    clip_schedule: str = setting(
+        "constant", "The same for the clip, which ends at 0.1 at the least.", choices=("constant", "linear")
+    )
+    entropy_schedule: str = setting("constant", "The same for the entropy's weight.", choices=("constant", "linear"))
+    exploration: str = setting(
+        "categorical",
+        "How choices are drawn while training: by their probability, or the likeliest with random ones between.",
+        choices=("categorical", "e-greedy"),
+    )
+    epsilon_last: float = setting(
+        0.05, "Share of random choices at the end; with e-greedy exploration.", low=0.0, high=1.0
+    )
+    epsilon_steps: int = setting(
+        10_000, "Steps until that share is reached, in a straight line from 1; with e-greedy.", unit="steps", low=1
+    )
+
+    def __post_init__(self) -> None:
+        check_group(self)
 
 
 @dataclass
@@ -83,7 +126,7 @@ class Minibatch:
     """B transitions, as tensors on the learner's device."""
 
     observations: dict[str, Tensor]
-    samples: Tensor
+    raw_actions: Tensor
     log_prob: Tensor
     advantages: Tensor
     targets: Tensor
@@ -93,7 +136,7 @@ class Minibatch:
         """Return the chosen rows (int64 (B,))."""
         return Minibatch(
             observations={name: numbers.index_select(0, rows) for name, numbers in self.observations.items()},
-            samples=self.samples.index_select(0, rows),
+            raw_actions=self.raw_actions.index_select(0, rows),
             log_prob=self.log_prob.index_select(0, rows),
             advantages=self.advantages.index_select(0, rows),
             targets=self.targets.index_select(0, rows),
@@ -118,6 +161,9 @@ class PpoLearner:
     (5,)
     """
 
+    eats = ROLLOUT
+    figures = FIGURES
+
     def __init__(
         self,
         spec: WorldSpec,
@@ -127,13 +173,15 @@ class PpoLearner:
         device: str = "cpu",
     ) -> None:
         self.spec, self.config, self.device = spec, config, torch.device(device)
+        self.now = config
+        """The settings as the schedules have them by now."""
         self.architecture = architecture_of(network) if isinstance(network, NetworkConfig) else network
-        self.distribution: Distribution = distribution_for(spec.actions, config.probability_floor)
+        self.distribution = distribution_for(spec.actions, config.probability_floor, config.distribution)
         chance = torch.Generator().manual_seed(seed)
         self.network = ActorCritic(spec.observations, spec.actions, self.architecture, chance).to(self.device)
-        self.twin = HalfTwin(self.network) if settled(config.precision) == "bfloat16" else None
-        self.working = self.network if self.twin is None else self.twin.network
-        """What explores and learns: the network itself, or its twin of half the precision."""
+        self.half = Bfloat16Copy(self.network) if settled(config.precision) == "bfloat16" else None
+        self.working = self.network if self.half is None else self.half.network
+        """What explores and learns: the network itself, or its copy of half the precision."""
         self.generator = torch.Generator(self.device).manual_seed(seed + 1)
         self.optimiser = Adam(self.network.parameters(), config.learning_rate, config.adam_epsilon, config.adam_form)
         self.values_later = self.network.critic_body is not None and self.architecture.separate_networks
@@ -142,14 +190,29 @@ class PpoLearner:
         self.explored = 0
         """Decisions drawn so far; the random share of e-greedy exploration falls with them."""
 
+        self.policy = ActorPolicy(self.network, self.distribution)
+        self.columns = _columns(spec, self.values_later)
+
+    @classmethod
+    def build(cls, spec: WorldSpec, settings: Settings, seed: int) -> PpoLearner:
+        """Return a learner with the settings' groups `network`, `ppo` and `runtime`."""
+        return cls(spec, settings.network, settings.ppo, seed, settings.runtime.device)
+
+    @classmethod
+    def load_policy(cls, spec: PolicySpec, weights: Mapping[str, Tensor]) -> ActorPolicy:
+        """Return the greedy policy of a checkpoint."""
+        return load_actor_policy(spec, weights)
+
+    @property
+    def policy_spec(self) -> PolicySpec:
+        """What a stranger needs to rebuild the policy."""
+        more = {"distribution": self.config.distribution, "probability_floor": self.config.probability_floor}
+        return spec_of_policy(self.spec, "ppo", {**architecture_values(self.architecture), **more})
+
     @property
     def learning_rate(self) -> float:
-        """Adam's step size now; set it between updates to anneal it."""
+        """Adam's step size now."""
         return self.optimiser.learning_rate
-
-    @learning_rate.setter
-    def learning_rate(self, rate: float) -> None:
-        self.optimiser.learning_rate = rate
 
     @property
     def epsilon(self) -> float:
@@ -157,93 +220,74 @@ class PpoLearner:
         config = self.config
         return 1.0 + (config.epsilon_last - 1.0) * min(self.explored / config.epsilon_steps, 1.0)
 
+    def anneal(self, done: float) -> None:
+        """Follow the schedules: `done` is the share of the training that lies behind, 0 to 1."""
+        config, left = self.config, max(0.0, 1.0 - done)
+        self.optimiser.learning_rate = config.learning_rate * (left if config.learning_rate_schedule == LINEAR else 1.0)
+        clip = config.clip * left if config.clip_schedule == LINEAR else config.clip
+        self.now = replace(
+            config,
+            clip=max(clip, min(config.clip, LEAST_CLIP)),
+            entropy_weight=config.entropy_weight * (left if config.entropy_schedule == LINEAR else 1.0),
+        )
+
     @torch.inference_mode()
     def act(
         self,
         observations: Mapping[str, Array],
         action_mask: Array | None = None,
-        greedy: bool = False,
+        *,
         generator: torch.Generator | None = None,
+        rows: Array | None = None,
     ) -> Decision:
-        """Decide for R rows.
-
-        Args:
-            observations: Named arrays (R, ...); names the network does not know are ignored.
-            action_mask: bool (R, A), True where an action is allowed, or None.
-            greedy: Take the likeliest action instead of drawing one.
-            generator: Chance to draw with; the learner's own by default.
-        """
+        """Decide for R rows, exploration in; see `Actor.act`."""
+        seen, columns = self._tensors(observations), {}
         if self.values_later:
-            numbers = self.working.policy(self._tensors(observations))
-            value = torch.zeros(len(numbers))
+            params = self.working.policy(seen)
         else:
-            numbers, value = self.working(self._tensors(observations))
+            params, value = self.working(seen)
+            columns[VALUE] = value.cpu().numpy()
         mask = None if action_mask is None else torch.from_numpy(action_mask).to(self.device)
-        log_std, kind = self.network.log_std, self.distribution
-        chance = generator or self.generator
-        if greedy:
-            samples, log_prob = kind.best(numbers, log_std, mask)
-        elif self.config.exploration == "e-greedy" and isinstance(kind, Choices):
-            samples, log_prob = kind.sample_greedily(numbers, mask, self.epsilon, chance)
-            self.explored += len(samples)
+        log_std, kind, chance = self.network.log_std, self.distribution, generator or self.generator
+        if self.config.exploration == "e-greedy" and isinstance(kind, Categorical):
+            raw, log_prob = kind.sample_greedily(params, mask, self.epsilon, chance)
+            self.explored += len(raw)
         else:
-            samples, log_prob = kind.sample(numbers, log_std, mask, chance)
-        actions = kind.to_actions(samples)
-        return Decision(actions.cpu().numpy(), samples.cpu().numpy(), log_prob.cpu().numpy(), value.cpu().numpy())
+            raw, log_prob = kind.sample(params, log_std, mask, chance)
+        columns |= {RAW_ACTION: raw.cpu().numpy(), LOG_PROB: log_prob.cpu().numpy()}
+        return Decision(kind.to_actions(raw).cpu().numpy(), columns)
 
-    @torch.inference_mode()
+    def forget(self, rows: Array) -> None:
+        """Nothing is remembered from tick to tick."""
+
     def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
         """Return greedy actions (R, *action shape) without asking the critic: needs no privileged observation."""
-        visible = {name: observations[name] for name in self.network.policy_body.names}
-        numbers = self.network.policy(self._tensors(visible))
-        mask = None if action_mask is None else torch.from_numpy(action_mask).to(self.device)
-        samples, _ = self.distribution.best(numbers, self.network.log_std, mask)
-        return self.distribution.to_actions(samples).cpu().numpy()
-
-    @torch.inference_mode()
-    def chances(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
-        """Return how likely the policy makes each of A choices, float32 (R, A); discrete actions only."""
-        visible = {name: observations[name] for name in self.network.policy_body.names}
-        numbers = self.network.policy(self._tensors(visible))
-        mask = None if action_mask is None else torch.from_numpy(action_mask).to(self.device)
-        assert isinstance(self.distribution, Choices)
-        return self.distribution.chances(numbers, mask).cpu().numpy()
+        return self.policy.act(observations, action_mask)
 
     @torch.inference_mode()
     def values(self, observations: Mapping[str, Array]) -> Array:
         """Return what the critic expects from R rows, float32 (R,)."""
         return self.working.value(self._tensors(observations)).cpu().numpy()
 
-    def update(self, experience: Experience) -> PpoLosses:
-        """Learn from a rollout: `epochs` passes over its active rows in shuffled minibatches.
+    def update(self, experience: RolloutBatch) -> dict[str, float]:
+        """Learn from a rollout: `epochs` passes over its active rows in shuffled minibatches; return `FIGURES`.
 
         Raises:
             DivergedError: A loss is no longer a number.
         """
         whole, rows, facts = self._prepare(experience)
-        figures = [
+        told = [
             self._step(whole.take(picked))
             for _ in range(self.config.epochs if len(rows) else 0)
             for picked in self._minibatches(rows)
         ]
-        means = torch.stack(figures).mean(dim=0).tolist() if figures else [0.0] * 6
+        means = torch.stack(told).mean(dim=0).tolist() if told else [0.0] * 6
         if not np.isfinite(means).all():
             raise DivergedError(
-                f"After {len(figures)} minibatches the losses are {means}; expected numbers. Lower ppo.learning_rate "
+                f"After {len(told)} minibatches the losses are {means}; expected numbers. Lower ppo.learning_rate "
                 "or the size of the rewards, and go on from the last checkpoint."
             )
-        return PpoLosses(
-            policy_loss=means[0],
-            value_loss=means[1],
-            entropy=means[2],
-            approx_kl=means[3],
-            clip_fraction=means[4],
-            grad_norm=means[5],
-            explained_variance=facts[0],
-            mean_advantage=facts[1],
-            transitions=len(rows),
-            minibatches=len(figures),
-        )
+        return dict(zip(FIGURES, [*means, *facts, len(rows), len(told)], strict=True))
 
     def state_dict(self) -> StateDict:
         """Return everything an exact continuation needs, as named tensors in three groups (copies)."""
@@ -259,8 +303,8 @@ class PpoLearner:
     def load_state_dict(self, state: Mapping[str, Mapping[str, Tensor]]) -> None:
         """Go on from what `state_dict` gave; groups other than "network" may be absent (weights alone)."""
         self.network.load_state_dict(dict(state["network"]))
-        if self.twin is not None:
-            self.twin.refresh()
+        if self.half is not None:
+            self.half.refresh()
         if state.get("optimiser"):
             self.optimiser.load_state_dict(state["optimiser"])
         if "exploration" in state:
@@ -268,19 +312,19 @@ class PpoLearner:
         if "generator" in state:
             self.generator.set_state(state["generator"]["state"].cpu())
 
-    def _prepare(self, experience: Experience) -> tuple[Minibatch, Tensor, tuple[float, float]]:
+    def _prepare(self, batch: RolloutBatch) -> tuple[Minibatch, Tensor, tuple[float, float]]:
         """Return all rows laid end to end, the numbers of the active ones, and two facts for the record."""
         config = self.config
-        kept = replace(experience, value=self._values_of(experience)) if self.values_later else experience
-        following = next_values(kept.value, kept.last_value, kept.final_value, kept.truncated)
+        value = self._values_of(batch) if self.values_later else batch.columns[VALUE]
+        following = self._next_values(batch, value)
         found, targets = advantages(
-            kept.reward, kept.value, following, kept.terminated, kept.truncated,
-            config.discount, config.gae_lambda, None if kept.active.all() else kept.active,
+            batch.reward, value, following, batch.terminated, batch.truncated,
+            config.discount, config.gae_lambda, None if batch.active.all() else batch.active,
         )  # fmt: skip
-        active = kept.active.reshape(-1)
+        active = batch.active.reshape(-1)
         used = found.reshape(-1)[active]
         facts = (
-            explained_variance(kept.value.reshape(-1)[active], targets.reshape(-1)[active]) if used.size else 0.0,
+            explained_variance(value.reshape(-1)[active], targets.reshape(-1)[active]) if used.size else 0.0,
             float(used.mean()) if used.size else 0.0,
         )
         if config.standardise == "rollout" and used.size > 1:
@@ -290,23 +334,30 @@ class PpoLearner:
             return torch.from_numpy(array.reshape(-1, *array.shape[2:])).to(self.device)
 
         whole = Minibatch(
-            observations={name: laid(array) for name, array in kept.observations.items()},
-            samples=laid(kept.samples),
-            log_prob=laid(kept.log_prob),
+            observations={name: laid(array) for name, array in batch.observations.items()},
+            raw_actions=laid(batch.columns[RAW_ACTION]),
+            log_prob=laid(batch.columns[LOG_PROB]),
             advantages=laid(found.astype(np.float32, copy=False)),
             targets=laid(targets.astype(np.float32, copy=False)),
-            action_mask=None if kept.action_mask is None else laid(kept.action_mask),
+            action_mask=None if batch.action_mask is None else laid(batch.action_mask),
         )
         return whole, torch.from_numpy(np.flatnonzero(active)).to(self.device), facts
 
-    def _values_of(self, experience: Experience) -> Array:
+    def _next_values(self, batch: RolloutBatch, value: Array) -> Array:
+        """Return what followed each tick, float32 (T, R): the next row's value, the final observation's where cut."""
+        following = np.concatenate([value[1:], self.values(batch.last_observations)[None]])
+        if len(batch.final_index):
+            following.reshape(-1)[batch.final_index] = self.values(batch.final_observations)
+        return following
+
+    def _values_of(self, batch: RolloutBatch) -> Array:
         """Return the critic's values of what was seen, float32 (T, R); zeros where a row is not active."""
-        active = experience.active.reshape(-1)
-        seen = {name: array.reshape(-1, *array.shape[2:]) for name, array in experience.observations.items()}
+        active = batch.active.reshape(-1)
+        seen = {name: array.reshape(-1, *array.shape[2:]) for name, array in batch.observations.items()}
         found = np.zeros(len(active), np.float32)
         for rows in np.array_split(np.flatnonzero(active), -(-int(active.sum()) // ROWS_AT_ONCE) or 1):
             found[rows] = self.values({name: array[rows] for name, array in seen.items()}) if len(rows) else 0.0
-        return found.reshape(experience.active.shape)
+        return found.reshape(batch.active.shape)
 
     def _minibatches(self, rows: Tensor) -> Iterator[Tensor]:
         """Yield the rows in a new order, `batch_size` at a time."""
@@ -319,18 +370,18 @@ class PpoLearner:
                 yield picked
 
     def _step(self, batch: Minibatch) -> Tensor:
-        """Take one gradient step and return its figures, in the order of `PpoLosses`."""
-        loss, figures = ppo_loss(self.working, self.distribution, batch, self.config)
+        """Take one gradient step and return its figures, in the order of `FIGURES`."""
+        loss, figures = ppo_loss(self.working, self.distribution, batch, self.now)
         self.working.zero_grad(set_to_none=True)
         loss.backward()
-        if self.twin is not None:
-            self.twin.hand_over()
+        if self.half is not None:
+            self.half.hand_over()
         norm = torch.zeros((), device=self.device)
         if self.config.max_grad_norm is not None:
             norm = torch.nn.utils.clip_grad_norm_(self.network.parameters(), self.config.max_grad_norm)
         self.optimiser.step()
-        if self.twin is not None:
-            self.twin.refresh()
+        if self.half is not None:
+            self.half.refresh()
         return torch.cat([figures, norm.reshape(1)])
 
     def _tensors(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
@@ -345,8 +396,8 @@ def ppo_loss(
     network: ActorCritic, distribution: Distribution, batch: Minibatch, config: PpoConfig
 ) -> tuple[Tensor, Tensor]:
     """Return the loss of a minibatch, and (5,) policy loss, value loss, entropy, approximate KL, clipped share."""
-    numbers, value = network(batch.observations)
-    log_prob, entropy = distribution.judge(numbers, network.log_std, batch.action_mask, batch.samples)
+    params, value = network(batch.observations)
+    log_prob, entropy = distribution.log_prob_and_entropy(params, network.log_std, batch.action_mask, batch.raw_actions)
 
     advantage = batch.advantages
     if config.standardise == "minibatch" and len(advantage) > 1:
@@ -366,3 +417,12 @@ def ppo_loss(
         clipped = ((ratio - 1.0).abs() > config.clip).float().mean()
         figures = torch.stack([policy_loss, value_loss, mean_entropy, approx_kl, clipped])
     return loss, figures
+
+
+def _columns(spec: WorldSpec, values_later: bool) -> dict[str, ArraySpec]:
+    """Return what `act` notes of each row."""
+    noted = {
+        RAW_ACTION: ArraySpec(spec.actions.shape, spec.actions.dtype, doc="what was drawn"),
+        LOG_PROB: ArraySpec((), np.float32, doc="log-probability of what was drawn"),
+    }
+    return noted if values_later else {**noted, VALUE: ArraySpec((), np.float32, doc="what the critic expected")}

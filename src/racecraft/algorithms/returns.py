@@ -59,19 +59,6 @@ def advantages(
     return found, found + value
 
 
-def next_values(value: Array, last_value: Array, final_value: Array, truncated: Array) -> Array:
-    """Return what followed each tick, (T, R), for `advantages`.
-
-    Args:
-        value: float32 (T, R).
-        last_value: float32 (R,), of the observation after the last tick.
-        final_value: float32 (T, R), of the final observation; read only where truncated.
-        truncated: bool (T, R).
-    """
-    following = np.concatenate([value[1:], last_value[None]])
-    return np.where(truncated, final_value, following)
-
-
 def explained_variance(predicted: Array, found: Array) -> float:
     """Return the share of the targets' variance that the critic foresaw: 1 all, 0 none, below 0 worse than none."""
     spread = float(np.var(found))

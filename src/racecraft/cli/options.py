@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 
@@ -14,3 +15,30 @@ From = Annotated[
 ]
 Resume = Annotated[bool, typer.Option("--resume", help="Go on with the run that --run names.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")]
+AlgorithmName = Annotated[
+    str,
+    typer.Option(
+        "--algorithm", help="What learns: ppo, or your own as module:Class; `racecraft algorithms` lists them."
+    ),
+]
+DEFAULT = "ppo"
+"""The algorithm where none is named."""
+
+
+def asked(
+    algorithm: str,
+    stop: list[str] | None,
+    run: Path | None,
+    seed: int | None,
+    overrides: list[str] | None,
+    clone_from: str | None,
+) -> dict[str, Any]:
+    """Return what every training command was asked alike, as keywords of a `TrainRequest`."""
+    return {
+        "algorithm": algorithm,
+        "stops": tuple(stop or ()),
+        "run": run,
+        "seed": seed,
+        "overrides": tuple(overrides or ()),
+        "clone_from": clone_from,
+    }

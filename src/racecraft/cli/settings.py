@@ -8,26 +8,34 @@ import typer
 
 
 def settings(
+    world: Annotated[
+        str, typer.Option(help="Whose defaults: deepracer, battlesnake, gymnasium or unity.")
+    ] = "deepracer",
+    algorithm: Annotated[str, typer.Option(help="What learns; `racecraft algorithms` lists them.")] = "ppo",
     json: Annotated[bool, typer.Option("--json", help="One JSON object on one line.")] = False,
 ) -> None:
-    """List every setting that `--set group.name=value` takes, with default, unit and what it does."""
+    """List every setting that `--set group.name=value` takes in one kind of training, with its default there.
+
+    Example: racecraft settings --world gymnasium --algorithm ppo
+    """
     from rich.console import Console
     from rich.table import Table
 
+    from racecraft.algorithms.registry import find_algorithm
     from racecraft.cli.output import print_json
     from racecraft.settings.describe import value_text
-    from racecraft.settings.groups import TrainSettings, group_names
     from racecraft.settings.overrides import as_dictionary
     from racecraft.settings.table import rows_of
+    from racecraft.training.worlds import kind_named
 
-    defaults = TrainSettings()
+    defaults = kind_named(world).default_settings(find_algorithm(algorithm))
     if json:
         print_json(as_dictionary(defaults))
         return
     table = Table(box=None, pad_edge=False, header_style="bold")
     for title in ("setting", "default", "unit", "what it does"):
         table.add_column(title, no_wrap=title in ("setting", "unit"))
-    for name in group_names(defaults):
+    for name in defaults:
         for row in rows_of(getattr(defaults, name), name):
             table.add_row(row.full_name, value_text(getattr(getattr(defaults, name), row.name)), row.unit, row.doc)
     Console().print(table)

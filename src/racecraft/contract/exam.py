@@ -18,13 +18,18 @@ from typing import Any
 import numpy as np
 
 from racecraft.contract.world import (
+    POLICY_ID,
+    ActionSpec,
     Array,
     ContinuousActions,
     DiscreteActions,
+    HybridActions,
+    MultiDiscreteActions,
     StepBuffers,
     World,
     WorldSpec,
     allocate,
+    mask_width,
 )
 
 Story = list[dict[str, Array]]
@@ -44,19 +49,24 @@ class WorldExam:
         raise NotImplementedError("provide make_world(num_worlds) in your exam")
 
     def choose(self, spec: WorldSpec, buffers: StepBuffers, rng: np.random.Generator) -> Array:
-        """Return the actions of a tick, (N, M, ...): anything legal. Row by row, so that N does not matter."""
-        rows = (spec.num_worlds, spec.num_agents)
-        if isinstance(spec.actions, ContinuousActions):
-            low = np.maximum(np.array(spec.actions.low, np.float32), -1e3)
-            high = np.minimum(np.array(spec.actions.high, np.float32), 1e3)
-            return np.asarray(low + (high - low) * rng.random((*rows, len(low))), np.float32)
-        liking: Array = rng.random((*rows, spec.actions.count))
-        if buffers.action_mask is not None:
-            liking = np.where(buffers.action_mask, liking, -1.0)
-        return np.asarray(liking.argmax(axis=-1), np.int64)
+        """Return the actions of a tick, (N, M, ...): anything legal. Row by row, so that N does not matter.
+
+        Override it to reach what random acting does not.
+        """
+        mask = buffers.action_mask
+        if not spec.groups:
+            return legal_actions(spec.actions, (spec.num_worlds, spec.num_agents), mask, rng)
+        actions = np.zeros((spec.num_worlds, spec.num_agents, *spec.actions.shape), np.float32)
+        for number, group in enumerate(spec.groups.values()):
+            own = mask[..., : mask_width(group)] if mask is not None and group.has_action_mask else None
+            drawn = legal_actions(group.actions, (spec.num_worlds, spec.num_agents), own, rng)
+            wide = drawn.reshape(spec.num_worlds, spec.num_agents, -1)
+            theirs = buffers.observations[POLICY_ID] == number
+            actions[theirs, : wide.shape[-1]] = wide[theirs]
+        return actions
 
     def test_the_spec_is_whole(self) -> None:
-        """Names, shapes and types are there, and a mask stands beside discrete actions only."""
+        """Names, shapes and types are there, and a mask stands beside choices only."""
         world = self.make_world(self.num_worlds)
         spec = world.spec
         assert spec.name
@@ -64,7 +74,9 @@ class WorldExam:
         assert spec.num_agents >= 1
         assert spec.observations, "a world shows at least one observation"
         assert any(not part.privileged for part in spec.observations.values()), "something must be open to the policy"
-        assert isinstance(spec.actions, DiscreteActions) or not spec.has_action_mask
+        assert not spec.has_action_mask or mask_width(spec) > 0, "a mask stands beside choices only"
+        for group, kind in spec.groups.items():
+            assert {f"{group}/{name}" for name in kind.observations} <= set(spec.observations), f"{group} sees nothing"
         for name, part in spec.observations.items():
             assert part.low <= part.high, f"{name}: low {part.low} above high {part.high}"
         world.close()
@@ -211,6 +223,26 @@ class WorldExam:
             world.step(actions, buffers)
             rows.append(_written(buffers))
         return rows
+
+
+def legal_actions(actions: ActionSpec, rows: tuple[int, int], mask: Array | None, rng: np.random.Generator) -> Array:
+    """Return any legal actions, (N, M, *shape): numbers within their bounds, choices that the mask allows."""
+    if isinstance(actions, ContinuousActions):
+        low = np.maximum(np.array(actions.low, np.float32), -1e3)
+        high = np.minimum(np.array(actions.high, np.float32), 1e3)
+        return np.asarray(low + (high - low) * rng.random((*rows, len(low))), np.float32)
+    if isinstance(actions, HybridActions):
+        numbers = legal_actions(actions.continuous, rows, None, rng)
+        choices = legal_actions(actions.discrete, rows, mask, rng)
+        return np.concatenate([numbers, choices.astype(np.float32)], axis=-1)
+    assert isinstance(actions, DiscreteActions | MultiDiscreteActions)
+    counts = (actions.count,) if isinstance(actions, DiscreteActions) else actions.counts
+    liking: Array = rng.random((*rows, sum(counts)))
+    if mask is not None:
+        liking = np.where(mask, liking, -1.0)
+    branches = np.split(liking, np.cumsum(counts)[:-1], axis=-1)
+    chosen = np.stack([branch.argmax(axis=-1) for branch in branches], axis=-1).astype(np.int64)
+    return chosen[..., 0] if isinstance(actions, DiscreteActions) else chosen
 
 
 def assert_same_story(first: Story, second: Story, what: str) -> None:

@@ -83,7 +83,79 @@ class ContinuousActions:
         return np.float32
 
 
-ActionSpec = DiscreteActions | ContinuousActions
+@dataclass(frozen=True)
+class MultiDiscreteActions:
+    """One choice in each of K branches: int64 (K,), number k in [0, counts[k])."""
+
+    counts: tuple[int, ...]
+    """Choices of each branch."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of one agent's action."""
+        return (len(self.counts),)
+
+    @property
+    def dtype(self) -> type[np.int64]:
+        """Type of the action array."""
+        return np.int64
+
+
+@dataclass(frozen=True)
+class HybridActions:
+    """Numbers and choices at once: a float32 vector, the numbers first, then one whole number for each branch."""
+
+    continuous: ContinuousActions
+    discrete: MultiDiscreteActions
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of one agent's action."""
+        return (self.continuous.shape[0] + self.discrete.shape[0],)
+
+    @property
+    def dtype(self) -> type[np.float32]:
+        """Type of the action array; choices are exact in it up to 2^24."""
+        return np.float32
+
+
+@dataclass(frozen=True)
+class GroupedActions:
+    """Actions of several kinds of agents: a float32 vector as wide as the widest group's.
+
+    An agent's own action stands in the first numbers of its row; a single choice is one number. See `AgentGroup`.
+    """
+
+    width: int
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of one agent's action."""
+        return (self.width,)
+
+    @property
+    def dtype(self) -> type[np.float32]:
+        """Type of the action array; choices are exact in it up to 2^24."""
+        return np.float32
+
+
+SingleActions = DiscreteActions | ContinuousActions | MultiDiscreteActions | HybridActions
+"""What one policy can decide."""
+ActionSpec = SingleActions | GroupedActions
+
+POLICY_ID = "policy_id"
+"""In a world with several groups: the observation, int64 (), that tells the number of an agent's group."""
+
+
+@dataclass(frozen=True)
+class AgentGroup:
+    """Agents of one kind, with a policy of their own. Their observations stand in the world's as "group/name"."""
+
+    observations: Mapping[str, ArraySpec]
+    """By their own names."""
+    actions: SingleActions
+    has_action_mask: bool = False
+    """Whether the first columns of the world's action mask are theirs."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +171,9 @@ class WorldSpec:
     """Every observation by name; the order is the order of declaration."""
     actions: ActionSpec
     has_action_mask: bool = False
-    """Whether `StepBuffers.action_mask` is written (discrete actions only)."""
+    """Whether `StepBuffers.action_mask` is written: one column for each choice, branch after branch."""
+    groups: Mapping[str, AgentGroup] = field(default_factory=dict)
+    """Kinds of agents by name, numbered in this order by the observation `POLICY_ID`; empty where all are alike."""
     tick_seconds: float = 0.0
     """Simulated seconds a step takes; 0 where the world has no clock."""
 
@@ -120,7 +194,7 @@ class StepBuffers:
     active: Array
     """bool (N, M): the coming action will be obeyed."""
     action_mask: Array | None = None
-    """bool (N, M, A), True where an action is allowed; None where the world has no mask."""
+    """bool (N, M, A), True where a choice is allowed; None where the world has no mask. A is `mask_width`."""
 
     @property
     def ended(self) -> Array:
@@ -198,6 +272,24 @@ class BeginsEpisodes(Protocol):
         ...
 
 
+def mask_width(spec: WorldSpec | AgentGroup) -> int:
+    """Return A, the columns of an action mask: one for each choice, branch after branch; 0 where nothing is chosen.
+
+    >>> mask_width(AgentGroup({}, MultiDiscreteActions((3, 2)), has_action_mask=True))
+    5
+    """
+    actions = spec.actions
+    if isinstance(actions, DiscreteActions):
+        return actions.count
+    if isinstance(actions, MultiDiscreteActions):
+        return sum(actions.counts)
+    if isinstance(actions, HybridActions):
+        return sum(actions.discrete.counts)
+    if isinstance(actions, GroupedActions) and isinstance(spec, WorldSpec):
+        return max(mask_width(group) for group in spec.groups.values() if group.has_action_mask)
+    return 0
+
+
 def allocate(spec: WorldSpec) -> StepBuffers:
     """Return buffers of the right shapes for a world, filled with zeros (masks with True).
 
@@ -213,9 +305,9 @@ def allocate(spec: WorldSpec) -> StepBuffers:
 
     mask = None
     if spec.has_action_mask:
-        if not isinstance(spec.actions, DiscreteActions):
-            raise ValueError(f"{spec.name}: an action mask needs discrete actions, found {spec.actions}")
-        mask = np.ones((*rows, spec.actions.count), bool)
+        if isinstance(spec.actions, ContinuousActions):
+            raise ValueError(f"{spec.name}: an action mask needs choices to mask, found {spec.actions}")
+        mask = np.ones((*rows, mask_width(spec)), bool)
     return StepBuffers(
         observations=named(),
         final_observations=named(),

@@ -28,7 +28,7 @@ import numpy as np
 import torch
 from torch import nn
 
-from racecraft.algorithms.networks import ActorCritic, Body, FlattenChannelsLast, Image, Vector
+from racecraft.algorithms.networks import ActorCritic, Encoder, FlattenChannelsLast, Image, Vector
 from racecraft.contract.errors import MissingExtraError, UserInputError
 from racecraft.contract.world import Array
 from racecraft.envs.unity.actions import ActionTable
@@ -242,7 +242,7 @@ class _Graph:
     def columns(self, values: str, start: int, end: int) -> str:
         return self.node("Slice", values, axes=[1], starts=[start], ends=[end])
 
-    def body(self, body: Body, inputs: Mapping[str, str]) -> str:
+    def body(self, body: Encoder, inputs: Mapping[str, str]) -> str:
         parts = [self.layers(embedder, inputs[name]) for name, embedder in zip(body.names, body.embedders, strict=True)]
         return self.layers(body.trunk, self.node("Concat", *parts, axis=1) if len(parts) > 1 else parts[0])
 

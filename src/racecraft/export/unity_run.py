@@ -9,17 +9,16 @@ from typing import Any
 
 import numpy as np
 
+from racecraft.algorithms.actor_policy import ActorPolicy
 from racecraft.algorithms.multi_policy import of_member
-from racecraft.algorithms.ppo import PpoLearner
-from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.errors import MissingExtraError, RacecraftError, SettingError
 from racecraft.contract.world import Array
 from racecraft.envs.unity.behaviors import Behavior
 from racecraft.envs.unity.cards import behaviors_in
-from racecraft.envs.unity.world import spec_of
 from racecraft.export.unity_model import check_unity_model, unity_model, write_unity_model
-from racecraft.formats.checkpoint import Checkpoints, load_state
+from racecraft.formats.checkpoint import load_state
 from racecraft.formats.run_folder import RunFolder
+from racecraft.players.trained import load_policy
 
 KIND = "unity"
 OBSERVATIONS = "observations.safetensors"
@@ -64,59 +63,65 @@ def export_to_unity(path: str | Path, which: str = "best", output: str | Path | 
     """
     run = RunFolder.open(path)
     run.read_job_of(KIND)  # only what was trained in Unity knows the sensors that Unity will show it
-    shelf = Checkpoints(run.checkpoints)
-    weights, card = shelf.load_policy(which)
-    behaviors = behaviors_in(card)
+    trained = load_policy(run, which)
+    behaviors = behaviors_in(trained.metadata)
     if len(behaviors) > 1 and output is not None and Path(output).suffix == ".onnx":
         raise SettingError(f"{output}: one file cannot hold {', '.join(behaviors)}; expected a folder for --output.")
     file = run.path / OBSERVATIONS
     recorded = load_state(file) if file.exists() else {}
     checked = []
-    for base, (behavior, settings) in behaviors.items():
+    for base, (behavior, _) in behaviors.items():
         several = len(behaviors) > 1
-        own = of_member(weights, base) if several else weights
-        learner = PpoLearner(spec_of(behavior, "export"), settings.network, settings.ppo, seed=0)
-        learner.load_state_dict({"network": to_tensors(own)})
-        checked.append(_check(path, behavior, learner, of_member(recorded, base) if several else recorded))
+        policy = _actor(trained.policy.members[base] if several else trained.policy, path, base)
+        checked.append(_check(path, behavior, policy, of_member(recorded, base) if several else recorded))
     return tuple(
         UnityExport(
-            write_unity_model(output or run.path / "export", learner.network, behavior),
+            write_unity_model(output or run.path / "export", policy.network, behavior),
             behavior.base_name,
-            shelf.find(which).iteration,
+            trained.checkpoint.iteration,
             rows,
             was_recorded,
             difference,
         )
-        for behavior, learner, rows, was_recorded, difference in checked
+        for behavior, policy, rows, was_recorded, difference in checked
     )
 
 
+def _actor(policy: Any, path: str | Path, base: str) -> ActorPolicy:
+    if not isinstance(policy, ActorPolicy):
+        raise SettingError(
+            f"{path}: the policy of '{base}' is a {type(policy).__name__}; expected one with an actor network (as of "
+            "ppo), which Unity can load."
+        )
+    return policy
+
+
 def _check(
-    path: str | Path, behavior: Behavior, learner: PpoLearner, recorded: Mapping[str, Array]
-) -> tuple[Behavior, PpoLearner, int | None, bool, float | None]:
+    path: str | Path, behavior: Behavior, policy: ActorPolicy, recorded: Mapping[str, Array]
+) -> tuple[Behavior, ActorPolicy, int | None, bool, float | None]:
     """Run a behavior's model beside its network, on what was recorded where that fits."""
     fits = _fit(recorded, behavior)
     seen = recorded if fits else _made_up(behavior)
-    rows, difference = _compare(unity_model(learner.network, behavior), learner, behavior, seen)
+    rows, difference = _compare(unity_model(policy.network, behavior), policy, behavior, seen)
     if difference is not None and difference > TOLERANCE:
         raise ExportError(
             f"{path}: the exported model's actions for '{behavior.base_name}' are up to {difference:g} away from the "
             f"checkpoint's; expected {TOLERANCE:g} at most. Nothing was written. Please report this with the run "
             "folder."
         )
-    return behavior, learner, rows, fits, difference
+    return behavior, policy, rows, fits, difference
 
 
 def _compare(
-    model: Any, learner: PpoLearner, behavior: Behavior, seen: Mapping[str, Array]
+    model: Any, policy: ActorPolicy, behavior: Behavior, seen: Mapping[str, Array]
 ) -> tuple[int | None, float | None]:
     """Run model and checkpoint side by side, everything allowed and with drawn masks."""
     rows = len(next(iter(seen.values())))
     try:
-        free = check_unity_model(model, learner.network, behavior, seen)
+        free = check_unity_model(model, policy.network, behavior, seen)
     except MissingExtraError:
         return None, None
-    masked = check_unity_model(model, learner.network, behavior, seen, _masks(behavior, rows))
+    masked = check_unity_model(model, policy.network, behavior, seen, _masks(behavior, rows))
     return rows, max(free, masked)
 
 

@@ -137,25 +137,36 @@ class Checkpoints:
         entries = [old for old in index["checkpoints"] if old["iteration"] != iteration] + [asdict(entry)]
         entries.sort(key=lambda old: int(old["iteration"]))
         gone = _states_to_drop(entries)
-        best_iteration = iteration if best or index["best"] is None else index["best"]
-        gone += self._weights_to_drop(entries, best_iteration)
+        best_iteration = iteration if best else index["best"]
+        gone += self._weights_to_drop(entries, iteration if best_iteration is None else best_iteration)
         self._write_index({"version": VERSION, "best": best_iteration, "last": iteration, "checkpoints": entries})
         for name in gone:
             (self.folder / name).unlink(missing_ok=True)
         return entry
 
-    def mark_best(self, iteration: int, score: float | None = None) -> None:
-        """Call a checkpoint on the shelf the best from now on, with its score.
+    def mark(
+        self, iteration: int, score: float | None, *, best: bool = False, loop: Mapping[str, Any] | None = None
+    ) -> None:
+        """Note what a checkpoint that stands was found to be worth after it was saved.
+
+        Args:
+            iteration: Which.
+            score: What the evaluation gave it.
+            best: Whether it is the best from now on.
+            loop: The loop's state as it is now, for the trainer's state, where that was kept.
 
         Raises:
             CheckpointError: There is no such checkpoint.
+            OutputFileError: A file cannot be written.
         """
-        self.find(str(iteration))
+        entry = self.find(str(iteration))
+        if loop is not None and entry.state is not None:
+            save_state(self.folder / entry.state, {**load_state(self.folder / entry.state), "loop": dict(loop)})
         index = self._index()
-        for entry in index["checkpoints"]:
-            if entry["iteration"] == iteration and score is not None:
-                entry["score"] = score
-        self._write_index({**index, "best": iteration})
+        for one in index["checkpoints"]:
+            if one["iteration"] == iteration:
+                one["score"] = score
+        self._write_index({**index, "best": iteration if best else index["best"]})
 
     def entries(self) -> list[CheckpointEntry]:
         """Return all checkpoints, by iteration.
@@ -168,11 +179,15 @@ class Checkpoints:
     def find(self, which: str) -> CheckpointEntry:
         """Return the checkpoint called "best", "last", or by the number of its iteration.
 
+        Before any was evaluated, the last is the best that is known: what was trained, not what it began with.
+
         Raises:
             CheckpointError: There is no such checkpoint, or the index is damaged.
         """
         index = self._index()
         wanted = str(index[which]) if which in ("best", "last") else which
+        if which == "best" and not _is_evaluated(index):
+            wanted = str(index["last"])
         for entry in index["checkpoints"]:
             if str(entry["iteration"]) == wanted:
                 return CheckpointEntry(**entry)
@@ -240,6 +255,13 @@ class Checkpoints:
 
     def _write_index(self, index: Mapping[str, Any]) -> None:
         write_whole(self.folder / INDEX, json.dumps(index, indent=2) + "\n")
+
+
+def _is_evaluated(index: Mapping[str, Any]) -> bool:
+    """Tell whether an evaluation has called one the best; older runs called the untrained so before any did."""
+    return index["best"] is not None and not any(
+        one["iteration"] == index["best"] == 0 and one["score"] is None for one in index["checkpoints"]
+    )
 
 
 def _states_to_drop(entries: list[dict[str, Any]]) -> list[str]:

@@ -8,6 +8,7 @@ Begin with `RunFolder.create` (a new one) or `RunFolder.open` (one that stands).
     hyperparameters.json
     metrics.jsonl          one JSON object a line, one line an iteration
     log.txt                what was said, the reward function's prints among it
+    stop                   somebody asks the training to stop; taken away when it goes on
     checkpoints/           see checkpoint.py
     episodes/              see episodes.py
     evaluations/           one JSON file for each evaluation
@@ -37,6 +38,7 @@ VERSION = 1
 JOB = "job.json"
 METRICS = "metrics.jsonl"
 LOG = "log.txt"
+STOP = "stop"
 REWARD_FUNCTION = "reward_function.py"
 MODEL_METADATA = "model_metadata.json"
 HYPERPARAMETERS = "hyperparameters.json"
@@ -286,6 +288,22 @@ class RunFolder:
         kept = [row for row in rows if row["iteration"] <= iteration]
         if (self.path / METRICS).exists():
             write_whole(self.path / METRICS, "".join(json.dumps(row) + "\n" for row in kept))
+
+    def ask_to_stop(self) -> None:
+        """Ask whoever trains here to stop: the training ends as if Ctrl-C had been pressed.
+
+        Raises:
+            OutputFileError: The folder cannot be written to.
+        """
+        write_whole(self.path / STOP, "")
+
+    def stop_asked(self) -> bool:
+        """Tell whether a training here has been asked to stop."""
+        return (self.path / STOP).exists()
+
+    def forget_stop(self) -> None:
+        """Take the asking back, so that the training can go on."""
+        (self.path / STOP).unlink(missing_ok=True)
 
     def lock(self) -> RunLock:
         """Take the folder for this process until `release`, the end of a `with`, or the end of the process.

@@ -1,11 +1,28 @@
-"""A trained policy as a player: built from a checkpoint's weights and its card."""
+"""A trained policy as a player: out of a run folder by itself, or that of a learner which learns on.
+
+Begin with `load_policy`. It needs neither the world nor its settings: every checkpoint holds a `PolicySpec`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
-from racecraft.algorithms.multi_policy import Learner
+from racecraft.algorithms.learner import Learner
+from racecraft.algorithms.multi_policy import MultiPolicy, of_member
+from racecraft.algorithms.policy_spec import MULTI_POLICY, PolicySpec
+from racecraft.algorithms.registry import find_algorithm
+from racecraft.algorithms.weights import to_tensors
+from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array
+from racecraft.formats.checkpoint import CheckpointEntry, Checkpoints
+from racecraft.formats.run_folder import RunFolder
+from racecraft.players.older_runs import older_spec
+
+SPEC = "policy_spec"
+"""Where a checkpoint's metadata holds the spec."""
 
 
 class GreedyPolicy:
@@ -23,3 +40,85 @@ class GreedyPolicy:
 
     def forget(self, rows: Array) -> None:
         """Nothing is remembered from tick to tick."""
+
+
+@dataclass(frozen=True)
+class TrainedPolicy:
+    """The greedy policy of a checkpoint, and where it comes from. It is a `Policy`."""
+
+    run: RunFolder
+    checkpoint: CheckpointEntry
+    spec: PolicySpec
+    """What it sees and decides."""
+    policy: Any
+    """The algorithm's own policy; what more it offers (such as `probabilities`) hangs on the algorithm."""
+    metadata: Mapping[str, Any]
+    """All that the checkpoint says of itself, the training's settings among it."""
+
+    def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
+        """Choose an action for every row (R, …); observations that it does not know are ignored."""
+        actions: Array = self.policy.act(observations, action_mask)
+        return actions
+
+    def forget(self, rows: Array) -> None:
+        """Begin anew for the rows (bool, (R,)) whose episode ended."""
+        self.policy.forget(rows)
+
+    def probabilities(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
+        """Return how likely each choice is, float32 (R, A); of policies over single choices."""
+        likely: Array = self.policy.probabilities(observations, action_mask)
+        return likely
+
+
+def split_source(source: str) -> tuple[str, str]:
+    """Return (run folder, checkpoint) of "RUN[:best|last|N]".
+
+    >>> split_source("runs/oval-1:last"), split_source("runs/oval-1")
+    (('runs/oval-1', 'last'), ('runs/oval-1', 'best'))
+    """
+    path, colon, which = source.rpartition(":")
+    if colon and (which in ("best", "last") or which.isdigit()):
+        return path, which
+    return source, "best"
+
+
+def load_policy(run: str | Path | RunFolder, which: str = "") -> TrainedPolicy:
+    """Return the policy of a run folder.
+
+    Args:
+        run: The folder; RUN:best, RUN:last and RUN:N name a checkpoint.
+        which: "best", "last" or the number of an iteration; "": what `run` says, else the best.
+
+    Raises:
+        RunFolderError: There is no run folder.
+        CheckpointError: No such checkpoint, or a damaged one.
+        PolicySpecError: A newer racecraft wrote it.
+        SettingError: Its algorithm is a user's own and is not found here.
+    """
+    folder, named = (run, "best") if isinstance(run, RunFolder) else _opened(str(run))
+    shelf = Checkpoints(folder.checkpoints)
+    which = which or named
+    weights, metadata = shelf.load_policy(which)
+    spec = spec_in(folder, metadata)
+    return TrainedPolicy(folder, shelf.find(which), spec, policy_from(spec, to_tensors(weights)), metadata)
+
+
+def spec_in(run: RunFolder, metadata: Mapping[str, Any]) -> PolicySpec:
+    """Return the spec of a checkpoint; of one that was written before specs were, it is told from its run's kind."""
+    if SPEC in metadata:
+        return PolicySpec.from_dictionary(metadata[SPEC])
+    return older_spec(run, metadata)
+
+
+def policy_from(spec: PolicySpec, weights: Mapping[str, Any]) -> Policy:
+    """Return the greedy policy that a spec and its weights (tensors by name) describe."""
+    if spec.algorithm == MULTI_POLICY:
+        members = {name: policy_from(part, of_member(weights, name)) for name, part in spec.policies.items()}
+        return MultiPolicy(spec, members)
+    policy: Policy = find_algorithm(spec.algorithm).learner_class().load_policy(spec, weights)
+    return policy
+
+
+def _opened(run: str) -> tuple[RunFolder, str]:
+    path, which = split_source(run)
+    return RunFolder.open(path), which

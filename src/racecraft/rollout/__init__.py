@@ -1,6 +1,9 @@
 """Carries policies through many worlds at once and keeps what happened. Begin in `collector.py`.
 
-collector.py       worlds and minds meet: a tick, told in order; horizon or whole episodes
-rollout_buffer.py  storage that the worlds write into, tick by tick
-statistics.py      episodes counted and summed up
+collector.py     worlds and actors meet: a tick, told in order; horizon or whole episodes
+trajectories.py  storage that the worlds write into, tick by tick
+episodes.py      let a policy play whole episodes: the only such runner
+memory.py        a learner's memory, where it is finite
+statistics.py    episodes counted and summed up
+settings.py      how experience is gathered
 """

@@ -1,33 +1,32 @@
-"""Worlds and minds meet: carry a policy through many worlds at once and keep what happened. Begin with `Collector`.
+"""Worlds and actors meet: carry a learner through many worlds at once and keep what happened. Begin with `Collector`.
 
-A tick, in order: decide, step the worlds (which write straight into the storage), let the observers look, value the
-final observations of episodes cut short, count.
+A tick, in order: decide, step the worlds (which write straight into the storage), let the observers look, keep the
+final observations of episodes cut short, count. No algorithm is known here: what a learner wants to know again of a
+decision, it names itself (`Actor.columns`).
 
-The worlds may be carried for a fixed number of ticks (`collect`) or until every car has driven its quota of whole
-episodes (`collect_episodes`). A fixed quota for each car, and not "the first so many that end", because the first to
+The worlds may be carried for a fixed number of ticks (`collect`) or until every agent has played its quota of whole
+episodes (`collect_episodes`). A fixed quota for each agent, and not "the first so many that end", because the first to
 end are the shortest and would be learned from too often.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import torch
 
-from racecraft.algorithms.ppo import Decision
-from racecraft.algorithms.rollout_batch import Experience
+from racecraft.algorithms.learner import Actor, Decision
+from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import Array, BeginsEpisodes, EpisodeRecord, StepBuffers, World
-from racecraft.rollout.rollout_buffer import RolloutBuffer
+from racecraft.rollout.episodes import StepObserver
 from racecraft.rollout.statistics import EpisodeCounter
+from racecraft.rollout.trajectories import Trajectories
 
 FIRST_ROOM = 128
 """Ticks of storage that whole episodes start with; doubled whenever it is full."""
-
-Observer = Callable[[World, StepBuffers, Array], None]
-"""Sees the world, what it wrote and the actions just taken, shape (N, M, *action shape). Looks, never writes."""
 
 
 @runtime_checkable
@@ -39,33 +38,12 @@ class ParksAgents(Protocol):
         ...
 
 
-class Mind(Protocol):
-    """What a collector asks of a learner."""
-
-    device: torch.device
-    """Where it decides; exploration is drawn there."""
-
-    def act(
-        self,
-        observations: Mapping[str, Array],
-        action_mask: Array | None = None,
-        greedy: bool = False,
-        generator: torch.Generator | None = None,
-    ) -> Decision:
-        """Decide for R rows."""
-        ...
-
-    def values(self, observations: Mapping[str, Array]) -> Array:
-        """Return the values (R,) of R rows."""
-        ...
-
-
 class Collector:
-    """Carries one mind through the worlds and keeps what happened.
+    """Carries one actor through the worlds and keeps what happened.
 
     Args:
         world: N worlds of M agents.
-        mind: Decides and values; usually a `PpoLearner`.
+        actor: Decides; usually a learner.
         horizon: Ticks of one `collect`.
         seed: Of the worlds and of exploration.
         observers: Called after each tick; live pictures and logs hang here.
@@ -73,12 +51,14 @@ class Collector:
     The worlds are begun at once. What `collect` returns are views of storage that the next call writes over.
     """
 
-    def __init__(self, world: World, mind: Mind, horizon: int, seed: int, observers: Sequence[Observer] = ()) -> None:
-        self.world, self.mind, self.horizon = world, mind, horizon
+    def __init__(
+        self, world: World, actor: Actor, horizon: int, seed: int, observers: Sequence[StepObserver] = ()
+    ) -> None:
+        self.world, self.actor, self.horizon = world, actor, horizon
         self.observers = list(observers)
-        self.buffer = RolloutBuffer(world.spec, horizon)
+        self.buffer = Trajectories(world.spec, horizon, actor.columns)
         self.counter = EpisodeCounter(world)
-        self.generator = torch.Generator(mind.device).manual_seed(seed)
+        self.generator = torch.Generator(actor.device).manual_seed(seed)
         self.ticks_taken = 0
         """Ticks taken since the collector was made or restored to."""
         self._parked_steps = 0
@@ -90,25 +70,27 @@ class Collector:
         """Environment steps taken: ticks times worlds times agents, less those of parked agents."""
         return self.ticks_taken * self.world.spec.num_worlds * self.world.spec.num_agents - self._parked_steps
 
-    def collect(self) -> Experience:
+    def collect(self) -> RolloutBatch:
         """Carry on for `horizon` ticks and return what happened; episodes under way go on in the next call."""
         buffer = self.buffer
+        buffer.begin()
         buffer.carry_over(self._row)
         for t in range(self.horizon):
             self._tick(t)
         self._row = self.horizon
         buffer.learn[:] = True
-        return self._kept(self.horizon)
+        return buffer.batch(self.horizon)
 
-    def collect_episodes(self, quota: int) -> Experience:
-        """Begin an episode in every world and carry on until each car has driven `quota` whole episodes.
+    def collect_episodes(self, quota: int) -> RolloutBatch:
+        """Begin an episode in every world and carry on until each agent has played `quota` whole episodes.
 
         A world that `BeginsEpisodes` begins where its next episode would; others are reset.
 
-        A world that `ParksAgents` lets a car stand once its quota is full; in others it drives on, and what it drives
+        A world that `ParksAgents` lets an agent stand once its quota is full; in others it plays on, and what it plays
         is kept out of learning.
         """
         buffer = self.buffer
+        buffer.begin()
         self._begin_episodes()
         parked: Array | None = None
         done = np.zeros((self.world.spec.num_worlds, self.world.spec.num_agents), np.int64)
@@ -122,7 +104,7 @@ class Collector:
             parked = self._park(done >= quota)
             t += 1
         self._row = t
-        return self._kept(t)
+        return buffer.batch(t)
 
     def take_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call, oldest first."""
@@ -145,7 +127,7 @@ class Collector:
         }
 
     def restore(self, state: Mapping[str, Any], anew: bool = False) -> None:
-        """Go on from what `state` gave: the same world, mind and horizon are expected.
+        """Go on from what `state` gave: the same world, actor and horizon are expected.
 
         With `anew` the world begins every episode anew, with chance of its own each time: for worlds whose inner state
         cannot be kept. Counts and the chance of exploration go on; episodes under way are lost.
@@ -180,6 +162,7 @@ class Collector:
         self._resets += 1
         self._row = 0
         self.counter.begin()
+        self._forget_all()
 
     def _begin_episodes(self) -> None:
         """Begin an episode in every world, where the world would begin its next one."""
@@ -189,6 +172,10 @@ class Collector:
         self._row = 0
         self.world.begin_episodes(self.buffer.views[0])
         self.counter.begin()
+        self._forget_all()
+
+    def _forget_all(self) -> None:
+        self.actor.forget(np.ones(self.world.spec.num_worlds * self.world.spec.num_agents, bool))
 
     def _park(self, full: Array) -> Array | None:
         """Park agents whose quota is full; return them (N, M), None where nobody is parked."""
@@ -200,36 +187,34 @@ class Collector:
     def _tick(self, t: int, parked: Array | None = None) -> None:
         buffer, now, then = self.buffer, self.buffer.views[t], self.buffer.views[t + 1]
         decision = self._decide(now, parked)
-        shape = buffer.log_prob.shape[1:]
-        actions = decision.actions.reshape(*shape, *self.world.spec.actions.shape)
-        buffer.samples[t] = decision.samples.reshape(buffer.samples.shape[1:])
-        buffer.log_prob[t] = decision.log_prob.reshape(shape)
-        buffer.value[t] = decision.value.reshape(shape)
+        actions = buffer.actions[t]
+        actions[:] = decision.actions.reshape(actions.shape)
+        for name, values in decision.columns.items():
+            column = buffer.columns[name][t]
+            column[:] = values.reshape(column.shape)
 
         self.world.step(actions, then)
         self.ticks_taken += 1
         for observer in self.observers:
             observer(self.world, then, actions)
-        cut = then.truncated & ~then.terminated
-        if cut.any():
-            final = {name: array[cut] for name, array in then.final_observations.items()}
-            buffer.final_value[t][cut] = self.mind.values(final)
+        buffer.keep_finals(t, then)
         self.counter.count(then)
+        ended = then.ended
+        if ended.any():
+            self.actor.forget(ended.reshape(-1))
 
     def _decide(self, now: StepBuffers, parked: Array | None) -> Decision:
         """Decide for every agent; parked ones are not thought about and given zeros."""
         seen, mask = _rows(now.observations), _mask_rows(now)
         if parked is None:
-            return self.mind.act(seen, mask, generator=self.generator)
-        driving = ~parked.reshape(-1)
+            return self.actor.act(seen, mask, generator=self.generator)
+        going = ~parked.reshape(-1)
         self._parked_steps += int(parked.sum())
-        seen = {name: array[driving] for name, array in seen.items()}
-        decision = self.mind.act(seen, None if mask is None else mask[driving], generator=self.generator)
-        return Decision(*(_spread(part, driving) for part in decision))
-
-    def _kept(self, ticks: int) -> Experience:
-        last = self.mind.values(_rows(self.buffer.views[ticks].observations))
-        return self.buffer.experience(ticks, last)
+        seen = {name: array[going] for name, array in seen.items()}
+        own = None if mask is None else mask[going]
+        decision = self.actor.act(seen, own, generator=self.generator, rows=np.flatnonzero(going))
+        columns = {name: _spread(part, going) for name, part in decision.columns.items()}
+        return Decision(_spread(decision.actions, going), columns)
 
 
 def _rows(named: Mapping[str, Array]) -> dict[str, Array]:

@@ -1,4 +1,7 @@
-"""Let a policy play whole episodes, and keep what they came to."""
+"""Let a policy play whole episodes, and keep what they came to. The one runner of episodes beside the collector.
+
+A greedy policy may stand still in a world that knows no end; `max_ticks` cuts it then, or it would be judged for ever.
+"""
 
 from __future__ import annotations
 
@@ -8,54 +11,69 @@ import numpy as np
 
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, EpisodeRecord, StepBuffers, World, allocate
+from racecraft.rollout.statistics import EpisodeCounter
 
-Observer = Callable[[World, StepBuffers, Array], None]
-"""Sees the world, what it wrote and the actions (N, M, …) after every tick."""
+StepObserver = Callable[[World, StepBuffers, Array], None]
+"""Sees the world, what it wrote and the actions just taken, (N, M, *action shape), after every tick. Never writes."""
+
+CUT = "cut_by_judge"
+"""Status of an episode that was still going on at `max_ticks`."""
 
 
 def play_episodes(
-    policy: Policy, world: World, *, episodes_each: int = 1, seed: int = 0, observers: Iterable[Observer] = ()
+    policy: Policy,
+    world: World,
+    *,
+    episodes_each: int = 1,
+    seed: int = 0,
+    observers: Iterable[StepObserver] = (),
+    spare: int = 0,
+    max_ticks: int | None = None,
 ) -> list[EpisodeRecord]:
-    """Let every agent play until it has finished so many episodes; worlds that are done earlier play on unwatched.
+    """Let every agent play until it has finished so many episodes; those that are done earlier play on unwatched.
+
+    Args:
+        policy: Who plays.
+        world: Worlds to play in.
+        episodes_each: Episodes that count, of every agent.
+        seed: Of the world's reset.
+        observers: See every tick.
+        spare: Episodes of every agent before those, which do not count; for worlds whose reset need not put an agent
+            back to a start.
+        max_ticks: Ticks in all; what goes on then is cut, and counts with what it has earned so far. An agent that was
+            never active is not waited for. None: as long as it takes, every agent.
 
     Returns:
-        The first `episodes_each` episodes of every agent, world by world.
+        The episodes that count, agent by agent, world by world.
     """
     spec, buffers = world.spec, allocate(world.spec)
-    rows = spec.num_worlds * spec.num_agents
+    rows, wanted = spec.num_worlds * spec.num_agents, episodes_each + spare
     done: list[list[EpisodeRecord]] = [[] for _ in range(rows)]
-    tally = _Tally(rows)
+    counter, earned, steps = EpisodeCounter(world), np.zeros(rows), np.zeros(rows, int)
     world.reset(buffers, seed)
+    counter.begin()
     policy.forget(np.ones(rows, bool))
-    while any(len(episodes) < episodes_each for episodes in done):
+    present = buffers.active.reshape(-1).copy() if max_ticks is not None else np.ones(rows, bool)
+    tick = 0
+    while any(len(done[row]) < wanted for row in np.flatnonzero(present)) and tick != max_ticks:
         seen = {name: part.reshape(rows, *part.shape[2:]) for name, part in buffers.observations.items()}
         mask = None if buffers.action_mask is None else buffers.action_mask.reshape(rows, -1)
         actions = policy.act(seen, mask).reshape(spec.num_worlds, spec.num_agents, *spec.actions.shape)
+        steps += buffers.active.reshape(-1)
         world.step(actions, buffers)
         for observe in observers:
             observe(world, buffers, actions)
-        for record in tally.take(world, buffers):
+        earned += buffers.reward.reshape(-1)
+        present |= buffers.active.reshape(-1)
+        counter.count(buffers)
+        for record in counter.take():
             done[record.world * spec.num_agents + record.agent].append(record)
-        policy.forget(buffers.ended.reshape(rows))
-    return [record for episodes in done for record in episodes[:episodes_each]]
-
-
-class _Tally:
-    """Episodes in the world's own words where it tells of them, else counted from the buffers."""
-
-    def __init__(self, rows: int) -> None:
-        self._steps, self._reward = np.zeros(rows, int), np.zeros(rows)
-
-    def take(self, world: World, buffers: StepBuffers) -> list[EpisodeRecord]:
-        take_episodes = getattr(world, "take_episodes", None)
-        if take_episodes is not None:
-            return list(take_episodes())
-        self._steps += 1
-        self._reward += buffers.reward.reshape(-1)
-        records = []
-        for row in np.flatnonzero(buffers.ended):
-            n, m = divmod(int(row), buffers.reward.shape[1])
-            status = "terminated" if buffers.terminated[n, m] else "truncated"
-            records.append(EpisodeRecord(n, m, int(self._steps[row]), float(self._reward[row]), status))
-            self._steps[row], self._reward[row] = 0, 0.0
-        return records
+        ended = buffers.ended.reshape(rows)
+        earned[ended], steps[ended] = 0.0, 0
+        policy.forget(ended)
+        tick += 1
+    for row in np.flatnonzero(present):
+        if len(done[row]) < wanted and (steps[row] or not done[row]):
+            n, m = divmod(int(row), spec.num_agents)
+            done[row].append(EpisodeRecord(n, m, int(steps[row]), float(earned[row]), CUT))
+    return [record for told in done for record in told[min(spare, max(len(told) - 1, 0)) : wanted]]

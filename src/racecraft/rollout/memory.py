@@ -11,15 +11,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from racecraft.algorithms.rollout_batch import Experience
+from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.world import Array
 
 
-def within_memory(experience: Experience, quota: int, steps: int) -> Experience:
-    """Return the experience with only those whole episodes active that fit into memory.
+def within_memory(batch: RolloutBatch, quota: int, steps: int) -> RolloutBatch:
+    """Return the batch with only those whole episodes active that fit into memory.
 
     Args:
-        experience: From `Collector.collect_episodes(quota)`.
+        batch: From `Collector.collect_episodes(quota)`.
         quota: Whole episodes of each row; ticks after them are not active and count for nothing.
         steps: How many ticks are remembered, prepare ticks included.
 
@@ -29,18 +29,16 @@ def within_memory(experience: Experience, quota: int, steps: int) -> Experience:
     >>> import numpy as np
     >>> ended = np.array([[0, 1], [1, 0], [0, 1], [1, 0]], bool)  # lengths: episodes 0 and 2: 2, 2; 1 and 3: 1, 2
     >>> nothing = np.zeros((4, 2), np.float32)
-    >>> kept = Experience(
-    ...     {}, nothing, nothing, nothing, nothing, ended, ~ended & ended, np.ones((4, 2), bool), nothing, nothing[0]
-    ... )
+    >>> kept = RolloutBatch({}, nothing, nothing, ended, ~ended & ended, np.ones((4, 2), bool), {}, np.ones(2, bool))
     >>> within_memory(kept, 2, 5).active.T.astype(int)
     array([[1, 1, 1, 1],
            [1, 0, 0, 0]])
     """
-    ended = experience.terminated | experience.truncated
+    ended = batch.terminated | batch.truncated
     rows = ended.shape[1]
     episode: Array = np.cumsum(ended, axis=0) - ended  # which of its row's episodes each tick belongs to
     number = episode * rows + np.arange(rows)
     lengths = np.bincount(number[episode < quota], minlength=quota * rows)
     fits = np.cumsum(lengths) <= steps
     remembered = (episode < quota) & fits[np.minimum(number, len(fits) - 1)]
-    return replace(experience, active=experience.active & remembered)
+    return replace(batch, active=batch.active & remembered)

@@ -1,28 +1,44 @@
-"""The settings table as text, for `racecraft settings` and docs/settings.md."""
+"""The settings table as text, for docs/reference/settings.md and `racecraft settings`."""
 
 from __future__ import annotations
 
 import inspect
+from collections.abc import Mapping
 from typing import Any
 
-from racecraft.settings.groups import group_names
-from racecraft.settings.table import kind_text, rows_of
+from racecraft.settings.composition import Settings
+from racecraft.settings.table import Setting, kind_text, rows_of
 
 
-def settings_markdown(settings: Any) -> str:
-    """Return one section a group, one table row a setting."""
+def settings_markdown(composed: Mapping[str, Settings]) -> str:
+    """Return one section a group, one table row a setting.
+
+    Args:
+        composed: The settings of every kind of training, by a name for people; the first that has a group gives its
+            default, the others are named where theirs differ.
+    """
     parts = []
-    for name in group_names(settings):
-        group = getattr(settings, name)
-        parts += [f"## {name}", "", inspect.cleandoc(type(group).__doc__ or ""), ""]
+    for name in dict.fromkeys(group for settings in composed.values() for group in settings):
+        groups = {title: getattr(settings, name) for title, settings in composed.items() if name in settings}
+        first = next(iter(groups.values()))
+        parts += [f"## {name}", "", inspect.cleandoc(type(first).__doc__ or ""), ""]
+        parts += [f"In trainings of: {'; '.join(groups)}.", ""]
         parts += ["| setting | default | unit | legal | what it does |", "|---|---|---|---|---|"]
-        for row in rows_of(group, name):
+        for row in rows_of(first, name):
             legal = (row.range_text or kind_text(row.kind)).replace("|", "or")
-            parts.append(
-                f"| `{row.full_name}` | `{value_text(getattr(group, row.name))}` | {row.unit} | {legal} | {row.doc} |"
-            )
+            parts.append(f"| `{row.full_name}` | {_defaults(row, groups)} | {row.unit} | {legal} | {row.doc} |")
         parts.append("")
     return "\n".join(parts)
+
+
+def _defaults(row: Setting, groups: Mapping[str, Any]) -> str:
+    told = {title: value_text(getattr(group, row.name)) for title, group in groups.items()}
+    usual = next(iter(told.values()))
+    others: dict[str, list[str]] = {}
+    for title, value in told.items():
+        if value != usual:
+            others.setdefault(value, []).append(title)
+    return f"`{usual}`" + "".join(f"; `{value}`: {', '.join(titles)}" for value, titles in others.items())
 
 
 def value_text(value: Any) -> str:

@@ -1,29 +1,40 @@
-"""What a training tells those who watch it; watching is an observer, never a flag."""
+"""What a training tells those who watch it; watching is a callback, never a flag."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 
 @dataclass(frozen=True)
-class Verdict:
-    """What a judgement of the greedy policy came to."""
+class EvaluationResult:
+    """What an evaluation of the greedy policy came to."""
 
     score: float
-    """Bigger is better: mean progress in per cent for cars, mean return for other worlds."""
-    is_perfect: bool
-    """Every start brought a full lap (cars); the judged world's own threshold was met (others)."""
-    best_lap_seconds: float | None = None
+    """Bigger is better: mean progress in per cent for cars, mean return or rating for other worlds."""
+    solved: bool
+    """Every episode met the world's goal, or the mean its threshold."""
+    goal_reached: bool = False
+    """At least one episode met the goal."""
+    figures: Mapping[str, float | None] = field(default_factory=dict)
+    """The world's own measures by name with their unit ("best_lap_seconds"); columns of metrics.jsonl."""
+    headline: str = ""
+    """The most telling of them in a few words ("best lap 8.31 s"); may be empty."""
     details: dict[str, Any] = field(default_factory=dict)
     """Everything else, as plain values for evaluations/N.json."""
-    merit: float | None = None
-    """What makes a checkpoint the best, bigger is better; None: the score."""
+    selection: tuple[float, ...] = ()
+    """What makes a checkpoint the best, compared from the first number on, bigger is better; empty: the score."""
+
+    @property
+    def selection_metric(self) -> tuple[float, ...]:
+        """What checkpoints are compared by."""
+        return self.selection or (self.score,)
 
 
 @dataclass(frozen=True)
 class IterationReport:
-    """One turn of the loop: collect, learn, judge, keep."""
+    """One turn of the loop: collect, update, evaluate, write."""
 
     iteration: int
     """Counted from 1 and from the run's birth."""
@@ -35,29 +46,44 @@ class IterationReport:
     """Of this iteration, everything in."""
     episodes: int
     """Training episodes that ended in this iteration."""
+    mean_reward: float | None
+    """Mean sum of rewards of those episodes; None without any."""
     training_score: float | None
     """Mean score of those episodes; None without any."""
-    losses: dict[str, float]
+    losses: Mapping[str, float]
     """The learner's figures, by name."""
-    verdict: Verdict | None
+    result: EvaluationResult | None
     """None in an iteration without an evaluation."""
     is_best: bool
-    """The verdict is the best so far."""
-    phase_seconds: dict[str, float] = field(default_factory=dict)
-    """Where the time went: "collect", "learn", "judge", and "keep_before", what keeping the iteration before took."""
+    """The result is the best so far."""
+    phase_seconds: Mapping[str, float] = field(default_factory=dict)
+    """Where the time went: "collect", "learn", "judge", and "keep_before", what writing the iteration before took."""
 
 
-class Listener(Protocol):
-    """Somebody who watches a training."""
+class TrainingCallback(Protocol):
+    """Somebody who watches a training, iteration by iteration."""
 
     def begin(self, title: str, stops: str, score_name: str) -> None:
         """Training is about to take its first tick; the score is called `score_name` ("progress %", "return")."""
         ...
 
     def iteration(self, report: IterationReport) -> None:
-        """One iteration was kept."""
+        """One iteration was written down."""
         ...
 
     def end(self, reason: str) -> None:
         """Training is over, and why."""
         ...
+
+
+class Silent:
+    """Watches and says nothing."""
+
+    def begin(self, title: str, stops: str, score_name: str) -> None:
+        """Nothing to say."""
+
+    def iteration(self, report: IterationReport) -> None:
+        """Nothing to say."""
+
+    def end(self, reason: str) -> None:
+        """Nothing to say."""

@@ -1,60 +1,104 @@
-"""The loop: collect, learn, judge, keep; over and over until a stop holds.
+"""The loop: collect, update, evaluate, write; over and over until a stop condition holds.
 
-One page serves every world. What differs stands outside: how episodes are scored and judged (`Judge`) and what is
-written down (`Keeper`). Ctrl-C ends the loop; whatever was kept stays, and a broken-off iteration leaves no trace.
+One page serves every world and every algorithm. What differs stands outside: how episodes are scored and policies
+judged (`Evaluator`), what a learner is fed (`Learner.eats`) and what is written down (`Writer`). Ctrl-C ends the loop,
+and so does a stop file in the run folder; whatever was written stays, and a broken-off iteration leaves no trace.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, Protocol
 
-from racecraft.algorithms.multi_policy import Learner
-from racecraft.algorithms.ppo import PpoLosses
-from racecraft.algorithms.rollout_batch import Experience
-from racecraft.contract.world import EpisodeRecord
+from racecraft.algorithms.learner import EPISODES, Anneals, Learner
+from racecraft.algorithms.rollout_batch import RolloutBatch
+from racecraft.contract.errors import SettingError
+from racecraft.contract.world import Array, EpisodeRecord, StepBuffers, World
 from racecraft.rollout.collector import Collector
 from racecraft.rollout.memory import within_memory
-from racecraft.settings.groups import EvaluationConfig, RolloutConfig
-from racecraft.training.callbacks import IterationReport, Listener, Verdict
-from racecraft.training.stopping import Standing, Stop, reached
+from racecraft.rollout.settings import RolloutConfig
+from racecraft.training.callbacks import EvaluationResult, IterationReport, TrainingCallback
+from racecraft.training.settings import EvaluationConfig
+from racecraft.training.stopping import Progress, StopCondition, reached, share_done
+
+GRACE_SECONDS = 2.0
+"""An iteration under way when its minutes are over may take this much longer; then it is broken off."""
+LOOK_SECONDS = 0.5
+"""How often, within an iteration, the clock and the stop file are looked at."""
 
 
-class Judge(Protocol):
+class Evaluator(Protocol):
     """Says how good a policy is."""
 
     score_name: str
     """What the score is called, such as "progress %"."""
 
+    @property
+    def stop_kinds(self) -> Mapping[str, str]:
+        """Stop conditions that this world adds, each with what it waits for."""
+        ...
+
     def score(self, episode: EpisodeRecord) -> float | None:
         """Return what one training episode counts; None: one alone counts nothing."""
         ...
 
-    def is_full(self, episode: EpisodeRecord) -> bool:
-        """Tell whether an episode reached the world's goal: a full lap."""
+    def goal_reached(self, episode: EpisodeRecord) -> bool:
+        """Tell whether an episode reached the world's goal: a full lap, the threshold."""
         ...
 
-    def judge(self) -> Verdict:
+    def watch(self, episodes: Sequence[EpisodeRecord]) -> None:
+        """Hear of an iteration's training episodes."""
+        ...
+
+    def evaluate(self) -> EvaluationResult:
         """Judge the greedy policy as it stands."""
         ...
 
-
-class Keeper(Protocol):
-    """Writes down what is worth keeping: at every moment a whole state stands on the disk."""
-
-    def keep_start(self) -> None:
-        """Keep the untrained policy, as checkpoint 0."""
+    def confirm(self) -> bool:
+        """Look once more, and harder, at a policy that is about to be called stable."""
         ...
 
-    def keep(self, report: IterationReport, loop_state: Callable[[], dict[str, Any]]) -> None:
-        """Keep an iteration: episodes, evaluation, checkpoint with the loop's own state, metrics."""
+
+class Writer(Protocol):
+    """Writes down what is worth keeping: at every moment a whole state stands on the disk."""
+
+    def write_start(self) -> None:
+        """Write the untrained policy, as checkpoint 0."""
+        ...
+
+    def write(self, report: IterationReport, loop_state: Callable[[], dict[str, Any]]) -> None:
+        """Write an iteration: episodes, evaluation, checkpoint with the loop's own state, metrics."""
+        ...
+
+    def write_evaluation(self, report: IterationReport, loop_state: Callable[[], dict[str, Any]]) -> None:
+        """Write an evaluation of an iteration that was written without one."""
+        ...
+
+    def stop_asked(self) -> bool:
+        """Tell whether somebody outside has asked the training to stop."""
         ...
 
     def close(self) -> None:
-        """Wait until all that was kept is on the disk."""
+        """Wait until all that was written is on the disk."""
         ...
+
+
+class Feed(Protocol):
+    """What stands between collector and learner: the rollout itself, or a replay that remembers it."""
+
+    def take(self, batch: RolloutBatch) -> Any:
+        """Take in what was collected and return what the learner is fed; None: not yet enough to learn from."""
+        ...
+
+
+class LatestRollout:
+    """Feeds a learner what was collected, once."""
+
+    def take(self, batch: RolloutBatch) -> RolloutBatch:
+        """Return the rollout."""
+        return batch
 
 
 @dataclass(frozen=True)
@@ -62,80 +106,91 @@ class Outcome:
     """What a training came to."""
 
     reason: str
-    """Why it ended: the stop that held, or "Ctrl-C"."""
+    """Why it ended: the condition that held, or "Ctrl-C"."""
     iterations: int
     steps: int
     seconds: float
     """Spent training, from the first tick on, compilation out; what came before a resume counts."""
-    seconds_to_first_full_lap: float | None
+    seconds_to_first_goal: float | None
     """First episode that reached the goal, in training or evaluation."""
-    seconds_to_stable_laps: float | None
+    seconds_to_stable: float | None
     """End of the evaluation that made it stable."""
-    best_lap_seconds: float | None
-    last: Verdict | None
-    """The latest verdict."""
+    best: EvaluationResult | None
+    """Of the best checkpoint; its details are empty where the training was resumed since."""
+    last: EvaluationResult | None
+    """The latest evaluation."""
+
+
+class _BrokenOff(BaseException):
+    """An iteration was broken off from within; nobody but the loop catches it."""
 
 
 class TrainingLoop:
-    """Train until a stop holds.
+    """Train until a stop condition holds.
 
     Args:
-        collector: Worlds and the learner that drives them.
+        collector: Worlds and the learner that acts in them.
         learner: The same learner.
-        judge: Says how good it is.
-        keeper: Writes down.
-        listener: Watches.
+        evaluator: Says how good it is.
+        writer: Writes down.
+        callback: Watches.
         rollout: How much is collected before an update.
-        evaluation: How often it is judged, and what is stable.
+        evaluation: How often it is evaluated, and what is stable.
         stops: The first that holds ends the training.
-        after_update: Called with the number of steps so far after each update, for schedules.
+        feed: What the learner is fed.
+        after_update: Called after each update, for opponents that follow the learner.
     """
 
     def __init__(
         self,
         collector: Collector,
         learner: Learner,
-        judge: Judge,
-        keeper: Keeper,
-        listener: Listener,
+        evaluator: Evaluator,
+        writer: Writer,
+        callback: TrainingCallback,
         rollout: RolloutConfig,
         evaluation: EvaluationConfig,
-        stops: Sequence[Stop],
-        after_update: Callable[[int], None] | None = None,
+        stops: Sequence[StopCondition],
+        feed: Feed | None = None,
+        after_update: Callable[[], None] = lambda: None,
     ) -> None:
         self._collector, self._learner = collector, learner
-        self._judge, self._keeper, self._listener = judge, keeper, listener
+        self._evaluator, self._writer, self._callback = evaluator, writer, callback
         self._rollout, self._evaluation, self._stops = rollout, evaluation, tuple(stops)
-        self._after_update = after_update
-        self._iteration = 0
-        self._perfect_in_a_row = 0
-        self._best_score: float | None = None
-        self._last: Verdict | None = None
-        self._best_lap: float | None = None
-        self._first_full: float | None = None
+        self._feed, self._after_update = feed or LatestRollout(), after_update
+        self._iteration = self._solved_in_a_row = 0
+        self._is_stable = False
+        self._best: EvaluationResult | None = None
+        self._last: EvaluationResult | None = None
+        self._report: IterationReport | None = None
+        self._first_goal: float | None = None
         self._stable: float | None = None
-        self._began = self._seconds_before = self._seconds_keeping = 0.0
+        self._began = self._seconds_before = self._seconds_writing = self._looked = 0.0
+        collector.observers.append(self._look_at_clock)
 
     def run(self, title: str) -> Outcome:
-        """Train until a stop holds or Ctrl-C; tell what came of it.
+        """Train until a stop condition holds or Ctrl-C; tell what came of it.
 
         Raises:
-            RewardError: The user's reward function failed; everything kept so far stays.
+            RewardError: The user's reward function failed; everything written so far stays.
             DivergedError: The losses are no longer numbers; likewise.
             OutputFileError: Something could not be written; what stood before still stands.
         """
         if self._iteration == 0:
-            self._keeper.keep_start()
-        self._listener.begin(title, " or ".join(map(str, self._stops)), self._judge.score_name)
-        self._began = time.perf_counter()
+            self._writer.write_start()
+        self._callback.begin(title, " or ".join(map(str, self._stops)), self._evaluator.score_name)
+        self._began = self._looked = time.perf_counter()
         reason = "an error"
         try:
             # A run that is resumed may have reached its stop before it was broken off.
-            stop = reached(self._stops, self._standing()) if self._iteration else None
-            while stop is None:
-                self._listener.iteration(self._iterate())
-                stop = reached(self._stops, self._standing())
-            reason = str(stop)
+            reason = self._stop() if self._iteration else ""
+            while not reason:
+                self._callback.iteration(self._iterate())
+                reason = self._stop()
+            self._evaluate_at_last()
+        except _BrokenOff as broken:
+            reason = str(broken)
+            self._evaluate_at_last()
         except KeyboardInterrupt:
             reason = "Ctrl-C"
         finally:
@@ -145,121 +200,185 @@ class TrainingLoop:
             iterations=self._iteration,
             steps=self._collector.steps_taken,
             seconds=self._seconds(),
-            seconds_to_first_full_lap=self._first_full,
-            seconds_to_stable_laps=self._stable,
-            best_lap_seconds=self._best_lap,
+            seconds_to_first_goal=self._first_goal,
+            seconds_to_stable=self._stable,
+            best=self._best,
             last=self._last,
         )
 
-    def _end(self, reason: str) -> None:
-        """Have everything on the disk, then tell the listener."""
-        try:
-            self._keeper.close()
-        finally:
-            self._listener.end(reason)
-
     def state(self) -> dict[str, Any]:
         """Return what the loop itself must know to go on: counts, the best so far, seconds."""
+        best = self._best
         return {
             "iteration": self._iteration,
-            "perfect_in_a_row": self._perfect_in_a_row,
-            "best_score": self._best_score,
-            "best_lap_seconds": self._best_lap,
+            "solved_in_a_row": self._solved_in_a_row,
+            "is_stable": self._is_stable,
+            "best": None
+            if best is None
+            else {
+                "score": best.score,
+                "solved": best.solved,
+                "selection": [float(part) for part in best.selection_metric],
+                "figures": dict(best.figures),
+                "headline": best.headline,
+            },
             "seconds": self._seconds(),
-            "seconds_to_first_full_lap": self._first_full,
-            "seconds_to_stable_laps": self._stable,
+            "seconds_to_first_goal": self._first_goal,
+            "seconds_to_stable": self._stable,
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Go on from what `state` gave."""
-        self._iteration = state["iteration"]
-        self._perfect_in_a_row = state["perfect_in_a_row"]
-        self._best_score = state["best_score"]
-        self._best_lap = state["best_lap_seconds"]
+        self._iteration, self._solved_in_a_row = state["iteration"], state["solved_in_a_row"]
+        self._is_stable = state["is_stable"]
+        if (best := state["best"]) is not None:
+            self._best = EvaluationResult(
+                best["score"],
+                best["solved"],
+                figures=best["figures"],
+                headline=best["headline"],
+                selection=tuple(best["selection"]),
+            )
         self._seconds_before = state["seconds"]
-        self._first_full = state["seconds_to_first_full_lap"]
-        self._stable = state["seconds_to_stable_laps"]
+        self._first_goal, self._stable = state["seconds_to_first_goal"], state["seconds_to_stable"]
 
     def _iterate(self) -> IterationReport:
         """Take one turn."""
         steps_before, marks = self._collector.steps_taken, [time.perf_counter()]
-        experience = self._collect()
+        batch = self._collect()
         episodes = self._collector.take_episodes()
-        self._note_first_full(any(map(self._judge.is_full, episodes)))
+        self._evaluator.watch(episodes)
+        self._note_first_goal(any(map(self._evaluator.goal_reached, episodes)))
         marks.append(time.perf_counter())
-        losses = self._learn(experience)
-        marks.append(time.perf_counter())
-        verdict, is_best = self._look_at_policy()
+        losses = self._update(batch)
         marks.append(time.perf_counter())
         self._iteration += 1
+        result, is_best = None, False
+        if self._iteration % self._evaluation.every == 0:
+            result, is_best = self._evaluate()
+            self._note_stability(result)
+        marks.append(time.perf_counter())
         steps = self._collector.steps_taken
-        scores = [score for score in map(self._judge.score, episodes) if score is not None]
+        scores = [score for score in map(self._evaluator.score, episodes) if score is not None]
         report = IterationReport(
             iteration=self._iteration,
             steps=steps,
             seconds=self._seconds(),
-            steps_per_second=(steps - steps_before) / (marks[3] - marks[0] + self._seconds_keeping),
+            steps_per_second=(steps - steps_before) / (marks[3] - marks[0] + self._seconds_writing),
             episodes=len(episodes),
+            mean_reward=sum(one.reward for one in episodes) / len(episodes) if episodes else None,
             training_score=sum(scores) / len(scores) if scores else None,
-            losses={name: float(value) for name, value in asdict(losses).items()},
-            verdict=verdict,
+            losses={name: float(value) for name, value in losses.items()},
+            result=result,
             is_best=is_best,
             phase_seconds={
                 "collect": marks[1] - marks[0],
                 "learn": marks[2] - marks[1],
                 "judge": marks[3] - marks[2],
-                "keep_before": self._seconds_keeping,
+                "keep_before": self._seconds_writing,
             },
         )
-        self._keeper.keep(report, self.state)
-        self._seconds_keeping = time.perf_counter() - marks[3]
+        self._writer.write(report, self.state)
+        self._seconds_writing = time.perf_counter() - marks[3]
+        self._report = report
         return report
 
-    def _collect(self) -> Experience:
+    def _collect(self) -> RolloutBatch:
         episodes = self._rollout.episodes_per_iteration
+        if episodes is None and self._learner.eats == EPISODES:
+            raise SettingError(
+                "rollout.episodes_per_iteration is none, and this algorithm learns from whole episodes; expected a "
+                "number, such as --set rollout.episodes_per_iteration=16."
+            )
         if episodes is None:
             return self._collector.collect()
         quota, cap = episodes // self._rollout.num_worlds, self._rollout.memory_steps
-        kept = self._collector.collect_episodes(quota)
-        return kept if cap is None else within_memory(kept, quota, cap)
+        batch = self._collector.collect_episodes(quota)
+        return batch if cap is None else within_memory(batch, quota, cap)
 
-    def _learn(self, experience: Experience) -> PpoLosses:
-        losses = self._learner.update(experience)
-        if self._after_update is not None:
-            self._after_update(self._collector.steps_taken)
-        return losses
+    def _update(self, batch: RolloutBatch) -> Mapping[str, float]:
+        done = share_done(self._stops, self._progress())
+        if done is not None and isinstance(self._learner, Anneals):
+            self._learner.anneal(done)
+        experience = self._feed.take(batch)
+        if experience is None:
+            return {}
+        figures = self._learner.update(experience)
+        self._after_update()
+        return figures
 
-    def _look_at_policy(self) -> tuple[Verdict | None, bool]:
-        """Judge, when it is time to; tell whether it is the best so far (of equals the newer, as at AWS)."""
-        if (self._iteration + 1) % self._evaluation.every:
-            return None, False
-        verdict = self._judge.judge()
-        self._last = verdict
-        self._note_first_full(verdict.best_lap_seconds is not None)
-        self._perfect_in_a_row = self._perfect_in_a_row + 1 if verdict.is_perfect else 0
-        if self._perfect_in_a_row >= self._evaluation.stable_after and self._stable is None:
-            self._stable = self._seconds()
-        if verdict.best_lap_seconds is not None:
-            self._best_lap = min(verdict.best_lap_seconds, self._best_lap or verdict.best_lap_seconds)
-        merit = verdict.score if verdict.merit is None else verdict.merit
-        is_best = self._best_score is None or merit >= self._best_score
+    def _evaluate(self) -> tuple[EvaluationResult, bool]:
+        """Evaluate the policy; tell whether it is the best so far (of equals the newer, as at AWS)."""
+        result = self._evaluator.evaluate()
+        self._last = result
+        self._note_first_goal(result.goal_reached)
+        is_best = self._best is None or result.selection_metric >= self._best.selection_metric
         if is_best:
-            self._best_score = merit
-        return verdict, is_best
+            self._best = result
+        return result, is_best
 
-    def _note_first_full(self, happened: bool) -> None:
-        if happened and self._first_full is None:
-            self._first_full = self._seconds()
+    def _note_stability(self, result: EvaluationResult) -> None:
+        """Count how many evaluations in a row were solved; what is stable for the first time is confirmed."""
+        self._solved_in_a_row = self._solved_in_a_row + 1 if result.solved else 0
+        self._is_stable = self._solved_in_a_row >= self._evaluation.stable_after
+        if self._is_stable and self._stable is None:
+            self._is_stable = self._evaluator.confirm()
+            self._solved_in_a_row *= self._is_stable
+            self._stable = self._seconds() if self._is_stable else None
 
-    def _standing(self) -> Standing:
-        judged_now = self._last is not None and self._iteration % self._evaluation.every == 0
-        return Standing(
+    def _evaluate_at_last(self) -> None:
+        """Evaluate what was trained, where the last iteration was not evaluated: no training ends unjudged.
+
+        It counts for nothing in a row, so that a run that goes on from here takes the way of an unbroken one.
+        """
+        report = self._report
+        if report is None or report.result is not None or report.iteration != self._iteration:
+            return
+        result, is_best = self._evaluate()
+        judged = IterationReport(**{**vars(report), "result": result, "is_best": is_best})
+        self._writer.write_evaluation(judged, self.state)
+        self._callback.iteration(judged)
+
+    def _note_first_goal(self, happened: bool) -> None:
+        if happened and self._first_goal is None:
+            self._first_goal = self._seconds()
+
+    def _stop(self) -> str:
+        """Return why the training ends now; "" where it goes on."""
+        if self._writer.stop_asked():
+            return "asked to stop"
+        condition = reached(self._stops, self._progress())
+        return "" if condition is None else str(condition)
+
+    def _progress(self) -> Progress:
+        evaluated = self._last is not None and self._iteration > 0 and self._iteration % self._evaluation.every == 0
+        return Progress(
             seconds=self._seconds(),
             iterations=self._iteration,
             steps=self._collector.steps_taken,
-            is_stable=self._perfect_in_a_row >= self._evaluation.stable_after,
-            score=self._last.score if self._last is not None and judged_now else None,
+            is_stable=self._is_stable,
+            score=self._last.score if self._last is not None and evaluated else None,
         )
+
+    def _look_at_clock(self, world: World, buffers: StepBuffers, actions: Array) -> None:
+        """Break a long iteration off when its minutes are over or somebody asks; called after every tick."""
+        now = time.perf_counter()
+        if now - self._looked < LOOK_SECONDS:
+            return
+        self._looked = now
+        minutes = [stop for stop in self._stops if stop.kind == "minutes"]
+        over = [stop for stop in minutes if self._seconds() > 60.0 * stop.amount + GRACE_SECONDS]
+        if over and self._iteration:
+            raise _BrokenOff(str(over[0]))
+        if self._writer.stop_asked():
+            raise _BrokenOff("asked to stop")
+
+    def _end(self, reason: str) -> None:
+        """Have everything on the disk, then tell the callback."""
+        try:
+            self._writer.close()
+        finally:
+            self._callback.end(reason)
 
     def _seconds(self) -> float:
         return self._seconds_before + time.perf_counter() - self._began

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING, TextIO
 
-from racecraft.training.callbacks import IterationReport, Listener
+from racecraft.training.callbacks import IterationReport, TrainingCallback
 
 if TYPE_CHECKING:
     from rich.console import Console, Group
@@ -16,7 +16,7 @@ ROWS = 12
 SPARKS = " ▁▂▃▄▅▆▇█"
 
 
-def watcher(stream: TextIO, *, wants_lines: bool = False) -> Listener:
+def watcher(stream: TextIO, *, wants_lines: bool = False) -> TrainingCallback:
     """Return the display that fits a stream: live on a terminal, else one line an iteration."""
     from rich.console import Console
 
@@ -47,10 +47,9 @@ class LineWatcher:
         scored = report.training_score is not None
         training = f"training {self._score_name} {number(report.training_score)}"
         parts.append(training if scored else f"{report.episodes} episodes ended")
-        if report.verdict is not None:
-            best = report.verdict.best_lap_seconds
-            parts.append(f"evaluation {self._score_name} {number(report.verdict.score)}")
-            parts += [f"best lap {best:.2f} s"] if best is not None else []
+        if report.result is not None:
+            parts.append(f"evaluation {self._score_name} {number(report.result.score)}")
+            parts += [report.result.headline] if report.result.headline else []
         self._print(" | ".join(parts))
 
     def end(self, reason: str) -> None:
@@ -62,14 +61,14 @@ class LineWatcher:
 
 
 class LiveWatcher:
-    """A table that grows in place: the latest iterations, a curve of the evaluations, the best lap."""
+    """A table that grows in place: the latest iterations, a curve of the evaluations, the best of them."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
         self._live: Live | None = None
         self._rows: deque[IterationReport] = deque(maxlen=ROWS)
         self._scores: deque[float] = deque(maxlen=60)
-        self._best_lap: float | None = None
+        self._best = ""
         self._title = self._stops = ""
         self._score_name = "score"
 
@@ -84,11 +83,9 @@ class LiveWatcher:
     def iteration(self, report: IterationReport) -> None:
         """Show one more row."""
         self._rows.append(report)
-        if report.verdict is not None:
-            self._scores.append(report.verdict.score)
-            lap = report.verdict.best_lap_seconds
-            if lap is not None:
-                self._best_lap = lap if self._best_lap is None else min(lap, self._best_lap)
+        if report.result is not None:
+            self._scores.append(report.result.score)
+            self._best = report.result.headline if report.is_best else self._best
         if self._live is not None:
             self._live.update(self._picture(), refresh=True)
 
@@ -107,25 +104,24 @@ class LiveWatcher:
 
         table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
         short = self._score_name
-        laps = ("lap",) if self._best_lap is not None else ()
+        told = any(row.result is not None and row.result.headline for row in self._rows)
         scored = any(row.training_score is not None for row in self._rows)
         training = f"training {short}" if scored else "episodes"
-        for title in ("iteration", "seconds", "steps", "steps/s", training, f"evaluation {short}", *laps):
+        for title in ("iteration", "seconds", "steps", "steps/s", training, f"evaluation {short}", *([""] * told)):
             table.add_column(title, justify="right")
         for row in self._rows:
-            verdict = row.verdict
-            lap = verdict.best_lap_seconds if verdict else None
+            result = row.result
             table.add_row(
                 str(row.iteration),
                 f"{row.seconds:.1f}",
                 f"{row.steps:,}",
                 f"{row.steps_per_second:,.0f}",
                 number(row.training_score) if scored else str(row.episodes),
-                number(verdict.score) if verdict else "",
-                *((f"{lap:.2f} s" if lap is not None else "") for _ in laps),
+                number(result.score) if result else "",
+                *([result.headline if result else ""] * told),
                 style="green" if row.is_best else None,
             )
-        best = f"   best lap {self._best_lap:.2f} s" if self._best_lap is not None else ""
+        best = f"   at its best: {self._best}" if self._best else ""
         heading = Text.assemble((self._title, "bold"), f"\nstops at {self._stops}; Ctrl-C saves and stops\n")
         return Group(heading, table, Text(f"\nevaluation {sparkline(list(self._scores))}{best}"))
 

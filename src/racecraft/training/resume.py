@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
-from racecraft.algorithms.multi_policy import Learner
+from racecraft.algorithms.learner import Learner
 from racecraft.algorithms.weights import to_tensors
-from racecraft.contract.errors import ContractError
+from racecraft.contract.errors import ContractError, RunFolderError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.rollout.collector import Collector
-from racecraft.training.deepracer.plan import versions
+from racecraft.training.versions import versions
 
 Say = Callable[[str], None]
 
@@ -26,7 +26,7 @@ class Restores(Protocol):
 
 
 def open_to_resume(path: Path, kind: str) -> tuple[RunFolder, dict[str, Any], tuple[str, ...]]:
-    """Return a run folder, what it was asked, and what is worth saying about going on with it.
+    """Return a run folder, its job, and what is worth saying about going on with it.
 
     Args:
         path: The run folder.
@@ -48,8 +48,8 @@ def restore_run(
     learner: Learner,
     collector: Collector,
     loop: Restores,
-    keeper: Restores,
-    lasting: bool | None = True,
+    writer: Restores,
+    world_lasts: bool | None = True,
 ) -> tuple[int, bool]:
     """Take up the last whole iteration; metrics of what came after it are cut off.
 
@@ -58,28 +58,31 @@ def restore_run(
         learner: Takes its weights, optimiser and chance.
         collector: Takes the worlds' state.
         loop: Takes its counts.
-        keeper: Takes what it noted.
-        lasting: Whether the world goes on where it was; False: its episodes begin anew; None: they do if it shows
+        writer: Takes what its parts noted.
+        world_lasts: Whether the world goes on where it was; False: its episodes begin anew; None: they do if it shows
             something else than it did.
 
     Returns:
         Its number, 0 where none was saved; and whether the world did go on where it was.
 
     Raises:
+        RunFolderError: An older racecraft wrote the state.
         ContractError: The world shows something else than it did, although it was said to last.
     """
-    shelf = Checkpoints(run.checkpoints)
-    entries = [entry for entry in shelf.entries() if entry.state is not None]
+    run.forget_stop()
+    checkpoints = Checkpoints(run.checkpoints)
+    entries = [entry for entry in checkpoints.entries() if entry.state is not None]
     if not entries:
         run.cut_metrics(0)
         return 0, True
     last = entries[-1].iteration
-    state = shelf.load_state(str(last))
-    weights, _ = shelf.load_policy(str(last))
+    state = checkpoints.load_state(str(last))
+    _require_known(run, state["loop"])
+    weights, _ = checkpoints.load_policy(str(last))
     learner.load_state_dict(to_tensors({"network": weights, **state["learner"]}))
-    lasted = _restore_worlds(collector, state["collector"], lasting)
+    writer.restore(state)
+    lasted = _restore_worlds(collector, state["collector"], world_lasts)
     loop.restore(state["loop"])
-    keeper.restore(state)
     run.cut_metrics(last)
     return last, lasted
 
@@ -97,14 +100,22 @@ def tell_resumed(iteration: int, lasted: bool, say: Say) -> None:
         )
 
 
-def _restore_worlds(collector: Collector, state: Mapping[str, Any], lasting: bool | None) -> bool:
+def _require_known(run: RunFolder, loop: Mapping[str, Any]) -> None:
+    if "solved_in_a_row" not in loop:
+        raise RunFolderError(
+            f"{run.path}: its trainer state was written by an older racecraft, in another order; expected one of this "
+            f"version. Begin a new run with its weights: --from {run.path}:last."
+        )
+
+
+def _restore_worlds(collector: Collector, state: Mapping[str, Any], world_lasts: bool | None) -> bool:
     """Have the worlds go on where they were, or begin anew; tell which."""
-    if lasting is not False:
+    if world_lasts is not False:
         try:
             collector.restore(state)
             return True
         except ContractError:
-            if lasting:
+            if world_lasts:
                 raise
     collector.restore(state, anew=True)
     return False

@@ -1,7 +1,7 @@
 """What a training leaves on the disk, iteration by iteration; every file arrives whole.
 
 A state of large networks is a hundred megabytes, and a disk takes seconds for it. So an iteration is copied in memory,
-and a thread writes the copy while the next one is driven: never two at once, in the order of the iterations, the
+and a thread writes the copy while the next one is collected: never two at once, in the order of the iterations, the
 checkpoint last. A training that is killed meanwhile goes on from the last one that stands. `close` waits.
 """
 
@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
-from racecraft.algorithms.multi_policy import Learner
+from racecraft.algorithms.learner import Learner
 from racecraft.algorithms.weights import to_arrays
 from racecraft.contract.world import Array
 from racecraft.formats.checkpoint import Checkpoints
@@ -21,22 +21,58 @@ from racecraft.formats.whole import write_whole
 from racecraft.rollout.collector import Collector
 from racecraft.training.background import Background
 from racecraft.training.callbacks import IterationReport
-from racecraft.training.deepracer.aws.files import AwsFiles
-from racecraft.training.deepracer.recorder import EpisodeRecorder
 
 Columns = dict[str, Array]
 """Ticks, as `formats/episodes.py` holds them."""
 
 
-class RunKeeper:
-    """Keeps a training in its run folder: the disk's side of `TrainingLoop`.
+@runtime_checkable
+class Stateful(Protocol):
+    """A part of a training that has a state of its own, kept in every checkpoint."""
+
+    def state(self) -> Any:
+        """Return it: arrays, plain values, dictionaries and lists of them (copies)."""
+        ...
+
+    def restore(self, state: Any) -> None:
+        """Go on from what `state` gave."""
+        ...
+
+
+class TickRecorder(Protocol):
+    """Keeps the ticks of an iteration."""
+
+    def take(self, iteration: int) -> Columns:
+        """Return the ticks kept since the last call."""
+        ...
+
+
+class EpisodeFiles(Stateful, Protocol):
+    """Writes the ticks in some other program's form beside ours."""
+
+    def begin(self) -> None:
+        """Write what is said once."""
+        ...
+
+    def keep(self, columns: Columns, report: IterationReport) -> None:
+        """Take in an iteration."""
+        ...
+
+    def close(self) -> None:
+        """Wait until all of it is on the disk."""
+        ...
+
+
+class RunWriter:
+    """Writes a training into its run folder: the disk's side of `TrainingLoop`.
 
     Args:
         run: The folder.
         learner, collector: What checkpoints are made of.
-        card: What a stranger needs to rebuild the policy; goes into every checkpoint.
+        metadata: What a stranger needs to use the policy; goes into every checkpoint.
         recorder: The ticks of each iteration, where they are kept.
-        aws: Writes AWS's files beside ours, where that is wanted; needs a recorder.
+        episode_files: Writes them in another form, too; needs a recorder.
+        parts: Further parts of the training whose state is kept, by name.
     """
 
     def __init__(
@@ -44,57 +80,68 @@ class RunKeeper:
         run: RunFolder,
         learner: Learner,
         collector: Collector,
-        card: dict[str, Any],
-        recorder: EpisodeRecorder | None = None,
-        aws: AwsFiles | None = None,
+        metadata: Mapping[str, Any],
+        recorder: TickRecorder | None = None,
+        episode_files: EpisodeFiles | None = None,
+        parts: Mapping[str, Stateful] | None = None,
     ) -> None:
         self._run, self._learner, self._collector = run, learner, collector
-        self._card, self._recorder, self._aws = card, recorder, aws
-        self._shelf = Checkpoints(run.checkpoints)
+        self._metadata, self._recorder, self._episode_files = metadata, recorder, episode_files
+        self._parts = dict(parts or {})
+        self._checkpoints = Checkpoints(run.checkpoints)
         self._background = Background()
 
-    def keep_start(self) -> None:
-        """Keep the untrained policy, as checkpoint 0."""
-        if self._aws is not None:
-            self._aws.begin()
-        self._shelf.save(0, 0, to_arrays(self._learner.state_dict())["network"], self._card)
+    def write_start(self) -> None:
+        """Write the untrained policy, as checkpoint 0."""
+        if self._episode_files is not None:
+            self._episode_files.begin()
+        self._checkpoints.save(0, 0, to_arrays(self._learner.state_dict())["network"], self._metadata)
 
-    def keep(self, report: IterationReport, loop_state: Callable[[], dict[str, Any]]) -> None:
-        """Copy an iteration; it is on the disk by the time the next one is kept, or at the latest after `close`.
+    def write(self, report: IterationReport, loop_state: Callable[[], dict[str, Any]]) -> None:
+        """Copy an iteration; it is on the disk by the time the next one is written, or at the latest after `close`.
 
         Raises:
             OutputFileError: The iteration before could not be written.
         """
         self._background.settle(wait=True)
         columns = self._recorder.take(report.iteration) if self._recorder is not None else None
-        if self._aws is not None and columns is not None:
-            self._aws.keep(columns, report)
+        if self._episode_files is not None and columns is not None:
+            self._episode_files.keep(columns, report)
         learner = to_arrays(self._learner.state_dict())
         weights = learner.pop("network")
         state = {"learner": learner, "collector": self._collector.state(), "loop": loop_state()}
-        if self._aws is not None:
-            state["aws"] = self._aws.state()
+        if self._episode_files is not None:
+            state["aws"] = self._episode_files.state()
+        if self._parts:
+            state["parts"] = {name: part.state() for name, part in self._parts.items()}
         self._background.give(lambda: self._write(report, columns, weights, state), lambda: None)
 
-    def _write(
-        self, report: IterationReport, columns: Columns | None, weights: dict[str, Any], state: dict[str, Any]
-    ) -> None:
-        """Write an iteration. The checkpoint comes last: once it stands, everything it speaks of stands."""
-        if columns is not None:
-            write_episodes(self._run.episodes / f"{report.iteration}.parquet", columns)
-        if report.verdict is not None:
-            text = json.dumps({"iteration": report.iteration, **report.verdict.details}, indent=2)
-            write_whole(self._run.evaluations / f"{report.iteration}.json", text + "\n")
+    def write_evaluation(self, report: IterationReport, loop_state: Callable[[], dict[str, Any]]) -> None:
+        """Write an evaluation of the iteration that was written last, which then had none.
+
+        Raises:
+            OutputFileError: Something could not be written.
+        """
+        self._background.settle(wait=True)
+        self._write_result(report)
+        self._run.cut_metrics(report.iteration - 1)
         self._run.append_metrics(metrics_row(report))
-        score = report.verdict.score if report.verdict else None
-        self._shelf.save(report.iteration, report.steps, weights, self._card, state, score=score, best=report.is_best)
+        score = report.result.score if report.result else None
+        self._checkpoints.mark(report.iteration, score, best=report.is_best, loop=loop_state())
+
+    def stop_asked(self) -> bool:
+        """Tell whether somebody outside has asked the training to stop."""
+        return self._run.stop_asked()
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Go on from a checkpoint's state; one that was saved without AWS's files begins them here."""
-        if self._aws is not None and "aws" in state:
-            self._aws.restore(state["aws"])
-        elif self._aws is not None:
-            self._aws.begin()
+        """Go on from a checkpoint's state; one that was saved without a part begins that part here."""
+        if self._episode_files is not None and "aws" in state:
+            self._episode_files.restore(state["aws"])
+        elif self._episode_files is not None:
+            self._episode_files.begin()
+        for name, part in self._parts.items():
+            if name in state.get("parts", {}):
+                part.restore(state["parts"][name])
 
     def close(self) -> None:
         """Wait until everything is on the disk. Doing so twice is doing so once.
@@ -105,22 +152,41 @@ class RunKeeper:
         try:
             self._background.close()
         finally:
-            if self._aws is not None:
-                self._aws.close()
+            if self._episode_files is not None:
+                self._episode_files.close()
+
+    def _write(
+        self, report: IterationReport, columns: Columns | None, weights: dict[str, Any], state: dict[str, Any]
+    ) -> None:
+        """Write an iteration. The checkpoint comes last: once it stands, everything it speaks of stands."""
+        if columns is not None:
+            write_episodes(self._run.episodes / f"{report.iteration}.parquet", columns)
+        self._write_result(report)
+        self._run.append_metrics(metrics_row(report))
+        score = report.result.score if report.result else None
+        self._checkpoints.save(
+            report.iteration, report.steps, weights, self._metadata, state, score=score, best=report.is_best
+        )
+
+    def _write_result(self, report: IterationReport) -> None:
+        if report.result is not None:
+            text = json.dumps({"iteration": report.iteration, **report.result.details}, indent=2)
+            write_whole(self._run.evaluations / f"{report.iteration}.json", text + "\n")
 
 
 def metrics_row(report: IterationReport) -> dict[str, Any]:
-    """Return one line of metrics.jsonl; docs/metrics.md explains every name."""
-    verdict = report.verdict
+    """Return one line of metrics.jsonl; docs/reference/metrics.md explains every name."""
+    result = report.result
     return {
         "iteration": report.iteration,
         "steps": report.steps,
         "seconds": round(report.seconds, 4),
         "steps_per_second": round(report.steps_per_second, 1),
         "episodes": report.episodes,
+        "mean_reward": report.mean_reward,
         "training_score": report.training_score,
-        "evaluation_score": verdict.score if verdict else None,
-        "best_lap_seconds": verdict.best_lap_seconds if verdict else None,
+        "evaluation_score": result.score if result else None,
+        **(result.figures if result else {}),
         **report.losses,
         **{f"seconds_{phase}": round(spent, 4) for phase, spent in report.phase_seconds.items()},
     }

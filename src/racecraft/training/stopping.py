@@ -1,81 +1,103 @@
-"""When a training ends: the first of several stops that holds.
+"""When a training ends: the first of several conditions that holds.
 
-A stop is written as a user types it: `laps`, `minutes=10`, `iterations=50`, `steps=200000`, and for worlds that are
-judged by their score or rated, `score=475` or `rating=1600`.
+A condition is written as a user types it. Every training knows `minutes=10`, `iterations=50` and `steps=200000`; what
+more there is, its evaluator says: `laps` for cars, `score=475` where episodes are paid, `rating=1600` for snakes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from racecraft.contract.errors import SettingError, nearest
 
-KINDS = {
-    "laps": "stable: evaluations in a row in which every start brings a full lap",
-    "score": "the mean score of an evaluation reaches this much",
-    "rating": "the rating of an evaluation reaches this many points (snakes)",
+LAPS = {"laps": "stable: evaluations in a row in which every start brings a full lap, then three flying laps"}
+SCORE = {"score": "the mean score of an evaluation reaches this much"}
+RATING = {"rating": "the rating of an evaluation reaches this many points"}
+ALWAYS = {
     "minutes": "so many minutes since the first training tick",
     "iterations": "so many iterations, counted from the run's birth",
     "steps": "so many environment steps, counted from the run's birth",
 }
-"""Every stop, with what it waits for."""
+"""What every training can end by."""
+KINDS = {**LAPS, **SCORE, **RATING, **ALWAYS}
+"""Every condition of any world, with what it waits for."""
+
+BARE = ("laps",)
+"""Conditions without an amount: the training is stable."""
 
 
 @dataclass(frozen=True)
-class Stop:
+class StopCondition:
     """One condition that ends a training."""
 
     kind: str
     amount: float = 0.0
 
     def __str__(self) -> str:
-        return self.kind if self.kind == "laps" else f"{self.kind}={self.amount:g}"
+        return self.kind if self.kind in BARE else f"{self.kind}={self.amount:g}"
 
 
 @dataclass(frozen=True)
-class Standing:
-    """How far a training has come; what stops look at."""
+class Progress:
+    """How far a training has come; what conditions look at."""
 
     seconds: float
-    """Since the first training tick of this process, evaluations included."""
+    """Since the first training tick, evaluations included."""
     iterations: int
     steps: int
     is_stable: bool
     score: float | None = None
-    """Mean score of the latest evaluation."""
+    """Mean score of this iteration's evaluation; None without one."""
 
 
-def parse_stops(texts: Iterable[str]) -> tuple[Stop, ...]:
-    """Read stops as a user types them.
+def parse_stops(texts: Iterable[str], world: Mapping[str, str] | None = None) -> tuple[StopCondition, ...]:
+    """Read conditions as a user types them.
+
+    Args:
+        texts: As typed.
+        world: What this world's evaluator adds to ALWAYS; None: what any world may.
 
     Raises:
-        SettingError: An unknown kind, a missing or a useless amount.
+        SettingError: An unknown kind, one that cannot hold in this world, a missing or a useless amount.
 
-    >>> [str(stop) for stop in parse_stops(["laps", "minutes=1.5"])]
-    ['laps', 'minutes=1.5']
-    >>> parse_stops(["minuts=3"])
-    Traceback (most recent call last):
-    racecraft.contract.errors.SettingError: --stop 'minuts=3' is no stop. Did you mean 'minutes'?
+    >>> [str(stop) for stop in parse_stops(["laps", "minutes=1.5"])] ['laps', 'minutes=1.5'] >>>
+    parse_stops(["minuts=3"]) Traceback (most recent call last): racecraft.contract.errors.SettingError: --stop
+    'minuts=3' is no stop. Did you mean 'minutes'? >>> parse_stops(["laps"], RATING) Traceback (most recent call last):
+    racecraft.contract.errors.SettingError: --stop 'laps' can never hold here; expected rating, minutes, iterations,
+    steps.
     """
-    return tuple(_parse(text) for text in texts)
+    known = KINDS if world is None else {**world, **ALWAYS}
+    return tuple(_parse(text, known) for text in texts)
 
 
-def reached(stops: Iterable[Stop], standing: Standing) -> Stop | None:
-    """Return the first stop that holds, or None."""
-    return next((stop for stop in stops if _holds(stop, standing)), None)
+def reached(stops: Iterable[StopCondition], progress: Progress) -> StopCondition | None:
+    """Return the first condition that holds, or None."""
+    return next((stop for stop in stops if _holds(stop, progress)), None)
 
 
-def _parse(text: str) -> Stop:
+def share_done(stops: Iterable[StopCondition], progress: Progress) -> float | None:
+    """Return what share of a training lies behind, 0 to 1, where a number of steps ends it; else None.
+
+    >>> share_done(parse_stops(["steps=1000"]), Progress(1.0, 1, 250, False))
+    0.25
+    """
+    limits = [stop.amount for stop in stops if stop.kind == "steps"]
+    return min(1.0, progress.steps / min(limits)) if limits else None
+
+
+def _parse(text: str, known: Mapping[str, str]) -> StopCondition:
     kind, equals, amount = text.strip().partition("=")
     if kind not in KINDS:
-        raise SettingError(f"--stop {text!r} is no stop. {nearest(kind, KINDS)}")
-    if kind == "laps":
+        raise SettingError(f"--stop {text!r} is no stop. {nearest(kind, known)}")
+    if kind not in known:
+        raise SettingError(f"--stop {text!r} can never hold here; expected {', '.join(known)}.")
+    if kind in BARE:
         if equals:
             raise SettingError(
-                f"--stop {text!r}: laps takes no amount; evaluation.stable_after says how many in a row."
+                f"--stop {text!r}: {kind} takes no amount; evaluation.stable_after says how many in a row."
             )
-        return Stop("laps")
+        return StopCondition(kind)
     try:
         value = float(amount)
     except ValueError:
@@ -84,13 +106,13 @@ def _parse(text: str) -> Stop:
     if not legal or (kind in ("iterations", "steps") and value != int(value)):
         number = "a whole number above 0" if kind in ("iterations", "steps") else "a number above 0"
         raise SettingError(f"--stop {text!r}: expected {number} after '{kind}=', such as {kind}=10.")
-    return Stop(kind, value)
+    return StopCondition(kind, value)
 
 
-def _holds(stop: Stop, standing: Standing) -> bool:
-    if stop.kind == "laps":
-        return standing.is_stable
+def _holds(stop: StopCondition, progress: Progress) -> bool:
+    if stop.kind in BARE:
+        return progress.is_stable
     if stop.kind in ("score", "rating"):
-        return standing.score is not None and standing.score >= stop.amount
-    amounts = {"minutes": standing.seconds / 60.0, "iterations": standing.iterations, "steps": standing.steps}
+        return progress.score is not None and progress.score >= stop.amount
+    amounts = {"minutes": progress.seconds / 60.0, "iterations": progress.iterations, "steps": progress.steps}
     return amounts[stop.kind] >= stop.amount

@@ -1,115 +1,244 @@
-"""From a world to a run folder, for every world that needs no files of its racer's. Begin with `train`.
+"""From an experiment to a run folder: the one road to the loop, for every world. Begin with `train`.
 
-    settings, threads → learner → run folder → judge, collector, keeper → the loop → what came of it
+    settings, processor → learner → run folder → evaluator, collector, writer → the loop → what came of it
 
-Gymnasium environments, Unity scenes and snakes take this way; a car, with its reward function and AWS's files, has its
-own in `racing.py`. What a world brings along is its `Course`.
+What a world brings along is its `Experiment`; how one is planned from a request, `worlds.py` knows.
 """
 
 from __future__ import annotations
 
+import contextlib
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from racecraft.algorithms.multi_policy import Learner
-from racecraft.algorithms.ppo import PpoLearner
+import torch
+
+from racecraft.algorithms.learner import REPLAY, Learner
+from racecraft.algorithms.registry import Algorithm, require_fit
 from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.errors import RacecraftError, RunFolderError
 from racecraft.contract.world import World
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
-from racecraft.formats.whole import write_whole
+from racecraft.players.trained import SPEC, split_source
 from racecraft.rollout.collector import Collector
-from racecraft.settings.groups import TrainSettings
+from racecraft.rollout.episodes import StepObserver
+from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import as_dictionary
-from racecraft.training.callbacks import Listener
-from racecraft.training.deepracer.cloning import split_source
-from racecraft.training.deepracer.plan import versions
-from racecraft.training.deepracer.trainer import prepare_processor
-from racecraft.training.loop import Judge, Outcome, TrainingLoop
+from racecraft.training.callbacks import TrainingCallback
+from racecraft.training.loop import Evaluator, Feed, Outcome, TrainingLoop
+from racecraft.training.processor import prepare_processor
 from racecraft.training.resume import Say, restore_run, tell_resumed
-from racecraft.training.run_writer import RunKeeper
-from racecraft.training.stopping import Stop
+from racecraft.training.run_writer import EpisodeFiles, RunWriter, Stateful, TickRecorder
+from racecraft.training.stopping import StopCondition, parse_stops
+from racecraft.training.versions import machine, versions
 
 
 @dataclass(frozen=True)
-class Course:
+class RunAttendants:
+    """Who attends a training in its run folder, beside the loop."""
+
+    recorder: TickRecorder | None = None
+    """Keeps every tick for the episode files."""
+    episode_files: EpisodeFiles | None = None
+    """Writes them in another program's form, too."""
+    observers: Iterable[StepObserver] = ()
+    """See every tick."""
+
+
+@dataclass(frozen=True)
+class Experiment:
     """A training made definite: all but its run folder and its learner."""
 
     kind: str
     """What job.json calls such a run."""
     world: World
     """What is learned in."""
-    settings: TrainSettings
+    algorithm: Algorithm
+    settings: Settings
     seed: int
-    stops: tuple[Stop, ...]
-    judge: Callable[[Any, RunFolder], Judge]
-    """Makes whoever says how good the learner is, from that learner."""
+    stops: tuple[StopCondition, ...]
+    evaluator: Callable[[Learner, RunFolder], Evaluator]
+    """Makes whoever says how good the learner is."""
     asked: Mapping[str, Any]
     """What was asked, for job.json: enough to begin again from it."""
-    card: Mapping[str, Any]
-    """What a stranger needs beside kind and settings to rebuild the policy."""
+    metadata: Mapping[str, Any]
+    """What a stranger wants to know of the policy beside kind, spec and settings."""
     title: str
     """What is trained, for people."""
     folder_name: str
     """Run folders are called runs/<folder_name>-<number>."""
+    job: Mapping[str, Any] = field(default_factory=dict)
+    """What else job.json tells."""
     notes: tuple[str, ...] = ()
     """What is worth saying before the first tick, a clause each."""
-    files: Mapping[str, bytes] = field(default_factory=dict)
-    """The user's own files, copied into the run folder by these names."""
+    lay_files: Callable[[RunFolder], None] = lambda run: None
+    """Lays copies of the user's own files into a new run folder."""
     learner: Callable[[], Learner] | None = None
-    """Makes the learner; None: PPO with these settings."""
-    lasting: bool | None = True
+    """Makes the learner; None: the algorithm's own, with these settings."""
+    world_lasts: bool | None = True
     """Whether the world's state can be kept; None: nobody knows before it is tried."""
-    after_update: Callable[[Any], None] | None = None
+    after_update: Callable[[Learner], None] = lambda learner: None
     """Hears of the learner after each of its updates."""
+    parts: Mapping[str, Stateful] = field(default_factory=dict)
+    """Further parts whose state every checkpoint keeps, by name."""
+    warm_up: Callable[[Say], None] = lambda say: None
+    """Compiles what must be compiled before the clock starts."""
+    attend: Callable[[RunFolder], contextlib.AbstractContextManager[RunAttendants]] = field(
+        default=lambda run: contextlib.nullcontext(RunAttendants())
+    )
+    """Opens what attends the training in its run folder; closed at its end."""
+    same_shape: Callable[[str, Mapping[str, Any]], None] = lambda path, metadata: None
+    """Refuses the metadata of a checkpoint whose weights are not to be begun with; hears the run's path, too."""
+
+
+@dataclass(frozen=True)
+class Trained:
+    """A training that ended, and where it lies."""
+
+    kind: str
+    run: RunFolder
+    outcome: Outcome
+    seed: int
+    figures: Mapping[str, Any]
+    """What `--json` prints of it."""
+
+    def summary(self) -> dict[str, Any]:
+        """Return the figures that `--json` prints."""
+        return dict(self.figures)
 
 
 def train(
-    course: Course, place: Path | None, listener: Listener, say: Say, source: str | None = None
+    experiment: Experiment,
+    place: Path | None,
+    callback: TrainingCallback,
+    say: Say,
+    source: str | None = None,
 ) -> tuple[RunFolder, Outcome]:
-    """Train in a run folder of its own until a stop holds.
+    """Train in a run folder of its own until a stop condition holds.
 
     Args:
-        course: What is trained.
+        experiment: What is trained.
         place: Where the run folder is made; None: the next number under runs/.
-        listener: Watches the training.
+        callback: Watches the training.
         say: Says a line to a person.
         source: RUN, RUN:best, RUN:last or RUN:N, whose weights are begun with; None: fresh ones.
 
     Raises:
         RunFolderError: The place is taken, or the weights do not fit.
         CheckpointError: No such checkpoint, or a damaged one.
+        SettingError: The algorithm does not fit the world's actions, or a stop can never hold.
     """
-    learner = _learner(course)
+    learner = _learner(experiment)
     if source is not None:
-        begin_with(learner, source, course.kind)
-    _say_notes(course, say)
-    run = _make_run(course, place)
-    with run.lock():
-        _, _, loop = _crew(course, run, learner, listener)
-        return run, _run(loop, course, run, say)
+        begin_with(learner, source, experiment)
+    _say_notes(experiment, say)
+    run = _make_run(experiment, place)
+    with run.lock(), experiment.attend(run) as attendants:
+        session = TrainingSession(experiment, run, learner, callback, attendants, say)
+        return run, session.run()
 
 
-def resume(course: Course, run: RunFolder, listener: Listener, say: Say) -> Outcome:
-    """Go on with a run from its last whole iteration, until a stop holds.
+def resume(experiment: Experiment, run: RunFolder, callback: TrainingCallback, say: Say) -> Outcome:
+    """Go on with a run from its last whole iteration, until a stop condition holds.
 
     Raises:
         RunFolderError: The folder is taken by a running training.
     """
-    learner = _learner(course)
-    _say_notes(course, say)
-    with run.lock():
-        collector, keeper, loop = _crew(course, run, learner, listener)
-        tell_resumed(*restore_run(run, learner, collector, loop, keeper, course.lasting), say)
-        return _run(loop, course, run, say)
+    learner = _learner(experiment)
+    _say_notes(experiment, say)
+    with run.lock(), experiment.attend(run) as attendants:
+        session = TrainingSession(experiment, run, learner, callback, attendants, say)
+        session.restore()
+        return session.run()
 
 
-def begin_with(learner: Learner, source: str, kind: str) -> None:
-    """Give a learner the weights of an earlier run; its optimiser starts from zero.
+class TrainingSession:
+    """Everybody a training needs, each in their place."""
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        run: RunFolder,
+        learner: Learner,
+        callback: TrainingCallback,
+        attendants: RunAttendants,
+        say: Say,
+    ) -> None:
+        settings = experiment.settings
+        self._experiment, self._run, self._say, self._learner = experiment, run, say, learner
+        experiment.warm_up(say)
+        observers = [*attendants.observers]
+        self._collector = Collector(experiment.world, learner, settings.rollout.horizon, experiment.seed, observers)
+        feed = feed_for(learner, experiment)
+        parts = dict(experiment.parts) | ({"replay": feed} if isinstance(feed, Stateful) else {})
+        self._writer = RunWriter(
+            run,
+            learner,
+            self._collector,
+            checkpoint_metadata(experiment, learner),
+            attendants.recorder,
+            attendants.episode_files,
+            parts,
+        )
+        evaluator = experiment.evaluator(learner, run)
+        parse_stops(map(str, experiment.stops), evaluator.stop_kinds)
+        self._loop = TrainingLoop(
+            self._collector,
+            learner,
+            evaluator,
+            self._writer,
+            callback,
+            settings.rollout,
+            settings.evaluation,
+            experiment.stops,
+            feed,
+            lambda: experiment.after_update(learner),
+        )
+
+    def restore(self) -> None:
+        """Take up the last whole iteration, and say so."""
+        experiment = self._experiment
+        tell_resumed(
+            *restore_run(self._run, self._learner, self._collector, self._loop, self._writer, experiment.world_lasts),
+            self._say,
+        )
+
+    def run(self) -> Outcome:
+        """Train; where that fails, say what is left of it."""
+        try:
+            return self._loop.run(f"{self._experiment.title}, run {self._run.path}")
+        except RacecraftError:
+            self._say(
+                f"what was learned until then stands in {self._run.path}; --run {self._run.path} --resume goes on "
+                "from there"
+            )
+            raise
+
+
+def feed_for(learner: Learner, experiment: Experiment) -> Feed | None:
+    """Return what stands between collector and learner: a replay where the learner eats from one; None: nothing."""
+    if learner.eats != REPLAY:
+        return None
+    raise NotImplementedError("no built-in algorithm learns from a replay yet")
+
+
+def checkpoint_metadata(experiment: Experiment, learner: Learner) -> dict[str, Any]:
+    """Return what every checkpoint says of itself: kind, how to rebuild the policy, settings, what the world adds."""
+    return {
+        "kind": experiment.kind,
+        SPEC: learner.policy_spec.as_dictionary(),
+        **experiment.metadata,
+        "settings": as_dictionary(experiment.settings),
+        "versions": versions(),
+    }
+
+
+def begin_with(learner: Learner, source: str, experiment: Experiment) -> None:
+    """Give a learner the weights of an earlier run; its optimiser starts from zero, and so do all counts.
 
     Raises:
         RunFolderError: No such run, a run of another kind, or a network of another shape.
@@ -117,8 +246,9 @@ def begin_with(learner: Learner, source: str, kind: str) -> None:
     """
     path, which = split_source(source)
     run = RunFolder.open(path)
-    run.read_job_of(kind)
-    weights, _ = Checkpoints(run.checkpoints).load_policy(which)
+    run.read_job_of(experiment.kind)
+    weights, metadata = Checkpoints(run.checkpoints).load_policy(which)
+    experiment.same_shape(path, metadata)
     mine = learner.state_dict()["network"]
     for name in sorted(set(mine) | set(weights)):
         here = tuple(mine[name].shape) if name in mine else "absent"
@@ -126,16 +256,17 @@ def begin_with(learner: Learner, source: str, kind: str) -> None:
         if here != there:
             raise RunFolderError(
                 f"{path}: its network is of another shape ({name} is {there} there and {here} here); expected the "
-                "same observations, actions and network settings. Give --set network.… as it was, or train afresh."
+                "same algorithm, observations, actions and network settings. Give --set network.… as it was, or train "
+                "afresh."
             )
     learner.load_state_dict({"network": to_tensors(weights)})
 
 
 def summary_of(outcome: Outcome, run: RunFolder, seed: int) -> dict[str, Any]:
-    """Return the figures that `--json` prints of any such training."""
+    """Return the figures that `--json` prints of any training."""
     judged = outcome.last
     return {
-        "solved": bool(judged and judged.is_perfect),
+        "solved": bool(judged and judged.solved),
         "seconds": round(outcome.seconds, 3),
         "env_steps": outcome.steps,
         "iterations": outcome.iterations,
@@ -148,61 +279,37 @@ def summary_of(outcome: Outcome, run: RunFolder, seed: int) -> dict[str, Any]:
     }
 
 
-def _learner(course: Course) -> Learner:
-    settings = course.settings
+def _learner(experiment: Experiment) -> Learner:
+    settings = experiment.settings
     prepare_processor(settings.runtime.threads, settings.runtime.device)
-    if course.learner is not None:
-        return course.learner()
-    return PpoLearner(course.world.spec, settings.network, settings.ppo, course.seed, settings.runtime.device)
+    require_fit(experiment.algorithm, experiment.world.spec.actions, experiment.title)
+    if experiment.learner is not None:
+        return experiment.learner()
+    built: Learner = experiment.algorithm.learner_class().build(experiment.world.spec, settings, experiment.seed)
+    return built
 
 
-def _run(loop: TrainingLoop, course: Course, run: RunFolder, say: Say) -> Outcome:
-    """Train; where that fails, say what is left of it."""
-    try:
-        return loop.run(f"{course.title}, run {run.path}")
-    except RacecraftError:
-        say(f"what was learned until then stands in {run.path}; --run {run.path} --resume goes on from there")
-        raise
-
-
-def _say_notes(course: Course, say: Say) -> None:
-    for note in course.notes:
+def _say_notes(experiment: Experiment, say: Say) -> None:
+    for note in experiment.notes:
         say(f"- {note}")
 
 
-def _crew(
-    course: Course, run: RunFolder, learner: Learner, listener: Listener
-) -> tuple[Collector, RunKeeper, TrainingLoop]:
-    settings = course.settings
-    judge = course.judge(learner, run)
-    collector = Collector(course.world, learner, settings.rollout.horizon, course.seed)
-    card = {"kind": course.kind, **course.card, "settings": as_dictionary(settings)}
-    keeper = RunKeeper(run, learner, collector, card)
-    told = course.after_update
-    hears = None if told is None else lambda _: told(learner)
-    loop = TrainingLoop(
-        collector, learner, judge, keeper, listener, settings.rollout, settings.evaluation, course.stops, hears
-    )
-    return collector, keeper, loop
-
-
-def _make_run(course: Course, place: Path | None) -> RunFolder:
+def _make_run(experiment: Experiment, place: Path | None) -> RunFolder:
     """Make the run folder and lay copies of the user's files into it."""
     job = {
-        "kind": course.kind,
-        "title": course.title,
-        "asked": {**course.asked, "stops": [str(stop) for stop in course.stops]},
-        "settings": as_dictionary(course.settings),
-        "notes": list(course.notes),
-        "seed": course.seed,
+        "kind": experiment.kind,
+        "title": experiment.title,
+        "algorithm": experiment.algorithm.name,
+        "asked": {**experiment.asked, "stops": [str(stop) for stop in experiment.stops]},
+        **experiment.job,
+        "settings": as_dictionary(experiment.settings),
+        "notes": list(experiment.notes),
+        "seed": experiment.seed,
         "versions": versions(),
+        "machine": machine(),
+        "threads": torch.get_num_threads(),
         "started": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
     }
-
-    def fill(run: RunFolder) -> None:
-        for name, data in course.files.items():
-            write_whole(run.path / name, data)
-
     if place is None:
-        return RunFolder.create_numbered(Path("runs"), course.folder_name, job, fill)
-    return RunFolder.create(place, job, fill)
+        return RunFolder.create_numbered(Path("runs"), experiment.folder_name, job, experiment.lay_files)
+    return RunFolder.create(place, job, experiment.lay_files)

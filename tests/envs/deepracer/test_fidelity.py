@@ -20,12 +20,12 @@ from racecraft.envs.deepracer.fidelity import (
     as_table,
     habits,
 )
+from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS
 from racecraft.envs.deepracer.world import RaceWorld
-from racecraft.settings.groups import CameraConfig, RaceConfig
 from racecraft.settings.table import rows_of
 from racecraft.tracks.catalogue import load_track
-from racecraft.training.deepracer.evaluator import CarJudge
+from racecraft.training.deepracer.evaluator import CarEvaluator
 
 ACTIONS = ActionTable.of([(math.radians(angle), 1.0) for angle in (-30, 0, 30)])
 SOURCE = Path(racecraft.__file__).parent
@@ -108,7 +108,7 @@ def test_evaluation_starts_where_training_would_only_at_aws(fidelity):
     while trained_in.cars["episode"][0] < 3:
         trained_in.step(np.ones((2, 1), np.int64), buffers)
     before = trained_in.cars
-    verdict = CarJudge(judged, Straight(), trained_in).judge()
+    verdict = CarEvaluator(judged, Straight(), trained_in).evaluate()
     starts = [lap["start_percent"] for lap in verdict.details["laps"]]
     driven = int(before["episode"].sum())  # as if one car had driven them all, 5 % of the lap each
     assert starts == pytest.approx([5.0 * driven] * 4 if fidelity == "aws" else [0.0, 25.0, 50.0, 75.0])
@@ -119,13 +119,13 @@ def test_the_episodes_of_an_evaluation_at_aws_begin_alike_and_end_apart():
     """And the next evaluation, after another training episode, is another throw of the same dice."""
     trained_in, judged = make_world("aws"), make_world("aws", num_cars=4)
     trained_in.reset(allocate(trained_in.spec), 0)
-    first = CarJudge(judged, Straight(), trained_in).judge()
-    again = CarJudge(judged, Straight(), trained_in).judge()
+    first = CarEvaluator(judged, Straight(), trained_in).evaluate()
+    again = CarEvaluator(judged, Straight(), trained_in).evaluate()
     assert first == again
     # Two may leave the road beside the same corner of the centre line, and so with the same progress.
     assert len({lap["progress_percent"] for lap in first.details["laps"]}) >= 3
     trained_in._cars["episode"] += 20  # whole laps of starts on
-    assert CarJudge(judged, Straight(), trained_in).judge() != first
+    assert CarEvaluator(judged, Straight(), trained_in).evaluate() != first
 
 
 def test_a_tick_is_as_long_as_the_seed_says_and_a_fifteenth_of_a_second_on_average():

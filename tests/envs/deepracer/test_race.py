@@ -9,9 +9,9 @@ from racecraft.contract.world import allocate
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.kernels.race import progress_percent
+from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import CAMERA_NAME, CRITIC_NAME, RaceWorld
 from racecraft.kernels import set_threads, threads
-from racecraft.settings.groups import CameraConfig, RaceConfig
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.track import Track
 

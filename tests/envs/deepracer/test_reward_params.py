@@ -9,9 +9,9 @@ from racecraft.contract.errors import RewardError
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.reward_params import REWARD_PARAMETERS
+from racecraft.envs.deepracer.settings import CameraConfig
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.formats.aws.reward_file import load_reward_function
-from racecraft.settings.groups import CameraConfig
 from racecraft.tracks.catalogue import load_track
 
 ACTIONS = ActionTable.of([(math.radians(-30), 0.6), (math.radians(15), 1.0)])

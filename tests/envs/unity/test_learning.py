@@ -8,12 +8,12 @@ import pytest
 import torch
 
 import racecraft
-from racecraft.algorithms.ppo import PpoLearner
+from racecraft.algorithms.networks import NetworkConfig
+from racecraft.algorithms.ppo import PpoConfig, PpoLearner
 from racecraft.contract.world import allocate
 from racecraft.envs.unity.builds import Build
 from racecraft.envs.unity.world import UnityWorld
 from racecraft.rollout.collector import Collector
-from racecraft.settings.groups import NetworkConfig, PpoConfig
 
 pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from racecraft.contract.world import allocate
-from racecraft.envs.unity.several import ALLOWED, WHOSE
+from racecraft.contract.world import POLICY_ID, GroupedActions, allocate
 from racecraft.envs.unity.world import UnityWorld
 
 
@@ -24,14 +23,16 @@ def test_each_behavior_sees_acts_and_earns_in_its_own_rows(program):
     world = UnityWorld(program("duo"), several=True)
     assert world.rows_of == {"Dot": slice(0, 8), "Teller": slice(8, 20)}
     assert [behavior.name for behavior in world.behaviors] == ["Dot?team=0", "Teller?team=0"]
-    assert set(world.spec.observations) == {WHOSE, "Dot/eye", f"Dot/{ALLOWED}", "Teller/sight"}
+    assert set(world.spec.observations) == {POLICY_ID, "Dot/eye", "Teller/sight"}
+    assert world.spec.actions == GroupedActions(4)
+    assert {name: group.has_action_mask for name, group in world.spec.groups.items()} == {"Dot": True, "Teller": False}
     assert world.spec.actions.shape == (4,)  # a number and three scores; a dot's choice is the first of them
     buffers = allocate(world.spec)
     world.reset(buffers, 0)
     episodes = []
     for tick in range(6):
         seen = buffers.observations
-        assert seen[WHOSE][:, 0].tolist() == [0] * 8 + [1] * 12
+        assert seen[POLICY_ID][:, 0].tolist() == [0] * 8 + [1] * 12
         assert buffers.active[:, 0].tolist() == [tick % 2 == 0] * 8 + [True] * 12
         assert not seen["Dot/eye"][8:].any()
         assert not seen["Teller/sight"][:8].any()
@@ -39,7 +40,7 @@ def test_each_behavior_sees_acts_and_earns_in_its_own_rows(program):
         np.testing.assert_allclose(buffers.reward[8:], 1.0, atol=1e-6)
         np.testing.assert_array_equal(buffers.reward[:8], float(tick % 2))
         np.testing.assert_array_equal(buffers.terminated[:8], bool(tick % 2))
-        assert (buffers.final_observations[WHOSE] == seen[WHOSE]).all()
+        assert (buffers.final_observations[POLICY_ID] == seen[POLICY_ID]).all()
         episodes += world.take_episodes()
     world.close()
     assert sum(episode.world < 8 for episode in episodes) == 3 * 8

@@ -2,9 +2,10 @@
 
 import pytest
 
+from racecraft.algorithms.registry import find_algorithm
 from racecraft.formats.unity.trainer_yaml import BehaviorConfig, Sampler, TrainerConfigError, read_trainer_yaml
-from racecraft.settings.groups import TrainSettings
 from racecraft.settings.overrides import apply_overrides
+from racecraft.training.unity.plan import default_settings
 
 pytest.importorskip("yaml", reason="PyYAML is not installed")
 
@@ -55,7 +56,9 @@ def test_the_basic_scenes_own_file_is_read(read):
 
 
 def test_what_it_says_becomes_our_settings(read):
-    settings = apply_overrides(TrainSettings(), read(BASIC).behavior("Basic").overrides(num_agents=4))
+    settings = apply_overrides(
+        default_settings(find_algorithm("ppo")), read(BASIC).behavior("Basic").overrides(num_agents=4)
+    )
     assert settings.ppo.batch_size == 32
     assert settings.ppo.learning_rate == 3e-4
     assert settings.ppo.discount == 0.9

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from racecraft.algorithms.ppo import PpoLearner
+from racecraft.algorithms.registry import find_algorithm
+from racecraft.algorithms.weights import to_arrays
 from racecraft.contract.errors import RunFolderError
 from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import allocate
@@ -25,18 +27,20 @@ from racecraft.players.battlesnake.sight import safe_moves
 from racecraft.players.battlesnake.trained import load_trained_snake
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.collector import Collector
-from racecraft.settings.groups import SelfPlayConfig
 from racecraft.settings.overrides import with_values
 from racecraft.training.battlesnake.evaluator import count, rating_among
+from racecraft.training.battlesnake.opponent_pool import OpponentPool
 from racecraft.training.battlesnake.self_play import ANCHOR, PAST, SELF, SelfPlayWorld, deal, world_settings
-from racecraft.training.battlesnake.trainer import SNAKE_SETTINGS, SnakeRequest, resume_snakes, train_snakes
+from racecraft.training.battlesnake.settings import SelfPlayConfig
+from racecraft.training.battlesnake.trainer import SnakeRequest, default_settings
 from racecraft.training.callbacks import IterationReport
+from racecraft.training.worlds import resume, train
 
 DUEL = GameSettings(7, 7, 2)
 TINY = (
     "rollout.num_worlds=16", "rollout.horizon=16", "network.image_units=16", "network.hidden_units=32",
     "ppo.batch_size=128", "evaluation.every=2", "evaluation.episodes=6", "selfplay.pool_every=1",
-    "selfplay.pool_size=2", "selfplay.max_turns=60", "runtime.threads=1",
+    "selfplay.pool_size=2", "snake.max_turns=60", "runtime.threads=1",
 )  # fmt: skip
 
 
@@ -57,7 +61,7 @@ class Quiet:
 
 
 def tiny(path, *stops, **more):
-    return SnakeRequest(DUEL, stops or ("iterations=4",), Path(path), overrides=TINY, **more)
+    return SnakeRequest(DUEL, stops=stops or ("iterations=4",), run=Path(path), overrides=TINY, **more)
 
 
 @pytest.fixture(scope="module")
@@ -65,23 +69,49 @@ def run(tmp_path_factory):
     """A run of four small iterations."""
     path = tmp_path_factory.mktemp("snakes") / "run"
     listener = Quiet()
-    train_snakes(tiny(path), listener, lambda _: None)
+    train(tiny(path), listener, lambda _: None)
     return path, listener
 
 
+SNAKE = ("view", "outlook", "food_prize", "max_turns")
+
+
 def small_world(seats=3, **config):
-    settings = with_values(SNAKE_SETTINGS, "rollout", {"num_worlds": 8})
+    settings = with_values(default_settings(find_algorithm("ppo")), "rollout", {"num_worlds": 8})
     settings = with_values(settings, "network", {"image_units": (8,), "hidden_units": (8,)})
-    settings = with_values(settings, "selfplay", {"view": 5, "pool_size": 2, "pool_every": 2, **config})
-    played = world_settings(WorldSettings(GameSettings(7, 7, seats)), settings.selfplay, 8)
-    return SelfPlayWorld(played, settings, seed=1), settings
+    settings = with_values(settings, "snake", {"view": 5, **{key: config.pop(key) for key in SNAKE if key in config}})
+    settings = with_values(settings, "selfplay", {"pool_size": 2, "pool_every": 2, **config})
+    played = world_settings(WorldSettings(GameSettings(7, 7, seats)), settings.snake, 8)
+    world = SelfPlayWorld(played, settings.selfplay)
+    world.meet(pool_of(world, settings))
+    return world, settings
+
+
+def pool_of(world, settings, seed=1):
+    learner = PpoLearner(world.spec, settings.network, settings.ppo, seed)
+    config = settings.selfplay
+    first = to_arrays(learner.state_dict())["network"]
+    return OpponentPool(learner.policy_spec, first, config.pool_size, config.pool_every, seed)
 
 
 class TestSelfPlaySitsTheExam(WorldExam):
     ticks = 60
 
     def make_world(self, num_worlds):
-        return small_world(anchor_share=0.5, pool_share=0.25, max_turns=30)[0]
+        world, _ = small_world(anchor_share=0.5, pool_share=0.25, max_turns=30)
+        world.meet(FirstAllowed())  # the pool keeps its dice itself; the world's own story must not hang on them
+        return world
+
+
+class FirstAllowed:
+    """Takes the first move that is allowed."""
+
+    def begin(self, seed): ...
+
+    def forget(self, rows): ...
+
+    def act(self, observations, action_mask=None):
+        return action_mask.argmax(axis=1)
 
 
 def test_games_are_dealt_by_shares():
@@ -119,28 +149,49 @@ def test_what_opponents_do_is_never_learned_from():
 def test_the_pool_takes_in_selves_and_lets_the_oldest_go():
     world, settings = small_world(pool_share=0.5)
     learner = PpoLearner(world.spec, settings.network, settings.ppo, seed=1)
-    first = world.pool[0]["policy_head.weight"].copy()
+    pool = pool_of(world, settings)
+    first = pool.selves[0]["policy_head.weight"].copy()
     assert np.array_equal(first, learner.state_dict()["network"]["policy_head.weight"]), "it begins with the untrained"
     for update in range(1, 5):
         learner.network.policy_head.weight.data.fill_(float(update))
-        world.learned(learner)
-    assert [float(weights["policy_head.weight"].flat[0]) for weights in world.pool] == [2.0, 4.0]
-    rival = float(world._rival.network.policy_head.weight.data.flatten()[0])
-    assert rival in (2.0, 4.0), "the past self is one of the pool"
+        pool.learned(learner)
+    assert [float(weights["policy_head.weight"].flat[0]) for weights in pool.selves] == [2.0, 4.0]
+    playing = float(pool._opponent.network.policy_head.weight.data.flatten()[0])
+    assert playing in (2.0, 4.0), "the past self is one of the pool"
+
+
+def test_a_past_self_is_asked_for_its_own_seats_only():
+    world, _ = small_world(seats=2, anchor_share=0.0, pool_share=0.5)
+    asked = []
+
+    class Up:
+        def begin(self, seed): ...
+        def forget(self, rows): ...
+        def act(self, observations, action_mask=None):
+            asked.append(len(action_mask))
+            return np.zeros(len(action_mask), np.int64)
+
+    world.meet(Up())
+    buffers = allocate(world.spec)
+    world.reset(buffers, 3)
+    world.step(np.zeros((world.spec.num_worlds, 1), np.int64), buffers)
+    assert asked == [4], "of eight duels four are against a past self, one seat each"
 
 
 def test_self_play_goes_on_from_a_saved_state_bit_by_bit():
     world, settings = small_world(anchor_share=0.5, pool_share=0.25)
-    learner = PpoLearner(world.spec, settings.network, settings.ppo, seed=3)
+    learner, pool = PpoLearner(world.spec, settings.network, settings.ppo, seed=3), pool_of(world, settings)
+    world.meet(pool)
     buffers = allocate(world.spec)
     world.reset(buffers, 5)
     for _ in range(3):
-        world.learned(learner)
+        pool.learned(learner)
         world.step(np.zeros((12, 1), np.int64), buffers)
-    state = world.save_state()
+    state = world.save_state(), pool.state()
     told = []
     for _ in range(2):
-        world.load_state(state, buffers)
+        world.load_state(state[0], buffers)
+        pool.restore(state[1])
         for turn in range(10):
             world.step(np.full((12, 1), turn % 4), buffers)
         told.append({name: array.copy() for name, array in buffers.observations.items()})
@@ -172,12 +223,12 @@ def test_a_rating_stands_on_the_anchors_mean():
 
 def test_a_tiny_game_is_learned_in_seconds():
     """From 50 % against the weakest anchor to far beyond, on a small board in a few thousand turns."""
-    settings = with_values(SNAKE_SETTINGS, "rollout", {"num_worlds": 64, "horizon": 32})
+    settings = with_values(default_settings(find_algorithm("ppo")), "rollout", {"num_worlds": 64, "horizon": 32})
     settings = with_values(settings, "network", NETWORK_OF_THE_TINY)
     settings = with_values(settings, "ppo", {"batch_size": 256, "learning_rate": 2e-3, "discount": 0.98})
-    settings = with_values(settings, "selfplay", {"view": 5, "anchor_share": 1.0, "anchors": ("random_safe",)})
-    played = world_settings(WorldSettings(DUEL), settings.selfplay, 64)
-    world = SelfPlayWorld(played, settings, seed=1)
+    settings = with_values(settings, "selfplay", {"anchor_share": 1.0, "anchors": ("random_safe",)})
+    played = world_settings(WorldSettings(DUEL), with_values(settings, "snake", {"view": 5}).snake, 64)
+    world = SelfPlayWorld(played, settings.selfplay)
     learner = PpoLearner(world.spec, settings.network, settings.ppo, seed=1)
     judged = lambda: count(play_batch([GreedyPolicy(learner), "random_safe"], played, 100, seed=7)).won  # noqa: E731
     before = judged()
@@ -194,7 +245,7 @@ NETWORK_OF_THE_TINY = {"image_units": (16,), "hidden_units": (32,)}
 def test_a_run_folder_holds_ratings_and_a_policy(run):
     path, listener = run
     assert listener.score_name == "rating"
-    assert [report.verdict is not None for report in listener.reports] == [False, True, False, True]
+    assert [report.result is not None for report in listener.reports] == [False, True, False, True]
     judged = json.loads((path / "evaluations" / "4.json").read_text())
     assert judged["rating_low"] < judged["rating"] < judged["rating_high"]
     assert set(judged["against"]) == {"random_safe", "hungry", "flood_fill"}
@@ -207,16 +258,16 @@ def test_a_run_folder_holds_ratings_and_a_policy(run):
 def test_a_resumed_run_takes_the_same_way(run, tmp_path):
     path, listener = run
     again, rest = Quiet(), Quiet()
-    train_snakes(tiny(tmp_path / "broken", "iterations=2"), again, lambda _: None)
-    resume_snakes(tmp_path / "broken", ("iterations=4",), rest, lambda _: None)
-    whole = [(report.losses, report.verdict and report.verdict.score) for report in listener.reports]
-    parts = [(report.losses, report.verdict and report.verdict.score) for report in again.reports + rest.reports]
+    train(tiny(tmp_path / "broken", "iterations=2"), again, lambda _: None)
+    resume(tmp_path / "broken", ("iterations=4",), rest, lambda _: None)
+    whole = [(report.losses, report.result and report.result.score) for report in listener.reports]
+    parts = [(report.losses, report.result and report.result.score) for report in again.reports + rest.reports]
     assert parts == whole
 
 
 def test_a_stop_at_a_rating_holds(tmp_path):
     listener = Quiet()
-    train_snakes(tiny(tmp_path / "run", "rating=100", "iterations=9"), listener, lambda _: None)
+    train(tiny(tmp_path / "run", "rating=100", "iterations=9"), listener, lambda _: None)
     assert listener.reason == "rating=100"
     assert len(listener.reports) == 2
 

@@ -26,16 +26,16 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import OutputFileError
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.collector import Collector
-from racecraft.training.callbacks import IterationReport, Verdict
+from racecraft.training.callbacks import EvaluationResult, IterationReport
 from racecraft.training.deepracer.aws.episodes import STATUSES, TICK, EpisodeCutter
 from racecraft.training.deepracer.aws.files import AwsFiles
 from racecraft.training.deepracer.aws.setup import aws_setup
-from racecraft.training.deepracer.evaluator import CarJudge
+from racecraft.training.deepracer.evaluator import CarEvaluator
 from racecraft.training.deepracer.plan import RaceRequest, plan_car
 from racecraft.training.deepracer.recorder import EpisodeRecorder
 from racecraft.training.deepracer.trainer import race_world
 from racecraft.training.loop import TrainingLoop
-from racecraft.training.run_writer import RunKeeper
+from racecraft.training.run_writer import RunWriter
 
 TINY = (
     "camera.width=16", "camera.height=12", "race.max_episode_seconds=4",
@@ -68,8 +68,8 @@ class TinyTraining:
         given = type(given)(num_episodes_between_training=EPISODES)
         setup = aws_setup(plan.track.name, plan.settings, plan.model.metadata, given, env={"DR_CAR_COLOR": "Blue"})
         self.aws = AwsFiles(folder, setup)
-        self.keeper = RunKeeper(self.run, self.learner, self.collector, {}, recorder, self.aws)
-        judge = CarJudge(judged, GreedyPolicy(self.learner))
+        self.keeper = RunWriter(self.run, self.learner, self.collector, {}, recorder, self.aws)
+        judge = CarEvaluator(judged, GreedyPolicy(self.learner))
         settings = plan.settings
         self.loop = TrainingLoop(
             self.collector, self.learner, judge, self.keeper, Silence(), settings.rollout, settings.evaluation,
@@ -349,9 +349,9 @@ def load_back(state):
 
 
 def report(iteration, laps=()):
-    verdict = Verdict(50.0, False, None, {"laps": list(laps)}) if laps else None
+    result = EvaluationResult(50.0, False, details={"laps": list(laps)}) if laps else None
     losses = {"policy_loss": 0.1, "approx_kl": 0.01, "entropy": 2.0}
-    return IterationReport(iteration, 10 * iteration, 0.0, 0.0, 0, None, losses, verdict, False)
+    return IterationReport(iteration, 10 * iteration, 0.0, 0.0, 0, None, None, losses, result, False)
 
 
 def small_files(folder):

@@ -12,8 +12,7 @@ from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
 from racecraft.formats.aws.hyperparameters import Hyperparameters
 from racecraft.formats.aws.model_metadata import NETWORKS, default_model_metadata
-from racecraft.settings.groups import TrainSettings
-from racecraft.training.deepracer.presets import AWS_NETWORKS, settings_for, stops_given
+from racecraft.training.deepracer.presets import AWS_NETWORKS, default_settings, settings_for, stops_given
 
 SHALLOW, NORMAL, DEEP = NETWORKS
 MAPS = {
@@ -157,7 +156,7 @@ def test_fidelity_follows_the_preset_unless_given():
 
 def test_the_fast_preset_is_the_defaults():
     settings, notes = settings_for("fast", Hyperparameters(), (), None, car(DEEP))
-    assert settings == TrainSettings()
+    assert settings == default_settings()
     assert any(DEEP in note for note in notes), "the network that is not used is named"
 
 

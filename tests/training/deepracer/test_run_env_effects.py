@@ -9,16 +9,16 @@ from tests.cli.conftest import TINY
 
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.vehicle import FRONT_POINT_M
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.evaluation.deepracer.laps import Lap, LapReport
 from racecraft.formats.aws.reward_file import default_reward_source
 from racecraft.formats.checkpoint import Checkpoints
-from racecraft.settings.groups import CameraConfig, RaceConfig
 from racecraft.tracks.catalogue import load_track
-from racecraft.training.deepracer.evaluator import CarJudge
-from racecraft.training.deepracer.plan import RaceRequest, plan_car
-from racecraft.training.deepracer.trainer import train_car
+from racecraft.training.deepracer.evaluator import CarEvaluator
+from racecraft.training.deepracer.plan import RaceRequest
+from racecraft.training.worlds import train
 
 SMALL = [setting for setting in TINY[1::2] if not setting.startswith("evaluation.episodes")]
 ONE_CAR = (*SMALL, "rollout.num_worlds=1", "rollout.horizon=64", "race.max_episode_seconds=1")
@@ -30,13 +30,13 @@ class Silence:
     def end(self, reason): ...
 
 
-def train(tmp_path, *lines, name="run"):
+def train_as_asked(tmp_path, *lines, name="run"):
     """Train one car for an iteration as a run.env asks; return what came of it."""
     folder = tmp_path / "my-car"
     folder.mkdir(exist_ok=True)
     (folder / "run.env").write_text("\n".join(("RACECRAFT_STOP=iterations=1", *lines)) + "\n")
     request = RaceRequest(folder, run=tmp_path / name, overrides=ONE_CAR)
-    return train_car(plan_car(request), Silence(), lambda _: None)
+    return train(request, Silence(), lambda _: None)
 
 
 def starts(trained):
@@ -52,44 +52,44 @@ def pose(track, share):
 
 
 def test_the_first_start_lies_where_it_was_asked_for_and_the_next_ones_stay_there(tmp_path):
-    trained = train(tmp_path, "DR_TRAIN_START_POSITION_OFFSET=0.25", "DR_TRAIN_CHANGE_START_POSITION=False")
+    trained = train_as_asked(tmp_path, "DR_TRAIN_START_POSITION_OFFSET=0.25", "DR_TRAIN_CHANGE_START_POSITION=False")
     found, track = starts(trained), load_track("reinvent_base")
     assert len(found) >= 4
     assert found == pytest.approx(np.array([pose(track, 0.25)] * len(found)), abs=1e-6)
 
 
 def test_starts_advance_by_what_was_asked_for(tmp_path):
-    trained = train(tmp_path, "DR_TRAIN_ROUND_ROBIN_ADVANCE_DIST=0.2", "DR_TRAIN_CHANGE_START_POSITION=True")
+    trained = train_as_asked(tmp_path, "DR_TRAIN_ROUND_ROBIN_ADVANCE_DIST=0.2", "DR_TRAIN_CHANGE_START_POSITION=True")
     found, track = starts(trained), load_track("reinvent_base")
     assert found == pytest.approx(np.array([pose(track, 0.2 * k % 1) for k in range(len(found))]), abs=1e-6)
 
 
 def test_the_other_direction_is_the_other_direction_on_the_track_that_was_named(tmp_path):
-    trained = train(tmp_path, "DR_WORLD_NAME=Oval_track", "DR_TRAIN_REVERSE_DIRECTION=True")
+    trained = train_as_asked(tmp_path, "DR_WORLD_NAME=Oval_track", "DR_TRAIN_REVERSE_DIRECTION=True")
     track = load_track("Oval_track").reversed()
     assert starts(trained)[0] == pytest.approx(np.array(pose(track, 0.0)), abs=1e-6)
     assert trained.run.read_job()["track"]["name"] == "Oval_track"
 
 
 def test_so_many_trials_are_judged(tmp_path):
-    trained = train(tmp_path, "DR_TRAIN_MIN_EVAL_TRIALS=3")
+    trained = train_as_asked(tmp_path, "DR_TRAIN_MIN_EVAL_TRIALS=3")
     assert len(json.loads((trained.run.evaluations / "1.json").read_text())["laps"]) == 3
     rows = json.loads((trained.run.path / "metrics" / "TrainingMetrics.json").read_text())["metrics"]
     assert sum(row["phase"] == "evaluation" for row in rows) == 3
 
 
 def test_a_training_ends_when_it_was_told_to(tmp_path):
-    trained = train(tmp_path, "RACECRAFT_STOP=steps=100")
+    trained = train_as_asked(tmp_path, "RACECRAFT_STOP=steps=100")
     assert (trained.outcome.reason, trained.outcome.iterations) == ("steps=100", 2)
 
 
 @pytest.mark.parametrize("which", ["best", "last"])
 def test_an_older_model_lends_its_weights(tmp_path, which):
-    train(tmp_path, name="old")
+    train_as_asked(tmp_path, name="old")
     old = Checkpoints(tmp_path / "old" / "checkpoints")
-    old.mark_best(0)
+    old.mark(0, 1.0, best=True)
     lines = ("DR_LOCAL_S3_PRETRAINED=True", "DR_LOCAL_S3_PRETRAINED_PREFIX=old")
-    new = train(tmp_path, *lines, f"DR_LOCAL_S3_PRETRAINED_CHECKPOINT={which}", name="new")
+    new = train_as_asked(tmp_path, *lines, f"DR_LOCAL_S3_PRETRAINED_CHECKPOINT={which}", name="new")
     begun_with, _ = Checkpoints(new.run.checkpoints).load_policy("0")
     lent, _ = old.load_policy(which)
     assert all(np.array_equal(begun_with[name], lent[name]) for name in lent)
@@ -101,14 +101,14 @@ def test_the_files_lie_where_it_says(tmp_path):
     (tmp_path / "my-car" / "mine").mkdir(parents=True)
     source = default_reward_source() + "\n# mine\n"
     (tmp_path / "my-car" / "mine" / "reward_function.py").write_text(source)
-    trained = train(tmp_path, "DR_LOCAL_S3_CUSTOM_FILES_PREFIX=mine")
+    trained = train_as_asked(tmp_path, "DR_LOCAL_S3_CUSTOM_FILES_PREFIX=mine")
     assert trained.run.reward_function.read_text() == source
 
 
 @pytest.mark.parametrize("metric", ["progress", "reward", "laptime"])
 def test_the_best_model_is_chosen_by_what_was_asked_for(tmp_path, metric):
-    trained = train(tmp_path, f"DR_TRAIN_BEST_MODEL_METRIC={metric}")
-    assert trained.plan.settings.evaluation.best_by == metric
+    trained = train_as_asked(tmp_path, f"DR_TRAIN_BEST_MODEL_METRIC={metric}")
+    assert trained.run.read_job()["settings"]["evaluation"]["best_by"] == metric
     laps = json.loads((trained.run.evaluations / "1.json").read_text())["laps"]
     assert all((lap["reward"] is not None) == (metric == "reward") for lap in laps)
     told = json.loads((trained.run.path / "metrics" / "TrainingMetrics.json").read_text())
@@ -148,7 +148,7 @@ def test_a_reward_that_is_compared_is_what_the_reward_function_paid():
         camera_config=CameraConfig(16, 12), num_cars=2,
     )  # fmt: skip
     world.reset(allocate(world.spec), 0)
-    verdict = CarJudge(world, Straight(), best_by="reward").judge()
-    steps = [lap["steps"] for lap in verdict.details["laps"]]
-    assert [lap["reward"] for lap in verdict.details["laps"]] == [count - 1 for count in steps]
-    assert verdict.merit == np.mean(steps) - 1
+    result = CarEvaluator(world, Straight(), best_by="reward").evaluate()
+    steps = [lap["steps"] for lap in result.details["laps"]]
+    assert [lap["reward"] for lap in result.details["laps"]] == [count - 1 for count in steps]
+    assert result.selection_metric[0] == np.mean(steps) - 1

@@ -4,8 +4,8 @@ import pytest
 
 from racecraft.formats.aws.run_env import RunEnvError, run_env_text
 from racecraft.formats.aws.run_env_variables import BY_NAME
-from racecraft.settings.groups import TrainSettings
 from racecraft.settings.overrides import apply_overrides
+from racecraft.training.deepracer.presets import default_settings
 from racecraft.training.deepracer.race_environment import USED, RaceEnvironment, race_environment
 from racecraft.training.stopping import KINDS
 
@@ -70,7 +70,7 @@ def test_a_file_as_racers_write_it_becomes_settings(tmp_path):
     folder = folder_with(tmp_path)
     (folder / "run.env").write_bytes(text.encode())
     asked = race_environment(folder)
-    settings = apply_overrides(TrainSettings(), asked.overrides)
+    settings = apply_overrides(default_settings(), asked.overrides)
     assert asked.track == "Oval_track"
     assert (settings.race.reverse, settings.race.change_start, settings.race.start_advance) == (True, True, 0.1)
     assert settings.evaluation.episodes == 3
@@ -82,7 +82,7 @@ def test_a_file_as_racers_write_it_becomes_settings(tmp_path):
 
 def test_a_new_file_asks_for_what_is_the_default_anyway(tmp_path):
     asked = race_environment(folder_with(tmp_path, run_env_text()))
-    assert apply_overrides(TrainSettings(), asked.overrides) == TrainSettings()
+    assert apply_overrides(default_settings(), asked.overrides) == default_settings()
     assert (asked.track, asked.clone_from, asked.stops, asked.start_offset) == ("reinvent_base", None, (), 0.0)
 
 

@@ -18,8 +18,9 @@ from racecraft.envs.unity.errors import PlayerDiedError
 from racecraft.envs.unity.world import UnityWorld
 from racecraft.export.unity_run import export_to_unity
 from racecraft.formats.checkpoint import Checkpoints
-from racecraft.training.bounded_episodes import play_bounded
-from racecraft.training.unity.trainer import UnityRequest, resume_unity, train_unity
+from racecraft.rollout.episodes import play_episodes
+from racecraft.training.unity.plan import UnityRequest
+from racecraft.training.worlds import resume, train
 
 pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
 
@@ -76,9 +77,7 @@ class Chance:
 
 def mean_return_of_chance(build):
     world = UnityWorld(build)
-    played = play_bounded(
-        Chance(world.spec.actions), world, episodes_each=8, spare=0, max_ticks=100, seed=0, observe=lambda *_: None
-    )
+    played = play_episodes(Chance(world.spec.actions), world, episodes_each=8, max_ticks=100)
     world.close()
     return np.mean([episode.reward for episode in played])
 
@@ -105,7 +104,7 @@ def test_a_scene_is_learnt_that_chance_does_not_solve(player, tmp_path, scene, w
     assert mean_return_of_chance(build) < wanted - 0.6
     settings = (*OFTEN, *(SMALL_EYE if scene.startswith("dot") else ()))
     request = UnityRequest(build, stops=(f"score={wanted}", "iterations=40"), run=tmp_path / "run", overrides=settings)
-    trained = train_unity(request, Silence(), str)
+    trained = train(request, Silence(), str)
     assert trained.outcome.last.details["mean_return"] >= wanted
     assert trained.outcome.reason == f"score={wanted}"
     pytest.importorskip("onnxruntime", reason="the extra racecraft[onnx] is not installed")
@@ -122,7 +121,7 @@ def test_two_behaviors_learn_side_by_side_and_both_go_back_into_unity(player, tm
         player("duo"), stops=("score=0.8", "iterations=60"), run=tmp_path / "run", overrides=(*OFTEN, *more)
     )
     said = []
-    trained = train_unity(request, Silence(), said.append)
+    trained = train(request, Silence(), said.append)
     assert said == ["- Dot, Teller learn side by side, each from its own agents; --behavior chooses one"]
     told = trained.outcome.last.details["behaviors"]
     assert trained.outcome.reason == "score=0.8"
@@ -134,7 +133,7 @@ def test_two_behaviors_learn_side_by_side_and_both_go_back_into_unity(player, tm
     before = trained.outcome.steps
     with pytest.raises(SettingError, match="one file cannot hold Dot, Teller"):
         export_to_unity(tmp_path / "run", output=tmp_path / "x.onnx")
-    again = resume_unity(tmp_path / "run", (f"iterations={trained.outcome.iterations + 1}",), Silence(), str)
+    again = resume(tmp_path / "run", (f"iterations={trained.outcome.iterations + 1}",), Silence(), str)
     assert again.outcome.steps == before + 48 * 20
 
 
@@ -148,7 +147,7 @@ def test_a_configuration_says_who_learns_and_how_each_does(player, tmp_path):
     request = UnityRequest(
         player("duo"), tmp_path / "two.yaml", run=tmp_path / "run", overrides=("evaluation.every=9",)
     )
-    trained = train_unity(request, Silence(), str)
+    trained = train(request, Silence(), str)
     _, card = Checkpoints(trained.run.checkpoints).load_policy("last")
     dot, teller = card["behaviors"]["Dot"], card["behaviors"]["Teller"]
     assert (dot["ppo"]["learning_rate"], teller["ppo"]["learning_rate"]) == (0.002, 0.001)
@@ -162,10 +161,10 @@ def test_a_player_that_dies_leaves_what_was_learnt_and_the_way_on(player, tmp_pa
     said, run = [], tmp_path / "run"
     request = UnityRequest(player("crash"), run=run, overrides=("rollout.horizon=4", "evaluation.every=9"))
     with pytest.raises(PlayerDiedError, match="out of neutrons"):
-        train_unity(request, Silence(), said.append)
+        train(request, Silence(), said.append)
     assert said[-1] == f"what was learned until then stands in {run}; --run {run} --resume goes on from there"
     with pytest.raises(PlayerDiedError):
-        resume_unity(run, (), Silence(), said.append)
+        resume(run, (), Silence(), said.append)
     assert any(line.startswith("goes on after iteration 2;") for line in said)
 
 
@@ -173,6 +172,6 @@ def test_rows_for_agents_that_come_later_are_kept_when_asked_for(player, tmp_pat
     request = UnityRequest(
         player("tell"), run=tmp_path / "run", max_agents=20, stops=("iterations=1",), overrides=("rollout.horizon=4",)
     )
-    trained = train_unity(request, Silence(), str)
+    trained = train(request, Silence(), str)
     job = trained.run.read_job()
     assert (job["settings"]["rollout"]["num_worlds"], job["asked"]["max_agents"]) == (20, 20)

@@ -21,9 +21,10 @@ from racecraft.envs.unity.world import UnityWorld
 from racecraft.formats.checkpoint import Checkpoints, load_state, save_state
 from racecraft.formats.run_folder import RunFolder
 from racecraft.rollout.episodes import play_episodes
-from racecraft.training.unity.evaluator import TrainingEpisodesJudge
+from racecraft.training.unity.evaluator import TrainingEpisodesEvaluator
 from racecraft.training.unity.plan import UnityRequest, stops_for
-from racecraft.training.unity.trainer import OBSERVATIONS, train_unity
+from racecraft.training.unity.trainer import OBSERVATIONS
+from racecraft.training.worlds import train
 
 pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
 
@@ -173,14 +174,14 @@ def test_a_trainer_configuration_is_followed(tmp_path):
     (tmp_path / "basic.yaml").write_text(YAML)
     watching = Silence()
     request = UnityRequest(config=tmp_path / "basic.yaml", run=tmp_path / "run", overrides=("rollout.horizon=50",))
-    trained = train_unity(request, watching)
+    trained = train(request, watching)
     job = trained.run.read_job()
     assert watching.stops == "score=0.92 or steps=300"
     assert trained.outcome.steps == 400  # the first whole iteration of 4 x 50 beyond 300
     assert (job["seed"], job["settings"]["rollout"]["num_worlds"]) == (5, 4)
     assert job["settings"]["ppo"]["learning_rate"] == 0.002
     assert job["settings"]["network"]["hidden_units"] == [20]
-    assert any("'sac' is not followed" in note for note in trained.notes)
+    assert any("'sac' is not followed" in note for note in trained.summary()["notes"])
 
 
 def test_what_cannot_be_used_is_refused_before_a_player_starts(monkeypatch):
@@ -192,7 +193,7 @@ def test_what_cannot_be_used_is_refused_before_a_player_starts(monkeypatch):
         (UnityRequest("builtin:Basic", overrides=("ppo.epoch=1",)), "Did you mean 'epochs'"),
     ):
         with pytest.raises(UserInputError, match=letter):
-            train_unity(request, Silence())
+            train(request, Silence())
 
 
 def test_the_editor_calls_port_5004_and_is_judged_by_what_it_trains_on(tmp_path):
@@ -210,7 +211,7 @@ def test_the_editor_calls_port_5004_and_is_judged_by_what_it_trains_on(tmp_path)
 
     started = []
     request = UnityRequest("editor", stops=("iterations=2",), run=tmp_path / "run", overrides=("evaluation.every=2",))
-    trained = train_unity(request, Silence(), press_play)
+    trained = train(request, Silence(), press_play)
     assert said[0] == "waiting on port 5004 for the Unity Editor: press Play there"
     assert trained.outcome.steps == 2 * 64 * 8
     assert trained.outcome.last.details["episodes"] > 0
@@ -223,11 +224,13 @@ def test_a_scene_without_a_known_score_stops_by_the_clock():
 
 
 def test_the_editor_is_judged_by_its_training_episodes():
-    judge = TrainingEpisodesJudge(threshold=0.5)
-    assert judge.judge().score == float("-inf")
-    for reward in (0.25, 0.75, 1.0):
-        judge.score(EpisodeRecord(0, 0, 3, reward, "terminated"))
-    first, again = judge.judge(), judge.judge()
+    judge = TrainingEpisodesEvaluator(threshold=0.5)
+    assert judge.evaluate().score == float("-inf")
+    told = [EpisodeRecord(0, 0, 3, reward, "terminated") for reward in (0.25, 0.75, 1.0)]
+    assert [judge.score(episode) for episode in told] == [0.25, 0.75, 1.0], "asking for a score changes nothing"
+    assert judge.evaluate().score == float("-inf")
+    judge.watch(told)
+    first, again = judge.evaluate(), judge.evaluate()
     assert first.score == pytest.approx(2 / 3)
-    assert first.is_perfect
+    assert first.solved
     assert again == first

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from racecraft.cli.battlesnake.options import JSON
-from racecraft.cli.options import From, Overrides, Resume
+from racecraft.cli.options import DEFAULT, AlgorithmName, From, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 
 if TYPE_CHECKING:
     from racecraft.envs.battlesnake.settings import GameSettings
 
-UNCHANGEABLE = ("width", "height", "size", "snakes", "ruleset", "map_", "seed", "set_", "from_")
+UNCHANGEABLE = ("width", "height", "size", "snakes", "ruleset", "map_", "seed", "algorithm", "set_", "from_")
 
 
 def train(
@@ -38,6 +38,7 @@ def train(
     ] = None,
     run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/snakes-N.")] = None,
     seed: Annotated[int, typer.Option(help="Same seed, same machine, same training.")] = 1,
+    algorithm: AlgorithmName = DEFAULT,
     set_: Overrides = None,
     from_: From = None,
     resume: Resume = False,
@@ -56,8 +57,10 @@ def train(
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.report import leave_report
     from racecraft.envs.battlesnake.settings import GameSettings
-    from racecraft.training.battlesnake.trainer import SnakeRequest, resume_snakes, train_snakes
+    from racecraft.training.battlesnake.trainer import SnakeRequest
     from racecraft.training.progress import watcher
+    from racecraft.training.worlds import resume as resume_run
+    from racecraft.training.worlds import train as train_world
 
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
@@ -65,10 +68,11 @@ def train(
     stops, watching = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
     if resume:
         begun = refuse_changes(context, run, UNCHANGEABLE, "runs/snakes-1")
-        trained = resume_snakes(begun, stops, watching, tell)
+        trained = resume_run(begun, stops, watching, tell, "battlesnake")
     else:
         game = GameSettings(width or size, height or size, snakes, ruleset, map_)
-        trained = train_snakes(SnakeRequest(game, stops, run, seed, tuple(set_ or ()), from_), watching, tell)
+        request = SnakeRequest(game, **asked(algorithm, stop, run, seed, set_, from_))
+        trained = train_world(request, watching, tell)
     summary, files = trained.summary(), leave_report(trained.run.path, tell)
     if json:
         print_json({**summary, **files})
@@ -81,7 +85,8 @@ def train(
     print(f"rating {judged['rating']:.0f} (95 %: {judged['rating_low']:.0f} to {judged['rating_high']:.0f}); won:")
     for name, told in judged["against"].items():
         print(f"  {told['won']:3} of {told['games']} against {name}")
-    print(f"next: racecraft snakes play --url {place} --url flood_fill --view{_same_game(trained.game)}")
+    same = _same_game(GameSettings(**summary["game"]))
+    print(f"next: racecraft snakes play --url {place} --url flood_fill --view{same}")
 
 
 def _same_game(game: GameSettings) -> str:

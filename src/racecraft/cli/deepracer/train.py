@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from racecraft.cli.options import From, Json, Overrides, Resume
+from racecraft.cli.options import DEFAULT, AlgorithmName, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 
 if TYPE_CHECKING:
-    from racecraft.training.deepracer.trainer import TrainedCar
+    from racecraft.training.trainer import Trained
 
 STOP_HELP = "laps, minutes=10, iterations=50, steps=200000; may be repeated; the first that holds ends it."
-UNCHANGEABLE = ("folder", "track", "car", "preset", "fidelity", "seed", "set_", "from_")
+UNCHANGEABLE = ("folder", "track", "car", "preset", "fidelity", "seed", "algorithm", "set_", "from_")
 
 
 def train(
@@ -41,6 +41,7 @@ def train(
     stop: Annotated[list[str] | None, typer.Option(help=STOP_HELP)] = None,
     run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/TRACK-N.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same machine, same training.")] = 1,
+    algorithm: AlgorithmName = DEFAULT,
     set_: Overrides = None,
     from_: From = None,
     resume: Resume = False,
@@ -62,23 +63,21 @@ def train(
         racecraft train --run runs/reinvent_base-1 --resume --stop minutes=10
     """
     from racecraft.cli.output import print_json, say
-    from racecraft.training.deepracer.trainer import RaceRequest, plan_car, plan_resume, resume_car, train_car
+    from racecraft.training.deepracer.plan import RaceRequest
     from racecraft.training.progress import watcher
+    from racecraft.training.worlds import resume as resume_run
+    from racecraft.training.worlds import train as train_world
 
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
+    watching = watcher(sys.stderr if json else sys.stdout)
     if resume:
         begun = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1")
-        plan, start = plan_resume(begun, tuple(stop or ())), resume_car
+        trained = resume_run(begun, tuple(stop or ()), watching, tell, "deepracer")
     else:
-        request = RaceRequest(
-            folder, track, car, preset, fidelity, tuple(stop or ()), run, seed, tuple(set_ or ()), from_
-        )
-        plan, start = plan_car(request), train_car
-    for note in plan.notes:
-        tell(f"- {note}")
-    trained = start(plan, watcher(sys.stderr if json else sys.stdout), tell)
+        request = RaceRequest(folder, track, car, preset, fidelity, **asked(algorithm, stop, run, seed, set_, from_))
+        trained = train_world(request, watching, tell)
     files = _paint(trained, tell) if pictures else {}
     if json:
         print_json({**trained.summary(), **files})
@@ -86,13 +85,13 @@ def train(
         _say_what_came_of_it(trained, files)
 
 
-def _paint(trained: TrainedCar, tell: Callable[[str], None]) -> dict[str, str]:
+def _paint(trained: Trained, tell: Callable[[str], None]) -> dict[str, str]:
     from racecraft.reporting.gallery import paint_run
 
     return {kind: str(path) for kind, path in paint_run(trained.run, tell).items()}
 
 
-def _say_what_came_of_it(trained: TrainedCar, files: dict[str, Any]) -> None:
+def _say_what_came_of_it(trained: Trained, files: dict[str, Any]) -> None:
     summary, path = trained.summary(), trained.run.path
     stable, best = summary["seconds_to_stable_laps"], summary["best_lap_seconds"]
     if stable is not None:

@@ -8,11 +8,11 @@ from typing import Annotated
 
 import typer
 
-from racecraft.cli.options import From, Json, Overrides, Resume
+from racecraft.cli.options import DEFAULT, AlgorithmName, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 from racecraft.contract.errors import SettingError
 
-UNCHANGEABLE = ("environment", "seed", "set_", "from_")
+UNCHANGEABLE = ("environment", "seed", "algorithm", "set_", "from_")
 
 app = typer.Typer(help="Train on any registered Gymnasium environment.", no_args_is_help=True)
 
@@ -34,6 +34,7 @@ def train(
     ] = None,
     run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/ID-N.")] = None,
     seed: Annotated[int, typer.Option(help="Same seed, same machine, same training.")] = 1,
+    algorithm: AlgorithmName = DEFAULT,
     set_: Overrides = None,
     from_: From = None,
     resume: Resume = False,
@@ -51,8 +52,10 @@ def train(
     """
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.report import leave_report
-    from racecraft.training.gymnasium.trainer import GymRequest, resume_gym, train_gym
+    from racecraft.training.gymnasium.trainer import GymRequest
     from racecraft.training.progress import watcher
+    from racecraft.training.worlds import resume as resume_run
+    from racecraft.training.worlds import train as train_world
 
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
@@ -60,20 +63,20 @@ def train(
     stops, watching = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
     if resume:
         begun = refuse_changes(context, run, UNCHANGEABLE, "runs/CartPole-v1-1")
-        trained = resume_gym(begun, stops, watching, tell)
+        trained = resume_run(begun, stops, watching, tell, "gymnasium")
     elif environment is None:
         raise SettingError("no environment is named; expected ID, such as: racecraft gym train CartPole-v1")
     else:
-        request = GymRequest(environment, stops, run, seed, tuple(set_ or ()), from_)
-        trained = train_gym(request, watching, tell)
+        request = GymRequest(environment, **asked(algorithm, stop, run, seed, set_, from_))
+        trained = train_world(request, watching, tell)
     summary, files = trained.summary(), leave_report(trained.run.path, tell)
     if json:
         print_json({**summary, **files})
         return
     judged, steps = summary["evaluation"], f"{summary['env_steps']:,} steps; run: {trained.run.path}"
     if judged is None:
-        print(f"{trained.environment}: stopped before its first evaluation, after {steps}")
+        print(f"{summary['environment']}: stopped before its first evaluation, after {steps}")
         return
     verdict = "solved" if summary["solved"] else "not solved"
     mean, episodes = judged["mean_return"], judged["episodes"]
-    print(f"{trained.environment}: {verdict}, mean return {mean:.1f} over {episodes} greedy episodes after {steps}")
+    print(f"{summary['environment']}: {verdict}, mean return {mean:.1f} over {episodes} greedy episodes after {steps}")

@@ -8,10 +8,10 @@ from typing import Annotated
 
 import typer
 
-from racecraft.cli.options import From, Json, Overrides, Resume
+from racecraft.cli.options import DEFAULT, AlgorithmName, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 
-UNCHANGEABLE = ("build", "config", "behavior", "max_agents", "seed", "set_", "graphics", "from_")
+UNCHANGEABLE = ("build", "config", "behavior", "max_agents", "seed", "algorithm", "set_", "graphics", "from_")
 
 app = typer.Typer(help="Train in Unity scenes built with ML-Agents.", no_args_is_help=True)
 
@@ -48,6 +48,7 @@ def train(
     seed: Annotated[
         int | None, typer.Option(min=0, help="Of the learner and the player; by default the configuration's, or 1.")
     ] = None,
+    algorithm: AlgorithmName = DEFAULT,
     set_: Overrides = None,
     graphics: Annotated[
         bool | None, typer.Option("--graphics/--no-graphics", help="Let the player open a window.")
@@ -69,30 +70,38 @@ def train(
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.report import leave_report
     from racecraft.training.progress import watcher
-    from racecraft.training.unity.trainer import UnityRequest, resume_unity, train_unity
+    from racecraft.training.unity.plan import UnityRequest
+    from racecraft.training.worlds import resume as resume_run
+    from racecraft.training.worlds import train as train_world
 
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
     stops, watching = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
     if resume:
-        trained = resume_unity(refuse_changes(context, run, UNCHANGEABLE, "runs/Basic-1"), stops, watching, tell)
+        begun = refuse_changes(context, run, UNCHANGEABLE, "runs/Basic-1")
+        trained = resume_run(begun, stops, watching, tell, "unity")
     else:
         request = UnityRequest(
-            build, config, behavior, stops, run, seed, tuple(set_ or ()), graphics, max_agents, from_
+            build,
+            config,
+            behavior,
+            graphics,
+            max_agents,
+            **asked(algorithm, stop, run, seed, set_, from_),
         )
-        trained = train_unity(request, watching, tell)
+        trained = train_world(request, watching, tell)
     summary, files = trained.summary(), leave_report(trained.run.path, tell)
     if json:
         print_json({**summary, **files})
         return
-    judged, steps = summary["evaluation"], f"{summary['env_steps']:,} steps and {summary['seconds_with_start']:.1f} s"
+    judged, steps = summary["evaluation"], f"{summary['env_steps']:,} steps and {summary['seconds']:.1f} s"
     if judged is None:
-        print(f"{trained.behavior}: not judged this time; after {steps}; run: {trained.run.path}")
+        print(f"{summary['behavior']}: not judged this time; after {steps}; run: {trained.run.path}")
         return
     verdict = "" if judged["threshold"] is None else ("solved, " if summary["solved"] else "not solved, ")
     print(
-        f"{trained.behavior}: {verdict}mean return {judged['mean_return']:.3f} over {judged['episodes']} episodes "
+        f"{summary['behavior']}: {verdict}mean return {judged['mean_return']:.3f} over {judged['episodes']} episodes "
         f"after {steps}; run: {trained.run.path}"
     )
     for name, told in judged.get("behaviors", {}).items():

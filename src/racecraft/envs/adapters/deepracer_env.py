@@ -19,11 +19,11 @@ from racecraft.envs.adapters.gymnasium_env import WorldEnv
 from racecraft.envs.adapters.gymnasium_vector import WorldVectorEnv
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.camera import Camera
+from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.vehicle import MAX_SPEED_MPS, MAX_STEERING_RAD, MIN_SPEED_MPS, TICKS_PER_SECOND
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.formats.aws.model_metadata import default_model_metadata
 from racecraft.formats.aws.reward_file import load_reward_function
-from racecraft.settings.groups import CameraConfig, RaceConfig
 from racecraft.tracks.catalogue import load_track
 
 RENDER_WIDTH, RENDER_HEIGHT = 640, 480

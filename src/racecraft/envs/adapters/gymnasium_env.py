@@ -8,7 +8,7 @@ import gymnasium
 import numpy as np
 
 from racecraft.contract.errors import ContractError
-from racecraft.contract.world import DiscreteActions, World, allocate
+from racecraft.contract.world import World, allocate
 from racecraft.envs.adapters.spaces import action_space, observation_space, row_of, shown_rows
 
 
@@ -52,7 +52,7 @@ class WorldEnv(gymnasium.Env[Any, Any]):
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Take one tick; at an ending the observation is the ended episode's last one."""
         actions = self.world.spec.actions
-        kind = np.int64 if isinstance(actions, DiscreteActions) else np.float32
+        kind = actions.dtype
         self.world.step(np.asarray(action, kind).reshape(1, 1, *actions.shape), self._buffers)
         terminated, truncated = bool(self._buffers.terminated[0, 0]), bool(self._buffers.truncated[0, 0])
         self._next_is_begun = terminated or truncated

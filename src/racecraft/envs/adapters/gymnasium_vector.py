@@ -9,7 +9,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from racecraft.contract.random_streams import generator
-from racecraft.contract.world import Array, DiscreteActions, World, allocate
+from racecraft.contract.world import Array, World, allocate
 from racecraft.envs.adapters.spaces import action_space, observation_space, row_of, shown_rows
 
 
@@ -46,7 +46,7 @@ class WorldVectorEnv(VectorEnv[Any, Any, Any]):
     def step(self, actions: Any) -> Any:
         """Take one tick in every world."""
         spec, buffers = self.world.spec, self._buffers
-        kind = np.int64 if isinstance(spec.actions, DiscreteActions) else np.float32
+        kind = spec.actions.dtype
         told = np.asarray(actions, kind).reshape(spec.num_worlds, spec.num_agents, *spec.actions.shape)
         self.world.step(told, buffers)
         terminated, truncated = buffers.terminated.reshape(-1).copy(), buffers.truncated.reshape(-1).copy()

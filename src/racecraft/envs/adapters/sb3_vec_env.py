@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from racecraft.contract.errors import MissingExtraError
-from racecraft.contract.world import DiscreteActions, World, allocate
+from racecraft.contract.world import World, allocate
 from racecraft.envs.adapters.spaces import action_space, observation_space, row_of, shown_rows
 
 
@@ -53,7 +53,7 @@ def sb3_vec_env(world: World, seed: int = 0) -> Any:
 
         def step_async(self, actions: Any) -> None:
             spec = world.spec
-            kind = np.int64 if isinstance(spec.actions, DiscreteActions) else np.float32
+            kind = spec.actions.dtype
             self.told = np.asarray(actions, kind).reshape(spec.num_worlds, spec.num_agents, *spec.actions.shape)
 
         def step_wait(self) -> Any:

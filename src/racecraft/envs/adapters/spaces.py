@@ -8,7 +8,15 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from racecraft.contract.world import ActionSpec, Array, ArraySpec, ContinuousActions, WorldSpec
+from racecraft.contract.world import (
+    ActionSpec,
+    Array,
+    ArraySpec,
+    ContinuousActions,
+    DiscreteActions,
+    MultiDiscreteActions,
+    WorldSpec,
+)
 
 
 def observation_space(spec: WorldSpec) -> spaces.Space[Any]:
@@ -20,10 +28,14 @@ def observation_space(spec: WorldSpec) -> spaces.Space[Any]:
 
 
 def action_space(actions: ActionSpec) -> spaces.Space[Any]:
-    """Return the space of one agent's action."""
+    """Return the space of one agent's action; numbers and choices at once are one Box, choices as whole numbers."""
     if isinstance(actions, ContinuousActions):
         return spaces.Box(np.array(actions.low, np.float32), np.array(actions.high, np.float32), dtype=np.float32)
-    return spaces.Discrete(actions.count)
+    if isinstance(actions, DiscreteActions):
+        return spaces.Discrete(actions.count)
+    if isinstance(actions, MultiDiscreteActions):
+        return spaces.MultiDiscrete(list(actions.counts))
+    return spaces.Box(-np.inf, np.inf, actions.shape, np.float32)
 
 
 def box(part: ArraySpec) -> spaces.Box:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from racecraft.contract.errors import SettingError
 from racecraft.envs.battlesnake.board import BoardError
+from racecraft.settings.table import check_group, setting
 
 LARGEST_SIDE = 25
 MOST_PLAYERS = 16
@@ -54,3 +56,20 @@ class GameSettings:
 def _check(name: str, value: int, low: int, high: int) -> None:
     if not low <= value <= high:
         raise BoardError(f"{name} is {value}; expected {low} to {high}.")
+
+
+@dataclass(frozen=True)
+class SnakeConfig:
+    """What a learning snake sees, what it is paid and how long its games last."""
+
+    view: int = setting(11, "Side of the window about the head; odd.", unit="squares", low=3, high=49)
+    outlook: bool = setting(
+        True, "Whether a snake is told the room, territory, food and heads behind each of its moves."
+    )
+    food_prize: float = setting(0.0, "Reward for a food; a win is worth 1, a death -1.", low=-1.0, high=1.0)
+    max_turns: int = setting(500, "A game that lasts longer is cut.", unit="turns", low=1)
+
+    def __post_init__(self) -> None:
+        check_group(self)
+        if self.view % 2 == 0:
+            raise SettingError(f"snake.view is {self.view}; expected an odd number of squares.")

@@ -31,8 +31,8 @@ from racecraft.envs.deepracer.fidelity import AWS_MAX_TICKS, SANE_MAX_SECONDS, T
 from racecraft.envs.deepracer.kernels import race as kernels
 from racecraft.envs.deepracer.reward_params import RewardParams
 from racecraft.envs.deepracer.scene import build_scene
+from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS
-from racecraft.settings.groups import CameraConfig, RaceConfig
 from racecraft.tracks.track import Track
 
 CAMERA_NAME = "FRONT_FACING_CAMERA"

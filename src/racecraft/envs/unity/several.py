@@ -1,10 +1,8 @@
 """Several behaviors of one scene as one World: their agents' rows one after the other, behavior by behavior.
 
 Begin at `JointSeats`, which does for all of them what `Seats` does for one. A row shows every sensor of every behavior,
-named `Striker/sight`; those of other behaviors are zeros. Whose row it is, is an observation too (`WHOSE`, the
-behavior's number), and so is what a counted choice may be (`Striker/(allowed)`), because the contract's one action mask
-cannot serve two kinds of action. An action is a float32 vector as wide as the widest behavior's; a choice is its first
-number.
+named `Striker/sight`; those of other behaviors are zeros. Behaviors are the contract's agent groups: whose row it is,
+is told by the observation `POLICY_ID`, an action stands in the first numbers of its row, a mask in its first columns.
 """
 
 from __future__ import annotations
@@ -14,15 +12,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from racecraft.contract.world import Array, ArraySpec, ContinuousActions, EpisodeRecord, StepBuffers, WorldSpec
+from racecraft.contract.world import (
+    POLICY_ID,
+    AgentGroup,
+    Array,
+    ArraySpec,
+    EpisodeRecord,
+    GroupedActions,
+    SingleActions,
+    StepBuffers,
+    WorldSpec,
+    mask_width,
+)
 from racecraft.envs.unity.behaviors import Behavior
 from racecraft.envs.unity.rows import Seats
 from racecraft.envs.unity.session import Choice, Moment
-
-WHOSE = "(behavior)"
-"""The observation that tells the number of a row's behavior."""
-ALLOWED = "(allowed)"
-"""The observation, behind a behavior's name, that tells which choices are allowed."""
 
 
 def joint_spec(parts: Mapping[str, WorldSpec], name: str) -> WorldSpec:
@@ -32,15 +36,20 @@ def joint_spec(parts: Mapping[str, WorldSpec], name: str) -> WorldSpec:
         parts: What each behavior alone promises, worlds of one agent, by its name without the team.
         name: Of the world.
     """
-    observations = {WHOSE: ArraySpec((), np.int64, 0, len(parts) - 1, doc="number of the row's behavior")}
-    width = 1
+    observations = {POLICY_ID: ArraySpec((), np.int64, 0, len(parts) - 1, doc="number of the row's behavior")}
     for base, spec in parts.items():
         observations |= {f"{base}/{sensor}": part for sensor, part in spec.observations.items()}
-        if spec.has_action_mask:
-            observations[f"{base}/{ALLOWED}"] = ArraySpec((spec.actions.count,), bool, 0, 1, doc="allowed choices")  # type: ignore[union-attr]
-        width = max(width, *spec.actions.shape, 1)
-    rows = sum(spec.num_worlds for spec in parts.values())
-    return WorldSpec(name, rows, 1, observations, ContinuousActions((-np.inf,) * width, (np.inf,) * width))
+    return WorldSpec(
+        name,
+        num_worlds=sum(spec.num_worlds for spec in parts.values()),
+        num_agents=1,
+        observations=observations,
+        actions=GroupedActions(max((1, *(width for spec in parts.values() for width in spec.actions.shape)))),
+        has_action_mask=any(spec.has_action_mask for spec in parts.values()),
+        groups={
+            base: AgentGroup(spec.observations, _single(spec), spec.has_action_mask) for base, spec in parts.items()
+        },
+    )
 
 
 class JointSeats:
@@ -114,7 +123,7 @@ class JointSeats:
         for number, (base, seats) in enumerate(zip(self._parts, self._seats, strict=True)):
             seats.show(self._view(base, buffers))
             for named in (buffers.observations, buffers.final_observations):
-                named[WHOSE][self.rows_of[base]] = number
+                named[POLICY_ID][self.rows_of[base]] = number
 
     def take_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call, behavior by behavior."""
@@ -127,7 +136,9 @@ class JointSeats:
     def _view(self, base: str, buffers: StepBuffers) -> StepBuffers:
         """Return one behavior's part of the buffers, under its own names; views."""
         rows, spec = self.rows_of[base], self._parts[base]
-        mask = buffers.observations[f"{base}/{ALLOWED}"][rows] if spec.has_action_mask else None
+        mask = None
+        if spec.has_action_mask and buffers.action_mask is not None:
+            mask = buffers.action_mask[rows][..., : mask_width(spec)]
 
         def named(arrays: Mapping[str, Array]) -> dict[str, Array]:
             return {sensor: arrays[f"{base}/{sensor}"][rows] for sensor in spec.observations}
@@ -141,3 +152,8 @@ class JointSeats:
             active=buffers.active[rows],
             action_mask=mask,
         )
+
+
+def _single(spec: WorldSpec) -> SingleActions:
+    assert not isinstance(spec.actions, GroupedActions), "a behavior has actions of one kind"
+    return spec.actions

@@ -12,9 +12,9 @@ import numpy as np
 
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.settings import CameraConfig
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.kernels import set_threads
-from racecraft.settings.groups import CameraConfig
 from racecraft.tracks.catalogue import load_track
 
 NUM_CARS = 64

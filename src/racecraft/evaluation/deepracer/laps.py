@@ -14,7 +14,7 @@ from racecraft.contract.world import Array, EpisodeRecord, StepBuffers, World
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
 from racecraft.envs.deepracer.world import RaceWorld
-from racecraft.rollout.episodes import Observer, play_episodes
+from racecraft.rollout.episodes import StepObserver, play_episodes
 
 UNFINISHED_MS = 999_999.0
 """What an unfinished lap counts where checkpoints are compared by lap time (facts: simapp `s3_metrics.py`)."""
@@ -92,14 +92,14 @@ class LapReport:
         }
 
 
-def judge_starts(policy: Policy, world: RaceWorld, observers: Iterable[Observer] = (), seed: int = 0) -> LapReport:
+def judge_starts(policy: Policy, world: RaceWorld, observers: Iterable[StepObserver] = (), seed: int = 0) -> LapReport:
     """Judge one episode from every start of a world, all side by side."""
     episodes = play_episodes(policy, world, seed=seed, observers=observers)
     starts, is_paid = world.start_shares, world.reward is not None
     return LapReport(tuple(_lap_of(episode, 100.0 * float(starts[episode.world]), is_paid) for episode in episodes))
 
 
-def judge_laps(policy: Policy, world: RaceWorld, laps: int, observers: Sequence[Observer] = ()) -> LapReport:
+def judge_laps(policy: Policy, world: RaceWorld, laps: int, observers: Sequence[StepObserver] = ()) -> LapReport:
     """Judge so many laps of one car: a standing start, then flying laps; after leaving the road a new standing start.
 
     `world` has one car and was made with `laps=laps`.

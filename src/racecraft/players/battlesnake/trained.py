@@ -3,26 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from racecraft.algorithms.ppo import PpoLearner
-from racecraft.algorithms.weights import to_tensors
-from racecraft.contract.world import Array, DiscreteActions, WorldSpec
+from racecraft.contract.policy import Policy
+from racecraft.contract.world import Array
 from racecraft.envs.battlesnake.board import MOVES, Board
-from racecraft.envs.battlesnake.observation import observation_specs, observe_board
-from racecraft.envs.battlesnake.settings import GameSettings
-from racecraft.formats.checkpoint import Checkpoints
+from racecraft.envs.battlesnake.observation import observe_board
+from racecraft.envs.battlesnake.settings import GameSettings, SnakeConfig
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.battlesnake.protocol import Question
-from racecraft.players.trained import GreedyPolicy
-from racecraft.settings.groups import SelfPlayConfig, TrainSettings
-from racecraft.settings.overrides import from_dictionary
+from racecraft.players.trained import load_policy, split_source
 
 KIND = "battlesnake"
 """What job.json calls a run of a snake."""
+
+
+class LikelyPolicy(Policy, Protocol):
+    """A policy over single choices that can say how likely each is."""
+
+    def probabilities(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
+        """Return float32 (R, A)."""
+        ...
 
 
 class TrainedSnake:
@@ -31,18 +34,13 @@ class TrainedSnake:
     It plays any board, ruleset and number of snakes; how well, on others than it was trained for, nobody promises.
 
     Args:
-        learner: The policy.
+        policy: The policy.
         seen: What it sees: side of the window, with or without the outlook.
         name: Whose it is, for messages.
     """
 
-    def __init__(self, learner: PpoLearner, seen: SelfPlayConfig, name: str = "policy") -> None:
-        self._learner, self.seen, self.name = learner, seen, name
-
-    @property
-    def policy(self) -> GreedyPolicy:
-        """The bare policy, for worlds that show what it sees."""
-        return GreedyPolicy(self._learner)
+    def __init__(self, policy: LikelyPolicy, seen: SnakeConfig, name: str = "policy") -> None:
+        self.policy, self.seen, self.name = policy, seen, name
 
     def choose(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
         """Return the likeliest move."""
@@ -51,12 +49,12 @@ class TrainedSnake:
     def choose_many(self, questions: Sequence[Question]) -> list[str]:
         """Return the likeliest move for every question, from one forward pass for all."""
         seen, mask = self._see(questions)
-        return [MOVES[int(way)] for way in self._learner.choose(seen, mask)]
+        return [MOVES[int(way)] for way in self.policy.act(seen, mask)]
 
     def chances(self, questions: Sequence[Question]) -> Array:
         """Return how likely the policy makes each move, float32 (Q, 4); exactly 0 where a move is surely fatal."""
         seen, mask = self._see(questions)
-        return self._learner.chances(seen, mask)
+        return self.policy.probabilities(seen, mask)
 
     def weigh(self, board: Board, settings: GameSettings) -> Array:
         """Return for every living snake, in their order, how likely the policy makes its moves, float32 (M, 4)."""
@@ -71,16 +69,6 @@ class TrainedSnake:
         return seen, np.stack([mask for _, mask in looks])
 
 
-def split(name: str) -> tuple[str, str]:
-    """Return the folder and which checkpoint of it, "best" where none is named.
-
-    >>> split("runs/snakes-1:last"), split("runs/snakes-1")
-    (('runs/snakes-1', 'last'), ('runs/snakes-1', 'best'))
-    """
-    path, colon, which = name.rpartition(":")
-    return (path, which) if colon and (which in ("best", "last") or which.isdigit()) else (name, "best")
-
-
 def load_trained_snake(name: str) -> TrainedSnake:
     """Load a snake from its run folder.
 
@@ -91,17 +79,14 @@ def load_trained_snake(name: str) -> TrainedSnake:
         RunFolderError: No run folder, or the run of something else than a snake.
         CheckpointError: No such checkpoint, or a damaged one.
     """
-    path, which = split(name)
+    path, which = split_source(name)
     run = RunFolder.open(path)
     run.read_job_of(KIND)
-    weights, card = Checkpoints(run.checkpoints).load_policy(which)
-    settings = from_dictionary(TrainSettings, card["settings"])
-    return TrainedSnake(_rebuild(settings, weights), settings.selfplay, name)
+    policy = load_policy(run, which)
+    return TrainedSnake(policy, snake_config_in(policy.metadata["settings"]), name)
 
 
-def _rebuild(settings: TrainSettings, weights: Mapping[str, Any]) -> PpoLearner:
-    seen = observation_specs(settings.selfplay.view, settings.selfplay.outlook)
-    spec = WorldSpec("battlesnake", 1, 1, seen, DiscreteActions(4, MOVES), has_action_mask=True)
-    learner = PpoLearner(spec, settings.network, replace(settings.ppo, precision="float32"), seed=0)
-    learner.load_state_dict({"network": to_tensors(weights)})
-    return learner
+def snake_config_in(settings: Mapping[str, Mapping[str, Any]]) -> SnakeConfig:
+    """Return what a run's snakes see; runs from before `snake` was a group of its own told it among `selfplay`."""
+    told = settings.get("snake") or settings["selfplay"]
+    return SnakeConfig(view=told["view"], outlook=told["outlook"])

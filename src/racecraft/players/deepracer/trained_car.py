@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from racecraft.algorithms.ppo import PpoLearner
-from racecraft.algorithms.weights import to_tensors
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.camera import CameraMount
-from racecraft.envs.deepracer.world import RaceWorld, mount_for_version, world_spec
-from racecraft.formats.checkpoint import CheckpointEntry, Checkpoints
+from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
+from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
+from racecraft.formats.checkpoint import CheckpointEntry
 from racecraft.formats.run_folder import RunFolder
-from racecraft.players.trained import GreedyPolicy
-from racecraft.settings.groups import TrainSettings
+from racecraft.players.trained import TrainedPolicy, load_policy
+from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import from_dictionary
 from racecraft.tracks.track import Track
 
@@ -30,8 +29,9 @@ class TrainedCar:
 
     run: RunFolder
     checkpoint: CheckpointEntry
-    policy: GreedyPolicy
-    settings: TrainSettings
+    policy: TrainedPolicy
+    settings: Settings
+    """Its race and its camera: the groups `race` and `camera`."""
     actions: ActionTable
     version: str | None
     """Version in its metadata; decides where the camera sits."""
@@ -72,31 +72,21 @@ def load_trained_car(path: str | Path, which: str = "best") -> TrainedCar:
     """
     run = RunFolder.open(path)
     job = run.read_job_of(KIND)
-    shelf = Checkpoints(run.checkpoints)
-    entry = shelf.find(which)
-    weights, card = shelf.load_policy(which)
-    settings = from_dictionary(TrainSettings, card["settings"])
-    metadata = card["model_metadata"]
-    car = TrainedCar(
+    policy = load_policy(run, which)
+    told = policy.metadata
+    return TrainedCar(
         run=run,
-        checkpoint=entry,
-        policy=GreedyPolicy(_rebuild(settings, metadata, weights)),
-        settings=settings,
-        actions=_actions(metadata),
-        version=metadata["version"],
+        checkpoint=policy.checkpoint,
+        policy=policy,
+        settings=from_dictionary(Settings(race=RaceConfig(), camera=CameraConfig()), told["settings"]),
+        actions=actions_of(told["model_metadata"]),
+        version=told["model_metadata"]["version"],
         trained_on=job["asked"]["track"],
     )
-    return car
 
 
-def _rebuild(settings: TrainSettings, metadata: dict[str, Any], weights: dict[str, Any]) -> PpoLearner:
-    spec = world_spec(_actions(metadata), settings.camera)
-    learner = PpoLearner(spec, settings.network, settings.ppo, seed=0)
-    learner.load_state_dict({"network": to_tensors(weights)})
-    return learner
-
-
-def _actions(metadata: dict[str, Any]) -> ActionTable:
+def actions_of(metadata: Mapping[str, Any]) -> ActionTable:
+    """Return the action table that AWS's metadata, as plain values, describes."""
     return ActionTable.of(
         [(math.radians(action["steering_angle"]), action["speed"]) for action in metadata["action_space"]]
     )

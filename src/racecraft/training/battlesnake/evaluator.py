@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
+from racecraft.contract.policy import Policy
 from racecraft.contract.world import EpisodeRecord
 from racecraft.envs.battlesnake.world import WorldSettings
 from racecraft.evaluation.battlesnake.batch import MOST_TURNS, Player, play_batch
 from racecraft.evaluation.battlesnake.rating import MEAN, Rating, Result, rate, wilson
 from racecraft.players.battlesnake.anchors import ANCHORS
-from racecraft.players.trained import GreedyPolicy
-from racecraft.training.callbacks import Verdict
+from racecraft.training.callbacks import EvaluationResult
+from racecraft.training.stopping import RATING
 
 SEED_OF_JUDGING = 1_000_000_007
 GAMES_AMONG_ANCHORS = 100
@@ -34,7 +35,7 @@ class Tally:
         return self.won + self.drawn + self.lost
 
 
-class RatingJudge:
+class RatingEvaluator:
     """Rates the greedy policy (no search) on a scale where the anchors' mean is 1500.
 
     Args:
@@ -45,19 +46,27 @@ class RatingJudge:
     """
 
     score_name = "rating"
+    stop_kinds = RATING
 
-    def __init__(self, policy: GreedyPolicy, settings: WorldSettings, games: int, most_turns: int = MOST_TURNS) -> None:
+    def __init__(self, policy: Policy, settings: WorldSettings, games: int, most_turns: int = MOST_TURNS) -> None:
         self._policy, self._settings, self._games, self._most_turns = policy, settings, games, most_turns
         self._among_anchors: list[Result] | None = None
 
     def score(self, episode: EpisodeRecord) -> None:
         """One game alone has no rating."""
 
-    def is_full(self, episode: EpisodeRecord) -> bool:
+    def goal_reached(self, episode: EpisodeRecord) -> bool:
         """There is no game that ends all training."""
         return False
 
-    def judge(self) -> Verdict:
+    def watch(self, episodes: Sequence[EpisodeRecord]) -> None:
+        """Training's games change nothing here."""
+
+    def confirm(self) -> bool:
+        """A rating is never final."""
+        return True
+
+    def evaluate(self) -> EvaluationResult:
         """Play against each anchor and rate."""
         if self._among_anchors is None:
             self._among_anchors = self._play_anchors()
@@ -69,7 +78,7 @@ class RatingJudge:
             against[name] = _told(count(played))
         rating = rating_among(results)
         details = {"rating": rating.points, "rating_low": rating.low, "rating_high": rating.high, "against": against}
-        return Verdict(rating.points, is_perfect=False, details=details)
+        return EvaluationResult(rating.points, solved=False, details=details)
 
     def _play(self, name: str) -> list[Result]:
         seats = self._settings.game.players

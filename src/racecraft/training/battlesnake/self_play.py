@@ -2,31 +2,35 @@
 
 Games are dealt once: a share against anchors (built-in players), a share against a past self, the rest against itself.
 In the first two the learner holds seat 0 (start squares are drawn, so that no seat is better), in the last all of them.
-Opponents' seats are no rows here, so nothing of theirs is ever learned from.
-
-A past self is drawn from the pool for each iteration; every few iterations the learner's weights enter the pool, and
-the oldest leave it.
+Opponents' seats are no rows here, so nothing of theirs is ever learned from. Who the past self is, the world does not
+know: to it that is a policy like another (`opponent_pool.py`).
 """
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
-import torch
 
-from racecraft.algorithms.ppo import PpoLearner
-from racecraft.algorithms.weights import to_arrays, to_tensors
-from racecraft.contract.random_streams import generator
+from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, EpisodeRecord, StepBuffers, WorldSpec, allocate
+from racecraft.envs.battlesnake.settings import SnakeConfig
 from racecraft.envs.battlesnake.world import BattlesnakeWorld, Prizes, WorldSettings
 from racecraft.players.battlesnake.anchors import AnchorSeats
-from racecraft.settings.groups import SelfPlayConfig, TrainSettings
+from racecraft.training.battlesnake.settings import SelfPlayConfig
 
 ANCHOR, PAST, SELF = "anchor", "past", "self"
 """Whom a game is played against."""
+
+
+class Opponent(Policy, Protocol):
+    """A policy that plays the seats of past selves."""
+
+    def begin(self, seed: int) -> None:
+        """Take up new dice."""
+        ...
 
 
 class SelfPlayWorld:
@@ -34,12 +38,12 @@ class SelfPlayWorld:
 
     Args:
         game: What is played, by at least two.
-        settings: Of the whole training: `selfplay`, `rollout.num_worlds` (N), and the network of past selves.
-        seed: Of the untrained self that the pool begins with, and of the draws from the pool.
+        config: Whom the learner meets.
+        opponent: Who plays the seats of past selves; `None` until `meet` brings one.
     """
 
-    def __init__(self, game: WorldSettings, settings: TrainSettings, seed: int) -> None:
-        self.config, self._seed = settings.selfplay, seed
+    def __init__(self, game: WorldSettings, config: SelfPlayConfig, opponent: Opponent | None = None) -> None:
+        self.config, self._opponent = config, opponent
         self.inner = BattlesnakeWorld(game)
         num_games, seats = self.inner.spec.num_worlds, self.inner.spec.num_agents
         self.dealt = deal(num_games, self.config)
@@ -54,12 +58,10 @@ class SelfPlayWorld:
         self._spec = replace(self.inner.spec, num_worlds=int(mine.sum()), num_agents=1)
         self._buffers = allocate(self.inner.spec)
         self._moves = np.zeros((num_games, seats), np.int64)
-        self._rival = PpoLearner(self._spec, settings.network, settings.ppo, seed, settings.runtime.device)
-        self._chance = torch.Generator(self._rival.device)
-        self.pool: deque[dict[str, Array]] = deque(maxlen=self.config.pool_size)
-        self.pool.append(to_arrays(self._rival.state_dict())["network"])
-        self.updates = 0
-        """Updates of the learner so far."""
+
+    def meet(self, opponent: Opponent) -> None:
+        """Let somebody play the seats of past selves from now on."""
+        self._opponent = opponent
 
     @property
     def spec(self) -> WorldSpec:
@@ -67,9 +69,10 @@ class SelfPlayWorld:
         return self._spec
 
     def reset(self, buffers: StepBuffers, seed: int) -> None:
-        """Begin every game anew; the seed decides the opponents' dice, too. The pool stays as it is."""
+        """Begin every game anew; the seed decides the opponents' dice, too."""
         self._anchors.begin(seed)
-        self._chance.manual_seed(seed + 2)
+        if self._opponent is not None:
+            self._opponent.begin(seed + 2)
         self.inner.reset(self._buffers, seed)
         self._show(buffers)
 
@@ -77,7 +80,7 @@ class SelfPlayWorld:
         """Play one turn of every game: the learner's moves as given, everybody else's as they choose."""
         self._moves[self._mine] = actions[:, 0]
         self._anchors.choose(self._moves)
-        self._ask_past_self()
+        self._ask_opponent()
         self.inner.step(self._moves, self._buffers)
         for name in ("reward", "terminated", "truncated"):
             getattr(buffers, name)[:, 0] = getattr(self._buffers, name)[self._mine]
@@ -87,37 +90,21 @@ class SelfPlayWorld:
                 buffers.final_observations[name][ended, 0] = array[self._mine][ended]
         self._show(buffers)
 
-    def learned(self, learner: PpoLearner) -> None:
-        """Hear of an update: now and then the learner enters the pool, and a past self is drawn to play against."""
-        self.updates += 1
-        if self.updates % self.config.pool_every == 0:
-            self.pool.append(to_arrays(learner.state_dict())["network"])
-        self._draw_rival()
-
     def take_episodes(self) -> list[EpisodeRecord]:
         """Return the finished episodes of the learner's seats; the agent is always 0, the world the row."""
         told = [one for one in self.inner.take_episodes() if self._mine[one.world, one.agent]]
         return [replace(one, world=int(self._row_of[one.world, one.agent]), agent=0) for one in told]
 
     def save_state(self) -> dict[str, Array]:
-        """Return copies of everything: games, dice, and the pool's weights."""
+        """Return copies of everything: games and the anchors' dice. The opponent keeps its own state."""
         state = {f"game.{name}": array for name, array in self.inner.save_state().items()}
         state["anchors"] = self._anchors.chance.copy()
-        state["chance"] = self._chance.get_state().numpy().copy()
-        state["updates"], state["pool"] = np.array(self.updates), np.array(len(self.pool))
-        for number, weights in enumerate(self.pool):
-            state |= {f"pool.{number}.{name}": array for name, array in weights.items()}
         return state
 
     def load_state(self, state: Mapping[str, Array], buffers: StepBuffers) -> None:
         """Go on from a saved state."""
         self.inner.load_state(_under("game.", state), self._buffers)
         self._anchors.chance[...] = state["anchors"]
-        self._chance.set_state(torch.from_numpy(np.asarray(state["chance"])))
-        self.updates = int(state["updates"])
-        self.pool.clear()
-        self.pool.extend(_under(f"pool.{number}.", state) for number in range(int(state["pool"])))
-        self._draw_rival()
         self._show(buffers)
 
     def close(self) -> None:
@@ -132,17 +119,13 @@ class SelfPlayWorld:
             for game, anchored in enumerate(against)
         ]
 
-    def _ask_past_self(self) -> None:
+    def _ask_opponent(self) -> None:
         asked = self._past & self._buffers.active
         if asked.any():
+            assert self._opponent is not None, "games against a past self need one: meet(opponent)"
             seen = {name: array[asked] for name, array in self._buffers.observations.items()}
-            assert self._buffers.action_mask is not None
-            decision = self._rival.act(seen, self._buffers.action_mask[asked], generator=self._chance)
-            self._moves[asked] = decision.actions
-
-    def _draw_rival(self) -> None:
-        chosen = int(generator(self._seed + self.updates, "past self").integers(len(self.pool)))
-        self._rival.load_state_dict({"network": to_tensors(self.pool[chosen])})
+            mask = self._buffers.action_mask
+            self._moves[asked] = self._opponent.act(seen, None if mask is None else mask[asked])
 
     def _show(self, buffers: StepBuffers) -> None:
         for name, array in self._buffers.observations.items():
@@ -163,7 +146,7 @@ def deal(num_games: int, config: SelfPlayConfig) -> list[str]:
     return [ANCHOR] * anchors + [PAST] * past + [SELF] * (num_games - anchors - past)
 
 
-def world_settings(game: WorldSettings, config: SelfPlayConfig, num_games: int) -> WorldSettings:
+def world_settings(game: WorldSettings, config: SnakeConfig, num_games: int) -> WorldSettings:
     """Return how a world of training (or judging) is set up: what is seen and paid comes from the settings."""
     prizes = Prizes(food=config.food_prize)
     return replace(

@@ -1,150 +1,164 @@
-"""Train a snake by self-play, on the same loop as the cars. Begin with `train_snakes`."""
+"""Train a snake by self-play: what its games bring along to the common road. Begin with `opened`."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-from racecraft.algorithms.ppo import PpoLearner
+from racecraft.algorithms.learner import Learner
+from racecraft.algorithms.networks import NetworkConfig
+from racecraft.algorithms.ppo import PpoConfig
+from racecraft.algorithms.registry import Algorithm, find_algorithm, require_fit
+from racecraft.algorithms.weights import to_arrays
 from racecraft.contract.errors import SettingError
-from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.envs.battlesnake.settings import GameSettings, SnakeConfig
 from racecraft.envs.battlesnake.world import WorldSettings
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.battlesnake.trained import KIND
 from racecraft.players.trained import GreedyPolicy
-from racecraft.settings.groups import (
-    EvaluationConfig,
-    NetworkConfig,
-    PpoConfig,
-    RolloutConfig,
-    TrainSettings,
-)
+from racecraft.rollout.settings import RolloutConfig
+from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, from_dictionary
-from racecraft.training.battlesnake.evaluator import RatingJudge
+from racecraft.training.battlesnake.evaluator import RatingEvaluator
+from racecraft.training.battlesnake.opponent_pool import OpponentPool
 from racecraft.training.battlesnake.self_play import SelfPlayWorld, world_settings
-from racecraft.training.callbacks import Listener
+from racecraft.training.battlesnake.settings import SelfPlayConfig
 from racecraft.training.loop import Outcome
+from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
 from racecraft.training.resume import Say, open_to_resume
-from racecraft.training.stopping import Stop, parse_stops
-from racecraft.training.trainer import Course, resume, summary_of, train
+from racecraft.training.settings import EvaluationConfig, RuntimeConfig, composed
+from racecraft.training.stopping import RATING, StopCondition, parse_stops
+from racecraft.training.trainer import Experiment, summary_of
 
 DEFAULT_STOPS = ("minutes=10",)
 
-SNAKE_SETTINGS = TrainSettings(
+WORLD_SETTINGS = Settings(
+    snake=SnakeConfig(),
+    selfplay=SelfPlayConfig(),
     rollout=RolloutConfig(num_worlds=256, horizon=64),
     network=NetworkConfig(
         conv_filters=(), conv_kernels=(), conv_strides=(), image_units=(128,), hidden_units=(128, 128)
     ),
-    ppo=PpoConfig(learning_rate=5e-4, discount=0.995, gae_lambda=0.95, epochs=3, batch_size=2048, entropy_weight=0.01),
     evaluation=EvaluationConfig(every=10, episodes=50),
+    runtime=RuntimeConfig(),
 )
+TUNED: Mapping[str, Any] = {
+    "ppo": PpoConfig(
+        learning_rate=5e-4, discount=0.995, gae_lambda=0.95, epochs=3, batch_size=2048, entropy_weight=0.01
+    ),
+}
 """Settings that make a snake strong soonest on two cores (benchmarks)."""
 
 
 @dataclass(frozen=True)
-class SnakeRequest:
+class SnakeRequest(TrainRequest):
     """What was asked."""
 
+    kind: ClassVar[str] = KIND
     game: GameSettings
-    stops: tuple[str, ...] = ()
-    """As typed; none: `DEFAULT_STOPS`."""
-    run: Path | None = None
-    seed: int = 1
-    overrides: tuple[str, ...] = ()
-    clone_from: str | None = None
-    """RUN, RUN:best, RUN:last or RUN:N, whose weights the training begins with; None: fresh weights."""
 
 
 @dataclass(frozen=True)
-class TrainedSnakes:
-    """A training that ended, and where it lies."""
+class SnakePlan:
+    """A request made definite."""
 
-    game: GameSettings
+    request: SnakeRequest
+    algorithm: Algorithm
+    settings: Settings
+    stops: tuple[StopCondition, ...]
     seed: int
-    run: RunFolder
-    outcome: Outcome
-
-    def summary(self) -> dict[str, Any]:
-        """Return the figures of `racecraft snakes train --json`."""
-        figures = summary_of(self.outcome, self.run, self.seed)
-        del figures["solved"]
-        return {"game": asdict(self.game), **figures}
+    notes: tuple[str, ...] = ()
 
 
-def train_snakes(request: SnakeRequest, listener: Listener, say: Say = print) -> TrainedSnakes:
-    """Train until a stop holds.
+Request = SnakeRequest
 
-    Args:
-        request: What is trained.
-        listener: Watches the training.
-        say: Says a line to a person.
+
+def plan(request: SnakeRequest) -> SnakePlan:
+    """Read and check what is asked.
 
     Raises:
-        UserInputError: A game that cannot be played or learned, a setting or a stop that is not legal.
+        UserInputError: A game that cannot be learned, a setting or a stop that is not legal.
     """
-    settings = apply_overrides(SNAKE_SETTINGS, request.overrides)
-    stops = parse_stops(request.stops or DEFAULT_STOPS)
-    with _course(request.game, settings, stops, request.seed) as course:
-        run, outcome = train(course, request.run, listener, say, request.clone_from)
-    return TrainedSnakes(request.game, request.seed, run, outcome)
+    algorithm = find_algorithm(request.algorithm)
+    settings = apply_overrides(default_settings(algorithm), request.overrides)
+    stops = parse_stops(request.stops or DEFAULT_STOPS, RATING)
+    _check(request.game, settings)
+    return SnakePlan(request, algorithm, settings, stops, 1 if request.seed is None else request.seed)
 
 
-def resume_snakes(path: Path, stops: tuple[str, ...], listener: Listener, say: Say = print) -> TrainedSnakes:
-    """Go on with a run from its last whole iteration, as if it had never stopped.
-
-    Args:
-        path: The run folder.
-        stops: New stops; none: those the run was begun with.
-        listener: Watches the training.
-        say: Says a line to a person.
+def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> SnakePlan:
+    """Read from a run folder what it was asked for, so that it can go on.
 
     Raises:
-        RunFolderError: No run of a snake, or it is being trained.
+        RunFolderError: No run of a snake.
     """
-    run, job, notes = open_to_resume(path, KIND)
-    game, seed = GameSettings(**job["asked"]["game"]), job["seed"]
-    settings = from_dictionary(TrainSettings, job["settings"])
-    with _course(game, settings, parse_stops(stops or job["asked"]["stops"]), seed, notes) as course:
-        outcome = resume(course, run, listener, say)
-    return TrainedSnakes(game, seed, run, outcome)
+    _, job, notes = open_to_resume(path, KIND)
+    game, algorithm = GameSettings(**job["asked"]["game"]), find_algorithm(job.get("algorithm", DEFAULT_ALGORITHM))
+    request = SnakeRequest(game, run=path, seed=job["seed"], algorithm=algorithm.name)
+    settings = from_dictionary(default_settings(algorithm), job["settings"])
+    return SnakePlan(
+        request, algorithm, settings, parse_stops(stops or job["asked"]["stops"], RATING), job["seed"], notes
+    )
 
 
 @contextlib.contextmanager
-def _course(
-    game: GameSettings, settings: TrainSettings, stops: tuple[Stop, ...], seed: int, notes: tuple[str, ...] = ()
-) -> Iterator[Course]:
-    """Open the games that are learned in; they are closed afterwards."""
-    _check(game, settings)
-    asked = {"game": asdict(game)}
-    with contextlib.ExitStack() as opened:
-        played = world_settings(WorldSettings(game), settings.selfplay, settings.rollout.num_worlds)
-        world = SelfPlayWorld(played, settings, seed)
-        opened.callback(world.close)
+def opened(planned: SnakePlan, say: Say) -> Iterator[Experiment]:
+    """Open the games that are learned in, and the pool of past selves that are met there."""
+    settings, game = planned.settings, planned.request.game
+    played = world_settings(WorldSettings(game), settings.snake, settings.rollout.num_worlds)
+    with contextlib.closing(SelfPlayWorld(played, settings.selfplay)) as world:
+        title = f"snakes: {game.ruleset}, {game.players} on {game.width}x{game.height}, map {game.map}"
+        require_fit(planned.algorithm, world.spec.actions, title)
+        pool = _pool_of_untrained(planned, world)
+        world.meet(pool)
 
-        def judge(learner: PpoLearner, _: RunFolder) -> RatingJudge:
-            most_turns = settings.selfplay.max_turns
-            return RatingJudge(GreedyPolicy(learner), played, settings.evaluation.episodes, most_turns)
+        def evaluator(learner: Learner, run: RunFolder) -> RatingEvaluator:
+            return RatingEvaluator(
+                GreedyPolicy(learner), played, settings.evaluation.episodes, settings.snake.max_turns
+            )
 
-        yield Course(
+        yield Experiment(
             kind=KIND,
             world=world,
+            algorithm=planned.algorithm,
             settings=settings,
-            seed=seed,
-            stops=stops,
-            judge=judge,
-            asked=asked,
-            card=asked,
-            title=f"snakes: {game.ruleset}, {game.players} on {game.width}x{game.height}, map {game.map}",
+            seed=planned.seed,
+            stops=planned.stops,
+            evaluator=evaluator,
+            asked={"game": asdict(game)},
+            metadata={"game": asdict(game)},
+            title=title,
             folder_name="snakes",
-            notes=notes,
-            after_update=world.learned,
+            notes=planned.notes,
+            after_update=pool.learned,
+            parts={"opponents": pool},
         )
 
 
-def _check(game: GameSettings, settings: TrainSettings) -> None:
+def summary(planned: SnakePlan, run: RunFolder, outcome: Outcome) -> dict[str, Any]:
+    """Return the figures of `racecraft snakes train --json`."""
+    figures = summary_of(outcome, run, planned.seed)
+    del figures["solved"]
+    return {"game": asdict(planned.request.game), **figures}
+
+
+def default_settings(algorithm: Algorithm) -> Settings:
+    """Return what snakes are taught with."""
+    return composed(WORLD_SETTINGS, algorithm, TUNED.get(algorithm.name))
+
+
+def _pool_of_untrained(planned: SnakePlan, world: SelfPlayWorld) -> OpponentPool:
+    """Return a pool that holds one untrained self."""
+    learner: Learner = planned.algorithm.learner_class().build(world.spec, planned.settings, planned.seed)
+    config = planned.settings.selfplay
+    first = to_arrays(learner.state_dict())["network"]
+    return OpponentPool(learner.policy_spec, first, config.pool_size, config.pool_every, planned.seed)
+
+
+def _check(game: GameSettings, settings: Settings) -> None:
     """Refuse what cannot be learned by self-play."""
     if game.players < 2:
         raise SettingError(f"--snakes is {game.players}; expected at least 2: a snake learns from those it meets.")
@@ -153,5 +167,3 @@ def _check(game: GameSettings, settings: TrainSettings) -> None:
             "rollout.episodes_per_iteration is set; snakes learn from rollout.horizon turns of every game, since games "
             "differ much in length. Leave it out."
         )
-    if settings.selfplay.view % 2 == 0:
-        raise SettingError(f"selfplay.view is {settings.selfplay.view}; expected an odd number of squares.")

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import os
 import statistics
 import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from racecraft.training.deepracer.trainer import RaceRequest, plan_car, train_car
-from racecraft.training.progress import LineWatcher
+from racecraft.training.callbacks import Silent
+from racecraft.training.deepracer.plan import RaceRequest
+from racecraft.training.worlds import train
 
 LIMIT = "minutes=3"
 """A seed that is not stable by then counts as not reached."""
@@ -24,11 +24,11 @@ def bench_laps(seeds: Iterable[int], say: Callable[[str], None], overrides: tupl
     """
     reached: dict[int, float | None] = {}
     steps: list[int] = []
-    with tempfile.TemporaryDirectory() as folder, open(os.devnull, "w", encoding="utf-8") as nowhere:
+    with tempfile.TemporaryDirectory() as folder:
         for seed in seeds:
             request = RaceRequest(run=Path(folder) / str(seed), seed=seed, stops=("laps", LIMIT), overrides=overrides)
-            trained = train_car(plan_car(request), LineWatcher(nowhere), lambda text: None)
-            reached[seed] = trained.outcome.seconds_to_stable_laps
+            trained = train(request, Silent(), lambda text: None)
+            reached[seed] = trained.outcome.seconds_to_stable
             steps.append(trained.outcome.steps)
             say(f"seed {seed}: {reached[seed] or float('nan'):.2f} s, {trained.outcome.steps} steps")
     known = [float("inf") if value is None else value for value in reached.values()]

@@ -2,39 +2,39 @@
 
 from __future__ import annotations
 
-import platform
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-from racecraft import __version__
+from racecraft.algorithms.registry import Algorithm, find_algorithm
 from racecraft.contract.errors import RunFolderError, TrackError
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.formats.aws.model_metadata import as_aws_dict
 from racecraft.formats.aws.run_env import RunEnv
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.deepracer.trained_car import KIND
-from racecraft.settings.groups import TrainSettings
-from racecraft.settings.overrides import as_dictionary, from_dictionary, with_values
+from racecraft.settings.composition import Settings
+from racecraft.settings.overrides import from_dictionary, with_values
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.track import Track
 from racecraft.training.deepracer.aws.setup import FROM_ENV
 from racecraft.training.deepracer.model_folder import ModelFolder, read_model_folder
-from racecraft.training.deepracer.presets import settings_for, stops_given
+from racecraft.training.deepracer.presets import default_settings, settings_for, stops_given
 from racecraft.training.deepracer.race_environment import TRACK_VARIABLE, race_environment
-from racecraft.training.stopping import Stop, parse_stops
+from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
+from racecraft.training.stopping import LAPS, StopCondition, parse_stops
+from racecraft.training.versions import versions
 
 DEFAULT_TRACK = "reinvent_base"
 DEFAULT_STOPS = ("laps", "minutes=30")
 
 
 @dataclass(frozen=True)
-class RaceRequest:
-    """What was asked: everything a training begins from."""
+class RaceRequest(TrainRequest):
+    """What was asked: everything a car's training begins from."""
 
+    kind: ClassVar[str] = KIND
     folder: Path | None = None
     """Folder with reward_function.py, hyperparameters.json, model_metadata.json; None: defaults."""
     track: str | None = None
@@ -44,15 +44,6 @@ class RaceRequest:
     preset: str = "fast"
     fidelity: str | None = None
     """"sane" or "aws"; None: the one that goes with the preset."""
-    stops: tuple[str, ...] = ()
-    """As typed; none: DEFAULT_STOPS."""
-    run: Path | None = None
-    """Run folder to make; None: runs/<track>-<number>."""
-    seed: int = 1
-    overrides: tuple[str, ...] = ()
-    """group.name=value, as typed."""
-    clone_from: str | None = None
-    """RUN, RUN:best, RUN:last or RUN:N, whose weights the training begins with; None: fresh weights."""
 
 
 @dataclass(frozen=True)
@@ -61,15 +52,21 @@ class CarPlan:
 
     request: RaceRequest
     model: ModelFolder
-    settings: TrainSettings
+    algorithm: Algorithm
+    settings: Settings
     track: Track
-    stops: tuple[Stop, ...]
+    stops: tuple[StopCondition, ...]
     notes: tuple[str, ...] = field(default=())
     """What is worth saying before the first tick, a clause each."""
     env: Mapping[str, str] = field(default_factory=dict)
     """The racer's run.env, as it was read; what the AWS files repeat of it goes into job.json too."""
     judging: Mapping[str, int | str] = field(default_factory=dict)
     """What `racecraft evaluate` does with the run where it is not told otherwise."""
+
+    @property
+    def seed(self) -> int:
+        """Of the learner, the worlds and exploration."""
+        return 1 if self.request.seed is None else self.request.seed
 
     @property
     def actions(self) -> ActionTable:
@@ -93,16 +90,16 @@ def plan_car(request: RaceRequest) -> CarPlan:
         clone_from=request.clone_from or asked.clone_from,
     )
     model = read_model_folder(asked.files or request.folder)
-    stops = parse_stops((*request.stops, *stops_given(model.hyperparameters)))
+    stops = parse_stops((*request.stops, *stops_given(model.hyperparameters)), LAPS)
+    algorithm = find_algorithm(request.algorithm)
     settings, notes = settings_for(
-        request.preset, model.hyperparameters, request.overrides, request.fidelity, model.metadata
+        request.preset, model.hyperparameters, request.overrides, request.fidelity, model.metadata, algorithm
     )
     if not any(override.startswith("race.car=") for override in request.overrides):
         settings = with_values(settings, "race", {"car": request.car or model.metadata.car})
     track = _load_track(request, asked.env)
-    return CarPlan(
-        request, model, settings, track, stops, (*asked.notes, *model.notes, *notes), asked.env.values, asked.judging
-    )
+    notes = [*asked.notes, *model.notes, *notes]
+    return CarPlan(request, model, algorithm, settings, track, stops, tuple(notes), asked.env.values, asked.judging)
 
 
 def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
@@ -129,6 +126,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
         folder=path,
         track=asked["track"],
         preset=asked["preset"],
+        algorithm=job.get("algorithm", DEFAULT_ALGORITHM),
         stops=stops or tuple(asked["stops"]),
         run=path,
         seed=job["seed"],
@@ -137,52 +135,40 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
     notes = ["globals of the reward function's module start anew"]
     if job["versions"] != versions():
         notes.append(f"versions differ from those the run began with ({job['versions']}): the curve may differ")
-    settings = from_dictionary(TrainSettings, job["settings"])
+    algorithm = find_algorithm(request.algorithm)
+    settings = from_dictionary(default_settings(algorithm), job["settings"])
     return CarPlan(
-        request, read_model_folder(path), settings, track, parse_stops(request.stops), tuple(notes), job.get("env", {})
+        request,
+        read_model_folder(path),
+        algorithm,
+        settings,
+        track,
+        parse_stops(request.stops, LAPS),
+        tuple(notes),
+        job.get("env", {}),
     )
 
 
-def job_card(plan: CarPlan, threads: int) -> dict[str, Any]:
-    """Return what job.json holds: what was asked, with settings, seed, versions and the track's hash."""
+def asked_of(plan: CarPlan) -> dict[str, Any]:
+    """Return what job.json holds of the request: enough to begin again from it."""
     request = plan.request
     return {
-        "kind": KIND,
-        "asked": {
-            "folder": None if request.folder is None else str(request.folder),
-            "track": _lasting_name(_track_of(request)),
-            "preset": request.preset,
-            "stops": [str(stop) for stop in plan.stops],
-            "set": list(request.overrides),
-            "from": request.clone_from,
-        },
+        "folder": None if request.folder is None else str(request.folder),
+        "track": _lasting_name(_track_of(request)),
+        "preset": request.preset,
+        "set": list(request.overrides),
+        "from": request.clone_from,
+    }
+
+
+def job_of(plan: CarPlan) -> dict[str, Any]:
+    """Return what else job.json tells of a car's training: the track's hash, what run.env said, the car."""
+    return {
         "track": {"name": plan.track.name, "hash": plan.track.hash(), "length_m": plan.track.length},
-        "settings": as_dictionary(plan.settings),
         "evaluate": dict(plan.judging),
         "env": {name: plan.env[name] for name in FROM_ENV.values() if name in plan.env},
         "model_metadata": as_aws_dict(plan.model.metadata),
-        "seed": request.seed,
-        "versions": versions(),
-        "threads": threads,
-        "started": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
     }
-
-
-def policy_card(plan: CarPlan) -> dict[str, Any]:
-    """Return what a stranger needs to rebuild the policy; it goes into every checkpoint."""
-    return {
-        "kind": KIND,
-        "settings": as_dictionary(plan.settings),
-        "model_metadata": as_aws_dict(plan.model.metadata),
-        "track": plan.track.name,
-        "versions": versions(),
-    }
-
-
-def versions() -> dict[str, str]:
-    """Return the versions that results depend on."""
-    names = ("torch", "numba", "numpy")
-    return {"racecraft": __version__, "python": platform.python_version(), **{name: version(name) for name in names}}
 
 
 def _load_track(request: RaceRequest, env: RunEnv) -> Track:

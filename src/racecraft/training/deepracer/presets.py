@@ -11,12 +11,19 @@ from dataclasses import dataclass
 from typing import Any
 
 from racecraft.algorithms.half_precision import settled
+from racecraft.algorithms.networks import NetworkConfig
+from racecraft.algorithms.registry import Algorithm, find_algorithm
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.envs.deepracer.fidelity import FIDELITIES, habits
+from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.formats.aws.hyperparameters import Hyperparameters
 from racecraft.formats.aws.model_metadata import NETWORKS, ModelMetadata
-from racecraft.settings.groups import TrainSettings
+from racecraft.rollout.settings import RolloutConfig
+from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, with_values
+from racecraft.training.settings import EvaluationConfig, RuntimeConfig, composed
+
+PPO = find_algorithm("ppo")
 
 PRESETS = {
     "fast": "the learner and network that lap soonest on two cores",
@@ -101,7 +108,8 @@ def settings_for(
     overrides: Iterable[str],
     fidelity: str | None = None,
     metadata: ModelMetadata | None = None,
-) -> tuple[TrainSettings, list[str]]:
+    algorithm: Algorithm = PPO,
+) -> tuple[Settings, list[str]]:
     """Return the settings of a training and what is worth saying about them, a clause each.
 
     Args:
@@ -110,6 +118,7 @@ def settings_for(
         overrides: "group.name=value", as typed.
         fidelity: "sane" or "aws"; None: the one that goes with the preset.
         metadata: The racer's car; the preset `aws` takes its `neural_network`.
+        algorithm: What learns.
 
     Raises:
         SettingError: An unknown preset or fidelity, or an override that is not legal.
@@ -118,20 +127,35 @@ def settings_for(
         raise SettingError(f"There is no preset '{preset}'. {nearest(preset, PRESETS)}")
     if fidelity is not None and fidelity not in FIDELITIES:
         raise SettingError(f"There is no fidelity '{fidelity}'. {nearest(fidelity, FIDELITIES)}")
-    settings, notes = preset_settings(preset, metadata)
+    settings, notes = preset_settings(preset, metadata, algorithm)
     settings = with_fidelity(settings, fidelity or FIDELITY_OF[preset], network_of(metadata))
     settings = apply_overrides(_with_json(settings, hyperparameters, notes), overrides)
     return fit_worlds_to_episodes(settle_precision(settings, notes), notes), notes
 
 
-def preset_settings(preset: str, metadata: ModelMetadata | None = None) -> tuple[TrainSettings, list[str]]:
+def default_settings(algorithm: Algorithm = PPO) -> Settings:
+    """Return the settings of the preset `fast`, which seeks the least wall time to skill on two cores."""
+    world = Settings(
+        race=RaceConfig(),
+        camera=CameraConfig(),
+        rollout=RolloutConfig(),
+        network=NetworkConfig(),
+        evaluation=EvaluationConfig(),
+        runtime=RuntimeConfig(),
+    )
+    return composed(world, algorithm)
+
+
+def preset_settings(
+    preset: str, metadata: ModelMetadata | None = None, algorithm: Algorithm = PPO
+) -> tuple[Settings, list[str]]:
     """Return a preset's settings for a car, and what is worth saying about them."""
     asked = metadata.neural_network if metadata is not None else SHALLOW
     if preset == "fast":
-        return TrainSettings(), [f"preset fast: its own small network is trained, not {asked}"]
-    settings = TrainSettings()
+        return default_settings(algorithm), [f"preset fast: its own small network is trained, not {asked}"]
+    settings = default_settings(algorithm)
     for group, values in AWS_VALUES.items():
-        settings = with_values(settings, group, values)
+        settings = with_values(settings, group, values) if group in settings else settings
     name = network_of(metadata)
     row = AWS_NETWORKS[name]
     filters, kernels, strides = zip(*row.convolutions, strict=True)
@@ -153,7 +177,7 @@ def network_of(metadata: ModelMetadata | None) -> str:
     return metadata.neural_network
 
 
-def with_fidelity(settings: TrainSettings, fidelity: str, network: str = SHALLOW) -> TrainSettings:
+def with_fidelity(settings: Settings, fidelity: str, network: str = SHALLOW) -> Settings:
     """Return the settings with the world's habits, and with what they ask of the learner's memory."""
     settings = with_values(settings, "race", {"fidelity": fidelity})
     cap = AWS_NETWORKS[network].memory_steps if habits(fidelity).memory_is_finite else None
@@ -172,7 +196,7 @@ def stops_given(hyperparameters: Hyperparameters) -> tuple[str, ...]:
     return () if given is None else (f"iterations={given}",)
 
 
-def _with_json(settings: TrainSettings, given: Hyperparameters, notes: list[str]) -> TrainSettings:
+def _with_json(settings: Settings, given: Hyperparameters, notes: list[str]) -> Settings:
     greedy = given.exploration_type == "e-greedy"
     for name in given.given:
         value = getattr(given, name)
@@ -180,6 +204,8 @@ def _with_json(settings: TrainSettings, given: Hyperparameters, notes: list[str]
             notes.append("exploration_type 'additive_noise' belongs to continuous actions; exploration is categorical")
         elif name in ("e_greedy_value", "epsilon_steps") and not greedy:
             notes.append(f"{name} changes nothing: exploration is categorical")
+        elif name in FROM_JSON and FROM_JSON[name][0] not in settings:
+            notes.append(f"{name} changes nothing: it belongs to PPO")
         elif name in FROM_JSON:
             group, setting = FROM_JSON[name]
             settings = with_values(settings, group, {setting: IN_OUR_WORDS.get(value, value)})
@@ -188,15 +214,17 @@ def _with_json(settings: TrainSettings, given: Hyperparameters, notes: list[str]
     return settings
 
 
-def settle_precision(settings: TrainSettings, notes: list[str]) -> TrainSettings:
+def settle_precision(settings: Settings, notes: list[str]) -> Settings:
     """Put what this processor multiplies fast in the place of the precision `auto`; bfloat16 is added to `notes`."""
+    if "ppo" not in settings:
+        return settings
     precision = settled(settings.ppo.precision)
     if settings.ppo.precision == "auto" and precision == "bfloat16":
         notes.append("layers multiply in bfloat16; --set ppo.precision=float32 is slower and exactly AWS's")
     return with_values(settings, "ppo", {"precision": precision})
 
 
-def fit_worlds_to_episodes(settings: TrainSettings, notes: list[str]) -> TrainSettings:
+def fit_worlds_to_episodes(settings: Settings, notes: list[str]) -> Settings:
     """Give every world the same quota of whole episodes: their number must divide the episodes of an iteration.
 
     A change is added to `notes`.

@@ -1,199 +1,159 @@
-"""Train on any registered Gymnasium environment, on the same loop as the cars. Begin with `train_gym`."""
+"""Train on any registered Gymnasium environment: what it brings along to the common road. Begin with `opened`."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import gymnasium
 
-from racecraft.contract.errors import UserInputError, nearest
-from racecraft.contract.world import EpisodeRecord, World
+from racecraft.algorithms.networks import NetworkConfig
+from racecraft.algorithms.ppo import PpoConfig
+from racecraft.algorithms.registry import Algorithm, find_algorithm
+from racecraft.contract.errors import SettingError, UserInputError, nearest
 from racecraft.envs.adapters.from_gymnasium import GymnasiumWorld
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import GreedyPolicy
-from racecraft.rollout.episodes import play_episodes
-from racecraft.rollout.statistics import summarise
-from racecraft.settings.groups import (
-    EvaluationConfig,
-    NetworkConfig,
-    PpoConfig,
-    RolloutConfig,
-    RuntimeConfig,
-    TrainSettings,
-)
+from racecraft.rollout.settings import RolloutConfig
+from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, from_dictionary
-from racecraft.training.callbacks import Listener, Verdict
-from racecraft.training.deepracer.presets import fit_worlds_to_episodes
+from racecraft.training.gymnasium.evaluator import ReturnEvaluator
 from racecraft.training.loop import Outcome
+from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
 from racecraft.training.resume import Say, open_to_resume
-from racecraft.training.stopping import Stop, parse_stops
-from racecraft.training.trainer import Course, resume, summary_of, train
+from racecraft.training.settings import EvaluationConfig, RuntimeConfig, composed
+from racecraft.training.stopping import SCORE, StopCondition, parse_stops
+from racecraft.training.trainer import Experiment, summary_of
 
 KIND = "gymnasium"
 """What job.json calls a run of a Gymnasium environment."""
-CONFIRMING_EPISODES = 100
-"""A score that meets the environment's threshold is confirmed over so many episodes, Gymnasium's own measure."""
 JUDGING_WORLDS = 20
-SEED_OF_JUDGING = 1_000_000_007
 
-VECTOR_SETTINGS = TrainSettings(
+WORLD_SETTINGS = Settings(
     rollout=RolloutConfig(num_worlds=8, horizon=32),
     network=NetworkConfig(hidden_units=(64, 64), activation="tanh"),
-    ppo=PpoConfig(learning_rate=1e-3, discount=0.98, gae_lambda=0.8, epochs=20, batch_size=256, entropy_weight=0.0),
     evaluation=EvaluationConfig(every=8, episodes=20, stable_after=1),
     runtime=RuntimeConfig(threads=1),
 )
 """Settings that serve small worlds of vectors. One thread: networks this small only wait for a second one."""
+TUNED: Mapping[str, Any] = {
+    "ppo": PpoConfig(learning_rate=1e-3, discount=0.98, gae_lambda=0.8, epochs=20, batch_size=256, entropy_weight=0.0),
+}
+"""What each algorithm learns small worlds with; one that is not here takes its own defaults."""
+TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {}
+"""Groups of WORLD_SETTINGS that an algorithm wants otherwise."""
 
 
 @dataclass(frozen=True)
-class GymRequest:
+class GymRequest(TrainRequest):
     """What was asked."""
 
+    kind: ClassVar[str] = KIND
     environment: str
     """A registered id, such as "CartPole-v1"."""
-    stops: tuple[str, ...] = ()
-    """As typed; none: the environment's own threshold where it has one, and minutes=30."""
-    run: Path | None = None
-    seed: int = 1
-    overrides: tuple[str, ...] = ()
-    clone_from: str | None = None
-    """RUN, RUN:best, RUN:last or RUN:N, whose weights the training begins with; None: fresh weights."""
 
 
 @dataclass(frozen=True)
-class TrainedGym:
-    """A training that ended, and where it lies."""
+class GymPlan:
+    """A request made definite."""
 
-    environment: str
+    request: GymRequest
+    algorithm: Algorithm
+    settings: Settings
+    stops: tuple[StopCondition, ...]
     seed: int
-    run: RunFolder
-    outcome: Outcome
-
-    def summary(self) -> dict[str, Any]:
-        """Return the figures of `racecraft gym train --json`."""
-        return {"environment": self.environment, **summary_of(self.outcome, self.run, self.seed)}
+    threshold: float | None
+    """The mean return that counts as solved; None where none does."""
+    notes: tuple[str, ...] = ()
 
 
-def train_gym(request: GymRequest, listener: Listener, say: Say = print) -> TrainedGym:
-    """Train until a stop holds.
+Request = GymRequest
 
-    Args:
-        request: What is trained.
-        listener: Watches the training.
-        say: Says a line to a person.
+
+def plan(request: GymRequest) -> GymPlan:
+    """Read and check what is asked.
 
     Raises:
-        UserInputError: No such environment, a space that cannot be learned, a setting or a stop that is not legal.
+        UserInputError: No such environment, a setting or a stop that is not legal.
     """
-    settings = fit_worlds_to_episodes(apply_overrides(VECTOR_SETTINGS, request.overrides), [])
+    algorithm = find_algorithm(request.algorithm)
+    settings = fit_worlds_to_episodes(apply_overrides(default_settings(algorithm), request.overrides))
     threshold = reward_threshold(request.environment)
     default_stops = ((f"score={threshold:g}",) if threshold is not None else ()) + ("minutes=30",)
-    with _course(request.environment, settings, parse_stops(request.stops or default_stops), request.seed) as course:
-        run, outcome = train(course, request.run, listener, say, request.clone_from)
-    return TrainedGym(request.environment, request.seed, run, outcome)
+    stops = parse_stops(request.stops or default_stops, SCORE)
+    return GymPlan(request, algorithm, settings, stops, 1 if request.seed is None else request.seed, threshold)
 
 
-def resume_gym(path: Path, stops: tuple[str, ...], listener: Listener, say: Say = print) -> TrainedGym:
-    """Go on with a run from its last whole iteration, as if it had never stopped.
+def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> GymPlan:
+    """Read from a run folder what it was asked for, so that it can go on.
 
     The world begins each copy's episode again and plays its actions up to where it was; an environment that then shows
     something else (its state hangs on more than seed and actions) begins its episodes anew, and that is said.
 
-    Args:
-        path: The run folder.
-        stops: New stops; none: those the run was begun with.
-        listener: Watches the training.
-        say: Says a line to a person.
-
     Raises:
-        RunFolderError: No run of a Gymnasium environment, or it is being trained.
+        RunFolderError: No run of a Gymnasium environment.
     """
-    run, job, notes = open_to_resume(path, KIND)
-    environment, seed = job["asked"]["environment"], job["seed"]
-    settings = from_dictionary(TrainSettings, job["settings"])
-    with _course(environment, settings, parse_stops(stops or job["asked"]["stops"]), seed, notes) as course:
-        outcome = resume(course, run, listener, say)
-    return TrainedGym(environment, seed, run, outcome)
+    _, job, notes = open_to_resume(path, KIND)
+    asked = job["asked"]
+    algorithm = find_algorithm(job.get("algorithm", DEFAULT_ALGORITHM))
+    request = GymRequest(asked["environment"], run=path, seed=job["seed"], algorithm=algorithm.name)
+    settings = from_dictionary(default_settings(algorithm), job["settings"])
+    conditions = parse_stops(stops or asked["stops"], SCORE)
+    threshold = reward_threshold(request.environment)
+    return GymPlan(request, algorithm, settings, conditions, job["seed"], threshold, notes)
 
 
 @contextlib.contextmanager
-def _course(
-    environment: str, settings: TrainSettings, stops: tuple[Stop, ...], seed: int, notes: tuple[str, ...] = ()
-) -> Iterator[Course]:
-    """Open the worlds that are learned and judged in; they are closed afterwards."""
-    threshold = reward_threshold(environment)
-    with contextlib.ExitStack() as opened:
+def opened(planned: GymPlan, say: Say) -> Iterator[Experiment]:
+    """Open the copies that are learned and judged in."""
+    environment, settings = planned.request.environment, planned.settings
+    with contextlib.ExitStack() as worlds:
         world = GymnasiumWorld(environment, settings.rollout.num_worlds)
-        opened.callback(world.close)
+        worlds.callback(world.close)
         judged = GymnasiumWorld(environment, min(settings.evaluation.episodes, JUDGING_WORLDS))
-        opened.callback(judged.close)
-        yield Course(
+        worlds.callback(judged.close)
+        yield Experiment(
             kind=KIND,
             world=world,
+            algorithm=planned.algorithm,
             settings=settings,
-            seed=seed,
-            stops=stops,
-            judge=lambda learner, _: ReturnJudge(
-                judged, GreedyPolicy(learner), settings.evaluation.episodes, threshold
+            seed=planned.seed,
+            stops=planned.stops,
+            evaluator=lambda learner, _: ReturnEvaluator(
+                judged, GreedyPolicy(learner), settings.evaluation.episodes, planned.threshold
             ),
             asked={"environment": environment},
-            card={"environment": environment},
+            metadata={"environment": environment},
             title=environment,
-            folder_name=environment.replace("/", "-"),
-            notes=notes,
-            lasting=None,
+            folder_name=environment.replace("/", "-").replace(":", "-"),
+            notes=planned.notes,
+            world_lasts=None,
         )
 
 
-class ReturnJudge:
-    """Judges by the mean return of greedy episodes.
+def summary(planned: GymPlan, run: RunFolder, outcome: Outcome) -> dict[str, Any]:
+    """Return the figures of `racecraft gym train --json`."""
+    return {"environment": planned.request.environment, **summary_of(outcome, run, planned.seed)}
 
-    Args:
-        world: Copies that are judged in.
-        policy: The judged policy.
-        episodes: How many episodes count.
-        threshold: The mean return that counts as solved; None where none does.
-    """
 
-    score_name = "return"
+def default_settings(algorithm: Algorithm) -> Settings:
+    """Return what small worlds of vectors are learned with."""
+    settings = WORLD_SETTINGS
+    for name, group in TUNED_WORLDS.get(algorithm.name, {}).items():
+        settings = settings.with_group(name, group)
+    return composed(settings, algorithm, TUNED.get(algorithm.name))
 
-    def __init__(self, world: World, policy: GreedyPolicy, episodes: int, threshold: float | None) -> None:
-        self._world, self._policy, self._episodes, self._threshold = world, policy, episodes, threshold
 
-    def score(self, episode: EpisodeRecord) -> float:
-        """Return an episode's return."""
-        return episode.reward
-
-    def is_full(self, episode: EpisodeRecord) -> bool:
-        """Tell whether one episode alone met the threshold."""
-        return self._threshold is not None and episode.reward >= self._threshold
-
-    def judge(self) -> Verdict:
-        """Play; a mean that meets the threshold is confirmed over CONFIRMING_EPISODES."""
-        episodes = self._play(self._episodes, SEED_OF_JUDGING)
-        if self._meets(episodes) and len(episodes) < CONFIRMING_EPISODES:
-            episodes += self._play(CONFIRMING_EPISODES - len(episodes), SEED_OF_JUDGING + 1)
-        summary = summarise(episodes)
-        details = {
-            "episodes": summary.episodes,
-            "mean_return": summary.mean_reward,
-            "std_return": summary.std_reward,
-            "mean_steps": summary.mean_steps,
-            "threshold": self._threshold,
-        }
-        return Verdict(summary.mean_reward, self._meets(episodes), details=details)
-
-    def _play(self, count: int, seed: int) -> list[EpisodeRecord]:
-        each = -(-count // self._world.spec.num_worlds)
-        return play_episodes(self._policy, self._world, episodes_each=each, seed=seed)[:count]
-
-    def _meets(self, episodes: list[EpisodeRecord]) -> bool:
-        return self._threshold is not None and summarise(episodes).mean_reward >= self._threshold
+def fit_worlds_to_episodes(settings: Settings) -> Settings:
+    """Give every world the same quota of whole episodes: their number must divide the episodes of an iteration."""
+    episodes, worlds = settings.rollout.episodes_per_iteration, settings.rollout.num_worlds
+    if episodes is None or episodes % worlds == 0:
+        return settings
+    fitting = max(count for count in range(1, min(episodes, worlds) + 1) if episodes % count == 0)
+    return settings.with_group("rollout", replace(settings.rollout, num_worlds=fitting))
 
 
 def reward_threshold(environment: str) -> float | None:
@@ -204,6 +164,11 @@ def reward_threshold(environment: str) -> float | None:
     """
     try:
         return gymnasium.spec(environment).reward_threshold
+    except ModuleNotFoundError as error:
+        raise SettingError(
+            f"{environment}: there is no module '{error.name}'; expected the package that registers the environment, "
+            "installed or in this folder."
+        ) from error
     except gymnasium.error.Error as error:
         known = sorted(gymnasium.registry)
         raise UserInputError(

@@ -1,32 +1,33 @@
 """Who judges a policy in a Unity scene: greedy episodes in a player of its own, or the training episodes themselves.
 
-Begin with `SceneJudge`. Its player stays open, for starting one takes seconds. A RESET need not put an agent back, so
-from the second judgement on each agent's first episode, perhaps half told, is left out. The Editor is one player only;
-there `TrainingEpisodesJudge` takes what was told anyway.
+Begin with `SceneEvaluator`. Its player stays open, for starting one takes seconds. A RESET need not put an agent back,
+so from the second judgement on each agent's first episode, perhaps half told, is left out. The Editor is one player
+only; there `TrainingEpisodesEvaluator` takes what was told anyway.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, EpisodeRecord, StepBuffers, World
 from racecraft.envs.unity.world import UnityWorld
 from racecraft.formats.checkpoint import save_state
-from racecraft.players.trained import GreedyPolicy
+from racecraft.rollout.episodes import CUT, play_episodes
 from racecraft.rollout.statistics import summarise
-from racecraft.training.bounded_episodes import CUT, play_bounded
-from racecraft.training.callbacks import Verdict
+from racecraft.training.callbacks import EvaluationResult
+from racecraft.training.stopping import SCORE
 
 OBSERVATIONS_KEPT = 256
 SHORTEST_PATIENCE, PATIENCE = 200, 3
 """A judged episode may last so many ticks, or so many times the longest training episode, whichever is more."""
 
 
-class SceneJudge:
+class SceneEvaluator:
     """Judges by the mean return of greedy episodes in a player of its own.
 
     Args:
@@ -38,71 +39,87 @@ class SceneJudge:
     """
 
     score_name = "return"
+    stop_kinds = SCORE
 
     def __init__(
-        self, world: UnityWorld, policy: GreedyPolicy, episodes: int, threshold: float | None, observations: Path
+        self, world: UnityWorld, policy: Policy, episodes: int, threshold: float | None, observations: Path
     ) -> None:
         self._world, self._policy, self._episodes, self._threshold = world, policy, episodes, threshold
         self._file, self._judgements, self._longest = observations, 0, 0
 
     def score(self, episode: EpisodeRecord) -> float:
-        """Return an episode's return, and learn how long training episodes get."""
-        self._longest = max(self._longest, episode.steps)
+        """Return an episode's return."""
         return episode.reward
 
-    def is_full(self, episode: EpisodeRecord) -> bool:
+    def watch(self, episodes: Sequence[EpisodeRecord]) -> None:
+        """Learn how long training episodes get."""
+        self._longest = max([self._longest, *(episode.steps for episode in episodes)])
+
+    def confirm(self) -> bool:
+        """An evaluation is all the proof there is."""
+        return True
+
+    def goal_reached(self, episode: EpisodeRecord) -> bool:
         """Tell whether one episode alone met the threshold."""
         return self._threshold is not None and episode.reward >= self._threshold
 
-    def judge(self) -> Verdict:
+    def evaluate(self) -> EvaluationResult:
         """Play; keep what was seen. A policy that never comes to an end is cut, or it would be judged for ever."""
         rows = self._world.spec.num_worlds
         each, spare = -(-self._episodes // rows), int(self._judgements > 0)
         recorder = Recorder(self._world.rows_of)
-        counted = play_bounded(
+        counted = play_episodes(
             self._policy,
             self._world,
             episodes_each=each,
             spare=spare,
             max_ticks=(each + spare) * max(SHORTEST_PATIENCE, PATIENCE * self._longest),
             seed=self._judgements,
-            observe=recorder,
+            observers=[recorder],
         )
         self._judgements += 1
         save_state(self._file, recorder.rows())
-        return verdict_on(counted, self._threshold, self._world.rows_of)
+        return result_of(counted, self._threshold, self._world.rows_of)
 
 
-class TrainingEpisodesJudge:
+class TrainingEpisodesEvaluator:
     """Judges by the training episodes since the judgement before, where no second player can be had."""
 
     score_name = "return"
+    stop_kinds = SCORE
 
     def __init__(self, threshold: float | None, rows_of: Mapping[str, slice] | None = None) -> None:
         self._threshold, self._rows_of = threshold, rows_of or {}
         self._told: list[EpisodeRecord] = []
-        self._before = Verdict(float("-inf"), False, details={"episodes": 0})
+        self._before = EvaluationResult(float("-inf"), False, details={"episodes": 0})
 
     def score(self, episode: EpisodeRecord) -> float:
-        """Return an episode's return, and keep the episode for the next judgement."""
-        self._told.append(episode)
+        """Return an episode's return."""
         return episode.reward
 
-    def is_full(self, episode: EpisodeRecord) -> bool:
+    def watch(self, episodes: Sequence[EpisodeRecord]) -> None:
+        """Keep the episodes for the next evaluation."""
+        self._told += episodes
+
+    def confirm(self) -> bool:
+        """An evaluation is all the proof there is."""
+        return True
+
+    def goal_reached(self, episode: EpisodeRecord) -> bool:
         """Tell whether one episode alone met the threshold."""
         return self._threshold is not None and episode.reward >= self._threshold
 
-    def judge(self) -> Verdict:
+    def evaluate(self) -> EvaluationResult:
         """Take the mean; without an episode the judgement before stands."""
         if self._told:
-            self._before = verdict_on(self._told, self._threshold, self._rows_of)
+            self._before = result_of(self._told, self._threshold, self._rows_of)
             self._told = []
         return self._before
 
 
-def verdict_on(
+def result_of(
     episodes: list[EpisodeRecord], threshold: float | None, rows_of: Mapping[str, slice] | None = None
-) -> Verdict:
+) -> EvaluationResult:
     """Return what episodes came to; of several behaviors the score is the mean of their mean returns.
 
     Args:
@@ -129,7 +146,12 @@ def verdict_on(
             name: {"episodes": told.episodes, "mean_return": told.mean_reward} for name, told in each.items()
         }
         score = details["mean_return"] = float(np.mean([told.mean_reward for told in each.values() if told.episodes]))
-    return Verdict(score, threshold is not None and score >= threshold, details=details)
+    return EvaluationResult(
+        score,
+        threshold is not None and score >= threshold,
+        threshold is not None and any(episode.reward >= threshold for episode in episodes),
+        details=details,
+    )
 
 
 class Recorder:

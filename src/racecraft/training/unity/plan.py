@@ -7,28 +7,27 @@ goes on from there.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
+from racecraft.algorithms.networks import NetworkConfig
+from racecraft.algorithms.ppo import PpoConfig
+from racecraft.algorithms.registry import Algorithm, find_algorithm
 from racecraft.contract.errors import RunFolderError, UserInputError
 from racecraft.envs.unity.behaviors import Behavior
 from racecraft.envs.unity.builds import Build, find_build
 from racecraft.envs.unity.trainer_words import words_of
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.unity.trainer_yaml import TrainerConfig, read_trainer_yaml
-from racecraft.settings.groups import (
-    EvaluationConfig,
-    NetworkConfig,
-    PpoConfig,
-    RolloutConfig,
-    RuntimeConfig,
-    TrainSettings,
-)
+from racecraft.rollout.settings import RolloutConfig
+from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, from_dictionary
+from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
 from racecraft.training.resume import open_to_resume
-from racecraft.training.stopping import Stop, parse_stops
+from racecraft.training.settings import EvaluationConfig, RuntimeConfig, composed
+from racecraft.training.stopping import SCORE, StopCondition, parse_stops
 
 KIND = "unity"
 """What job.json calls a run of a Unity scene."""
@@ -38,40 +37,43 @@ BASIC_SCORE = 0.92
 TRAINER_FILE = "trainer.yaml"
 """ML-Agents' configuration, as it was, in the run folder."""
 
-UNITY_SETTINGS = TrainSettings(
+WORLD_SETTINGS = Settings(
     rollout=RolloutConfig(num_worlds=32, horizon=64),
     network=NetworkConfig(hidden_units=(64, 64), activation="tanh"),
-    ppo=PpoConfig(learning_rate=1e-3, discount=0.99, gae_lambda=0.95, epochs=4, batch_size=256, entropy_weight=0.005),
     evaluation=EvaluationConfig(every=5, episodes=20, stable_after=1),
     runtime=RuntimeConfig(threads=1),
 )
 """Settings for small scenes. One thread: networks this small only wait for a second one."""
-BASIC_OVERRIDES = ("rollout.horizon=32", "ppo.learning_rate=3e-3", "ppo.discount=0.95", "evaluation.every=3")
+TUNED: Mapping[str, Any] = {
+    "ppo": PpoConfig(
+        learning_rate=1e-3, discount=0.99, gae_lambda=0.95, epochs=4, batch_size=256, entropy_weight=0.005
+    ),
+}
+"""What each algorithm learns small scenes with."""
+BASIC_OVERRIDES = ("rollout.horizon=32", "evaluation.every=3")
+BASIC_PPO = ("ppo.learning_rate=3e-3", "ppo.discount=0.95")
 """What Basic learns soonest with: its episodes are short."""
 
 
 @dataclass(frozen=True)
-class UnityRequest:
-    """What was asked."""
+class UnityRequest(TrainRequest):
+    """What was asked.
 
+    Where it names no stop: score=0.92 for builtin:Basic, and the configuration's max_steps or minutes=30; where it
+    names no seed: the configuration's, or 1.
+    """
+
+    kind: ClassVar[str] = KIND
     build: str | None = None
     """What `find_build` understands; None: the configuration's env_path."""
     config: Path | None = None
     """ML-Agents' trainer configuration."""
     behavior: str | None = None
     """Which behavior learns, where the scene has several; None: those that the configuration names, else all."""
-    stops: tuple[str, ...] = ()
-    """As typed; none: score=0.92 for builtin:Basic, and the configuration's max_steps or minutes=30."""
-    run: Path | None = None
-    seed: int | None = None
-    """None: the configuration's, or 1."""
-    overrides: tuple[str, ...] = ()
     graphics: bool | None = None
     """Whether the player opens a window; None: as the configuration says, else none."""
     max_agents: int | None = None
     """Rows kept for the agents of a behavior in one player; None: as many as ask first."""
-    clone_from: str | None = None
-    """RUN, RUN:best, RUN:last or RUN:N, whose weights the training begins with; None: fresh weights."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,8 @@ class UnityPlan:
     build_name: str
     build: Build
     seed: int
-    settings: TrainSettings
+    algorithm: Algorithm
+    settings: Settings
     """The defaults and what was typed; a resumed run's own, whole."""
     begun: RunFolder | None = None
     """The run to go on with."""
@@ -132,10 +135,11 @@ def plan_unity(request: UnityRequest) -> UnityPlan:
             "no build is named; expected BUILD, or env_path in the configuration's env_settings. "
             "Try: racecraft unity train builtin:Basic"
         )
-    parse_stops(request.stops)
-    settings = apply_overrides(defaults_for(build_name), request.overrides)
+    parse_stops(request.stops, SCORE)
+    algorithm = find_algorithm(request.algorithm)
+    settings = apply_overrides(defaults_for(build_name, algorithm), request.overrides)
     seed = request.seed if request.seed is not None else 1 if config.seed is None else config.seed
-    return UnityPlan(request, config, _lasting_name(build_name), find_build(build_name), seed, settings)
+    return UnityPlan(request, config, _lasting_name(build_name), find_build(build_name), seed, algorithm, settings)
 
 
 def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> UnityPlan:
@@ -165,15 +169,17 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> UnityPlan:
         seed=job["seed"],
         graphics=asked.get("graphics"),
         max_agents=asked.get("max_agents"),
+        algorithm=job.get("algorithm", DEFAULT_ALGORITHM),
     )
     config = read_trainer_yaml(copy) if request.config else TrainerConfig({})
-    settings = from_dictionary(TrainSettings, job["settings"])
+    algorithm = find_algorithm(request.algorithm)
+    settings = from_dictionary(defaults_for(asked["build"], algorithm), job["settings"])
     return UnityPlan(
-        request, config, asked["build"], find_build(asked["build"]), job["seed"], settings, run, notes
-    )  # fmt: skip
+        request, config, asked["build"], find_build(asked["build"]), job["seed"], algorithm, settings, run, notes
+    )
 
 
-def stops_for(request: UnityRequest, max_steps: int | None, build_name: str) -> tuple[Stop, ...]:
+def stops_for(request: UnityRequest, max_steps: int | None, build_name: str) -> tuple[StopCondition, ...]:
     """Return when a training ends: what was typed, else the defaults; a configuration's max_steps always counts.
 
     >>> [str(stop) for stop in stops_for(UnityRequest(stops=("minutes=2",)), 5000, BASIC)]
@@ -188,12 +194,20 @@ def stops_for(request: UnityRequest, max_steps: int | None, build_name: str) -> 
         told.append(f"steps={max_steps}")
     elif not request.stops:
         told.append("minutes=30")
-    return parse_stops(told)
+    return parse_stops(told, SCORE)
 
 
-def defaults_for(build_name: str) -> TrainSettings:
+def default_settings(algorithm: Algorithm) -> Settings:
+    """Return what a training of a scene that is not known runs with where nothing is said."""
+    return composed(WORLD_SETTINGS, algorithm, TUNED.get(algorithm.name))
+
+
+def defaults_for(build_name: str, algorithm: Algorithm) -> Settings:
     """Return what a training runs with where nothing is said."""
-    return apply_overrides(UNITY_SETTINGS, BASIC_OVERRIDES if build_name == BASIC else ())
+    settings = default_settings(algorithm)
+    if build_name != BASIC:
+        return settings
+    return apply_overrides(settings, (*BASIC_OVERRIDES, *(BASIC_PPO if algorithm.name == "ppo" else ())))
 
 
 def _lasting_name(build_name: str) -> str:

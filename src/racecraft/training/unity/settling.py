@@ -7,15 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
+from racecraft.algorithms.registry import Algorithm
 from racecraft.contract.errors import RunFolderError
 from racecraft.envs.unity.behaviors import Behavior, card_of
 from racecraft.envs.unity.cards import behaviors_in
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
-from racecraft.settings.groups import TrainSettings
-from racecraft.settings.overrides import apply_overrides, with_values
-from racecraft.training.unity.plan import UNITY_SETTINGS, UnityPlan, defaults_for
+from racecraft.settings.composition import Settings
+from racecraft.settings.overrides import apply_overrides, as_dictionary, from_dictionary, with_values
+from racecraft.training.unity.plan import WORLD_SETTINGS, UnityPlan, defaults_for
 
 SMALL_CONVOLUTIONS: dict[str, tuple[int, ...]] = {
     "conv_filters": (16, 32),
@@ -29,7 +31,7 @@ SMALL_CONVOLUTIONS: dict[str, tuple[int, ...]] = {
 class Settled:
     """The settings of a training, the scene heard."""
 
-    each: Mapping[str, TrainSettings]
+    each: Mapping[str, Settings]
     """Of every behavior that learns, by its name without the team: networks and learners may differ."""
     notes: tuple[str, ...]
     """What is worth saying before the first tick, a clause each."""
@@ -37,9 +39,16 @@ class Settled:
     """Where the configuration ends the training; of several behaviors added up."""
 
     @property
-    def shared(self) -> TrainSettings:
+    def shared(self) -> Settings:
         """What all go by: rollout, evaluation, runtime (and the network and learner of the first)."""
         return next(iter(self.each.values()))
+
+
+def own_groups(settled: Settled, algorithm: Algorithm) -> dict[str, dict[str, dict[str, Any]]]:
+    """Return the groups of settings that each behavior has for itself, as plain values."""
+    own = ("network", algorithm.group)
+    told = {base: as_dictionary(settings) for base, settings in settled.each.items()}
+    return {base: {name: groups[name] for name in own if name in groups} for base, groups in told.items()}
 
 
 def settle(plan: UnityPlan, behaviors: Sequence[Behavior], rows_of: Mapping[str, slice]) -> Settled:
@@ -85,20 +94,20 @@ def _notes_on(plan: UnityPlan, behaviors: Sequence[Behavior], rows: int) -> list
     if len(behaviors) > 1:
         names = ", ".join(behavior.base_name for behavior in behaviors)
         notes.append(f"{names} learn side by side, each from its own agents; --behavior chooses one")
-    if plan.settings.rollout.num_worlds not in (rows, UNITY_SETTINGS.rollout.num_worlds):
+    if plan.settings.rollout.num_worlds not in (rows, WORLD_SETTINGS.rollout.num_worlds):
         notes.append(f"rollout.num_worlds is {rows}: the scene has so many agents")
     return notes
 
 
-def _settings_for(plan: UnityPlan, behavior: Behavior, agents: int) -> tuple[TrainSettings, tuple[str, ...]]:
-    defaults, notes = _with_room_for(behavior, defaults_for(plan.build_name))
+def _settings_for(plan: UnityPlan, behavior: Behavior, agents: int) -> tuple[Settings, tuple[str, ...]]:
+    defaults, notes = _with_room_for(behavior, defaults_for(plan.build_name, plan.algorithm))
     told = plan.config.behavior(behavior.name).overrides(agents)
     if plan.config.device is not None:
         told = (*told, f"runtime.device={plan.config.device}")
     return apply_overrides(defaults, (*told, *plan.request.overrides)), notes
 
 
-def _with_room_for(behavior: Behavior, settings: TrainSettings) -> tuple[TrainSettings, tuple[str, ...]]:
+def _with_room_for(behavior: Behavior, settings: Settings) -> tuple[Settings, tuple[str, ...]]:
     """Return the settings with convolutions that find room in the smallest picture, and what is worth saying."""
     sides = [min(sensor.shape[:2]) for sensor in behavior.sensors if sensor.is_picture]
     network = settings.network
@@ -122,10 +131,10 @@ def _fits(side: int, kernels: tuple[int, ...], strides: tuple[int, ...]) -> bool
 
 def _settings_of_begun(
     plan: UnityPlan, run: RunFolder, behaviors: Sequence[Behavior], rows: int
-) -> dict[str, TrainSettings]:
+) -> dict[str, Settings]:
     """Return the settings that a run was begun with, of each behavior, if the scene is still what it was."""
-    _, card = Checkpoints(run.checkpoints).load_policy("last")
-    then = behaviors_in(card)
+    _, metadata = Checkpoints(run.checkpoints).load_policy("last")
+    then = behaviors_in(metadata)
     if list(then) != [behavior.base_name for behavior in behaviors]:
         here = ", ".join(behavior.base_name for behavior in behaviors)
         raise RunFolderError(
@@ -145,4 +154,4 @@ def _settings_of_begun(
             f"{run.path}: was begun with {plan.settings.rollout.num_worlds} agents and the scene has {rows} now; "
             "expected as many. Give back the build, or begin a new run with --from."
         )
-    return {base: settings for base, (_, settings) in then.items()}
+    return {base: from_dictionary(plan.settings, own) for base, (_, own) in then.items()}

@@ -40,7 +40,7 @@ from racecraft.formats.aws.training_metrics import (
 from racecraft.formats.aws.training_params import write_params
 from racecraft.formats.whole import make_folder, write_on, write_whole
 from racecraft.training.background import Background
-from racecraft.training.callbacks import IterationReport, Verdict
+from racecraft.training.callbacks import EvaluationResult, IterationReport
 from racecraft.training.deepracer.aws.block import Block
 from racecraft.training.deepracer.aws.episodes import STATUSES, EpisodeCutter
 from racecraft.training.deepracer.aws.setup import AwsSetup
@@ -189,7 +189,7 @@ class AwsFiles:
 
     def _take_evaluation(self, report: IterationReport) -> None:
         """Put the laps of an evaluation behind the latest training row; before the first they wait for it."""
-        laps = report.verdict.details.get("laps") if report.verdict else None
+        laps = report.result.details.get("laps") if report.result else None
         self._held += [laps] if laps else []
         if not self._rows:
             return
@@ -217,7 +217,7 @@ class AwsFiles:
         )
         line = update_line(surrogate, divergence, entropy, (values.num_epochs or 1) - 1, values.lr or 0.0)
         block.lines += [line, checkpoint_line(report.iteration, report.steps)]
-        metric = _metric_of(report.verdict, self._setup.best_model_metric) if report.verdict else None
+        metric = _metric_of(report.result, self._setup.best_model_metric) if report.result else None
         self._marks["last"] = CheckpointMark(report.iteration, report.steps, metric, round(time.time(), 3))
         if report.is_best or "best" not in self._marks:
             self._marks["best"] = self._marks["last"]
@@ -302,7 +302,7 @@ class AwsFiles:
                 path.unlink(missing_ok=True)
 
 
-def _metric_of(verdict: Verdict, best_by: str) -> float:
+def _metric_of(result: EvaluationResult, best_by: str) -> float:
     """Return what AWS calls `avg_eval_metric`: mean progress, mean reward, or mean milliseconds of a lap."""
-    merit = verdict.score if verdict.merit is None else verdict.merit
+    merit = result.selection_metric[0]
     return -merit if best_by == "laptime" else merit

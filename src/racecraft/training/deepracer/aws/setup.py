@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from racecraft.formats.aws.hyperparameters import Hyperparameters
 from racecraft.formats.aws.model_metadata import ModelMetadata
 from racecraft.formats.aws.run_env_variables import BY_NAME
-from racecraft.settings.groups import TrainSettings
+from racecraft.settings.composition import Settings
 
 EPISODES_PER_ITERATION = 20
 """AWS's own number of episodes between trainings, where nobody gives another."""
@@ -65,7 +66,7 @@ class AwsSetup:
 
 def aws_setup(
     world_name: str,
-    settings: TrainSettings,
+    settings: Settings,
     metadata: ModelMetadata,
     given: Hyperparameters,
     model_name: str = "racecraft",
@@ -90,29 +91,31 @@ def aws_setup(
     )
 
 
-def used_hyperparameters(settings: TrainSettings, given: Hyperparameters) -> Hyperparameters:
+def used_hyperparameters(settings: Settings, given: Hyperparameters) -> Hyperparameters:
     """Return the hyperparameters as they are used, the rest from the racer's file or the template."""
-    ppo = settings.ppo
+    learner = next((group for name in settings if hasattr(group := getattr(settings, name), "learning_rate")), None)
     other = {name: getattr(given, name) for name in TEMPLATE.given if getattr(given, name) is not None}
+
+    def used(ours: str, theirs: str) -> Any:
+        return getattr(learner, ours, getattr(given, theirs))
+
     return replace(
         TEMPLATE,
         **other,
-        batch_size=ppo.batch_size,
-        beta_entropy=ppo.entropy_weight,
-        discount_factor=ppo.discount,
-        loss_type="huber" if ppo.value_loss == "huber" else "mean squared error",
-        lr=ppo.learning_rate,
+        batch_size=used("batch_size", "batch_size"),
+        beta_entropy=used("entropy_weight", "beta_entropy"),
+        discount_factor=used("discount", "discount_factor"),
+        loss_type="huber" if getattr(learner, "value_loss", "huber") == "huber" else "mean squared error",
+        lr=used("learning_rate", "lr"),
         num_episodes_between_training=settings.rollout.episodes_per_iteration
         or given.num_episodes_between_training
         or EPISODES_PER_ITERATION,
-        num_epochs=ppo.epochs,
+        num_epochs=used("epochs", "num_epochs"),
         unknown=given.unknown,
     )
 
 
-def training_params(
-    world_name: str, settings: TrainSettings, model_name: str, env: Mapping[str, str]
-) -> dict[str, str]:
+def training_params(world_name: str, settings: Settings, model_name: str, env: Mapping[str, str]) -> dict[str, str]:
     """Return what DeepRacer for Cloud would tell its simulator, in its own words."""
     car_name = env.get("DR_CAR_NAME", BY_NAME["DR_CAR_NAME"].default)
     words = {

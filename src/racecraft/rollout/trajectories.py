@@ -2,49 +2,51 @@
 
 Row t holds what was seen before tick t, what was decided, and what the tick brought. There is one row more of what
 worlds show *after* a tick (observations, `active`, masks) than of what a tick brings; the last of them opens the next
-rollout. Frames stay in the type the world gives them, uint8 for cameras. Final observations are not kept: one place per
-car is enough, for their values are taken at once.
+rollout. Frames stay in the type the world gives them, uint8 for cameras. Final observations are sparse: only those of
+episodes that were cut are kept, each once.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from racecraft.algorithms.rollout_batch import Experience
-from racecraft.contract.world import Array, ContinuousActions, StepBuffers, WorldSpec, allocate
+from racecraft.algorithms.rollout_batch import RolloutBatch
+from racecraft.contract.world import Array, ArraySpec, StepBuffers, WorldSpec, allocate
 
 
-class RolloutBuffer:
+class Trajectories:
     """T ticks of N worlds of M agents.
 
     Args:
         spec: The world's promise.
         ticks: T; `grow` makes room for more.
+        columns: What the learner notes of each decision.
 
     `views[t]`, for t from 0 to T, is where the world writes what begins row t.
     """
 
-    def __init__(self, spec: WorldSpec, ticks: int) -> None:
-        self.spec = spec
+    def __init__(self, spec: WorldSpec, ticks: int, columns: Mapping[str, ArraySpec]) -> None:
+        self.spec, self._columns = spec, dict(columns)
         self.scratch = allocate(spec)
         self._shape = (spec.num_worlds, spec.num_agents)
+        self._finals: list[tuple[int, Array, dict[str, Array]]] = []
         self._make(ticks)
 
     def _make(self, ticks: int) -> None:
         spec, rows = self.spec, self._shape
         self.ticks = ticks
-        actions = spec.actions
-        width = (len(actions.low),) if isinstance(actions, ContinuousActions) else ()
         kept, seen = (ticks, *rows), (ticks + 1, *rows)
         self.observations = {name: np.zeros(seen + part.shape, part.dtype) for name, part in spec.observations.items()}
         self.active = np.ones(seen, bool)
         self.action_mask = None
         if self.scratch.action_mask is not None:
             self.action_mask = np.ones((ticks + 1, *self.scratch.action_mask.shape), bool)
-        self.samples = np.zeros(kept + width, np.float32 if width else np.int64)
-        self.log_prob, self.value, self.reward, self.final_value = (np.zeros(kept, np.float32) for _ in range(4))
+        self.actions = np.zeros(kept + spec.actions.shape, spec.actions.dtype)
+        self.columns = {name: np.zeros(kept + part.shape, part.dtype) for name, part in self._columns.items()}
+        self.reward = np.zeros(kept, np.float32)
         self.terminated, self.truncated = np.zeros(kept, bool), np.zeros(kept, bool)
         self.learn = np.ones(kept, bool)
         """bool (T, N, M): False keeps a row out of learning although the world obeyed it (a quota that is full)."""
@@ -62,46 +64,65 @@ class RolloutBuffer:
             action_mask=None if self.action_mask is None else self.action_mask[t],
         )
 
+    def begin(self) -> None:
+        """Forget the final observations of the rollout before."""
+        self._finals.clear()
+
     def carry_over(self, t: int) -> None:
         """Let row t open the next rollout: copy what the worlds show there to row 0."""
         if t:
             copy_shown(self.views[t], self.views[0])
 
+    def keep_finals(self, t: int, then: StepBuffers) -> None:
+        """Keep the last observations of episodes that tick t cut short; value still follows from them."""
+        cut = (then.truncated & ~then.terminated).reshape(-1)
+        if cut.any():
+            rows = np.flatnonzero(cut)
+            final = {name: array.reshape(-1, *array.shape[2:])[rows] for name, array in then.final_observations.items()}
+            self._finals.append((t, rows, final))
+
     def grow(self, ticks: int) -> None:
         """Make room for `ticks` rows and keep what stands in the present ones."""
         before, old = self.ticks, dict(vars(self))
         self._make(ticks)
-        for name, array in old["observations"].items():
-            self.observations[name][: before + 1] = array
+        for name in ("observations", "columns"):
+            last = before + 1 if name == "observations" else before
+            for part, array in old[name].items():
+                getattr(self, name)[part][:last] = array
         for name in ("active", "action_mask"):
             if old[name] is not None:
                 getattr(self, name)[: before + 1] = old[name]
-        for name in ("samples", "log_prob", "value", "reward", "final_value", "terminated", "truncated", "learn"):
+        for name in ("actions", "reward", "terminated", "truncated", "learn"):
             getattr(self, name)[:before] = old[name]
 
-    def experience(self, ticks: int, last_value: Array) -> Experience:
-        """Return the first `ticks` rows for a learner, worlds and agents as R = N * M rows. Views, no copies.
-
-        Args:
-            ticks: How many rows were filled.
-            last_value: float32 (R,), of what is shown after the last of them.
-        """
+    def batch(self, ticks: int) -> RolloutBatch:
+        """Return the first `ticks` rows for a learner, worlds and agents as R = N * M rows. Views, no copies."""
 
         def rows(array: Array) -> Array:
             return array[:ticks].reshape(ticks, -1, *array.shape[3:])
 
-        return Experience(
+        def last(array: Array) -> Array:
+            return array[ticks].reshape(-1, *array.shape[3:])
+
+        width = self._shape[0] * self._shape[1]
+        return RolloutBatch(
             observations={name: rows(array) for name, array in self.observations.items()},
-            samples=rows(self.samples),
-            log_prob=rows(self.log_prob),
-            value=rows(self.value),
+            actions=rows(self.actions),
             reward=rows(self.reward),
             terminated=rows(self.terminated),
             truncated=rows(self.truncated),
             active=rows(self.active) & rows(self.learn),
-            final_value=rows(self.final_value),
-            last_value=last_value,
+            last_observations={name: last(array) for name, array in self.observations.items()},
+            last_active=last(self.active),
+            columns={name: rows(array) for name, array in self.columns.items()},
             action_mask=None if self.action_mask is None else rows(self.action_mask),
+            last_action_mask=None if self.action_mask is None else last(self.action_mask),
+            final_index=np.concatenate([t * width + at for t, at, _ in self._finals] or [np.zeros(0, np.int64)]),
+            final_observations={
+                name: np.concatenate([final[name] for _, _, final in self._finals]) for name in self.observations
+            }
+            if self._finals
+            else {},
         )
 
 

@@ -1,0 +1,68 @@
+"""The greedy policy of an actor network: the likeliest action, every time. Begin with `ActorPolicy`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import torch
+from torch import Tensor
+
+from racecraft.algorithms.distributions import GAUSSIAN, Categorical, Distribution, distribution_for
+from racecraft.algorithms.networks import ActorCritic, architecture_from
+from racecraft.algorithms.policy_spec import PolicySpec
+from racecraft.contract.world import Array
+
+
+class ActorPolicy:
+    """The likeliest action for what is seen; nothing privileged is asked. It follows its network, which may learn on.
+
+    Args:
+        network: Gives the parameters of the actions.
+        distribution: What they mean.
+    """
+
+    def __init__(self, network: ActorCritic, distribution: Distribution) -> None:
+        self.network, self.distribution = network, distribution
+
+    @torch.inference_mode()
+    def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
+        """Return actions (R, *action shape)."""
+        raw, _ = self.distribution.mode(self._params(observations), self.network.log_std, self._mask(action_mask))
+        return self.distribution.to_actions(raw).cpu().numpy()
+
+    @torch.inference_mode()
+    def sample(self, observations: Mapping[str, Array], action_mask: Array | None, generator: torch.Generator) -> Array:
+        """Return actions (R, *action shape) drawn by their probability."""
+        params, mask = self._params(observations), self._mask(action_mask)
+        raw, _ = self.distribution.sample(params, self.network.log_std, mask, generator)
+        return self.distribution.to_actions(raw).cpu().numpy()
+
+    @torch.inference_mode()
+    def probabilities(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
+        """Return how likely each of A choices is, float32 (R, A); discrete actions only."""
+        assert isinstance(self.distribution, Categorical), "only single choices have probabilities"
+        return self.distribution.probabilities(self._params(observations), self._mask(action_mask)).cpu().numpy()
+
+    def forget(self, rows: Array) -> None:
+        """Nothing is remembered from tick to tick."""
+
+    @property
+    def _device(self) -> torch.device:
+        return next(self.network.parameters()).device
+
+    def _params(self, observations: Mapping[str, Array]) -> Tensor:
+        names = self.network.policy_body.names
+        return self.network.policy({name: torch.from_numpy(observations[name]).to(self._device) for name in names})
+
+    def _mask(self, action_mask: Array | None) -> Tensor | None:
+        return None if action_mask is None else torch.from_numpy(action_mask).to(self._device)
+
+
+def load_actor_policy(spec: PolicySpec, weights: Mapping[str, Tensor]) -> ActorPolicy:
+    """Return the policy that a spec and its weights describe."""
+    floor, numbers = spec.network.get("probability_floor", 0.0), spec.network.get("distribution", GAUSSIAN)
+    network = ActorCritic(
+        spec.observations, spec.actions, architecture_from(spec.network), torch.Generator().manual_seed(0)
+    )
+    network.load_state_dict(dict(weights))
+    return ActorPolicy(network, distribution_for(spec.actions, floor, numbers))

@@ -1,0 +1,128 @@
+"""What a learner promises the loop, the collector and the files. Begin with `Learner`.
+
+The loop turns `collect → update → evaluate → write` and knows no algorithm. A learner decides (`act`), notes what it
+will want to know again (`columns`), learns from what was collected (`update`) and tells all of itself (`state_dict`).
+What it is fed, it says in `eats`:
+
+    ROLLOUT   the latest T ticks of R rows, once: `update(RolloutBatch)`
+    EPISODES  the same, made of whole episodes
+    REPLAY    whatever was seen, again and again: `update(ReplaySampler)`
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import torch
+from torch import Tensor
+
+from racecraft.algorithms.policy_spec import PolicySpec
+from racecraft.algorithms.rollout_batch import RolloutBatch
+from racecraft.contract.errors import RacecraftError
+from racecraft.contract.world import Array, ArraySpec, WorldSpec
+
+ROLLOUT, EPISODES, REPLAY = "rollout", "episodes", "replay"
+
+StateDict = dict[str, dict[str, Tensor]]
+"""Named tensors in groups; the group "network" is all that a policy is made of."""
+
+
+class DivergedError(RacecraftError):
+    """The losses are no longer numbers; the weights of this update are worth nothing."""
+
+
+class Decision(NamedTuple):
+    """What was decided for R rows."""
+
+    actions: Array
+    """What the world obeys, (R, *action shape), in the type of the world's action spec."""
+    columns: dict[str, Array]
+    """What the learner wants back when it learns, (R, ...) each, by the names of its `columns`."""
+
+
+@runtime_checkable
+class Actor(Protocol):
+    """What a collector asks: decisions, and what to keep of them."""
+
+    device: torch.device
+    """Where it decides; exploration is drawn there."""
+
+    @property
+    def columns(self) -> Mapping[str, ArraySpec]:
+        """What `act` notes for each row, kept beside the transition."""
+        ...
+
+    def act(
+        self,
+        observations: Mapping[str, Array],
+        action_mask: Array | None = None,
+        *,
+        generator: torch.Generator | None = None,
+        rows: Array | None = None,
+    ) -> Decision:
+        """Decide for R rows as one does while learning, exploration in.
+
+        Args:
+            observations: Named arrays (R, ...); names it does not know are ignored.
+            action_mask: bool (R, A), True where a choice is allowed, or None.
+            generator: Chance to draw with; the learner's own by default.
+            rows: int64 (R,), which of the collector's rows these are; None: all of them, in order.
+        """
+        ...
+
+    def forget(self, rows: Array) -> None:
+        """Begin anew for the rows (bool, of all that the collector carries) whose episode ended."""
+        ...
+
+
+@runtime_checkable
+class Learner(Actor, Protocol):
+    """Whatever improves."""
+
+    eats: str
+    """ROLLOUT, EPISODES or REPLAY."""
+    spec: WorldSpec
+    """What it sees and decides."""
+
+    @property
+    def policy_spec(self) -> PolicySpec:
+        """What a stranger needs to rebuild the policy from its weights."""
+        ...
+
+    def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
+        """Return greedy actions (R, *action shape); needs no privileged observation."""
+        ...
+
+    def update(self, experience: Any) -> Mapping[str, float]:
+        """Learn from what was collected (see `eats`); return named figures.
+
+        Raises:
+            DivergedError: A figure is no longer a number.
+        """
+        ...
+
+    def state_dict(self) -> StateDict:
+        """Return everything an exact continuation needs (copies)."""
+        ...
+
+    def load_state_dict(self, state: Mapping[str, Mapping[str, Tensor]]) -> None:
+        """Go on from what `state_dict` gave; groups other than "network" may be absent (weights alone)."""
+        ...
+
+
+@runtime_checkable
+class Anneals(Protocol):
+    """A learner whose figures change over the training."""
+
+    def anneal(self, done: float) -> None:
+        """Hear what share of the training is done, 0 to 1; called before each update where the end is known."""
+        ...
+
+
+class RolloutLearner(Learner, Protocol):
+    """A learner that is fed the latest rollout."""
+
+    def update(self, experience: RolloutBatch) -> Mapping[str, float]:
+        """Learn from a rollout."""
+        ...

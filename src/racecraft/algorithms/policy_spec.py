@@ -1,0 +1,174 @@
+"""What a stranger needs to rebuild a policy from its weights: it goes into every checkpoint. Begin with `PolicySpec`.
+
+No world and no settings are needed to load a policy: the spec says what it sees, what it decides, how its network is
+built and whose it is. `players/trained.py` has `load_policy`, which reads it from a run folder.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+from racecraft.contract.errors import UserInputError
+from racecraft.contract.world import (
+    ArraySpec,
+    ContinuousActions,
+    DiscreteActions,
+    GroupedActions,
+    HybridActions,
+    MultiDiscreteActions,
+    SingleActions,
+    WorldSpec,
+)
+
+VERSION = 1
+MULTI_POLICY = "multi_policy"
+"""The `algorithm` of a spec that holds several policies."""
+
+
+class PolicySpecError(UserInputError):
+    """A checkpoint's spec cannot be read: damaged, or of a newer version."""
+
+
+@dataclass(frozen=True)
+class PolicySpec:
+    """A policy without its weights."""
+
+    algorithm: str
+    """Name in the registry of algorithms, or "module:Class"; it knows the network behind the weights."""
+    observations: Mapping[str, ArraySpec]
+    """What it was trained on, privileged ones for its critic included."""
+    actions: SingleActions | GroupedActions
+    network: Mapping[str, Any] = field(default_factory=dict)
+    """The architecture, and what else the algorithm needs to build it; plain values."""
+    has_action_mask: bool = False
+    policies: Mapping[str, PolicySpec] = field(default_factory=dict)
+    """Of a world with several groups: one spec for each, in the order of their numbers; weights are "group/name"."""
+
+    @property
+    def visible(self) -> dict[str, ArraySpec]:
+        """The observations that the policy itself reads."""
+        return {name: part for name, part in self.observations.items() if not part.privileged}
+
+    def as_dictionary(self) -> dict[str, Any]:
+        """Return the spec as plain values, fit for JSON."""
+        return {
+            "version": VERSION,
+            "algorithm": self.algorithm,
+            "observations": {name: _told(part) for name, part in self.observations.items()},
+            "actions": _told_actions(self.actions),
+            "network": dict(self.network),
+            "has_action_mask": self.has_action_mask,
+            "policies": {name: spec.as_dictionary() for name, spec in self.policies.items()},
+        }
+
+    @classmethod
+    def from_dictionary(cls, told: Mapping[str, Any]) -> PolicySpec:
+        """Return the spec that `as_dictionary` told.
+
+        Raises:
+            PolicySpecError: Something is missing, or a newer racecraft wrote it.
+
+        >>> spec = PolicySpec("ppo", {"x": ArraySpec((2,), np.float32)}, DiscreteActions(3, ("a", "b", "c")))
+        >>> PolicySpec.from_dictionary(spec.as_dictionary()) == spec
+        True
+        """
+        if told.get("version") != VERSION:
+            raise PolicySpecError(
+                f"the checkpoint's policy spec has version {told.get('version')!r}; expected {VERSION}. A newer "
+                "racecraft wrote it: upgrade."
+            )
+        try:
+            return cls(
+                algorithm=told["algorithm"],
+                observations={name: _array_spec(part) for name, part in told["observations"].items()},
+                actions=_actions(told["actions"]),
+                network=dict(told["network"]),
+                has_action_mask=told["has_action_mask"],
+                policies={name: cls.from_dictionary(spec) for name, spec in told["policies"].items()},
+            )
+        except (KeyError, TypeError, AttributeError) as error:
+            raise PolicySpecError(
+                f"the checkpoint's policy spec is damaged ({error!r}); expected what racecraft wrote."
+            ) from error
+
+
+def spec_of_policy(spec: WorldSpec, algorithm: str, network: Mapping[str, Any]) -> PolicySpec:
+    """Return the spec of a policy for a world's promise.
+
+    Args:
+        spec: What is seen and decided.
+        algorithm: Whose policy it is.
+        network: What the algorithm needs to build it; tuples become lists.
+    """
+    return PolicySpec(algorithm, dict(spec.observations), spec.actions, _plain(network), spec.has_action_mask)
+
+
+def _told(part: ArraySpec) -> dict[str, Any]:
+    return {
+        "shape": list(part.shape),
+        "dtype": np.dtype(part.dtype).name,
+        "low": _finite(part.low),
+        "high": _finite(part.high),
+        "privileged": part.privileged,
+        "doc": part.doc,
+    }
+
+
+def _array_spec(told: Mapping[str, Any]) -> ArraySpec:
+    low, high = _bound(told["low"], -math.inf), _bound(told["high"], math.inf)
+    dtype = np.dtype(told["dtype"]).type
+    return ArraySpec(tuple(told["shape"]), dtype, low, high, told["privileged"], told["doc"])
+
+
+def _told_actions(actions: SingleActions | GroupedActions) -> dict[str, Any]:
+    if isinstance(actions, DiscreteActions):
+        return {"type": "discrete", "count": actions.count, "labels": list(actions.labels)}
+    if isinstance(actions, MultiDiscreteActions):
+        return {"type": "multi_discrete", "counts": list(actions.counts)}
+    if isinstance(actions, HybridActions):
+        parts = {"continuous": _told_actions(actions.continuous), "discrete": _told_actions(actions.discrete)}
+        return {"type": "hybrid", **parts}
+    if isinstance(actions, GroupedActions):
+        return {"type": "grouped", "width": actions.width}
+    bounds = {name: [_finite(value) for value in getattr(actions, name)] for name in ("low", "high")}
+    return {"type": "continuous", **bounds}
+
+
+def _actions(told: Mapping[str, Any]) -> Any:
+    kind = told["type"]
+    if kind == "discrete":
+        return DiscreteActions(told["count"], tuple(told["labels"]))
+    if kind == "multi_discrete":
+        return MultiDiscreteActions(tuple(told["counts"]))
+    if kind == "hybrid":
+        return HybridActions(_actions(told["continuous"]), _actions(told["discrete"]))
+    if kind == "grouped":
+        return GroupedActions(told["width"])
+    low = tuple(_bound(value, -math.inf) for value in told["low"])
+    return ContinuousActions(low, tuple(_bound(value, math.inf) for value in told["high"]))
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _bound(value: float | None, infinite: float) -> float:
+    return infinite if value is None else float(value)
+
+
+def _plain(value: Any) -> Any:
+    """Return nested values with lists for tuples, as JSON gives them back."""
+    if isinstance(value, Mapping):
+        return {name: _plain(part) for name, part in value.items()}
+    return [_plain(part) for part in value] if isinstance(value, list | tuple) else value
+
+
+def architecture_values(architecture: Any) -> dict[str, Any]:
+    """Return a row of figures as plain values; `networks.architecture_from` reads it."""
+    told: dict[str, Any] = _plain(asdict(architecture))
+    return told

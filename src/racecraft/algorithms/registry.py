@@ -1,0 +1,209 @@
+"""Algorithms by name: the built-in ones, those of installed packages, and a user's own. Begin with `find_algorithm`.
+
+A learner class says of itself what the loop must know: `eats`, `figures`, `build`, `load_policy` (see `learner.py`).
+Here stands only what can be said without importing it: where it is, which group of settings is its own, what it can
+act.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import entry_points
+from typing import Any
+
+from racecraft.contract.errors import SettingError, nearest
+from racecraft.contract.world import (
+    ActionSpec,
+    ContinuousActions,
+    DiscreteActions,
+    GroupedActions,
+    HybridActions,
+    MultiDiscreteActions,
+)
+
+ENTRY_POINTS = "racecraft.algorithms"
+"""Installed packages offer learner classes under this group."""
+
+CHOICES, BRANCHES, NUMBERS, BOTH = "one choice", "several choices", "numbers", "numbers and choices"
+"""Kinds of actions, in words."""
+EVERYTHING = (CHOICES, BRANCHES, NUMBERS, BOTH)
+
+
+@dataclass(frozen=True)
+class Algorithm:
+    """One way to improve."""
+
+    name: str
+    module: str
+    learner: str
+    """Name of the learner's class."""
+    config: str
+    """Name of its settings' class: the group's name and "Config"; "" where there are none."""
+    title: str
+    """One sentence for people."""
+    acts: tuple[str, ...] = EVERYTHING
+    """Kinds of actions that it can learn."""
+    several_groups: bool = False
+    """Whether agents of several kinds may learn side by side, each with a policy of its own."""
+    own: Any = None
+    """A user's own class; None: a built-in one, imported when it is asked for."""
+
+    @property
+    def group(self) -> str:
+        """Name of its group of settings; "" where it has none."""
+        return self.config.removesuffix("Config").casefold() if self.config else ""
+
+    def learner_class(self) -> Any:
+        """Return the learner's class."""
+        return self.own or getattr(importlib.import_module(self.module), self.learner)
+
+    def config_class(self) -> Any:
+        """Return the class of its settings; None where it has none."""
+        if self.own is not None:
+            return getattr(self.own, "Config", None)
+        return getattr(importlib.import_module(self.module), self.config)
+
+
+ALGORITHMS: dict[str, Algorithm] = {
+    one.name: one
+    for one in (
+        Algorithm(
+            "ppo",
+            "racecraft.algorithms.ppo",
+            "PpoLearner",
+            "PpoConfig",
+            "Proximal policy optimisation: learns steadily from what the current policy does; the default.",
+            several_groups=True,
+        ),
+    )
+}
+"""The built-in algorithms by name."""
+
+_registered: dict[str, Algorithm] = {}
+
+
+def register_algorithm(name: str, learner: type) -> None:
+    """Let a script's own learner class be found by a name.
+
+    Args:
+        name: How it is called from now on, in this process; a built-in name cannot be taken.
+        learner: Its class; see `algorithm_of`.
+
+    Raises:
+        SettingError: The name is taken, or the class is of the wrong shape.
+    """
+    if name in ALGORITHMS:
+        raise SettingError(f"the algorithm '{name}' is built in; expected another name for {learner.__name__}.")
+    _registered[name] = algorithm_of(learner, name)
+
+
+def find_algorithm(name: str) -> Algorithm:
+    """Return an algorithm: a built-in name, a registered one, one of an installed package, or "module:Class".
+
+    Raises:
+        SettingError: There is no such algorithm, or the class is of the wrong shape.
+    """
+    if name in ALGORITHMS:
+        return ALGORITHMS[name]
+    if name in _registered:
+        return _registered[name]
+    for point in entry_points(group=ENTRY_POINTS):
+        if point.name == name:
+            return algorithm_of(point.load(), name)
+    if ":" in name:
+        return algorithm_of(load_class(name, "--algorithm"), name)
+    known = [*ALGORITHMS, *_registered, *(point.name for point in entry_points(group=ENTRY_POINTS))]
+    raise SettingError(f"There is no algorithm '{name}'. {nearest(name, known)} Your own is named as module:Class.")
+
+
+def load_class(name: str, asked_by: str) -> Any:
+    """Import "module:Class"; modules in the present folder are found, too.
+
+    Raises:
+        SettingError: There is no such module or class, or the module fails; the letter says which.
+    """
+    module_name, _, attribute = name.partition(":")
+    if "" not in sys.path:
+        sys.path.insert(0, "")
+    try:
+        module = importlib.import_module(module_name)
+    except ModuleNotFoundError as error:
+        raise SettingError(
+            f"{asked_by} {name}: there is no module '{error.name}'; expected one in this folder or installed."
+        ) from error
+    except Exception as error:
+        raise SettingError(
+            f"{asked_by} {name}: importing {module_name} failed ({error!r}). Mend the module."
+        ) from error
+    found = getattr(module, attribute, None)
+    if found is None:
+        classes = [key for key, value in vars(module).items() if isinstance(value, type)]
+        raise SettingError(f"{asked_by} {name}: {module_name} has no '{attribute}'. {nearest(attribute, classes)}")
+    return found
+
+
+PROMISED = ("eats", "figures", "build", "load_policy", "act", "forget", "choose", "update", "state_dict")
+"""What a learner class must have."""
+
+
+def algorithm_of(learner: Any, name: str) -> Algorithm:
+    """Return the entry of a user's own learner class; `Config` on the class is its group of settings, if it has one.
+
+    Raises:
+        SettingError: Something that a learner promises is missing.
+    """
+    missing = [part for part in PROMISED if not hasattr(learner, part)]
+    if not isinstance(learner, type) or missing:
+        called, lacks = getattr(learner, "__name__", learner), ", ".join(missing) or "being a class"
+        raise SettingError(
+            f"algorithm {name}: {called} lacks {lacks}; "
+            "expected a class as `racecraft.algorithms.learner.Learner` describes it."
+        )
+    return Algorithm(
+        name,
+        learner.__module__,
+        learner.__name__,
+        f"{learner.__name__}Config" if hasattr(learner, "Config") else "",
+        (learner.__doc__ or "").strip().split("\n")[0],
+        tuple(getattr(learner, "acts", EVERYTHING)),
+        own=learner,
+    )
+
+
+def kind_of(actions: ActionSpec) -> str:
+    """Return a kind of action in words.
+
+    >>> kind_of(DiscreteActions(3))
+    'one choice'
+    """
+    kinds: Mapping[type, str] = {
+        DiscreteActions: CHOICES,
+        MultiDiscreteActions: BRANCHES,
+        ContinuousActions: NUMBERS,
+        HybridActions: BOTH,
+    }
+    return kinds.get(type(actions), BOTH)
+
+
+def require_fit(algorithm: Algorithm, actions: ActionSpec, what: str) -> None:
+    """Refuse an algorithm that cannot learn such actions.
+
+    Raises:
+        SettingError: The letter says what it needs, and who could.
+    """
+    if isinstance(actions, GroupedActions):
+        if not algorithm.several_groups:
+            raise SettingError(
+                f"--algorithm {algorithm.name} teaches one policy; {what} has agents of several kinds. Use ppo."
+            )
+        return
+    kind = kind_of(actions)
+    if kind not in algorithm.acts:
+        others = [one.name for one in ALGORITHMS.values() if kind in one.acts]
+        raise SettingError(
+            f"--algorithm {algorithm.name} decides {' or '.join(algorithm.acts)}; an action of {what} is {kind}. "
+            f"Algorithms that fit: {', '.join(others)}."
+        )

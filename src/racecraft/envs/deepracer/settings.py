@@ -1,0 +1,51 @@
+"""Settings of a race and of the frame that a car's policy sees."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from racecraft.settings.table import check_group, setting
+
+
+@dataclass(frozen=True)
+class RaceConfig:
+    """The race: which car, how episodes start and end."""
+
+    car: str = setting("v6", "Vehicle profile.", choices=("v4", "v6", "kinematic"))
+    max_episode_seconds: float | None = setting(
+        None,
+        "An episode is cut after this much simulated time; by default 100 s, or 100 000 ticks with fidelity aws.",
+        unit="s",
+        low=1.0,
+    )
+    start_offset: float = setting(
+        0.0,
+        "Where on the lap the first start lies; cars side by side are spread from there.",
+        unit="lap",
+        low=0.0,
+        high=1.0,
+    )
+    start_advance: float = setting(
+        0.05, "How far round the next start of a car lies after each training episode.", unit="lap", low=0.0, high=1.0
+    )
+    change_start: bool = setting(True, "Whether training starts advance round the track at all.")
+    reverse: bool = setting(False, "Drive the track in the opposite direction.")
+    fidelity: str = setting(
+        "sane",
+        "Whose habits the world has where the original's are bugs: `racecraft.envs.deepracer.fidelity` lists each.",
+        choices=("sane", "aws"),
+    )
+
+    def __post_init__(self) -> None:
+        check_group(self)
+
+
+@dataclass(frozen=True)
+class CameraConfig:
+    """The frame the policy sees; same optics at every size."""
+
+    width: int = setting(40, "Pixels across.", unit="px", low=8, high=640)
+    height: int = setting(30, "Pixels down.", unit="px", low=6, high=480)
+
+    def __post_init__(self) -> None:
+        check_group(self)

@@ -1,0 +1,71 @@
+"""Judges a policy by the mean return of greedy episodes, in copies of the environment of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from racecraft.contract.policy import Policy
+from racecraft.contract.world import EpisodeRecord, World
+from racecraft.rollout.episodes import play_episodes
+from racecraft.rollout.statistics import summarise
+from racecraft.training.callbacks import EvaluationResult
+from racecraft.training.stopping import SCORE
+
+CONFIRMING_EPISODES = 100
+"""A score that meets the environment's threshold is confirmed over so many episodes, Gymnasium's own measure."""
+SEED_OF_JUDGING = 1_000_000_007
+
+
+class ReturnEvaluator:
+    """Judges by the mean return of greedy episodes.
+
+    Args:
+        world: Copies that are judged in.
+        policy: The judged policy.
+        episodes: How many episodes count.
+        threshold: The mean return that counts as solved; None where none does.
+    """
+
+    score_name = "return"
+    stop_kinds = SCORE
+
+    def __init__(self, world: World, policy: Policy, episodes: int, threshold: float | None) -> None:
+        self._world, self._policy, self._episodes, self._threshold = world, policy, episodes, threshold
+
+    def score(self, episode: EpisodeRecord) -> float:
+        """Return an episode's return."""
+        return episode.reward
+
+    def goal_reached(self, episode: EpisodeRecord) -> bool:
+        """Tell whether one episode alone met the threshold."""
+        return self._threshold is not None and episode.reward >= self._threshold
+
+    def watch(self, episodes: Sequence[EpisodeRecord]) -> None:
+        """Training's episodes change nothing here."""
+
+    def evaluate(self) -> EvaluationResult:
+        """Play; a mean that meets the threshold is confirmed over CONFIRMING_EPISODES."""
+        episodes = self._play(self._episodes, SEED_OF_JUDGING)
+        if self._meets(episodes) and len(episodes) < CONFIRMING_EPISODES:
+            episodes += self._play(CONFIRMING_EPISODES - len(episodes), SEED_OF_JUDGING + 1)
+        summary = summarise(episodes)
+        details = {
+            "episodes": summary.episodes,
+            "mean_return": summary.mean_reward,
+            "std_return": summary.std_reward,
+            "mean_steps": summary.mean_steps,
+            "threshold": self._threshold,
+        }
+        reached = any(map(self.goal_reached, episodes))
+        return EvaluationResult(summary.mean_reward, self._meets(episodes), reached, details=details)
+
+    def confirm(self) -> bool:
+        """An evaluation that meets the threshold is confirmed already."""
+        return True
+
+    def _play(self, count: int, seed: int) -> list[EpisodeRecord]:
+        each = -(-count // self._world.spec.num_worlds)
+        return play_episodes(self._policy, self._world, episodes_each=each, seed=seed)[:count]
+
+    def _meets(self, episodes: list[EpisodeRecord]) -> bool:
+        return self._threshold is not None and summarise(episodes).mean_reward >= self._threshold

@@ -1,0 +1,28 @@
+"""The processor made ready for a training: threads shared, numbers next to nothing taken for zero."""
+
+from __future__ import annotations
+
+import os
+
+import torch
+
+from racecraft.contract.errors import SettingError
+from racecraft.kernels.compile import set_threads
+
+
+def prepare_processor(count: int | None, device: str = "cpu") -> None:
+    """Share the cores, worlds and learner taking turns with all of them; take numbers next to nothing for zero.
+
+    The moments that Adam keeps of a weight that learns no more shrink by a tenth a step, and after some 700 steps are
+    denormal numbers, which cost the processor a hundred times as much as others: the preset aws, with its many idle
+    units, needed 1.7 times as long for a row from there on. Threads that begin later inherit it.
+
+    Raises:
+        SettingError: The device asked for is not there.
+    """
+    if device == "cuda" and not torch.cuda.is_available():
+        raise SettingError("runtime.device is cuda, but this PyTorch sees no CUDA device; expected cpu here.")
+    wanted = count or os.cpu_count() or 1
+    set_threads(wanted)
+    torch.set_num_threads(wanted)
+    torch.set_flush_denormal(True)

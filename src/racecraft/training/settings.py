@@ -1,0 +1,62 @@
+"""Settings of every training, whatever its world: how it is judged and where the work is done."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from racecraft.algorithms.registry import Algorithm
+from racecraft.settings.composition import Settings
+from racecraft.settings.table import check_group, setting
+
+
+@dataclass(frozen=True)
+class EvaluationConfig:
+    """How progress is judged while training."""
+
+    every: int = setting(1, "Evaluate after every so many iterations.", unit="iterations", low=1)
+    episodes: int = setting(5, "Greedy episodes of one evaluation, starts spread round the track.", low=1, high=1000)
+    best_by: str = setting(
+        "progress",
+        "What makes a checkpoint of a car the best: mean progress, mean reward (the reward function is asked then), or "
+        "mean lap time (an unfinished lap counts 999.999 s). Of equals the newer.",
+        choices=("progress", "reward", "laptime"),
+    )
+    stable_after: int = setting(2, "Evaluations in a row, all laps complete, that count as stable.", low=1)
+
+    def __post_init__(self) -> None:
+        check_group(self)
+
+
+@dataclass(frozen=True)
+class RuntimeConfig:
+    """Where the work is done."""
+
+    threads: int | None = setting(None, "CPU threads for worlds and learner; none takes every core.", low=1)
+    device: str = setting("cpu", "Device of the learner.", choices=("cpu", "cuda"))
+
+    def __post_init__(self) -> None:
+        check_group(self)
+
+
+def composed(world: Settings, algorithm: Algorithm, tuned: Any = None) -> Settings:
+    """Return a world's settings with the group of an algorithm in them, behind the network's.
+
+    Args:
+        world: The groups of the world and of the loop, that of the algorithm left out.
+        algorithm: What learns.
+        tuned: The algorithm's group as it serves this world; None: its own defaults.
+
+    >>> from racecraft.algorithms.registry import find_algorithm
+    >>> list(composed(Settings(network=1, runtime=2), find_algorithm("ppo")))
+    ['network', 'ppo', 'runtime']
+    """
+    if not algorithm.group:
+        return world
+    group = tuned if tuned is not None else algorithm.config_class()()
+    groups: dict[str, Any] = {}
+    for name in world:
+        groups[name] = getattr(world, name)
+        if name == "network":
+            groups[algorithm.group] = group
+    return Settings(**(groups if algorithm.group in groups else {**groups, algorithm.group: group}))

@@ -1,0 +1,132 @@
+"""Which kinds of training there are, and the one way to each: request → plan → train. Begin with `train`.
+
+A kind is a module with four functions; `TrainingKind` says what each promises. Modules are imported when they are asked
+for, so that a snake's training needs nothing of a car's.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+from pathlib import Path
+from typing import Any, Protocol, cast
+
+from racecraft.algorithms.registry import Algorithm
+from racecraft.contract.errors import SettingError, nearest
+from racecraft.formats.run_folder import RunFolder
+from racecraft.settings.composition import Settings
+from racecraft.training import trainer
+from racecraft.training.callbacks import TrainingCallback
+from racecraft.training.loop import Outcome
+from racecraft.training.request import TrainRequest
+from racecraft.training.resume import Say
+from racecraft.training.trainer import Experiment, Trained
+
+WORLDS = {
+    "deepracer": "racecraft.training.deepracer.trainer",
+    "battlesnake": "racecraft.training.battlesnake.trainer",
+    "gymnasium": "racecraft.training.gymnasium.trainer",
+    "unity": "racecraft.training.unity.trainer",
+}
+"""Kinds of run, as job.json calls them, and the module that trains them."""
+
+
+class Plan(Protocol):
+    """A request made definite; every kind's own."""
+
+    request: Any
+
+
+class TrainingKind(Protocol):
+    """What the module of a kind offers."""
+
+    Request: type[TrainRequest]
+
+    def default_settings(self, algorithm: Algorithm) -> Settings:
+        """Return what a training runs with where nothing is said."""
+        ...
+
+    def plan(self, request: Any) -> Any:
+        """Read and check everything a request names; nothing is written, nothing started."""
+        ...
+
+    def plan_resume(self, path: Path, stops: tuple[str, ...]) -> Any:
+        """Read from a run folder what it was asked for; `stops` replaces its own unless empty."""
+        ...
+
+    def opened(self, plan: Any, say: Say) -> contextlib.AbstractContextManager[Experiment]:
+        """Open the worlds that are learned and judged in; they are closed afterwards."""
+        ...
+
+    def summary(self, plan: Any, run: RunFolder, outcome: Outcome) -> dict[str, Any]:
+        """Return what `--json` prints."""
+        ...
+
+
+def kind_named(name: str) -> TrainingKind:
+    """Return the module that trains a kind.
+
+    Raises:
+        SettingError: There is no such kind.
+    """
+    if name not in WORLDS:
+        raise SettingError(f"There is no kind of world '{name}'. {nearest(name, WORLDS)}")
+    return cast(TrainingKind, importlib.import_module(WORLDS[name]))
+
+
+def plan(request: TrainRequest) -> Any:
+    """Return a request made definite.
+
+    Raises:
+        UserInputError: Whatever cannot be used, as a letter.
+    """
+    return kind_named(request.kind).plan(request)
+
+
+def train(request: TrainRequest, callback: TrainingCallback, say: Say = print) -> Trained:
+    """Train what is asked for until a stop condition holds.
+
+    Args:
+        request: What is trained, and how.
+        callback: Watches the training.
+        say: Says a line to a person.
+
+    Raises:
+        UserInputError: Whatever was asked for and cannot be used, as a letter.
+    """
+    return carry_out(request.kind, plan(request), callback, say)
+
+
+def carry_out(kind: str, planned: Any, callback: TrainingCallback, say: Say = print) -> Trained:
+    """Train as planned, in a run folder of its own."""
+    module = kind_named(kind)
+    request = planned.request
+    with module.opened(planned, say) as experiment:
+        run, outcome = trainer.train(experiment, request.run, callback, say, request.clone_from)
+        seed = experiment.seed
+    return Trained(kind, run, outcome, seed, module.summary(planned, run, outcome))
+
+
+def resume(
+    path: str | Path, stops: tuple[str, ...], callback: TrainingCallback, say: Say = print, kind: str | None = None
+) -> Trained:
+    """Go on with a run from its last whole iteration, as if it had never stopped.
+
+    Args:
+        path: The run folder.
+        stops: New stop conditions, as typed; none: those the run was begun with.
+        callback: Watches the training.
+        say: Says a line to a person.
+        kind: What the run must be of; None: any kind.
+
+    Raises:
+        RunFolderError: There is no run folder, it is of another kind, it is being trained, or it cannot be gone on with.
+    """
+    run = RunFolder.open(path)
+    kind = (run.read_job() if kind is None else run.read_job_of(kind)).get("kind", "")
+    module = kind_named(kind)
+    planned = module.plan_resume(Path(path), stops)
+    with module.opened(planned, say) as experiment:
+        outcome = trainer.resume(experiment, run, callback, say)
+        seed = experiment.seed
+    return Trained(kind, run, outcome, seed, module.summary(planned, run, outcome))
