@@ -17,9 +17,9 @@ from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.state import Games
 from racecraft.evaluation.battlesnake.match import play
 from racecraft.evaluation.battlesnake.seats import take_seat
+from racecraft.players.battlesnake.find import find_player
 from racecraft.players.battlesnake.from_file import load_file_player
 from racecraft.players.battlesnake.messages import GameCard, message
-from racecraft.players.battlesnake.protocol import find_player
 from racecraft.players.battlesnake.sight import safe_moves
 from racecraft.serving.http_service import MOST_BODY_BYTES
 from racecraft.serving.snake_server import SnakeServer, answer_before_thinking, settle
@@ -377,7 +377,7 @@ def test_a_player_of_many_boards_that_fails_still_gets_safe_moves_out(how, faile
 
 
 def test_a_batch_that_hangs_is_given_up(monkeypatch):
-    monkeypatch.setattr("racecraft.serving.gathering.HANGING_SECONDS", 0.2)
+    monkeypatch.setattr("racecraft.serving.batching_queue.HANGING_SECONDS", 0.2)
     server = SnakeServer(ManyBoards("hangs"), margin_ms=50)
     answers = many_clients(server, clients=2, moves=3, timeout_ms=200)
     assert all(status == 200 for _, (status, _) in answers)

@@ -2,8 +2,8 @@
 
 Every `/move` is answered within the game's timeout less a margin: the player thinks in a thread; what it has not said
 when time runs out is not waited for, and a move that is at least safe, worked out in a blink, goes out instead. Many
-games run at once and share the threads; a player of many boards is asked for all that wait together (`gathering.py`).
-What is kept of a game is dropped at its end, or after a silence.
+games run at once and share the threads; a player of many boards is asked for all that wait together
+(`batching_queue.py`). What is kept of a game is dropped at its end, or after a silence.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from dataclasses import dataclass, field
 
 from racecraft.envs.battlesnake.board import MOVES, BoardError
 from racecraft.players.battlesnake.messages import LOOKS, Letter, read_message
-from racecraft.players.battlesnake.patience import Crew
-from racecraft.players.battlesnake.protocol import LetterPlayer, ManyPlayer, Message, PlayerError, Question, SnakePlayer
+from racecraft.players.battlesnake.protocol import JsonPlayer, ManyPlayer, Message, PlayerError, Question, SnakePlayer
 from racecraft.players.battlesnake.sight import best_safe_move, find_snake
-from racecraft.serving.gathering import Gatherer
+from racecraft.players.battlesnake.worker_pool import WorkerPool
+from racecraft.serving.batching_queue import BatchingQueue
 from racecraft.serving.http_service import HttpError, HttpService, Request
 from racecraft.serving.port import port_error
 
@@ -74,7 +74,7 @@ class SnakeServer:
 
     def __init__(
         self,
-        player: SnakePlayer | LetterPlayer,
+        player: SnakePlayer | JsonPlayer,
         looks: dict[str, str] | None = None,
         author: str = "",
         margin_ms: int = MARGIN_MS,
@@ -88,8 +88,8 @@ class SnakeServer:
         self._looks = {key: (looks or {}).get(key) or default for key, default in LOOKS.items()}
         self._margin_ms, self._silence_seconds = margin_ms, silence_seconds
         self._complain = complain or (lambda sentence: None)
-        self._crew = Crew(threads or os.cpu_count() or 1)
-        self._gatherer = Gatherer(player) if isinstance(player, ManyPlayer) else None
+        self._pool = WorkerPool(threads or os.cpu_count() or 1)
+        self._queue = BatchingQueue(player) if isinstance(player, ManyPlayer) else None
         self._thinking = 0
         self._heard: OrderedDict[tuple[str, str], float] = OrderedDict()
         self._service = HttpService(self._answer)
@@ -107,9 +107,9 @@ class SnakeServer:
     async def close(self) -> None:
         """Stop; players that still think are left behind."""
         await self._service.close()
-        self._crew.close()
-        if self._gatherer is not None:
-            self._gatherer.close()
+        self._pool.close()
+        if self._queue is not None:
+            self._queue.close()
 
     async def _answer(self, request: Request) -> Message:
         try:
@@ -155,9 +155,9 @@ class SnakeServer:
         """Return the player's move, or None where it failed or was not in time."""
         self._thinking += 1
         try:
-            if self._gatherer is not None:
+            if self._queue is not None:
                 question = Question(letter.board, letter.you, letter.settings)
-                word = await self._gatherer.choose(question, deadline)
+                word = await self._queue.choose(question, deadline)
             else:
                 word = await self._wait(lambda: self._ask(letter, message, deadline), deadline - time.monotonic())
             if word not in MOVES:
@@ -174,11 +174,11 @@ class SnakeServer:
 
     async def _wait(self, act: Callable[[], str], seconds: float) -> str:
         """Return what `act` gives in a thread, or leave it behind and raise TimeoutError."""
-        task = self._crew.submit(act)
+        task = self._pool.submit(act)
         try:
             return str(await asyncio.wait_for(asyncio.wrap_future(task), max(0.0, seconds)))
         except TimeoutError:
-            self._crew.leave_behind(task)
+            self._pool.leave_behind(task)
             raise
 
     def _note_failure(self, error: Exception) -> None:
@@ -190,7 +190,7 @@ class SnakeServer:
         left = max(0.0, deadline - time.monotonic())
         if not isinstance(self._player, SnakePlayer):
             return self._player.move(message, left)
-        seconds = 0.8 * left * min(1.0, self._crew.size / max(1, self._thinking))
+        seconds = 0.8 * left * min(1.0, self._pool.size / max(1, self._thinking))
         return self._player.choose(letter.board, letter.settings, letter.you, seconds)
 
     async def _tell(self, what: str, letter: Letter, message: Message) -> None:

@@ -19,8 +19,9 @@ from racecraft.evaluation.battlesnake.remote import Remote
 from racecraft.evaluation.battlesnake.seats import Seat, take_seat
 from racecraft.evaluation.battlesnake.skill import skills
 from racecraft.evaluation.battlesnake.tournament import tournament
+from racecraft.players.battlesnake.find import PLAYERS
 from racecraft.players.battlesnake.from_file import load_file_player
-from racecraft.players.battlesnake.protocol import PLAYERS, LatePlayerError, PlayerError
+from racecraft.players.battlesnake.protocol import LatePlayerError, PlayerError
 
 SMALL = GameSettings(7, 7, 2)
 

@@ -13,12 +13,13 @@ from racecraft.envs.battlesnake.dice import StreamDice
 from racecraft.envs.battlesnake.reference import Referee
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.players.battlesnake.area_control import Lookout
+from racecraft.players.battlesnake.find import PLAYERS, find_player
 from racecraft.players.battlesnake.from_file import load_file_player
 from racecraft.players.battlesnake.messages import GameCard, MessageError, message, read_message
-from racecraft.players.battlesnake.patience import Crew
-from racecraft.players.battlesnake.protocol import PLAYERS, PlayerError, SnakePlayer, find_player
+from racecraft.players.battlesnake.protocol import PlayerError, SnakePlayer
 from racecraft.players.battlesnake.search import Search, Tree
 from racecraft.players.battlesnake.sight import best_safe_move, safe_moves
+from racecraft.players.battlesnake.worker_pool import WorkerPool
 
 SMALL = GameSettings(7, 7, 2)
 
@@ -357,7 +358,7 @@ def test_the_process_of_a_file_ends_with_its_owner(tmp_path):
 def test_a_crew_goes_on_when_a_task_hangs():
     import threading
 
-    crew, gate = Crew(1), threading.Event()
+    crew, gate = WorkerPool(1), threading.Event()
     stuck = crew.submit(gate.wait)
     behind = crew.submit(lambda: 7)
     with pytest.raises(TimeoutError):

@@ -18,8 +18,9 @@ from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.world import WorldSettings
 from racecraft.evaluation.battlesnake.batch import play_batch
 from racecraft.formats.run_folder import RunFolder
+from racecraft.players.battlesnake.find import find_player
 from racecraft.players.battlesnake.messages import GameCard, message, read_message
-from racecraft.players.battlesnake.protocol import ManyPlayer, Question, Weigher, find_player
+from racecraft.players.battlesnake.protocol import ManyPlayer, Question, Weigher
 from racecraft.players.battlesnake.search import Search
 from racecraft.players.battlesnake.sight import safe_moves
 from racecraft.players.battlesnake.trained import load_trained_snake

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -43,6 +44,26 @@ def take_seats(who: list[str], names: list[str], seed: int, quiet: bool) -> list
         twin = given[:number].count(given[number])
         taken.append(take_seat(one, f"{given[number]}#{twin + 1}" if twin else given[number], seed + number))
     return taken
+
+
+def aside(sentence: str) -> None:
+    """Say something to a person on standard error."""
+    from racecraft.cli.output import say
+
+    say(sentence, quiet_stdout=True)
+
+
+def page_told(json: bool, stays: bool = False) -> Callable[[str], None]:
+    """Return how the address of a page is told: as JSON where that is asked for and the page stays, else in words."""
+    from racecraft.cli.output import print_json, say
+
+    def tell(address: str) -> None:
+        if json and stays:
+            print_json({"url": address})
+        else:
+            say(f"Watch it at {address}{' (Ctrl-C ends)' * stays}", quiet_stdout=json)
+
+    return tell
 
 
 def check_folder(path: Path | None) -> None:

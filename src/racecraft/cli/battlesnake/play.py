@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -23,12 +22,13 @@ from racecraft.cli.battlesnake.options import (
     Urls,
     Width,
     check_folder,
+    page_told,
     take_seats,
 )
 
 if TYPE_CHECKING:
-    from racecraft.cli.battlesnake.audience import Watcher
     from racecraft.envs.battlesnake.settings import GameSettings
+    from racecraft.evaluation.battlesnake.live import StepObserver
     from racecraft.evaluation.battlesnake.match import Played
     from racecraft.evaluation.battlesnake.seats import Seat
 
@@ -84,6 +84,7 @@ def play(
     Example: racecraft snakes play --url search --url flood_fill --browser --output game.jsonl
     """
     from racecraft.envs.battlesnake.settings import GameSettings
+    from racecraft.evaluation.battlesnake.live import hold_game
 
     who = url or ["search", "area_control"]
     settings = GameSettings(
@@ -94,9 +95,9 @@ def play(
     seed = new_seed() if seed is None else seed
     seats = take_seats(who, name or [], seed, quiet=json)
     view = view and not json
-    watchers = _watchers(settings, view, color, browser, board_url, verbose, json)
+    observers = _observers(settings, view, color, browser, board_url, verbose, json)
     least = max(duration, SHOWN_MS if view else 0)
-    played = hold_game(settings, seats, seed, timeout, sequential, most_turns, watchers, delay / 1000, least / 1000)
+    played = hold_game(settings, seats, seed, timeout, sequential, most_turns, observers, delay / 1000, least / 1000)
     _write(played, output, film)
     _tell(played, seats, seed, json)
 
@@ -108,44 +109,6 @@ def new_seed() -> int:
     return secrets.randbits(31)
 
 
-def hold_game(
-    settings: GameSettings,
-    seats: list[Seat],
-    seed: int,
-    timeout_ms: int,
-    sequential: bool = False,
-    most_turns: int | None = None,
-    watchers: Sequence[Watcher] = (),
-    delay_seconds: float = 0,
-    least_seconds: float = 0,
-) -> Played:
-    """Play a game before watchers, at a pace; whatever happens, seats and watchers are left."""
-    from racecraft.cli.battlesnake.audience import Pace
-    from racecraft.contract.random_streams import stream_keys
-    from racecraft.envs.battlesnake.board import Board
-    from racecraft.envs.battlesnake.dice import StreamDice
-    from racecraft.evaluation.battlesnake.match import play as play_game
-    from racecraft.players.battlesnake.messages import GameCard
-
-    everyone = [*watchers, Pace(delay_seconds, least_seconds)]
-
-    def show(board: Board, card: GameCard) -> None:
-        for watcher in everyone:
-            watcher.show(board, card)
-
-    dice = StreamDice(int(stream_keys(seed, "snake game", 1)[0]))
-    finished = False
-    try:
-        played = play_game(settings, seats, dice, f"racecraft-{seed}", timeout_ms, sequential, most_turns, show)
-        finished = True
-    finally:
-        for seat in seats:
-            seat.leave()
-        for watcher in everyone:
-            watcher.leave(finished)
-    return played
-
-
 def _check_files(output: Path | None, film: Path | None) -> None:
     from racecraft.analysis.battlesnake.board_film import check_film
 
@@ -155,7 +118,7 @@ def _check_files(output: Path | None, film: Path | None) -> None:
         check_film(film)
 
 
-def _watchers(
+def _observers(
     settings: GameSettings,
     view: bool,
     color: bool | None,
@@ -163,15 +126,20 @@ def _watchers(
     board_url: str,
     verbose: bool,
     quiet: bool,
-) -> list[Watcher]:
-    from racecraft.cli.battlesnake.audience import Browser, Protocolist, Showing, Terminal
+) -> list[StepObserver]:
+    from racecraft.cli.battlesnake.options import aside
+    from racecraft.evaluation.battlesnake.live import TurnLog
 
-    watchers: list[Watcher] = [Protocolist()] if verbose else []
+    observers: list[StepObserver] = [TurnLog(aside)] if verbose else []
     if browser or board_url:
-        watchers.append(Browser(settings, Showing(board_url, json=quiet)))
+        from racecraft.serving.game_audience import Browser, Showing
+
+        observers.append(Browser(settings, Showing(board_url, announce=page_told(quiet), say=aside)))
     if view:
-        watchers.append(Terminal(color))
-    return watchers
+        from racecraft.serving.game_audience import Terminal
+
+        observers.append(Terminal(color))
+    return observers
 
 
 def _write(played: Played, output: Path | None, film: Path | None) -> None:

@@ -30,8 +30,8 @@ def serve(
     Example: racecraft snakes serve runs/standard-1 --port 8000
     """
     from racecraft.cli.output import say
+    from racecraft.players.battlesnake.find import find_player, warm_up
     from racecraft.players.battlesnake.from_file import FilePlayer
-    from racecraft.players.battlesnake.protocol import find_player, warm_up
     from racecraft.serving.snake_server import SnakeServer, answer_before_thinking, settle
 
     answer_before_thinking()

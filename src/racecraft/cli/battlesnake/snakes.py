@@ -21,7 +21,7 @@ app = typer.Typer(help="Battlesnake: train a snake, play games, hold tournaments
 def players(json: JSON = False) -> None:
     """List the built-in players, weakest first."""
     from racecraft.cli.output import print_json
-    from racecraft.players.battlesnake.protocol import PLAYERS
+    from racecraft.players.battlesnake.find import PLAYERS
 
     if json:
         print_json({"players": PLAYERS})

@@ -32,7 +32,7 @@ def tournament(
     from racecraft.cli.output import print_json, say
     from racecraft.envs.battlesnake.settings import GameSettings
     from racecraft.evaluation.battlesnake.tournament import tournament as hold
-    from racecraft.players.battlesnake.protocol import PLAYERS
+    from racecraft.players.battlesnake.find import PLAYERS
 
     settings = GameSettings(width, height, snakes, gametype, map_name)
     seats = take_seats(who or list(PLAYERS), [], seed or 0, quiet=json)

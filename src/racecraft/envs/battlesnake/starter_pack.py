@@ -158,7 +158,8 @@ class StarterPackGym:
         if len(snake_spawn_locations) not in (0, number_of_snakes):
             given = f"{len(snake_spawn_locations)} spawn locations for {number_of_snakes} snakes"
             raise BoardError(f"{given}; expected one each, or none.")
-        self.observation_type, self.map_size, self.row_order = observation_type, tuple(map_size), row_order
+        self.observation_type, self.row_order = observation_type, row_order
+        self.map_size: tuple[int, int] = (map_size[0], map_size[1])
         self.number_of_snakes = number_of_snakes
         self.rewards = Rewards.named(rewards) if isinstance(rewards, Mapping) else rewards
         if not isinstance(self.rewards, RewardScheme):

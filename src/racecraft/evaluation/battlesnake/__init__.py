@@ -1,6 +1,7 @@
 """Where snakes meet and are judged. Begin in `match.py`: one game, from set-up to its winner.
 
 match.py        one game between seats, every missing move made good by the official rule
+live.py         a game before an audience, at a pace
 seats.py        who sits at the board, how long it took, how often it failed
 remote.py       a snake server somewhere, asked over HTTP
 record.py       the output file of the official `battlesnake play`, both ways

@@ -14,10 +14,11 @@ from typing import Any
 from racecraft.envs.battlesnake.board import MOVES, Board
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.evaluation.battlesnake.remote import Remote
+from racecraft.players.battlesnake.find import find_player, warm_up
 from racecraft.players.battlesnake.from_file import FilePlayer
 from racecraft.players.battlesnake.messages import LOOKS
-from racecraft.players.battlesnake.patience import Crew
-from racecraft.players.battlesnake.protocol import LetterPlayer, Message, PlayerError, SnakePlayer, find_player, warm_up
+from racecraft.players.battlesnake.protocol import JsonPlayer, Message, PlayerError, SnakePlayer
+from racecraft.players.battlesnake.worker_pool import WorkerPool
 
 THINKING_SHARE = 0.8
 """Share of the timeout that a player of ours may think."""
@@ -39,13 +40,13 @@ class Seat:
     """One player at the board."""
 
     name: str
-    player: SnakePlayer | LetterPlayer
+    player: SnakePlayer | JsonPlayer
     looks: dict[str, str] = field(default_factory=lambda: dict(LOOKS))
     failures: Failures = field(default_factory=Failures)
     last_move: str = "up"
     latency_ms: int = 0
     """How long the last answer took."""
-    _crew: Crew = field(default_factory=Crew)
+    _pool: WorkerPool = field(default_factory=WorkerPool)
     _under_way: Future[Any] | None = None
     _asked_at: float = 0.0
 
@@ -59,7 +60,7 @@ class Seat:
         if isinstance(player, SnakePlayer) or (self._under_way is not None and not self._under_way.done()):
             return
         self._asked_at = time.monotonic()
-        self._under_way = self._crew.submit(lambda: self._timed(lambda: player.move(message, seconds)))
+        self._under_way = self._pool.submit(lambda: self._timed(lambda: player.move(message, seconds)))
 
     def answer(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
         """Return this turn's move, made good by the official rule where the player gave none."""
@@ -86,7 +87,7 @@ class Seat:
         if isinstance(self.player, SnakePlayer) or (self._under_way is not None and not self._under_way.done()):
             return
         act: Callable[[Message, float], None] = getattr(self.player, what)
-        self._under_way = self._crew.submit(lambda: act(message, seconds))
+        self._under_way = self._pool.submit(lambda: act(message, seconds))
         try:
             self._under_way.result(seconds)
         except TimeoutError:
@@ -97,7 +98,7 @@ class Seat:
     def leave(self) -> None:
         """Let go of connection, process and thread."""
         self._hang_up()
-        self._crew.close()
+        self._pool.close()
         if not isinstance(self.player, SnakePlayer):
             self.player.close()
 

@@ -1,6 +1,7 @@
 """Snakes that play by hand-written wits, each a short page. Begin in `protocol.py`, then read them in rising strength.
 
-protocol.py      what a player is; finding one by name
+protocol.py      what a player is
+find.py          finding one by name
 sight.py         what every snake should look at: walls, bodies, dangerous heads
 random_safe.py   1 any move that is not surely fatal
 hungry.py        2 straight to the nearest food
@@ -13,5 +14,6 @@ kernels/         squares counted and trees grown, compiled
 from_file.py     a user's own `move(data)`, in a process of its own
 file_worker.py   that process
 messages.py      the official JSON, both ways
-patience.py      threads that are waited for only so long
+json_adapter.py  asks such a file as if it saw boards
+worker_pool.py   threads that are waited for only so long
 """
