@@ -22,13 +22,16 @@ Timeout = Annotated[int, typer.Option("--timeout", "-t", min=1, help="Millisecon
 GameType = Annotated[str, typer.Option("--gametype", "-g", help="Ruleset: standard, solo, royale, constrictor, …")]
 MapName = Annotated[str, typer.Option("--map", "-m", help="Map: standard, empty, royale, arcade_maze, …")]
 Seed = Annotated[int | None, typer.Option("--seed", "-r", help="Chance of the game; without it, another every time.")]
+FileMemory = Annotated[
+    int, typer.Option("--file-memory", min=0, help="MB of memory a FILE.py may use; 0: no limit. (Linux)")
+]
 FoodChance = Annotated[int, typer.Option("--foodSpawnChance", help="Percent, each turn.")]
 MinimumFood = Annotated[int, typer.Option("--minimumFood", help="Food below this is filled up at once.")]
 Damage = Annotated[int, typer.Option("--hazardDamagePerTurn", help="Health a hazard takes.")]
 Shrink = Annotated[int, typer.Option("--shrinkEveryNTurns", help="Turns between two changes of the hazards.")]
 
 
-def take_seats(who: list[str], names: list[str], seed: int, quiet: bool) -> list[Seat]:
+def take_seats(who: list[str], names: list[str], seed: int, quiet: bool, memory_mb: int = 2048) -> list[Seat]:
     """Return a seat for everyone named; who stands there twice gets a number behind the name."""
     from racecraft.cli.output import say
     from racecraft.evaluation.battlesnake.seats import take_seat
@@ -42,7 +45,8 @@ def take_seats(who: list[str], names: list[str], seed: int, quiet: bool) -> list
     taken: list[Seat] = []
     for number, one in enumerate(who):
         twin = given[:number].count(given[number])
-        taken.append(take_seat(one, f"{given[number]}#{twin + 1}" if twin else given[number], seed + number))
+        name = f"{given[number]}#{twin + 1}" if twin else given[number]
+        taken.append(take_seat(one, name, seed + number, memory_mb))
     return taken
 
 

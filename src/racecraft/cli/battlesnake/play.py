@@ -10,6 +10,7 @@ import typer
 from racecraft.cli.battlesnake.options import (
     JSON,
     Damage,
+    FileMemory,
     FoodChance,
     GameType,
     Height,
@@ -27,10 +28,12 @@ from racecraft.cli.battlesnake.options import (
 )
 
 if TYPE_CHECKING:
+    from racecraft.envs.battlesnake.board import Snake
     from racecraft.envs.battlesnake.settings import GameSettings
     from racecraft.evaluation.battlesnake.live import StepObserver
     from racecraft.evaluation.battlesnake.match import Played
     from racecraft.evaluation.battlesnake.seats import Seat
+    from racecraft.players.battlesnake.messages import GameCard
 
 Sequential = Annotated[bool, typer.Option("--sequential", "-s", help="Ask one after another.")]
 View = Annotated[bool, typer.Option("--view", "--viewmap", "-v", help="Watch in the terminal.")]
@@ -49,6 +52,7 @@ Film = Annotated[Path | None, typer.Option("--film", "--gif", help="Film the gam
 MostTurns = Annotated[int | None, typer.Option("--most-turns", min=1, help="Stop after so many turns.")]
 Verbose = Annotated[bool, typer.Option("--verbose", help="Say every turn, on standard error.")]
 
+TURNS_SHOWN = 8
 SHOWN_MS = 100
 """What a turn lasts at least in the terminal, where nothing is said of it."""
 
@@ -76,6 +80,7 @@ def play(
     hazard_damage: Damage = 14,
     shrink_every: Shrink = 25,
     most_turns: MostTurns = None,
+    file_memory: FileMemory = 2048,
     verbose: Verbose = False,
     json: JSON = False,
 ) -> None:
@@ -93,7 +98,7 @@ def play(
     )  # fmt: skip
     _check_files(output, film)
     seed = new_seed() if seed is None else seed
-    seats = take_seats(who, name or [], seed, quiet=json)
+    seats = take_seats(who, name or [], seed, json, file_memory)
     view = view and not json
     observers = _observers(settings, view, color, browser, board_url, verbose, json)
     least = max(duration, SHOWN_MS if view else 0)
@@ -163,17 +168,37 @@ def _tell(played: Played, seats: list[Seat], seed: int, json: bool) -> None:
     end = f"{won['winnerName']} wins" if won["winnerId"] else "a draw" if won["isDraw"] else "nobody wins"
     say(f"Turn {played.turns}: {end}. Seed {seed}.", quiet_stdout=False)
     for snake, seat in zip(played.boards[-1].snakes, seats, strict=True):
-        failures = seat.failures
-        fate = "alive" if snake.alive else f"{snake.cause} on turn {snake.on}"
-        missed = f", {failures.timeouts} timeouts, {failures.crashes} crashes" * (failures.last_letter != "")
-        print(f"  {seat.name:20} {fate}, length {len(snake.body)}{missed}")
-        if failures.last_letter:
-            print(f"  {'':20} {failures.last_letter}")
+        print(f"  {seat.name:20} {fate(snake, played.card)}, length {len(snake.body)}{_missed(seat)}")
+        if seat.failures.last_letter:
+            print(f"  {'':20} {seat.failures.last_letter}")
+
+
+def fate(snake: Snake, card: GameCard) -> str:
+    """Return how a snake ended: what killed it, whose it was, and on which turn."""
+    if snake.alive:
+        return "alive"
+    by = f" by {card.names.get(snake.by, snake.by)}" if snake.by not in ("", snake.id) else ""
+    return f"{snake.cause}{by} on turn {snake.on}"
+
+
+def _missed(seat: Seat) -> str:
+    """Return how many moves were late or failed, and on which turns; empty where none was."""
+    told = ""
+    failures = seat.failures
+    for what, count, turns in (
+        ("late", failures.timeouts, failures.late_turns),
+        ("failed", failures.crashes, failures.failed_turns),
+    ):
+        if count:
+            shown = ", ".join(map(str, turns[:TURNS_SHOWN])) + ", …" * (count > TURNS_SHOWN)
+            told += f", {count} {what} (turn{'s' * (count > 1)} {shown})"
+    return told
 
 
 def _seat_facts(seats: list[Seat]) -> list[dict[str, object]]:
     return [
         {"name": seat.name, "timeouts": seat.failures.timeouts, "crashes": seat.failures.crashes,
+         "late_turns": seat.failures.late_turns, "failed_turns": seat.failures.failed_turns,
          "last_letter": seat.failures.last_letter}
         for seat in seats
     ]  # fmt: skip

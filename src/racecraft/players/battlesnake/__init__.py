@@ -14,6 +14,8 @@ kernels/         squares counted and trees grown, compiled
 from_file.py     a user's own `move(data)`, in a process of its own
 file_worker.py   that process
 messages.py      the official JSON, both ways
+looks.py         a snake's colour
+time_budget.py   how much of the timeout a player has
 json_adapter.py  asks such a file as if it saw boards
 worker_pool.py   threads that are waited for only so long
 """

@@ -9,7 +9,7 @@ from racecraft.contract.random_streams import stream_keys
 from racecraft.envs.battlesnake.board import Board, Snake
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.players.battlesnake.flood_fill import FloodFill
-from racecraft.players.battlesnake.from_file import load_file_player
+from racecraft.players.battlesnake.from_file import MEMORY_MB, load_file_player
 from racecraft.players.battlesnake.hungry import Hungry
 from racecraft.players.battlesnake.json_adapter import JsonAdapter
 from racecraft.players.battlesnake.protocol import JsonPlayer, PlayerError, SnakePlayer
@@ -25,7 +25,7 @@ PLAYERS = {
 """The built-in players by name, weakest first, with what they do."""
 
 
-def find_player(name: str, seed: int = 0) -> SnakePlayer | JsonPlayer:
+def find_player(name: str, seed: int = 0, memory_mb: int = MEMORY_MB) -> SnakePlayer | JsonPlayer:
     """Return a player: a name of `PLAYERS`, a FILE.py, a trained snake's RUN, or `search+` one of them.
 
     RUN is the folder of a training by itself (its best checkpoint) or with `:best`, `:last` or `:N` behind it. Search
@@ -34,6 +34,7 @@ def find_player(name: str, seed: int = 0) -> SnakePlayer | JsonPlayer:
     Args:
         name: What the user wrote.
         seed: Chance of the players that roll dice.
+        memory_mb: Memory that a FILE.py may use.
 
     Raises:
         PlayerError: There is no such player, or the file or run cannot be used.
@@ -42,10 +43,10 @@ def find_player(name: str, seed: int = 0) -> SnakePlayer | JsonPlayer:
     if name.startswith("search+") and not Path(name).is_file():
         from racecraft.players.battlesnake.search import Search
 
-        guide = find_player(name.removeprefix("search+"), seed)
+        guide = find_player(name.removeprefix("search+"), seed, memory_mb)
         return Search(guide=guide if isinstance(guide, SnakePlayer) else JsonAdapter(guide))
     if name.endswith(".py") or Path(name).is_file():
-        return load_file_player(name)
+        return load_file_player(name, memory_mb)
     if name not in PLAYERS and _may_be_run(name):
         from racecraft.players.battlesnake.trained import load_trained_snake
 
