@@ -10,6 +10,8 @@ area_control.py  4 counts whose squares are whose, after every reply
 search.py        5 looks many moves ahead, as long as it is given time
 trained.py       a policy out of a run folder
 anchors.py       players 1 to 3 at the speed of training
+one_seat.py      games of one learner against players, as a world
+gymnasium_env.py that world by its Gymnasium id
 kernels/         squares counted and trees grown, compiled
 from_file.py     a user's own `move(data)`, in a process of its own
 file_worker.py   that process
