@@ -3,6 +3,7 @@
 import gzip
 import itertools
 import json
+import os
 import random
 from pathlib import Path
 
@@ -150,6 +151,19 @@ def test_games_of_the_official_engine_agree_when_only_positions_are_kept(name, t
         assert report.agrees, f"game {number}\n" + "\n".join(report.examples)
         steps += report.steps
     assert steps == 2624
+
+
+LOGS = os.environ.get("RACECRAFT_SNAKE_LOGS")
+
+
+@pytest.mark.skipif(not LOGS, reason="RACECRAFT_SNAKE_LOGS names no folder of snakes' logs of production games")
+def test_production_games_agree():
+    steps = 0
+    for path in sorted(Path(LOGS).glob("*.json*")):
+        report = verify_file(path)
+        assert report.agrees, f"{path.name}\n" + "\n".join(report.examples)
+        steps += report.steps
+    assert steps > 0
 
 
 @pytest.mark.parametrize(
