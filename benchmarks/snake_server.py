@@ -58,7 +58,8 @@ def fresh_policy(run: Path) -> str:
 
 async def measure(name: str, games: int, seconds: float) -> dict[str, Any]:
     """Serve a player, let the clients play, and return the figures."""
-    from racecraft.players.battlesnake.protocol import ManyPlayer, find_player, warm_up
+    from racecraft.players.battlesnake.find import find_player, warm_up
+    from racecraft.players.battlesnake.protocol import ManyPlayer
     from racecraft.serving.snake_server import SnakeServer, answer_before_thinking, settle
 
     answer_before_thinking()

@@ -58,6 +58,68 @@ def test_a_tournament_says_who_is_strong(racecraft):
     assert {"points", "low", "high"} == set(table["standings"][0]["rating"])
 
 
+def test_a_tournament_says_every_game_and_who_beat_whom(racecraft):
+    said = racecraft("snakes", "tournament", "random_safe", "flood_fill", "-W", 7, "-H", 7, "--rounds", 2)
+    lines = said.err.splitlines()
+    assert sum(line.startswith("game ") for line in lines) == 4
+    assert "game 4 of 4: " in said.err
+    assert " turns; " in said.err
+    assert "won-drawn-lost" in said.out
+    table = said.out.splitlines()
+    first, second = (line for line in table if line.startswith(("1 ", "2 ")))
+    mine, theirs = first.split()[-1].split("-"), second.split()[-1].split("-")
+    assert mine == theirs[::-1], "what one won the other lost"
+    assert sum(map(int, mine)) == 4
+
+
+def test_ctrl_c_ends_a_tournament_with_its_table_and_the_same_command_goes_on(tmp_path):
+    players = ("flood_fill", "area_control", "-W", "11", "-H", "11", "--rounds", "3", "--file", "games.jsonl")
+    command = [sys.executable, "-m", "racecraft", "snakes", "tournament", *players]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as held:
+        try:
+            while not held.stderr.readline().startswith("game 2 "):
+                assert held.poll() is None
+            held.send_signal(signal.SIGINT)
+            out, err = held.communicate(timeout=20)
+        finally:
+            held.kill()
+    kept = (tmp_path / "games.jsonl").read_text().splitlines()
+    games = len(kept) - 1
+    assert held.returncode == 130, err
+    assert 2 <= games < 6
+    assert f"Broken off after {games} of 6 games" in err
+    assert f"{games} of 6 games were played" in out
+    assert "flood_fill" in out
+    done = subprocess.run([*command, "--json"], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert f"{games} of 6 games are in the file already" in done.stderr
+    assert f"game {games + 1} of 6" in done.stderr
+    assert json.loads(done.stdout)["games"] == 6
+    assert (tmp_path / "games.jsonl").read_text().splitlines()[: len(kept)] == kept
+
+
+def test_play_says_who_killed_whom_and_which_turns_failed(racecraft, tmp_path):
+    (tmp_path / "mine.py").write_text("def move(data):\n    return 'left' if data['turn'] != 1 else 1 / 0\n")
+    said = racecraft("snakes", "play", "-u", "mine.py", "-u", "flood_fill", "-W", 11, "-H", 11, "-r", 2)
+    assert said.code == 0, said.err
+    assert "1 failed (turn 1)" in said.out
+    assert "turn 1: mine.py:2: move() raised ZeroDivisionError" in said.out
+    assert "wall-collision on turn" in said.out
+    facts = json.loads(racecraft("snakes", "play", "-u", "mine.py", "-u", "hungry", "-r", 2, "--json").out)
+    assert [seat["failed_turns"] for seat in facts["seats"]] == [[1], []]
+
+
+def test_whose_body_it_was_is_said():
+    from racecraft.cli.battlesnake.play import fate
+    from racecraft.envs.battlesnake.board import Snake
+    from racecraft.players.battlesnake.messages import GameCard
+
+    card = GameCard("g", names={"s0": "Flo", "s1": "Ann"})
+    assert fate(Snake("s0", [(1, 1)], 90, "head-collision", "s1", 41), card) == "head-collision by Ann on turn 41"
+    assert fate(Snake("s0", [(1, 1)], 90, "snake-self-collision", "s0", 7), card) == "snake-self-collision on turn 7"
+    assert fate(Snake("s0", [(1, 1)]), card) == "alive"
+
+
 def test_players_are_listed(racecraft):
     assert list(json.loads(racecraft("snakes", "players", "--json").out)["players"])[0] == "random_safe"
     assert "search+NAME" in racecraft("snakes", "players").out
@@ -80,7 +142,11 @@ def test_players_are_listed(racecraft):
         (("tournament", "hungry", "flood_fill", "--snakes", 1), "1 snakes a game"),
         (("gif", "no.jsonl", "x.gif"), "no.jsonl"),
         (("verify", "no.jsonl.gz"), "no.jsonl.gz"),
+        (("tournament", "hungry"), "only 1 player; name at least 2"),
         (("serve", "nobody"), "nobody"),
+        (("serve", "hungry", "--color", "redd"), "expected #rrggbb"),
+        (("serve", "hungry", "--color", "#12345"), "expected #rrggbb"),
+        (("play", "-u", "setup.py", "--file-memory", 3), "at least 64"),
         (("serve", "hungry", "--port", 99999), "99999"),
         (("serve", "hungry", "--host", "256.0.0.1"), "256.0.0.1"),
     ],
@@ -123,16 +189,17 @@ def test_recorded_games_of_the_official_engine_agree(racecraft):
     assert json.loads(said.out)["mismatches"] == 0
 
 
-def test_a_file_is_served_until_it_is_interrupted(tmp_path):
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_a_file_is_served_until_it_is_interrupted(tmp_path, how):
     (tmp_path / "mine.py").write_text("def move(data):\n    return 'up'\n")
-    flags = ("--port", "0", "--color", "#ff0000", "--json")
+    flags = ("--port", "0", "--color", "red", "--json")
     command = [sys.executable, "-m", "racecraft", "snakes", "serve", "mine.py", *flags]
     with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
         try:
             url = json.loads(server.stdout.readline())["url"]
             with urllib.request.urlopen(url, timeout=5) as answer:
                 assert json.load(answer)["color"] == "#ff0000"
-            server.send_signal(signal.SIGINT)
+            server.send_signal(how)
             _, err = server.communicate(timeout=10)
         finally:
             server.kill()

@@ -17,9 +17,9 @@ from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.state import Games
 from racecraft.evaluation.battlesnake.match import play
 from racecraft.evaluation.battlesnake.seats import take_seat
+from racecraft.players.battlesnake.find import find_player
 from racecraft.players.battlesnake.from_file import load_file_player
 from racecraft.players.battlesnake.messages import GameCard, message
-from racecraft.players.battlesnake.protocol import find_player
 from racecraft.players.battlesnake.sight import safe_moves
 from racecraft.serving.http_service import MOST_BODY_BYTES
 from racecraft.serving.snake_server import SnakeServer, answer_before_thinking, settle
@@ -90,6 +90,7 @@ def test_the_official_way_through_a_game():
 
 GOOD = json.dumps(letter()[0]).encode()
 NO_YOU = json.dumps(letter()[0] | {"you": {"id": "ghost"}}).encode()
+GOOD_POST = post("/move", GOOD)
 BAD_REQUESTS = {
     "no http": (b"\x16\x03\x01\x02\x00\n", 400, "bad_request"),
     "long line": (b"GET /" + b"a" * 100_000 + b" HTTP/1.1\r\n\r\n", 431, "headers_too_large"),
@@ -102,6 +103,7 @@ BAD_REQUESTS = {
     "length is a word": (post("/move", b"", "many"), 400, "bad_request"),
     "negative length": (post("/move", b"", -5), 400, "bad_request"),
     "huge": (post("/move", b"", MOST_BODY_BYTES + 1), 413, "body_too_large"),
+    "two lengths": (GOOD_POST.replace(b"Host: x", b"Content-Length: 5"), 400, "bad_request"),
     "absurd": (post("/move", b"", 10**30), 413, "body_too_large"),
     "empty": (post("/move", b""), 400, "bad_json"),
     "no json": (post("/move", b"hello"), 400, "bad_json"),
@@ -126,6 +128,12 @@ def test_bad_requests_get_named_errors_and_the_server_goes_on(how):
     bad, good = serving(server, talk)
     assert (bad[0], bad[1] and bad[1]["error"]) == (status, name)
     assert good[0] == 200
+
+
+def test_the_same_length_told_twice_is_one():
+    server = SnakeServer(find_player("hungry"))
+    twice = GOOD_POST.replace(b"Host: x", b"Content-Length: %d" % len(GOOD))
+    assert serving(server, lambda port: exchange(port, twice))[0] == 200
 
 
 def test_a_body_that_is_cut_is_dropped_and_the_server_goes_on():
@@ -233,18 +241,30 @@ def test_boards_that_kernels_cannot_tell_are_answered_all_the_same():
     assert all(status == 200 and answer["move"] in MOVES for status, answer in answers)
 
 
-def test_silent_games_are_forgotten_and_open_ones_are_capped(monkeypatch):
-    monkeypatch.setattr("racecraft.serving.snake_server.MOST_GAMES", 3)
-    server = SnakeServer(find_player("hungry"), silence_seconds=0.2)
+def test_silent_games_are_forgotten_and_games_beyond_the_cap_are_refused_until_one_ends_or_is_abandoned():
+    now, said = [0.0], []
+    server = SnakeServer(
+        find_player("hungry"), silence_seconds=600, most_games=3, clock=lambda: now[0], complain=said.append
+    )
 
     async def talk(port):
-        for number in range(5):
-            await exchange(port, post("/start", letter(f"g{number}")[0]))
-        many = server.games_open
-        await asyncio.sleep(0.25)
-        return many, server.games_open
+        async def ask(path, game):
+            return (await exchange(port, post(path, letter(game)[0])))[0]
 
-    assert serving(server, talk) == (3, 0)
+        begun = [await ask("/start", f"g{number}") for number in range(5)]
+        moves = [await ask("/move", "g0"), await ask("/move", "g4")]
+        after_an_end = [await ask("/end", "g1"), await ask("/start", "g4")]
+        now[0] = 29
+        early = await ask("/start", "g5")
+        now[0] = 31
+        late = await ask("/start", "g5")
+        many = server.games_open
+        now[0] = 700
+        return begun, moves, after_an_end, early, late, many, server.games_open
+
+    assert serving(server, talk) == ([200, 200, 200, 503, 503], [200, 503], [200, 200], 503, 200, 3, 0)
+    assert server.count.refused == 4
+    assert "beyond 3 at once" in said[0]
 
 
 def test_many_games_at_once_are_answered_in_time():
@@ -377,7 +397,7 @@ def test_a_player_of_many_boards_that_fails_still_gets_safe_moves_out(how, faile
 
 
 def test_a_batch_that_hangs_is_given_up(monkeypatch):
-    monkeypatch.setattr("racecraft.serving.gathering.HANGING_SECONDS", 0.2)
+    monkeypatch.setattr("racecraft.serving.batching_queue.HANGING_SECONDS", 0.2)
     server = SnakeServer(ManyBoards("hangs"), margin_ms=50)
     answers = many_clients(server, clients=2, moves=3, timeout_ms=200)
     assert all(status == 200 for _, (status, _) in answers)

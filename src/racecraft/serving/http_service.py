@@ -206,7 +206,10 @@ async def _read_headers(reader: asyncio.StreamReader) -> dict[str, str]:
         name, colon, value = line.decode("latin-1").partition(":")
         if not colon:
             raise HttpError(400, "bad_request", "a header line without a colon.")
-        headers[name.strip().lower()] = value.strip()
+        name, value = name.strip().lower(), value.strip()
+        if name == "content-length" and headers.get(name, value) != value:
+            raise HttpError(400, "bad_request", "two different Content-Lengths.")
+        headers[name] = value
 
 
 async def _read_body(reader: asyncio.StreamReader, headers: dict[str, str], method: str) -> bytes:

@@ -2,15 +2,17 @@
 
 Every `/move` is answered within the game's timeout less a margin: the player thinks in a thread; what it has not said
 when time runs out is not waited for, and a move that is at least safe, worked out in a blink, goes out instead. Many
-games run at once and share the threads; a player of many boards is asked for all that wait together (`gathering.py`).
-What is kept of a game is dropped at its end, or after a silence.
+games run at once and share the threads; a player of many boards is asked for all that wait together
+(`batching_queue.py`). What is kept of a game is dropped at its end, or after a silence.
 """
 
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import gc
 import os
+import signal
 import sys
 import time
 from collections import OrderedDict, deque
@@ -19,16 +21,17 @@ from dataclasses import dataclass, field
 
 from racecraft.envs.battlesnake.board import MOVES, BoardError
 from racecraft.players.battlesnake.messages import LOOKS, Letter, read_message
-from racecraft.players.battlesnake.patience import Crew
-from racecraft.players.battlesnake.protocol import LetterPlayer, ManyPlayer, Message, PlayerError, Question, SnakePlayer
+from racecraft.players.battlesnake.protocol import JsonPlayer, ManyPlayer, Message, PlayerError, Question, SnakePlayer
 from racecraft.players.battlesnake.sight import best_safe_move, find_snake
-from racecraft.serving.gathering import Gatherer
+from racecraft.players.battlesnake.time_budget import NETWORK_MARGIN_MS, THINKING_SHARE, seconds_to_answer
+from racecraft.players.battlesnake.worker_pool import WorkerPool
+from racecraft.serving.batching_queue import BatchingQueue
 from racecraft.serving.http_service import HttpError, HttpService, Request
 from racecraft.serving.port import port_error
 
-MARGIN_MS = 100
-"""Kept for the way there and back; at most half of the game's timeout."""
 SILENCE_SECONDS = 600.0
+ABANDONED_SECONDS = 30.0
+"""A game silent for so long gives its place up to a new one where there is no other."""
 MOST_GAMES = 10_000
 LATENCIES_KEPT = 100_000
 
@@ -67,6 +70,7 @@ class SnakeServer:
         author: Told on `GET /`.
         margin_ms: Time of the timeout that is left unused.
         silence_seconds: A game not heard of for so long is forgotten.
+        most_games: Games at once; a new one beyond them is refused (503), so that those under way are answered in time.
         threads: How many moves are thought about at the same time; None: one a core.
         complain: Called with a sentence when the player failed.
         clock: Seconds that only grow; decides how long a game has been silent.
@@ -74,11 +78,12 @@ class SnakeServer:
 
     def __init__(
         self,
-        player: SnakePlayer | LetterPlayer,
+        player: SnakePlayer | JsonPlayer,
         looks: dict[str, str] | None = None,
         author: str = "",
-        margin_ms: int = MARGIN_MS,
+        margin_ms: int = NETWORK_MARGIN_MS,
         silence_seconds: float = SILENCE_SECONDS,
+        most_games: int = MOST_GAMES,
         threads: int | None = None,
         complain: Callable[[str], None] | None = None,
         clock: Callable[[], float] = time.monotonic,
@@ -87,9 +92,10 @@ class SnakeServer:
         self._player, self._author = player, author
         self._looks = {key: (looks or {}).get(key) or default for key, default in LOOKS.items()}
         self._margin_ms, self._silence_seconds = margin_ms, silence_seconds
+        self._most_games = most_games
         self._complain = complain or (lambda sentence: None)
-        self._crew = Crew(threads or os.cpu_count() or 1)
-        self._gatherer = Gatherer(player) if isinstance(player, ManyPlayer) else None
+        self._pool = WorkerPool(threads or os.cpu_count() or 1)
+        self._queue = BatchingQueue(player) if isinstance(player, ManyPlayer) else None
         self._thinking = 0
         self._heard: OrderedDict[tuple[str, str], float] = OrderedDict()
         self._service = HttpService(self._answer)
@@ -107,9 +113,9 @@ class SnakeServer:
     async def close(self) -> None:
         """Stop; players that still think are left behind."""
         await self._service.close()
-        self._crew.close()
-        if self._gatherer is not None:
-            self._gatherer.close()
+        self._pool.close()
+        if self._queue is not None:
+            self._queue.close()
 
     async def _answer(self, request: Request) -> Message:
         try:
@@ -155,9 +161,9 @@ class SnakeServer:
         """Return the player's move, or None where it failed or was not in time."""
         self._thinking += 1
         try:
-            if self._gatherer is not None:
+            if self._queue is not None:
                 question = Question(letter.board, letter.you, letter.settings)
-                word = await self._gatherer.choose(question, deadline)
+                word = await self._queue.choose(question, deadline)
             else:
                 word = await self._wait(lambda: self._ask(letter, message, deadline), deadline - time.monotonic())
             if word not in MOVES:
@@ -174,11 +180,11 @@ class SnakeServer:
 
     async def _wait(self, act: Callable[[], str], seconds: float) -> str:
         """Return what `act` gives in a thread, or leave it behind and raise TimeoutError."""
-        task = self._crew.submit(act)
+        task = self._pool.submit(act)
         try:
             return str(await asyncio.wait_for(asyncio.wrap_future(task), max(0.0, seconds)))
         except TimeoutError:
-            self._crew.leave_behind(task)
+            self._pool.leave_behind(task)
             raise
 
     def _note_failure(self, error: Exception) -> None:
@@ -190,7 +196,7 @@ class SnakeServer:
         left = max(0.0, deadline - time.monotonic())
         if not isinstance(self._player, SnakePlayer):
             return self._player.move(message, left)
-        seconds = 0.8 * left * min(1.0, self._crew.size / max(1, self._thinking))
+        seconds = THINKING_SHARE * left * min(1.0, self._pool.size / max(1, self._thinking))
         return self._player.choose(letter.board, letter.settings, letter.you, seconds)
 
     async def _tell(self, what: str, letter: Letter, message: Message) -> None:
@@ -206,26 +212,30 @@ class SnakeServer:
             self._note_failure(error)
 
     def _seconds(self, letter: Letter) -> float:
-        timeout_ms = max(1, letter.timeout_ms)
-        return (timeout_ms - min(self._margin_ms, timeout_ms / 2)) / 1000
+        return seconds_to_answer(letter.timeout_ms, self._margin_ms)
 
     def _note(self, letter: Letter, ended: bool = False) -> None:
-        """Remember when a game was heard of last; forget the ended, the silent, and the oldest beyond the cap."""
+        """Remember when a game was heard of last; forget the ended and the silent, refuse a new one beyond the cap."""
         self._forget_silent()
         key = (letter.game_id, letter.you)
         known = self._heard.pop(key, None) is not None
         if ended:
             return
+        if not known and len(self._heard) >= self._most_games:
+            self._make_room()
         self.count.games += not known
         self._heard[key] = self._clock()
-        self._forget_silent()
+
+    def _make_room(self) -> None:
+        """Give the place of a game that seems abandoned to a new one; without one, refuse (503)."""
+        if self._clock() - next(iter(self._heard.values())) < ABANDONED_SECONDS:
+            self._complain(f"a game beyond {self._most_games} at once was refused; see --games.")
+            raise HttpError(503, "too_many_games", f"{self._most_games} games are under way; try again later.")
+        self._heard.popitem(last=False)
 
     def _forget_silent(self) -> None:
         now = self._clock()
-        while self._heard:
-            heard = next(iter(self._heard.values()))
-            if now - heard < self._silence_seconds and len(self._heard) <= MOST_GAMES:
-                return
+        while self._heard and now - next(iter(self._heard.values())) >= self._silence_seconds:
             self._heard.popitem(last=False)
 
 
@@ -251,7 +261,7 @@ def settle() -> None:
 
 
 async def serve_until_cancelled(server: SnakeServer, host: str, port: int, ready: Callable[[int], None]) -> None:
-    """Listen until the task is cancelled; `ready` is told the port.
+    """Listen until the task is cancelled or the process is told to end (SIGTERM); `ready` is told the port.
 
     Raises:
         PlayerError: The address cannot be listened on.
@@ -260,8 +270,11 @@ async def serve_until_cancelled(server: SnakeServer, host: str, port: int, ready
         found = await server.listen(host, port)
     except (OSError, OverflowError) as error:
         raise port_error(host, port, error) from error
+    ended = asyncio.Event()
+    with contextlib.suppress(NotImplementedError):  # Windows has no such signal
+        asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, ended.set)
     ready(found)
     try:
-        await asyncio.Event().wait()
+        await ended.wait()
     finally:
         await server.close()

@@ -120,7 +120,7 @@ def resume(
         kind: What the run must be of; None: any kind.
 
     Raises:
-        RunFolderError: There is no run folder, it is of another kind, it is being trained, or it cannot be gone on with.
+        RunFolderError: No run folder, one of another kind, one that is being trained, or that cannot be gone on with.
     """
     run = RunFolder.open(path)
     kind = (run.read_job() if kind is None else run.read_job_of(kind)).get("kind", "")

@@ -1,5 +1,7 @@
 """The arena: games, forfeits, ratings, tournaments, the official output file."""
 
+import asyncio
+import itertools
 import json
 import math
 import socket
@@ -18,9 +20,14 @@ from racecraft.evaluation.battlesnake.record import read_record, write_record
 from racecraft.evaluation.battlesnake.remote import Remote
 from racecraft.evaluation.battlesnake.seats import Seat, take_seat
 from racecraft.evaluation.battlesnake.skill import skills
-from racecraft.evaluation.battlesnake.tournament import tournament
+from racecraft.evaluation.battlesnake.standings import GameResult, table_of
+from racecraft.evaluation.battlesnake.tournament import Tournament, tournament
+from racecraft.evaluation.battlesnake.tournament_file import TournamentFile
+from racecraft.players.battlesnake.find import PLAYERS
 from racecraft.players.battlesnake.from_file import load_file_player
-from racecraft.players.battlesnake.protocol import PLAYERS, LatePlayerError, PlayerError
+from racecraft.players.battlesnake.protocol import LatePlayerError, PlayerError
+from racecraft.players.battlesnake.sight import best_safe_move
+from racecraft.serving.snake_server import SnakeServer
 
 SMALL = GameSettings(7, 7, 2)
 
@@ -260,8 +267,127 @@ def test_a_tournament_refuses_what_cannot_meet():
     seats = seats_of("hungry", "flood_fill")
     with pytest.raises(BoardError, match="every name once"):
         tournament([seats[0], seats[0]], SMALL)
-    with pytest.raises(BoardError, match="3 snakes a game"):
+    with pytest.raises(BoardError, match="3 snakes a game, but only 2 players; name at least 3"):
         tournament(seats, GameSettings(7, 7, 3))
+    with pytest.raises(BoardError, match="2 snakes a game, but only 1 player; name at least 2"):
+        tournament(seats[:1], SMALL)
+    with pytest.raises(BoardError, match="1 snakes a game; a tournament needs at least 2"):
+        tournament(seats, GameSettings(7, 7, 1))
+
+
+def result(number, players, places):
+    return GameResult(number, players, places, 10 * number, (0,) * len(players), (1,) + (0,) * (len(players) - 1))
+
+
+def test_head_to_head_counts_won_drawn_and_lost_of_every_pair():
+    games = [result(1, (0, 1, 2), (0, 1, 1)), result(2, (2, 0), (0, 1)), result(3, (0, 1), (1, 0))]
+    table = table_of(["a", "b", "c", "d"], games, planned=5)
+    scores = {(a, b): str(score) for a, row in table.head_to_head.items() for b, score in row.items()}
+    assert scores == {
+        ("a", "b"): "1-0-1", ("b", "a"): "1-0-1", ("a", "c"): "1-0-1", ("c", "a"): "1-0-1",
+        ("b", "c"): "0-1-0", ("c", "b"): "0-1-0",
+    }  # fmt: skip
+    assert (table.games, table.games_planned, table.turns) == (3, 5, 60)
+    by_name = {line.name: line for line in table.standings}
+    assert (by_name["a"].games, by_name["a"].wins, by_name["a"].crashes) == (3, 1, 2)
+    assert (by_name["d"].games, by_name["d"].wins) == (0, 0)
+
+
+def test_a_tournament_goes_on_where_it_stopped_and_with_more_rounds(tmp_path):
+    path = tmp_path / "games.jsonl"
+
+    def held(rounds, most):
+        seats = [take_seat("hungry"), take_seat("flood_fill")]
+        kept = TournamentFile(path, [seat.name for seat in seats], SMALL, 100, 4, 1000)
+        before = len(kept.games)
+        going = Tournament(seats, SMALL, rounds, 100, seed=4, played=kept.games)
+        for game, _ in itertools.islice(going.play(), most):
+            kept.add(game)
+        return before, going
+
+    assert held(2, 3)[0] == 0
+    path.write_bytes(path.read_bytes() + b'{"number": 4, "pla')  # cut off while it was written
+    before, going = held(2, 99)
+    assert (before, len(going.games)) == (3, 4)
+    assert held(3, 99)[0] == 4
+    at_once = tournament([take_seat("hungry"), take_seat("flood_fill")], SMALL, rounds=3, timeout_ms=100, seed=4)
+    assert held(3, 99)[1].table() == at_once
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda text: "", "no line"),
+        (lambda text: "{}\n", "games.jsonl:1|line 1"),
+        (lambda text: text.replace('"hungry"', '"angry"'), "another tournament.*angry.*hungry"),
+        (lambda text: text.replace('"seed":4', '"seed":5'), "seed 5, now 4"),
+        (lambda text: text + "no\n", "games.jsonl:2|line 2"),
+        (lambda text: text + '{"number":2,"players":[0,1],"places":[0,1],"turns":1,"timeouts":[0,0],"crashes":[0,0]}\n',
+         "game 2 where game 1 belongs"),
+        (lambda text: text + '{"number":1,"players":[0,7],"places":[0,1],"turns":1,"timeouts":[0,0],"crashes":[0,0]}\n',
+         "of 2"),
+    ],
+)  # fmt: skip
+def test_another_file_is_not_gone_on_with(tmp_path, change, words):
+    path = tmp_path / "games.jsonl"
+    asked = (path, ["hungry", "flood_fill"], SMALL, 100, 4, 1000)
+    TournamentFile(*asked)
+    path.write_text(change(path.read_text()))
+    before = path.read_bytes()
+    with pytest.raises(InputFileError, match=words):
+        TournamentFile(*asked)
+    assert path.read_bytes() == before
+
+
+class Thinker:
+    """Notes how long it may think."""
+
+    def __init__(self):
+        self.told = []
+
+    def choose(self, board, settings, snake_id, seconds):
+        self.told.append(seconds)
+        return "up"
+
+
+@pytest.mark.parametrize(("timeout_ms", "seconds"), [(500, 0.8 * 0.4), (100, 0.8 * 0.05)])
+def test_a_player_thinks_as_long_beside_the_board_as_behind_a_server_of_ours(timeout_ms, seconds):
+    """500 ms less 100 for the way, of 100 ms half; four fifths of that to think. Who has no way keeps its time, too."""
+    here, there = Thinker(), Thinker()
+    play(SMALL, [Seat("here", here), Seat("too", here)], StreamDice(1), timeout_ms=timeout_ms, most_turns=2)
+    assert here.told == [pytest.approx(seconds)] * 4
+
+    async def served():
+        server = SnakeServer(there, threads=1)
+        port = await server.listen(port=0)
+        seat = await asyncio.to_thread(take_seat, f"http://127.0.0.1:{port}")
+        pair = [seat, take_seat("hungry")]
+        try:
+            await asyncio.to_thread(play, SMALL, pair, StreamDice(1), "g", timeout_ms, most_turns=2)
+        finally:
+            seat.leave()
+            await server.close()
+
+    asyncio.run(served())
+    assert len(there.told) == 2
+    assert all(0.5 * seconds < told <= seconds for told in there.told), "less only what reading the request took"
+
+
+def test_who_fails_is_told_with_its_turns():
+    class Moody:
+        def choose(self, board, settings, snake_id, seconds):
+            if board.turn == 1:
+                raise PlayerError("no mood.")
+            if board.turn == 2:
+                time.sleep(0.08)
+            return best_safe_move(board, settings, snake_id)
+
+    moody = Seat("moody", Moody())
+    play(GameSettings(11, 11, 2), [moody, *seats_of("random_safe")], StreamDice(3), timeout_ms=60, most_turns=4)
+    failures = moody.failures
+    assert (failures.failed_turns, failures.late_turns) == ([1], [2])
+    assert (failures.crashes, failures.timeouts) == (1, 1)
+    assert failures.last_letter.startswith("turn 2: moody: no answer within")
 
 
 def in_order(names, rounds):

@@ -9,7 +9,7 @@ from racecraft.envs.battlesnake.board import MOVES
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.world import BattlesnakeWorld, WorldSettings
 from racecraft.players.battlesnake.anchors import ANCHORS, AnchorSeats
-from racecraft.players.battlesnake.protocol import find_player
+from racecraft.players.battlesnake.find import find_player
 from racecraft.players.battlesnake.sight import safe_moves
 
 GAMES = 6

@@ -13,12 +13,14 @@ from racecraft.envs.battlesnake.dice import StreamDice
 from racecraft.envs.battlesnake.reference import Referee
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.players.battlesnake.area_control import Lookout
-from racecraft.players.battlesnake.from_file import load_file_player
+from racecraft.players.battlesnake.find import PLAYERS, find_player
+from racecraft.players.battlesnake.from_file import FilePlayer, load_file_player
+from racecraft.players.battlesnake.looks import colour
 from racecraft.players.battlesnake.messages import GameCard, MessageError, message, read_message
-from racecraft.players.battlesnake.patience import Crew
-from racecraft.players.battlesnake.protocol import PLAYERS, PlayerError, SnakePlayer, find_player
+from racecraft.players.battlesnake.protocol import PlayerError, SnakePlayer
 from racecraft.players.battlesnake.search import Search, Tree
 from racecraft.players.battlesnake.sight import best_safe_move, safe_moves
+from racecraft.players.battlesnake.worker_pool import WorkerPool
 
 SMALL = GameSettings(7, 7, 2)
 
@@ -357,7 +359,7 @@ def test_the_process_of_a_file_ends_with_its_owner(tmp_path):
 def test_a_crew_goes_on_when_a_task_hangs():
     import threading
 
-    crew, gate = Crew(1), threading.Event()
+    crew, gate = WorkerPool(1), threading.Event()
     stuck = crew.submit(gate.wait)
     behind = crew.submit(lambda: 7)
     with pytest.raises(TimeoutError):
@@ -386,3 +388,54 @@ def test_search_goes_on_top_of_a_user_s_file_too(tmp_path):
     assert find_player(f"search+{tmp_path}/slow.py").choose(board, settings, "a", 0.2) in ("left", "right", "up")
     with pytest.raises(PlayerError, match="raises.py"):
         find_player(f"search+{tmp_path}/raises.py").choose(board, settings, "a", 20.0)
+
+
+def asked(player):
+    try:
+        return player.move({}, 20.0)
+    except PlayerError as letter:
+        return str(letter)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux holds a process to its data")
+def test_a_file_that_wants_too_much_memory_gets_a_letter_and_is_begun_anew(tmp_path):
+    """Each move keeps 50 MB: of 256 MB two go well at least, five never do."""
+    path = tmp_path / "greedy.py"
+    path.write_text("KEPT = []\ndef move(data):\n    KEPT.append(bytearray(50 << 20))\n    return 'up'\n")
+    player = FilePlayer(path, memory_mb=256)
+    try:
+        for _ in range(2):
+            answers = [asked(player) for _ in range(5)]
+            letter = next(answer for answer in answers if answer != "up")
+            assert "greedy.py:3: move() wanted more memory than the 256 MB" in letter
+            assert "--file-memory" in letter
+            assert answers[:2] == ["up", "up"]
+            assert asked(player) == "up", "begun anew"
+            player.close()
+            player = FilePlayer(path, memory_mb=256)
+    finally:
+        player.close()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux holds a process to its data")
+def test_a_file_that_wants_too_much_memory_to_load_is_refused(tmp_path):
+    path = tmp_path / "heavy.py"
+    path.write_text("BIG = bytearray(300 << 20)\ndef move(data):\n    return 'up'\n")
+    with pytest.raises(PlayerError, match=r"heavy\.py:1: loading it wanted more memory than the 128 MB"):
+        FilePlayer(path, memory_mb=128)
+    player = FilePlayer(path, memory_mb=1024)
+    assert player.move({}, 20.0) == "up"
+    player.close()
+    with pytest.raises(PlayerError, match="at least 64"):
+        FilePlayer(path, memory_mb=1)
+
+
+@pytest.mark.parametrize(("text", "hexed"), [("Red", "#ff0000"), ("#0aF", "#00aaff"), ("#A0B1c2", "#a0b1c2")])
+def test_colours_are_told_as_the_official_board_reads_them(text, hexed):
+    assert colour(text) == hexed
+
+
+@pytest.mark.parametrize("text", ["", "redd", "#12", "ff0000", "#gggggg", "rgb(1,2,3)"])
+def test_what_is_no_colour_is_refused_with_an_example(text):
+    with pytest.raises(PlayerError, match=r"#ff8800"):
+        colour(text)

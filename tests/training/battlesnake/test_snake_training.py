@@ -20,8 +20,9 @@ from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.world import WorldSettings
 from racecraft.evaluation.battlesnake.batch import play_batch
 from racecraft.formats.run_folder import RunFolder
+from racecraft.players.battlesnake.find import find_player
 from racecraft.players.battlesnake.messages import GameCard, message, read_message
-from racecraft.players.battlesnake.protocol import ManyPlayer, Question, Weigher, find_player
+from racecraft.players.battlesnake.protocol import ManyPlayer, Question, Weigher
 from racecraft.players.battlesnake.search import Search
 from racecraft.players.battlesnake.sight import safe_moves
 from racecraft.players.battlesnake.trained import load_trained_snake
@@ -71,6 +72,28 @@ def run(tmp_path_factory):
     listener = Quiet()
     train(tiny(path), listener, lambda _: None)
     return path, listener
+
+
+def eaten_and_paid(**config):
+    """Return, over a few hundred turns of safe moves, what snakes were paid that only ate or did nothing at all."""
+    world, _ = small_world(seats=2, **config)
+    buffers, rng = allocate(world.spec), np.random.default_rng(0)
+    world.reset(buffers, 4)
+    paid = set()
+    for _ in range(150):
+        liking = rng.random(buffers.action_mask[:, 0].shape) * buffers.action_mask[:, 0]
+        world.step(liking.argmax(axis=-1)[:, None], buffers)
+        paid |= {float(reward) for reward in buffers.reward[~buffers.ended]}
+    foods = sum(one.facts["food_eaten"] for one in world.take_episodes())
+    world.close()
+    return foods, paid
+
+
+@pytest.mark.parametrize("prize", [0.0, 0.25, -0.5])
+def test_a_food_is_paid_as_the_setting_says(prize):
+    foods, paid = eaten_and_paid(food_prize=prize)
+    assert foods > 10
+    assert paid == {0.0, prize}
 
 
 SNAKE = ("view", "outlook", "food_prize", "max_turns")

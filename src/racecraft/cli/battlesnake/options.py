@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -21,13 +22,16 @@ Timeout = Annotated[int, typer.Option("--timeout", "-t", min=1, help="Millisecon
 GameType = Annotated[str, typer.Option("--gametype", "-g", help="Ruleset: standard, solo, royale, constrictor, …")]
 MapName = Annotated[str, typer.Option("--map", "-m", help="Map: standard, empty, royale, arcade_maze, …")]
 Seed = Annotated[int | None, typer.Option("--seed", "-r", help="Chance of the game; without it, another every time.")]
+FileMemory = Annotated[
+    int, typer.Option("--file-memory", min=0, help="MB of memory a FILE.py may use; 0: no limit. (Linux)")
+]
 FoodChance = Annotated[int, typer.Option("--foodSpawnChance", help="Percent, each turn.")]
 MinimumFood = Annotated[int, typer.Option("--minimumFood", help="Food below this is filled up at once.")]
 Damage = Annotated[int, typer.Option("--hazardDamagePerTurn", help="Health a hazard takes.")]
 Shrink = Annotated[int, typer.Option("--shrinkEveryNTurns", help="Turns between two changes of the hazards.")]
 
 
-def take_seats(who: list[str], names: list[str], seed: int, quiet: bool) -> list[Seat]:
+def take_seats(who: list[str], names: list[str], seed: int, quiet: bool, memory_mb: int = 2048) -> list[Seat]:
     """Return a seat for everyone named; who stands there twice gets a number behind the name."""
     from racecraft.cli.output import say
     from racecraft.evaluation.battlesnake.seats import take_seat
@@ -41,8 +45,29 @@ def take_seats(who: list[str], names: list[str], seed: int, quiet: bool) -> list
     taken: list[Seat] = []
     for number, one in enumerate(who):
         twin = given[:number].count(given[number])
-        taken.append(take_seat(one, f"{given[number]}#{twin + 1}" if twin else given[number], seed + number))
+        name = f"{given[number]}#{twin + 1}" if twin else given[number]
+        taken.append(take_seat(one, name, seed + number, memory_mb))
     return taken
+
+
+def aside(sentence: str) -> None:
+    """Say something to a person on standard error."""
+    from racecraft.cli.output import say
+
+    say(sentence, quiet_stdout=True)
+
+
+def page_told(json: bool, stays: bool = False) -> Callable[[str], None]:
+    """Return how the address of a page is told: as JSON where that is asked for and the page stays, else in words."""
+    from racecraft.cli.output import print_json, say
+
+    def tell(address: str) -> None:
+        if json and stays:
+            print_json({"url": address})
+        else:
+            say(f"Watch it at {address}{' (Ctrl-C ends)' * stays}", quiet_stdout=json)
+
+    return tell
 
 
 def check_folder(path: Path | None) -> None:

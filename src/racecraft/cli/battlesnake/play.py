@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,6 +10,7 @@ import typer
 from racecraft.cli.battlesnake.options import (
     JSON,
     Damage,
+    FileMemory,
     FoodChance,
     GameType,
     Height,
@@ -23,14 +23,17 @@ from racecraft.cli.battlesnake.options import (
     Urls,
     Width,
     check_folder,
+    page_told,
     take_seats,
 )
 
 if TYPE_CHECKING:
-    from racecraft.cli.battlesnake.audience import Watcher
+    from racecraft.envs.battlesnake.board import Snake
     from racecraft.envs.battlesnake.settings import GameSettings
+    from racecraft.evaluation.battlesnake.live import StepObserver
     from racecraft.evaluation.battlesnake.match import Played
     from racecraft.evaluation.battlesnake.seats import Seat
+    from racecraft.players.battlesnake.messages import GameCard
 
 Sequential = Annotated[bool, typer.Option("--sequential", "-s", help="Ask one after another.")]
 View = Annotated[bool, typer.Option("--view", "--viewmap", "-v", help="Watch in the terminal.")]
@@ -49,6 +52,7 @@ Film = Annotated[Path | None, typer.Option("--film", "--gif", help="Film the gam
 MostTurns = Annotated[int | None, typer.Option("--most-turns", min=1, help="Stop after so many turns.")]
 Verbose = Annotated[bool, typer.Option("--verbose", help="Say every turn, on standard error.")]
 
+TURNS_SHOWN = 8
 SHOWN_MS = 100
 """What a turn lasts at least in the terminal, where nothing is said of it."""
 
@@ -76,6 +80,7 @@ def play(
     hazard_damage: Damage = 14,
     shrink_every: Shrink = 25,
     most_turns: MostTurns = None,
+    file_memory: FileMemory = 2048,
     verbose: Verbose = False,
     json: JSON = False,
 ) -> None:
@@ -84,6 +89,7 @@ def play(
     Example: racecraft snakes play --url search --url flood_fill --browser --output game.jsonl
     """
     from racecraft.envs.battlesnake.settings import GameSettings
+    from racecraft.evaluation.battlesnake.live import hold_game
 
     who = url or ["search", "area_control"]
     settings = GameSettings(
@@ -92,11 +98,11 @@ def play(
     )  # fmt: skip
     _check_files(output, film)
     seed = new_seed() if seed is None else seed
-    seats = take_seats(who, name or [], seed, quiet=json)
+    seats = take_seats(who, name or [], seed, json, file_memory)
     view = view and not json
-    watchers = _watchers(settings, view, color, browser, board_url, verbose, json)
+    observers = _observers(settings, view, color, browser, board_url, verbose, json)
     least = max(duration, SHOWN_MS if view else 0)
-    played = hold_game(settings, seats, seed, timeout, sequential, most_turns, watchers, delay / 1000, least / 1000)
+    played = hold_game(settings, seats, seed, timeout, sequential, most_turns, observers, delay / 1000, least / 1000)
     _write(played, output, film)
     _tell(played, seats, seed, json)
 
@@ -108,44 +114,6 @@ def new_seed() -> int:
     return secrets.randbits(31)
 
 
-def hold_game(
-    settings: GameSettings,
-    seats: list[Seat],
-    seed: int,
-    timeout_ms: int,
-    sequential: bool = False,
-    most_turns: int | None = None,
-    watchers: Sequence[Watcher] = (),
-    delay_seconds: float = 0,
-    least_seconds: float = 0,
-) -> Played:
-    """Play a game before watchers, at a pace; whatever happens, seats and watchers are left."""
-    from racecraft.cli.battlesnake.audience import Pace
-    from racecraft.contract.random_streams import stream_keys
-    from racecraft.envs.battlesnake.board import Board
-    from racecraft.envs.battlesnake.dice import StreamDice
-    from racecraft.evaluation.battlesnake.match import play as play_game
-    from racecraft.players.battlesnake.messages import GameCard
-
-    everyone = [*watchers, Pace(delay_seconds, least_seconds)]
-
-    def show(board: Board, card: GameCard) -> None:
-        for watcher in everyone:
-            watcher.show(board, card)
-
-    dice = StreamDice(int(stream_keys(seed, "snake game", 1)[0]))
-    finished = False
-    try:
-        played = play_game(settings, seats, dice, f"racecraft-{seed}", timeout_ms, sequential, most_turns, show)
-        finished = True
-    finally:
-        for seat in seats:
-            seat.leave()
-        for watcher in everyone:
-            watcher.leave(finished)
-    return played
-
-
 def _check_files(output: Path | None, film: Path | None) -> None:
     from racecraft.analysis.battlesnake.board_film import check_film
 
@@ -155,7 +123,7 @@ def _check_files(output: Path | None, film: Path | None) -> None:
         check_film(film)
 
 
-def _watchers(
+def _observers(
     settings: GameSettings,
     view: bool,
     color: bool | None,
@@ -163,15 +131,20 @@ def _watchers(
     board_url: str,
     verbose: bool,
     quiet: bool,
-) -> list[Watcher]:
-    from racecraft.cli.battlesnake.audience import Browser, Protocolist, Showing, Terminal
+) -> list[StepObserver]:
+    from racecraft.cli.battlesnake.options import aside
+    from racecraft.evaluation.battlesnake.live import TurnLog
 
-    watchers: list[Watcher] = [Protocolist()] if verbose else []
+    observers: list[StepObserver] = [TurnLog(aside)] if verbose else []
     if browser or board_url:
-        watchers.append(Browser(settings, Showing(board_url, json=quiet)))
+        from racecraft.serving.game_audience import Browser, Showing
+
+        observers.append(Browser(settings, Showing(board_url, announce=page_told(quiet), say=aside)))
     if view:
-        watchers.append(Terminal(color))
-    return watchers
+        from racecraft.serving.game_audience import Terminal
+
+        observers.append(Terminal(color))
+    return observers
 
 
 def _write(played: Played, output: Path | None, film: Path | None) -> None:
@@ -195,17 +168,37 @@ def _tell(played: Played, seats: list[Seat], seed: int, json: bool) -> None:
     end = f"{won['winnerName']} wins" if won["winnerId"] else "a draw" if won["isDraw"] else "nobody wins"
     say(f"Turn {played.turns}: {end}. Seed {seed}.", quiet_stdout=False)
     for snake, seat in zip(played.boards[-1].snakes, seats, strict=True):
-        failures = seat.failures
-        fate = "alive" if snake.alive else f"{snake.cause} on turn {snake.on}"
-        missed = f", {failures.timeouts} timeouts, {failures.crashes} crashes" * (failures.last_letter != "")
-        print(f"  {seat.name:20} {fate}, length {len(snake.body)}{missed}")
-        if failures.last_letter:
-            print(f"  {'':20} {failures.last_letter}")
+        print(f"  {seat.name:20} {fate(snake, played.card)}, length {len(snake.body)}{_missed(seat)}")
+        if seat.failures.last_letter:
+            print(f"  {'':20} {seat.failures.last_letter}")
+
+
+def fate(snake: Snake, card: GameCard) -> str:
+    """Return how a snake ended: what killed it, whose it was, and on which turn."""
+    if snake.alive:
+        return "alive"
+    by = f" by {card.names.get(snake.by, snake.by)}" if snake.by not in ("", snake.id) else ""
+    return f"{snake.cause}{by} on turn {snake.on}"
+
+
+def _missed(seat: Seat) -> str:
+    """Return how many moves were late or failed, and on which turns; empty where none was."""
+    told = ""
+    failures = seat.failures
+    for what, count, turns in (
+        ("late", failures.timeouts, failures.late_turns),
+        ("failed", failures.crashes, failures.failed_turns),
+    ):
+        if count:
+            shown = ", ".join(map(str, turns[:TURNS_SHOWN])) + ", …" * (count > TURNS_SHOWN)
+            told += f", {count} {what} (turn{'s' * (count > 1)} {shown})"
+    return told
 
 
 def _seat_facts(seats: list[Seat]) -> list[dict[str, object]]:
     return [
         {"name": seat.name, "timeouts": seat.failures.timeouts, "crashes": seat.failures.crashes,
+         "late_turns": seat.failures.late_turns, "failed_turns": seat.failures.failed_turns,
          "last_letter": seat.failures.last_letter}
         for seat in seats
     ]  # fmt: skip

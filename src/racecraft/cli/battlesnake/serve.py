@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from racecraft.cli.battlesnake.options import JSON
+from racecraft.cli.battlesnake.options import JSON, FileMemory, aside
 
 if TYPE_CHECKING:
     from racecraft.serving.snake_server import SnakeServer
@@ -16,33 +16,41 @@ def serve(
     player: Annotated[str, typer.Argument(help="A built-in player, a FILE.py or a trained snake's RUN.")] = "search",
     port: Annotated[int, typer.Option(help="0: any free one.")] = 8000,
     host: Annotated[str, typer.Option(help="Who may ask; 0.0.0.0: other machines too.")] = "127.0.0.1",
-    color: Annotated[str, typer.Option(help="#rrggbb")] = "",
+    color: Annotated[str, typer.Option(help="#rrggbb, or a basic colour's name.")] = "",
     head: Annotated[str, typer.Option(help="Name of an official head.")] = "",
     tail: Annotated[str, typer.Option(help="Name of an official tail.")] = "",
     author: Annotated[str, typer.Option(help="Told on GET /.")] = "",
     margin: Annotated[int, typer.Option(min=0, help="Milliseconds of the timeout left for the way.")] = 100,
+    games: Annotated[int, typer.Option(min=1, help="Games at once; a new one beyond them is refused (503).")] = 200,
+    file_memory: FileMemory = 2048,
     json: JSON = False,
 ) -> None:
-    """Serve a snake over the official webhook API until Ctrl-C.
+    """Serve a snake over the official webhook API until Ctrl-C or SIGTERM.
 
     Example: racecraft snakes serve my_snake.py --port 8000
 
     Example: racecraft snakes serve runs/standard-1 --port 8000
     """
     from racecraft.cli.output import say
+    from racecraft.players.battlesnake.find import find_player, warm_up
     from racecraft.players.battlesnake.from_file import FilePlayer
-    from racecraft.players.battlesnake.protocol import find_player, warm_up
+    from racecraft.players.battlesnake.looks import colour
     from racecraft.serving.snake_server import SnakeServer, answer_before_thinking, settle
 
     answer_before_thinking()
-    found = find_player(player)
+    asked = {"color": colour(color) if color else "", "head": head, "tail": tail}
+    given = {key: value for key, value in asked.items() if value}
+    found = find_player(player, memory_mb=file_memory)
     try:
         say(f"Getting {player} ready …", quiet_stdout=json)
         warm_up(found)
         settle()
         said = found.looks() if isinstance(found, FilePlayer) else {}
-        given = {key: value for key, value in {"color": color, "head": head, "tail": tail}.items() if value}
-        server = SnakeServer(found, said | given, author or said.get("author", ""), margin, complain=_complain)
+        if said.get("color"):
+            said["color"] = colour(said["color"], f"{player}: info()'s color")
+        server = SnakeServer(
+            found, said | given, author or said.get("author", ""), margin, most_games=games, complain=_complain
+        )
         _answer_until_interrupted(server, host, port, player, json)
     finally:
         if isinstance(found, FilePlayer):
@@ -68,11 +76,9 @@ def _answer_until_interrupted(server: SnakeServer, host: str, port: int, player:
         else:
             say(f"{player} answers at http://{host}:{port} (Ctrl-C ends)", quiet_stdout=False)
 
-    with contextlib.suppress(KeyboardInterrupt):
+    with contextlib.suppress(KeyboardInterrupt, asyncio.CancelledError):
         asyncio.run(serve_until_cancelled(server, host, port, ready))
 
 
 def _complain(sentence: str) -> None:
-    from racecraft.cli.output import say
-
-    say(f"racecraft: {sentence}", quiet_stdout=True)
+    aside(f"racecraft: {sentence}")

@@ -21,7 +21,7 @@ app = typer.Typer(help="Battlesnake: train a snake, play games, hold tournaments
 def players(json: JSON = False) -> None:
     """List the built-in players, weakest first."""
     from racecraft.cli.output import print_json
-    from racecraft.players.battlesnake.protocol import PLAYERS
+    from racecraft.players.battlesnake.find import PLAYERS
 
     if json:
         print_json({"players": PLAYERS})
@@ -44,17 +44,22 @@ app.command()(snakes_watch.gif)
 
 @app.command()
 def verify(
-    record: Annotated[Path, typer.Argument(help="Recorded games: JSON Lines, gzipped where the name ends in .gz.")],
+    record: Annotated[Path, typer.Argument(help="Games: see below; may be gzipped.")],
     json: JSON = False,
 ) -> None:
-    """Replay recorded games by our rules and count what differs; exit code 1 where something does.
+    """Replay games by our rules and count what differs; exit code 1 where something does.
+
+    It takes what `snakes play --output` and the official `battlesnake play --output` write, a snake's own log of a
+    production game, the production engine's frames, and recorded games as JSON Lines.
+
+    Example: racecraft snakes verify game.jsonl
 
     Example: racecraft snakes verify games.jsonl.gz --json
     """
     from racecraft.cli.output import print_json, say
-    from racecraft.envs.battlesnake.verify import verify_records
+    from racecraft.evaluation.battlesnake.game_files import verify_file
 
-    report = verify_records(record)
+    report = verify_file(record)
     if json:
         print_json(report.to_dict())
     else:

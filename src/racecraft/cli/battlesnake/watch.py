@@ -18,11 +18,12 @@ from racecraft.cli.battlesnake.options import (
     Urls,
     Width,
     check_folder,
+    page_told,
     take_seats,
 )
 
 if TYPE_CHECKING:
-    from racecraft.cli.battlesnake.audience import Showing
+    from racecraft.serving.game_audience import Showing
 
 Recorded = Annotated[Path, typer.Argument(help="A game from `snakes play --output`, or of the official engine.")]
 MaybeRecorded = Annotated[
@@ -62,23 +63,25 @@ def watch(
 
     Example: racecraft snakes watch --live --url search --url my_snake.py
     """
-    from racecraft.cli.battlesnake.audience import Browser, Showing
-    from racecraft.cli.battlesnake.play import hold_game, new_seed
+    from racecraft.cli.battlesnake.options import aside
+    from racecraft.cli.battlesnake.play import new_seed
     from racecraft.envs.battlesnake.settings import GameSettings
+    from racecraft.evaluation.battlesnake.live import hold_game
     from racecraft.players.battlesnake.protocol import PlayerError
+    from racecraft.serving.game_audience import Browser, Showing
 
     if live == (game is not None):
         raise PlayerError("expected either a recorded game or --live.")
-    showing = Showing(board_url, port, open_it, speed, stays=True, json=json)
+    showing = Showing(board_url, port, open_it, speed, stays=True, announce=page_told(json, stays=True), say=aside)
     if game is not None:
-        _show_recorded(game, html, showing)
+        _show_recorded(game, html, showing, json)
         return
     if html is not None:
         raise PlayerError("--html writes a recorded game. Play one first: `racecraft snakes play --output game.jsonl`.")
     who, seed = url or ["search", "area_control"], new_seed() if seed is None else seed
     settings = GameSettings(width, height, len(who), gametype, map_name, solo=True if len(who) < 2 else None)
     seats = take_seats(who, name or [], seed, quiet=json)
-    hold_game(settings, seats, seed, timeout, watchers=[Browser(settings, showing)], least_seconds=1 / speed)
+    hold_game(settings, seats, seed, timeout, observers=[Browser(settings, showing)], least_seconds=1 / speed)
 
 
 def film(
@@ -111,7 +114,7 @@ def gif(
     film(game, picture, fps)
 
 
-def _show_recorded(game: Path, html: Path | None, showing: Showing) -> None:
+def _show_recorded(game: Path, html: Path | None, showing: Showing, json: bool) -> None:
     from racecraft.analysis.battlesnake.board_frames import frame, game_end, game_facts, title_of
     from racecraft.analysis.battlesnake.board_page import board_page
     from racecraft.cli.output import print_json
@@ -128,7 +131,7 @@ def _show_recorded(game: Path, html: Path | None, showing: Showing) -> None:
         showing.hold(BoardServer(title, facts, events, showing.speed), card.id)
         return
     write_whole(html, board_page(title, facts, events, speed=showing.speed))
-    if showing.json:
+    if json:
         print_json({"html": str(html)})
     else:
         print(html)

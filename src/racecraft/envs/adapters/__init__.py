@@ -7,9 +7,10 @@
     pettingzoo_parallel.py  World of M agents   -> PettingZoo ParallelEnv (needs `pettingzoo`)
     spaces.py               our specs as Gymnasium spaces, for the four above
     deepracer_env.py        a car by its Gymnasium id, with a picture for people
+    battlesnake_v0.py       Battlesnake as a PettingZoo environment, all seats open
     registry.py             the ids of our worlds; importing this room registers them at Gymnasium
 
-All but the last two are generic and know no particular world.
+All but the last three are generic and know no particular world.
 """
 
 from racecraft.envs.adapters.registry import register_envs

@@ -17,7 +17,8 @@ class WorldEnv(gymnasium.Env[Any, Any]):
 
     A world begins its next episode in the step that ends one; here that start is held back until `reset` asks for it,
     so nothing is skipped. `reset(seed=...)`, or a `reset` in the middle of an episode, begins the world anew.
-    `info` holds `active` (the coming action will be obeyed) and, where the world has one, `action_mask`.
+    `info` holds `active` (the coming action will be obeyed) and, where the world has one, `action_mask` (int8,
+    as `action_space.sample(mask=...)` wants it).
 
     Args:
         world: N = M = 1.
@@ -69,5 +70,5 @@ class WorldEnv(gymnasium.Env[Any, Any]):
     def _info(self) -> dict[str, Any]:
         info: dict[str, Any] = {"active": bool(self._buffers.active[0, 0])}
         if self._buffers.action_mask is not None:
-            info["action_mask"] = self._buffers.action_mask[0, 0].copy()
+            info["action_mask"] = self._buffers.action_mask[0, 0].astype(np.int8)
         return info

@@ -88,7 +88,7 @@ def pettingzoo_parallel(world: World) -> Any:
             m = names.index(name)
             found: dict[str, Any] = {"active": bool(self.buffers.active[0, m])}
             if self.buffers.action_mask is not None:
-                found["action_mask"] = self.buffers.action_mask[0, m].copy()
+                found["action_mask"] = self.buffers.action_mask[0, m].astype(np.int8)
             return found
 
         def close(self) -> None:

@@ -20,6 +20,12 @@ def register_envs() -> None:
             entry_point=f"{FACES}.deepracer_env:DeepRacerEnv",
             vector_entry_point=f"{FACES}.deepracer_env:deepracer_vector_env",
         )
+    if "racecraft/Battlesnake-v0" not in gymnasium.registry:
+        gymnasium.register(
+            id="racecraft/Battlesnake-v0",
+            entry_point="racecraft.players.battlesnake.gymnasium_env:SnakeEnv",
+            vector_entry_point="racecraft.players.battlesnake.gymnasium_env:snake_vector_env",
+        )
     if "racecraft/Unity-v0" not in gymnasium.registry:
         gymnasium.register(
             id="racecraft/Unity-v0",

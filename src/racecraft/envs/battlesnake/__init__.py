@@ -14,7 +14,7 @@
     observation.py    what a snake sees: one function for training, server and arena
     world.py          N games of M snakes under the `World` contract
     records.py        recorded games          verify.py   hold referee and kernel against them
-    starter_pack.py   the AWS starter pack's gym, habits included
+    starter_pack.py   the AWS starter pack's gym, quirks included; its rules in starter_pack_rules.py
 
 x grows to the right, y upward, (0, 0) is bottom-left; a cell is numbered `y * width + x`. Health is 0 to 100.
 The rules follow the official engine's behaviour as described in the project's facts (A.1 to A.9); no line is its code.

@@ -7,6 +7,7 @@ the map's schedule where no dice are in it. Royale's sides are read off the reco
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -69,8 +70,17 @@ def verify_records(path: str | Path) -> Report:
         InputFileError: The file is not such a record.
         BoardError: A game's ruleset, map or size is unknown.
     """
+    return verify_games(read_games(Path(path)))
+
+
+def verify_games(games: Iterable[RecordedGame]) -> Report:
+    """Replay games.
+
+    Raises:
+        BoardError: A game's ruleset, map or size is unknown.
+    """
     report = Report()
-    for game in read_games(Path(path)):
+    for game in games:
         report.games += 1
         report.steps += len(game.steps)
         _replay(game, report)

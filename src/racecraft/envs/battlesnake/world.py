@@ -152,6 +152,14 @@ class BattlesnakeWorld:
             self._begin(self._over)
         self._observe(buffers)
 
+    def begin_games(self, which: Array, buffers: StepBuffers) -> None:
+        """Break off the games marked in `which`, bool (N,), and begin the next ones; their snakes are told of nothing.
+
+        Writes `observations`, `active` and `action_mask` of all games.
+        """
+        self._begin(which)
+        self._observe(buffers)
+
     def take_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call; status is "won", "truncated" or the cause of death."""
         told = [self._tell(*row) for columns in self._finished for row in zip(*columns, strict=True)]

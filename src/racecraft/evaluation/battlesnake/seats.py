@@ -14,24 +14,41 @@ from typing import Any
 from racecraft.envs.battlesnake.board import MOVES, Board
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.evaluation.battlesnake.remote import Remote
-from racecraft.players.battlesnake.from_file import FilePlayer
+from racecraft.players.battlesnake.find import find_player, warm_up
+from racecraft.players.battlesnake.from_file import MEMORY_MB, FilePlayer
 from racecraft.players.battlesnake.messages import LOOKS
-from racecraft.players.battlesnake.patience import Crew
-from racecraft.players.battlesnake.protocol import LetterPlayer, Message, PlayerError, SnakePlayer, find_player, warm_up
+from racecraft.players.battlesnake.protocol import JsonPlayer, Message, PlayerError, SnakePlayer
+from racecraft.players.battlesnake.time_budget import THINKING_SHARE, seconds_to_answer
+from racecraft.players.battlesnake.worker_pool import WorkerPool
 
-THINKING_SHARE = 0.8
-"""Share of the timeout that a player of ours may think."""
 SETUP_SECONDS = 5.0
+MOMENTS_KEPT = 1000
 
 
 @dataclass
 class Failures:
-    """How often a seat gave no move."""
+    """How often a seat gave no move, and when."""
 
     timeouts: int = 0
     crashes: int = 0
     last_letter: str = ""
     """What was wrong last."""
+    late_turns: list[int] = field(default_factory=list)
+    """Turns of the timeouts, the first thousand."""
+    failed_turns: list[int] = field(default_factory=list)
+    """Turns of the crashes, the first thousand."""
+
+    def note_late(self, turn: int, letter: str) -> None:
+        """Count a move that came late."""
+        self.timeouts += 1
+        self.last_letter = f"turn {turn}: {letter}"
+        self.late_turns += [turn] * (len(self.late_turns) < MOMENTS_KEPT)
+
+    def note_crash(self, turn: int, letter: str) -> None:
+        """Count a move that failed otherwise."""
+        self.crashes += 1
+        self.last_letter = f"turn {turn}: {letter}"
+        self.failed_turns += [turn] * (len(self.failed_turns) < MOMENTS_KEPT)
 
 
 @dataclass
@@ -39,13 +56,13 @@ class Seat:
     """One player at the board."""
 
     name: str
-    player: SnakePlayer | LetterPlayer
+    player: SnakePlayer | JsonPlayer
     looks: dict[str, str] = field(default_factory=lambda: dict(LOOKS))
     failures: Failures = field(default_factory=Failures)
     last_move: str = "up"
     latency_ms: int = 0
     """How long the last answer took."""
-    _crew: Crew = field(default_factory=Crew)
+    _pool: WorkerPool = field(default_factory=WorkerPool)
     _under_way: Future[Any] | None = None
     _asked_at: float = 0.0
 
@@ -54,39 +71,44 @@ class Seat:
         self.last_move, self.latency_ms = "up", 0
 
     def ask_ahead(self, message: Message, seconds: float) -> None:
-        """Send a letter player its question; `answer` waits for it. Players that look at boards are asked there."""
+        """Send a JSON player its question; `answer` waits for it. Players that look at boards are asked there."""
         player = self.player
         if isinstance(player, SnakePlayer) or (self._under_way is not None and not self._under_way.done()):
             return
         self._asked_at = time.monotonic()
-        self._under_way = self._crew.submit(lambda: self._timed(lambda: player.move(message, seconds)))
+        limit = self._limit(seconds)
+        self._under_way = self._pool.submit(lambda: self._timed(lambda: player.move(message, limit)))
 
     def answer(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
-        """Return this turn's move, made good by the official rule where the player gave none."""
+        """Return this turn's move, made good by the official rule where the player gave none.
+
+        Who sits beside the board has no way to go, but keeps the time for it all the same (`time_budget.py`): a player
+        is as strong here as behind a server of ours.
+        """
         try:
             if isinstance(self.player, SnakePlayer):
-                player = self.player
-                word = self._timed(lambda: player.choose(board, settings, snake_id, seconds * THINKING_SHARE))
+                player, to_think = self.player, self._limit(seconds) * THINKING_SHARE
+                word = self._timed(lambda: player.choose(board, settings, snake_id, to_think))
+                if self.latency_ms > seconds * 1000:
+                    raise TimeoutError
             else:
                 word = self._wait(seconds)
             if word not in MOVES:
                 raise PlayerError(f"{self.name}: move {word!r:.60}; expected one of {', '.join(MOVES)}.")
             self.last_move = word
         except TimeoutError:
-            self.failures.timeouts += 1
-            self.failures.last_letter = f"{self.name}: no answer within {seconds:g} s."
+            self.failures.note_late(board.turn, f"{self.name}: no answer within {self._limit(seconds):g} s.")
             self.latency_ms = round(seconds * 1000)
         except Exception as error:  # a user's player may raise anything; the game goes on
-            self.failures.crashes += 1
-            self.failures.last_letter = str(error)
+            self.failures.note_crash(board.turn, str(error))
         return self.last_move
 
     def tell(self, what: str, message: Message, seconds: float) -> None:
-        """Tell a letter player of a start or an end; that it fails there is only noted."""
+        """Tell a JSON player of a start or an end; that it fails there is only noted."""
         if isinstance(self.player, SnakePlayer) or (self._under_way is not None and not self._under_way.done()):
             return
         act: Callable[[Message, float], None] = getattr(self.player, what)
-        self._under_way = self._crew.submit(lambda: act(message, seconds))
+        self._under_way = self._pool.submit(lambda: act(message, seconds))
         try:
             self._under_way.result(seconds)
         except TimeoutError:
@@ -97,7 +119,7 @@ class Seat:
     def leave(self) -> None:
         """Let go of connection, process and thread."""
         self._hang_up()
-        self._crew.close()
+        self._pool.close()
         if not isinstance(self.player, SnakePlayer):
             self.player.close()
 
@@ -112,6 +134,10 @@ class Seat:
             raise TimeoutError
         return str(word)
 
+    def _limit(self, seconds: float) -> float:
+        """Return the seconds the player has: a server the whole timeout, for it pays the way; others less that way."""
+        return seconds if isinstance(self.player, Remote) else seconds_to_answer(seconds * 1000)
+
     def _timed(self, act: Callable[[], str]) -> str:
         begin = time.monotonic()
         try:
@@ -124,8 +150,14 @@ class Seat:
             self.player.hang_up()
 
 
-def take_seat(what: str, name: str = "", seed: int = 0) -> Seat:
+def take_seat(what: str, name: str = "", seed: int = 0, memory_mb: int = MEMORY_MB) -> Seat:
     """Return a seat for an address, a built-in player or a FILE.py; servers are asked how they look.
+
+    Args:
+        what: What the user wrote.
+        name: How the seat is called; what the user wrote, where empty.
+        seed: Chance of a player that rolls dice.
+        memory_mb: Memory that a FILE.py may use.
 
     Raises:
         PlayerError: There is no such player, or the server does not answer `GET /`.
@@ -134,7 +166,7 @@ def take_seat(what: str, name: str = "", seed: int = 0) -> Seat:
         remote = Remote(what)
         looks = remote.looks(SETUP_SECONDS)
         return Seat(name or what, remote, _looks(looks))
-    player = find_player(what, seed)
+    player = find_player(what, seed, memory_mb)
     warm_up(player)
     looks = player.looks() if isinstance(player, FilePlayer) else {}
     return Seat(name or what, player, _looks(looks))

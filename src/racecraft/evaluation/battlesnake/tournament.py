@@ -1,53 +1,84 @@
-"""Everyone against everyone: every group of players meets with the same dice at every rotation of its seats."""
+"""Everyone against everyone: every group of players meets with the same dice at every rotation of its seats.
+
+Rounds come one after another, so that a tournament that is broken off has let everyone meet about as often, and one
+with more rounds begins with the games of one with fewer.
+"""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 
 from racecraft.contract.random_streams import stream_keys
 from racecraft.envs.battlesnake.board import BoardError
 from racecraft.envs.battlesnake.dice import StreamDice
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.evaluation.battlesnake.match import Played, play
-from racecraft.evaluation.battlesnake.rating import Rating, Result, rate, wilson
 from racecraft.evaluation.battlesnake.seats import Seat
-from racecraft.evaluation.battlesnake.skill import Skill, skills
+from racecraft.evaluation.battlesnake.standings import GameResult, Table, table_of
 
 MOST_TURNS = 1000
 """A game that lasts longer is a draw of all who live."""
 
 
-@dataclass(frozen=True)
-class Standing:
-    """One line of the table."""
+class Tournament:
+    """A round robin, game by game; it may be left at any time and stands as it is.
 
-    name: str
-    rating: Rating
-    skill: Skill
-    games: int
-    wins: int
-    """Games that this player alone survived, or outlived all others in."""
-    win_rate_low: float
-    win_rate_high: float
-    """95 % interval of wins / games."""
-    timeouts: int
-    crashes: int
+    Args:
+        seats: Who takes part; names differ.
+        settings: What is played; `players` snakes sit at a board, so groups have that size.
+        rounds: How many dice each group meets with; it plays `players` games with each, one a rotation of seats.
+        timeout_ms: Time for an answer.
+        seed: Chance of all games.
+        most_turns: A longer game is a draw of all who live.
+        played: Games that were played already, in order; they are not played again.
 
+    Raises:
+        BoardError: Fewer players than a board seats, or two of the same name.
+    """
 
-@dataclass(frozen=True)
-class Table:
-    """What came of a tournament, strongest first."""
+    def __init__(
+        self,
+        seats: Sequence[Seat],
+        settings: GameSettings,
+        rounds: int = 1,
+        timeout_ms: int = 500,
+        seed: int = 0,
+        most_turns: int = MOST_TURNS,
+        played: Iterable[GameResult] = (),
+    ) -> None:
+        self.names = [seat.name for seat in seats]
+        _check(self.names, settings.players)
+        self._seats, self._settings = seats, settings
+        self._timeout_ms, self._most_turns = timeout_ms, most_turns
+        self._meetings = _meetings(len(seats), settings.players, rounds, seed)
+        self.games = list(played)[: len(self._meetings)]
 
-    standings: list[Standing]
-    games: int
-    turns: int
+    @property
+    def planned(self) -> int:
+        """How many games it has."""
+        return len(self._meetings)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the table as plain JSON values."""
-        return asdict(self)
+    def play(self) -> Iterator[tuple[GameResult, Played]]:
+        """Play what is left, one game at a time."""
+        for number in range(len(self.games) + 1, len(self._meetings) + 1):
+            group, key = self._meetings[number - 1]
+            seats = [self._seats[one] for one in group]
+            before = [(seat.failures.timeouts, seat.failures.crashes) for seat in seats]
+            played = play(
+                replace(self._settings), seats, StreamDice(key), f"game-{number}", self._timeout_ms,
+                most_turns=self._most_turns,
+            )  # fmt: skip
+            late = tuple(seat.failures.timeouts - was for seat, (was, _) in zip(seats, before, strict=True))
+            failed = tuple(seat.failures.crashes - was for seat, (_, was) in zip(seats, before, strict=True))
+            game = GameResult(number, group, tuple(played.places()), played.turns, late, failed)
+            self.games.append(game)
+            yield game, played
+
+    def table(self) -> Table:
+        """Return what came of it so far."""
+        return table_of(self.names, self.games, self.planned)
 
 
 def tournament(
@@ -59,53 +90,34 @@ def tournament(
     most_turns: int = MOST_TURNS,
     told: Callable[[Played, int, int], None] | None = None,
 ) -> Table:
-    """Play a round robin.
+    """Play a round robin to its end; arguments as for `Tournament`.
 
-    Args:
-        seats: Who takes part; names differ.
-        settings: What is played; `players` snakes sit at a board, so groups have that size.
-        rounds: How many dice each group meets with; it plays `players` games with each, one a rotation of seats.
-        timeout_ms: Time for an answer.
-        seed: Chance of all games.
-        most_turns: A longer game is a draw of all who live.
-        told: Called after each game with it, its number from 1, and how many there are.
-
-    Raises:
-        BoardError: Fewer players than a board seats, or two of the same name.
+    `told` is called after each game with it, its number from 1, and how many there are.
     """
-    names = [seat.name for seat in seats]
+    held = Tournament(seats, settings, rounds, timeout_ms, seed, most_turns)
+    for game, played in held.play():
+        if told is not None:
+            told(played, game.number, held.planned)
+    return held.table()
+
+
+def _check(names: Sequence[str], at_a_board: int) -> None:
     if len(set(names)) < len(names):
         raise BoardError(f"players {', '.join(names)}; expected every name once.")
-    if not 2 <= settings.players <= len(seats):
-        raise BoardError(f"{settings.players} snakes a game among {len(seats)} players; expected 2 to {len(seats)}.")
-    groups = list(itertools.combinations(range(len(seats)), settings.players))
+    if at_a_board < 2:
+        raise BoardError(f"{at_a_board} snakes a game; a tournament needs at least 2.")
+    if len(names) < at_a_board:
+        few = f"only {len(names)} player" + "s" * (len(names) != 1)
+        raise BoardError(f"{at_a_board} snakes a game, but {few}; name at least {at_a_board}.")
+
+
+def _meetings(players: int, at_a_board: int, rounds: int, seed: int) -> list[tuple[tuple[int, ...], int]]:
+    """Return who meets, in which order of seats, and the key of the dice."""
+    groups = list(itertools.combinations(range(players), at_a_board))
     keys = stream_keys(seed, "snake tournament", len(groups) * rounds)
-    meetings = [
-        (group[turn:] + group[:turn], int(keys[number * rounds + one]))
+    return [
+        (group[turn:] + group[:turn], int(keys[one * len(groups) + number]))
         for one in range(rounds)
         for number, group in enumerate(groups)
-        for turn in range(settings.players)
+        for turn in range(at_a_board)
     ]
-    results, turns = [], 0
-    for number, (group, key) in enumerate(meetings, 1):
-        players = [seats[one] for one in group]
-        played = play(replace(settings), players, StreamDice(key), f"game-{number}", timeout_ms, most_turns=most_turns)
-        results.append(Result(group, tuple(played.places())))
-        turns += played.turns
-        if told is not None:
-            told(played, number, len(meetings))
-    return Table(_standings(seats, results), len(results), turns)
-
-
-def _standings(seats: Sequence[Seat], results: list[Result]) -> list[Standing]:
-    lines = []
-    strengths = zip(seats, rate(len(seats), results), skills(len(seats), results), strict=True)
-    for number, (seat, rating, skill) in enumerate(strengths):
-        mine = [result for result in results if number in result.players]
-        wins = sum(result.places[result.players.index(number)] == 0 and result.places.count(0) == 1 for result in mine)
-        low, high = wilson(wins, len(mine))
-        failures = seat.failures
-        lines.append(
-            Standing(seat.name, rating, skill, len(mine), wins, low, high, failures.timeouts, failures.crashes)
-        )  # fmt: skip
-    return sorted(lines, key=lambda line: -line.rating.points)

@@ -2,6 +2,7 @@
 
     in     {"ask": "move", "data": {…}}            also "info", "start", "end"
     out    {"answer": "up"}  or  {"error": "…"}    the first line tells that the file was loaded, or why not
+           {"last_words": "…"}                     it wanted more memory than it may have, and the process ends
 
 What the file prints goes to standard error. When the questions' pipe closes the process ends, whatever it is doing.
 """
@@ -28,13 +29,17 @@ EXPECTED = 'expected a Python file with `def move(data):` that returns {"move": 
 
 def main() -> None:
     """Answer for the file named on the command line."""
-    path = Path(sys.argv[1])
+    path, memory_mb = Path(sys.argv[1]), int(sys.argv[2])
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # what the file prints is no answer
     questions: queue.SimpleQueue[str] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(questions,), daemon=True).start()
+    limit_memory(memory_mb)
     try:
         module = load(path)
+    except MemoryLimitError as error:
+        _say(answers, {"last_words": _too_much(str(error), memory_mb)})
+        return
     except PlayerError as error:
         _say(answers, {"error": str(error)})
         return
@@ -43,8 +48,34 @@ def main() -> None:
         asked = json.loads(questions.get())
         try:
             _say(answers, {"answer": answer(path, module, asked["ask"], asked["data"])})
+        except MemoryLimitError as error:
+            _say(answers, {"last_words": _too_much(str(error), memory_mb) + " It is begun anew."})
+            os._exit(1)
         except PlayerError as error:
             _say(answers, {"error": str(error)})
+
+
+class MemoryLimitError(PlayerError):
+    """The file wanted more memory than it may have; the message says where."""
+
+
+def limit_memory(memory_mb: int) -> None:
+    """Hold this process's data (heap and private maps, not code) to a limit, where the system has one; 0: no limit."""
+    if memory_mb and sys.platform == "linux":
+        import resource
+
+        _, most = resource.getrlimit(resource.RLIMIT_DATA)
+        asked = memory_mb << 20
+        resource.setrlimit(resource.RLIMIT_DATA, (asked if most < 0 else min(asked, most), most))
+
+
+def lift_memory_limit() -> None:
+    """Give back what the system allows, so that last words can be said."""
+    if sys.platform == "linux":
+        import resource
+
+        _, most = resource.getrlimit(resource.RLIMIT_DATA)
+        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
 
 
 def load(path: Path) -> types.ModuleType:
@@ -69,6 +100,9 @@ def load(path: Path) -> types.ModuleType:
     sys.path.append(str(path.resolve().parent))  # helpers may stand beside it
     try:
         exec(code, vars(module))
+    except MemoryError as error:
+        lift_memory_limit()
+        raise MemoryLimitError(f"{_place(path, error)}: loading it") from error
     except (Exception, SystemExit) as error:
         raise PlayerError(_letter(path, "loading it", error)) from error
     if not callable(getattr(module, "move", None)):
@@ -88,6 +122,9 @@ def answer(path: Path, module: types.ModuleType, what: str, data: Any) -> Any:
         return {} if what == "info" else None
     try:
         said = getattr(module, what)() if what == "info" else getattr(module, what)(data)
+    except MemoryError as error:
+        lift_memory_limit()
+        raise MemoryLimitError(f"{_place(path, error)}: {what}()") from error
     except (Exception, SystemExit) as error:
         raise PlayerError(_letter(path, f"{what}()", error)) from error
     if what == "info":
@@ -111,10 +148,19 @@ def _shown(value: Any) -> str:
         return f"a {type(value).__name__}"
 
 
-def _letter(path: Path, what: str, error: BaseException) -> str:
+def _too_much(where: str, memory_mb: int) -> str:
+    allowed = f"the {memory_mb} MB it may use" if memory_mb else "the machine has"
+    return f"{where} wanted more memory than {allowed}. Keep less between moves, or give it more with --file-memory."
+
+
+def _place(path: Path, error: BaseException) -> str:
+    """Return the file and the line of it where an error was raised."""
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
-    place = f"{path}:{lines[-1]}" if lines else str(path)
-    return f"{place}: {what} raised {type(error).__name__}: {str(error)[:200]}; {EXPECTED}."
+    return f"{path}:{lines[-1]}" if lines else str(path)
+
+
+def _letter(path: Path, what: str, error: BaseException) -> str:
+    return f"{_place(path, error)}: {what} raised {type(error).__name__}: {str(error)[:200]}; {EXPECTED}."
 
 
 def _listen(questions: queue.SimpleQueue[str]) -> None:

@@ -3,9 +3,9 @@
 The file has a function `move(data)` that is given the official JSON as a dictionary and returns `{"move": "up"}` or
 just `"up"`. It may also have `info()` (colour, head, tail), `start(data)` and `end(data)`.
 
-It lives in a process of its own (`file_worker.py`): one that hangs is ended and begun anew, one that dies is begun
-anew, and neither can hurt the game. Its global names live as long as that process. Loading a file runs it, with the
-rights of whoever started us: load only what its owner asked to run.
+It lives in a process of its own (`file_worker.py`): one that hangs is ended and begun anew, one that dies or wants more
+memory than it may have is begun anew, and none can hurt the game. Its global names live as long as that process.
+Loading a file runs it, with the rights of whoever started us: load only what its owner asked to run.
 """
 
 from __future__ import annotations
@@ -30,6 +30,11 @@ LOAD_SECONDS = 30.0
 HANGING_SECONDS = 2.0
 """A single answer that takes longer hangs: the process is ended. Nobody waits for it so long."""
 MOST_ANSWER_BYTES = 64 * 1024
+MEMORY_MB = 2048
+"""Memory a file may use unless told otherwise: much for a snake, little for a machine. Held to on Linux only."""
+
+LEAST_MEMORY_MB = 64
+"""Python and what runs the file take about half of it."""
 
 
 class DiedError(PlayerError):
@@ -41,15 +46,19 @@ class FilePlayer:
 
     Args:
         path: The file.
+        memory_mb: Memory it may use, in MB of 2^20 bytes: data, not code; 0: as much as there is. Held to on Linux.
 
     Raises:
-        PlayerError: It cannot be read, does not compile, fails or hangs while it is run, or has no `move`.
+        PlayerError: It cannot be read, does not compile, fails or hangs while it is run, or has no `move`; or the
+            memory asked for is none.
     """
 
-    def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
+    def __init__(self, path: str | Path, memory_mb: int = MEMORY_MB) -> None:
+        if memory_mb and memory_mb < LEAST_MEMORY_MB:
+            raise PlayerError(f"{memory_mb} MB for {path}; expected at least {LEAST_MEMORY_MB}, or 0 for no limit.")
+        self.path, self._memory_mb = Path(path), memory_mb
         self._lock = threading.Lock()
-        self._worker = _Worker(self.path)
+        self._worker = _Worker(self.path, self._memory_mb)
         try:
             self._worker.take(LOAD_SECONDS)
         except TimeoutError:
@@ -121,15 +130,15 @@ class FilePlayer:
 
     def _begin_anew(self) -> None:
         self._worker.end()
-        self._worker = _Worker(self.path)
+        self._worker = _Worker(self.path, self._memory_mb)
 
 
 class _Worker:
     """A process, the answers that came out of it, and whether one is still owed."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, memory_mb: int) -> None:
         self._path = path
-        command = [sys.executable, "-P", "-m", "racecraft.players.battlesnake.file_worker", str(path)]
+        command = [sys.executable, "-P", "-m", "racecraft.players.battlesnake.file_worker", str(path), str(memory_mb)]
         self._process: subprocess.Popen[str] = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8", start_new_session=True
         )  # fmt: skip
@@ -159,6 +168,8 @@ class _Worker:
             raise self._died()
         self.owes = False
         said = json.loads(line)
+        if "last_words" in said:
+            raise DiedError(said["last_words"])
         if "error" in said:
             raise PlayerError(said["error"])
         return said["answer"]
@@ -169,9 +180,9 @@ class _Worker:
         return DiedError(f"{self._path}: its process ended (exit code {self._process.poll()}); it is begun anew.")
 
 
-def load_file_player(path: str | Path) -> FilePlayer:
-    """Load a user's file. Raises what `FilePlayer` raises."""
-    return FilePlayer(path)
+def load_file_player(path: str | Path, memory_mb: int = MEMORY_MB) -> FilePlayer:
+    """Load a user's file. Arguments and errors are those of `FilePlayer`."""
+    return FilePlayer(path, memory_mb)
 
 
 def _gather(pipe: IO[str], answers: queue.SimpleQueue[str]) -> None:

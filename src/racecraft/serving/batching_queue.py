@@ -11,8 +11,8 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import CancelledError, Future
 
-from racecraft.players.battlesnake.patience import Crew
 from racecraft.players.battlesnake.protocol import ManyPlayer, PlayerError, Question
+from racecraft.players.battlesnake.worker_pool import WorkerPool
 
 MOST_AT_ONCE = 256
 """Boards in one batch."""
@@ -20,7 +20,7 @@ HANGING_SECONDS = 2.0
 """A batch that takes longer is given up, and the next begins without it."""
 
 
-class Gatherer:
+class BatchingQueue:
     """Asks a player of many boards for everyone who waits. Lives in one event loop.
 
     Args:
@@ -30,7 +30,7 @@ class Gatherer:
 
     def __init__(self, player: ManyPlayer, most: int = MOST_AT_ONCE) -> None:
         self._player, self._most = player, most
-        self._crew = Crew(1)
+        self._pool = WorkerPool(1)
         self._waiting: list[tuple[Question, asyncio.Future[str]]] = []
         self._under_way: Future[list[str]] | None = None
         self.batches = 0
@@ -55,7 +55,7 @@ class Gatherer:
 
     def close(self) -> None:
         """Let the thread go home."""
-        self._crew.close()
+        self._pool.close()
 
     def _begin(self) -> None:
         if self._under_way is not None:
@@ -66,7 +66,7 @@ class Gatherer:
             return
         loop = asyncio.get_running_loop()
         questions = [question for question, _ in batch]
-        task: Future[list[str]] = self._crew.submit(lambda: self._player.choose_many(questions))
+        task: Future[list[str]] = self._pool.submit(lambda: self._player.choose_many(questions))
         self._under_way = task
         self.batches += 1
         given_up = loop.call_later(HANGING_SECONDS, self._give_up, task)
@@ -78,7 +78,7 @@ class Gatherer:
         task.add_done_callback(done)
 
     def _give_up(self, task: Future[list[str]]) -> None:
-        self._crew.leave_behind(task)
+        self._pool.leave_behind(task)
         self._under_way = None
         self._begin()
 

@@ -1,7 +1,8 @@
 """Threads that are waited for only so long. Code that hangs cannot be stopped in Python; it can be left behind.
 
-A `Crew` works off tasks in daemon threads. A task that was given up with `leave_behind` keeps its thread busy until it
-ends by itself; a fresh thread takes its place, up to a number, so that a few hanging calls do not stop the rest.
+A `WorkerPool` works off tasks in daemon threads. A task that was given up with `leave_behind` keeps its thread busy
+until it ends by itself; a fresh thread takes its place, up to a number, so that a few hanging calls do not stop the
+rest.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from typing import Any
 MOST_LEFT_BEHIND = 64
 
 
-class Crew:
-    """Some threads and a queue.
+class WorkerPool:
+    """Some threads and a queue of tasks.
 
     Args:
         size: Tasks worked on at the same time.
@@ -60,7 +61,7 @@ class Crew:
 
     def _begin_thread(self) -> None:
         self._threads += 1
-        threading.Thread(target=self._work, name="racecraft-crew", daemon=True).start()
+        threading.Thread(target=self._work, name="racecraft-worker", daemon=True).start()
 
     def _work(self) -> None:
         while (task := self._tasks.get()) is not None:

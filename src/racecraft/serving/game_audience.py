@@ -1,31 +1,24 @@
-"""Who watches a game while it is played: a terminal, a browser, a protocol, or only the clock that keeps the pace."""
+"""Who watches a game while it is played: a terminal, or a browser to whom it is served on this machine."""
 
 from __future__ import annotations
 
 import threading
 import time
+import webbrowser
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from urllib.parse import urlencode
 
-if TYPE_CHECKING:
-    from racecraft.envs.battlesnake.board import Board
-    from racecraft.envs.battlesnake.settings import GameSettings
-    from racecraft.players.battlesnake.messages import GameCard
-    from racecraft.serving.board_server import BoardServer
+from racecraft.analysis.battlesnake.board_frames import frame, game_end, game_facts, title_of
+from racecraft.analysis.battlesnake.board_picture import as_text
+from racecraft.envs.battlesnake.board import Board
+from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.players.battlesnake.messages import GameCard
+from racecraft.serving.board_server import BoardServer
 
 SECONDS_FOR_A_BROWSER = 30.0
 """How long a game that is over waits for a browser that has not come yet."""
-
-
-class Watcher(Protocol):
-    """Whoever is shown every position."""
-
-    def show(self, board: Board, card: GameCard) -> None:
-        """See a position."""
-
-    def leave(self, finished: bool) -> None:
-        """See no more: the game is finished, or was broken off and nothing is waited for."""
 
 
 class Terminal:
@@ -46,8 +39,6 @@ class Terminal:
 
     def show(self, board: Board, card: GameCard) -> None:
         """Draw a position."""
-        from racecraft.analysis.battlesnake.board_picture import as_text
-
         self._live.update(as_text(board, card, self._colour), refresh=True)
 
     def leave(self, finished: bool) -> None:
@@ -67,19 +58,17 @@ class Showing:
     """Turns a second at which our page begins."""
     stays: bool = False
     """Whether the game stays there until Ctrl-C, or only until a browser has it."""
-    json: bool = False
+    announce: Callable[[str], None] = print
+    """Told the address of the page."""
+    say: Callable[[str], None] = print
+    """Told, in a sentence, what a person should know besides."""
 
     def begin(self, server: BoardServer, game_id: str) -> None:
         """Serve, say where, and open the page if that is wanted."""
-        from racecraft.cli.output import print_json, say
-
         address = page_address(server.start(self.port), self.board_url, game_id)
-        if self.json and self.stays:
-            print_json({"url": address})
-        else:
-            say(f"Watch it at {address}{' (Ctrl-C ends)' * self.stays}", quiet_stdout=self.json)
+        self.announce(address)
         if self.open_it:  # aside: a browser of the terminal keeps its caller waiting until it is closed
-            threading.Thread(target=_open_page, args=(address,), daemon=True).start()
+            threading.Thread(target=_open_page, args=(address, self.say), daemon=True).start()
 
     def hold(self, server: BoardServer, game_id: str) -> None:
         """Show a game that is known to its end, until Ctrl-C."""
@@ -92,14 +81,12 @@ class Showing:
 
     def end(self, server: BoardServer) -> None:
         """Wait until Ctrl-C, or until a browser has the whole game; then serve no more."""
-        from racecraft.cli.output import say
-
         try:
             with suppress(KeyboardInterrupt):
                 if self.stays:
                     _stay()
                 elif not server.wait_for_viewer(SECONDS_FOR_A_BROWSER):
-                    say(f"No browser came within {SECONDS_FOR_A_BROWSER:g} s.", quiet_stdout=True)
+                    self.say(f"No browser came within {SECONDS_FOR_A_BROWSER:g} s.")
         finally:
             server.close()
 
@@ -114,9 +101,6 @@ class Browser:
 
     def show(self, board: Board, card: GameCard) -> None:
         """Pass a position on; with the first one the page is opened."""
-        from racecraft.analysis.battlesnake.board_frames import frame, game_facts, title_of
-        from racecraft.serving.board_server import BoardServer
-
         if self._server is None:
             title = title_of(card)
             self._card = card
@@ -126,8 +110,6 @@ class Browser:
 
     def leave(self, finished: bool) -> None:
         """Let whoever watches have the end."""
-        from racecraft.analysis.battlesnake.board_frames import game_end
-
         if self._server is None or self._card is None:
             return
         if finished:
@@ -137,61 +119,12 @@ class Browser:
             self._server.close()
 
 
-class Pace:
-    """Keeps the time of a turn.
-
-    Args:
-        delay_seconds: Waited after each turn.
-        least_seconds: What a turn lasts at least.
-    """
-
-    def __init__(self, delay_seconds: float, least_seconds: float) -> None:
-        self._delay, self._least = delay_seconds, least_seconds
-        self._shown_at = 0.0
-
-    def show(self, board: Board, card: GameCard) -> None:
-        """Wait as long as is left of the turn."""
-        rest = self._shown_at + self._least - time.monotonic()
-        if board.turn > 0 and max(rest, self._delay) > 0:
-            time.sleep(max(rest, self._delay))
-        self._shown_at = time.monotonic()
-
-    def leave(self, finished: bool) -> None:
-        """Nothing to do."""
-
-
-class Protocolist:
-    """Says every turn, on standard error, who was asked, what came of it and how long it took."""
-
-    def __init__(self) -> None:
-        self._before: Board | None = None
-
-    def show(self, board: Board, card: GameCard) -> None:
-        """Say a turn."""
-        from racecraft.cli.output import say
-
-        parts = []
-        for snake in board.snakes if self._before is not None else []:
-            name = card.names.get(snake.id, snake.id)
-            if snake.alive or snake.on == board.turn:
-                fate = "" if snake.alive else f" ({snake.cause})"
-                parts.append(f"{name} to {snake.head[0]},{snake.head[1]} in {card.latencies_ms[snake.id]} ms{fate}")
-        self._before = board
-        if parts:
-            say(f"turn {board.turn}: {'; '.join(parts)}", quiet_stdout=True)
-
-    def leave(self, finished: bool) -> None:
-        """Nothing to do."""
-
-
 def page_address(server: str, board_url: str, game_id: str) -> str:
     """Return where a game is watched: our own page, or a board page told of engine and game, as the official CLI does.
 
     >>> page_address("http://127.0.0.1:5000", "https://board.example/", "g1")
     'https://board.example/?engine=http%3A%2F%2F127.0.0.1%3A5000&game=g1&autoplay=true'
     """
-    from urllib.parse import urlencode
-
     if not board_url:
         return f"{server}/"
     asked = urlencode({"engine": server, "game": game_id, "autoplay": "true"})
@@ -203,10 +136,6 @@ def _stay() -> None:
         time.sleep(3600)
 
 
-def _open_page(address: str) -> None:
-    import webbrowser
-
-    from racecraft.cli.output import say
-
+def _open_page(address: str, say: Callable[[str], None]) -> None:
     if not webbrowser.open(address):
-        say("No browser could be opened; open that address yourself.", quiet_stdout=True)
+        say("No browser could be opened; open that address yourself.")

@@ -5,18 +5,18 @@ from __future__ import annotations
 from racecraft.envs.battlesnake.board import Board
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.players.battlesnake.messages import GameCard, message
-from racecraft.players.battlesnake.protocol import LetterPlayer
+from racecraft.players.battlesnake.protocol import JsonPlayer
 
 
-class ByLetter:
+class JsonAdapter:
     """Writes a board down as the official JSON and asks for a move. The file hears of no start and no end.
 
     Args:
-        letters: Who is asked.
+        player: Who is asked.
     """
 
-    def __init__(self, letters: LetterPlayer) -> None:
-        self._letters = letters
+    def __init__(self, player: JsonPlayer) -> None:
+        self._player = player
 
     def choose(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
         """Return the move of whoever is asked.
@@ -26,4 +26,4 @@ class ByLetter:
             TimeoutError: It has not answered within `seconds`.
         """
         card = GameCard("search", timeout_ms=max(1, round(1000 * seconds)))
-        return self._letters.move(message(board, settings, snake_id, card), seconds)
+        return self._player.move(message(board, settings, snake_id, card), seconds)

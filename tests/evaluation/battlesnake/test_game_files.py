@@ -1,0 +1,221 @@
+"""Games as they are kept: what ours and the official program write, a snake's own log, the engine's frames."""
+
+import gzip
+import itertools
+import json
+import os
+import random
+from pathlib import Path
+
+import pytest
+
+from racecraft.analysis.battlesnake.board_frames import frame, game_end, game_facts
+from racecraft.contract.errors import InputFileError, UserInputError
+from racecraft.envs.battlesnake.board import BoardError
+from racecraft.envs.battlesnake.dice import StreamDice
+from racecraft.envs.battlesnake.maps import MAPS
+from racecraft.envs.battlesnake.records import read_games
+from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.evaluation.battlesnake.game_files import verify_file
+from racecraft.evaluation.battlesnake.match import Played, play
+from racecraft.evaluation.battlesnake.record import verdict, write_record
+from racecraft.evaluation.battlesnake.seats import take_seat
+from racecraft.players.battlesnake.messages import GameCard, message
+
+RECORDS = Path(__file__).resolve().parents[4] / "shared" / "data" / "battlesnake"
+
+
+def game_of(players=3, seed=5, **settings):
+    asked = GameSettings(**{"width": 11, "height": 11, "players": players, **settings})
+    names = ("flood_fill", "hungry", "random_safe", "flood_fill")
+    seats = [take_seat(name, f"{name}{n}", n) for n, name in zip(range(players), itertools.cycle(names), strict=False)]
+    return play(asked, seats, StreamDice(seed), timeout_ms=5000, most_turns=400)
+
+
+@pytest.fixture(scope="module")
+def played():
+    return game_of()
+
+
+def official(played):
+    """The official output file: no word of how snakes died."""
+    lines = [{"id": played.card.id, "ruleset": {"name": played.settings.ruleset}}]
+    for board in played.boards:
+        lines.append(message(board, played.settings, (board.alive() or board.snakes)[0].id, played.card))
+    return [*lines, verdict(played)]
+
+
+def snake_log(played, who="s1"):
+    """A snake's own log: requests while it lives, then the end."""
+    boards = [board for board in played.boards if any(snake.id == who and snake.alive for snake in board.snakes)]
+    requests = [message(board, played.settings, who, played.card) for board in boards]
+    end = message(played.boards[-1], played.settings, who, played.card)
+    return {"start_request": requests[0], "moves": [[one, {"move": "up"}] for one in requests], "end_request": end}
+
+
+def engine_frames(played):
+    frames = [frame(board, played.card)["Data"] for board in played.boards]
+    return {"Game": game_facts(played.settings, played.card, "complete"), "Frames": frames}
+
+
+def events(played):
+    return [
+        {"Game": game_facts(played.settings, played.card)}, *(frame(board, played.card) for board in played.boards),
+        game_end(played.settings, played.card),
+    ]  # fmt: skip
+
+
+def verified(path, value):
+    lines = value if isinstance(value, list) else [value]
+    text = "".join(json.dumps(line) + "\n" for line in lines).encode()
+    path.write_bytes(gzip.compress(text) if path.suffix == ".gz" else text)
+    return verify_file(path)
+
+
+FORMS = {"output": official, "log": snake_log, "frames": engine_frames, "events": events}
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("name", ["game.json", "game.json.gz"])
+def test_a_game_is_verified_from_every_form_it_is_kept_in(played, tmp_path, form, name):
+    report = verified(tmp_path / name, FORMS[form](played))
+    assert report.games == 1
+    lasted = played.turns if form != "log" else played.boards[-1].snakes[1].on or played.turns
+    assert lasted - 1 <= report.steps <= lasted
+    assert report.steps > 20
+    assert report.agrees, "\n".join(report.examples)
+
+
+def test_our_own_output_tells_how_they_died_and_is_held_to_it(played, tmp_path):
+    path = tmp_path / "game.jsonl"
+    write_record(played, path)
+    assert verify_file(path).agrees
+    lines = path.read_text().splitlines()
+    end = json.loads(lines[-1])
+    cause = end["eliminations"][0]["cause"]
+    end["eliminations"][0]["cause"] = "hazard" if cause != "hazard" else "wall-collision"
+    path.write_text("\n".join([*lines[:-1], json.dumps(end)]))
+    assert not verify_file(path).agrees
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_games_on_every_map_read_back(tmp_path, name):
+    chosen = MAPS[name]
+    width, height = next(iter(chosen.sizes), (11, 11)) if chosen.sizes else (11, 11)
+    players = 1 if name == "solo_maze" else 3
+    game = game_of(players, width=width, height=height, map=name, solo=True if players == 1 else None)
+    path = tmp_path / "game.jsonl"
+    write_record(game, path)
+    report = verify_file(path)
+    assert report.agrees, "\n".join(report.examples)
+    assert report.steps == game.turns
+
+
+@pytest.mark.parametrize("ruleset", ["royale", "wrapped", "constrictor", "wrapped_constrictor", "solo"])
+def test_games_of_every_ruleset_read_back(tmp_path, ruleset):
+    game = game_of(1 if ruleset == "solo" else 4, ruleset=ruleset, shrink_every=5)
+    report = verified(tmp_path / "game.jsonl", official(game))
+    assert report.agrees, "\n".join(report.examples)
+    assert report.steps == game.turns
+
+
+SPOILT = {
+    "health": lambda board: board["snakes"][0].update(health=board["snakes"][0]["health"] - 1),
+    "a body": lambda board: board["snakes"][0]["body"].append(board["snakes"][0]["body"][-1]),
+    "a jump": lambda board: board["snakes"][0]["body"].insert(0, {"x": 0, "y": 0}),
+    "food on a snake": lambda board: board["food"].append(board["snakes"][0]["body"][0]),
+    "food that went": lambda board: board["food"].clear(),
+    "a hazard": lambda board: board["hazards"].append({"x": 3, "y": 3}),
+    "a snake that left": lambda board: board["snakes"].pop(),
+}
+
+
+@pytest.mark.parametrize("what", SPOILT)
+def test_a_spoilt_game_is_found(played, tmp_path, what):
+    lines = official(played)
+    SPOILT[what](lines[6]["board"])
+    report = verified(tmp_path / "game.jsonl", lines)
+    assert not report.agrees
+    assert "turn" in report.examples[0]
+
+
+@pytest.mark.parametrize("name", ["official_engine_trajectories.jsonl.gz"])
+def test_games_of_the_official_engine_agree_when_only_positions_are_kept(name, tmp_path):
+    if not (RECORDS / name).exists():
+        pytest.skip(f"the recorded games ({name}) are not beside the checkout")
+    steps = 0
+    for number, game in enumerate(read_games(RECORDS / name)):
+        boards = [game.start, *(step.after_map for step in game.steps)]
+        played = Played(game.settings, GameCard(f"g{number}"), boards)
+        report = verified(tmp_path / "game.jsonl", official(played))
+        assert report.agrees, f"game {number}\n" + "\n".join(report.examples)
+        steps += report.steps
+    assert steps == 2624
+
+
+LOGS = os.environ.get("RACECRAFT_SNAKE_LOGS")
+
+
+@pytest.mark.skipif(not LOGS, reason="RACECRAFT_SNAKE_LOGS names no folder of snakes' logs of production games")
+def test_production_games_agree():
+    steps = 0
+    for path in sorted(Path(LOGS).glob("*.json*")):
+        report = verify_file(path)
+        assert report.agrees, f"{path.name}\n" + "\n".join(report.examples)
+        steps += report.steps
+    assert steps > 0
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "no game in it"),
+        ("hello", "no JSON"),
+        ("[1]", "no JSON object"),
+        ("{}", "no turn"),
+        ('{"start_request": {}, "moves": []}', "game is missing|KeyError|expected"),
+        ('{"Frames": []}', "no Game"),
+        ('{"Game": {"Width": 7, "Height": 7}, "Frames": [3]}', "TypeError"),
+        ('{"id": "g"}\n{"board": 3, "game": {}}', "line 2|:2"),
+    ],
+)
+def test_what_is_no_game_is_refused(tmp_path, text, words):
+    path = tmp_path / "game.json"
+    path.write_text(text)
+    with pytest.raises(UserInputError, match=words):
+        verify_file(path)
+
+
+def test_a_ruleset_that_we_do_not_know_is_refused(played, tmp_path):
+    lines = json.loads(json.dumps(official(played)).replace('"standard"', '"standrad"'))
+    with pytest.raises((InputFileError, BoardError), match="standrad.*standard"):
+        verified(tmp_path / "game.jsonl", lines)
+
+
+def spoil(value, rng):
+    if isinstance(value, dict) and value:
+        key = rng.choice(sorted(value))
+        if rng.random() < 0.1:
+            del value[key]
+        else:
+            value[key] = spoil(value[key], rng)
+        return value
+    if isinstance(value, list) and value:
+        place = rng.randrange(len(value))
+        value[place] = spoil(value[place], rng)
+        return value
+    return rng.choice([None, -1, 10**9, "x", [], {}, 3.5, True, [[0, 0]], [[99, -5]], 10**400])
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_spoilt_files_end_in_a_report_or_a_letter(played, tmp_path, form):
+    short = Played(played.settings, played.card, played.boards[:4], over=False)
+    rng, outcomes = random.Random(form), set()
+    for number in range(120):
+        value = json.loads(json.dumps(FORMS[form](short)))
+        value = spoil(value, rng)
+        try:
+            outcomes.add(verified(tmp_path / f"{number}.json", value).agrees)
+        except UserInputError:
+            outcomes.add("letter")
+    assert "letter" in outcomes
