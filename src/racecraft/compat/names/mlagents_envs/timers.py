@@ -38,9 +38,9 @@ class TimerNode:
 
     def tree(self) -> dict[str, Any]:
         """Return this block as plain values."""
-        told: dict[str, Any] = {"total": self.total, "count": self.count}
+        own = max(0.0, self.total - sum(child.total for child in self.children.values()))
+        told: dict[str, Any] = {"total": self.total, "count": self.count, "self": own}
         if self.children:
-            told["self"] = max(0.0, self.total - sum(child.total for child in self.children.values()))
             told["children"] = {name: child.tree() for name, child in self.children.items()}
         return told
 

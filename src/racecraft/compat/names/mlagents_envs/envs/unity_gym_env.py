@@ -28,7 +28,7 @@ class UnityGymException(error.Error):
     """The scene, or how it was used, does not fit."""
 
 
-class UnityToGymWrapper(gym.Env[Any, Any]):
+class UnityToGymWrapper(gym.Env):  # type: ignore[type-arg]  # the real one of gym 0.21 is not generic
     """One agent.
 
     Args:
