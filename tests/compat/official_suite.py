@@ -1,7 +1,7 @@
 """A pytest plugin for `test_official_suite`: ML-Agents' own tests, as they lie unpacked, under our names.
 
 What their suite takes for granted and does not bring: ports of its own, the two scenes that it downloads (a manifest in
-the environment leads to stand-ins), and the trainers' settings, which its helper `dummy_config` imports for other tests.
+the environment leads to stand-ins), and the trainers' settings, which its helper `dummy_config` imports.
 """
 
 import contextlib
@@ -14,8 +14,11 @@ import pytest
 from racecraft.compat.foreign import foreign_names
 
 _lent = contextlib.ExitStack()
-TRAINERS = ("mlagents", "mlagents.trainers", "mlagents.trainers.settings",
-            *(f"mlagents.trainers.{name}{page}" for name in ("ppo", "sac", "poca") for page in ("", ".trainer")))  # fmt: skip
+TRAINERS = (
+    "mlagents", "mlagents.trainers", "mlagents.trainers.settings", "mlagents.trainers.ppo", "mlagents.trainers.sac",
+    "mlagents.trainers.poca", "mlagents.trainers.ppo.trainer", "mlagents.trainers.sac.trainer",
+    "mlagents.trainers.poca.trainer",
+)  # fmt: skip
 
 
 def pytest_configure(config):

@@ -139,7 +139,8 @@ def test_unknown_scenes_are_refused_with_the_nearest_known(tmp_path, monkeypatch
 
         with pytest.raises(KeyError, match=r"no scene is named 'Walker'.*no-manifest\.yaml"):
             default_registry["Walker"]
-        assert "Basic" in default_registry and "Walker" not in default_registry
+        assert "Basic" in default_registry
+        assert "Walker" not in default_registry
         monkeypatch.setenv("RACECRAFT_UNITY_MANIFEST", str(manifest))
         assert default_registry["Tennis"].expected_reward == 1.5
         with pytest.raises(KeyError, match="Did you mean 'Tennis'"):
@@ -155,7 +156,9 @@ def test_registries_of_ones_own_hold_entries_and_manifests(tmp_path):
 
         mine = UnityEnvRegistry()
         absent = (tmp_path / "absent.zip").as_uri()
-        mine.register(RemoteRegistryEntry("Basic", 0.9, "ours", absent, absent, absent, ["--agents", "2"], str(tmp_path)))
+        mine.register(
+            RemoteRegistryEntry("Basic", 0.9, "ours", absent, absent, absent, ["--agents", "2"], str(tmp_path))
+        )
         mine.register_from_yaml(str(manifest))
         assert sorted(mine) == ["Basic", "Tennis"]
         env = mine["Basic"].make(no_graphics=True)  # the zip is not there: our stand-in plays
@@ -180,7 +183,8 @@ from mlagents_envs.environment import UnityEnvironment
 env = UnityEnvironment({player!r}, no_graphics=True)
 env.reset()
 camera, grid, numbers = env.get_steps("Eyes")[0].obs
-assert [spec.shape for spec in env.behavior_specs["Eyes"].observation_specs] == [seen.shape[1:] for seen in (camera, grid, numbers)]
+specs = env.behavior_specs["Eyes"].observation_specs
+assert [spec.shape for spec in specs] == [seen.shape[1:] for seen in (camera, grid, numbers)]
 numpy.savez({file!r}, camera=camera[0], grid=grid[0])
 env.close()
 """
@@ -204,8 +208,9 @@ def test_pictures_have_the_axes_that_the_package_of_the_script_gave_them(tmp_pat
     )
     run(tmp_path, SEES_PICTURES.format(imports=imports, player=str(player), file=str(file)))
     seen = np.load(file)
-    sent = np.random.default_rng(1).integers(0, 256, (6, 8, 5), dtype=np.uint8) / 255, (
-        np.random.default_rng(2).random((3, 4, 2)).astype(np.float32)
+    sent = (
+        np.random.default_rng(1).integers(0, 256, (6, 8, 5), dtype=np.uint8) / 255,
+        (np.random.default_rng(2).random((3, 4, 2)).astype(np.float32)),
     )
     for name, picture in zip(("camera", "grid"), sent, strict=True):
         expected = picture.transpose(2, 0, 1) if layout == "CHW" else picture
@@ -311,8 +316,9 @@ opened = lambda: UnityEnvironment("builtin:Basic", no_graphics=True, additional_
 env = UnityParallelEnv(opened())
 seen, infos = env.reset()
 print(sorted(seen), sorted(seen["Basic?team=0?agent_id=0"]), env.action_space(env.agents[0]))
+left_and_right = {"Basic?team=0?agent_id=0": 1, "Basic?team=0?agent_id=1": 2}
 for _ in range(3):
-    seen, rewards, terminations, truncations, infos = env.step({"Basic?team=0?agent_id=0": 1, "Basic?team=0?agent_id=1": 2})
+    seen, rewards, terminations, truncations, infos = env.step(left_and_right)
 print([(agent, terminations[agent], round(rewards[agent], 2)) for agent in sorted(terminations)], env.agents)
 env.close()
 env = envs.Basic.env(no_graphics=True)

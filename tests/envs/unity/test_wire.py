@@ -129,6 +129,28 @@ def test_two_calls_at_once_are_refused(wire):
     hang_up()
 
 
+def test_a_stranger_who_calls_the_port_is_turned_away_and_the_player_goes_on(wire, caplog):
+    """Once while the player's call is pending, once while the player works on our answer."""
+    exchange, hang_up = call_as_player(wire.port)
+    stranger, leave = call_as_player(wire.port)
+    thread, got = in_background(lambda: exchange(b"one"))
+    assert wire.hear(5) == b"one"
+    with pytest.raises(ConnectionError, match="belongs to another player"):
+        stranger(b"me too")
+    wire.answer(b"first")
+    thread.join(5)
+    with pytest.raises(ConnectionError, match="belongs to another player"):
+        stranger(b"and now")
+    thread, got_again = in_background(lambda: exchange(b"two"))
+    assert wire.hear(5) == b"two"
+    wire.answer(b"second")
+    thread.join(5)
+    assert (got, got_again) == ([b"first"], [b"second"])
+    assert "turned away" in caplog.text
+    hang_up()
+    leave()
+
+
 def test_hanging_up_is_noticed_within_a_second(wire):
     exchange, hang_up = call_as_player(wire.port)
     thread, _ = in_background(lambda: exchange(b"one"))

@@ -2,8 +2,9 @@
 
 Begin with `read_trainer_yaml`. What the file gives is kept as it stands; what stands in for the rest is the caller's
 choice. `BehaviorConfig.overrides` says it in the names of our settings. What we read but do not follow (other trainers,
-curiosity, memory, self-play …) is named in `notes`, each with its key; a key that ML-Agents itself would not know is
-refused with the nearest known one.
+curiosity, memory, self-play …) is named in `notes`, each with its key; so is what ML-Agents does where the file is
+silent (schedules that fall, 500,000 steps). A key that ML-Agents itself would not know is refused with the nearest
+known one.
 
 Source: facts: unity-ml-agents, "What others offer" (the file's groups), ML-Agents' trainer configuration reference.
 """
@@ -51,7 +52,17 @@ class BehaviorConfig:
     vis_encode_type: str | None = None
     """Convolutions over pictures: `simple` or `nature_cnn`."""
     max_steps: int | None = None
-    """Stop after so many steps of all agents together."""
+    """Stop after so many steps of all agents together; ML-Agents' 500,000 where a section does not say it."""
+    learning_rate_schedule: str | None = None
+    """`linear` (falls to its end in `SCHEDULE_ENDS` at max_steps) or `constant`, with ML-Agents' default."""
+    beta_schedule: str | None = None
+    """The same for beta; as the learning rate's where the section does not say it."""
+    epsilon_schedule: str | None = None
+    """The same for epsilon."""
+    normalize: bool | None = None
+    """Whether vector observations are scaled by their running mean and deviation."""
+    time_horizon: int | None = None
+    """Steps of one agent before its trajectory goes into the buffer."""
 
     def overrides(self, num_agents: int = 1) -> tuple[str, ...]:
         """Return the settings as "group.name=value", for `apply_overrides`.
@@ -103,8 +114,16 @@ class TrainerConfig:
     """Seconds that a player may be silent."""
     seed: int | None = None
     """None where the file says -1 (draw one) or nothing."""
-    max_restarts: int | None = None
-    """How many lost players are replaced."""
+    base_port: int | None = None
+    """The first player's port."""
+    max_lifetime_restarts: int | None = None
+    """How often each lost player is started anew; -1: no limit."""
+    restarts_rate_limit_n: int | None = None
+    """How often within one period; -1: no limit."""
+    restarts_rate_limit_period_s: float | None = None
+    """The period, in seconds."""
+    inference: bool = False
+    """Whether the file asks for playing without learning."""
     no_graphics: bool | None = None
     """Whether the player opens no window."""
     engine: Mapping[str, float] = field(default_factory=dict)
@@ -123,6 +142,15 @@ class TrainerConfig:
         return found or BehaviorConfig(base)
 
 
+SCHEDULE_ENDS = {"learning_rate": 1e-10, "beta": 1e-5, "epsilon": 0.1}
+"""Where ML-Agents' linear schedules end, at max_steps."""
+DEFAULT_MAX_STEPS = 500_000
+"""What ML-Agents takes where a section says nothing."""
+SILENT_DEFAULTS: Mapping[str, float] = {
+    "batch_size": 1024, "buffer_size": 10240, "learning_rate": 3e-4, "beta": 5e-3, "epsilon": 0.2, "lambd": 0.95,
+    "num_epoch": 3, "gamma": 0.99, "hidden_units": 128, "num_layers": 2,
+}  # fmt: skip
+"""The same, of what our own settings stand in for."""
 DEFAULT_UNITS, DEFAULT_LAYERS = 128, 2
 """What ML-Agents takes where one of the two is not given."""
 ENCODERS = {
@@ -200,13 +228,16 @@ class _Reader:
             behaviors[name] = self._behavior(name, defaults, self._group(named, name, ("behaviors",)))
         if "default_settings" in top:
             behaviors["*"] = self._behavior("*", {}, defaults)
-        if "checkpoint_settings" in top:
+        checkpoints = self._group(top, "checkpoint_settings", ())
+        inference = self._switch(checkpoints, "inference", ("checkpoint_settings",)) or False
+        if set(checkpoints) - {"inference"}:
             self._note(("checkpoint_settings",), "run folders of our own are used")
         return TrainerConfig(
             behaviors=behaviors,
             **self._environment(self._group(top, "env_settings", ())),
             **self._engine(self._group(top, "engine_settings", ())),
             parameters=self._parameters(self._group(top, "environment_parameters", ())),
+            inference=inference,
             device=self._device(self._group(top, "torch_settings", ())),
             notes=tuple(dict.fromkeys(self.notes)),
         )
@@ -257,7 +288,7 @@ class _Reader:
         self._know(network, _NETWORK, (*at, "network_settings"))
         self._note_what_is_left(at, section, rates, network)
         inside, of_network = (*at, "hyperparameters"), (*at, "network_settings")
-        return BehaviorConfig(
+        found = BehaviorConfig(
             name=name,
             batch_size=self._whole(rates, "batch_size", inside, 1),
             buffer_size=self._whole(rates, "buffer_size", inside, 1) if kind != "sac" else None,
@@ -270,8 +301,49 @@ class _Reader:
             hidden_units=self._whole(network, "hidden_units", of_network, 1),
             num_layers=self._whole(network, "num_layers", of_network, 1),
             vis_encode_type=self._encoder(network, of_network),
-            max_steps=self._whole(section, "max_steps", at, 1),
+            max_steps=self._whole(section, "max_steps", at, 1) or DEFAULT_MAX_STEPS,
+            **self._schedules(rates, inside, kind),
+            normalize=self._switch(network, "normalize", of_network),
+            time_horizon=self._whole(section, "time_horizon", at, 1),
         )
+        self._note_silence(found, section, at, kind)
+        return found
+
+    def _schedules(self, rates: dict[str, Any], at: tuple[str, ...], kind: str) -> dict[str, str | None]:
+        """Return what falls while learning goes on, and say that it does not here."""
+        on_policy = kind != "sac"
+        first = self._schedule(rates, "learning_rate_schedule", at) or ("linear" if on_policy else "constant")
+        told: dict[str, str | None] = {"learning_rate_schedule": first}
+        for name in ("beta_schedule", "epsilon_schedule"):
+            told[name] = (self._schedule(rates, name, at) or first) if on_policy else None
+        for name, schedule in told.items():
+            if name in rates and schedule != "constant":
+                self._note((*at, name), f"'{schedule}' is not followed; it stays constant")
+        silent = [name for name, schedule in told.items() if name not in rates and schedule == "linear"]
+        if silent:
+            values = ", ".join(name.removesuffix("_schedule") for name in silent)
+            self._note(
+                at, f"ML-Agents would let {values} fall linearly until max_steps, as the file does not say "
+                f"{', '.join(silent)}; that is not followed, {'they stay' if len(silent) > 1 else 'it stays'} constant"
+            )  # fmt: skip
+        return told
+
+    def _schedule(self, rates: dict[str, Any], key: str, at: tuple[str, ...]) -> str | None:
+        schedule = rates.get(key)
+        if schedule not in (None, "linear", "constant"):
+            self._refuse((*at, key), repr(schedule), "linear or constant")
+        return None if schedule is None else str(schedule)
+
+    def _note_silence(self, found: BehaviorConfig, section: dict[str, Any], at: tuple[str, ...], kind: str) -> None:
+        """Say what ML-Agents does where the section is silent."""
+        if section.get("max_steps") is None:
+            self._note((*at, "max_steps"), f"{DEFAULT_MAX_STEPS}, as ML-Agents does where the file does not say it")
+        if kind == "ppo":
+            silent = [f"{key} ({value:g})" for key, value in SILENT_DEFAULTS.items() if getattr(found, key) is None]
+            if silent:
+                self._note(
+                    at, f"not said and left to settings of our own (ML-Agents' in brackets): {', '.join(silent)}"
+                )
 
     def _note_what_is_left(
         self, at: tuple[str, ...], section: dict[str, Any], rates: dict[str, Any], network: dict[str, Any]
@@ -284,9 +356,6 @@ class _Reader:
         ):
             if section.get(key) is not None:
                 self._note((*at, key), why)
-        for key in ("learning_rate_schedule", "beta_schedule", "epsilon_schedule"):
-            if rates.get(key, "constant") != "constant":
-                self._note((*at, "hyperparameters", key), f"'{rates[key]}' is not followed; it stays constant")
         for key in _HYPERPARAMETERS[11:]:
             if key in rates:
                 self._note((*at, "hyperparameters", key), "belongs to SAC")
@@ -319,9 +388,8 @@ class _Reader:
         arguments = group.get("env_args") or []
         if not isinstance(arguments, list):
             self._refuse((*at, "env_args"), _kind(arguments), "a list of words")
-        for key in ("base_port", "restarts_rate_limit_n", "restarts_rate_limit_period_s"):
-            if key in group:
-                self._note((*at, key), "a free port is chosen" if key == "base_port" else "restarts are only counted")
+        if "base_port" in group:
+            self._note((*at, "base_port"), "a free port is chosen")
         seed = self._whole(group, "seed", at)
         return {
             "env_path": None if group.get("env_path") is None else str(group["env_path"]),
@@ -330,7 +398,10 @@ class _Reader:
             "num_areas": self._whole(group, "num_areas", at, 1),
             "timeout_wait": self._number(group, "timeout_wait", at, 0.0),
             "seed": None if seed is None or seed < 0 else seed,
-            "max_restarts": self._whole(group, "max_lifetime_restarts", at),
+            "base_port": self._whole(group, "base_port", at, 1),
+            "max_lifetime_restarts": self._whole(group, "max_lifetime_restarts", at, -1),
+            "restarts_rate_limit_n": self._whole(group, "restarts_rate_limit_n", at, -1),
+            "restarts_rate_limit_period_s": self._number(group, "restarts_rate_limit_period_s", at, 0.0),
         }
 
     def _engine(self, group: dict[str, Any]) -> dict[str, Any]:
@@ -343,10 +414,7 @@ class _Reader:
                 engine[key] = value
         if ("width" in engine) != ("height" in engine):
             self._refuse(at, "only one of width and height", "both, or neither")
-        hidden = group.get("no_graphics")
-        if hidden is not None and not isinstance(hidden, bool):
-            self._refuse((*at, "no_graphics"), _kind(hidden), "true or false")
-        return {"engine": engine, "no_graphics": hidden}
+        return {"engine": engine, "no_graphics": self._switch(group, "no_graphics", at)}
 
     def _parameters(self, group: dict[str, Any]) -> dict[str, float | Sampler]:
         found: dict[str, float | Sampler] = {}
@@ -423,6 +491,12 @@ class _Reader:
         if number is not None and number != int(number):
             self._refuse((*at, key), repr(group[key]), "a whole number")
         return None if number is None else int(number)
+
+    def _switch(self, group: Mapping[str, Any], key: str, at: tuple[str, ...]) -> bool | None:
+        value = group.get(key)
+        if value is not None and not isinstance(value, bool):
+            self._refuse((*at, key), _kind(value), "true or false")
+        return value
 
     def _note(self, at: tuple[str, ...], why: str) -> None:
         self.notes.append(f"{'.'.join(at)}: {why}")

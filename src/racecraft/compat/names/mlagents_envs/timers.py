@@ -1,8 +1,8 @@
 """How long things take, as a tree of named blocks; one tree a thread.
 
-    with hierarchical_timer("act"):
-        ...
-    get_timer_tree()
+with hierarchical_timer("act"):
+    ...
+get_timer_tree()
 """
 
 from __future__ import annotations

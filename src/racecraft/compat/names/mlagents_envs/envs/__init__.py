@@ -1,4 +1,4 @@
-"""Faces of a scene: `unity_gym_env`, `unity_parallel_env`, `unity_aec_env`; `envs.Basic.env()` opens a registered one."""
+"""Faces of a scene: `unity_gym_env`, `unity_parallel_env`, `unity_aec_env`; `envs.Basic.env()` opens a scene."""
 
 from __future__ import annotations
 

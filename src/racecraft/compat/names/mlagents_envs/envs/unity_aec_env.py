@@ -25,6 +25,7 @@ class UnityAECEnv(UnityPettingzooBaseEnv, AECEnv):  # type: ignore[type-arg,misc
 
     def __init__(self, env: BaseEnv, seed: int | None = None) -> None:
         super().__init__(env, seed)
+        self.agent_selection: str = ""
         self._begin_round({})
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:

@@ -28,7 +28,7 @@ class UnityGymException(error.Error):
     """The scene, or how it was used, does not fit."""
 
 
-class UnityToGymWrapper(gym.Env):  # type: ignore[type-arg]  # the real one of gym 0.21 is not generic
+class UnityToGymWrapper(gym.Env):  # without a subscript: a real gym's may not be generic
     """One agent.
 
     Args:

@@ -2,7 +2,7 @@
 
 They keep to the PettingZoo that is installed (terminations and truncations apart, `reset(seed, options)`), not to the
 1.15 of ML-Agents' days. The rest is ML-Agents': agents are named `Behavior?team=0?agent_id=3`, with the id that Unity
-gives, so a new episode is a new agent; an observation is an array, or a list of them; where branches may be masked it is
+gives, so a new episode is a new agent; an observation is an array, or a list of them; with choices that may be masked
 `{"observation": ..., "action_mask": [...]}`, True where a choice is forbidden. Rewards are the agent's own; its group's
 stands in `infos`. Continuous actions are float32, where ML-Agents drew whole numbers.
 """

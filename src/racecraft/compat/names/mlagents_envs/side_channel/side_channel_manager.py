@@ -28,7 +28,9 @@ class SideChannelManager:
         self._side_channels_dict: dict[uuid.UUID, SideChannel] = {}
         for channel in side_channels or ():
             if channel.channel_id in self._side_channels_dict:
-                raise UnityEnvironmentException(f"two side channels have the id {channel.channel_id}; expected one each")
+                raise UnityEnvironmentException(
+                    f"two side channels have the id {channel.channel_id}; expected one each"
+                )
             self._side_channels_dict[channel.channel_id] = channel
 
     @property
