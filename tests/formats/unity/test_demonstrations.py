@@ -193,17 +193,18 @@ def test_whatever_stands_in_a_file_it_is_a_demonstration_or_a_letter(write):
     for data in bent:
         path.write_bytes(data)
         try:
-            assert len(read_demonstration(path)) > 0
+            read_demonstration(path)
         except DemonstrationError as letter:
-            assert str(path) in str(letter)
-            letters += 1
+            letters += str(letter).startswith(str(path))
     assert letters > len(whole) / 3
 
 
 def test_files_that_are_no_demonstrations_are_letters(tmp_path):
-    for name, letter in (("absent.demo", "cannot be read"), ("play.txt", r"has the suffix '\.txt'")):
-        with pytest.raises(DemonstrationError, match=letter):
-            read_demonstration(tmp_path / name)
+    with pytest.raises(DemonstrationError, match="cannot be read"):
+        read_demonstration(tmp_path / "absent.demo")
+    (tmp_path / "play.txt").write_text("behaviors:\n  Basic:\n    trainer_type: ppo\n")
+    with pytest.raises(DemonstrationError, match=r"play\.txt: the header: claims 98 bytes where"):
+        read_demonstration(tmp_path / "play.txt")
     (tmp_path / "new.demo").write_bytes(b"\x02\x08\x09".ljust(40, b"\0"))
     with pytest.raises(DemonstrationError, match="is of version 9"):
         read_demonstration(tmp_path / "new.demo")

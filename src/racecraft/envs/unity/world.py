@@ -41,6 +41,7 @@ from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffer
 from racecraft.envs.unity.actions import ActionTable
 from racecraft.envs.unity.behaviors import Behavior, Sensor
 from racecraft.envs.unity.builds import Build, find_build
+from racecraft.envs.unity.choosing import choose, choose_several, single
 from racecraft.envs.unity.errors import BuildError, PlayerDiedError, PlayerLeftError, PlayerTimeoutError, UnityError
 from racecraft.envs.unity.restarts import RestartLimits, RestartQuota
 from racecraft.envs.unity.rows import Seats
@@ -143,7 +144,7 @@ class UnityWorld:
         self._players = self._open_all(num_players)
         try:
             known = self._players[0].session.behaviors
-            chosen = _choose_several(behavior, known) if several else [_choose(_single(behavior), known)]
+            chosen = choose_several(behavior, known) if several else [choose(single(behavior), known)]
             self._behaviors = tuple(known[names[0]] for names in chosen)
             parts = [self._seat(names, max_agents, together) for names in chosen]
             self._spec: WorldSpec
@@ -398,40 +399,6 @@ def _ports_from(base_port: int | None, count: int) -> list[dict[str, int]]:
     if not 0 < base_port <= 65536 - count:
         raise UserInputError(f"base_port is {base_port}; expected 1 to {65536 - count} for {count} players.")
     return [{"port": base_port + index} for index in range(count)]
-
-
-def _single(wish: str | Sequence[str] | None) -> str | None:
-    return wish if wish is None or isinstance(wish, str) else wish[0]
-
-
-def _choose_several(wish: str | Sequence[str] | None, known: Mapping[str, Behavior]) -> list[list[str]]:
-    """Return the names, team by team, of each behavior wished for; without a wish that the scene knows, of all."""
-    wishes = [wish] if isinstance(wish, str) else list(wish or ())
-    bases = list(dict.fromkeys(behavior.base_name for behavior in known.values()))
-    wished = [known[name].base_name if name in known else name for name in wishes]
-    return [_choose(base, known) for base in bases if base in wished or not set(wished) & set(bases)]
-
-
-def _choose(wish: str | None, known: Mapping[str, Behavior]) -> list[str]:
-    """Return the behaviors to act for: those of one base name that see and do the same."""
-    groups: dict[str, list[str]] = {}
-    for name, behavior in known.items():
-        groups.setdefault(behavior.base_name, []).append(name)
-    if wish in known:
-        return [str(wish)]
-    if wish is None and len(groups) == 1:
-        wish = next(iter(groups))
-    if wish not in groups:
-        told = "no behavior is chosen" if wish is None else f"no behavior is named '{wish}'"
-        raise BuildError(
-            f"{told}; the scene has {', '.join(known)}. Choose one with behavior= (--behavior at the command line), or "
-            "act for all of them through racecraft.envs.unity.parallel."
-        )
-    first, *others = groups[wish]
-    for other in others:
-        if (known[other].sensors, known[other].actions) != (known[first].sensors, known[first].actions):
-            raise BuildError(f"the teams {first} and {other} see or do different things; choose one with behavior=.")
-    return groups[wish]
 
 
 def _spec_of(sensor: Sensor) -> ArraySpec:

@@ -184,8 +184,6 @@ class _Reader:
             ) from cause  # fmt: skip
 
     def _bytes(self) -> bytes:
-        if self._path.suffix != SUFFIX:
-            raise DemonstrationError(self._path, f"has the suffix '{self._path.suffix}'", f"a {SUFFIX} file")
         try:
             return self._path.read_bytes()
         except OSError as cause:
@@ -198,7 +196,7 @@ class _Reader:
         self._place = "the behavior"
         behavior, at = _message(data, _HEADER_BYTES)
         promised = header.whole(3)
-        records = []
+        records: list[Fields] = []
         while at < len(data) and (promised <= 0 or len(records) < promised):
             self._place = f"record {len(records) + 1}"
             record, at = _message(data, at)

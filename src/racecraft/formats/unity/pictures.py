@@ -32,8 +32,8 @@ def decode_picture(data: bytes, shape: tuple[int, ...], mapping: Sequence[int]) 
     Args:
         data: PNG files, one after the other.
         shape: (H, W, C) wanted.
-        mapping: Where each decoded channel belongs, -1 nowhere; those that meet are averaged. Empty: as they come, three
-            as one grey where one is wanted.
+        mapping: Where each decoded channel belongs, -1 nowhere; those that meet are averaged. Empty: as they come, and
+            three as one grey where one is wanted.
 
     Raises:
         ValueError: They cannot be read, or are of another size or number.
@@ -41,16 +41,17 @@ def decode_picture(data: bytes, shape: tuple[int, ...], mapping: Sequence[int]) 
     from PIL import Image
 
     height, width, channels = shape
-    planes = []
+    planes: list[Array] = []
     for file in _split_pngs(data):
         try:
             with Image.open(io.BytesIO(file), formats=["PNG"]) as picture:
-                size = picture.size
-                planes.append(np.asarray(picture.convert("RGB")) if size == (width, height) else None)
+                if picture.size == (width, height):
+                    planes.append(np.asarray(picture.convert("RGB")))
+                    continue
+                found = f"{picture.size[0]} x {picture.size[1]}"
         except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as cause:
             raise ValueError(f"is a PNG that cannot be read: {cause}.") from cause
-        if planes[-1] is None:
-            raise ValueError(f"is a PNG of {size[0]} x {size[1]} pixels; expected {width} x {height}.")
+        raise ValueError(f"is a PNG of {found} pixels; expected {width} x {height}.")
     if not planes:
         raise ValueError("should be a PNG and is empty.")
     decoded = np.concatenate(planes, axis=2)

@@ -72,12 +72,12 @@ class Fields(dict[int, list[int | bytes]]):
 
 
 def read_fields(data: bytes) -> Fields:
-    """Return the fields of a message.
+    r"""Return the fields of a message.
 
     Raises:
         ValueError: The bytes are cut, or no protobuf message.
 
-    >>> read_fields(b"\\x08\\x96\\x01").whole(1)
+    >>> read_fields(b"\x08\x96\x01").whole(1)
     150
     """
     fields, at = Fields(), 0
