@@ -294,7 +294,9 @@ def test_a_player_lost_between_episodes_is_started_anew_too(opened):
 
 def test_ports_count_up_from_the_first_where_one_is_wished_for(opened):
     first = free_ports(2)
-    world, _ = opened("builtin:Basic", num_players=2, base_port=first)
+    world, buffers = opened("builtin:Basic", num_players=2, base_port=first)
+    assert [session.port for session in world.sessions] == [first, first + 1]
+    world.reset(buffers, 9)  # another seed: new players, on the same ports
     assert [session.port for session in world.sessions] == [first, first + 1]
     with pytest.raises(UserInputError, match="base_port is 65536"):
         opened("builtin:Basic", base_port=65536)
