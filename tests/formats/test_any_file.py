@@ -18,9 +18,23 @@ from racecraft.formats.aws import (
     training_params,
 )
 from racecraft.formats.json_text import read_json
+from racecraft.formats.unity import demonstrations
 
 TRACE_ROW = "0,1.0,3.2,0.68,0.16,-10.0,2.0,[-10.0 2.0],0.5,False,True,0.79,1,17.7,245.9,prepare,0.0,0,1.5"
 METRICS = [training_metrics.evaluation_row(start_s=1, end_s=2, trial=1, progress_share=1, status="lap_complete")]
+DEMONSTRATION = bytes.fromhex(
+    "0408011801".ljust(66, "0")  # version 1, one record; padded to 33 bytes
+    + "06"
+    "1a0103"
+    "3a0141"  # one branch of 3, named A
+     + "19"
+    "0a12"
+    "3d0000003f"
+    "6a0b"
+    "0a0101"
+    "22060a040000803f"
+    "12033a0102"  # reward 0.5, sees 1.0, chose 2
+)
 
 
 def specimen(reader, path):
@@ -39,6 +53,8 @@ def specimen(reader, path):
         training_metrics.write_evaluation_metrics(path, METRICS)
     elif reader is training_params.read_params:
         training_params.write_params(path, {"A": "1", "B": ["x", "y"]})
+    elif reader is demonstrations.read_demonstration:
+        path.write_bytes(DEMONSTRATION)
     elif reader is checkpoint.load_state:
         checkpoint.save_state(path, {"n": 1, "w": np.zeros(3), "t": (1, {2: 3})})
     else:
@@ -53,6 +69,7 @@ READERS = [
     simulation_log.read_simulation_log,
     training_metrics.read_metrics_file,
     training_params.read_params,
+    demonstrations.read_demonstration,
     checkpoint.load_state,
     episodes.read_episodes,
 ]

@@ -3,6 +3,10 @@
 A name such as `mlagents_envs.environment` leads to our module `racecraft.compat.names.mlagents_envs.environment`: one
 module with two names. `gym` stands aside where a real one is installed; the others are ours even then, because
 ML-Agents' own package does not load beside today's protobuf.
+
+Processes that the script starts with `multiprocessing` (spawn and forkserver too) or joblib begin with its search path,
+and nothing else of it. So two folders stand there while names are lent: `lent/before` with those that are ours in any
+case, `lent/behind` with those that stand aside. Each holds a module of a foreign name that calls `take_over`.
 """
 
 from __future__ import annotations
@@ -27,6 +31,8 @@ NAMES = ("mlagents_envs", "gym_unity", "gym")
 """The packages whose names are lent."""
 STANDS_ASIDE = ("gym",)
 """Lent only where no package of that name is installed."""
+_BEFORE, _BEHIND = (str(Path(__file__).parent / "lent" / place) for place in ("before", "behind"))
+"""Where children find the names: the modules in these folders are the doors of `take_over`."""
 
 
 def run_script(script: str | Path, args: Sequence[str] = ()) -> None:
@@ -45,12 +51,13 @@ def run_script(script: str | Path, args: Sequence[str] = ()) -> None:
 @contextlib.contextmanager
 def foreign_names() -> Iterator[None]:
     """Lend the names; afterwards neither they nor their modules are left."""
-    lent = tuple(name for name in NAMES if name not in STANDS_ASIDE or PathFinder.find_spec(name) is None)
+    lent, search = _lent(), list(sys.path)
     before = {name: module for name, module in sys.modules.items() if _top(name) in lent}
     for name in before:
         del sys.modules[name]
     finder = _Finder(lent)
     sys.meta_path.insert(0, finder)
+    sys.path[:] = [_BEFORE, *search, _BEHIND]
     try:
         yield
     except (ImportError, AttributeError) as error:
@@ -58,9 +65,21 @@ def foreign_names() -> Iterator[None]:
         raise
     finally:
         sys.meta_path.remove(finder)
+        sys.path[:] = search
         for name in [name for name in sys.modules if _top(name) in lent]:
             del sys.modules[name]
         sys.modules.update(before)
+
+
+def take_over(name: str) -> None:
+    """Lend the names for good, in a process that a script started, and put our module in the place of a foreign one.
+
+    Args:
+        name: The foreign name, as it is being imported from `lent/`.
+    """
+    if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
+        sys.meta_path.insert(0, _Finder(_lent()))
+    sys.modules[name] = importlib.import_module(f"{HOME}.{name}")
 
 
 def offered_by(module: ModuleType) -> list[str]:
@@ -124,6 +143,14 @@ def _as_main(path: Path, args: Sequence[str]) -> Iterator[None]:
     finally:
         sys.argv = argv
         sys.path[:] = search
+
+
+def _lent() -> tuple[str, ...]:
+    """Return the names that are lent here: of those that stand aside, the ones nobody else has."""
+    ours = os.path.dirname(_BEHIND)
+    found = {name: PathFinder.find_spec(name) for name in STANDS_ASIDE}
+    taken = {name for name, spec in found.items() if spec is not None and not (spec.origin or "").startswith(ours)}
+    return tuple(name for name in NAMES if name not in taken)
 
 
 def _offered(top: str) -> list[str]:

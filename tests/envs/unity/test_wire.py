@@ -129,6 +129,52 @@ def test_two_calls_at_once_are_refused(wire):
     hang_up()
 
 
+def test_a_stranger_who_calls_the_port_is_turned_away_and_the_player_goes_on(wire, caplog):
+    """Once while the player's call is pending, once while the player works on our answer."""
+    exchange, hang_up = call_as_player(wire.port)
+    stranger, leave = call_as_player(wire.port)
+    thread, got = in_background(lambda: exchange(b"one"))
+    assert wire.hear(5) == b"one"
+    with pytest.raises(ConnectionError, match="belongs to another player"):
+        stranger(b"me too")
+    wire.answer(b"first")
+    thread.join(5)
+    with pytest.raises(ConnectionError, match="belongs to another player"):
+        stranger(b"and now")
+    thread, got_again = in_background(lambda: exchange(b"two"))
+    assert wire.hear(5) == b"two"
+    wire.answer(b"second")
+    thread.join(5)
+    assert (got, got_again) == ([b"first"], [b"second"])
+    assert "turned away" in caplog.text
+    hang_up()
+    leave()
+
+
+class Caller:
+    """What gRPC tells of a call, for two that race."""
+
+    def __init__(self, peer):
+        self.peer = lambda: peer
+
+    def abort(self, code, why):
+        raise ConnectionError(why)
+
+    def add_callback(self, call):
+        return True
+
+
+def test_of_two_first_callers_the_one_whose_message_arrives_first_is_the_player(wire):
+    def slow():
+        in_background(lambda: wire._exchange(iter([b"player"]), Caller("a")))
+        assert wire.hear(5) == b"player"
+        yield b"stranger"
+
+    with pytest.raises(ConnectionError, match="belongs to another player"):
+        wire._exchange(slow(), Caller("b"))
+    wire.answer(b"well")
+
+
 def test_hanging_up_is_noticed_within_a_second(wire):
     exchange, hang_up = call_as_player(wire.port)
     thread, _ = in_background(lambda: exchange(b"one"))

@@ -1,12 +1,15 @@
 """Unity players as a World."""
 
+import contextlib
 import os
 import signal
+import socket
 import time
 
 import numpy as np
 import pytest
 
+from racecraft.contract.errors import UserInputError
 from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, World, WorldSpec, allocate
 from racecraft.envs.unity.actions import ActionTable
@@ -15,6 +18,7 @@ from racecraft.envs.unity.errors import BuildError, PlayerDiedError, UnityError,
 from racecraft.envs.unity.process import wait_until_gone
 from racecraft.envs.unity.rows import Seats
 from racecraft.envs.unity.session import Moment
+from racecraft.envs.unity.side_channels import SideChannels, Uniform
 from racecraft.envs.unity.world import UnityWorld
 
 
@@ -229,21 +233,119 @@ def test_spare_rows_stay_inactive(opened):
     assert buffers.active.ravel().tolist() == [True, False, False]
 
 
-def test_a_lost_player_is_an_error_or_replaced_as_wished(opened):
-    world, buffers = opened("builtin:Basic", args=["--agents", "2"], max_restarts=1)
+def lose(world, index=0):
+    os.kill(world.sessions[index].pid, signal.SIGKILL)
+
+
+def test_a_lost_player_costs_its_episodes_and_a_new_start_not_the_world(opened, caplog):
+    world, buffers = opened("builtin:Basic", args=["--agents", "2"], num_players=2)
     world.reset(buffers, 0)
-    right = np.full((2, 1), 2)
+    right = np.full((4, 1), 2)
     world.step(right, buffers)
-    os.kill(world.sessions[0].pid, signal.SIGKILL)
+    other = world.sessions[1].pid
+    lose(world)
     world.step(right, buffers)
-    assert buffers.truncated.all()
-    assert buffers.final_observations["Basic"].argmax(-1).ravel().tolist() == [11, 11]
-    assert buffers.observations["Basic"].argmax(-1).ravel().tolist() == [10, 10]
+    assert buffers.truncated.ravel().tolist() == [True, True, False, False]
+    assert buffers.final_observations["Basic"].argmax(-1).ravel().tolist()[:2] == [11, 11]
+    assert buffers.observations["Basic"].argmax(-1).ravel().tolist() == [10, 10, 12, 12]
     assert [episode.status for episode in world.take_episodes()] == ["truncated"] * 2
+    assert (world.restarts, world.sessions[1].pid) == (1, other)
+    assert "started anew; its episodes under way are cut" in caplog.text
     world.step(right, buffers)
-    os.kill(world.sessions[0].pid, signal.SIGKILL)
-    with pytest.raises(PlayerDiedError):
+    assert buffers.observations["Basic"].argmax(-1).ravel().tolist() == [11, 11, 13, 13]
+
+
+def test_players_that_are_lost_too_often_are_an_error_that_names_the_limit(opened):
+    """ML-Agents' defaults: ten new starts each player, one a minute."""
+    world, buffers = opened("builtin:Basic")
+    world.reset(buffers, 0)
+    right = np.full((1, 1), 2)
+    lose(world)
+    world.step(right, buffers)
+    lose(world)
+    with pytest.raises(PlayerDiedError, match="1 times in the last 60 s, and restarts_rate_limit_n is 1"):
         world.step(right, buffers)
+    world, buffers = opened("builtin:Basic", max_lifetime_restarts=0)
+    world.reset(buffers, 0)
+    lose(world)
+    with pytest.raises(PlayerDiedError, match="max_lifetime_restarts is 0; give more, or -1"):
+        world.step(right, buffers)
+
+
+def test_without_limits_a_player_may_be_lost_again_and_again(opened):
+    world, buffers = opened("builtin:Basic", max_lifetime_restarts=-1, restarts_rate_limit_n=-1)
+    world.reset(buffers, 0)
+    for _ in range(3):
+        lose(world)
+        world.step(np.full((1, 1), 2), buffers)
+        assert buffers.truncated.all()
+    assert world.restarts == 3
+
+
+def test_a_player_lost_between_episodes_is_started_anew_too(opened):
+    world, buffers = opened("builtin:Basic", restart_on_reset=False)
+    world.reset(buffers, 0)
+    world.step(np.full((1, 1), 2), buffers)
+    lose(world)
+    world.reset(buffers, 0)
+    assert buffers.observations["Basic"].argmax() == 10
+    assert world.restarts == 1
+
+
+def test_ports_count_up_from_the_first_where_one_is_wished_for(opened):
+    first = free_ports(2)
+    world, buffers = opened("builtin:Basic", num_players=2, base_port=first)
+    assert [session.port for session in world.sessions] == [first, first + 1]
+    world.reset(buffers, 9)  # another seed: new players, on the same ports
+    assert [session.port for session in world.sessions] == [first, first + 1]
+    with pytest.raises(UserInputError, match="base_port is 65536"):
+        opened("builtin:Basic", base_port=65536)
+
+
+def free_ports(count):
+    """Return the first of so many free ports in a row."""
+    while True:
+        with contextlib.ExitStack() as held, contextlib.suppress(OSError):
+            probes = [held.enter_context(socket.socket()) for _ in range(count)]
+            probes[0].bind(("127.0.0.1", 0))
+            first = probes[0].getsockname()[1]
+            for offset, probe in enumerate(probes[1:], 1):
+                probe.bind(("127.0.0.1", first + offset))
+            return first
+
+
+@pytest.mark.parametrize(
+    ("words", "time_scale", "width"),
+    [
+        ({}, 20.0, 84),
+        ({"time_scale": 3.0}, 3.0, 84),
+        ({"inference": True}, 1.0, 1280),
+        ({"inference": True, "time_scale": 2.0}, 2.0, 1280),
+        ({"engine": {"time_scale": 7.0}}, 7.0, None),
+    ],
+)
+def test_the_engine_runs_as_fast_as_asked(opened, monkeypatch, words, time_scale, width):
+    sent = []
+    monkeypatch.setattr(SideChannels, "set_engine", lambda self, **engine: sent.append(engine))
+    opened("builtin:Basic", **words)
+    assert (sent[0]["time_scale"], sent[0].get("width")) == (time_scale, width)
+
+
+def test_samplers_have_seeds_of_their_own(opened, monkeypatch):
+    seeds = {}
+
+    def note(self, key, value, seed=0):
+        seeds.setdefault(key, []).append(seed)
+
+    monkeypatch.setattr(SideChannels, "set_parameter", note)
+    world, _ = opened(
+        "builtin:Basic", num_players=2, seed=3, parameters={"wind": Uniform(0.0, 1.0), "mass": Uniform(0.0, 1.0)}
+    )
+    assert len({*seeds["wind"], *seeds["mass"]}) == 4
+    assert all(0 <= seed < 2**31 for told in seeds.values() for seed in told)
+    before = sorted(seeds["wind"])
+    world.set_parameter("wind", Uniform(1.0, 2.0))
+    assert sorted(seeds["wind"][2:]) == before
 
 
 def test_rows_may_be_strided_views_of_the_callers_storage(opened):

@@ -49,9 +49,31 @@ def read(tmp_path):
 def test_the_basic_scenes_own_file_is_read(read):
     config = read(BASIC)
     assert config.behavior("Basic?team=0") == BehaviorConfig(
-        "Basic", 32, 256, 3e-4, 0.005, 0.2, 0.95, 3, 0.9, 20, 1, "simple", 500_000
+        "Basic",
+        32,
+        256,
+        3e-4,
+        0.005,
+        0.2,
+        0.95,
+        3,
+        0.9,
+        20,
+        1,
+        "simple",
+        500_000,
+        "linear",
+        "linear",
+        "linear",
+        None,
+        3,
     )
-    assert config.notes == ("behaviors.Basic.time_horizon: rollouts run through episodes and bootstrap at their end",)
+    assert config.notes == (
+        "behaviors.Basic.time_horizon: rollouts run through episodes and bootstrap at their end",
+        "behaviors.Basic.hyperparameters: ML-Agents would let learning_rate, beta, epsilon fall linearly until "
+        "max_steps, as the file does not say learning_rate_schedule, beta_schedule, epsilon_schedule; that is not "
+        "followed, they stay constant",
+    )
     assert config.behavior("Walker") == BehaviorConfig("Walker")
 
 
@@ -88,7 +110,9 @@ def test_default_settings_lie_beneath_every_behavior(read):
 def test_the_environment_engine_and_parameters_are_read(read):
     config = read(
         "env_settings: {env_path: builds/Game, env_args: [--level, 2], num_envs: 3, seed: -1, timeout_wait: 30,\n"
-        "  max_lifetime_restarts: 7, num_areas: 2, base_port: 5005}\n"
+        "  max_lifetime_restarts: 7, restarts_rate_limit_n: -1, restarts_rate_limit_period_s: 30.5, num_areas: 2,\n"
+        "  base_port: 5005}\n"
+        "checkpoint_settings: {inference: true}\n"
         "engine_settings: {width: 84, height: 48, time_scale: 10, no_graphics: true}\n"
         "environment_parameters:\n"
         "  mass: 2\n"
@@ -101,7 +125,10 @@ def test_the_environment_engine_and_parameters_are_read(read):
     assert (config.env_path, config.env_args, config.num_envs, config.num_areas) == (
         "builds/Game", ("--level", "2"), 3, 2,
     )  # fmt: skip
-    assert (config.seed, config.timeout_wait, config.max_restarts) == (None, 30.0, 7)
+    assert (config.seed, config.timeout_wait, config.base_port) == (None, 30.0, 5005)
+    limits = (config.max_lifetime_restarts, config.restarts_rate_limit_n, config.restarts_rate_limit_period_s)
+    assert limits == (7, -1, 30.5)
+    assert config.inference is True
     assert config.engine == {"width": 84, "height": 48, "time_scale": 10.0}
     assert config.no_graphics is True
     assert config.parameters == {
@@ -135,8 +162,45 @@ def test_the_environment_engine_and_parameters_are_read(read):
     ],
 )
 def test_what_is_not_followed_is_named(read, text, key):
-    (note,) = read(f"behaviors:\n  A:\n    {text}\n").notes
-    assert note.startswith(f"behaviors.A.{key}: ")
+    notes = read(f"behaviors:\n  A:\n    {text}\n").notes
+    assert [note for note in notes if note.startswith(f"behaviors.A.{key}: ")]
+
+
+def test_what_ml_agents_does_where_the_file_is_silent_is_said(read):
+    config = read("behaviors: {A: {hyperparameters: {batch_size: 64, beta_schedule: constant}}}")
+    assert config.behavior("A").max_steps == 500_000
+    assert config.notes == (
+        "behaviors.A.hyperparameters: ML-Agents would let learning_rate, epsilon fall linearly until max_steps, as the "
+        "file does not say learning_rate_schedule, epsilon_schedule; that is not followed, they stay constant",
+        "behaviors.A.max_steps: 500000, as ML-Agents does where the file does not say it",
+        "behaviors.A: not said and left to settings of our own (ML-Agents' in brackets): buffer_size (10240), "
+        "learning_rate (0.0003), beta (0.005), epsilon (0.2), lambd (0.95), num_epoch (3), gamma (0.99), "
+        "hidden_units (128), num_layers (2)",
+    )
+
+
+@pytest.mark.parametrize(
+    ("rates", "schedules"),
+    [
+        ("{}", ("linear", "linear", "linear")),
+        ("{learning_rate_schedule: constant}", ("constant", "constant", "constant")),
+        ("{learning_rate_schedule: constant, beta_schedule: linear}", ("constant", "linear", "constant")),
+        ("{epsilon_schedule: constant}", ("linear", "linear", "constant")),
+    ],
+)
+def test_schedules_have_ml_agents_defaults(read, rates, schedules):
+    """Those of beta and epsilon follow the learning rate's; all are linear where nothing is said."""
+    told = read(f"behaviors: {{A: {{hyperparameters: {rates}}}}}").behavior("A")
+    assert (told.learning_rate_schedule, told.beta_schedule, told.epsilon_schedule) == schedules
+    sac = read(f"behaviors: {{A: {{trainer_type: sac, hyperparameters: {rates}}}}}").behavior("A")
+    assert sac.learning_rate_schedule == (schedules[0] if "learning_rate" in rates else "constant")
+
+
+def test_a_file_that_says_everything_gets_no_note(read):
+    text = BASIC.replace("    time_horizon: 3\n", "").replace(
+        "      num_epoch: 3\n", "      num_epoch: 3\n      learning_rate_schedule: constant\n"
+    )
+    assert read(text).notes == ()
 
 
 @pytest.mark.parametrize(
@@ -148,6 +212,10 @@ def test_what_is_not_followed_is_named(read, text, key):
             r":4: behaviors.A.hyperparameters.batchsize: .*batch_size",
         ),
         ("behaviors:\n  A:\n    max_steps: many", r":3: behaviors.A.max_steps: 'many'; expected a number"),
+        ("behaviors: {A: {hyperparameters: {beta_schedule: cosine}}}", "'cosine'; expected linear or constant"),
+        ("behaviors: {A: {network_settings: {normalize: 3}}}", "true or false"),
+        ("env_settings: {max_lifetime_restarts: -2}", "from -1"),
+        ("checkpoint_settings: {inference: maybe}", "true or false"),
         ("behaviors: {A: {hyperparameters: {num_epoch: 2.5}}}", "expected a whole number"),
         ("behaviors: {A: {hyperparameters: {lambd: 1.5}}}", "from 0 to 1"),
         ("behaviors: {A: {hyperparameters: {batch_size: 0}}}", "from 1"),

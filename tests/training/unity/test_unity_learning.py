@@ -153,11 +153,14 @@ def test_a_configuration_says_who_learns_and_how_each_does(player, tmp_path):
     assert (dot["ppo"]["learning_rate"], teller["ppo"]["learning_rate"]) == (0.002, 0.001)
     assert (dot["network"]["hidden_units"], teller["network"]["hidden_units"]) == ([64, 64], [16])
     assert trained.outcome.reason == "steps=640"
-    assert any("buffers of the behaviors differ; they are filled together, 64 ticks" in note for note in trained.notes)
+    assert any(
+        "buffers of the behaviors differ; they are filled together, 64 ticks" in note
+        for note in trained.summary()["notes"]
+    )
 
 
 def test_a_player_that_dies_leaves_what_was_learnt_and_the_way_on(player, tmp_path):
-    """It crashes in its ninth step: two iterations of four are kept; so it does again when the run goes on."""
+    """It crashes in its ninth step, is started anew, and crashes again too soon: four iterations of four are kept."""
     said, run = [], tmp_path / "run"
     request = UnityRequest(player("crash"), run=run, overrides=("rollout.horizon=4", "evaluation.every=9"))
     with pytest.raises(PlayerDiedError, match="out of neutrons"):
@@ -165,7 +168,7 @@ def test_a_player_that_dies_leaves_what_was_learnt_and_the_way_on(player, tmp_pa
     assert said[-1] == f"what was learned until then stands in {run}; --run {run} --resume goes on from there"
     with pytest.raises(PlayerDiedError):
         resume(run, (), Silence(), said.append)
-    assert any(line.startswith("goes on after iteration 2;") for line in said)
+    assert any(line.startswith("goes on after iteration 4;") for line in said)
 
 
 def test_rows_for_agents_that_come_later_are_kept_when_asked_for(player, tmp_path):

@@ -10,6 +10,8 @@ Begin in ``session.py``: one player, connected; its ``reset`` and ``step`` are t
     process.py        the player's process: started, watched, its log read, its whole group ended
     session.py        one conversation with one player
     world.py          our World over any number of players
+    choosing.py       which of a scene's behaviors are acted for
+    restarts.py       how often a lost player is started anew
     rows.py           who sits in which row of that World
     several.py        several behaviors of a scene in one World
     cards.py          behaviors in a checkpoint's card, and back

@@ -11,9 +11,8 @@ Masks are shown True where an action is *allowed*; the wire says True where it i
 
 from __future__ import annotations
 
-import io
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -22,12 +21,10 @@ import numpy as np
 from racecraft.contract.world import Array
 from racecraft.envs.unity.errors import WireError
 from racecraft.envs.unity.messages import NO_COMPRESSION, PNG
+from racecraft.formats.unity.pictures import CHW, HWC, decode_picture, layout_by_shape
 
-HWC, CHW = "HWC", "CHW"
 MAX_NUMBERS = 2**28
 """More numbers in one observation than this are taken for a lie about its shape."""
-
-_PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 
 @dataclass(frozen=True)
@@ -230,7 +227,7 @@ def layout_of(package_version: str, shape: Sequence[int] = ()) -> str:
     major = package_version.split(".")[0]
     if major.isdigit():
         return CHW if int(major) >= 3 else HWC
-    return CHW if len(shape) == 3 and shape[0] < shape[2] else HWC  # an unknown version: channels are few
+    return layout_by_shape(shape)
 
 
 def _learn_sensor(part: Any, index: int, layout: str, behavior: str, use_name: bool = True) -> Sensor:
@@ -280,71 +277,11 @@ def _read_observation(behavior: Behavior, sensor: Sensor, part: Any, into: Array
 
 
 def _read_png(sensor: Sensor, part: Any) -> Array:
-    """Return a compressed picture, uint8 (H, W, C): PNGs of three channels each, then mapped to the C wanted."""
-    from PIL import Image
-
-    height, width, channels = sensor.shape
-    planes = []
-    for data in _split_pngs(part.compressed_data):
-        try:
-            with Image.open(io.BytesIO(data), formats=["PNG"]) as picture:
-                if picture.size != (width, height):
-                    raise WireError(
-                        f"observation '{sensor.name}' is a PNG of {picture.size[0]} x {picture.size[1]} pixels; "
-                        f"expected {width} x {height}."
-                    )
-                planes.append(np.asarray(picture.convert("RGB")))
-        except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as cause:
-            raise WireError(f"observation '{sensor.name}' is a PNG that cannot be read: {cause}.") from cause
-    if not planes:
-        raise WireError(f"observation '{sensor.name}' should be a PNG and is empty.")
-    decoded = np.concatenate(planes, axis=2)
-    mapping = list(part.compressed_channel_mapping)
-    if mapping:
-        return _map_channels(sensor, decoded, mapping)
-    if channels == 1:
-        return np.asarray(np.round(decoded[:, :, :3].mean(axis=2, keepdims=True)), np.uint8)
-    if decoded.shape[2] < channels:
-        raise WireError(f"observation '{sensor.name}' brings {decoded.shape[2]} channels; expected {channels}.")
-    return decoded[:, :, :channels]
-
-
-def _map_channels(sensor: Sensor, decoded: Array, mapping: list[int]) -> Array:
-    """Sort decoded channels: mapping[i] is where channel i belongs, -1 nowhere; those that meet are averaged."""
-    channels = sensor.shape[2]
-    known = len(mapping) == decoded.shape[2] and all(-1 <= target < channels for target in mapping)
-    if not known or set(mapping) - {-1} != set(range(channels)):
-        raise WireError(
-            f"observation '{sensor.name}' maps {decoded.shape[2]} decoded channels by {mapping}; "
-            f"expected one number each that together cover 0 to {channels - 1}, or -1."
-        )
-    targets = np.array(mapping)
-    picture = np.empty(sensor.shape, np.uint8)
-    for channel in range(channels):
-        sources = np.flatnonzero(targets == channel)
-        if len(sources) == 1:
-            picture[:, :, channel] = decoded[:, :, sources[0]]
-        else:
-            picture[:, :, channel] = np.round(decoded[:, :, sources].mean(axis=2))
-    return picture
-
-
-def _split_pngs(data: bytes) -> Iterator[bytes]:
-    """Cut concatenated PNG files apart by walking their chunks."""
-    at = 0
-    while at < len(data):
-        start = at
-        if data[at : at + 8] != _PNG_SIGNATURE:
-            raise WireError("a compressed observation is no PNG.")
-        at += 8
-        kind = b""
-        while kind != b"IEND":
-            kind = data[at + 4 : at + 8]
-            length = int.from_bytes(data[at : at + 4], "big")
-            at += 12 + length  # length, kind, data, checksum
-            if at > len(data) or len(kind) < 4:
-                raise WireError("a compressed observation is a PNG that was cut.")
-        yield data[start:at]
+    """Return a compressed picture, uint8 (H, W, C)."""
+    try:
+        return decode_picture(part.compressed_data, sensor.shape, list(part.compressed_channel_mapping))
+    except ValueError as cause:
+        raise WireError(f"observation '{sensor.name}' {cause}") from cause
 
 
 def _read_masks(behavior: Behavior, agents: Sequence[Any]) -> Array | None:

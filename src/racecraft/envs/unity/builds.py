@@ -111,13 +111,25 @@ def find_build(
     return _from_path(Path(text), cache)
 
 
+def manifest_source(manifest: str | Path | None = None) -> str:
+    """Return the file or address that a manifest is read from; None is `RACECRAFT_UNITY_MANIFEST` or ML-Agents' own."""
+    return str(manifest or os.environ.get("RACECRAFT_UNITY_MANIFEST") or DEFAULT_MANIFEST)
+
+
+def cached_scenes(cache_folder: Path | None = None) -> list[str]:
+    """Return the names of the scenes that lie unpacked in the cache, ML-Agents' own unless another is named."""
+    cache = cache_folder or Path(tempfile.gettempdir()) / "ml-agents-binaries"
+    folders = [path.name for path in sorted((cache / "binaries").glob("*")) if path.is_dir()]
+    return [name for name, dash, _ in (folder.rpartition("-") for folder in folders) if dash]
+
+
 def read_manifest(manifest: str | Path | None = None) -> dict[str, RegistryEntry]:
     """Return the scenes of a manifest, a YAML file or a URL of one, by name.
 
     Raises:
         BuildError: It cannot be fetched or read.
     """
-    source = str(manifest or os.environ.get("RACECRAFT_UNITY_MANIFEST") or DEFAULT_MANIFEST)
+    source = manifest_source(manifest)
     yaml = _yaml()
     try:
         listed = yaml.safe_load(_fetch(source).decode())["environments"]

@@ -5,24 +5,30 @@ from __future__ import annotations
 from typing import Any
 
 from racecraft.envs.unity.side_channels import Gaussian, MultiRange, Uniform
-from racecraft.envs.unity.world import ENGINE_FOR_TRAINING
+from racecraft.envs.unity.world import ENGINE_FOR_INFERENCE, ENGINE_FOR_TRAINING
 from racecraft.formats.unity.trainer_yaml import Sampler, TrainerConfig
 
 
 def words_of(config: TrainerConfig) -> dict[str, Any]:
     """Return what the file says of players, as arguments of `UnityWorld`; the build itself is `config.env_path`.
 
+    Left to the caller: `config.base_port`, because worlds that live side by side cannot share ports.
+
     >>> words_of(TrainerConfig({}, num_envs=3, env_args=("--level", "2")))["num_players"]
     3
     """
-    words: dict[str, Any] = {"engine": {**ENGINE_FOR_TRAINING, **config.engine}}
+    defaults = ENGINE_FOR_INFERENCE if config.inference else ENGINE_FOR_TRAINING
+    words: dict[str, Any] = {"engine": {**defaults, **config.engine}}
     given = {
         "num_players": config.num_envs,
         "args": config.env_args or None,
         "num_areas": config.num_areas,
         "timeout_seconds": config.timeout_wait,
         "seed": config.seed,
-        "max_restarts": None if config.max_restarts is None else max(0, config.max_restarts),
+        "max_lifetime_restarts": config.max_lifetime_restarts,
+        "restarts_rate_limit_n": config.restarts_rate_limit_n,
+        "restarts_rate_limit_period_s": config.restarts_rate_limit_period_s,
+        "inference": config.inference or None,
         "graphics": None if config.no_graphics is None else not config.no_graphics,
         "parameters": {name: sampler_of(value) for name, value in config.parameters.items()} or None,
     }

@@ -18,6 +18,7 @@ cannot be parsed is our error to name, not gRPC's. Lessons that stand behind the
 
 from __future__ import annotations
 
+import logging
 import queue
 import socket
 import sys
@@ -35,6 +36,7 @@ MAX_MESSAGE_BYTES = 512 * 2**20
 EDITOR_PORT = 5004
 BASE_PORT = 5005
 
+_log = logging.getLogger("racecraft.unity")
 _WATCH_SECONDS = 0.1  # how often a waiting `hear` looks after the player; a death is noticed well within a second
 
 
@@ -58,6 +60,8 @@ class Wire:
         self._answers: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         self._lock = threading.Lock()
         self._pending: object | None = None
+        self._player: str | None = None
+        """The connection of the player, from its first whole message on; strangers are turned away."""
         self._heard = False
         self._closed = False
         self._threads = _DaemonThreads(2)
@@ -139,6 +143,10 @@ class Wire:
     def _exchange(self, requests: Iterator[bytes], context: Any) -> bytes | None:
         """One call of the player, in a thread of the server: pass it on and wait for the answer."""
         grpc = _grpc()
+        caller = context.peer()
+        if self._player not in (None, caller):
+            _log.warning("Another program (%s) called a Unity player's port %d and was turned away.", caller, self.port)
+            context.abort(grpc.StatusCode.FAILED_PRECONDITION, "this conversation belongs to another player")
         try:
             request = next(requests)
         except Exception:  # noqa: BLE001 (StopIteration or gRPC's own: either way no whole message came)
@@ -151,10 +159,13 @@ class Wire:
         this_call = object()
         with self._lock:
             second, closed = self._pending is not None, self._closed
-            if not second and not closed:
-                self._pending = this_call
+            stranger = self._player not in (None, caller)
+            if not second and not closed and not stranger:
+                self._pending, self._player = this_call, caller
         if closed:
             context.abort(grpc.StatusCode.UNAVAILABLE, "the conversation is over")
+        if stranger:
+            context.abort(grpc.StatusCode.FAILED_PRECONDITION, "this conversation belongs to another player")
         if second:
             self._calls.put(WireError("the player called twice without waiting for an answer; expected one call."))
             context.abort(grpc.StatusCode.FAILED_PRECONDITION, "one call at a time")
@@ -193,6 +204,7 @@ def call_as_player(port: int, timeout_seconds: float = 60.0) -> tuple[Callable[[
             ("grpc.max_receive_message_length", -1),
             ("grpc.max_send_message_length", -1),
             ("grpc.enable_http_proxy", 0),
+            ("grpc.use_local_subchannel_pool", 1),  # a connection of its own, as a program of its own has
             ("grpc.initial_reconnect_backoff_ms", 50),
             ("grpc.min_reconnect_backoff_ms", 50),
         ],

@@ -19,7 +19,7 @@ World card
     Sees             the behavior's sensors by name; pictures (H, W, C)
     Rewarded by      the scene
     Terminates       when the scene ends an episode
-    Truncates        when the scene says it was interrupted (MaxStep), or a lost player was replaced
+    Truncates        when the scene says it was interrupted (MaxStep), or a lost player was started anew
     Sources          facts: unity-ml-agents
 """
 
@@ -28,19 +28,22 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from racecraft.contract.errors import UserInputError
 from racecraft.contract.random_streams import stream_keys
 from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffers, WorldSpec
 from racecraft.envs.unity.actions import ActionTable
 from racecraft.envs.unity.behaviors import Behavior, Sensor
 from racecraft.envs.unity.builds import Build, find_build
-from racecraft.envs.unity.errors import BuildError, PlayerDiedError, PlayerLeftError, PlayerTimeoutError
+from racecraft.envs.unity.choosing import choose, choose_several, single
+from racecraft.envs.unity.errors import BuildError, PlayerDiedError, PlayerLeftError, PlayerTimeoutError, UnityError
+from racecraft.envs.unity.restarts import RestartLimits, RestartQuota
 from racecraft.envs.unity.rows import Seats
 from racecraft.envs.unity.session import Moment, Session, require_patience
 from racecraft.envs.unity.several import JointSeats, joint_spec
@@ -55,7 +58,18 @@ ENGINE_FOR_TRAINING: Mapping[str, Any] = {
     "capture_frame_rate": 60,
 }
 """How fast and how fine a player runs while it teaches: the defaults of `mlagents-learn`."""
+ENGINE_FOR_INFERENCE: Mapping[str, Any] = {
+    "width": 1280,
+    "height": 720,
+    "quality_level": 5,
+    "time_scale": 1.0,
+    "target_frame_rate": 60,
+    "capture_frame_rate": 0,
+}
+"""The same while nothing is learned and somebody watches: the time of a clock on the wall, in a window of some size."""
 
+LOSSES = (PlayerDiedError, PlayerLeftError, PlayerTimeoutError)
+"""How a player is lost; a message that breaks the protocol is no loss, and starting anew would not mend it."""
 _log = logging.getLogger("racecraft.unity")
 
 
@@ -73,13 +87,21 @@ class UnityWorld:
         seed: What the players start with; a first `reset` with the same seed needs no new start.
         max_agents: Rows kept for one process; None for as many as ask first.
         restart_on_reset: Whether `reset` starts the players anew.
-        max_restarts: How many lost players are replaced before the loss is an error.
-        engine: Engine settings, the words of `SideChannels.set_engine`.
-        parameters: Environment parameters by name, numbers or samplers.
+        max_lifetime_restarts: How often each player is started anew when it is lost (-1: no limit, 0: never); the
+            episodes under way in it are cut, which is said. One loss more is an error.
+        restarts_rate_limit_n: How often within one period (-1: no limit).
+        restarts_rate_limit_period_s: The period, in seconds.
+        inference: Whether nothing is learned and somebody may watch; chooses the engine settings' defaults.
+        engine: Engine settings, the words of `SideChannels.set_engine`; None for `ENGINE_FOR_TRAINING`, or for
+            `ENGINE_FOR_INFERENCE`.
+        time_scale: Simulated seconds a second; None as `engine` has it.
+        base_port: The first player's port, each further one's is one higher; None for whichever are free.
+        parameters: Environment parameters by name, numbers or samplers; each sampler has a seed of its own.
         options: Further words of `Session` (`args`, `timeout_seconds`, `graphics`, `image_layout` …).
 
     Raises:
         BuildError: There is no such build or behavior.
+        UserInputError: A limit or a port that cannot be.
         UnityError: A player cannot be brought to talk.
     """
 
@@ -94,8 +116,13 @@ class UnityWorld:
         seed: int = 0,
         max_agents: int | None = None,
         restart_on_reset: bool = True,
-        max_restarts: int = 0,
-        engine: Mapping[str, Any] = ENGINE_FOR_TRAINING,
+        max_lifetime_restarts: int = 10,
+        restarts_rate_limit_n: int = 1,
+        restarts_rate_limit_period_s: float = 60.0,
+        inference: bool = False,
+        engine: Mapping[str, Any] | None = None,
+        time_scale: float | None = None,
+        base_port: int | None = None,
         parameters: Mapping[str, float | Uniform | Gaussian | MultiRange] | None = None,
         **options: Any,
     ) -> None:
@@ -103,16 +130,21 @@ class UnityWorld:
         self._build = build if isinstance(build, Build) else find_build(build, **paths)
         if self._build.is_editor and num_players != 1:
             raise BuildError("the Editor is one player; num_players must be 1.")
-        self._engine, self._parameters, self._options = dict(engine), dict(parameters or {}), options
+        self._engine = dict(engine or (ENGINE_FOR_INFERENCE if inference else ENGINE_FOR_TRAINING))
+        if time_scale is not None:
+            self._engine["time_scale"] = time_scale
+        self._parameters, self._options = dict(parameters or {}), options
+        self._ports = _ports_from(base_port, num_players)
+        limits = RestartLimits(max_lifetime_restarts, restarts_rate_limit_n, restarts_rate_limit_period_s)
+        self._quotas = [RestartQuota(limits) for _ in range(num_players)]
         self._restart_on_reset = restart_on_reset and not self._build.is_editor
-        self._restarts_left = max_restarts
         self._seed, self._ticks = seed, 0
         self._statistics: list[Statistic] = []
         self._players: list[_Player] = []
         self._players = self._open_all(num_players)
         try:
             known = self._players[0].session.behaviors
-            chosen = _choose_several(behavior, known) if several else [_choose(_single(behavior), known)]
+            chosen = choose_several(behavior, known) if several else [choose(single(behavior), known)]
             self._behaviors = tuple(known[names[0]] for names in chosen)
             parts = [self._seat(names, max_agents, together) for names in chosen]
             self._spec: WorldSpec
@@ -145,6 +177,11 @@ class UnityWorld:
         return {self.behavior.base_name: slice(0, self._spec.num_worlds)}
 
     @property
+    def restarts(self) -> int:
+        """How many lost players were started anew so far."""
+        return sum(quota.used for quota in self._quotas)
+
+    @property
     def sessions(self) -> list[Session]:
         """The conversations, one a process, for side channels and diagnosis."""
         return [player.session for player in self._players]
@@ -161,7 +198,7 @@ class UnityWorld:
                 for player in self._players:
                     player.session.send_reset()
                 for player in self._players:
-                    player.first = self._until_asked(player, player.session.receive())
+                    self._or_anew(player, lambda player=player: self._hear_first(player))  # type: ignore[misc]
         self._ticks = 0
         self._seats.clear()
         for player in self._players:
@@ -193,8 +230,8 @@ class UnityWorld:
     def set_parameter(self, name: str, value: float | Uniform | Gaussian | MultiRange) -> None:
         """Set an environment parameter in every player, from the next step on and after every new start."""
         self._parameters[name] = value
-        for session in self.sessions:
-            session.channels.set_parameter(name, value, self._seed)
+        for player in self._players:
+            player.session.channels.set_parameter(name, value, sampler_seed(player.seed, name))
 
     def save_state(self) -> dict[str, Array]:
         """Return seed and tick; more of a Unity player cannot be kept."""
@@ -230,8 +267,9 @@ class UnityWorld:
         channels = SideChannels()
         channels.set_engine(**self._engine)
         for name, value in self._parameters.items():
-            channels.set_parameter(name, value, seed)
-        session = Session(self._build, seed=seed, channels=channels, **self._options)
+            channels.set_parameter(name, value, sampler_seed(seed, name))
+        options = {**self._options, **self._ports[index]}
+        session = Session(self._build, seed=seed, channels=channels, **options)
         player = _Player(index, seed, session)
         try:
             player.first = self._until_asked(player, session.reset())
@@ -266,28 +304,48 @@ class UnityWorld:
         player.session.send_step(self._seats.choices(player.index, actions))
 
     def _receive(self, player: _Player, buffers: StepBuffers) -> None:
-        """Settle a player's moments until one of its agents asks; replace a lost player while that is allowed."""
-        begun = time.monotonic()
-        try:
-            self._settle(player, player.session.receive(), buffers)
-            while not self._seats.anyone_asks(player.index):
-                require_patience(begun, self._options.get("timeout_seconds", 60.0))
-                player.session.send_step(self._seats.idle_choices(player.index))
-                self._settle(player, player.session.receive(), buffers)
-        except (PlayerDiedError, PlayerLeftError, PlayerTimeoutError) as loss:
-            if self._restarts_left <= 0 or self._build.is_editor:
-                raise
-            self._restarts_left -= 1
-            _log.warning("A Unity player was lost and is started anew: %s", loss)
-            self._replace(player, buffers)
+        """Settle a player's moments until one of its agents asks; a lost player is started anew while it may be."""
+        if self._or_anew(player, lambda: self._settle_until_asked(player, buffers)):
+            self._seats.cut_all(player.index, buffers)
+            self._settle(player, player.first, buffers)
 
-    def _replace(self, player: _Player, buffers: StepBuffers) -> None:
-        """Start a lost player anew; the episodes it took along are cut."""
+    def _settle_until_asked(self, player: _Player, buffers: StepBuffers) -> None:
+        begun = time.monotonic()
+        self._settle(player, player.session.receive(), buffers)
+        while not self._seats.anyone_asks(player.index):
+            require_patience(begun, self._options.get("timeout_seconds", 60.0))
+            player.session.send_step(self._seats.idle_choices(player.index))
+            self._settle(player, player.session.receive(), buffers)
+
+    def _hear_first(self, player: _Player) -> None:
+        player.first = self._until_asked(player, player.session.receive())
+
+    def _or_anew(self, player: _Player, talk: Callable[[], None]) -> bool:
+        """Talk with a player, or start it anew if it is lost; tell whether it was.
+
+        Raises:
+            PlayerDiedError, PlayerLeftError, PlayerTimeoutError: It was lost more often than is allowed.
+        """
+        try:
+            talk()
+        except LOSSES as loss:
+            self._begin_anew(player, loss)
+            return True
+        return False
+
+    def _begin_anew(self, player: _Player, loss: UnityError) -> None:
         player.session.close(patience_seconds=0.0)
-        self._seats.cut_all(player.index, buffers)
-        again = self._open(player.index, player.seed)
+        if self._build.is_editor:
+            raise loss
+        if why_not := self._quotas[player.index].take():
+            raise type(loss)(f"{loss}\n{why_not}") from loss
+        _log.warning("A Unity player was lost and is started anew; its episodes under way are cut: %s", loss)
+        try:
+            again = self._open(player.index, player.seed)
+        except LOSSES as next_loss:
+            self._begin_anew(player, next_loss)
+            return
         player.session, player.first = again.session, again.first
-        self._settle(player, player.first, buffers)
 
     def _settle(self, player: _Player, moments: Mapping[str, Moment], buffers: StepBuffers | None) -> None:
         self._seats.settle(player.index, moments, player.session.behaviors, buffers)
@@ -300,6 +358,15 @@ class UnityWorld:
         elif sessions:
             with ThreadPoolExecutor(len(sessions)) as pool:
                 list(pool.map(Session.close, sessions))
+
+
+def sampler_seed(player_seed: int, parameter: str) -> int:
+    """Return a sampler's own seed: two parameters of one player, or one of two players, do not move together.
+
+    >>> sampler_seed(1, "mass") != sampler_seed(1, "wind") != sampler_seed(2, "wind")
+    True
+    """
+    return int(stream_keys(player_seed, f"unity sampler {parameter}", 1)[0]) % 2**31
 
 
 def spec_of(behavior: Behavior, name: str, num_worlds: int = 1, num_agents: int = 1) -> WorldSpec:
@@ -325,38 +392,13 @@ class _Player:
     first: dict[str, Moment] = field(default_factory=dict)
 
 
-def _single(wish: str | Sequence[str] | None) -> str | None:
-    return wish if wish is None or isinstance(wish, str) else wish[0]
-
-
-def _choose_several(wish: str | Sequence[str] | None, known: Mapping[str, Behavior]) -> list[list[str]]:
-    """Return the names, team by team, of each behavior wished for; without a wish that the scene knows, of all."""
-    wishes = [wish] if isinstance(wish, str) else list(wish or ())
-    bases = list(dict.fromkeys(behavior.base_name for behavior in known.values()))
-    wished = [known[name].base_name if name in known else name for name in wishes]
-    return [_choose(base, known) for base in bases if base in wished or not set(wished) & set(bases)]
-
-
-def _choose(wish: str | None, known: Mapping[str, Behavior]) -> list[str]:
-    """Return the behaviors to act for: those of one base name that see and do the same."""
-    groups: dict[str, list[str]] = {}
-    for name, behavior in known.items():
-        groups.setdefault(behavior.base_name, []).append(name)
-    if wish in known:
-        return [str(wish)]
-    if wish is None and len(groups) == 1:
-        wish = next(iter(groups))
-    if wish not in groups:
-        told = "no behavior is chosen" if wish is None else f"no behavior is named '{wish}'"
-        raise BuildError(
-            f"{told}; the scene has {', '.join(known)}. Choose one with behavior= (--behavior at the command line), or "
-            "act for all of them through racecraft.envs.unity.parallel."
-        )
-    first, *others = groups[wish]
-    for other in others:
-        if (known[other].sensors, known[other].actions) != (known[first].sensors, known[first].actions):
-            raise BuildError(f"the teams {first} and {other} see or do different things; choose one with behavior=.")
-    return groups[wish]
+def _ports_from(base_port: int | None, count: int) -> list[dict[str, int]]:
+    """Return the words that give each player its port."""
+    if base_port is None:
+        return [{} for _ in range(count)]
+    if not 0 < base_port <= 65536 - count:
+        raise UserInputError(f"base_port is {base_port}; expected 1 to {65536 - count} for {count} players.")
+    return [{"port": base_port + index} for index in range(count)]
 
 
 def _spec_of(sensor: Sensor) -> ArraySpec:

@@ -2,8 +2,9 @@
 
 Begin with `read_trainer_yaml`. What the file gives is kept as it stands; what stands in for the rest is the caller's
 choice. `BehaviorConfig.overrides` says it in the names of our settings. What we read but do not follow (other trainers,
-curiosity, memory, self-play …) is named in `notes`, each with its key; a key that ML-Agents itself would not know is
-refused with the nearest known one.
+curiosity, memory, self-play …) is named in `notes`, each with its key; so is what ML-Agents does where the file is
+silent (schedules that fall, 500,000 steps). A key that ML-Agents itself would not know is refused with the nearest
+known one.
 
 Source: facts: unity-ml-agents, "What others offer" (the file's groups), ML-Agents' trainer configuration reference.
 """
@@ -12,133 +13,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
 
 from racecraft.contract.errors import InputFileError, MissingExtraError, nearest
+from racecraft.formats.unity.trainer_config import (
+    DEFAULT_MAX_STEPS,
+    ENCODERS,
+    SILENT_DEFAULTS,
+    BehaviorConfig,
+    Sampler,
+    TrainerConfig,
+)
+
+__all__ = ["BehaviorConfig", "Sampler", "TrainerConfig", "TrainerConfigError", "read_trainer_yaml"]
 
 
 class TrainerConfigError(InputFileError):
     """An ML-Agents trainer configuration cannot be used."""
 
-
-@dataclass(frozen=True)
-class BehaviorConfig:
-    """How one behavior learns; None where the file says nothing."""
-
-    name: str
-    batch_size: int | None = None
-    """Transitions in one minibatch."""
-    buffer_size: int | None = None
-    """Transitions gathered before one update, all agents together."""
-    learning_rate: float | None = None
-    """Adam's step size."""
-    beta: float | None = None
-    """Weight of the entropy bonus."""
-    epsilon: float | None = None
-    """How far the probability ratio may move from 1."""
-    lambd: float | None = None
-    """Mix of advantage estimates, 0 to 1."""
-    num_epoch: int | None = None
-    """Passes over each buffer."""
-    gamma: float | None = None
-    """Weight of the next step's value, 0 to 1, from the extrinsic reward signal."""
-    hidden_units: int | None = None
-    """Units of each dense layer."""
-    num_layers: int | None = None
-    """Dense layers."""
-    vis_encode_type: str | None = None
-    """Convolutions over pictures: `simple` or `nature_cnn`."""
-    max_steps: int | None = None
-    """Stop after so many steps of all agents together."""
-
-    def overrides(self, num_agents: int = 1) -> tuple[str, ...]:
-        """Return the settings as "group.name=value", for `apply_overrides`.
-
-        Args:
-            num_agents: Agents that act side by side; they share the buffer.
-
-        >>> BehaviorConfig("Basic", batch_size=32, buffer_size=256, hidden_units=20, num_layers=1).overrides(4)
-        ('ppo.batch_size=32', 'rollout.horizon=64', 'network.hidden_units=20')
-        """
-        told = {
-            setting: getattr(self, key) for setting, key in _SETTINGS.items() if getattr(self, key) is not None
-        }  # fmt: skip
-        if self.buffer_size is not None:
-            told["rollout.horizon"] = max(1, math.ceil(self.buffer_size / num_agents))
-        if self.hidden_units is not None or self.num_layers is not None:
-            units, layers = self.hidden_units or DEFAULT_UNITS, self.num_layers or DEFAULT_LAYERS
-            told["network.hidden_units"] = ",".join([str(units)] * layers)
-        if self.vis_encode_type is not None:
-            columns = zip(*ENCODERS[self.vis_encode_type], strict=True)
-            for name, column in zip(("filters", "kernels", "strides"), columns, strict=True):
-                told[f"network.conv_{name}"] = ",".join(map(str, column))
-        return tuple(f"{name}={value}" for name, value in told.items())
-
-
-@dataclass(frozen=True)
-class Sampler:
-    """An environment parameter that is drawn at each reset."""
-
-    kind: str
-    """`uniform` (min, max), `gaussian` (mean, deviation) or `multirangeuniform` (min, max, min, max …)."""
-    numbers: tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class TrainerConfig:
-    """What a file says."""
-
-    behaviors: Mapping[str, BehaviorConfig]
-    env_path: str | None = None
-    """The build."""
-    env_args: tuple[str, ...] = ()
-    """Arguments for the player."""
-    num_envs: int | None = None
-    """Processes."""
-    num_areas: int | None = None
-    """Training areas in each."""
-    timeout_wait: float | None = None
-    """Seconds that a player may be silent."""
-    seed: int | None = None
-    """None where the file says -1 (draw one) or nothing."""
-    max_restarts: int | None = None
-    """How many lost players are replaced."""
-    no_graphics: bool | None = None
-    """Whether the player opens no window."""
-    engine: Mapping[str, float] = field(default_factory=dict)
-    """width, height, quality_level, time_scale, target_frame_rate, capture_frame_rate, where given."""
-    parameters: Mapping[str, float | Sampler] = field(default_factory=dict)
-    """Environment parameters."""
-    device: str | None = None
-    """`cpu` or `cuda`, from torch_settings."""
-    notes: tuple[str, ...] = ()
-    """What was read and is not followed, a clause each."""
-
-    def behavior(self, name: str) -> BehaviorConfig:
-        """Return the section of a behavior, named with or without its team; an empty one where there is none."""
-        base = name.split("?")[0]
-        found = self.behaviors.get(name) or self.behaviors.get(base) or self.behaviors.get("*")
-        return found or BehaviorConfig(base)
-
-
-DEFAULT_UNITS, DEFAULT_LAYERS = 128, 2
-"""What ML-Agents takes where one of the two is not given."""
-ENCODERS = {
-    "simple": ((16, 8, 4), (32, 4, 2)),
-    "nature_cnn": ((32, 8, 4), (64, 4, 2), (64, 3, 1)),
-}
-"""(filters, kernel, stride) of the picture encoders that we follow."""
-_SETTINGS = {
-    "ppo.batch_size": "batch_size",
-    "ppo.learning_rate": "learning_rate",
-    "ppo.entropy_weight": "beta",
-    "ppo.clip": "epsilon",
-    "ppo.gae_lambda": "lambd",
-    "ppo.epochs": "num_epoch",
-    "ppo.discount": "gamma",
-}
 
 _TOP = (
     "behaviors", "default_settings", "env_settings", "engine_settings", "environment_parameters",
@@ -200,13 +93,16 @@ class _Reader:
             behaviors[name] = self._behavior(name, defaults, self._group(named, name, ("behaviors",)))
         if "default_settings" in top:
             behaviors["*"] = self._behavior("*", {}, defaults)
-        if "checkpoint_settings" in top:
+        checkpoints = self._group(top, "checkpoint_settings", ())
+        inference = self._switch(checkpoints, "inference", ("checkpoint_settings",)) or False
+        if set(checkpoints) - {"inference"}:
             self._note(("checkpoint_settings",), "run folders of our own are used")
         return TrainerConfig(
             behaviors=behaviors,
             **self._environment(self._group(top, "env_settings", ())),
             **self._engine(self._group(top, "engine_settings", ())),
             parameters=self._parameters(self._group(top, "environment_parameters", ())),
+            inference=inference,
             device=self._device(self._group(top, "torch_settings", ())),
             notes=tuple(dict.fromkeys(self.notes)),
         )
@@ -257,7 +153,7 @@ class _Reader:
         self._know(network, _NETWORK, (*at, "network_settings"))
         self._note_what_is_left(at, section, rates, network)
         inside, of_network = (*at, "hyperparameters"), (*at, "network_settings")
-        return BehaviorConfig(
+        found = BehaviorConfig(
             name=name,
             batch_size=self._whole(rates, "batch_size", inside, 1),
             buffer_size=self._whole(rates, "buffer_size", inside, 1) if kind != "sac" else None,
@@ -270,8 +166,49 @@ class _Reader:
             hidden_units=self._whole(network, "hidden_units", of_network, 1),
             num_layers=self._whole(network, "num_layers", of_network, 1),
             vis_encode_type=self._encoder(network, of_network),
-            max_steps=self._whole(section, "max_steps", at, 1),
+            max_steps=self._whole(section, "max_steps", at, 1) or DEFAULT_MAX_STEPS,
+            **self._schedules(rates, inside, kind),
+            normalize=self._switch(network, "normalize", of_network),
+            time_horizon=self._whole(section, "time_horizon", at, 1),
         )
+        self._note_silence(found, section, at, kind)
+        return found
+
+    def _schedules(self, rates: dict[str, Any], at: tuple[str, ...], kind: str) -> dict[str, str | None]:
+        """Return what falls while learning goes on, and say that it does not here."""
+        on_policy = kind != "sac"
+        first = self._schedule(rates, "learning_rate_schedule", at) or ("linear" if on_policy else "constant")
+        told: dict[str, str | None] = {"learning_rate_schedule": first}
+        for name in ("beta_schedule", "epsilon_schedule"):
+            told[name] = (self._schedule(rates, name, at) or first) if on_policy else None
+        for name, schedule in told.items():
+            if name in rates and schedule != "constant":
+                self._note((*at, name), f"'{schedule}' is not followed; it stays constant")
+        silent = [name for name, schedule in told.items() if name not in rates and schedule == "linear"]
+        if silent:
+            values = ", ".join(name.removesuffix("_schedule") for name in silent)
+            self._note(
+                at, f"ML-Agents would let {values} fall linearly until max_steps, as the file does not say "
+                f"{', '.join(silent)}; that is not followed, {'they stay' if len(silent) > 1 else 'it stays'} constant"
+            )  # fmt: skip
+        return told
+
+    def _schedule(self, rates: dict[str, Any], key: str, at: tuple[str, ...]) -> str | None:
+        schedule = rates.get(key)
+        if schedule not in (None, "linear", "constant"):
+            self._refuse((*at, key), repr(schedule), "linear or constant")
+        return None if schedule is None else str(schedule)
+
+    def _note_silence(self, found: BehaviorConfig, section: dict[str, Any], at: tuple[str, ...], kind: str) -> None:
+        """Say what ML-Agents does where the section is silent."""
+        if section.get("max_steps") is None:
+            self._note((*at, "max_steps"), f"{DEFAULT_MAX_STEPS}, as ML-Agents does where the file does not say it")
+        if kind == "ppo":
+            silent = [f"{key} ({value:g})" for key, value in SILENT_DEFAULTS.items() if getattr(found, key) is None]
+            if silent:
+                self._note(
+                    at, f"not said and left to settings of our own (ML-Agents' in brackets): {', '.join(silent)}"
+                )
 
     def _note_what_is_left(
         self, at: tuple[str, ...], section: dict[str, Any], rates: dict[str, Any], network: dict[str, Any]
@@ -284,9 +221,6 @@ class _Reader:
         ):
             if section.get(key) is not None:
                 self._note((*at, key), why)
-        for key in ("learning_rate_schedule", "beta_schedule", "epsilon_schedule"):
-            if rates.get(key, "constant") != "constant":
-                self._note((*at, "hyperparameters", key), f"'{rates[key]}' is not followed; it stays constant")
         for key in _HYPERPARAMETERS[11:]:
             if key in rates:
                 self._note((*at, "hyperparameters", key), "belongs to SAC")
@@ -319,9 +253,8 @@ class _Reader:
         arguments = group.get("env_args") or []
         if not isinstance(arguments, list):
             self._refuse((*at, "env_args"), _kind(arguments), "a list of words")
-        for key in ("base_port", "restarts_rate_limit_n", "restarts_rate_limit_period_s"):
-            if key in group:
-                self._note((*at, key), "a free port is chosen" if key == "base_port" else "restarts are only counted")
+        if "base_port" in group:
+            self._note((*at, "base_port"), "a free port is chosen")
         seed = self._whole(group, "seed", at)
         return {
             "env_path": None if group.get("env_path") is None else str(group["env_path"]),
@@ -330,7 +263,10 @@ class _Reader:
             "num_areas": self._whole(group, "num_areas", at, 1),
             "timeout_wait": self._number(group, "timeout_wait", at, 0.0),
             "seed": None if seed is None or seed < 0 else seed,
-            "max_restarts": self._whole(group, "max_lifetime_restarts", at),
+            "base_port": self._whole(group, "base_port", at, 1),
+            "max_lifetime_restarts": self._whole(group, "max_lifetime_restarts", at, -1),
+            "restarts_rate_limit_n": self._whole(group, "restarts_rate_limit_n", at, -1),
+            "restarts_rate_limit_period_s": self._number(group, "restarts_rate_limit_period_s", at, 0.0),
         }
 
     def _engine(self, group: dict[str, Any]) -> dict[str, Any]:
@@ -343,10 +279,7 @@ class _Reader:
                 engine[key] = value
         if ("width" in engine) != ("height" in engine):
             self._refuse(at, "only one of width and height", "both, or neither")
-        hidden = group.get("no_graphics")
-        if hidden is not None and not isinstance(hidden, bool):
-            self._refuse((*at, "no_graphics"), _kind(hidden), "true or false")
-        return {"engine": engine, "no_graphics": hidden}
+        return {"engine": engine, "no_graphics": self._switch(group, "no_graphics", at)}
 
     def _parameters(self, group: dict[str, Any]) -> dict[str, float | Sampler]:
         found: dict[str, float | Sampler] = {}
@@ -423,6 +356,12 @@ class _Reader:
         if number is not None and number != int(number):
             self._refuse((*at, key), repr(group[key]), "a whole number")
         return None if number is None else int(number)
+
+    def _switch(self, group: Mapping[str, Any], key: str, at: tuple[str, ...]) -> bool | None:
+        value = group.get(key)
+        if value is not None and not isinstance(value, bool):
+            self._refuse((*at, key), _kind(value), "true or false")
+        return value
 
     def _note(self, at: tuple[str, ...], why: str) -> None:
         self.notes.append(f"{'.'.join(at)}: {why}")

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum, IntFlag
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from racecraft.compat.names.mlagents_envs.exception import UnityActionException
-from racecraft.envs.unity.behaviors import AgentRows, Behavior
+from racecraft.envs.unity.behaviors import CHW, AgentRows, Behavior, Sensor
 
 AgentId = int
 BehaviorName = str
@@ -34,7 +36,7 @@ class ObservationType(Enum):
 
 
 class ObservationSpec(NamedTuple):
-    """One sensor; pictures are (H, W, C)."""
+    """One sensor. Pictures are as the player sends them: (C, H, W) from packages 3.x on, (H, W, C) before."""
 
     shape: tuple[int, ...]
     dimension_property: tuple[DimensionProperty, ...]
@@ -43,22 +45,35 @@ class ObservationSpec(NamedTuple):
 
 
 class ActionTuple:
-    """Actions of R agents: continuous float (R, numbers), discrete int (R, branches)."""
+    """Actions of R agents: continuous float32 (R, numbers), discrete int32 (R, branches).
+
+    What is not given has R rows of no columns.
+
+    >>> told = ActionTuple()
+    >>> told.add_discrete(np.array([[2], [0]]))
+    >>> told.continuous.shape, told.discrete.tolist()
+    ((2, 0), [[2], [0]])
+    """
 
     def __init__(self, continuous: ArrayLike | None = None, discrete: ArrayLike | None = None) -> None:
-        rows = len(np.asarray(continuous if continuous is not None else discrete if discrete is not None else []))
-        self.continuous: NDArray[Any] = np.zeros((rows, 0), np.float32)
-        self.discrete: NDArray[Any] = np.zeros((rows, 0), np.int32)
-        self.add_continuous(continuous) if continuous is not None else None
-        self.add_discrete(discrete) if discrete is not None else None
+        self.continuous: NDArray[Any] = np.zeros((0, 0), np.float32)
+        self.discrete: NDArray[Any] = np.zeros((0, 0), np.int32)
+        if continuous is not None:
+            self.add_continuous(continuous)
+        if discrete is not None:
+            self.add_discrete(discrete)
 
     def add_continuous(self, continuous: ArrayLike) -> None:
         """Set the numbers."""
         self.continuous = np.asarray(continuous, np.float32)
+        if not self.discrete.size:
+            self.discrete = np.zeros((len(self.continuous), 0), np.int32)
 
     def add_discrete(self, discrete: ArrayLike) -> None:
         """Set the choices."""
         self.discrete = np.asarray(discrete, np.int32)
+        if not self.continuous.size:
+            self.continuous = np.zeros((len(self.discrete), 0), np.float32)
 
 
 class ActionSpec(NamedTuple):
@@ -123,6 +138,22 @@ class BehaviorSpec(NamedTuple):
     action_spec: ActionSpec
 
 
+class BehaviorMapping(Mapping[BehaviorName, BehaviorSpec]):
+    """Behaviors by name; read only."""
+
+    def __init__(self, specs: Mapping[BehaviorName, BehaviorSpec]) -> None:
+        self._specs = dict(specs)
+
+    def __len__(self) -> int:
+        return len(self._specs)
+
+    def __getitem__(self, behavior: BehaviorName) -> BehaviorSpec:
+        return self._specs[behavior]
+
+    def __iter__(self) -> Iterator[BehaviorName]:
+        return iter(self._specs)
+
+
 class DecisionStep(NamedTuple):
     """One agent that asks what to do."""
 
@@ -146,14 +177,23 @@ class TerminalStep(NamedTuple):
 
 
 class _Steps(Mapping[AgentId, Any]):
-    """Agents of a behavior at one moment, by id."""
+    """Agents of a behavior at one moment, by id; a row is found in constant time."""
 
-    def __init__(self, rows: AgentRows) -> None:
-        self.obs = [_floats(values) for values in rows.observations]
-        self.reward, self.agent_id = rows.reward, rows.agent_id
-        self.group_id, self.group_reward = rows.group_id, rows.group_reward
+    def __init__(
+        self,
+        obs: Sequence[NDArray[Any]],
+        reward: ArrayLike,
+        agent_id: ArrayLike,
+        group_id: ArrayLike,
+        group_reward: ArrayLike,
+    ) -> None:
+        self.obs = list(obs)
+        self.reward: Any = reward
+        self.agent_id: Any = agent_id
+        self.group_id: Any = group_id
+        self.group_reward: Any = group_reward
 
-    @property
+    @cached_property
     def agent_id_to_index(self) -> dict[AgentId, int]:
         """The row of each agent."""
         return {int(agent): row for row, agent in enumerate(self.agent_id)}
@@ -171,13 +211,28 @@ class _Steps(Mapping[AgentId, Any]):
 
 
 class DecisionSteps(_Steps):
-    """Agents that ask what to do; `action_mask` is True where a choice is forbidden, an array a branch."""
+    """R agents that ask what to do.
 
-    def __init__(self, rows: AgentRows, behavior: Behavior) -> None:
-        super().__init__(rows)
-        self.action_mask: list[NDArray[Any]] | None = None
-        if rows.allowed is not None:
-            self.action_mask = np.split(~rows.allowed, np.cumsum(behavior.actions.branches[:-1]), axis=1)
+    Args:
+        obs: An array (R, *shape) a sensor.
+        reward: float (R,), since each agent's last decision.
+        agent_id: int (R,).
+        action_mask: bool (R, size) a branch, True where a choice is forbidden; None without branches.
+        group_id: int (R,), 0 for none.
+        group_reward: float (R,).
+    """
+
+    def __init__(
+        self,
+        obs: Sequence[NDArray[Any]],
+        reward: ArrayLike,
+        agent_id: ArrayLike,
+        action_mask: list[NDArray[Any]] | None,
+        group_id: ArrayLike,
+        group_reward: ArrayLike,
+    ) -> None:
+        super().__init__(obs, reward, agent_id, group_id, group_reward)
+        self.action_mask = action_mask
 
     def __getitem__(self, agent_id: AgentId) -> DecisionStep:
         row = self._row(agent_id)
@@ -187,13 +242,26 @@ class DecisionSteps(_Steps):
             float(self.reward[row]), agent_id, mask, int(self.group_id[row]), float(self.group_reward[row]),
         )  # fmt: skip
 
+    @staticmethod
+    def empty(spec: BehaviorSpec) -> DecisionSteps:
+        """Return nobody, with the shapes of a behavior."""
+        return DecisionSteps(_nothing(spec), _no_floats(), _no_ints(), None, _no_ints(), _no_floats())
+
 
 class TerminalSteps(_Steps):
-    """Agents whose episode ended; `interrupted` where the clock cut it."""
+    """R agents whose episode ended; `interrupted`, bool (R,), where the clock cut it. The rest as `DecisionSteps`."""
 
-    def __init__(self, rows: AgentRows) -> None:
-        super().__init__(rows)
-        self.interrupted = rows.interrupted
+    def __init__(
+        self,
+        obs: Sequence[NDArray[Any]],
+        reward: ArrayLike,
+        interrupted: ArrayLike,
+        agent_id: ArrayLike,
+        group_id: ArrayLike,
+        group_reward: ArrayLike,
+    ) -> None:
+        super().__init__(obs, reward, agent_id, group_id, group_reward)
+        self.interrupted: Any = interrupted
 
     def __getitem__(self, agent_id: AgentId) -> TerminalStep:
         row = self._row(agent_id)
@@ -203,24 +271,105 @@ class TerminalSteps(_Steps):
             int(self.group_id[row]), float(self.group_reward[row]),
         )  # fmt: skip
 
+    @staticmethod
+    def empty(spec: BehaviorSpec) -> TerminalSteps:
+        """Return nobody, with the shapes of a behavior."""
+        cut = np.zeros(0, bool)
+        return TerminalSteps(_nothing(spec), _no_floats(), cut, _no_ints(), _no_ints(), _no_floats())
 
-def spec_of(behavior: Behavior) -> BehaviorSpec:
-    """Return a behavior in ML-Agents' words."""
+
+class BaseEnv(ABC):
+    """What every environment of ML-Agents' low-level interface can do; `UnityEnvironment` is one."""
+
+    @property
+    @abstractmethod
+    def behavior_specs(self) -> Mapping[str, BehaviorSpec]:
+        """Every behavior met so far."""
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Begin all episodes anew."""
+
+    @abstractmethod
+    def step(self) -> None:
+        """Send the actions that were set, and go on until somebody asks."""
+
+    @abstractmethod
+    def get_steps(self, behavior_name: BehaviorName) -> tuple[DecisionSteps, TerminalSteps]:
+        """Return who asks, and whose episode ended."""
+
+    @abstractmethod
+    def set_actions(self, behavior_name: BehaviorName, action: ActionTuple) -> None:
+        """Set the actions of all agents of a behavior that ask."""
+
+    @abstractmethod
+    def set_action_for_agent(self, behavior_name: BehaviorName, agent_id: AgentId, action: ActionTuple) -> None:
+        """Set one agent's action."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """End it."""
+
+
+def decisions_of(rows: AgentRows, behavior: Behavior, channels_last: bool = False) -> DecisionSteps:
+    """Return our rows as the agents that ask, in ML-Agents' words."""
+    mask = None
+    if rows.allowed is not None:
+        mask = np.split(~rows.allowed, np.cumsum(behavior.actions.branches[:-1]), axis=1)
+    seen = _observations(rows, behavior, channels_last)
+    return DecisionSteps(seen, rows.reward, rows.agent_id, mask, rows.group_id, rows.group_reward)
+
+
+def ends_of(rows: AgentRows, behavior: Behavior, channels_last: bool = False) -> TerminalSteps:
+    """Return our rows as the agents whose episode ended, in ML-Agents' words."""
+    seen = _observations(rows, behavior, channels_last)
+    return TerminalSteps(seen, rows.reward, rows.interrupted, rows.agent_id, rows.group_id, rows.group_reward)
+
+
+def spec_of(behavior: Behavior, channels_last: bool = False) -> BehaviorSpec:
+    """Return a behavior in ML-Agents' words.
+
+    Args:
+        behavior: As the player told it.
+        channels_last: Whether pictures are (H, W, C) even where the player sends (C, H, W).
+    """
     observations = []
     for sensor in behavior.sensors:
         first = DimensionProperty.VARIABLE_SIZE if sensor.variable_length else DimensionProperty.NONE
         properties = (first, *[DimensionProperty.NONE] * (len(sensor.shape) - 1))
         kind = ObservationType.GOAL_SIGNAL if sensor.goal else ObservationType.DEFAULT
-        observations.append(ObservationSpec(sensor.shape, properties, kind, sensor.name))
+        shape = sensor.wire_shape if _channels_first(sensor, channels_last) else sensor.shape
+        observations.append(ObservationSpec(shape, properties, kind, sensor.name))
     return BehaviorSpec(observations, ActionSpec(behavior.actions.continuous, tuple(behavior.actions.branches)))
 
 
-def _floats(values: NDArray[Any]) -> NDArray[Any]:
-    """Return observations as float32; pictures that travelled as PNG in [0, 1]."""
-    return values.astype(np.float32) / np.float32(255) if values.dtype == np.uint8 else values
+def _observations(rows: AgentRows, behavior: Behavior, channels_last: bool) -> list[NDArray[Any]]:
+    """Return observations as float32, pictures in [0, 1] and with the axes wished for."""
+    seen = []
+    for sensor, values in zip(behavior.sensors, rows.observations, strict=True):
+        floats = values.astype(np.float32) / np.float32(255) if values.dtype == np.uint8 else values
+        seen.append(floats.transpose(0, 3, 1, 2) if _channels_first(sensor, channels_last) else floats)
+    return seen
+
+
+def _channels_first(sensor: Sensor, channels_last: bool) -> bool:
+    return sensor.is_picture and sensor.layout == CHW and not channels_last
+
+
+def _nothing(spec: BehaviorSpec) -> list[NDArray[Any]]:
+    return [np.zeros((0, *part.shape), np.float32) for part in spec.observation_specs]
+
+
+def _no_floats() -> NDArray[Any]:
+    return np.zeros(0, np.float32)
+
+
+def _no_ints() -> NDArray[Any]:
+    return np.zeros(0, np.int32)
 
 
 __all__ = [
-    "ActionSpec", "ActionTuple", "AgentId", "BehaviorName", "BehaviorSpec", "DecisionStep", "DecisionSteps",
-    "DimensionProperty", "GroupId", "ObservationSpec", "ObservationType", "TerminalStep", "TerminalSteps",
+    "ActionSpec", "ActionTuple", "AgentId", "BaseEnv", "BehaviorMapping", "BehaviorName", "BehaviorSpec",
+    "DecisionStep", "DecisionSteps", "DimensionProperty", "GroupId", "ObservationSpec", "ObservationType",
+    "TerminalStep", "TerminalSteps",
 ]  # fmt: skip

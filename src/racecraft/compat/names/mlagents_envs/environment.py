@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
 from racecraft.compat.names.mlagents_envs.base_env import (
     ActionTuple,
+    BaseEnv,
+    BehaviorMapping,
     BehaviorSpec,
     DecisionSteps,
     TerminalSteps,
+    decisions_of,
+    ends_of,
     spec_of,
 )
 from racecraft.compat.names.mlagents_envs.exception import (
@@ -21,7 +26,8 @@ from racecraft.compat.names.mlagents_envs.exception import (
     UnityTimeOutException,
     UnityWorkerInUseException,
 )
-from racecraft.compat.names.mlagents_envs.side_channel.side_channel import IncomingMessage, SideChannel
+from racecraft.compat.names.mlagents_envs.side_channel.side_channel import SideChannel
+from racecraft.compat.names.mlagents_envs.side_channel.side_channel_manager import SideChannelManager
 from racecraft.envs.unity.builds import Build
 from racecraft.envs.unity.errors import (
     BuildError,
@@ -36,10 +42,15 @@ from racecraft.envs.unity.side_channels import SideChannels
 from racecraft.envs.unity.wire import EDITOR_PORT
 
 Said = TypeVar("Said")
+_PACKAGE_OF_0 = "gym_unity"
+"""A package that only Python 0.x had: who imports it expects pictures as (H, W, C)."""
 
 
-class UnityEnvironment:
+class UnityEnvironment(BaseEnv):
     """One player.
+
+    Pictures are as the player sends them: (C, H, W) from packages 3.x on, whose Python was 1.x, and (H, W, C) before,
+    whose Python was 0.x. A script that imports `gym_unity`, a name of 0.x alone, is shown (H, W, C) by every player.
 
     Args:
         file_name: A build, as ML-Agents names it, or anything `racecraft.envs.unity.builds.find_build` understands;
@@ -81,10 +92,12 @@ class UnityEnvironment:
         if file_name is None and worker_id != 0:
             raise UnityEnvironmentException("the Editor is one player; expected worker_id 0 where no file is named")
         self._channels = SideChannels()
-        self._side_channels = list(side_channels or ())
-        for channel in self._side_channels:
-            self._channels.listen(channel.channel_id, _hearer(channel))
+        self._side_channel_manager = SideChannelManager(side_channels)
+        for channel in self._side_channel_manager.channels:
+            self._channels.listen(channel.channel_id, channel.hear)
+        self._channels_last = _PACKAGE_OF_0 in sys.modules
         self._timeout, self._actions, self._moments = float(timeout_wait), dict[str, ActionTuple](), dict[str, Moment]()
+        self._told: dict[str, tuple[DecisionSteps, TerminalSteps]] = {}
         port = None if base_port is None else base_port + worker_id
         try:
             self._session = Session(
@@ -106,7 +119,9 @@ class UnityEnvironment:
     @property
     def behavior_specs(self) -> Mapping[str, BehaviorSpec]:
         """Every behavior met so far; `reset` brings the first."""
-        return {name: spec_of(behavior) for name, behavior in self._session.behaviors.items()}
+        return BehaviorMapping({
+            name: spec_of(behavior, self._channels_last) for name, behavior in self._session.behaviors.items()
+        })  # fmt: skip
 
     def reset(self) -> None:
         """Have all episodes begun anew, until some agent asks."""
@@ -133,10 +148,14 @@ class UnityEnvironment:
         self._moments = self._say(lambda: self._session.step(choices))
 
     def get_steps(self, behavior_name: str) -> tuple[DecisionSteps, TerminalSteps]:
-        """Return who asks, and whose episode ended."""
-        moment = self._moment(behavior_name)
-        behavior = self._session.behaviors[behavior_name]
-        return DecisionSteps(moment.decisions, behavior), TerminalSteps(moment.ended)
+        """Return who asks, and whose episode ended; the same objects until the next step."""
+        if behavior_name not in self._told:
+            moment, behavior = self._moment(behavior_name), self._session.behaviors[behavior_name]
+            self._told[behavior_name] = (
+                decisions_of(moment.decisions, behavior, self._channels_last),
+                ends_of(moment.ended, behavior, self._channels_last),
+            )
+        return self._told[behavior_name]
 
     def set_actions(self, behavior_name: str, action: ActionTuple) -> None:
         """Set the actions of all agents that ask, in the order of `get_steps`."""
@@ -147,13 +166,16 @@ class UnityEnvironment:
 
     def set_action_for_agent(self, behavior_name: str, agent_id: int, action: ActionTuple) -> None:
         """Set one agent's action; agents without get zeros."""
-        ids = self._moment(behavior_name).decisions.agent_id.tolist()
-        if agent_id not in ids:
-            raise UnityActionException(f"'{behavior_name}': agent {agent_id} does not ask; those that do: {ids}")
+        row_of = self.get_steps(behavior_name)[0].agent_id_to_index
+        if agent_id not in row_of:
+            raise UnityActionException(
+                f"'{behavior_name}': agent {agent_id} does not ask; those that do: {list(row_of)}"
+            )
         spec = spec_of(self._session.behaviors[behavior_name]).action_spec
         spec.require(action, 1, behavior_name)
-        row = ids.index(agent_id)
-        kept = self._actions.setdefault(behavior_name, spec.empty_action(len(ids)))
+        if behavior_name not in self._actions:
+            self._actions[behavior_name] = spec.empty_action(len(row_of))
+        kept, row = self._actions[behavior_name], row_of[agent_id]
         kept.continuous[row], kept.discrete[row] = action.continuous[0], action.discrete[0]
 
     def close(self) -> None:
@@ -167,9 +189,10 @@ class UnityEnvironment:
         return self._moments[name]
 
     def _say(self, say: Callable[[], Said]) -> Said:
-        for channel in self._side_channels:
+        for channel in self._side_channel_manager.channels:
             for payload in channel.take_queued():
                 self._channels.send(channel.channel_id, payload)
+        self._told.clear()
         try:
             return say()
         except UnityError as cause:
@@ -192,10 +215,6 @@ def _in_their_words(cause: Exception) -> Exception:
         case BuildError() | SessionClosedError():
             return UnityEnvironmentException(str(cause))
     return UnityCommunicationException(str(cause))
-
-
-def _hearer(channel: SideChannel) -> Callable[[bytes], None]:
-    return lambda payload: channel.on_message_received(IncomingMessage(payload))
 
 
 __all__ = ["UnityEnvironment"]

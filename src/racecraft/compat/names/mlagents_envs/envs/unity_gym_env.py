@@ -1,24 +1,34 @@
-"""`UnityToGymWrapper`: a scene of one agent and one behavior as an old-style `gym.Env`."""
+"""`UnityToGymWrapper`: a scene of one agent and one behavior as an old-style `gym.Env`.
+
+Where a `gym` is installed the wrapper is one of its environments, else one of ours.
+"""
 
 from __future__ import annotations
 
+import importlib
 import itertools
-from typing import Any
+from importlib.machinery import PathFinder
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from racecraft.compat.names import gym
-from racecraft.compat.names.gym import error, spaces
-from racecraft.compat.names.mlagents_envs.base_env import ActionTuple, DecisionSteps, TerminalSteps
-from racecraft.compat.names.mlagents_envs.environment import UnityEnvironment
+from racecraft.compat.names.mlagents_envs.base_env import ActionTuple, BaseEnv, DecisionSteps, TerminalSteps
+
+if TYPE_CHECKING:
+    from racecraft.compat.names import gym
+    from racecraft.compat.names.gym import error, spaces
+else:
+    _home = "gym" if PathFinder.find_spec("gym") else "racecraft.compat.names.gym"
+    gym = importlib.import_module(_home)
+    error, spaces = importlib.import_module(f"{_home}.error"), importlib.import_module(f"{_home}.spaces")
 
 
 class UnityGymException(error.Error):
     """The scene, or how it was used, does not fit."""
 
 
-class UnityToGymWrapper(gym.Env[Any, Any]):
+class UnityToGymWrapper(gym.Env):  # without a subscript: a real gym's may not be generic
     """One agent.
 
     Args:
@@ -34,7 +44,7 @@ class UnityToGymWrapper(gym.Env[Any, Any]):
 
     def __init__(
         self,
-        unity_env: UnityEnvironment,
+        unity_env: BaseEnv,
         uint8_visual: bool = False,
         flatten_branched: bool = False,
         allow_multiple_obs: bool = False,

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import NamedTuple
 
-from racecraft.compat.names.mlagents_envs.exception import UnitySideChannelException
+from racecraft.compat.names.mlagents_envs.exception import UnityCommunicationException, UnitySideChannelException
 from racecraft.compat.names.mlagents_envs.side_channel.side_channel import IncomingMessage, SideChannel
 from racecraft.envs.unity.side_channels import ENGINE_CONFIGURATION, SideChannels
 
@@ -28,12 +29,21 @@ class EngineConfig(NamedTuple):
 class EngineConfigurationChannel(SideChannel):
     """Sets the engine; what is left out stays as it is."""
 
+    class ConfigurationType(IntEnum):
+        """What a message sets."""
+
+        SCREEN_RESOLUTION = 0
+        QUALITY_LEVEL = 1
+        TIME_SCALE = 2
+        TARGET_FRAME_RATE = 3
+        CAPTURE_FRAME_RATE = 4
+
     def __init__(self) -> None:
         super().__init__(ENGINE_CONFIGURATION)
 
     def on_message_received(self, msg: IncomingMessage) -> None:
         """Refuse: engines do not speak here."""
-        raise UnitySideChannelException("the engine configuration channel only speaks to the player")
+        raise UnityCommunicationException("the engine configuration channel only speaks to the player")
 
     def set_configuration_parameters(
         self,

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from enum import IntEnum
 
-from racecraft.compat.names.mlagents_envs.exception import UnitySideChannelException
+from racecraft.compat.names.mlagents_envs.exception import UnityCommunicationException
 from racecraft.compat.names.mlagents_envs.side_channel.side_channel import IncomingMessage, SideChannel
 from racecraft.envs.unity.side_channels import (
     ENVIRONMENT_PARAMETERS,
@@ -18,12 +19,25 @@ from racecraft.envs.unity.side_channels import (
 class EnvironmentParametersChannel(SideChannel):
     """Sets parameters of the scene."""
 
+    class EnvironmentDataTypes(IntEnum):
+        """How a parameter is given."""
+
+        FLOAT = 0
+        SAMPLER = 1
+
+    class SamplerTypes(IntEnum):
+        """How a parameter is drawn."""
+
+        UNIFORM = 0
+        GAUSSIAN = 1
+        MULTIRANGEUNIFORM = 2
+
     def __init__(self) -> None:
         super().__init__(ENVIRONMENT_PARAMETERS)
 
     def on_message_received(self, msg: IncomingMessage) -> None:
         """Refuse: scenes do not speak here."""
-        raise UnitySideChannelException("the environment parameters channel only speaks to the player")
+        raise UnityCommunicationException("the environment parameters channel only speaks to the player")
 
     def set_float_parameter(self, key: str, value: float) -> None:
         """Set a number."""

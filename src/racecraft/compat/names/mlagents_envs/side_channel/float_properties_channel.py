@@ -17,7 +17,8 @@ class FloatPropertiesChannel(SideChannel):
 
     def on_message_received(self, msg: IncomingMessage) -> None:
         """Keep what the scene set."""
-        self._values[msg.read_string()] = msg.read_float32()
+        key = msg.read_string()  # the name comes first; an assignment would read its right side first
+        self._values[key] = msg.read_float32()
 
     def set_property(self, key: str, value: float) -> None:
         """Set one."""

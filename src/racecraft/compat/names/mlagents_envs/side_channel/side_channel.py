@@ -95,6 +95,10 @@ class SideChannel(ABC):
     def on_message_received(self, msg: IncomingMessage) -> None:
         """Hear a message of the scene."""
 
+    def hear(self, payload: bytes) -> None:
+        """Have a payload of the scene read by `on_message_received`."""
+        self.on_message_received(IncomingMessage(payload))
+
     def take_queued(self) -> list[bytes]:
         """Return what is to go, and forget it."""
         taken, self._queued = self._queued, []
