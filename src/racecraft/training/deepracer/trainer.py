@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
@@ -23,7 +23,13 @@ from racecraft.contract.world import Array, allocate
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
 from racecraft.formats.aws.hyperparameters import write_hyperparameters
 from racecraft.formats.aws.model_metadata import write_model_metadata
-from racecraft.formats.aws.reward_file import RewardFunction, default_reward_source, load_reward_function
+from racecraft.formats.aws.reward_file import (
+    CALL_SECONDS,
+    RewardFunction,
+    default_reward_source,
+    load_reward_function,
+)
+from racecraft.formats.aws.reward_source import RewardSource
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import write_whole
 from racecraft.kernels.compile import is_warm, set_threads
@@ -94,7 +100,7 @@ def train_car(plan: CarPlan, listener: Listener, say: Say) -> TrainedCar:
         RewardFileError, RewardError: The reward function cannot be loaded, or failed.
     """
     prepare_processor(plan.settings.runtime.threads, plan.settings.runtime.device)
-    reward = load_reward(plan.model.reward_path)
+    reward = load_reward(plan.model.reward, plan.settings.race.reward_seconds)
     weights = weights_of(plan) if plan.request.clone_from else None
     run = make_run(plan, reward)
     with run.lock(), open_log(run) as log:
@@ -120,7 +126,7 @@ def resume_car(plan: CarPlan, listener: Listener, say: Say) -> TrainedCar:
     prepare_processor(plan.settings.runtime.threads, plan.settings.runtime.device)
     run = RunFolder.open(plan.request.run)
     with run.lock(), open_log(run) as log:
-        reward = load_reward(run.reward_function)
+        reward = load_reward(plan.model.reward, plan.settings.race.reward_seconds)
         crew = Crew(plan, run, reward, log, listener, say)
         iteration = crew.restore()
         say(f"goes on after iteration {iteration}" if iteration else "no whole iteration was saved: starts fresh")
@@ -137,7 +143,7 @@ class Crew:
         reward.output = log
         log.writelines(f"{note}\n" for note in plan.notes)
         cars = settings.rollout.num_worlds
-        world = race_world(plan, cars, reward.call, (settings.race.start_offset + np.arange(cars) / cars) % 1.0)
+        world = race_world(plan, cars, one_for_each(reward, cars), (settings.race.start_offset + np.arange(cars) / cars) % 1.0)
         judged = judged_world(plan, reward)
         warm_up(world, judged, say)
         self.plan, self.run = plan, run
@@ -178,7 +184,7 @@ class Crew:
 def race_world(
     plan: CarPlan,
     num_cars: int,
-    reward: Callable[[dict[str, Any]], float] | None = None,
+    reward: Sequence[Callable[[dict[str, Any]], float]] | None = None,
     start_shares: Array | None = None,
 ) -> RaceWorld:
     """Return cars as planned; their first starts are spread evenly round the track unless given."""
@@ -197,24 +203,30 @@ def race_world(
 def judged_world(plan: CarPlan, reward: RewardFunction) -> RaceWorld:
     """Return the cars that are judged; they are rewarded where that makes a checkpoint the best."""
     evaluation = plan.settings.evaluation
-    return race_world(plan, evaluation.episodes, reward.call if evaluation.best_by == "reward" else None)
+    paid = one_for_each(reward, evaluation.episodes) if evaluation.best_by == "reward" else None
+    return race_world(plan, evaluation.episodes, paid)
 
 
-def load_reward(path: Path | None) -> RewardFunction:
+def one_for_each(reward: RewardFunction, num_cars: int) -> list[Callable[[dict[str, Any]], float]]:
+    """Return a reward function for each car, with state of its own where it may keep any."""
+    return [copy.call for copy in reward.copies(num_cars)]
+
+
+def load_reward(source: RewardSource | None, seconds: float = CALL_SECONDS) -> RewardFunction:
     """Load the racer's reward function, or the default one where there is none."""
-    if path is not None:
-        return load_reward_function(path)
+    if source is not None:
+        return load_reward_function(source, seconds=seconds)
     with tempfile.TemporaryDirectory() as folder:
         default = Path(folder) / "reward_function.py"
         default.write_text(default_reward_source(), encoding="utf-8")
-        return load_reward_function(default)
+        return load_reward_function(default, seconds=seconds)
 
 
 def make_run(plan: CarPlan, reward: RewardFunction) -> RunFolder:
     """Make the run folder, copies of the racer's files in it."""
 
     def lay_copies(run: RunFolder) -> None:
-        write_whole(run.reward_function, reward.source)
+        write_reward(reward.source, run.path)
         write_model_metadata(plan.model.metadata, run.model_metadata)
         write_hyperparameters(plan.model.hyperparameters, run.hyperparameters)
 
