@@ -22,6 +22,14 @@ from racecraft.training.callbacks import IterationReport, Listener, Verdict
 from racecraft.training.stopping import Standing, Stop, reached
 
 
+OVERTIME = 0.1
+"""Share of the minutes asked for within which an iteration under way may still be finished."""
+
+
+class _OutOfTime(Exception):
+    """Ends an iteration; says which stop."""
+
+
 class Judge(Protocol):
     """Says how good a policy is."""
 
@@ -107,6 +115,7 @@ class TrainingLoop:
         self._judge, self._keeper, self._listener = judge, keeper, listener
         self._rollout, self._evaluation, self._stops = rollout, evaluation, tuple(stops)
         self._after_update = after_update
+        collector.observers.append(self._look_at_clock)
         self._iteration = 0
         self._perfect_in_a_row = 0
         self._best_score: float | None = None
@@ -138,6 +147,8 @@ class TrainingLoop:
             reason = str(stop)
         except KeyboardInterrupt:
             reason = "Ctrl-C"
+        except _OutOfTime as over:
+            reason = str(over)
         finally:
             self._end(reason)
         return Outcome(
@@ -214,6 +225,13 @@ class TrainingLoop:
         self._keeper.keep(report, self.state)
         self._seconds_keeping = time.perf_counter() - marks[3]
         return report
+
+    def _look_at_clock(self, *_: object) -> None:
+        """Break an iteration off that goes on and on after the minutes asked for: a slow reward may take hours for one."""
+        seconds = self._seconds()
+        for stop in self._stops:
+            if stop.kind == "minutes" and seconds > 60 * stop.amount * (1 + OVERTIME):
+                raise _OutOfTime(str(stop))
 
     def _collect(self) -> Experience:
         episodes = self._rollout.episodes_per_iteration

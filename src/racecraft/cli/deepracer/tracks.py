@@ -123,6 +123,7 @@ def _own_summaries() -> list[TrackSummary]:
 
 
 TOLD_BY_DIRECTION = ("clockwise", "counter-clockwise")
+WIDE = 250
 TAGS_WIDTH = len("short, narrow")
 
 
@@ -144,4 +145,7 @@ def _print_table(summaries: list[TrackSummary]) -> None:
     table.add_column("title", no_wrap=True)
     for row in rows[1:]:
         table.add_row(*row)
-    Console().print(table)
+    console = Console()
+    if not console.is_terminal:
+        console.width = WIDE  # nobody looks at a pipe's width, and whoever reads it wants every word
+    console.print(table)

@@ -17,8 +17,8 @@ MUST_MATCH = ("camera", "network")
 """Groups of settings that shape the weights."""
 
 
-def weights_of(plan: CarPlan) -> dict[str, Any]:
-    """Return the weights that `plan.request.clone_from` names, as tensors.
+def weights_of(plan: CarPlan) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return the weights that `plan.request.clone_from` names, as tensors, and what is worth saying about them.
 
     The optimiser starts from zero and iterations are counted from zero, as when cloning at AWS.
 
@@ -33,7 +33,7 @@ def weights_of(plan: CarPlan) -> dict[str, Any]:
     weights, card = Checkpoints(run.checkpoints).load_policy(which)
     _require_same_shape(plan, path, card)
     tensors: dict[str, Any] = to_tensors(weights)
-    return tensors
+    return tensors, _notes_on_actions(plan, card)
 
 
 def split_source(source: str) -> tuple[str, str]:
@@ -63,12 +63,33 @@ def _require_same_shape(plan: CarPlan, path: str, card: dict[str, Any]) -> None:
                     "in. "
                     f"Leave {group}.{name} as it was, or train afresh."
                 )
-    here, there = as_aws_dict(plan.model.metadata)["action_space"], card["model_metadata"]["action_space"]
-    if here != there:
+    here, there = _actions(plan), card["model_metadata"]["action_space"]
+    if len(here) != len(there):
         raise RunFolderError(
-            f"{path}: was trained with {len(there)} other actions than the {len(here)} asked for; expected the same, "
-            "since each output of the network is one action. Copy that run's model_metadata.json."
+            f"{path}: was trained with {len(there)} actions, now there are {len(here)}; expected as many, since each "
+            "output of the network is one action. Their angles and speeds may differ. Begin with that run's "
+            "model_metadata.json."
         )
+
+
+def _notes_on_actions(plan: CarPlan, card: dict[str, Any]) -> tuple[str, ...]:
+    """Say which actions mean something else than they did when the weights learned them."""
+    pairs = list(zip(_actions(plan), card["model_metadata"]["action_space"], strict=True))
+    changed = [number for number, (now, then) in enumerate(pairs) if _pair(now) != _pair(then)]
+    if not changed:
+        return ()
+    now, then = (_pair(action) for action in pairs[changed[0]])
+    example = f"action {changed[0]} was {then[0]:g}° at {then[1]:g} m/s and is {now[0]:g}° at {now[1]:g} m/s"
+    return (f"{len(changed)} of {len(pairs)} actions differ from those the weights were trained with: {example}",)
+
+
+def _actions(plan: CarPlan) -> list[dict[str, float]]:
+    actions: list[dict[str, float]] = as_aws_dict(plan.model.metadata)["action_space"]
+    return actions
+
+
+def _pair(action: dict[str, float]) -> tuple[float, float]:
+    return action["steering_angle"], action["speed"]
 
 
 def _plain(value: Any) -> Any:

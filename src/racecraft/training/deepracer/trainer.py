@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -29,12 +29,13 @@ from racecraft.formats.aws.reward_file import (
     default_reward_source,
     load_reward_function,
 )
-from racecraft.formats.aws.reward_source import RewardSource
+from racecraft.formats.aws.reward_source import RewardSource, write_reward
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import write_whole
 from racecraft.kernels.compile import is_warm, set_threads
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.collector import Collector
+from racecraft.tracks.importer import route_file, travels
 from racecraft.training.callbacks import Listener
 from racecraft.training.deepracer.aws.files import AwsFiles
 from racecraft.training.deepracer.aws.setup import aws_setup
@@ -101,7 +102,12 @@ def train_car(plan: CarPlan, listener: Listener, say: Say) -> TrainedCar:
     """
     prepare_processor(plan.settings.runtime.threads, plan.settings.runtime.device)
     reward = load_reward(plan.model.reward, plan.settings.race.reward_seconds)
-    weights = weights_of(plan) if plan.request.clone_from else None
+    weights = None
+    if plan.request.clone_from:
+        weights, told = weights_of(plan)
+        plan = replace(plan, notes=(*plan.notes, *told))
+        for note in told:
+            say(f"- {note}")
     run = make_run(plan, reward)
     with run.lock(), open_log(run) as log:
         crew = Crew(plan, run, reward, log, listener, say)
@@ -229,6 +235,8 @@ def make_run(plan: CarPlan, reward: RewardFunction) -> RunFolder:
         write_reward(reward.source, run.path)
         write_model_metadata(plan.model.metadata, run.model_metadata)
         write_hyperparameters(plan.model.hyperparameters, run.hyperparameters)
+        if travels(plan.track):
+            write_whole(run.track, route_file(plan.track))
 
     job = job_card(plan, torch.get_num_threads())
     if plan.request.run is None:
