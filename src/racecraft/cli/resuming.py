@@ -35,7 +35,11 @@ def refuse_changes(context: typer.Context, run: Path | None, unchangeable: Seque
     }
     for name in unchangeable:
         source = context.get_parameter_source(name)
-        if source is not None and source.name == "COMMANDLINE" and not _is_as_begun(run, name, context.params[name]):
+        if (
+            source is not None
+            and source.name == "COMMANDLINE"
+            and (name in arguments or not _is_as_begun(run, name, context.params[name]))
+        ):
             flag = arguments.get(name, f"--{name.rstrip('_')}")
             raise SettingError(
                 f"{flag} cannot change when a run is resumed: it would no longer be the same training. "

@@ -121,7 +121,8 @@ def check_shape(track: Track, path: str | Path) -> None:
     shortest = SHORTEST_LOOP_M if track.closed else SHORTEST_OPEN_M
     if track.length < shortest:
         raise TrackError(
-            path, f"a centre line of {track.length:.3g} m", f"at least {shortest:g} m, on which a car of 0.33 m can drive",
+            path,
+            f"a centre line of {track.length:.3g} m", f"at least {shortest:g} m, on which a car of 0.33 m can drive",
             "Are the numbers metres?",
         )  # fmt: skip
     _check_widths(track, path)

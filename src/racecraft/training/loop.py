@@ -21,12 +21,11 @@ from racecraft.settings.groups import EvaluationConfig, RolloutConfig
 from racecraft.training.callbacks import IterationReport, Listener, Verdict
 from racecraft.training.stopping import Standing, Stop, reached
 
-
 OVERTIME = 0.1
 """Share of the minutes asked for within which an iteration under way may still be finished."""
 
 
-class _OutOfTime(Exception):
+class _OutOfTimeError(Exception):
     """Ends an iteration; says which stop."""
 
 
@@ -147,7 +146,7 @@ class TrainingLoop:
             reason = str(stop)
         except KeyboardInterrupt:
             reason = "Ctrl-C"
-        except _OutOfTime as over:
+        except _OutOfTimeError as over:
             reason = str(over)
         finally:
             self._end(reason)
@@ -227,11 +226,11 @@ class TrainingLoop:
         return report
 
     def _look_at_clock(self, *_: object) -> None:
-        """Break an iteration off that goes on and on after the minutes asked for: a slow reward may take hours for one."""
+        """Break an iteration off that outlasts the minutes asked for: with a slow reward one may take hours."""
         seconds = self._seconds()
         for stop in self._stops:
             if stop.kind == "minutes" and seconds > 60 * stop.amount * (1 + OVERTIME):
-                raise _OutOfTime(str(stop))
+                raise _OutOfTimeError(str(stop))
 
     def _collect(self) -> Experience:
         episodes = self._rollout.episodes_per_iteration

@@ -27,7 +27,7 @@ KEEPS = [  # text, line
     ("def reward_function(p, seen=[]):\n    seen.append(1)\n    return len(seen)\n", 1),
     ("def reward_function(p, *, seen={}):\n    return 1\n", 1),
     ("import functools\n@functools.lru_cache\ndef far(x):\n    return x\n" + BODY, 2),
-    ("def made():\n    n = 0\n    def pay(p):\n        nonlocal n\n        n += 1\n        return n\n    return pay\n", 4),
+    ("def made():\n    n = 0\n    def pay(p):\n        nonlocal n\n        n += 1\n    return pay\n", 4),
     ("def made():\n    return lambda p: 1\nreward_function = made()\n", 3),
     ("def reward_function(p):\n    globals()['n'] = 1\n    return 1\n", 2),
     ("for k in range(3):\n    pass\n" + BODY, 1),
@@ -44,8 +44,9 @@ def test_what_can_keep_something_is_said_to_with_its_line(text, line):
 FORGETS = [
     BODY,
     default_reward_source(),
-    '"""A text."""\nimport math\nimport numpy as np\nfrom shapely.geometry import Point\nWIDTH = 2 * 0.5\nTOP: float = -4.0\n'
-    "PAIR = (1, 2.0)\ndef far(x, y=1.0):\n    seen = []\n    seen.append(x)\n    seen[0] = y\n    return seen\n" + BODY,
+    '"""A text."""\nimport math\nimport numpy as np\nfrom shapely.geometry import Point\n'
+    "WIDTH = 2 * 0.5\nTOP: float = -4.0\nPAIR = (1, 2.0)\ndef far(x, y=1.0):\n    seen = []\n    seen.append(x)\n    seen[0] = y\n    return seen\n"
+    + BODY,
     "class Car:\n    TOP = 4\n    def pay(self, p):\n        return p['speed'] / self.TOP\n"
     "def reward_function(p):\n    return Car().pay(p)\n",
     BODY + "if __name__ == '__main__':\n    print(reward_function({}))\n",
@@ -57,7 +58,9 @@ def test_what_cannot_keep_anything_is_not_copied(text):
     assert told(text).state is None
 
 
-@pytest.mark.parametrize("compared", ["{} == 1", "{} <= 1", "{} < 2", "{} == 0", "1 == {}", "1 >= {}", "{} < 1.5", "{} == 2.5"])
+@pytest.mark.parametrize(
+    "compared", ["{} == 1", "{} <= 1", "{} < 2", "{} == 0", "1 == {}", "1 >= {}", "{} < 1.5", "{} == 2.5"]
+)
 @pytest.mark.parametrize("steps", ["params['steps']", "steps", "self_steps", "int(steps)", "params.get('steps')"])
 def test_a_wait_for_a_step_before_the_second_is_named_with_its_line(compared, steps):
     text = "def reward_function(params):\n    steps = self_steps = params['steps']\n    if " + compared.format(steps)
@@ -66,7 +69,9 @@ def test_a_wait_for_a_step_before_the_second_is_named_with_its_line(compared, st
     assert "never holds: `steps` is 2.0 at the first call of an episode" in remark.text
 
 
-@pytest.mark.parametrize("compared", ["{} == 2", "{} <= 2", "{} < 3", "{} > 1", "{} != 1", "2 >= {}", "{} == 300", "{} % 1 == 0"])
+@pytest.mark.parametrize(
+    "compared", ["{} == 2", "{} <= 2", "{} < 3", "{} > 1", "{} != 1", "2 >= {}", "{} == 300", "{} % 1 == 0"]
+)
 def test_a_comparison_that_can_hold_is_not_spoken_of(compared):
     text = "def reward_function(params):\n    steps = params['steps']\n    return 1.0 if " + compared.format("steps")
     assert told(text + " else 0.5\n").remarks == ()
@@ -109,7 +114,10 @@ def test_each_car_has_globals_class_state_defaults_and_modules_of_its_own(tmp_pa
 def test_copies_are_of_what_was_read_first_and_say_nothing_when_loaded(tmp_path, capsys):
     (tmp_path / "racing_helper.py").write_text("PAY = 1\nprint('helper')\n")
     path = tmp_path / "reward_function.py"
-    path.write_text("import racing_helper\nprint('loaded')\ndef reward_function(p):\n    print('called')\n    return racing_helper.PAY\n")
+    path.write_text(
+        "import racing_helper\nprint('loaded')\n"
+        "def reward_function(p):\n    print('called')\n    return racing_helper.PAY\n"
+    )
     reward = load_reward_function(path)
     (tmp_path / "racing_helper.py").write_text("PAY = 2\n")
     path.write_text("def reward_function(p):\n    return 3\n")
@@ -139,7 +147,8 @@ def test_packages_and_folders_without_init_beside_the_file_are_imported_from_the
     path = tmp_path / "reward_function.py"
     path.write_text(
         "import geometry_here, math\nfrom plain_here.deep import thing\n"
-        "def reward_function(p):\n    return geometry_here.far(-1) + geometry_here.other.TWO + thing.THREE + math.sqrt(4)\n"
+        "def reward_function(p):\n    return geometry_here.far(-1) + geometry_here.other.TWO + thing.THREE"
+        " + math.sqrt(4)\n"
     )
     import sys
 

@@ -16,7 +16,11 @@ from racecraft.contract.errors import UserInputError
 from racecraft.formats.run_folder import HYPERPARAMETERS, MODEL_METADATA, REWARD_FUNCTION
 
 REWARD, METADATA = REWARD_FUNCTION, MODEL_METADATA
-PLACES = {REWARD: (REWARD,), METADATA: (METADATA, f"model/{METADATA}"), HYPERPARAMETERS: (HYPERPARAMETERS, f"ip/{HYPERPARAMETERS}")}  # fmt: skip
+PLACES = {
+    REWARD: (REWARD,),
+    METADATA: (METADATA, f"model/{METADATA}"),
+    HYPERPARAMETERS: (HYPERPARAMETERS, f"ip/{HYPERPARAMETERS}"),
+}
 """Where each stands by its right name; AWS's model folders keep two of them deeper."""
 SHORT_NAMES = {
     REWARD: ("reward", "rewards", "rewardfunc", "rewardfn"),
@@ -53,8 +57,8 @@ def find_racer_files(folder: Path) -> RacerFiles:
         UserInputError: Several files may be the one that is missing, and none has the right name.
     """
     notes: list[str] = []
-    found = [_find(folder, name, notes) for name in (REWARD, METADATA, HYPERPARAMETERS)]
-    return RacerFiles(*found, notes=tuple(notes))
+    reward, metadata, hyperparameters = (_find(folder, name, notes) for name in (REWARD, METADATA, HYPERPARAMETERS))
+    return RacerFiles(reward, metadata, hyperparameters, tuple(notes))
 
 
 def _find(folder: Path, name: str, notes: list[str]) -> Path | None:
@@ -74,13 +78,13 @@ def _find(folder: Path, name: str, notes: list[str]) -> Path | None:
 
 def _is_near(path: Path, name: str) -> bool:
     """Tell whether a file may be the one that bears a name."""
-    kind = Path(name).suffix
-    if kind not in path.suffixes and path.suffix not in ("", ".txt"):
+    kinds, kind = [suffix.lower() for suffix in path.suffixes], Path(name).suffix
+    if kind not in kinds and kinds[-1:] not in ([], [".txt"]):
         return False
     letters = _letters(path)
     if letters in SHORT_NAMES[name] or difflib.SequenceMatcher(None, letters, _letters(Path(name))).ratio() >= NEAR:
         return True
-    return name == REWARD and path.suffix == kind and bool(_DEFINES_REWARD.search(path.read_bytes()))
+    return name == REWARD and kinds[-1:] == [kind] and bool(_DEFINES_REWARD.search(path.read_bytes()))
 
 
 def _letters(path: Path) -> str:

@@ -1,4 +1,4 @@
-"""What a reward function's text tells before it is run: whether it keeps state, what it waits for in vain, what ends us.
+"""What a reward function's text tells before it is run: whether it keeps state, waits in vain, or would end us.
 
 Begin with `analyse`. Everything is read from the syntax tree; nothing is executed.
 
@@ -168,8 +168,8 @@ _MIRRORED: dict[type[ast.cmpop], ast.cmpop] = {ast.Eq: ast.Eq(), ast.Gt: ast.Lt(
 
 
 def _never(operator: ast.cmpop | None, bound: ast.expr) -> bool:
-    """Tell whether `steps OPERATOR bound` holds for none of 2, 3, 4 …"""
-    if not isinstance(bound, ast.Constant) or type(bound.value) not in (int, float):
+    """Tell whether `steps OPERATOR bound` holds for none of 2, 3, 4 and so on."""
+    if not isinstance(bound, ast.Constant) or not isinstance(bound.value, int | float):
         return False
     number = float(bound.value)
     if isinstance(operator, ast.Eq):

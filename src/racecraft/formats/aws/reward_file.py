@@ -34,7 +34,7 @@ from racecraft.contract.errors import RewardError, RewardFileError, nearest
 from racecraft.formats.aws.reward_examples import Params, default_reward_source, example_situations
 from racecraft.formats.aws.reward_modules import RewardModules
 from racecraft.formats.aws.reward_source import KIND, RewardSource, how_to_install, read_reward_source
-from racecraft.formats.aws.time_limit import CallTooLong, TimeLimit
+from racecraft.formats.aws.time_limit import CallTooLongError, TimeLimit
 
 __all__ = [
     "MAX_REWARD",
@@ -173,13 +173,13 @@ class RewardFunction:
         lines = self.source.text.splitlines()
         text = lines[line - 1].strip() if 0 < line <= len(lines) else ""
         cure = "Mend this line, or guard it against these parameters."
-        if isinstance(error, CallTooLong):
+        if isinstance(error, CallTooLongError):
             cure = "Mend the loop that it was in, or allow a call more time with --set race.reward_seconds=60."
         elif isinstance(raised, KeyError) and raised.args and isinstance(raised.args[0], str) and params:
             cure = f"{nearest(raised.args[0], params)} {cure}"
         elif isinstance(raised, ModuleNotFoundError):
             cure = how_to_install(raised.name or "", self.path)
-        elsewhere = "" if isinstance(error, CallTooLong) else _elsewhere(raised, self.path)
+        elsewhere = "" if isinstance(error, CallTooLongError) else _elsewhere(raised, self.path)
         raise RewardError(
             f"{self.path}:{line}: reward_function {found}{elsewhere}; expected a number. {cure}\n    {text}\n"
             f"{_pretty(params)}"
@@ -272,7 +272,7 @@ def _how_to_name(module: types.ModuleType) -> str:
 
 def _what_was_raised(error: BaseException, seconds: float) -> tuple[BaseException, str]:
     """Return the user's own exception, and what happened as a clause."""
-    if isinstance(error, CallTooLong):
+    if isinstance(error, CallTooLongError):
         return error.__cause__ or error, f"had not returned after {seconds:g} s"
     return error, f"raised {type(error).__name__}: {error}"
 

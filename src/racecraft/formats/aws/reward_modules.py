@@ -1,8 +1,8 @@
 """The modules of a reward: the racer's file and those beside it, loaded anew for each car. Begin with `RewardModules`.
 
-A module that stands beside the file (`racing_line.py`, a folder `helpers/`) is imported from there and is one car's own,
-like the file itself; modules of Python and installed packages are everybody's, and Python's own names are never taken.
-Texts are read once, so that copies made later are copies of what was read first, and a run folder can hold them.
+A module that stands beside the file (`racing_line.py`, a folder `helpers/`) is imported from there and is one car's
+own, like the file itself; modules of Python and installed packages are everybody's, and Python's own names are never
+taken. Texts are read once, so that copies made later are copies of what was read first, and a run folder can hold them.
 
 How: the racer's module gets an `__import__` of its own, which looks beside the file first. While it does so, the car's
 own modules stand in `sys.modules`; afterwards they are taken out again.

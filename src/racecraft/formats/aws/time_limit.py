@@ -12,9 +12,9 @@ head, where nothing does.
 What no exception can end is a call that sits in C (`time.sleep`, one enormous power of ten): the limit acts when it
 returns; until then `stuck` is told, once.
 
-The order of lines below is exact. CPython passes the interpreter to another thread between a call's end and what follows
-it, at a loop's turn and at a function's beginning, and nowhere else; so "is this call still under way, then strike" is
-one act, and so is "it is over". Nothing is locked, and a call costs some 0.2 µs more.
+The order of lines below is exact. CPython passes the interpreter to another thread between a call's end and what
+follows it, at a loop's turn and at a function's beginning, and nowhere else; so "is this call still under way, then
+strike" is one act, and so is "it is over". Nothing is locked, and a call costs some 0.2 µs more.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _strike = ctypes.PYFUNCTYPE(None, ctypes.c_ulong, ctypes.py_object)(("PyThreadSt
 _spare = ctypes.PYFUNCTYPE(None, ctypes.c_ulong, ctypes.c_void_p)(("PyThreadState_SetAsyncExc", ctypes.pythonapi))
 
 
-class CallTooLong(Exception):
+class CallTooLongError(Exception):
     """A call lasted longer than it may; its cause is the exception that ended it."""
 
 
@@ -64,7 +64,7 @@ class TimeLimit:
         """Return function(argument); `seconds`, where given, stands in for the limit.
 
         Raises:
-            CallTooLong: It had not returned in time.
+            CallTooLongError: It had not returned in time.
         """
         me = threading.get_ident()
         self._due[me] = time.monotonic() + (seconds or self.seconds)
@@ -81,7 +81,7 @@ class TimeLimit:
             _spare(me, None)
             if self._struck.pop(me, None) is None:
                 raise
-            raise CallTooLong(f"no answer after {seconds or self.seconds:g} s") from error
+            raise CallTooLongError(f"no answer after {seconds or self.seconds:g} s") from error
         _spare(me, None)  # it answered in the very moment in which it was struck
         del self._struck[me]
         return value
@@ -128,5 +128,5 @@ def _exceptions(thread: int, depth: int) -> type[BaseException]:
 
     if depth > 1:
         ask = functools.partial(_strike, thread, _exceptions(thread, depth - 1))
-        OutOfTime.__init__ = staticmethod(ask)  # type: ignore[assignment, method-assign]
+        OutOfTime.__init__ = staticmethod(ask)  # type: ignore[method-assign]
     return OutOfTime

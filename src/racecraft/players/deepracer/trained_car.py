@@ -101,7 +101,9 @@ def track_of_run(run: RunFolder) -> Track:
     job = run.read_job_of(KIND)
     name = job["asked"]["track"]
     if job["track"].get("copy") and not run.track.is_file():
-        raise TrackError(run.track, "there is no such file", f"the run's own copy of its track {name!r}", "Put it back.")
+        raise TrackError(
+            run.track, "there is no such file", f"the run's own copy of its track {name!r}", "Put it back."
+        )
     return import_track(run.track, name) if run.track.is_file() else load_track(name)
 
 

@@ -13,8 +13,9 @@ from racecraft.formats.aws.model_metadata import (
     read_model_metadata,
     refuse_unbuilt,
 )
-from racecraft.formats.aws.racer_files import HYPERPARAMETERS, METADATA, REWARD, RacerFiles, find_racer_files
+from racecraft.formats.aws.racer_files import METADATA, REWARD, RacerFiles, find_racer_files
 from racecraft.formats.aws.reward_source import RewardSource, read_reward_source
+from racecraft.formats.run_folder import HYPERPARAMETERS
 
 RUN_ENV = "run.env"
 EXPECTED = (

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft import __version__
-from racecraft.contract.errors import RunFolderError, SettingError, TrackError, nearest
+from racecraft.contract.errors import RunFolderError, SettingError, TrackError
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.vehicle import PROFILES
 from racecraft.formats.aws.model_metadata import as_aws_dict
@@ -97,7 +97,7 @@ def plan_car(request: RaceRequest) -> CarPlan:
         clone_from=request.clone_from or asked.clone_from,
     )
     if request.car is not None and request.car not in PROFILES:
-        raise SettingError(f"--car {request.car}: there is no such car. {nearest(request.car, PROFILES)}")
+        raise SettingError(f"--car {request.car}: there is no such car; expected {' or '.join(PROFILES)}.")
     model = read_model_folder(asked.files or request.folder)
     stops = parse_stops((*request.stops, *stops_given(model.hyperparameters)))
     settings, notes = settings_for(
@@ -127,8 +127,9 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
     asked = job["asked"]
     track = track_of_run(run)
     if track.hash() != job["track"]["hash"]:
+        place = run.track if run.track.is_file() else path
         raise RunFolderError(
-            f"{run.track if run.track.is_file() else path}: its track {asked['track']!r} has changed since the run began (now {track.hash()}, then "
+            f"{place}: its track {asked['track']!r} has changed since the run began (now {track.hash()}, then "
             f"{job['track']['hash']}); expected the same waypoints. Restore the file, or begin a new run with --from."
         )
     request = RaceRequest(

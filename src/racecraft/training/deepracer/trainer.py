@@ -149,7 +149,9 @@ class Crew:
         reward.output = log
         log.writelines(f"{note}\n" for note in plan.notes)
         cars = settings.rollout.num_worlds
-        world = race_world(plan, cars, one_for_each(reward, cars), (settings.race.start_offset + np.arange(cars) / cars) % 1.0)
+        world = race_world(
+            plan, cars, one_for_each(reward, cars), (settings.race.start_offset + np.arange(cars) / cars) % 1.0
+        )
         judged = judged_world(plan, reward)
         warm_up(world, judged, say)
         self.plan, self.run = plan, run
