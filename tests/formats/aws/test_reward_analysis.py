@@ -44,9 +44,9 @@ def test_what_can_keep_something_is_said_to_with_its_line(text, line):
 FORGETS = [
     BODY,
     default_reward_source(),
-    '"""A text."""\nimport math\nimport numpy as np\nfrom shapely.geometry import Point\n'
-    "WIDTH = 2 * 0.5\nTOP: float = -4.0\nPAIR = (1, 2.0)\ndef far(x, y=1.0):\n    seen = []\n    seen.append(x)\n    seen[0] = y\n    return seen\n"
-    + BODY,
+    '"""A text."""\nimport math\nimport numpy as np\nfrom shapely.geometry import Point\nWIDTH = 2 * 0.5\n'
+    "TOP: float = -4.0\nPAIR = (1, 2.0)\ndef far(x, y=1.0):\n    seen = []\n    seen.append(x)\n    seen[0] = y\n"
+    "    return seen\n" + BODY,
     "class Car:\n    TOP = 4\n    def pay(self, p):\n        return p['speed'] / self.TOP\n"
     "def reward_function(p):\n    return Car().pay(p)\n",
     BODY + "if __name__ == '__main__':\n    print(reward_function({}))\n",
