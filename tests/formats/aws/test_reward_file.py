@@ -162,6 +162,28 @@ def test_a_failing_reward_gets_a_letter_with_line_and_parameters(tmp_path, body,
     assert "waypoints = [(0.0, 0.0), (0.0, 1.0), ... 119 in all]" in letter
 
 
+def test_a_persons_ctrl_c_is_no_fault_of_the_reward(tmp_path):
+    press = "import signal\ndef reward_function(p):\n    signal.raise_signal(signal.SIGINT)\n    return 1\n"
+    with pytest.raises(KeyboardInterrupt):
+        loaded(tmp_path, press).call({})
+    with pytest.raises(KeyboardInterrupt):
+        loaded(tmp_path, press + "reward_function(1)\n")
+
+
+def test_a_reward_that_hangs_is_ended_with_the_line_it_was_in(tmp_path):
+    text = "def reward_function(p):\n    k = 0\n    while True:\n        k += 1\n"
+    with pytest.raises(RewardError) as caught:
+        load_reward_function(written(tmp_path, text), seconds=0.1).call({"x": 1})
+    assert "reward_function had not returned after 0.1 s" in str(caught.value)
+    assert str(caught.value).partition(": ")[0] in [f"{tmp_path / 'reward_function.py'}:{line}" for line in (3, 4)]
+
+
+def test_a_file_that_hangs_while_it_is_imported_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("racecraft.formats.aws.reward_file.IMPORT_SECONDS", 0.1)
+    with pytest.raises(RewardFileError, match=r"had not returned after 0\.1 s while it was imported"):
+        loaded(tmp_path, "while True:\n    pass\n")
+
+
 def test_a_parameter_that_is_not_there_is_named_with_the_nearest(tmp_path):
     reward = loaded(tmp_path, "def reward_function(params):\n    return params['distance_from_centre']\n")
     with pytest.raises(RewardError, match="Did you mean 'distance_from_center'?"):
