@@ -251,9 +251,11 @@ CASES = {  # name: what is changed, what is asked, what the letter holds
         edit("r/metrics/TrainingMetrics.json", half), RESUME, ["TrainingMetrics.json", "expected"],
     ),
     "resuming on a track that has changed": (
-        lambda place: np.save(place / "own.npy", ROWS * 1.1), RESUME, ["own.npy", "has changed since the run began"],
+        lambda place: np.save(place / "r/track.npy", ROWS * 1.1),
+        RESUME,
+        ["r/track.npy", "has changed since the run began"],
     ),
-    "resuming on a track that is gone": (without("own.npy"), RESUME, ["own.npy", "no such file"]),
+    "resuming on a track that is gone": (without("r/track.npy"), RESUME, ["r/track.npy", "no such file"]),
     "cloning into another network": (
         nothing, [*CLONE, "--set", "network.hidden_units=16"], ["network.hidden_units", "expected"],
     ),

@@ -35,6 +35,11 @@ BAD = {
     "two rows": (ROWS[:2], "2 row(s)"),
     "rows all in one place": (ROWS[[0, 0, 0, 0]], "coincide"),
     "a loop of three rows": (ROWS[[0, 40, 0]], "at least 4 rows"),
+    "three rows of 30 cm": (
+        np.array([[x, 0, x, 0.15, x, -0.15] for x in (0.0, 0.15, 0.3)]),
+        "a centre line of 0.3 m; expected at least 1 m",
+    ),
+    "a loop that no car gets round": (ROWS * 0.1, "expected at least 2 m"),
     "not closed": (ROWS[:-1], "Append a copy of row 0"),
     "ends that nearly meet": (changed(-1, 0, ROWS[0, 0] + 0.004), "0.004 m from the first"),
     "too narrow": (np.hstack([ROWS[:, :2], ROWS[:, :2] + [0, 0.01], ROWS[:, :2] - [0, 0.01]]), "wide"),

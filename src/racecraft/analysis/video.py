@@ -70,10 +70,20 @@ def write_video(
         VideoError: The path does not end in .mp4, or no encoder for H.264 is installed.
         MissingExtraError: PyAV is not installed.
     """
+    path = film_path(path)
+    encode_film(path, film(as_drive(drive), track, mount, title), PICTURES_PER_SECOND)
+    return path
+
+
+def film_path(path: str | Path) -> Path:
+    """Return the path of a film that is yet to be made.
+
+    Raises:
+        VideoError: It does not end in .mp4.
+    """
     path = Path(path)
     if path.suffix.lower() != ".mp4":
         raise VideoError(f"{path}: a film is written as MP4; expected a name that ends in .mp4. Rename it.")
-    encode_film(path, film(as_drive(drive), track, mount, title), PICTURES_PER_SECOND)
     return path
 
 

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import typer
 
-from racecraft.contract.errors import SettingError
+from racecraft.contract.errors import RunFolderError, SettingError
+from racecraft.formats.run_folder import RunFolder
 
 
 def refuse_changes(context: typer.Context, run: Path | None, unchangeable: Sequence[str], example: str) -> Path:
     """Return the run to go on with; it keeps what it was begun with, only its stops may change.
+
+    What is said again as it was said at the beginning changes nothing and may be said.
 
     Args:
         context: How the command was typed.
@@ -31,10 +35,28 @@ def refuse_changes(context: typer.Context, run: Path | None, unchangeable: Seque
     }
     for name in unchangeable:
         source = context.get_parameter_source(name)
-        if source is not None and source.name == "COMMANDLINE":
+        if (
+            source is not None
+            and source.name == "COMMANDLINE"
+            and (name in arguments or not _is_as_begun(run, name, context.params[name]))
+        ):
             flag = arguments.get(name, f"--{name.rstrip('_')}")
             raise SettingError(
                 f"{flag} cannot change when a run is resumed: it would no longer be the same training. "
                 "Leave it out, or begin a new run from these weights with --from."
             )
     return run
+
+
+def _is_as_begun(run: Path, name: str, value: Any) -> bool:
+    """Tell whether a parameter has the value that the run was begun with; what the run does not say is another."""
+    try:
+        job = RunFolder.open(run).read_job()
+    except RunFolderError:
+        return False
+    begun = {"seed": job.get("seed"), **{_SPELT.get(key, key): said for key, said in job.get("asked", {}).items()}}
+    return name in begun and begun[name] is not None and value == begun[name]
+
+
+_SPELT = {"set": "set_", "from": "from_"}
+"""Names of job.json that Python has taken."""

@@ -6,6 +6,8 @@ Begin with `RunFolder.create` (a new one) or `RunFolder.open` (one that stands).
     reward_function.py     copies of the user's files, as they were
     model_metadata.json
     hyperparameters.json
+    *.py                   modules that the reward function needs, from beside it
+    track.npy              the circuit, where the catalogue does not have it
     metrics.jsonl          one JSON object a line, one line an iteration
     log.txt                what was said, the reward function's prints among it
     stop                   somebody asks the training to stop; taken away when it goes on
@@ -42,6 +44,7 @@ STOP = "stop"
 REWARD_FUNCTION = "reward_function.py"
 MODEL_METADATA = "model_metadata.json"
 HYPERPARAMETERS = "hyperparameters.json"
+TRACK = "track.npy"
 CHECKPOINTS = "checkpoints"
 EPISODES = "episodes"
 EVALUATIONS = "evaluations"
@@ -173,6 +176,11 @@ class RunFolder:
     def hyperparameters(self) -> Path:
         """Copy of the user's hyperparameters."""
         return self.path / HYPERPARAMETERS
+
+    @property
+    def track(self) -> Path:
+        """The circuit, where the catalogue does not have it."""
+        return self.path / TRACK
 
     @property
     def checkpoints(self) -> Path:

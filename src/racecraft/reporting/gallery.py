@@ -14,7 +14,6 @@ from racecraft.evaluation.deepracer.drive import DriveKeeper
 from racecraft.evaluation.deepracer.laps import LapReport, judge_laps
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.deepracer.trained_car import KIND, TrainedCar, load_trained_car
-from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.track import Track
 
 VIDEO, PATH_PICTURE, CURVES, REPORT = "lap.mp4", "path.png", "curves.png", "report.html"
@@ -43,7 +42,7 @@ def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
     """Film the best policy's lap, draw its path and the run's curves, write the report; return the files by kind."""
     say("Filming the best policy's lap …")
     car = load_trained_car(run.path, "best")
-    drive = drive_laps(car, load_track(car.trained_on), laps=1)
+    drive = drive_laps(car, car.trained_on, laps=1)
     files = {
         "video": run.path / VIDEO,
         "picture": run.path / PATH_PICTURE,
@@ -66,7 +65,7 @@ def report_run(path: Path, page: Path) -> Path:
     if run.read_job().get("kind") != KIND:
         return write_report(run, page)
     car = load_trained_car(path, "best")
-    return write_report(run, page, drive_laps(car, load_track(car.trained_on), laps=1).ticks)
+    return write_report(run, page, drive_laps(car, car.trained_on, laps=1).ticks)
 
 
 def show_drive(drive: Drive, *, video: Path | None = None, picture: Path | None = None) -> None:

@@ -6,11 +6,13 @@ row repeats its first. What cannot be a circuit is refused with a letter that na
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import numpy as np
 
 from racecraft.contract.errors import TrackError
+from racecraft.tracks.catalogue import known_name, load_track
 from racecraft.tracks.look import TrackLook
 from racecraft.tracks.track import Track
 
@@ -19,6 +21,8 @@ NEARLY_CLOSED_M = 0.05
 """Ends of a line nearer than this, yet not the same, are a loop that somebody forgot to close."""
 NARROWEST_M, WIDEST_M = 0.2, 10.0
 LARGEST_M = 10_000.0
+SHORTEST_LOOP_M, SHORTEST_OPEN_M = 2.0, 1.0
+"""A car is 0.33 m long and turns within a circle of some 3 m round; an open track has room for three of them."""
 SHARPEST_TURN_DEG = 120.0
 """From one step of the centre line to the next; the catalogue's sharpest is 85."""
 
@@ -39,6 +43,18 @@ def import_track(path: str | Path, name: str = "", look: TrackLook | None = None
     track = Track.from_rows(name or Path(path).stem, rows, look=look or TrackLook())
     check_shape(track, path)
     return track
+
+
+def route_file(track: Track) -> bytes:
+    """Return a route file of a track: what `import_track` makes the same track of."""
+    table = io.BytesIO()
+    np.save(table, track.rows, allow_pickle=False)
+    return table.getvalue()
+
+
+def travels(track: Track) -> bool:
+    """Tell whether a track must go with what was done on it: the catalogue does not have it."""
+    return known_name(track.name) is None or load_track(track.name).hash() != track.hash()
 
 
 def read_rows(path: str | Path) -> np.ndarray:
@@ -102,6 +118,13 @@ def check_shape(track: Track, path: str | Path) -> None:
     if track.closed and rows < 4:
         raise TrackError(path, f"a loop of {rows} rows", "at least 4 rows for a loop, the first repeated at the end")
     _check_ends(track, path)
+    shortest = SHORTEST_LOOP_M if track.closed else SHORTEST_OPEN_M
+    if track.length < shortest:
+        raise TrackError(
+            path,
+            f"a centre line of {track.length:.3g} m", f"at least {shortest:g} m, on which a car of 0.33 m can drive",
+            "Are the numbers metres?",
+        )  # fmt: skip
     _check_widths(track, path)
     _check_order(track, path)
     for label, line in (("centre line", track.centre), ("inner border", track.inner), ("outer border", track.outer)):

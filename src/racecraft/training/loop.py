@@ -23,8 +23,9 @@ from racecraft.training.callbacks import EvaluationResult, IterationReport, Trai
 from racecraft.training.settings import EvaluationConfig
 from racecraft.training.stopping import Progress, StopCondition, reached, share_done
 
-GRACE_SECONDS = 2.0
-"""An iteration under way when its minutes are over may take this much longer; then it is broken off."""
+GRACE_SECONDS, OVERTIME = 2.0, 0.1
+"""An iteration under way when its minutes are over may take so long, and this share of them, to be finished; then it is
+broken off: with a slow reward function one may take hours."""
 LOOK_SECONDS = 0.5
 """How often, within an iteration, the clock and the stop file are looked at."""
 
@@ -367,8 +368,8 @@ class TrainingLoop:
             return
         self._looked = now
         minutes = [stop for stop in self._stops if stop.kind == "minutes"]
-        over = [stop for stop in minutes if self._seconds() > 60.0 * stop.amount + GRACE_SECONDS]
-        if over and self._iteration:
+        over = [one for one in minutes if self._seconds() > 60.0 * one.amount * (1.0 + OVERTIME) + GRACE_SECONDS]
+        if over:
             raise _BrokenOff(str(over[0]))
         if self._writer.stop_asked():
             raise _BrokenOff("asked to stop")

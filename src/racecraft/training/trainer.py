@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -87,12 +87,13 @@ class Experiment:
     """Further parts whose state every checkpoint keeps, by name."""
     warm_up: Callable[[Say], None] = lambda say: None
     """Compiles what must be compiled before the clock starts."""
-    attend: Callable[[RunFolder], contextlib.AbstractContextManager[RunAttendants]] = field(
-        default=lambda run: contextlib.nullcontext(RunAttendants())
+    attend: Callable[[RunFolder, Sequence[str]], contextlib.AbstractContextManager[RunAttendants]] = field(
+        default=lambda run, notes: contextlib.nullcontext(RunAttendants())
     )
-    """Opens what attends the training in its run folder; closed at its end."""
-    same_shape: Callable[[str, Mapping[str, Any]], None] = lambda path, metadata: None
-    """Refuses the metadata of a checkpoint whose weights are not to be begun with; hears the run's path, too."""
+    """Opens what attends the training in its run folder; closed at its end. It hears the notes, too."""
+    same_shape: Callable[[str, Mapping[str, Any]], tuple[str, ...]] = lambda path, metadata: ()
+    """Refuses the metadata of a checkpoint whose weights are not to be begun with (it hears the run's path, too); of
+    one that may be, it returns what is worth saying."""
 
 
 @dataclass(frozen=True)
@@ -134,10 +135,10 @@ def train(
     """
     learner = _learner(experiment)
     if source is not None:
-        begin_with(learner, source, experiment)
+        experiment = replace(experiment, notes=(*experiment.notes, *begin_with(learner, source, experiment)))
     _say_notes(experiment, say)
     run = _make_run(experiment, place)
-    with run.lock(), experiment.attend(run) as attendants:
+    with run.lock(), experiment.attend(run, experiment.notes) as attendants:
         session = TrainingSession(experiment, run, learner, callback, attendants, say)
         return run, session.run()
 
@@ -150,7 +151,7 @@ def resume(experiment: Experiment, run: RunFolder, callback: TrainingCallback, s
     """
     learner = _learner(experiment)
     _say_notes(experiment, say)
-    with run.lock(), experiment.attend(run) as attendants:
+    with run.lock(), experiment.attend(run, experiment.notes) as attendants:
         session = TrainingSession(experiment, run, learner, callback, attendants, say)
         session.restore()
         return session.run()
@@ -237,8 +238,11 @@ def checkpoint_metadata(experiment: Experiment, learner: Learner) -> dict[str, A
     }
 
 
-def begin_with(learner: Learner, source: str, experiment: Experiment) -> None:
+def begin_with(learner: Learner, source: str, experiment: Experiment) -> tuple[str, ...]:
     """Give a learner the weights of an earlier run; its optimiser starts from zero, and so do all counts.
+
+    Returns:
+        What is worth saying about them, a clause each.
 
     Raises:
         RunFolderError: No such run, a run of another kind, or a network of another shape.
@@ -248,7 +252,7 @@ def begin_with(learner: Learner, source: str, experiment: Experiment) -> None:
     run = RunFolder.open(path)
     run.read_job_of(experiment.kind)
     weights, metadata = Checkpoints(run.checkpoints).load_policy(which)
-    experiment.same_shape(path, metadata)
+    notes = experiment.same_shape(path, metadata)
     mine = learner.state_dict()["network"]
     for name in sorted(set(mine) | set(weights)):
         here = tuple(mine[name].shape) if name in mine else "absent"
@@ -260,6 +264,7 @@ def begin_with(learner: Learner, source: str, experiment: Experiment) -> None:
                 "afresh."
             )
     learner.load_state_dict({"network": to_tensors(weights)})
+    return notes
 
 
 def summary_of(outcome: Outcome, run: RunFolder, seed: int) -> dict[str, Any]:

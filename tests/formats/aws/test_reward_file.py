@@ -49,6 +49,11 @@ def test_our_own_reward_pays_by_bands_of_the_width(tmp_path):
         ("numpy.bool_(True)", 1.0),
         ("numpy.array(1.5)", 1.5),
         ("1e5", 1e5),
+        ("'1.0'", 1.0),
+        ("' 2e1 '", 20.0),
+        ("numpy.ones(1)", 1.0),
+        ("numpy.full((1, 1), 2.5)", 2.5),
+        ("__import__('decimal').Decimal('0.5')", 0.5),
     ],
 )
 def test_every_kind_of_number_becomes_a_float(tmp_path, text, number):
@@ -121,17 +126,25 @@ PARAMS = {"x": 1.25, "waypoints": [(0.0, float(k)) for k in range(119)]}
 HEAD = "import numpy\ndef deep(n): return deep(n - 1) if n else numpy.zeros(0)[3]\n"
 FAILING = [  # body, line, found
     ("    return None", 3, "returned None, of type NoneType"),
-    ("    return '1.0'", 3, "returned '1.0', of type str"),
+    ("    return 'one'", 3, "returned 'one', of type str"),
+    ("    return 'nan'", 3, "returned nan"),
+    ("    return 10**400", 3, "too large for a number"),
+    ("    return 10**5000", 3, "a value that cannot be shown"),
     ("    return [1.0]", 3, "of type list"),
     ("    return float('nan')", 3, "returned nan"),
     ("    return float('-inf')", 3, "returned -inf"),
     ("    return 100001", 3, "returned 100001"),
-    ("    return numpy.ones(1)", 3, "of type ndarray"),
+    ("    return numpy.ones(2)", 3, "of type ndarray"),
+    ("    return {}", 3, "returned {}, of type dict"),
     ("    return 1j", 3, "of type complex"),
     ("    pay = 1\n    return pay / 0", 5, "ZeroDivisionError: division by zero"),
     ("    return params['heading']", 4, "KeyError: 'heading'"),
     ("    return deep(3)", 2, "IndexError: index 3"),
     ("    exit(1)", 4, "SystemExit: 1"),
+    ("    raise KeyboardInterrupt", 4, "KeyboardInterrupt"),
+    ("    import sys\n    sys.exit('over')", 5, "SystemExit: over"),
+    ("    raise GeneratorExit('x')", 4, "GeneratorExit: x"),
+    ("    import shapely_missing", 4, "`python -m pip install shapely_missing`"),
     ("    return reward_function(params)", 4, "RecursionError"),
 ]
 
@@ -147,6 +160,28 @@ def test_a_failing_reward_gets_a_letter_with_line_and_parameters(tmp_path, body,
     assert "expected a number" in letter
     assert "x = 1.25" in letter
     assert "waypoints = [(0.0, 0.0), (0.0, 1.0), ... 119 in all]" in letter
+
+
+def test_a_persons_ctrl_c_is_no_fault_of_the_reward(tmp_path):
+    press = "import signal\ndef reward_function(p):\n    signal.raise_signal(signal.SIGINT)\n    return 1\n"
+    with pytest.raises(KeyboardInterrupt):
+        loaded(tmp_path, press).call({})
+    with pytest.raises(KeyboardInterrupt):
+        loaded(tmp_path, press + "reward_function(1)\n")
+
+
+def test_a_reward_that_hangs_is_ended_with_the_line_it_was_in(tmp_path):
+    text = "def reward_function(p):\n    k = 0\n    while True:\n        k += 1\n"
+    with pytest.raises(RewardError) as caught:
+        load_reward_function(written(tmp_path, text), seconds=0.1).call({"x": 1})
+    assert "reward_function had not returned after 0.1 s" in str(caught.value)
+    assert str(caught.value).partition(": ")[0] in [f"{tmp_path / 'reward_function.py'}:{line}" for line in (3, 4)]
+
+
+def test_a_file_that_hangs_while_it_is_imported_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("racecraft.formats.aws.reward_file.IMPORT_SECONDS", 0.1)
+    with pytest.raises(RewardFileError, match=r"had not returned after 0\.1 s while it was imported"):
+        loaded(tmp_path, "while True:\n    pass\n")
 
 
 def test_a_parameter_that_is_not_there_is_named_with_the_nearest(tmp_path):
@@ -173,6 +208,11 @@ UNLOADABLE = [  # text, line, found, helped by
     ("x = 1\ny = x / 0\n", 2, "ZeroDivisionError", "can be imported"),
     ("import sys\nsys.exit(3)\n", 2, "SystemExit", "can be imported"),
     ("def reward_funktion(params):\n    return 1\n", None, "no function", "Did you mean 'reward_funktion'"),
+    ("x = 1\nraise KeyboardInterrupt\n", 2, "KeyboardInterrupt", "can be imported"),
+    ("import os\nos._exit(3)\n", 2, "`os._exit` would end the whole training at once", "Take it out"),
+    ("from os import _exit\ndef reward_function(p):\n    _exit(0)\n", 1, "`os._exit`", "Take it out"),
+    ("from scipy_missing import x\n", 1, "ModuleNotFoundError", "`python -m pip install scipy_missing`"),
+    ("import sklearn_missing, PIL_.x\n", 1, "No module named 'sklearn_missing'", "or put sklearn_missing.py beside"),
     ("reward = 3\n", None, "no function `reward_function`", "def reward_function(params)"),
     ("reward_function = 3\n", None, "`reward_function` is 3", "def reward_function(params)"),
     ("def reward_function():\n    return 1\n", 1, "`reward_function()`", "`def reward_function(params):`"),

@@ -86,6 +86,28 @@ def test_a_new_file_asks_for_what_is_the_default_anyway(tmp_path):
     assert (asked.track, asked.clone_from, asked.stops, asked.start_offset) == ("reinvent_base", None, (), 0.0)
 
 
+@pytest.mark.parametrize(
+    ("line", "named"),
+    [
+        ("DR_CAR_COLOR=Red", False), ("DR_CAR_COLOR=red", False), ("DR_CAR_COLOR=Blue", True),
+        ("DR_EVAL_OFF_TRACK_PENALTY=5", False), ("DR_EVAL_OFF_TRACK_PENALTY=3.0", True),
+        ("DR_EVAL_IS_CONTINUOUS=true", False), ("DR_EVAL_IS_CONTINUOUS=False", True),
+        ("DR_DISPLAY_NAME=FastCar", False), ("DR_CAR_NAME=Zoom\nDR_DISPLAY_NAME=Zoom", False),
+        ("DR_DISPLAY_NAME=Zoom", True), ("DR_LOCAL_S3_METRICS_PREFIX=rl-deepracer-sagemaker/metrics", False),
+        ("DR_UPLOAD_S3_PREFIX=rl-deepracer-sagemaker-1", False), ("DR_OA_OBJECT_POSITIONS=0.2,-1", True),
+    ],
+)  # fmt: skip
+def test_only_what_differs_from_its_default_is_said_not_to_be_used(tmp_path, line, named):
+    name = line.split("\n")[-1].partition("=")[0]
+    assert (name in "".join(race_environment(folder_with(tmp_path, line)).notes)) == named
+
+
+def test_a_new_file_has_nothing_that_is_kept_and_not_used(tmp_path):
+    for file in ("run", "system"):
+        notes = race_environment(folder_with(tmp_path, run_env_text(file))).notes
+        assert not [note for note in notes if "not used yet" in note]
+
+
 def test_system_env_is_read_first_and_worker_files_are_named(tmp_path):
     folder = folder_with(tmp_path, "DR_TRAIN_MIN_EVAL_TRIALS=2")
     (folder / "system.env").write_text("DR_WORLD_NAME=Oval_track\nDR_TRAIN_MIN_EVAL_TRIALS=9\n")

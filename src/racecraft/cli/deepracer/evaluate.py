@@ -46,6 +46,7 @@ def evaluate(
 
         racecraft evaluate runs/reinvent_base-1 --checkpoint last --track Oval_track --laps 5 --json
     """
+    from racecraft.analysis.video import film_path
     from racecraft.cli.output import print_json, say
     from racecraft.formats.run_folder import RunFolder
     from racecraft.players.deepracer.trained_car import load_trained_car
@@ -53,9 +54,11 @@ def evaluate(
     from racecraft.tracks.catalogue import load_track
     from racecraft.training.deepracer.aws.evaluation import write_aws_evaluation
 
+    if video is not None:
+        film_path(video)  # refused before the drive, not after it
     asked = RunFolder.open(run).read_job().get("evaluate", {})
     car = load_trained_car(run, checkpoint or asked.get("checkpoint", CHECKPOINT))
-    circuit = load_track(track or car.trained_on)
+    circuit = load_track(track) if track else car.trained_on
     drive = drive_laps(car, circuit, laps or asked.get("laps", LAPS))
     picture = picture or car.run.evaluations / f"{circuit.name}-{car.checkpoint.iteration}.png"
     if video is not None:

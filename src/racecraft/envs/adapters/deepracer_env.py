@@ -91,9 +91,11 @@ def race_world(
         UserInputError: A track, file, action or setting that cannot be used.
     """
     if reward is None:
-        paid: Reward = stay_near_the_centre
+        paid: Reward | list[Reward] = stay_near_the_centre
+    elif callable(reward):
+        paid = reward
     else:
-        paid = reward if callable(reward) else load_reward_function(reward).call
+        paid = [copy.call for copy in load_reward_function(reward).copies(num_cars)]
     return RaceWorld(
         load_track(track),
         _table(actions),

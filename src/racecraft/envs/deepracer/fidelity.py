@@ -122,8 +122,11 @@ DEPARTURES = (
 
 KEPT_IN_BOTH = (
     "Reward and ending speak of the pose the action was chosen at, one tick before the action shows.",
-    "`steps` is a float that a racer first sees as 2.0; `x`, `y` are the front of the car; `speed` and "
-    "`steering_angle` are commands.",
+    "`steps` is a float that a racer first sees as 2.0, so that a reward which waits for 1 (or 0) waits for ever; "
+    "`x`, `y` are the front of the car; `speed` and `steering_angle` are commands.",
+    "In a time trial the lists of objects are empty and `closest_objects` is [0, 0].",
+    "Globals, class state and function attributes of a reward belong to one car, as they did to one worker, and last "
+    "over its episodes.",
 )
 """Oddities that racers' files rely on."""
 
@@ -135,6 +138,8 @@ NOT_EMULATED = (
     "there on its waypoint numbers are one higher. simapp 6.0.5 leaves it out, and so do ours.",
     "An evaluation of as many episodes as fit into the trainer's wait. Ours has a fixed number.",
     "A whole job lost to one reward error, one not-a-number or a missing frame. Ours stops and keeps what was learned.",
+    "A reward that never returns. Ours is ended after race.reward_seconds, with its line.",
+    "A reward that keeps its state over a break: a resumed run loads it anew, and says so where it may keep any.",
 )
 """What would be dishonest, or of no use, to rebuild."""
 

@@ -30,6 +30,9 @@ class RaceConfig:
     )
     change_start: bool = setting(True, "Whether training starts advance round the track at all.")
     reverse: bool = setting(False, "Drive the track in the opposite direction.")
+    reward_seconds: float = setting(
+        5.0, "A call of the reward function that lasts longer ends the training with a letter.", unit="s", low=0.01
+    )
     fidelity: str = setting(
         "sane",
         "Whose habits the world has where the original's are bugs: `racecraft.envs.deepracer.fidelity` lists each.",

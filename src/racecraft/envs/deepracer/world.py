@@ -47,7 +47,8 @@ class RaceWorld:
     Args:
         track: The circuit, in driving direction.
         actions: What a car can be told.
-        reward: Called once a car and tick, in the order of the cars; None gives no reward.
+        reward: Called once a car and tick, in the order of the cars; one for all, or one for each, N of them; None
+            gives no reward.
         race_config: How episodes start and end.
         camera_config: Size of the frame.
         num_cars: N.
@@ -60,7 +61,7 @@ class RaceWorld:
         self,
         track: Track,
         actions: ActionTable,
-        reward: RewardFunction | None = None,
+        reward: RewardFunction | Sequence[RewardFunction] | None = None,
         *,
         race_config: RaceConfig = RaceConfig(),  # noqa: B008 (frozen)
         camera_config: CameraConfig = CameraConfig(),  # noqa: B008 (frozen)
@@ -71,6 +72,8 @@ class RaceWorld:
     ) -> None:
         self.track = track.reversed() if race_config.reverse else track
         self.actions = actions
+        if isinstance(reward, Sequence) and len(reward) != num_cars:
+            raise ContractError(f"{len(reward)} reward functions were given; expected one for all or {num_cars}")
         self.reward = reward
         self.camera = Camera(build_scene(self.track), camera_config.width, camera_config.height, mount)
         self.reports = np.zeros(num_cars, race.TICK_REPORT)
@@ -209,8 +212,9 @@ class RaceWorld:
     def _call_reward(self, rewards: Array) -> None:
         assert self.reward is not None
         called = ~np.isin(self.reports["status"], (race.PREPARE, race.PARK))
-        for n, params in zip(np.flatnonzero(called), self._params.of(self.reports[called]), strict=True):
-            rewards[n] = self.reward(params)
+        of_car = [self.reward] * len(rewards) if callable(self.reward) else self.reward
+        for n, params in zip(np.flatnonzero(called).tolist(), self._params.of(self.reports[called]), strict=True):
+            rewards[n] = of_car[n](params)
 
     def _keep_episodes(self, rewards: Array) -> None:
         self._reward_sums += rewards

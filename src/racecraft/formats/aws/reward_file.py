@@ -1,55 +1,90 @@
 """`reward_function.py`: what a car is paid for. The user's own file, run unchanged.
 
 Begin with `load_reward_function`; it gives a `RewardFunction`, whose `call` turns one dictionary of parameters into one
-number or into a letter to the author: file, line, exception, and the parameters of that moment.
+number or into a letter to the author: file, line, exception, and the parameters of that moment. `copies` gives each car
+one of its own, with globals, class state and modules beside the file of its own, as each worker had at AWS.
 
-The file is compiled under its real name, so tracebacks and debuggers find its lines. Its folder is importable, so
-helper modules may stand beside it. Its module lives as long as the function, so global state lasts over episodes.
-`print` is replaced in the module's own names, which costs nothing per call, so prints can go to the run's log.
+The file is compiled under its real name, so tracebacks and debuggers find its lines. `print` is replaced in the
+module's own names, which costs nothing per call, so prints can go to the run's log.
 
-Source of the checks on what is returned: facts: simapp `rollout_agent_ctrl.py`.
+    reward_source.py     what the file says, before it is run
+    reward_analysis.py   what its text tells
+    reward_modules.py    how a copy is loaded
+    time_limit.py        how a call that hangs is ended
+
+What is taken for a number is what AWS took: whatever `float()` makes one of (facts: simapp `rollout_agent_ctrl.py`).
 """
 
 from __future__ import annotations
 
 import builtins
-import importlib
 import inspect
 import itertools
 import math
 import sys
-import tokenize
 import traceback
 import types
 import warnings
 from collections.abc import Callable, Mapping
-from io import BytesIO
+from dis import opname
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
 from racecraft.contract.errors import RewardError, RewardFileError, nearest
+from racecraft.formats.aws.reward_examples import Params, default_reward_source, example_situations
+from racecraft.formats.aws.reward_modules import RewardModules
+from racecraft.formats.aws.reward_source import KIND, RewardSource, how_to_install, read_reward_source
+from racecraft.formats.aws.time_limit import CallTooLongError, TimeLimit
+
+__all__ = [
+    "MAX_REWARD",
+    "RewardFunction",
+    "default_reward_source",
+    "example_situations",
+    "load_reward_function",
+    "validate",
+]
 
 MAX_REWARD = 1e5
 """Largest size of a reward; AWS ends the training beyond it."""
+CALL_SECONDS = 5.0
+"""How long a call may last where nothing else is said; AWS's validator had the same limit."""
+IMPORT_SECONDS = 120.0
+"""How long loading may last: a first import of a large package takes its time."""
 
-Params = dict[str, Any]
-_KIND = "a Python file with `def reward_function(params):` that returns a number"
 _numbers = itertools.count()
-_siblings: set[str] = set()
 
 
 class RewardFunction:
     """A user's reward function, ready to be called.
 
     Attributes:
-        path: The file it came from.
-        source: The file's text, as it was when it was loaded.
-        output: Where its prints go; None is standard output.
+        source: What the file says, and the modules beside it; as they were when it was loaded.
+        output: Where its prints go, and those of copies made of it; None is standard output.
     """
 
-    def __init__(self, path: Path, source: str, function: Callable[[Params], Any], output: TextIO | None) -> None:
-        self.path, self.source, self.output = path, source, output
-        self._function = function
+    def __init__(
+        self, source: RewardSource, modules: RewardModules, limit: TimeLimit, family: RewardFunction | None = None
+    ) -> None:
+        self.source = source
+        self.output: TextIO | None = None
+        self._modules, self._limit, self._family = modules, limit, family
+        self._function: Callable[[Params], Any] = _nothing
+
+    @property
+    def path(self) -> Path:
+        """The file it came from."""
+        return self.source.path
+
+    def copies(self, count: int) -> list[RewardFunction]:
+        """Return one for each car: with state of its own where the file may keep any, else this one, shared.
+
+        Raises:
+            RewardFileError: The file, which could be loaded once, cannot be loaded again.
+        """
+        if self.source.analysis.state is None:
+            return [self] * count
+        return [self._copy() for _ in range(count)]
 
     def call(self, params: Params) -> float:
         """Return the reward for one tick.
@@ -58,11 +93,13 @@ class RewardFunction:
             params: The parameters of AWS, in the units of AWS; the user's function may change the dictionary.
 
         Raises:
-            RewardError: The function raised, or returned something that is no finite number within ±1e5.
+            RewardError: The function raised, hung, or returned something that is no finite number within ±1e5.
         """
         try:
-            value = self._function(params)
-        except (Exception, SystemExit) as error:
+            value = self._limit.call(self._function, params)
+        except BaseException as error:
+            if isinstance(error, KeyboardInterrupt) and not _raised_by_its_author(error):
+                raise
             self._report(error, params)
         if type(value) is float and -MAX_REWARD <= value <= MAX_REWARD:
             return value
@@ -71,81 +108,120 @@ class RewardFunction:
     def print(self, *values: object, sep: str | None = " ", end: str | None = "\n", **options: Any) -> None:
         """Stand in for `print` inside the user's module."""
         if options.get("file") is None:
-            options["file"] = self.output
+            options["file"] = self.output if self._family is None else self._family.output
         builtins.print(*values, sep=sep, end=end, **options)
 
+    def _copy(self) -> RewardFunction:
+        copy = RewardFunction(self.source, self._modules, self._limit, self._family or self)
+        copy._load(lambda *values, **options: None)  # what it prints while it is loaded has been said once
+        return copy
+
+    def _load(self, say: Callable[..., None]) -> None:
+        """Run the user's module and find its function; `say` prints meanwhile."""
+        printing = [say]
+        name = f"racecraft_reward_{next(_numbers)}"
+        try:
+            module = self._limit.call(
+                lambda name: self._modules.load(name, lambda *values, **options: printing[0](*values, **options)),
+                name,
+                IMPORT_SECONDS,
+            )
+            vars(module)["print"] = self.print
+            printing[0] = self.print
+            self._function = _find_function(self.source, module)
+        except BaseException as error:
+            sys.modules.pop(name, None)
+            if isinstance(error, RewardFileError) or (
+                isinstance(error, KeyboardInterrupt) and not _raised_by_its_author(error)
+            ):
+                raise
+            self._refuse_import(error)
+
+    def _refuse_import(self, error: BaseException) -> NoReturn:
+        raised, found = _what_was_raised(error, IMPORT_SECONDS)
+        inside = _lines_in(raised, self.path)
+        cure = ""
+        if isinstance(raised, ModuleNotFoundError):
+            cure = how_to_install(raised.name or "", self.path)
+        raise RewardFileError(
+            self.path, f"{found} while it was imported", "a module that can be imported", cure,
+            line=inside[-1] if inside else None,
+        ) from raised  # fmt: skip
+
     def _as_reward(self, value: Any, params: Params) -> float:
-        number = None
-        if hasattr(type(value), "__float__") and not getattr(value, "shape", ()):
-            number = float(value)
-        if number is None:
-            found = f"returned {_short(value)}, of type {type(value).__name__}"
-        elif not math.isfinite(number):
-            found = f"returned {number}"
-        elif abs(number) > MAX_REWARD:
+        found = f"returned {_short(value)}, of type {type(value).__name__}"
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # NumPy's of arrays of one number, which float() takes
+                number = float(value.item() if getattr(value, "size", 0) == 1 and hasattr(value, "item") else value)
             found = f"returned {number:g}"
-        else:
+        except (TypeError, ValueError):
+            number = math.nan
+        except OverflowError:
+            number, found = math.inf, f"returned {_short(value)}, too large for a number"
+        if -MAX_REWARD <= number <= MAX_REWARD:
             return number
-        line = self._last_line()
         raise RewardError(
-            f"{self.path}:{line}: reward_function {found}; expected a number from -1e5 to 1e5. "
+            f"{self.path}:{self._first_line()}: reward_function {found}; expected a number from -1e5 to 1e5. "
             f"Make every path through the function return such a number.\n{_pretty(params)}"
         )
 
     def _report(self, error: BaseException, params: Params) -> NoReturn:
-        frames = traceback.extract_tb(error.__traceback__)
-        inside = [frame for frame in frames if frame.filename == str(self.path)]
-        line = inside[-1].lineno if inside else self._last_line()
-        lines = self.source.splitlines()
-        text = lines[line - 1].strip() if line and line <= len(lines) else ""
-        deeper = frames[-1]
-        elsewhere = "" if deeper.filename == str(self.path) else f" (raised in {deeper.filename}:{deeper.lineno})"
-        found = f"reward_function raised {type(error).__name__}: {error}{elsewhere}"
+        raised, found = _what_was_raised(error, self._limit.seconds)
+        inside = _lines_in(raised, self.path)
+        line = inside[-1] if inside else self._first_line()
+        lines = self.source.text.splitlines()
+        text = lines[line - 1].strip() if 0 < line <= len(lines) else ""
         cure = "Mend this line, or guard it against these parameters."
-        if isinstance(error, KeyError) and error.args and isinstance(error.args[0], str) and params:
-            cure = f"{nearest(error.args[0], params)} {cure}"
+        if isinstance(error, CallTooLongError):
+            cure = "Mend the loop that it was in, or allow a call more time with --set race.reward_seconds=60."
+        elif isinstance(raised, KeyError) and raised.args and isinstance(raised.args[0], str) and params:
+            cure = f"{nearest(raised.args[0], params)} {cure}"
+        elif isinstance(raised, ModuleNotFoundError):
+            cure = how_to_install(raised.name or "", self.path)
+        elsewhere = "" if isinstance(error, CallTooLongError) else _elsewhere(raised, self.path)
         raise RewardError(
-            f"{self.path}:{line}: {found}; expected a number. {cure}\n    {text}\n{_pretty(params)}"
-        ) from error
+            f"{self.path}:{line}: reward_function {found}{elsewhere}; expected a number. {cure}\n    {text}\n"
+            f"{_pretty(params)}"
+        ) from raised
 
-    def _last_line(self) -> int:
+    def _tell_stuck(self, thread: int) -> None:
+        """Say that a call sits where nothing can end it; called from the time limit's own thread."""
+        frame = sys._current_frames().get(thread)
+        while frame is not None and frame.f_code.co_filename != str(self.path):
+            frame = frame.f_back
+        place = f"{self.path}" + (f":{frame.f_lineno}" if frame is not None else "")
+        builtins.print(f"{place}: does not return and cannot be ended here; Ctrl-C ends the training.", file=sys.stderr)
+
+    def _first_line(self) -> int:
         code = getattr(inspect.unwrap(self._function), "__code__", None)
         return code.co_firstlineno if code is not None else 1
 
 
-def load_reward_function(path: str | Path, output: TextIO | None = None) -> RewardFunction:
+def load_reward_function(
+    path: str | Path | RewardSource, output: TextIO | None = None, seconds: float = CALL_SECONDS
+) -> RewardFunction:
     """Load a user's reward function: `def reward_function(params)`, or `reward = Reward()` with such a method.
 
     Running it runs the user's code with the rights of this process; load only what its owner asked to run.
 
     Args:
-        path: The user's file.
+        path: The user's file, or what was read of it.
         output: Where its prints go; None is standard output. May be changed later.
+        seconds: How long a call may last, s.
 
     Raises:
-        RewardFileError: The file is missing or empty, does not compile, fails while it is imported, or holds no
-            reward function of one parameter.
+        RewardFileError: The file is missing or empty, does not compile, would end the process, fails while it is
+            imported, or holds no reward function of one parameter.
     """
-    path = Path(path)
-    source = _read_source(path)
-    code = _compiled(path, source)
-    reward = RewardFunction(path, source, lambda params: 0.0, output)
-    module = types.ModuleType(f"racecraft_reward_{next(_numbers)}")
-    module.__file__ = str(path)
-    vars(module)["print"] = reward.print
-    sys.modules[module.__name__] = module
-    try:
-        _run(path, code, module, reward)
-        reward._function = _find_function(path, source, module)
-    except BaseException:
-        del sys.modules[module.__name__]
-        raise
+    source = path if isinstance(path, RewardSource) else read_reward_source(path)
+    modules = RewardModules(source.path, source.code, source.modules)
+    limit = TimeLimit(seconds)
+    reward = RewardFunction(source, modules, limit)
+    limit.stuck = reward._tell_stuck
+    reward.output = output
+    reward._load(reward.print)
     return reward
-
-
-def default_reward_source() -> str:
-    """Return our own reward function, as text for a new file: the nearer to the centre line, the more."""
-    return _DEFAULT_SOURCE
 
 
 def validate(reward: RewardFunction) -> dict[str, float]:
@@ -159,121 +235,65 @@ def validate(reward: RewardFunction) -> dict[str, float]:
     return {name: reward.call(params) for name, params in example_situations().items()}
 
 
-def example_situations() -> dict[str, Params]:
-    """Return the parameters of a car on a round track, 8 m across, in some moments of a lap."""
-    return {
-        "at the start": _situation(),
-        "on the way": _situation(progress=35.0, steps=80.0, speed=2.0, steering_angle=-15.0),
-        "near the border": _situation(offset=0.45, progress=50.0, steps=120.0, all_wheels_on_track=False),
-        "off the track": _situation(offset=0.7, progress=60.0, all_wheels_on_track=False, is_offtrack=True),
-        "an object ahead": _situation(
-            progress=70.0,
-            closest_objects=[0, 0],
-            objects_location=[[0.0, 4.0]],
-            objects_left_of_center=[True],
-            objects_distance=[6.3],
-            objects_distance_from_center=[0.2],
-            objects_heading=[0.0],
-            objects_speed=[0.0],
-            object_in_camera=True,
-        ),
-        "lap complete": _situation(progress=100.0, steps=250.0),
-    }
+def _nothing(params: Params) -> float:
+    return 0.0
 
 
-def _read_source(path: Path) -> str:
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise RewardFileError(
-            path, "there is no such file", _KIND, "`racecraft new` writes one to begin with."
-        ) from None
-    except OSError as error:
-        raise RewardFileError(path, f"the file cannot be read ({error.strerror})", _KIND) from error
-    if not data.strip():
-        raise RewardFileError(path, "the file is empty", _KIND, "`racecraft new` writes one to begin with.")
-    try:
-        encoding, _ = tokenize.detect_encoding(BytesIO(data).readline)
-        return data.decode(encoding)
-    except (SyntaxError, UnicodeDecodeError, LookupError) as error:
-        raise RewardFileError(path, f"no text that Python reads ({error})", "a text file in UTF-8") from None
-
-
-def _compiled(path: Path, source: str) -> types.CodeType:
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", SyntaxWarning)
-            warnings.simplefilter("ignore", DeprecationWarning)
-            return compile(source.removeprefix("\ufeff"), str(path), "exec", dont_inherit=True)
-    except SyntaxError as error:
-        text = (error.text or "").strip()
-        near = f" in `{text}`" if text else ""
-        raise RewardFileError(path, f"{error.msg}{near}", "valid Python", line=error.lineno) from None
-    except ValueError as error:
-        raise RewardFileError(path, f"no Python ({error})", "valid Python") from None
-
-
-def _run(path: Path, code: types.CodeType, module: types.ModuleType, reward: RewardFunction) -> None:
-    """Run the user's module once, with its folder importable, and lead the prints of its siblings the same way."""
-    folder = str(path.resolve().parent)
-    for name in _siblings:
-        sys.modules.pop(name, None)
-    _siblings.clear()
-    importlib.invalidate_caches()
-    before = set(sys.modules)
-    sys.path.insert(0, folder)
-    try:
-        exec(code, vars(module))
-    except (Exception, SystemExit) as error:
-        inside = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
-        line = inside[-1].lineno if inside else None
-        cure = ""
-        if isinstance(error, ModuleNotFoundError):
-            cure = f"Install '{error.name}' into this environment, or put {error.name}.py beside the file."
-        found = f"{type(error).__name__} while it was imported: {error}"
-        raise RewardFileError(path, found, "a module that can be imported", cure, line=line) from error
-    finally:
-        sys.path.remove(folder)
-        _adopt_siblings(Path(folder), set(sys.modules) - before, reward)
-    if folder not in sys.path:
-        sys.path.append(folder)  # for imports inside functions; last, so that nobody else's names are taken
-
-
-def _adopt_siblings(folder: Path, new: set[str], reward: RewardFunction) -> None:
-    for name in new:
-        module = sys.modules.get(name)
-        origin = getattr(module, "__file__", None)
-        top = name.split(".")[0]
-        if module is not None and origin and Path(origin).resolve().is_relative_to(folder):
-            beside = (folder / f"{top}.py").exists() or (folder / top / "__init__.py").exists()
-            if beside:
-                _siblings.add(name)
-                vars(module).setdefault("print", reward.print)
-
-
-def _find_function(path: Path, source: str, module: types.ModuleType) -> Callable[[Params], Any]:
+def _find_function(source: RewardSource, module: types.ModuleType) -> Callable[[Params], Any]:
     function = getattr(module, "reward_function", None)
     if function is None:
         function = getattr(getattr(module, "reward", None), "reward_function", None)
     if function is None:
-        names = [name for name, value in vars(module).items() if callable(value) and not name.startswith("_")]
-        names = [name for name in names if getattr(vars(module)[name], "__module__", None) == module.__name__]
-        if hasattr(getattr(module, "Reward", None), "reward_function"):
-            cure = "Add the line `reward = Reward()` at the end."
-        else:
-            cure = f"{nearest('reward_function', names)} Rename it." if names else ""
-        raise RewardFileError(path, "there is no function `reward_function`", _KIND, cure, key="reward_function")
+        raise RewardFileError(
+            source.path, "there is no function `reward_function`", KIND, _how_to_name(module), key="reward_function"
+        )
     if not callable(function):
-        raise RewardFileError(path, f"`reward_function` is {_short(function)}", _KIND, key="reward_function")
+        raise RewardFileError(source.path, f"`reward_function` is {_short(function)}", KIND, key="reward_function")
     try:
         inspect.signature(function).bind({})
     except TypeError:
         line = getattr(getattr(function, "__code__", None), "co_firstlineno", None)
         found = f"`reward_function{inspect.signature(function)}` cannot be called with one parameter"
-        raise RewardFileError(path, found, "`def reward_function(params):`", line=line, key="reward_function") from None
+        raise RewardFileError(
+            source.path, found, "`def reward_function(params):`", line=line, key="reward_function"
+        ) from None
     except ValueError:
         pass  # a compiled function hides its parameters; the first call will tell
     return function
+
+
+def _how_to_name(module: types.ModuleType) -> str:
+    names = [name for name, value in vars(module).items() if callable(value) and not name.startswith("_")]
+    names = [name for name in names if getattr(vars(module)[name], "__module__", None) == module.__name__]
+    if hasattr(getattr(module, "Reward", None), "reward_function"):
+        return "Add the line `reward = Reward()` at the end."
+    return f"{nearest('reward_function', names)} Rename it." if names else ""
+
+
+def _what_was_raised(error: BaseException, seconds: float) -> tuple[BaseException, str]:
+    """Return the user's own exception, and what happened as a clause."""
+    if isinstance(error, CallTooLongError):
+        return error.__cause__ or error, f"had not returned after {seconds:g} s"
+    return error, f"raised {type(error).__name__}: {error}"
+
+
+def _raised_by_its_author(error: BaseException) -> bool:
+    """Tell a `raise` that stands in the code from a person's Ctrl-C."""
+    place = error.__traceback__
+    while place is not None and place.tb_next is not None:
+        place = place.tb_next
+    return place is not None and opname[place.tb_frame.f_code.co_code[place.tb_lasti]] == "RAISE_VARARGS"
+
+
+def _lines_in(error: BaseException, path: Path) -> list[int]:
+    """Return the lines of a file that an exception came through, outermost first."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return [frame.lineno for frame in frames if frame.filename == str(path) and frame.lineno]
+
+
+def _elsewhere(error: BaseException, path: Path) -> str:
+    deeper = traceback.extract_tb(error.__traceback__)[-1]
+    return "" if deeper.filename == str(path) else f" (raised in {deeper.filename}:{deeper.lineno})"
 
 
 def _pretty(params: Mapping[str, Any]) -> str:
@@ -292,70 +312,8 @@ def _short(value: Any) -> str:
     """
     if isinstance(value, list | tuple) and len(value) > 6:
         return f"[{value[0]!r}, {value[1]!r}, ... {len(value)} in all]"
-    text = repr(value)
+    try:
+        text = repr(value)
+    except Exception as error:
+        return f"a value that cannot be shown ({error})"
     return text if len(text) <= 200 else f"{text[:200]}..."
-
-
-def _situation(offset: float = 0.1, **changes: Any) -> Params:
-    """Return the parameters of a car `offset` metres right of the centre line of a round track."""
-    corners = 40
-    circle = [
-        (4 * math.sin(2 * math.pi * k / corners), -4 * math.cos(2 * math.pi * k / corners)) for k in range(corners)
-    ]
-    params: Params = {
-        "all_wheels_on_track": True,
-        "x": 0.0,
-        "y": -4.0 - offset,
-        "heading": 0.0,
-        "distance_from_center": offset,
-        "projection_distance": 0.0,
-        "progress": 0.4,
-        "steps": 2.0,
-        "speed": 1.0,
-        "steering_angle": 0.0,
-        "track_width": 1.0,
-        "track_length": 25.1,
-        "waypoints": [*circle, circle[0]],
-        "closest_waypoints": [0, 1],
-        "is_left_of_center": False,
-        "is_reversed": False,
-        "is_crashed": False,
-        "is_offtrack": False,
-        "closest_objects": [0, 0],
-        "objects_location": [],
-        "objects_left_of_center": [],
-        "objects_distance": [],
-        "objects_distance_from_center": [],
-        "objects_heading": [],
-        "objects_speed": [],
-        "object_in_camera": False,
-        "sim_time": 1.0,
-    }
-    return {**params, **changes}
-
-
-_DEFAULT_SOURCE = '''\
-"""Pay the car for staying near the centre line.
-
-`params` tells where the car is and what it does at this moment; the number returned is its pay for this moment.
-Change the shares and the pay below, train again, and see what the car makes of it.
-"""
-
-
-def reward_function(params):
-    """Return the reward for one tick."""
-    # How far the car is from the centre line, in metres, and how wide the track is here.
-    distance = params["distance_from_center"]
-    width = params["track_width"]
-
-    # Three bands round the centre line: the nearer, the more.
-    if distance <= 0.10 * width:
-        return 1.0
-    if distance <= 0.25 * width:
-        return 0.5
-    if distance <= 0.50 * width:
-        return 0.1
-
-    # Beyond the border: next to nothing, but not zero, so that less bad is still told from worse.
-    return 1e-3
-'''

@@ -131,7 +131,7 @@ def read_run_env(*paths: str | Path, expand: bool = True) -> RunEnv:
             match = _LINE.match(line)
             if match is None:
                 raise RunEnvError(path, f"{line.strip()[:60]!r}", _KIND, line=number)
-            where = f"{path}:{number}"
+            where = f"{path.name}:{number}"
             name = _known_name(match[1], where, notes)
             value, quote = _unquoted(match[2])
             if expand and quote not in ("'", "\u2018"):

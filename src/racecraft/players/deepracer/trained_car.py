@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from racecraft.contract.errors import TrackError
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.camera import CameraMount
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
@@ -17,6 +18,8 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import TrainedPolicy, load_policy
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import from_dictionary
+from racecraft.tracks.catalogue import load_track
+from racecraft.tracks.importer import import_track
 from racecraft.tracks.track import Track
 
 KIND = "deepracer"
@@ -35,8 +38,8 @@ class TrainedCar:
     actions: ActionTable
     version: str | None
     """Version in its metadata; decides where the camera sits."""
-    trained_on: str
-    """Track it was trained on: a name, or a waypoint file."""
+    trained_on: Track
+    """Track it was trained on."""
 
     @property
     def mount(self) -> CameraMount:
@@ -71,7 +74,7 @@ def load_trained_car(path: str | Path, which: str = "best") -> TrainedCar:
         CheckpointError: No such checkpoint, or a damaged one.
     """
     run = RunFolder.open(path)
-    job = run.read_job_of(KIND)
+    run.read_job_of(KIND)
     policy = load_policy(run, which)
     told = policy.metadata
     return TrainedCar(
@@ -81,8 +84,23 @@ def load_trained_car(path: str | Path, which: str = "best") -> TrainedCar:
         settings=from_dictionary(Settings(race=RaceConfig(), camera=CameraConfig()), told["settings"]),
         actions=actions_of(told["model_metadata"]),
         version=told["model_metadata"]["version"],
-        trained_on=job["asked"]["track"],
+        trained_on=track_of_run(run),
     )
+
+
+def track_of_run(run: RunFolder) -> Track:
+    """Return the track a car was trained on: the run's own copy of it, or the catalogue's.
+
+    Raises:
+        TrackError: It is gone, or no longer makes a circuit.
+    """
+    job = run.read_job_of(KIND)
+    name = job["asked"]["track"]
+    if job["track"].get("copy") and not run.track.is_file():
+        raise TrackError(
+            run.track, "there is no such file", f"the run's own copy of its track {name!r}", "Put it back."
+        )
+    return import_track(run.track, name) if run.track.is_file() else load_track(name)
 
 
 def actions_of(metadata: Mapping[str, Any]) -> ActionTable:

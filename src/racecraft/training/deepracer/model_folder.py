@@ -13,15 +13,22 @@ from racecraft.formats.aws.model_metadata import (
     read_model_metadata,
     refuse_unbuilt,
 )
+from racecraft.formats.aws.racer_files import METADATA, REWARD, RacerFiles, find_racer_files
+from racecraft.formats.aws.reward_source import RewardSource, read_reward_source
+from racecraft.formats.run_folder import HYPERPARAMETERS
 
-REWARD, METADATA, HYPERPARAMETERS = "reward_function.py", "model_metadata.json", "hyperparameters.json"
+RUN_ENV = "run.env"
+EXPECTED = (
+    f"expected a folder with {REWARD}, {HYPERPARAMETERS} and {METADATA}, any one of them. `racecraft new FOLDER` makes "
+    "one; without a folder, `racecraft train` uses defaults."
+)
 
 
 @dataclass(frozen=True)
 class ModelFolder:
     """What a racer brought, and defaults for what is absent."""
 
-    reward_path: Path | None
+    reward: RewardSource | None
     """None: the default reward function."""
     metadata: ModelMetadata
     hyperparameters: Hyperparameters
@@ -34,38 +41,35 @@ def read_model_folder(folder: Path | None) -> ModelFolder:
 
     The two JSON files are also found where AWS's own model folders keep them: `model/` and `ip/`.
 
+    A file of nearly the right name is taken for the one that is missing, and told of.
+
     Raises:
-        UserInputError: The folder does not exist, or one of its files cannot be used.
+        UserInputError: The folder does not exist, holds nothing of a racer's, or one of its files cannot be used.
     """
     if folder is not None and not folder.is_dir():
         what = "is a file" if folder.exists() else "there is no such folder"
-        raise UserInputError(
-            f"{folder}: {what}; expected a folder with {REWARD}, {HYPERPARAMETERS} and {METADATA}. "
-            "`racecraft new FOLDER` makes one."
-        )
-    notes: list[str] = []
-    reward = _find(folder, (REWARD,))
-    metadata_path = _find(folder, (METADATA, f"model/{METADATA}"))
-    hyperparameters_path = _find(folder, (HYPERPARAMETERS, f"ip/{HYPERPARAMETERS}"))
-    if reward is None:
+        raise UserInputError(f"{folder}: {what}; {EXPECTED}")
+    files = RacerFiles() if folder is None else find_racer_files(folder)
+    if folder is not None and files.is_empty and not (folder / RUN_ENV).is_file():
+        raise UserInputError(f"{folder}: holds none of a racer's files; {EXPECTED}")
+    notes = list(files.notes)
+    reward = None
+    if files.reward is None:
         notes.append(f"no {REWARD}: paid for staying near the centre line")
+    else:
+        reward = read_reward_source(files.reward)
+        notes += reward.remarks
     metadata = default_model_metadata()
-    if metadata_path is None:
+    if files.metadata is None:
         notes.append(f"no {METADATA}: {len(metadata.actions)} actions, ±30°, ±15°, 0° at 0.5 and 1 m/s")
     else:
-        metadata = read_model_metadata(metadata_path)
+        metadata = read_model_metadata(files.metadata)
         notes += [f"{METADATA}: {note}" for note in metadata.notes]
-        refuse_unbuilt(metadata, metadata_path)
+        refuse_unbuilt(metadata, files.metadata)
     given = Hyperparameters()
-    if hyperparameters_path is None:
+    if files.hyperparameters is None:
         notes.append(f"no {HYPERPARAMETERS}: the preset's values")
     else:
-        given = read_hyperparameters(hyperparameters_path)
+        given = read_hyperparameters(files.hyperparameters)
         notes += [f"{HYPERPARAMETERS}: {note}" for note in given.notes]
     return ModelFolder(reward, metadata, given, tuple(notes))
-
-
-def _find(folder: Path | None, names: tuple[str, ...]) -> Path | None:
-    if folder is None:
-        return None
-    return next((folder / name for name in names if (folder / name).exists()), None)

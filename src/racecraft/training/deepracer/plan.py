@@ -8,15 +8,20 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from racecraft.algorithms.registry import Algorithm, find_algorithm
-from racecraft.contract.errors import RunFolderError, TrackError
+from racecraft.contract.errors import RunFolderError, SettingError, TrackError
 from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.vehicle import PROFILES
 from racecraft.formats.aws.model_metadata import as_aws_dict
+from racecraft.formats.aws.reward_source import RewardSource
 from racecraft.formats.aws.run_env import RunEnv
+from racecraft.formats.run_folder import TRACK as RUN_TRACK
 from racecraft.formats.run_folder import RunFolder
-from racecraft.players.deepracer.trained_car import KIND
+from racecraft.players.deepracer.trained_car import KIND, track_of_run
+from racecraft.players.trained import split_source
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import from_dictionary, with_values
 from racecraft.tracks.catalogue import load_track
+from racecraft.tracks.importer import travels
 from racecraft.tracks.track import Track
 from racecraft.training.deepracer.aws.setup import FROM_ENV
 from racecraft.training.deepracer.model_folder import ModelFolder, read_model_folder
@@ -80,7 +85,7 @@ def plan_car(request: RaceRequest) -> CarPlan:
     Raises:
         UserInputError: Whatever cannot be used, as a letter.
     """
-    asked = race_environment(request.folder)
+    asked = race_environment(request.folder, clones=request.clone_from is None)
     offset = () if asked.start_offset is None else (f"race.start_offset={asked.start_offset}",)
     request = replace(
         request,
@@ -89,6 +94,8 @@ def plan_car(request: RaceRequest) -> CarPlan:
         overrides=(*offset, *asked.overrides, *request.overrides),
         clone_from=request.clone_from or asked.clone_from,
     )
+    if request.car is not None and request.car not in PROFILES:
+        raise SettingError(f"--car {request.car}: there is no such car; expected {' or '.join(PROFILES)}.")
     model = read_model_folder(asked.files or request.folder)
     stops = parse_stops((*request.stops, *stops_given(model.hyperparameters)), LAPS)
     algorithm = find_algorithm(request.algorithm)
@@ -116,10 +123,11 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
     job = run.read_job_of(KIND)
     _require_copies(run)
     asked = job["asked"]
-    track = load_track(asked["track"])
+    track = track_of_run(run)
     if track.hash() != job["track"]["hash"]:
+        place = run.track if run.track.is_file() else path
         raise RunFolderError(
-            f"{path}: its track {asked['track']!r} has changed since the run began (now {track.hash()}, then "
+            f"{place}: its track {asked['track']!r} has changed since the run began (now {track.hash()}, then "
             f"{job['track']['hash']}); expected the same waypoints. Restore the file, or begin a new run with --from."
         )
     request = RaceRequest(
@@ -132,14 +140,15 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
         seed=job["seed"],
         overrides=tuple(asked["set"]),
     )
-    notes = ["globals of the reward function's module start anew"]
+    model = read_model_folder(path)
+    notes = [] if model.reward is None else _notes_on_state(model.reward)
     if job["versions"] != versions():
         notes.append(f"versions differ from those the run began with ({job['versions']}): the curve may differ")
     algorithm = find_algorithm(request.algorithm)
     settings = from_dictionary(default_settings(algorithm), job["settings"])
     return CarPlan(
         request,
-        read_model_folder(path),
+        model,
         algorithm,
         settings,
         track,
@@ -153,18 +162,23 @@ def asked_of(plan: CarPlan) -> dict[str, Any]:
     """Return what job.json holds of the request: enough to begin again from it."""
     request = plan.request
     return {
-        "folder": None if request.folder is None else str(request.folder),
-        "track": _lasting_name(_track_of(request)),
+        "folder": None if request.folder is None else request.folder.resolve().name,
+        "track": plan.track.name,
         "preset": request.preset,
         "set": list(request.overrides),
-        "from": request.clone_from,
+        "from": None if request.clone_from is None else _source_name(request.clone_from),
     }
 
 
 def job_of(plan: CarPlan) -> dict[str, Any]:
     """Return what else job.json tells of a car's training: the track's hash, what run.env said, the car."""
     return {
-        "track": {"name": plan.track.name, "hash": plan.track.hash(), "length_m": plan.track.length},
+        "track": {
+            "name": plan.track.name,
+            "hash": plan.track.hash(),
+            "length_m": plan.track.length,
+            "copy": RUN_TRACK if travels(plan.track) else None,
+        },
         "evaluate": dict(plan.judging),
         "env": {name: plan.env[name] for name in FROM_ENV.values() if name in plan.env},
         "model_metadata": as_aws_dict(plan.model.metadata),
@@ -197,6 +211,16 @@ def _track_of(request: RaceRequest) -> str:
     return request.track or DEFAULT_TRACK
 
 
-def _lasting_name(track: str) -> str:
-    """Return a waypoint file's absolute path, so that the run can be used from another folder; names stay names."""
-    return str(Path(track).resolve()) if Path(track).is_file() else track
+def _source_name(source: str) -> str:
+    """Return where weights came from without saying where on this machine it lies: "old-run:best"."""
+    path, which = split_source(source)
+    return f"{Path(path).resolve().name}:{which}"
+
+
+def _notes_on_state(reward: RewardSource) -> list[str]:
+    """Say what a reward function forgets when its run is resumed; nothing, where it can keep nothing."""
+    state = reward.analysis.state
+    if state is None:
+        return []
+    place = f"{reward.path.name}:{state.line}: {state.text}"
+    return [f"what the reward function kept between calls starts anew in every car ({place})"]

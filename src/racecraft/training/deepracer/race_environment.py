@@ -6,6 +6,7 @@ valid and not built yet is refused where training something else would be wrong 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,6 +23,8 @@ BEST_METRICS = ("progress", "reward", "laptime")
 USED = tuple(name for name, variable in BY_NAME.items() if variable.status == "used")
 """Variables that are obeyed here."""
 
+_DEFAULT_PART = re.compile(r"\$(DR_[A-Z0-9_]+?)(?=$|[^A-Z0-9_])")
+"""Another variable in a default, such as $DR_CAR_NAME."""
 _SHELF = "runs"
 """Folder in which a model prefix is looked for as well."""
 
@@ -50,8 +53,12 @@ class RaceEnvironment:
     """What is worth telling the user, a clause each."""
 
 
-def race_environment(folder: Path | None) -> RaceEnvironment:
+def race_environment(folder: Path | None, clones: bool = True) -> RaceEnvironment:
     """Read run.env (and system.env before it, where there is one) from a racer's folder.
+
+    Args:
+        folder: The racer's folder; None: there is none.
+        clones: Whether it may say what training begins with; False where that was said elsewhere.
 
     Raises:
         RunEnvError: A line or value cannot be used; the letter names file, line and variable.
@@ -67,7 +74,7 @@ def race_environment(folder: Path | None) -> RaceEnvironment:
         overrides=_overrides(env),
         start_offset=_share(env, "DR_TRAIN_START_POSITION_OFFSET"),
         stops=_stops(env),
-        clone_from=_clone_source(env, folder),
+        clone_from=_clone_source(env, folder) if clones else None,
         judging=_judging(env),
         files=_files(env, folder),
         notes=(*env.notes, *_unused_notes(env, bool(whole.workers))),
@@ -163,9 +170,19 @@ def _files(env: RunEnv, folder: Path) -> Path | None:
 
 
 def _unused_notes(env: RunEnv, has_workers: bool) -> list[str]:
-    """Name every known variable that changes nothing here."""
-    unused = [name for name in env.values if name in BY_NAME and name not in USED]
+    """Name every known variable that asks for something else than its default and changes nothing here."""
+    unused = [name for name in env.values if name in BY_NAME and name not in USED and not _is_default(env, name)]
     notes = [f"{FILE}: kept and not used yet: {', '.join(unused)}"] if unused else []
     if has_workers:
         notes.append("worker-N.env: kept and not used yet; every car races as run.env says")
     return notes
+
+
+def _is_default(env: RunEnv, name: str) -> bool:
+    """Tell whether a variable says what it would have been anyway; 5 is 5.0 and true is True."""
+    default = _DEFAULT_PART.sub(lambda part: env.text(part[1]) or BY_NAME[part[1]].default, BY_NAME[name].default)
+    written = env.values[name]
+    try:
+        return float(written) == float(default)
+    except ValueError:
+        return written.casefold() == default.casefold()

@@ -19,11 +19,18 @@ from racecraft.contract.world import Array, allocate
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
 from racecraft.formats.aws.hyperparameters import write_hyperparameters
 from racecraft.formats.aws.model_metadata import as_aws_dict, write_model_metadata
-from racecraft.formats.aws.reward_file import RewardFunction, default_reward_source, load_reward_function
+from racecraft.formats.aws.reward_file import (
+    CALL_SECONDS,
+    RewardFunction,
+    default_reward_source,
+    load_reward_function,
+)
+from racecraft.formats.aws.reward_source import RewardSource, write_reward
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import write_whole
 from racecraft.kernels.compile import is_warm
 from racecraft.players.trained import GreedyPolicy
+from racecraft.tracks.importer import route_file, travels
 from racecraft.training.deepracer.aws.files import AwsFiles
 from racecraft.training.deepracer.aws.setup import aws_setup
 from racecraft.training.deepracer.cloning import require_same_shape
@@ -58,10 +65,10 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
         RewardFileError: The reward function cannot be loaded.
     """
     settings, seed = planned.settings, planned.seed
-    reward = load_reward(planned.model.reward_path)
+    reward = load_reward(planned.model.reward, settings.race.reward_seconds)
     cars = settings.rollout.num_worlds
     starts = (settings.race.start_offset + np.arange(cars) / cars) % 1.0
-    world, judged = race_world(planned, cars, reward.call, starts), judged_world(planned, reward)
+    world, judged = race_world(planned, cars, one_for_each(reward, cars), starts), judged_world(planned, reward)
     flying = race_world(planned, 1, start_shares=np.zeros(1), laps=FLYING_LAPS)
 
     def evaluator(learner: Learner, run: RunFolder) -> CarEvaluator:
@@ -83,7 +90,7 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
         notes=planned.notes,
         lay_files=lambda run: lay_files(planned, reward, run),
         warm_up=lambda tell: warm_up((world, judged, flying), tell),
-        attend=lambda run: attended(planned, reward, run),
+        attend=lambda run, notes: attended(planned, reward, run, notes),
         same_shape=lambda path, metadata: require_same_shape(planned, path, metadata),
     )
 
@@ -109,12 +116,12 @@ def summary(planned: CarPlan, run: RunFolder, outcome: Outcome) -> dict[str, Any
 
 
 @contextlib.contextmanager
-def attended(planned: CarPlan, reward: RewardFunction, run: RunFolder) -> Iterator[RunAttendants]:
+def attended(planned: CarPlan, reward: RewardFunction, run: RunFolder, notes: Sequence[str]) -> Iterator[RunAttendants]:
     """Open the run's log, where the reward function prints, and whoever keeps ticks for us and for AWS's tools."""
     metadata, hyperparameters = planned.model.metadata, planned.model.hyperparameters
     with open_log(run) as log:
         reward.output = log
-        log.writelines(f"{note}\n" for note in planned.notes)
+        log.writelines(f"{note}\n" for note in notes)
         recorder = EpisodeRecorder()
         setup = aws_setup(planned.track.name, planned.settings, metadata, hyperparameters, run.path.name, planned.env)
         yield RunAttendants(recorder, AwsFiles(run.path, setup), [recorder])
@@ -122,15 +129,17 @@ def attended(planned: CarPlan, reward: RewardFunction, run: RunFolder) -> Iterat
 
 def lay_files(planned: CarPlan, reward: RewardFunction, run: RunFolder) -> None:
     """Lay copies of the racer's files into a new run folder."""
-    write_whole(run.reward_function, reward.source)
+    write_reward(reward.source, run.path)
     write_model_metadata(planned.model.metadata, run.model_metadata)
     write_hyperparameters(planned.model.hyperparameters, run.hyperparameters)
+    if travels(planned.track):
+        write_whole(run.track, route_file(planned.track))
 
 
 def race_world(
     planned: CarPlan,
     num_cars: int,
-    reward: Callable[[dict[str, Any]], float] | None = None,
+    reward: Sequence[Callable[[dict[str, Any]], float]] | None = None,
     start_shares: Array | None = None,
     laps: int = 1,
 ) -> RaceWorld:
@@ -151,17 +160,23 @@ def race_world(
 def judged_world(planned: CarPlan, reward: RewardFunction) -> RaceWorld:
     """Return the cars that are judged; they are rewarded where that makes a checkpoint the best."""
     evaluation = planned.settings.evaluation
-    return race_world(planned, evaluation.episodes, reward.call if evaluation.best_by == "reward" else None)
+    paid = one_for_each(reward, evaluation.episodes) if evaluation.best_by == "reward" else None
+    return race_world(planned, evaluation.episodes, paid)
 
 
-def load_reward(path: Path | None) -> RewardFunction:
+def one_for_each(reward: RewardFunction, num_cars: int) -> list[Callable[[dict[str, Any]], float]]:
+    """Return a reward function for each car, with state of its own where it may keep any."""
+    return [copy.call for copy in reward.copies(num_cars)]
+
+
+def load_reward(source: RewardSource | None, seconds: float = CALL_SECONDS) -> RewardFunction:
     """Load the racer's reward function, or the default one where there is none."""
-    if path is not None:
-        return load_reward_function(path)
+    if source is not None:
+        return load_reward_function(source, seconds=seconds)
     with tempfile.TemporaryDirectory() as folder:
         default = Path(folder) / "reward_function.py"
         default.write_text(default_reward_source(), encoding="utf-8")
-        return load_reward_function(default)
+        return load_reward_function(default, seconds=seconds)
 
 
 def open_log(run: RunFolder) -> TextIO:

@@ -1,0 +1,100 @@
+"""A reward function to begin with, and made-up moments of a lap to try one on."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+Params = dict[str, Any]
+
+
+def default_reward_source() -> str:
+    """Return our own reward function, as text for a new file: the nearer to the centre line, the more."""
+    return _DEFAULT_SOURCE
+
+
+def example_situations() -> dict[str, Params]:
+    """Return the parameters of a car on a round track, 8 m across, in some moments of a lap."""
+    return {
+        "at the start": _situation(),
+        "on the way": _situation(progress=35.0, steps=80.0, speed=2.0, steering_angle=-15.0),
+        "near the border": _situation(offset=0.45, progress=50.0, steps=120.0, all_wheels_on_track=False),
+        "off the track": _situation(offset=0.7, progress=60.0, all_wheels_on_track=False, is_offtrack=True),
+        "an object ahead": _situation(
+            progress=70.0,
+            closest_objects=[0, 0],
+            objects_location=[[0.0, 4.0]],
+            objects_left_of_center=[True],
+            objects_distance=[6.3],
+            objects_distance_from_center=[0.2],
+            objects_heading=[0.0],
+            objects_speed=[0.0],
+            object_in_camera=True,
+        ),
+        "lap complete": _situation(progress=100.0, steps=250.0),
+    }
+
+
+def _situation(offset: float = 0.1, **changes: Any) -> Params:
+    """Return the parameters of a car `offset` metres right of the centre line of a round track."""
+    corners = 40
+    circle = [
+        (4 * math.sin(2 * math.pi * k / corners), -4 * math.cos(2 * math.pi * k / corners)) for k in range(corners)
+    ]
+    params: Params = {
+        "all_wheels_on_track": True,
+        "x": 0.0,
+        "y": -4.0 - offset,
+        "heading": 0.0,
+        "distance_from_center": offset,
+        "projection_distance": 0.0,
+        "progress": 0.4,
+        "steps": 2.0,
+        "speed": 1.0,
+        "steering_angle": 0.0,
+        "track_width": 1.0,
+        "track_length": 25.1,
+        "waypoints": [*circle, circle[0]],
+        "closest_waypoints": [0, 1],
+        "is_left_of_center": False,
+        "is_reversed": False,
+        "is_crashed": False,
+        "is_offtrack": False,
+        "closest_objects": [0, 0],
+        "objects_location": [],
+        "objects_left_of_center": [],
+        "objects_distance": [],
+        "objects_distance_from_center": [],
+        "objects_heading": [],
+        "objects_speed": [],
+        "object_in_camera": False,
+        "sim_time": 1.0,
+    }
+    return {**params, **changes}
+
+
+_DEFAULT_SOURCE = '''\
+"""Pay the car for staying near the centre line.
+
+`params` tells where the car is and what it does at this moment; the number returned is its pay for this moment.
+Change the shares and the pay below, train again, and see what the car makes of it.
+"""
+
+
+def reward_function(params):
+    """Return the reward for one tick."""
+    # How far the car is from the centre line, in metres, and how wide the track is here.
+    distance = params["distance_from_center"]
+    width = params["track_width"]
+
+    # Three bands round the centre line: the nearer, the more.
+    if distance <= 0.10 * width:
+        return 1.0
+    if distance <= 0.25 * width:
+        return 0.5
+    if distance <= 0.50 * width:
+        return 0.1
+
+    # Beyond the border: next to nothing, but not zero, so that less bad is still told from worse.
+    return 1e-3
+'''

@@ -1,0 +1,167 @@
+"""What a racer's folder and its run.env come to on the command line."""
+
+import json
+
+import numpy as np
+import pytest
+from tests.cli.conftest import TINY
+
+from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.run_folder import RunFolder
+from racecraft.training.deepracer.race_environment import USED
+
+METADATA = {
+    "sensor": ["FRONT_FACING_CAMERA"],
+    "neural_network": "DEEP_CONVOLUTIONAL_NETWORK_SHALLOW",
+    "version": "4",
+}
+SHORT = ("--stop", "iterations=1", "--no-pictures", *TINY)
+
+
+def test_an_empty_folder_does_not_train_in_silence(racecraft, tmp_path):
+    (tmp_path / "empty").mkdir()
+    said = racecraft("train", "empty", "--stop", "iterations=1")
+    assert (said.code, "holds none of a racer's files" in said.err) == (2, True)
+    assert not (tmp_path / "runs").exists()
+
+
+def car_with(tmp_path, name, *actions):
+    folder = tmp_path / name
+    folder.mkdir()
+    space = [{"steering_angle": angle, "speed": speed} for angle, speed in actions]
+    (folder / "model_metadata.json").write_text(json.dumps({**METADATA, "action_space": space}))
+    return folder
+
+
+def test_a_clone_may_have_other_speeds_and_angles_and_not_another_number_of_them(racecraft, tmp_path):
+    slow = car_with(tmp_path, "slow", (-20, 1), (0, 1), (20, 1))
+    fast = car_with(tmp_path, "fast", (-20, 1), (0, 2.5), (15, 1.5))
+    more = car_with(tmp_path, "more", (-20, 1), (-10, 1), (0, 1), (20, 1))
+    assert racecraft("train", slow, "--run", "a", *SHORT).code == 0
+    cloned = racecraft("train", fast, "--from", "a:last", "--run", "b", *SHORT)
+    assert cloned.code == 0, cloned.err
+    told = (
+        "2 of 3 actions differ from those the weights were trained with: action 1 was 0° at 1 m/s and is 0° at 2.5 m/s"
+    )
+    assert told in cloned.out
+    assert told in (tmp_path / "b" / "log.txt").read_text()
+    begun, lent = (
+        Checkpoints(tmp_path / run / "checkpoints").load_policy(at)[0] for run, at in (("b", "0"), ("a", "last"))
+    )
+    assert all(np.array_equal(begun[name], lent[name]) for name in lent)
+    refused = racecraft("train", more, "--from", "a", "--run", "c", *SHORT)
+    assert refused.code == 2
+    assert "was trained with 3 actions, now there are 4; expected as many" in refused.err
+
+
+OUTWEIGHED = {  # variable: (its value, what is typed, where job.json says what came of it, what it says)
+    "DR_WORLD_NAME": ("Oval_track", ("--track", "Bowtie_track"), "track.name", "Bowtie_track"),
+    "DR_TRAIN_CHANGE_START_POSITION": (
+        "False", ("--set", "race.change_start=true"), "settings.race.change_start", True,
+    ),
+    "DR_TRAIN_REVERSE_DIRECTION": ("True", ("--set", "race.reverse=false"), "settings.race.reverse", False),
+    "DR_TRAIN_START_POSITION_OFFSET": ("0.25", ("--set", "race.start_offset=0.5"), "settings.race.start_offset", 0.5),
+    "DR_TRAIN_ROUND_ROBIN_ADVANCE_DIST": (
+        "0.1", ("--set", "race.start_advance=0.2"), "settings.race.start_advance", 0.2,
+    ),
+    "DR_TRAIN_MIN_EVAL_TRIALS": ("3", ("--set", "evaluation.episodes=2"), "settings.evaluation.episodes", 2),
+    "DR_TRAIN_BEST_MODEL_METRIC": (
+        "reward", ("--set", "evaluation.best_by=laptime"), "settings.evaluation.best_by", "laptime",
+    ),
+    "RACECRAFT_STOP": ("steps=100", ("--stop", "iterations=1"), "asked.stops", ["iterations=1"]),
+    "DR_LOCAL_S3_PRETRAINED": ("True", ("--from", "old:0"), "asked.from", "old:0"),
+    "DR_LOCAL_S3_PRETRAINED_PREFIX": ("nowhere", ("--from", "old:0"), "asked.from", "old:0"),
+    "DR_LOCAL_S3_PRETRAINED_CHECKPOINT": ("best", ("--from", "old:0"), "asked.from", "old:0"),
+}  # fmt: skip
+ELSEWHERE = {
+    "DR_EVAL_NUMBER_OF_TRIALS",  # below
+    "DR_EVAL_CHECKPOINT",
+    "DR_RACE_TYPE",  # nothing on the command line speaks of these
+    "DR_LOCAL_S3_CUSTOM_FILES_PREFIX",
+}
+
+
+def test_every_variable_that_is_obeyed_is_tried_here():
+    assert set(OUTWEIGHED) | ELSEWHERE == set(USED)
+
+
+@pytest.fixture
+def old(racecraft):
+    assert racecraft("train", "--run", "old", *SHORT).code == 0
+
+
+@pytest.mark.parametrize("name", OUTWEIGHED)
+def test_the_command_line_outweighs_run_env(racecraft, tmp_path, old, name):
+    value, typed, place, expected = OUTWEIGHED[name]
+    (tmp_path / "car").mkdir()
+    pretrained = "DR_LOCAL_S3_PRETRAINED=True\n" if "PRETRAINED_" in name else ""
+    (tmp_path / "car" / "run.env").write_text(f"{pretrained}{name}={value}\n")
+    stop = () if "--stop" in typed else ("--stop", "iterations=1")
+    said = racecraft("train", "car", "--run", "new", "--no-pictures", *TINY, *stop, *typed)
+    assert said.code == 0, said.err
+    found = RunFolder.open("new").read_job()
+    for part in place.split("."):
+        found = found[part]
+    assert found == expected
+
+
+def test_the_command_line_outweighs_what_run_env_said_of_evaluations(racecraft, tmp_path):
+    (tmp_path / "car").mkdir()
+    (tmp_path / "car" / "run.env").write_text("DR_EVAL_NUMBER_OF_TRIALS=2\nDR_EVAL_CHECKPOINT=last\n")
+    assert racecraft("train", "car", "--run", "r", *SHORT).code == 0
+    asked = json.loads(racecraft("evaluate", "r", "--json").out)
+    typed = json.loads(racecraft("evaluate", "r", "--laps", "1", "--checkpoint", "0", "--json").out)
+    assert [(len(said["laps"]), said["checkpoint"]) for said in (asked, typed)] == [(2, 1), (1, 0)]
+
+
+def test_a_car_that_is_not_there_is_spoken_of_as_it_was_typed(racecraft):
+    said = racecraft("train", "--car", "v5", "--stop", "iterations=1")
+    assert said.code == 2
+    assert said.err.startswith("racecraft: --car v5: there is no such car; expected v4 or v6")
+
+
+def test_a_film_of_another_kind_is_refused_before_the_drive(racecraft, old, monkeypatch):
+    def drive(*_):
+        raise AssertionError("it drove")
+
+    monkeypatch.setattr("racecraft.reporting.gallery.drive_laps", drive)
+    said = racecraft("evaluate", "old", "--video", "x.gif")
+    assert (said.code, "expected a name that ends in .mp4" in said.err) == (2, True)
+
+
+def test_a_list_of_tracks_that_is_piped_holds_every_title_whole(racecraft):
+    lines = racecraft("tracks", "list").out.splitlines()
+    assert "…" not in "".join(lines)
+    assert next(line for line in lines if line.startswith("reInvent2019_track ")).rstrip().endswith("Smile Speedway")
+
+
+ENDLESS = """
+def reward_function(params):
+    while True:
+        try:
+            len(params)
+        except:
+            pass
+"""
+
+
+def test_a_reward_that_hangs_ends_the_training_with_its_line(racecraft, tmp_path):
+    (tmp_path / "car").mkdir()
+    (tmp_path / "car" / "reward.py").write_text(ENDLESS)
+    said = racecraft("train", "car", "--run", "r", *SHORT, "--set", "race.reward_seconds=0.2")
+    assert said.code == 2
+    assert "reward_function had not returned after 0.2 s; expected a number. Mend the loop" in said.err
+    assert f"{'reward.py'}:" in said.err
+
+
+def test_minutes_end_an_iteration_that_a_slow_reward_draws_out(racecraft, tmp_path):
+    """An iteration of 4 cars and 10,000 ticks at 10 ms a call would last 400 s; the stop is 0.6 s."""
+    (tmp_path / "car").mkdir()
+    (tmp_path / "car" / "reward_function.py").write_text(
+        "import time\ndef reward_function(params):\n    time.sleep(0.01)\n    return 1.0\n"
+    )
+    typed = ("--run", "r", "--no-pictures", "--json", *TINY, "--set", "rollout.horizon=10000", "--stop", "minutes=0.01")
+    said = racecraft("train", "car", *typed)
+    assert said.code == 0, said.err
+    told = json.loads(said.out)
+    assert (told["stopped_by"], told["iterations"]) == ("minutes=0.01", 0)
