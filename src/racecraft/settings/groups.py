@@ -17,7 +17,11 @@ from racecraft.settings.table import check_group, setting
 class RaceConfig:
     """The race: which car, how episodes start and end."""
 
-    car: str = setting("v6", "Vehicle profile.", choices=("v4", "v6", "kinematic"))
+    car: str = setting(
+        "v6",
+        "Vehicle profile: the console's car until mid-2022, its later one, today's (ROS 2), or the ideal bicycle.",
+        choices=("v4", "v5-classic", "v6", "kinematic"),
+    )
     max_episode_seconds: float | None = setting(
         None,
         "An episode is cut after this much simulated time; by default 100 s, or 100 000 ticks with fidelity aws.",

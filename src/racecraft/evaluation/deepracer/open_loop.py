@@ -99,6 +99,13 @@ def drive_open_loop(trace: SimTrace, retold: Retold, car: str | CarProfile, cloc
     return Windows(first, ticks, paths, position, yaw)
 
 
+def real_speeds(trace: SimTrace, windows: Windows) -> Array:
+    """Return how fast the recorded car drove in each window, m/s, (W,): the way of its front point over its ticks."""
+    front = np.column_stack([trace.columns["X"], trace.columns["Y"]])
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(front, axis=0).T))])
+    return (way[windows.first + windows.ticks] - way[windows.first]) / (windows.ticks * TICK_SECONDS)
+
+
 def open_windows(trace: SimTrace, retold: Retold) -> tuple[Array, Array]:
     """Return the first row of every window and how many ticks it lasts, (W,) each."""
     follows = np.zeros(len(trace), bool)  # the row after this one is the tick after it
