@@ -56,6 +56,12 @@ class CameraConfig:
 
     width: int = setting(40, "Pixels across.", unit="px", low=8, high=640)
     height: int = setting(30, "Pixels down.", unit="px", low=6, high=480)
+    light: str = setting(
+        "car",
+        "Year of the original whose light falls on the circuit; car: 2021 for classic cars, 2026 for today's.",
+        choices=("car", "2019", "2021", "2026"),
+    )
+    grass: bool = setting(False, "The field has the grain of grass, as in the original, instead of one plain colour.")
 
     def __post_init__(self) -> None:
         check_group(self)

@@ -12,6 +12,7 @@ from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.weights import to_tensors
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.camera import CameraMount
+from racecraft.envs.deepracer.light import light_for
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version, world_spec
 from racecraft.formats.checkpoint import CheckpointEntry, Checkpoints
 from racecraft.formats.run_folder import RunFolder
@@ -42,6 +43,11 @@ class TrainedCar:
     def mount(self) -> CameraMount:
         """Where its camera sits."""
         return mount_for_version(self.version)
+
+    @property
+    def light(self) -> str:
+        """Year of the simulator in whose light it drives."""
+        return light_for(self.settings.camera.light, self.settings.race.car)
 
     def world(
         self, track: Track, num_cars: int, start_shares: Sequence[float] | None = None, laps: int = 1

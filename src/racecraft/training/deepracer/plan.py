@@ -99,6 +99,8 @@ def plan_car(request: RaceRequest) -> CarPlan:
     )
     if not any(override.startswith("race.car=") for override in request.overrides):
         settings = with_values(settings, "race", {"car": request.car or model.metadata.car})
+    if settings.camera.light == "car" and model.metadata.version in ("1", "2"):
+        settings = with_values(settings, "camera", {"light": "2019"})
     track = _load_track(request, asked.env)
     return CarPlan(
         request, model, settings, track, stops, (*asked.notes, *model.notes, *notes), asked.env.values, asked.judging
