@@ -53,7 +53,9 @@ class Comparison(NamedTuple):
 def compare(frames: np.ndarray) -> Comparison:
     """Fit and judge frames (R, 120, 160, 3) uint8 of re:Invent 2018."""
     track = load_track("reinvent_base")
-    scene = build_scene(track, "2019")._replace(wall_height=5.0)  # the classic simulator's walls reach out of the picture
+    scene = build_scene(track, "2019")._replace(
+        wall_height=5.0
+    )  # the classic simulator's walls reach out of the picture
     poses = fit_poses(track, scene, frames)
     ours = Camera(scene, 160, 120, FRAMES_MOUNT).render_rgb(poses)
     edges = np.array([line_edge_distance(a, b) for a, b in zip(ours, frames, strict=True)])

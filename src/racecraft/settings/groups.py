@@ -40,6 +40,12 @@ class RaceConfig:
     )
     change_start: bool = setting(True, "Whether training starts advance round the track at all.")
     reverse: bool = setting(False, "Drive the track in the opposite direction.")
+    waypoints: str = setting(
+        "as_filed",
+        "Whether a row that a route file repeats (59 of AWS's do) counts as a waypoint: as_filed, in all of AWS's logs "
+        "of 2020 to 2026; distinct, in the code of simapp 6.0.5.",
+        choices=("as_filed", "distinct"),
+    )
     fidelity: str = setting(
         "sane",
         "Whose habits the world has where the original's are bugs: `racecraft.envs.deepracer.fidelity` lists each.",

@@ -131,8 +131,11 @@ NOT_EMULATED = (
     "Poses read a few milliseconds before or after their frame, and clocks that show it. Ours are of one moment, and "
     "the clock counts 1/15 s a tick.",
     "Momentum that a new episode inherits in the ROS 2 build. Ours start at rest.",
-    "A row that a route file repeats, as 57 of AWS's do once: the build that wrote the logs of 2026 counts it, so from "
-    "there on its waypoint numbers are one higher. simapp 6.0.5 leaves it out, and so do ours.",
+    "Which build counts the row that 59 of AWS's route files repeat: every log of 2020 to 2026 that we have does, the "
+    "code of simapp 6.0.5 does not. Ours counts it; `race.waypoints=distinct` does not.",
+    "Cars of a metadata version 5 that were driven by the ROS 2 build: the file does not say so. Ours drive as the "
+    "console's did, `v5-classic`, unless the racer's folder holds recordings that another car replays better.",
+    "Textures, but for the grain of grass (`camera.grass`). Colours are their means in the light of the car's years.",
     "An evaluation of as many episodes as fit into the trainer's wait. Ours has a fixed number.",
     "A whole job lost to one reward error, one not-a-number or a missing frame. Ours stops and keeps what was learned.",
 )

@@ -70,10 +70,15 @@ class RaceWorld:
         laps: int = 1,
         mount: CameraMount = MOUNT_V3,
     ) -> None:
-        self.track = track.reversed() if race_config.reverse else track
+        counted = track.as_filed() if race_config.waypoints == "as_filed" else track
+        self.track = counted.reversed() if race_config.reverse else counted
         self.actions = actions
         self.reward = reward
-        scene = build_scene(self.track, light_for(camera_config.light, race_config.car), camera_config.grass)
+        scene = build_scene(
+            track.reversed() if race_config.reverse else track,
+            light_for(camera_config.light, race_config.car),
+            camera_config.grass,
+        )
         self.camera = Camera(scene, camera_config.width, camera_config.height, mount)
         self.reports = np.zeros(num_cars, race.TICK_REPORT)
         """What was written down of every car in the tick just taken, TICK_REPORT (N,)."""

@@ -18,10 +18,11 @@ from racecraft.formats.aws.run_env import RunEnv
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.deepracer.trained_car import KIND
 from racecraft.settings.groups import TrainSettings
-from racecraft.settings.overrides import as_dictionary, from_dictionary, with_values
+from racecraft.settings.overrides import as_dictionary, from_dictionary
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.track import Track
 from racecraft.training.deepracer.aws.setup import FROM_ENV
+from racecraft.training.deepracer.car_choice import choose_car, waypoint_notes
 from racecraft.training.deepracer.model_folder import ModelFolder, read_model_folder
 from racecraft.training.deepracer.presets import settings_for, stops_given
 from racecraft.training.deepracer.race_environment import TRACK_VARIABLE, race_environment
@@ -97,14 +98,11 @@ def plan_car(request: RaceRequest) -> CarPlan:
     settings, notes = settings_for(
         request.preset, model.hyperparameters, request.overrides, request.fidelity, model.metadata
     )
-    if not any(override.startswith("race.car=") for override in request.overrides):
-        settings = with_values(settings, "race", {"car": request.car or model.metadata.car})
-    if settings.camera.light == "car" and model.metadata.version in ("1", "2"):
-        settings = with_values(settings, "camera", {"light": "2019"})
+    is_set = any(override.startswith("race.car=") for override in request.overrides)
+    settings, car_notes = choose_car(settings, model.metadata, request.car, is_set, request.folder)
     track = _load_track(request, asked.env)
-    return CarPlan(
-        request, model, settings, track, stops, (*asked.notes, *model.notes, *notes), asked.env.values, asked.judging
-    )
+    notes = (*asked.notes, *model.notes, *notes, *car_notes, *waypoint_notes(settings, track))
+    return CarPlan(request, model, settings, track, stops, notes, asked.env.values, asked.judging)
 
 
 def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
