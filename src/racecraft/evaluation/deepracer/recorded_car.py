@@ -31,14 +31,14 @@ def recorded_car(folder: str | Path) -> RecordedCar | None:
     """Return the car that replays the recordings in a folder best.
 
     Args:
-        folder: Where simulation traces (`*-iteration.csv`) lie, at any depth; the MOST_FILES largest are asked.
+        folder: Where simulation traces (`*-iteration.csv`) lie, in it or below folders of it that are named after
+            traces (`sim-trace`, `training-simtrace`); the MOST_FILES largest are asked.
 
     Returns:
         None where there are no traces, or too few windows of a second in them to tell.
     """
-    paths = sorted(Path(folder).rglob("*-iteration.csv"), key=lambda path: (-path.stat().st_size, path))
     traces = []
-    for path in paths[:MOST_FILES]:
+    for path in _recordings(Path(folder)):
         try:
             traces.append(read_sim_trace(path))
         except SimTraceError:
@@ -53,3 +53,11 @@ def recorded_car(folder: str | Path) -> RecordedCar | None:
     if not strayed:
         return None
     return RecordedCar(min(strayed, key=strayed.__getitem__), strayed, sum(map(len, traces)))
+
+
+def _recordings(folder: Path) -> list[Path]:
+    """Return the largest traces of a racer's folder; a whole project is not searched."""
+    found = list(folder.glob("*-iteration.csv"))
+    for child in folder.glob("*trace*"):
+        found += child.rglob("*-iteration.csv")
+    return sorted(found, key=lambda path: (-path.stat().st_size, path))[:MOST_FILES]

@@ -1,9 +1,10 @@
-"""Which of the original's cars a training drives, in whose light, and how its waypoints count. Begin with `choose_car`."""
+"""Which of the original's cars is trained, in whose light, and how its waypoints count. Begin with `choose_car`."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+from racecraft.evaluation.deepracer.recorded_car import recorded_car
 from racecraft.formats.aws.model_metadata import ModelMetadata
 from racecraft.settings.groups import TrainSettings
 from racecraft.settings.overrides import with_values
@@ -35,11 +36,7 @@ def choose_car(
 
 
 def _recorded_or_written(metadata: ModelMetadata, folder: Path | None) -> tuple[str, tuple[str, ...]]:
-    if folder is None or next(Path(folder).rglob("*-iteration.csv"), None) is None:
-        return metadata.car, ()
-    from racecraft.evaluation.deepracer.recorded_car import recorded_car
-
-    found = recorded_car(folder)
+    found = None if folder is None else recorded_car(folder)
     if found is None:
         return metadata.car, ()
     tried = ", ".join(f"{car} {far:.2f} m" for car, far in found.strayed_m.items())

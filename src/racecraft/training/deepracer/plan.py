@@ -101,8 +101,8 @@ def plan_car(request: RaceRequest) -> CarPlan:
     is_set = any(override.startswith("race.car=") for override in request.overrides)
     settings, car_notes = choose_car(settings, model.metadata, request.car, is_set, request.folder)
     track = _load_track(request, asked.env)
-    notes = (*asked.notes, *model.notes, *notes, *car_notes, *waypoint_notes(settings, track))
-    return CarPlan(request, model, settings, track, stops, notes, asked.env.values, asked.judging)
+    told = (*asked.notes, *model.notes, *notes, *car_notes, *waypoint_notes(settings, track))
+    return CarPlan(request, model, settings, track, stops, told, asked.env.values, asked.judging)
 
 
 def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:

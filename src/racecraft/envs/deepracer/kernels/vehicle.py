@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from racecraft.envs.deepracer.vehicle import SUBSTEPS, TICK_SECONDS, WHEELBASE_M
+from racecraft.envs.deepracer.vehicle import NO_LIMIT, SUBSTEPS, TICK_SECONDS, WHEELBASE_M
 from racecraft.kernels import kernel
 
 SUBSTEP_SECONDS = TICK_SECONDS / SUBSTEPS
@@ -54,7 +54,11 @@ def driven_curvature(car, speed, steering):
     """Return how sharply the car turns, 1/m, left positive: what its wheels ask for, as far as its tyres hold."""
     tangent = math.tan(steering)
     asked = car.curvature_gain * tangent * (1.0 - car.curvature_droop * abs(tangent)) / WHEELBASE_M
-    asked = asked / (1.0 + car.curvature_fade * speed) + car.pull
+    if car.curvature_fade > 0.0:
+        asked = asked / (1.0 + car.curvature_fade * speed)
+    asked += car.pull
+    if car.grip >= NO_LIMIT:
+        return asked
     slide = asked * speed * speed / car.grip
     slide *= slide
     return asked / math.sqrt(math.sqrt(1.0 + slide * slide))
