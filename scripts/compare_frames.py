@@ -19,13 +19,14 @@ import numpy as np
 from PIL import Image
 from scipy.ndimage import binary_erosion, distance_transform_edt, gaussian_filter, zoom
 
-from racecraft.envs.deepracer.camera import Camera, CameraMount
+from racecraft.envs.deepracer.camera import Camera
 from racecraft.envs.deepracer.scene import GREY_WEIGHTS, Scene, build_scene
+from racecraft.envs.deepracer.world import mount_for_version
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.track import Track
 
-FRAMES_MOUNT = CameraMount(x=0.14529379, z=0.1235, pitch=math.radians(15.05))
-"""The camera of the reference frames, fitted together with their poses (x is one with the pose and cannot be told)."""
+FRAMES_MOUNT = mount_for_version("1")
+"""The reference frames are of 2019: they are looked at through the eyes that a car of version 1 has here."""
 EDGE_PX, GREY_LEVELS = 1.0, 10.0
 """A frame agrees if its line edges lie within so many pixels (median) and its mean grey within so many levels."""
 WHITE_BLUE_LEVEL = 150
@@ -52,7 +53,9 @@ class Comparison(NamedTuple):
 def compare(frames: np.ndarray) -> Comparison:
     """Fit and judge frames (R, 120, 160, 3) uint8 of re:Invent 2018."""
     track = load_track("reinvent_base")
-    scene = build_scene(track)._replace(wall_height=5.0)  # the classic simulator's walls reach out of the picture
+    scene = build_scene(track, "2019")._replace(
+        wall_height=5.0
+    )  # the classic simulator's walls reach out of the picture
     poses = fit_poses(track, scene, frames)
     ours = Camera(scene, 160, 120, FRAMES_MOUNT).render_rgb(poses)
     edges = np.array([line_edge_distance(a, b) for a, b in zip(ours, frames, strict=True)])

@@ -80,13 +80,13 @@ def main(source: Path, target: Path) -> None:
             print(f"{name:30s} {len(missed):4d} rows, farthest {missed.max() * 1e3:.2f} mm, {missed.mean() * 1e3:.2f}")
         shape = json.loads((target / "shapes" / f"{shape_names[key]}.json").read_text())
         fitted = Track.from_rows(name, rows_from_record(shape), look=look_of(name, looks[name], surveyed))
-        index[name] = {"shape": shape_names[key], **summary_of(fitted)}
+        index[name] = {"shape": shape_names[key], **summary_of(fitted, surveyed.repeated_rows)}
     lines = [f" {json.dumps(name)}: {json.dumps(entry, ensure_ascii=False)}" for name, entry in index.items()]
     (target / "index.json").write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
     print(f"{len(index)} names, {len(shape_names)} shapes")
 
 
-def summary_of(track: Track) -> dict[str, Any]:
+def summary_of(track: Track, repeated_rows: tuple[int, ...] = ()) -> dict[str, Any]:
     """Return what `racecraft tracks list` tells about a track."""
     base, title, tags = track.name, "", []
     for suffix, word in VARIANTS.items():
@@ -98,7 +98,8 @@ def summary_of(track: Track) -> dict[str, Any]:
     kinds += ["narrow"] if track.width_mean < 0.9 else []
     return {
         "title": title, "length": round(track.length, 3), "width": round(track.width_mean, 3),
-        "rows": len(track.centre), "direction": track.direction, "tags": kinds + tags, "look": track.look.to_record(),
+        "rows": len(track.centre), **({"repeated_rows": list(repeated_rows)} if repeated_rows else {}),
+        "direction": track.direction, "tags": kinds + tags, "look": track.look.to_record(),
     }  # fmt: skip
 
 

@@ -1,130 +1,242 @@
-"""Fit the car to recorded races, and judge it on others: a builder's tool, never needed to run racecraft.
+"""Fit the cars to recorded races, and judge them on others: a builder's tool, never needed to run racecraft.
 
-    python scripts/fit_vehicle.py ../shared/data
+    python scripts/fit_vehicle.py ../shared/data [PUBLIC]
 
-For each car one recording is fitted to and the others judge: another training, another track, another kind of actions.
-Prints the table of docs/fidelity.md and the profiles that `envs/deepracer/vehicle.py` holds, rounded. What is made
-small is the mean distance to the recorded car after 0.53 s plus half of that after 1 s, far strays cut off.
+PUBLIC holds unpacked copies of the public repositories that RECORDINGS names, each in a folder `owner+name`; without it
+only the recordings of ../shared/data count. Each car is fitted to some recordings and judged on others: other
+trainings, other tracks, other racers. Prints the table of docs/fidelity.md and the profiles that
+`envs/deepracer/vehicle.py` holds. What is made small is the distance to the recorded car after a second, measured by
+what is far at that speed, every recording and every band of speed counting the same.
 """
 
 from __future__ import annotations
 
+import re
 import sys
-from collections.abc import Sequence
+import tempfile
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
 
-from racecraft.envs.deepracer.vehicle import PROFILES, CarProfile
-from racecraft.evaluation.deepracer.open_loop import CLOCKED_CARS, Windows, drive_open_loop
-from racecraft.evaluation.deepracer.replay_report import FileReplay, replay
+from racecraft.envs.deepracer.vehicle import NO_LIMIT, PROFILES, CarProfile
+from racecraft.evaluation.deepracer.open_loop import drive_open_loop, real_speeds
+from racecraft.evaluation.deepracer.recompute import Retold, recompute
+from racecraft.formats.aws.sim_trace import TRACE_COLUMNS, SimTrace, SimTraceError, read_sim_trace
+from racecraft.tracks.catalogue import load_track
 
-Recording = Sequence[FileReplay]
 
+class Recording(NamedTuple):
+    """Where a recorded race lies: a folder of *-iteration.csv, or a log with SIM_TRACE_LOG lines."""
+
+    car: str
+    is_seen: bool
+    """The car is fitted to it; otherwise it judges."""
+    track: str
+    place: str
+
+
+_GURU = "aws-deepracer-community+deepracer-log-guru/tests/system_tests/resources/file_parsing/input_log_files"
+_DEMA = "DemaJunior+logsDeepracer"
+_CHAMP = "2022_reinvent_champ_ccw"
 RECORDINGS = {
-    "console-2022": ("traces/console-2022/sim-trace/training/training-simtrace", "reinvent_base"),
-    "drfc-1-worker": ("traces/drfc-1-worker/training-simtrace", "reinvent_base"),
-    "drfc evaluation": ("traces/drfc-1-worker/evaluation-20220709200242", "reinvent_base"),
-    "droa-2026-continuous": ("traces/droa-2026-continuous", "reInvent2019_wide_cw"),
-    "droa-2026-discrete": ("traces/droa-2026-discrete", "Spain_track"),
-}
-SPLIT = {
-    "v4": ("console-2022", ("drfc-1-worker", "drfc evaluation")),
-    "v6": ("droa-2026-continuous", ("droa-2026-discrete",)),
-}
-"""Fitted to, and judged on."""
+    "console 2022": Recording("v4", True, "reinvent_base", "traces/console-2022"),
+    "nnicolee 2021": Recording("v4", True, "reInvent2019_track", "nnicolee+AWSDeepRacer"),
+    "aws-samples 2020": Recording(
+        "v4", True, "reInvent2019_track", "aws-samples+aws-deepracer-workshops/log-analysis/intermediate_checkpoint/"
+        "reInvent2019-TestModel/sim-trace/training",
+    ),
+    "log-guru 2021, red_star_pro": Recording("v4", True, "red_star_pro", f"{_GURU}/training-20211020114346*.log"),
+    "drfc 2022": Recording("v4", False, "reinvent_base", "traces/drfc-1-worker/training-simtrace"),
+    "drfc 2022, evaluation": Recording("v4", False, "reinvent_base", "traces/drfc-1-worker/evaluation-20220709200242"),
+    "cfghack 2021": Recording("v4", False, "reinvent_base", "cfghack+deepracer-log-analysis/sim-trace"),
+    "RafMo20D 2021": Recording("v4", False, "red_star_open", "RafMo20D+ROSHN-models2/sim-trace"),
+    "log-guru drfc, red_star_pro": Recording("v4", False, "red_star_pro", f"{_GURU}/*ynytdrw16nuhl8y1pauseuelw.log"),
+    "DemaJunior deepModel": Recording("v5-classic", True, "reinvent_base", f"{_DEMA}/deepModel-clone/sim-trace"),
+    "DemaJunior first": Recording("v5-classic", True, "reinvent_base", f"{_DEMA}/sim-trace"),
+    "DemaJunior reinvencement": Recording(
+        "v5-classic", True, "reinvent_base", f"{_DEMA}/reinvencementModel-clone/sim-trace"
+    ),
+    "log-guru 2022": Recording("v5-classic", True, "reinvent_base", f"{_GURU}/training-20220721141556*.log"),
+    "log-guru FS_June2020": Recording("v5-classic", True, "FS_June2020", f"{_GURU}/*qwctpyyzmr74z3u19kc8pskvh.log"),
+    "DavidLiu0619": Recording("v5-classic", False, _CHAMP, "DavidLiu0619+DeepRacerLogVisualization/data"),
+    "log-guru champ": Recording("v5-classic", False, _CHAMP, f"{_GURU}/*mh77xxe01xgkyky72m378gnwp.log"),
+    "log-guru champ 2": Recording("v5-classic", False, _CHAMP, f"{_GURU}/*pleai77ybzcn6yor58nl46ic7.log"),
+    "log-guru 2022_june_pro": Recording("v5-classic", False, "2022_june_pro", f"{_GURU}/*ms8k1onrrixaxt7giqyk835nv*"),
+    "DemaJunior deepModel 3": Recording("v5-classic", False, "reinvent_base", f"{_DEMA}/deepModel-clone3/sim-trace"),
+    "DemaJunior deepModel 3-5": Recording(
+        "v5-classic", False, "reinvent_base", f"{_DEMA}/deepModel-clone3-clone5/sim-trace"
+    ),
+    "DemaJunior vitor": Recording("v5-classic", False, "reinvent_base", f"{_DEMA}/vitor/sim-trace"),
+    "DemaJunior reinvencement 1": Recording(
+        "v5-classic", False, "reinvent_base", f"{_DEMA}/reinvencementModel-clone1/training"
+    ),
+    "droa 2026, continuous": Recording("v6", True, "reInvent2019_wide_cw", "traces/droa-2026-continuous"),
+    "droa 2026, discrete": Recording("v6", False, "Spain_track", "traces/droa-2026-discrete"),
+}  # fmt: skip
 
 EARLIER = {
-    "v4": CarProfile(0.5, 0.0, 0.2, 0.0, 3.0, 1.035, 0.78, 0.25, 0.078),
-    "v6": CarProfile(0.167, 0.04, 0.05, 0.02, 1000.0, 1.03, 0.67, 0.25, 0.091),
+    "v4": CarProfile(
+        0.496, 0.0, 0.169, 0.0, 3.35, 3.35, 1.009, 0.867, curvature_droop=0.826, rotation_centre=0.05, pull=0.078
+    ),
+    "v5-classic": PROFILES["v6"],
+    "v6": CarProfile(0.167, 0.04, 0.05, 0.02, 1000.0, 1000.0, 1.03, 0.67, curvature_droop=0.25, rotation_centre=0.091),
 }
-"""The six-parameter fits that all of this began from (project facts, 1.4)."""
+"""What drove under the car's name before: v4 without grip, fitted to the console training alone; under metadata 5 the
+ROS 2 car; the six-parameter fit of v6 that all of this began from (project facts, 1.4)."""
 
-SHAPE = ("steering_lag", "curvature_gain", "curvature_droop", "rotation_centre", "speed_lag", "speed_gain")
-FREE = {"v4": (*SHAPE, "max_acceleration"), "v6": SHAPE}
-FIRST_STEP = {
-    "steering_lag": 0.1, "curvature_gain": 0.1, "curvature_droop": 0.2, "rotation_centre": 0.03,
-    "speed_lag": 0.05, "speed_gain": 0.05, "max_acceleration": 1.0, "pull": 0.05,
+SHAPE = ("steering_lag", "speed_lag", "speed_gain", "curvature_gain", "curvature_droop", "rotation_centre")
+CLASSIC = (*SHAPE, "max_acceleration", "max_braking", "pull", "curvature_fade", "grip")
+FREE = {"v4": CLASSIC, "v5-classic": CLASSIC, "v6": SHAPE}
+BEGIN = {
+    "v4": EARLIER["v4"]._replace(curvature_gain=1.2, curvature_droop=0.45, curvature_fade=0.37, grip=3.0),
+    "v5-classic": EARLIER["v4"]._replace(
+        steering_lag=0.13, steering_delay=0.0067, speed_lag=0.2, curvature_gain=1.06, curvature_droop=0.15,
+        curvature_fade=1.5, pull=0.02, grip=9.0,
+    ),
+    "v6": EARLIER["v6"]._replace(steering_delay=0.0334, speed_delay=0.0267),
 }  # fmt: skip
-DELAYS_IN_SUBSTEPS = {"v4": (0, 0), "v6": (5, 4)}
-"""Steering and speed; a delay acts in whole substeps of 6.7 ms, these are the best ones."""
-SUBSTEP = 1.0 / 150.0
-FARTHEST_M = {"0.5s": 0.4, "1s": 0.8}
-MAX_ROUNDS = 300
+"""Where the search begins; delays act in whole substeps of 6.7 ms and stay as they are."""
+FIRST_STEP = {
+    "steering_lag": 0.1, "speed_lag": 0.05, "max_acceleration": 0.7, "max_braking": 0.7, "speed_gain": 0.03,
+    "curvature_gain": 0.1, "curvature_droop": 0.2, "rotation_centre": 0.02, "pull": 0.03, "curvature_fade": 0.2,
+    "grip": 0.6,
+}  # fmt: skip
+BANDS_MPS = (0.0, 1.0, 2.0, 3.0, 4.5)
+FEWEST_WINDOWS = 40
+FARTHEST_M = 1.0
+ROWS_EACH = 4000
+"""A fit looks at about so many rows of each recording, whole files of it drawn by lot."""
+MAX_ROUNDS = 420
+
+Races = Sequence[tuple[SimTrace, Retold]]
 
 
-def main(data: str) -> None:
+def main(data: str, public: str | None = None) -> None:
     """Fit and judge every car."""
-    recordings = {
-        name: replay([Path(data) / folder], Path(data) / "tracks" / f"{track}.npy", "v4").files
-        for name, (folder, track) in RECORDINGS.items()
-    }
-    for car, (seen, unseen) in SPLIT.items():
-        steering, speed = (count * SUBSTEP + 1e-4 if count else 0.0 for count in DELAYS_IN_SUBSTEPS[car])
-        begin = EARLIER[car]._replace(steering_delay=steering, speed_delay=speed)
-        clocked = car in CLOCKED_CARS
-        anew = fitted(begin, FREE[car], recordings[seen], clocked)
-        pulling = fitted(anew._replace(pull=0.02), (*FREE[car], "pull"), recordings[seen], clocked)
+    roots = [Path(data), *([Path(public)] if public else [])]
+    races = {name: read_races(recording, roots) for name, recording in RECORDINGS.items()}
+    for car in BEGIN:
+        here = {name: races[name] for name, row in RECORDINGS.items() if row.car == car and races[name]}
+        seen = {name: drawn(part) for name, part in here.items() if RECORDINGS[name].is_seen}
+        anew = fitted(BEGIN[car], FREE[car], seen, car == "v6")
         candidates = {
             "textbook bicycle": PROFILES["kinematic"],
-            "six-parameter fit, as it was": EARLIER[car],
-            "the same form, fitted anew": anew,
-            "and a pull to one side": pulling,
+            "as it was": EARLIER[car],
+            "fitted anew": anew,
             f"shipped as {car}": PROFILES[car],
         }
-        print(f"\n{car}: fitted to {seen}\n")
-        print_table(candidates, {name: recordings[name] for name in (seen, *unseen)}, clocked)
-        for name in ("the same form, fitted anew", "and a pull to one side"):
-            print(f"\n{name}: {rounded(candidates[name])}")
+        print(f"\n## {car}\n")
+        print_table(candidates, here, car == "v6")
+        print(f"\nfitted anew: {rounded(anew)}")
 
 
-def fitted(begin: CarProfile, free: Sequence[str], recording: Recording, clocked: bool) -> CarProfile:
-    """Return the profile that strays least on a recording, with the named parameters free."""
+def read_races(recording: Recording, roots: Sequence[Path]) -> Races:
+    """Return the traces of a recording wherever they lie under the given folders; none where it is absent."""
+    track = load_track(roots[0] / "tracks" / f"{recording.track}.npy")
+    races = []
+    for path in (found for root in roots for found in sorted(root.glob(recording.place))):
+        for trace in [trace_of_log(path)] if path.is_file() else traces_of_folder(path):
+            races.append((trace, recompute(trace, track)))
+    return races
+
+
+def traces_of_folder(folder: Path) -> list[SimTrace]:
+    """Return the sound traces of a folder."""
+    traces = []
+    for path in sorted(folder.rglob("*-iteration.csv")):
+        try:
+            traces.append(read_sim_trace(path))
+        except SimTraceError as error:
+            print(f"passed over: {error}", file=sys.stderr)
+    return traces
+
+
+def trace_of_log(path: Path) -> SimTrace:
+    """Return the trace that a simulator's log holds in its lines."""
+    rows = re.findall(r"SIM_TRACE_LOG:([^\r\n]*)", path.read_text(errors="replace"))
+    rows = [re.sub(r"\[\s*([-\d.e]+)[,\s]+([-\d.e]+)\s*\]", r"[\1 \2]", row) for row in rows]
+    count = rows[0].count(",") + 1
+    head = ",".join(column.name for column in TRACE_COLUMNS[:count])
+    with tempfile.NamedTemporaryFile("w", suffix=".csv") as file:
+        file.write("\n".join([head, *(row for row in rows if row.count(",") + 1 == count)]) + "\n")
+        file.flush()
+        return read_sim_trace(file.name)
+
+
+def drawn(races: Races) -> Races:
+    """Return files of a recording, drawn by lot, until they hold ROWS_EACH rows."""
+    chosen, rows = [], 0
+    for place in np.random.default_rng(0).permutation(len(races)):
+        if rows <= ROWS_EACH:
+            chosen.append(races[place])
+            rows += len(races[place][0])
+    return chosen
+
+
+def fitted(begin: CarProfile, free: Sequence[str], seen: Mapping[str, Races], clocked: bool) -> CarProfile:
+    """Return the profile that strays least on some recordings, with the named parameters free."""
     start = np.array([getattr(begin, name) for name in free])
     steps = np.array([FIRST_STEP[name] for name in free])
 
     def profile_at(point: np.ndarray) -> CarProfile:
-        return begin._replace(**dict(zip(free, np.maximum(start + point * steps, 0.0).tolist(), strict=True)))
+        return begin._replace(**dict(zip(free, np.maximum(start + point * steps, 1e-6).tolist(), strict=True)))
 
     def strays(point: np.ndarray) -> float:
-        windows = driven(profile_at(point), recording, clocked)
-        near, far = (np.minimum(errors(windows, name), cut).mean() for name, cut in FARTHEST_M.items())
-        return float(near + 0.5 * far)
+        profile = profile_at(point)
+        return float(np.mean([strays_on(races, profile, clocked) for races in seen.values()]))
 
     corners = np.vstack([np.zeros(len(free)), np.eye(len(free))])
-    options = {"maxiter": MAX_ROUNDS, "xatol": 5e-3, "fatol": 2e-6, "initial_simplex": corners}
+    options = {"maxiter": MAX_ROUNDS, "xatol": 5e-3, "fatol": 1e-4, "initial_simplex": corners, "adaptive": True}
     return profile_at(minimize(strays, np.zeros(len(free)), method="Nelder-Mead", options=options).x)
 
 
-def driven(profile: CarProfile, recording: Recording, clocked: bool) -> list[Windows]:
-    """Drive all windows of a recording."""
-    return [drive_open_loop(file.trace, file.retold, profile, clocked) for file in recording]
+def strays_on(races: Races, profile: CarProfile, clocked: bool) -> float:
+    """Return how far a car strays from a recording after a second, as a share of what is far at that speed."""
+    _, strayed, speeds = errors(races, profile, clocked)
+    shares = []
+    for low, high in zip(BANDS_MPS[:-1], BANDS_MPS[1:], strict=True):
+        inside = (speeds >= low) & (speeds < high)
+        if inside.sum() >= FEWEST_WINDOWS:
+            far = 0.06 + 0.08 * speeds[inside].mean()
+            shares.append((np.minimum(strayed[inside], FARTHEST_M).mean() + 0.3 * np.median(strayed[inside])) / far)
+    return float(np.mean(shares)) if shares else 0.0
 
 
-def errors(windows: Sequence[Windows], horizon: str) -> np.ndarray:
-    """Return the distances to the recorded car, m, of all windows that reach so far."""
-    every = np.concatenate([part.position_m[horizon] for part in windows])
-    return every[np.isfinite(every)]
+def errors(races: Races, profile: CarProfile, clocked: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the distances after half a second and a second, m, and the real speed, of windows that reach so far."""
+    near, far, speeds = [], [], []
+    for trace, retold in races:
+        windows = drive_open_loop(trace, retold, profile, clocked)
+        reach = np.isfinite(windows.position_m["1s"])
+        near.append(windows.position_m["0.5s"][reach])
+        far.append(windows.position_m["1s"][reach])
+        speeds.append(real_speeds(trace, windows)[reach])
+    return np.concatenate(near), np.concatenate(far), np.concatenate(speeds)
 
 
-def print_table(candidates: dict[str, CarProfile], recordings: dict[str, Recording], clocked: bool) -> None:
-    """Print median (and nine-of-ten) distances in metres, a row for each candidate."""
-    print("| car | " + " | ".join(f"{name}: 0.5 s | 1 s" for name in recordings) + " |")
-    print("|---" * (1 + 2 * len(recordings)) + "|")
-    for label, profile in candidates.items():
+def print_table(candidates: Mapping[str, CarProfile], here: Mapping[str, Races], clocked: bool) -> None:
+    """Print the median distance in metres after a second, below and above 2 m/s, a row for each recording."""
+    print("| recording | windows | " + " | ".join(candidates) + " |")
+    print("|---" * (2 + len(candidates)) + "|")
+    groups = {name: [name] for name in here}
+    groups["all unseen"] = [name for name in here if not RECORDINGS[name].is_seen]
+    for label, names in groups.items():
         cells = []
-        for recording in recordings.values():
-            windows = driven(profile, recording, clocked)
-            for horizon in FARTHEST_M:
-                strayed = errors(windows, horizon)
-                cells.append(f"{np.median(strayed):.3f} ({np.percentile(strayed, 90):.3f})")
-        print(f"| {label} | " + " | ".join(cells) + " |")
+        for profile in candidates.values():
+            parts = [errors(here[name], profile, clocked) for name in names]
+            strayed, speeds = (np.concatenate([part[k] for part in parts]) for k in (1, 2))
+            slow, fast = (strayed[speeds < 2.0], strayed[speeds >= 2.0])
+            cells.append(" / ".join(f"{np.median(part):.3f}" if len(part) >= 20 else "-" for part in (slow, fast)))
+        mark = " (seen)" if label in RECORDINGS and RECORDINGS[label].is_seen else ""
+        print(f"| {label}{mark} | {len(slow)} / {len(fast)} | " + " | ".join(cells) + " |")
 
 
 def rounded(profile: CarProfile) -> CarProfile:
     """Return a profile with three or four digits."""
-    return CarProfile(*(float(f"{value:.4g}") for value in profile))
+    return CarProfile(*(value if value >= NO_LIMIT else float(f"{value:.4g}") for value in profile))
 
 
 if __name__ == "__main__":

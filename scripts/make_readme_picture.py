@@ -60,7 +60,7 @@ def flying_lap(drive: Array) -> Array:
 
 def views(track: Track, lap: Array) -> list[tuple[Image.Image, tuple[float, float]]]:
     """Return what the car saw at some moments, each with where that was, (x, y) m."""
-    camera = Camera(build_scene(track), VIEW_WIDTH, VIEW_HEIGHT)
+    camera = Camera(build_scene(track, for_people=True), VIEW_WIDTH, VIEW_HEIGHT)
     ticks = [round(share * (len(lap) - 1)) for share in VIEWS_AT]
     poses = np.column_stack([lap["x"], lap["y"], lap["yaw"]])[ticks].astype(float)
     places = [(float(lap["front_x"][tick]), float(lap["front_y"][tick])) for tick in ticks]

@@ -16,9 +16,12 @@ FLOOR = {
     "evaluation": 3, "analysis": 3, "export": 3,
     "training": 4, "reporting": 4,
     "jobs": 5, "league": 5,
-    "console": 6, "serving": 6, "lessons": 6, "compat": 6,
+    "console": 6, "serving": 6, "lessons": 6, "compat": 6, "api": 6,
     "cli": 7,
 }  # fmt: skip
+
+# Inside training, the rooms of the worlds import the general files, never the reverse.
+TRAINING_WORLDS = ("deepracer", "battlesnake", "gymnasium", "unity")
 
 # Within floor 0, what the others are made of.
 GROUND = {"contract": 0, "kernels": 1, "settings": 1, "formats": 2, "tracks": 3}
@@ -59,6 +62,54 @@ def test_every_door_opens_downward():
         if not downward:
             climbing.append(f"{path.relative_to(HOUSE)} -> {module}")
     assert climbing == []
+
+
+def test_general_files_of_training_know_no_world():
+    knowing = []
+    for room, module, path in doors():
+        inside = path.relative_to(HOUSE).parts
+        parts = module.split(".")
+        general = room == "training" and inside[1] not in TRAINING_WORLDS
+        if general and parts[:2] == ["racecraft", "training"] and len(parts) > 2 and parts[2] in TRAINING_WORLDS:
+            knowing.append(f"{path.relative_to(HOUSE)} -> {module}")
+    assert knowing == []
+
+
+def module_of(path):
+    parts = ["racecraft", *path.relative_to(HOUSE).with_suffix("").parts]
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imports_at_the_top(path):
+    """Yield what a file imports when it is imported itself: not inside functions, not for the type checker alone."""
+    for node in ast.parse(path.read_text()).body:
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def test_there_is_no_circle_anywhere_in_the_house():
+    """Files import each other in one direction only, inside a room as between rooms."""
+    files = {module_of(path): path for path in sorted(HOUSE.rglob("*.py")) if "names" not in path.parts}
+    graph = {name: {used for used in imports_at_the_top(path) if used in files} for name, path in files.items()}
+    packages = {name for name, path in files.items() if path.name == "__init__.py"}
+    for name, used in graph.items():  # a package that gathers its own files is no circle
+        graph[name] = {one for one in used if one != name and one not in packages}
+    done, circles = set(), []
+
+    def visit(name, way):
+        if name in way:
+            circles.append(" -> ".join([*way[way.index(name) :], name]))
+        elif name not in done:
+            for used in sorted(graph[name]):
+                visit(used, [*way, name])
+            done.add(name)
+
+    for name in graph:
+        visit(name, [])
+    assert circles == []
 
 
 def test_worlds_are_strangers_to_each_other():

@@ -1,6 +1,59 @@
 """racecraft: train, watch, judge, explain, race and ship reinforcement-learning agents on your own machine.
 
+The public face, `import racecraft as rc`; everything is imported when it is first asked for::
+
+    rc.train("gymnasium", environment="CartPole-v1")     train, in any kind of world
+    rc.resume("runs/CartPole-v1-1")                      go on with a run
+    rc.evaluate("runs/reinvent_base-1")                  judge what was trained
+    rc.load_policy("runs/reinvent_base-1")               a policy by itself: no world, no settings
+    rc.make_world("deepracer", track="Oval_track")       a world to step by hand
+    rc.read_run("runs/reinvent_base-1")                  what a run left, as tables
+    rc.register_algorithm("mine", MyLearner)             an algorithm of your own
+
 The rooms stand on floors, and a room opens doors only downward; ARCHITECTURE.md draws the house.
 """
 
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
 __version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from racecraft.algorithms.registry import register_algorithm
+    from racecraft.api import evaluate, load_policy, make_world, read_run, resume, train
+    from racecraft.tracks.catalogue import load_track
+
+_WHERE = {
+    "train": "racecraft.api",
+    "resume": "racecraft.api",
+    "evaluate": "racecraft.api",
+    "load_policy": "racecraft.api",
+    "make_world": "racecraft.api",
+    "read_run": "racecraft.api",
+    "load_track": "racecraft.tracks.catalogue",
+    "register_algorithm": "racecraft.algorithms.registry",
+}
+
+__all__ = [
+    "__version__",
+    "evaluate",
+    "load_policy",
+    "load_track",
+    "make_world",
+    "read_run",
+    "register_algorithm",
+    "resume",
+    "train",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _WHERE:
+        return getattr(importlib.import_module(_WHERE[name]), name)
+    raise AttributeError(f"module 'racecraft' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_WHERE})

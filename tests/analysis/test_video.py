@@ -43,7 +43,7 @@ def test_the_view_is_the_cars_own_and_the_banner_tells_how_it_ended(track, repor
     drive = Drive.from_reports(reports_along(20, race.OFF_TRACK, share=0.2))
     pictures = [picture.copy() for picture in video.film(drive, track)]
     assert len(pictures) == 20 + video.HELD_PICTURES
-    camera = video.Camera(video.build_scene(track), video.VIEW_WIDTH, video.VIEW_HEIGHT)
+    camera = video.Camera(video.build_scene(track, "2026", for_people=True), video.VIEW_WIDTH, video.VIEW_HEIGHT)
     expected = camera.render_rgb(drive.poses[7:8])[0]
     assert (pictures[7][:, : video.VIEW_WIDTH] == expected).all()
     assert tuple(pictures[18][BANNER_ROW, BANNER_COLUMN]) != BAD

@@ -117,7 +117,7 @@ def test_the_command_line_outweighs_what_run_env_said_of_evaluations(racecraft, 
 def test_a_car_that_is_not_there_is_spoken_of_as_it_was_typed(racecraft):
     said = racecraft("train", "--car", "v5", "--stop", "iterations=1")
     assert said.code == 2
-    assert said.err.startswith("racecraft: --car v5: there is no such car; expected v4 or v6")
+    assert said.err.startswith("racecraft: --car v5: there is no such car; expected v4 or v5-classic")
 
 
 def test_a_film_of_another_kind_is_refused_before_the_drive(racecraft, old, monkeypatch):

@@ -50,7 +50,12 @@ class VideoError(UserInputError):
 
 
 def write_video(
-    path: str | Path, drive: Drive | Array | pl.DataFrame, track: Track, mount: CameraMount = MOUNT_V3, title: str = ""
+    path: str | Path,
+    drive: Drive | Array | pl.DataFrame,
+    track: Track,
+    mount: CameraMount = MOUNT_V3,
+    title: str = "",
+    light: str = "2026",
 ) -> Path:
     """Film a drive.
 
@@ -60,6 +65,7 @@ def write_video(
         track: The circuit as it was driven (`Track.reversed` where it was driven the other way).
         mount: Where the camera sits on the car.
         title: Headline of the panel; the track's title when empty.
+        light: Year of the simulator whose light falls on the circuit.
 
     Returns:
         The path. The film has T pictures, and HELD_PICTURES more of the last one where the drive ended there.
@@ -71,7 +77,7 @@ def write_video(
         MissingExtraError: PyAV is not installed.
     """
     path = film_path(path)
-    encode_film(path, film(as_drive(drive), track, mount, title), PICTURES_PER_SECOND)
+    encode_film(path, film(as_drive(drive), track, mount, title, light), PICTURES_PER_SECOND)
     return path
 
 
@@ -87,9 +93,11 @@ def film_path(path: str | Path) -> Path:
     return path
 
 
-def film(drive: Drive, track: Track, mount: CameraMount = MOUNT_V3, title: str = "") -> Iterator[Array]:
+def film(
+    drive: Drive, track: Track, mount: CameraMount = MOUNT_V3, title: str = "", light: str = "2026"
+) -> Iterator[Array]:
     """Yield the pictures of a film one by one, (HEIGHT, WIDTH, 3) uint8: the same array, painted anew."""
-    camera = Camera(build_scene(track), VIEW_WIDTH, VIEW_HEIGHT, mount)
+    camera = Camera(build_scene(track, light, for_people=True), VIEW_WIDTH, VIEW_HEIGHT, mount)
     dashboard = Dashboard(track, drive, title, PANEL_WIDTH, HEIGHT)
     poses, endings = drive.poses, drive.endings
     views = np.empty((min(AT_ONCE, len(drive)), VIEW_HEIGHT, VIEW_WIDTH, 3), np.uint8)

@@ -74,4 +74,4 @@ def show_drive(drive: Drive, *, video: Path | None = None, picture: Path | None 
     if picture is not None:
         draw_path(picture, drive.track, drive.ticks)
     if video is not None:
-        write_video(video, drive.ticks, drive.track, mount=drive.car.mount, title=title)
+        write_video(video, drive.ticks, drive.track, mount=drive.car.mount, title=title, light=drive.car.light)

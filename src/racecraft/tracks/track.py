@@ -87,6 +87,7 @@ class Track:
         closed: The track is a loop.
         look: Colours and painted lines.
         is_reversed: The rows run against the direction in which the track was laid out.
+        repeated_rows: Numbers of the rows of its route file that repeat the row before; they are not among the K.
         title: The name on the poster, such as "re:Invent 2018".
         description: A sentence about it.
         tags: Words to find it by.
@@ -99,6 +100,7 @@ class Track:
     closed: bool
     look: TrackLook = field(default_factory=TrackLook)
     is_reversed: bool = False
+    repeated_rows: tuple[int, ...] = ()
     title: str = ""
     description: str = ""
     tags: tuple[str, ...] = ()
@@ -110,7 +112,10 @@ class Track:
         Consecutive rows with the same centre point become one, the last row always stays, and rows that end where they
         began are a loop (facts: simapp `track_data.py`). `details` are the remaining fields.
         """
-        rows = _without_repeated_rows(np.asarray(rows, dtype=np.float64)[:, :6])
+        rows = np.asarray(rows, dtype=np.float64)[:, :6]
+        repeated = np.hypot(*np.diff(rows[:, :2], axis=0).T) <= SAME_POINT_M
+        details.setdefault("repeated_rows", tuple((np.flatnonzero(repeated) + 1).tolist()))
+        rows = _without_repeated_rows(rows)
         centre, inner, outer = (_frozen(rows[:, k : k + 2]) for k in (0, 2, 4))
         return cls(name, centre, inner, outer, closed=bool((rows[0] == rows[-1]).all()), **details)
 
@@ -173,7 +178,23 @@ class Track:
     def reversed(self) -> Track:
         """Return the same circuit driven the other way: rows flipped, borders keep their role, start line stays."""
         centre, inner, outer = (_frozen(line[::-1]) for line in (self.centre, self.inner, self.outer))
-        return replace(self, centre=centre, inner=inner, outer=outer, is_reversed=not self.is_reversed)
+        filed = len(self.centre) + len(self.repeated_rows)
+        repeated = tuple(sorted(filed - row for row in self.repeated_rows))
+        return replace(
+            self, centre=centre, inner=inner, outer=outer, is_reversed=not self.is_reversed, repeated_rows=repeated
+        )
+
+    def as_filed(self) -> Track:
+        """Return the circuit with every row of its route file, so that waypoints are counted as the file counts them.
+
+        The same road: rows that repeat the one before have no length.
+        """
+        if not self.repeated_rows:
+            return self
+        filed = np.arange(len(self.centre) + len(self.repeated_rows))
+        own = filed - np.searchsorted(self.repeated_rows, filed, side="right")
+        centre, inner, outer = (_frozen(line[own]) for line in (self.centre, self.inner, self.outer))
+        return replace(self, centre=centre, inner=inner, outer=outer, repeated_rows=())
 
     def lane(self, side: str) -> np.ndarray:
         """Return the (K, 2) middle of the "inner" or "outer" lane: halfway between centre line and border."""

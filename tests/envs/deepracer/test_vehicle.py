@@ -3,10 +3,11 @@
 import itertools
 import math
 
+import numpy as np
 import pytest
 
-from racecraft.envs.deepracer.kernels.vehicle import drive
-from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS, WHEELBASE_M
+from racecraft.envs.deepracer.kernels.vehicle import drive, driven_curvature
+from racecraft.envs.deepracer.vehicle import NO_LIMIT, PROFILES, TICK_SECONDS, WHEELBASE_M
 
 
 def drive_ticks(profile, ticks, steering, speed, start=(0.0, 0.0, 0.0, 0.0, 0.0)):
@@ -41,14 +42,14 @@ def test_the_classic_car_takes_off_as_it_did_in_the_logs():
     assert speeds == pytest.approx([0.12, 0.33, 0.54, 0.67, 0.86], abs=0.09)
 
 
-@pytest.mark.parametrize("profile", ["v4", "v6"])
+@pytest.mark.parametrize("profile", ["v4", "v5-classic", "v6"])
 def test_thirty_degrees_turn_wider_than_the_geometry_says(profile):
-    """The wheelbase says 0.28 m. Recorded is what comes near 30 degrees: about 1.5 /m at 24 to 28 degrees (v4)."""
+    """The wheelbase says 0.28 m."""
     far = drive_ticks(profile, 60, math.radians(30), 1.0)
     farther = drive_ticks(profile, 61, math.radians(30), 1.0)
     yaw_rate = math.remainder(farther[2] - far[2], 2 * math.pi) / TICK_SECONDS
     radius = far[3] / yaw_rate
-    assert radius == pytest.approx({"v4": 0.597, "v6": 0.497}[profile], abs=0.01)
+    assert radius == pytest.approx({"v4": 0.498, "v5-classic": 0.662, "v6": 0.497}[profile], abs=0.01)
 
 
 @pytest.mark.parametrize("profile", PROFILES)
@@ -79,7 +80,7 @@ def test_a_new_command_waits_for_its_delay():
 
 
 def test_the_classic_car_pulls_to_the_left():
-    """Told to go straight at full speed it drives a circle of 1 / pull = 12.8 m."""
+    """Told to go straight at full speed it drives a circle of 1 / pull = 23 m."""
     profile = PROFILES["v4"]
     *_, yaw, v, _ = drive_ticks("v4", 45, 0.0, 2.0)
     *_, later, _, _ = drive(profile, 0.0, 0.0, yaw, v, 0.0, 0.0, 2.0, 0.0, 2.0)
@@ -97,3 +98,52 @@ def test_a_tick_of_the_clock_is_a_tick(profile):
     half = drive(car, *drive(car, *start, *command, TICK_SECONDS / 2), *command, TICK_SECONDS / 2)
     assert half == pytest.approx(whole, rel=1e-12)
     assert drive(car, *start, *command, 0.05)[0] != whole[0]
+
+
+@pytest.mark.parametrize("profile", ["v6", "kinematic"])
+def test_cars_that_neither_fade_nor_slide_turn_as_before_those_terms_to_the_last_bit(profile):
+    car = PROFILES[profile]
+    assert (car.curvature_fade, car.grip) == (0.0, NO_LIMIT)
+    rng = np.random.default_rng(3)
+    for speed, steering in zip(rng.uniform(0, 4.2, 500), rng.uniform(-0.53, 0.53, 500), strict=True):
+        tangent = math.tan(steering)
+        before = car.curvature_gain * tangent * (1.0 - car.curvature_droop * abs(tangent)) / WHEELBASE_M + car.pull
+        assert driven_curvature(car, speed, steering) == before
+
+
+def steady_turn(profile, degrees, speed):
+    """Return the share of the geometric curvature and the lateral acceleration (m/s²) once all lags are over."""
+    car = PROFILES[profile]._replace(pull=0.0)
+    before = drive_ticks(car, 90, math.radians(degrees), speed)
+    after = drive_ticks(car, 91, math.radians(degrees), speed)
+    curvature = math.remainder(after[2] - before[2], 2 * math.pi) / TICK_SECONDS / before[3]
+    return curvature * WHEELBASE_M / math.tan(math.radians(degrees)), abs(curvature) * before[3] ** 2
+
+
+@pytest.mark.parametrize(("speed", "share"), [(0.45, 0.63), (1.05, 0.47), (1.8, 0.34), (2.75, 0.28), (3.9, 0.22)])
+def test_the_later_classic_car_turns_less_the_faster_it_goes(speed, share):
+    """Regressed from the consoles' logs tick by tick; the car that strays least in a second turns a little less."""
+    assert steady_turn("v5-classic", 15.0, speed / 0.965)[0] == pytest.approx(share, abs=0.08)
+
+
+def test_the_later_classic_car_holds_twice_what_the_earlier_one_holds():
+    """Recorded above 3 m/s at 30 degrees: up to 9 m/s² (facts: generations)."""
+    assert 6.0 < steady_turn("v5-classic", 30.0, 3.6)[1] < steady_turn("v5-classic", 30.0, 4.0)[1] < 9.0
+
+
+def test_the_earlier_classic_car_slides_at_three_metres_a_second_squared():
+    """Recorded: lateral acceleration levels off at 3 to 4 m/s² at larger angles (facts: generations)."""
+    for speed in (2.0, 3.0, 4.0):
+        assert 2.6 < steady_turn("v4", 25.0, speed)[1] < 3.1
+    assert steady_turn("v4", 25.0, 1.0)[1] < 2.0
+
+
+@pytest.mark.parametrize("profile", ["v4", "v5-classic"])
+def test_classic_cars_brake_harder_than_they_speed_up(profile):
+    """Half a second up from 1 m/s and half a second down from 4, each on its limit but for the last of it."""
+    up = drive_ticks(profile, 4, 0.0, 4.0, start=(0, 0, 0, 1.0, 0))[3] - 1.0
+    down = 4.0 - drive_ticks(profile, 4, 0.0, 0.1, start=(0, 0, 0, 4.0, 0))[3]
+    seconds = 4 * TICK_SECONDS - PROFILES[profile].speed_delay
+    assert up / seconds == pytest.approx(PROFILES[profile].max_acceleration, rel=1e-6)
+    assert down / seconds == pytest.approx(PROFILES[profile].max_braking, rel=1e-6)
+    assert down > 1.15 * up

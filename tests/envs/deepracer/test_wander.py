@@ -54,7 +54,7 @@ def driven_again(trace, track, rng, kick):
 @pytest.mark.skipif(not LOGS.is_dir(), reason="the reference logs are not beside the checkout")
 @pytest.mark.parametrize("log", ["console-2022/sim-trace/training", "drfc-1-worker"])
 def test_a_car_whose_wheels_wander_so_strays_from_ours_as_the_logged_cars_do(log):
-    """One push for both trainings of 2022: it is a little much for one and a little little for the other."""
+    """One push for both trainings of 2022: hardly too much for one, hardly too little for the other."""
     track = load_track("reinvent_base")
     paths = (LOGS / log / "training-simtrace").glob("*.csv")
     traces = [read_sim_trace(path) for path in sorted(paths) if int(path.stem.split("-")[0]) >= FROM_ITERATION]

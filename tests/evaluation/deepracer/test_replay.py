@@ -80,7 +80,7 @@ def all_wheels_on(x, y, yaw):
 
 
 def straight_on(tick):
-    return 0.02 * math.cos(tick / 5) - 0.014, 0.5 if tick < 30 else 0.7
+    return 0.02 * math.cos(tick / 5) - 0.0067, 0.5 if tick < 30 else 0.7
 
 
 @pytest.fixture
@@ -117,7 +117,12 @@ def test_a_recorded_race_is_the_same_race_and_the_same_car(name):
     assert report["open_loop_position_m"]["0.5s"]["median"] <= 0.06
     assert report["open_loop_position_m"]["1s"]["median"] <= 0.11
     assert all(len(file["worst_windows"]) == 5 for file in report["files"])
-    assert report["notes"] == report["damaged_rows"] == []
+    assert report["damaged_rows"] == []
+    assert (report["same_track"], report["same_car"], report["direction"]) == (True, True, "forward")
+    assert report["waypoints"] == ("as_filed" if track == "Spain_track" else None)
+    assert len(report["notes"]) == (track == "Spain_track")
+    assert min(report["cars_tried_m"], key=report["cars_tried_m"].get) == car
+    assert set(report["cars_tried_m"]) == {"v4", "v5-classic", "v6"}
 
 
 @needs_data

@@ -50,7 +50,7 @@ def test_a_person_reads_what_differs_and_how_far_the_car_strays(ask):
     assert "650 rows, 3 episodes, 1 file(s), on reinvent_base." in text
     assert text.count("100.00 % agree") == 4
     assert "Driven again by v4" in text
-    assert "0.063 m" in text
+    assert "0.085 m" in text
 
 
 def test_by_name_the_smooth_curve_is_announced(ask):
@@ -62,7 +62,7 @@ def test_one_command_leaves_one_page_that_answers_the_question(ask, tmp_path):
     assert "The track is the same. So is the car: it is v4." in text
     page = (tmp_path / "same.html").read_text(encoding="utf-8")
     assert "The track is the same. So is the car: it is v4." in page
-    for figure in ("650 recorded rows", "100 %", "2.9 cm", "6.3 cm", "evaluation-simtrace/0-iteration.csv"):
+    for figure in ("650 recorded rows", "100 %", "3.6 cm", "8.5 cm", "evaluation-simtrace/0-iteration.csv"):
         assert figure in page
     assert page.count("<img") == 1
     assert "data:image/png;base64," in page

@@ -69,7 +69,7 @@ def test_the_default_car_is_the_consoles():
     metadata = default_model_metadata()
     assert len(metadata.actions) == 10
     assert metadata.sensors == ("FRONT_FACING_CAMERA",)
-    assert metadata.car == "v6"
+    assert metadata.car == "v5-classic"
     refuse_unbuilt(metadata, "model_metadata.json")
 
 
@@ -80,7 +80,7 @@ def test_minus_thirty_degrees_is_to_the_right_and_is_written_as_minus_thirty(tmp
     assert default_model_metadata().actions[0].steering_rad == pytest.approx(-math.pi / 6)
 
 
-@pytest.mark.parametrize(("version", "car"), [("1", "v4"), ("4", "v4"), ("5", "v6"), ("6", "v6"), (None, "v6")])
+@pytest.mark.parametrize(("version", "car"), [("1", "v4"), ("4", "v4"), ("5", "v5-classic"), ("6", "v6"), (None, "v6")])
 def test_the_version_chooses_the_car(version, car):
     assert car_for_version(version) == car
 

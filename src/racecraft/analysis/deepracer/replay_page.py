@@ -23,8 +23,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CARS = {
-    "v4": "the classic simulator's car, metadata version 1 to 4",
-    "v6": "the ROS 2 simulator's car, metadata version 5 and 6",
+    "v4": "the classic simulator's car until mid-2022, metadata version 1 to 4",
+    "v5-classic": "the classic simulator's later car, metadata version 5",
+    "v6": "the ROS 2 simulator's car",
     "kinematic": "the ideal bicycle, for teaching",
 }
 CHECKS = {
@@ -165,7 +166,8 @@ def _notes(facts: Facts) -> Iterator[str]:
     yield (
         '<p class="quiet">Half a second is 8 ticks and a second 15. Distances are those of the point 14 cm ahead of '
         "the car's middle that the records speak of; its read-out alone jitters by 2 to 3 cm. The same car is one "
-        "whose medians stay within 6 and 11 cm. Wheels are compared where the car is not being held.</p>"
+        "whose median after a second stays within 12 cm (v4), 20 cm (v5-classic) or 11 cm (v6) below 2 m/s, and "
+        "within 25, 40 or 25 cm above. Wheels are compared where the car is not being held.</p>"
     )
 
 

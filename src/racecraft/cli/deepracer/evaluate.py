@@ -1,4 +1,4 @@
-"""`racecraft evaluate`: judge a trained car by its laps."""
+"""`racecraft evaluate`: judge a trained car by its laps, and whatever else was trained by its episodes."""
 
 from __future__ import annotations
 
@@ -32,31 +32,43 @@ def evaluate(
             help=f"One from standstill, then flying; by default what run.env asked for, else {LAPS}.",
         ),
     ] = None,
+    episodes: Annotated[
+        int | None, typer.Option(min=1, help="Of another run than a car's: how many count; of a snake: games.")
+    ] = None,
     video: Annotated[Path | None, typer.Option(help="Film the drive into this MP4 file.")] = None,
     picture: Annotated[
         Path | None, typer.Option(help="Draw the path into this PNG; by default into the run's evaluations folder.")
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
 ) -> None:
-    """Let a trained car drive, greedily: one standing start, then flying laps.
+    """Let a trained car drive, greedily: one standing start, then flying laps. Other runs play whole episodes.
 
     Examples:
 
         racecraft evaluate runs/reinvent_base-1 --video lap.mp4
 
         racecraft evaluate runs/reinvent_base-1 --checkpoint last --track Oval_track --laps 5 --json
+
+        racecraft evaluate runs/CartPole-v1-1 --episodes 100
     """
     from racecraft.analysis.video import film_path
     from racecraft.cli.output import print_json, say
+    from racecraft.cli.runs.judge import judge, refuse_words
     from racecraft.formats.run_folder import RunFolder
-    from racecraft.players.deepracer.trained_car import load_trained_car
+    from racecraft.players.deepracer.trained_car import KIND, load_trained_car
     from racecraft.reporting.gallery import drive_laps, show_drive
     from racecraft.tracks.catalogue import load_track
     from racecraft.training.deepracer.aws.evaluation import write_aws_evaluation
 
     if video is not None:
         film_path(video)  # refused before the drive, not after it
-    asked = RunFolder.open(run).read_job().get("evaluate", {})
+    job = RunFolder.open(run).read_job()
+    if job.get("kind") != KIND:
+        refuse_words(job["kind"], {"--track": track, "--laps": laps, "--video": video, "--picture": picture})
+        judge(run, checkpoint, episodes, json)
+        return
+    refuse_words(KIND, {"--episodes": episodes})
+    asked = job.get("evaluate", {})
     car = load_trained_car(run, checkpoint or asked.get("checkpoint", CHECKPOINT))
     circuit = load_track(track) if track else car.trained_on
     drive = drive_laps(car, circuit, laps or asked.get("laps", LAPS))

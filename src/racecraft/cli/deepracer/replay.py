@@ -10,7 +10,12 @@ import typer
 if TYPE_CHECKING:
     from racecraft.evaluation.deepracer.replay_report import ReplayReport
 
-CARS = {"v4": "the classic simulator's car", "v6": "the ROS 2 build's car", "kinematic": "the ideal bicycle"}
+CARS = {
+    "v4": "the classic simulator's car until mid-2022",
+    "v5-classic": "the classic simulator's later car",
+    "v6": "the ROS 2 build's car",
+    "kinematic": "the ideal bicycle",
+}
 
 
 def replay(
@@ -19,7 +24,8 @@ def replay(
     ],
     track: Annotated[str, typer.Option(help="The track they were driven on: a name, or its waypoint file (.npy).")],
     car: Annotated[
-        str | None, typer.Option(help="v4, v6 or kinematic; by default that one of v4 and v6 that strays less.")
+        str | None,
+        typer.Option(help="v4, v5-classic, v6 or kinematic; by default that one of the first three that strays least."),
     ] = None,
     picture: Annotated[
         Path | None, typer.Option(help="Draw the longest recorded episode and our car's attempts into this PNG.")
@@ -69,7 +75,9 @@ def replay(
 def _print_report(report: ReplayReport, facts: dict[str, Any]) -> None:
     rows, episodes = facts["rows"], facts["episodes"]
     print(f"{rows:,} rows, {episodes:,} episodes, {len(report.files)} file(s), on {report.track.name}.")
-    if facts["reversed_episodes"]:
+    if facts["direction"] == "reversed":
+        print("All of it was driven against the track's direction.")
+    elif facts["direction"] == "both":
         print(f"{facts['reversed_episodes']:,} of the episodes were driven against the track's direction.")
     print("\nTold again from the recorded poses, rows that differ:")
     for key, what in (
@@ -101,6 +109,9 @@ def _print_open_loop(report: ReplayReport, facts: dict[str, Any]) -> None:
             *(_shown(yaw[key], 1, "°") for key in ("median", "p90")),
         )
     Console().print(table)
+    if len(report.strayed_m) > 1:
+        tried = ", ".join(f"{name} {_shown(strayed, 3, ' m')}" for name, strayed in report.strayed_m.items())
+        print(f"  median after a second of every car tried: {tried}")
     for file in facts["files"][:1] if len(facts["files"]) == 1 else []:
         for window in file["worst_windows"]:
             far = max((value for value in window["position_m"].values() if value is not None), default=None)

@@ -30,7 +30,8 @@ def train(
         typer.Option(help="A name from `racecraft tracks list`, or a waypoint file (.npy); by default reinvent_base."),
     ] = None,
     car: Annotated[
-        str | None, typer.Option(help="v4, v6 or kinematic; by default what the metadata's version asks for.")
+        str | None,
+        typer.Option(help="v4, v5-classic, v6 or kinematic; by default what the metadata's version asks for."),
     ] = None,
     preset: Annotated[
         str, typer.Option(help="fast: the learner and network that lap soonest; aws: those of AWS, figure by figure.")

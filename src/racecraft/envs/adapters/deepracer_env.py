@@ -42,7 +42,7 @@ class DeepRacerEnv(WorldEnv):
         reward: `reward_function(params)`, or the path of a file that holds one; by default the share of the road's
             half width that lies between the car and the border, 1 on the centre line.
         actions: (steering angle in degrees, positive left; speed in m/s) pairs; by default the console's ten.
-        car: Vehicle profile: "v4", "v6" or "kinematic".
+        car: Vehicle profile: "v4", "v5-classic", "v6" or "kinematic".
         width, height: Pixels of the frame.
         max_episode_seconds: An episode is truncated after so much simulated time.
         render_mode: "rgb_array" for a 640x480 colour picture of what the car sees.

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from racecraft.tracks.look import TrackLook
+from racecraft.envs.deepracer.light import palette_under
 from racecraft.tracks.track import Track
 
 MATERIALS = (
@@ -25,6 +25,8 @@ FIELD, ROAD, LINE, DASH, START, WALL_SOUTH, WALL_EAST, WALL_NORTH, WALL_WEST, SK
 GREY_WEIGHTS = np.array([0.2989, 0.587, 0.114])
 """Of red, green and blue in the grey level that policies see (facts: simapp observation filter)."""
 
+GRASS_SPREAD = 6.5
+"""Standard deviation of the field in the original's frames, grey levels (facts: 6 to 7)."""
 EDGES_PER_CHUNK = 8
 COLLINEAR_M = 0.001
 """Ring vertices nearer than this to the straight line between their neighbours are left out."""
@@ -47,15 +49,24 @@ class Scene(NamedTuple):
     """(M, 3) RGB level of each material in daylight, 0 to 255, float64."""
     grey_palette: np.ndarray
     """(M,) grey level of each material, 0 to 255, float64."""
+    grass: float
+    """Spread of the field's grain, grey levels; 0 where the field is plain."""
 
 
-def build_scene(track: Track) -> Scene:
-    """Lay out what is to be seen of a track."""
+def build_scene(track: Track, light: str = "2026", has_grass: bool = False, for_people: bool = False) -> Scene:
+    """Lay out what is to be seen of a track.
+
+    Args:
+        track: The circuit.
+        light: Year of the simulator whose light falls on it: "2019", "2021" or "2026".
+        has_grass: The field has the grain of grass instead of one plain colour.
+        for_people: No wall stands in its own shadow.
+    """
     look = track.look
     rings = [*road_rings(track), *start_rings(track), *dash_rings(track)]
     vertices, chunks, circles = _cut_into_chunks(rings)
     x0, y0, x1, y1 = track.field_bounds
-    palette = daylight_palette(look, is_carpeted=track.name in CARPETED)
+    palette = palette_under(light, look, track.name, for_people)
     return Scene(
         vertices,
         chunks,
@@ -64,31 +75,8 @@ def build_scene(track: Track) -> Scene:
         float(look.wall_height),
         palette,
         np.ascontiguousarray(palette @ GREY_WEIGHTS),
+        GRASS_SPREAD if has_grass else 0.0,
     )
-
-
-# ---- colours ---------------------------------------------------------------------------------------------------------
-
-SUNLIGHT = np.array([1.31, 1.31, 1.28])
-"""Light on the ground and on the backdrop, as a share of the texture's RGB: the original's sun gives less blue.
-Measured on camera frames of circuits of the common theme (facts: simapp camera images)."""
-CARPET_SUNLIGHT = np.array([1.04, 1.04, 1.05])
-CARPET_PAINT_SUNLIGHT = np.array([1.20, 1.20, 1.20])
-"""The same on the carpet of re:Invent 2018, measured on 92 frames of the classic simulator; the paint shines more."""
-CARPETED = ("reinvent_base",)
-WALL_LIGHT = np.array([0.0, 0.82, 0.96, 0.44])
-"""Light on the inner face of the south, east, north and west wall, as a share of the texture; same 92 frames."""
-
-
-def daylight_palette(look: TrackLook, is_carpeted: bool = False) -> np.ndarray:
-    """Return the (M, 3) RGB levels, 0 to 255, of a circuit's materials under the original's sun."""
-    light = CARPET_SUNLIGHT if is_carpeted else SUNLIGHT
-    paint_light = CARPET_PAINT_SUNLIGHT if is_carpeted else SUNLIGHT
-    ground = [np.array(colour) * light for colour in (look.field, look.road)]
-    paint = [np.array(colour) * paint_light for colour in (look.line, look.dash, look.start)]
-    wall = np.array(look.wall, dtype=np.float64)
-    sky = wall if look.wall_height > 0.0 else wall * SUNLIGHT
-    return np.clip(np.array([*ground, *paint, *(wall * share for share in WALL_LIGHT), sky]), 0.0, 255.0)
 
 
 # ---- rings -----------------------------------------------------------------------------------------------------------

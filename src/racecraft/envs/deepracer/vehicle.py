@@ -1,13 +1,14 @@
-"""How the car answers steering and throttle: three profiles of one model of few numbers.
+"""How the car answers steering and throttle: four profiles of one model of few numbers.
 
-The textbook bicycle is badly wrong for this car: its steering lags by 0.15 to 0.5 s and it turns only about two thirds
-as sharply as its geometry says. `scripts/fit_vehicle.py` fits the figures to one recorded training and judges them on
-others that they had not seen; docs/fidelity.md has the table. `v4` is its fit; for `v6` it found nothing better than
-the six parameters that were known before (project facts, section 1.4), with delays of whole substeps::
+The textbook bicycle is badly wrong for this car: its steering lags by 0.1 to 0.5 s, it turns less sharply than its
+geometry says, and the faster it goes the less. There have been three real cars, which `scripts/fit_vehicle.py` fits to
+some recorded trainings and judges on others that they had not seen; docs/fidelity.md has the table::
 
     steering  d(delta)/dt = (delta_cmd - delta) / steering_lag
-    speed     dv/dt       = clip((gain * v_cmd - v) / speed_lag, -max_acceleration, +max_acceleration)
-    curvature c           = curvature_gain * tan(delta) * (1 - curvature_droop * |tan(delta)|) / wheelbase + pull
+    speed     dv/dt       = clip((gain * v_cmd - v) / speed_lag, -max_braking, +max_acceleration)
+    asked     a           = curvature_gain * tan(delta) * (1 - curvature_droop * |tan(delta)|) / wheelbase
+                            / (1 + curvature_fade * v) + pull
+    curvature c           = a / (1 + (|a| v² / grip)^4)^(1/4)
     yaw rate  w           = v * c
     sideways  base_link moves left at `rotation_centre * w`: the centre of rotation lies behind it
 
@@ -38,6 +39,10 @@ MIN_SPEED_MPS, MAX_SPEED_MPS = 0.1, 4.0
 """Speed commands are clipped to this range; a car cannot be told to stand still."""
 
 
+NO_LIMIT = 1e9
+"""A limit that no car reaches."""
+
+
 class CarProfile(NamedTuple):
     """The parameters of one kind of car; a plain tuple of numbers, so that kernels take it whole."""
 
@@ -50,7 +55,9 @@ class CarProfile(NamedTuple):
     speed_delay: float
     """Time before a new speed command acts, s."""
     max_acceleration: float
-    """Limit of acceleration and braking, m/s²."""
+    """Limit of acceleration, m/s²."""
+    max_braking: float
+    """Limit of braking, m/s²."""
     speed_gain: float
     """Steady speed over commanded speed."""
     curvature_gain: float
@@ -60,13 +67,36 @@ class CarProfile(NamedTuple):
     rotation_centre: float
     """Distance of the centre of rotation behind base_link, m."""
     pull: float = 0.0
-    """Curvature that the car drives on top of what it steers, 1/m, left positive: the classic car pulls to the left."""
+    """Curvature that the car drives on top of what it steers, 1/m, left positive."""
+    curvature_fade: float = 0.0
+    """How that share falls with the speed, s/m."""
+    grip: float = NO_LIMIT
+    """Lateral acceleration that the tyres hold, m/s²; long before it they begin to slide."""
 
 
 PROFILES: dict[str, CarProfile] = {
-    "v4": CarProfile(0.496, 0.0, 0.169, 0.0, 3.35, 1.009, 0.867, 0.826, 0.05, 0.078),
-    "v6": CarProfile(0.167, 0.0334, 0.05, 0.0267, 1000.0, 1.03, 0.67, 0.25, 0.091, 0.0),
-    "kinematic": CarProfile(0.0, 0.0, 0.0, 0.0, 1e9, 1.0, 1.0, 0.0, -REAR_WHEELS_M[0], 0.0),
-}
-"""`v4`: the classic simulator's effort-controlled car (metadata version 1-4). `v6`: the ROS 2 build (5, 6 or none).
-`kinematic`: the ideal bicycle, for teaching."""
+    "v4": CarProfile(
+        steering_lag=0.502, steering_delay=0.0, speed_lag=0.158, speed_delay=0.0,
+        max_acceleration=3.15, max_braking=3.86, speed_gain=1.019,
+        curvature_gain=1.226, curvature_droop=0.581, curvature_fade=0.360, pull=0.0427, grip=3.03,
+        rotation_centre=0.0401,
+    ),
+    "v5-classic": CarProfile(
+        steering_lag=0.142, steering_delay=0.0067, speed_lag=0.163, speed_delay=0.0,
+        max_acceleration=3.14, max_braking=4.27, speed_gain=0.965,
+        curvature_gain=1.15, curvature_droop=0.069, curvature_fade=1.647, pull=0.0101, grip=8.97,
+        rotation_centre=0.0556,
+    ),
+    "v6": CarProfile(
+        steering_lag=0.167, steering_delay=0.0334, speed_lag=0.05, speed_delay=0.0267,
+        max_acceleration=1000.0, max_braking=1000.0, speed_gain=1.03,
+        curvature_gain=0.67, curvature_droop=0.25, rotation_centre=0.091,
+    ),
+    "kinematic": CarProfile(
+        steering_lag=0.0, steering_delay=0.0, speed_lag=0.0, speed_delay=0.0,
+        max_acceleration=NO_LIMIT, max_braking=NO_LIMIT, speed_gain=1.0,
+        curvature_gain=1.0, curvature_droop=0.0, rotation_centre=-REAR_WHEELS_M[0],
+    ),
+}  # fmt: skip
+"""`v4`: the classic simulator until mid-2022, later only under metadata versions 1 to 4. `v5-classic`: the same
+simulator from July 2022 to the console's end under version 5. `v6`: the ROS 2 build. `kinematic`: the ideal bicycle."""

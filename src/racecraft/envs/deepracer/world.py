@@ -26,9 +26,10 @@ from racecraft.contract.random_streams import stream_keys
 from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffers, WorldSpec
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionTable
-from racecraft.envs.deepracer.camera import MOUNT_V2, MOUNT_V3, Camera, CameraMount
+from racecraft.envs.deepracer.camera import MOUNT_V1, MOUNT_V2, MOUNT_V3, Camera, CameraMount
 from racecraft.envs.deepracer.fidelity import AWS_MAX_TICKS, SANE_MAX_SECONDS, TICK_JITTER, WHEEL_KICK, habits
 from racecraft.envs.deepracer.kernels import race as kernels
+from racecraft.envs.deepracer.light import light_for
 from racecraft.envs.deepracer.reward_params import RewardParams
 from racecraft.envs.deepracer.scene import build_scene
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
@@ -70,12 +71,18 @@ class RaceWorld:
         laps: int = 1,
         mount: CameraMount = MOUNT_V3,
     ) -> None:
-        self.track = track.reversed() if race_config.reverse else track
+        counted = track.as_filed() if race_config.waypoints == "as_filed" else track
+        self.track = counted.reversed() if race_config.reverse else counted
         self.actions = actions
         if isinstance(reward, Sequence) and len(reward) != num_cars:
             raise ContractError(f"{len(reward)} reward functions were given; expected one for all or {num_cars}")
         self.reward = reward
-        self.camera = Camera(build_scene(self.track), camera_config.width, camera_config.height, mount)
+        scene = build_scene(
+            track.reversed() if race_config.reverse else track,
+            light_for(camera_config.light, race_config.car),
+            camera_config.grass,
+        )
+        self.camera = Camera(scene, camera_config.width, camera_config.height, mount)
         self.reports = np.zeros(num_cars, race.TICK_REPORT)
         """What was written down of every car in the tick just taken, TICK_REPORT (N,)."""
         self._eyes = (self.camera.scene, self.camera.optics)
@@ -260,8 +267,10 @@ def _keys(seed: int, num_cars: int) -> Array:
 
 
 def mount_for_version(version: str | None) -> CameraMount:
-    """Return where the camera sits on cars of a metadata version: 1 and 2 carry the older mount."""
-    return MOUNT_V2 if version is not None and float(version) < 3 else MOUNT_V3
+    """Return where the camera sits on cars of a metadata version: 1 and 2 each carry a mount of their own."""
+    if version is None or float(version) >= 3:
+        return MOUNT_V3
+    return MOUNT_V2 if float(version) >= 2 else MOUNT_V1
 
 
 def _max_ticks(race_config: RaceConfig) -> int:

@@ -31,7 +31,7 @@ from racecraft.envs.deepracer.vehicle import (
     CarProfile,
 )
 from racecraft.evaluation.deepracer.kernels.replay import drive_windows
-from racecraft.evaluation.deepracer.recompute import Retold
+from racecraft.evaluation.deepracer.recompute import Walk
 from racecraft.formats.aws.sim_trace import SimTrace
 
 HORIZONS = {"0.5s": 8, "1s": 15}
@@ -64,12 +64,12 @@ class Windows:
         return len(self.first)
 
 
-def drive_open_loop(trace: SimTrace, retold: Retold, car: str | CarProfile, clocked: bool | None = None) -> Windows:
+def drive_open_loop(trace: SimTrace, retold: Walk, car: str | CarProfile, clocked: bool | None = None) -> Windows:
     """Drive a car with the commands of a trace.
 
     Args:
         trace: What was recorded.
-        retold: The same trace by `recompute`.
+        retold: The same trace by `walk` or `recompute`.
         car: A name of PROFILES, or a profile of one's own.
         clocked: Whether ticks last as long as the trace's clock says; by default as CLOCKED_CARS has it.
     """
@@ -99,7 +99,14 @@ def drive_open_loop(trace: SimTrace, retold: Retold, car: str | CarProfile, cloc
     return Windows(first, ticks, paths, position, yaw)
 
 
-def open_windows(trace: SimTrace, retold: Retold) -> tuple[Array, Array]:
+def real_speeds(trace: SimTrace, windows: Windows) -> Array:
+    """Return how fast the recorded car drove in each window, m/s, (W,): the way of its front point over its ticks."""
+    front = np.column_stack([trace.columns["X"], trace.columns["Y"]])
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(front, axis=0).T))])
+    return (way[windows.first + windows.ticks] - way[windows.first]) / (windows.ticks * TICK_SECONDS)
+
+
+def open_windows(trace: SimTrace, retold: Walk) -> tuple[Array, Array]:
     """Return the first row of every window and how many ticks it lasts, (W,) each."""
     follows = np.zeros(len(trace), bool)  # the row after this one is the tick after it
     follows[:-1] = (np.diff(trace.columns["steps"]) == 1) & ~retold.begins[1:] & ~retold.held[:-1] & ~retold.held[1:]
@@ -123,7 +130,7 @@ def commands_of(trace: SimTrace) -> Array:
     return np.column_stack([steering, np.clip(trace.columns["throttle"], MIN_SPEED_MPS, MAX_SPEED_MPS)])
 
 
-def seconds_of(trace: SimTrace, retold: Retold, clocked: bool) -> Array:
+def seconds_of(trace: SimTrace, retold: Walk, clocked: bool) -> Array:
     """Return how long each row's command acted, s, (T,); over a row that is missing the command acts on."""
     steps = np.ones(len(trace))
     steps[:-1] = np.where(retold.restarts[1:], TICKS_TO_RESET, np.diff(trace.columns["steps"]))

@@ -4,9 +4,8 @@ A trace holds, beside the pose of every row, what the original worked out from i
 whether all wheels were on the track, whether the car was off it. Here the same is worked out by our own geometry, with
 the very kernels the world drives on, and compared row by row.
 
-Where an episode began is not written down; it is the start that most of its rows agree on. Waypoints are counted as the
-route file counts them: the builds of 2026 number a repeated row too (their Spain_track logs show it), others may not,
-so both numberings are tried where a file has one.
+Where an episode began is not written down; it is the start that most of its rows agree on. Where a route file repeats a
+row, both ways to count it are tried: all logs of 2020 to 2026 that we know count it, the code of simapp 6.0.5 does not.
 """
 
 from __future__ import annotations
@@ -31,9 +30,9 @@ HELD = ("pause", "park", "prepare")
 """Statuses of a car that is held in place."""
 
 
-@dataclass(frozen=True)
-class Retold:
-    """A trace and what we make of it; arrays of shape (T,), a mismatch is True."""
+@dataclass(frozen=True, kw_only=True)
+class Walk:
+    """Where a trace's car stood and what was done with it, on whatever track; arrays of shape (T,)."""
 
     places: Array
     """(T, 3) base_link x, y in m and yaw in rad."""
@@ -43,6 +42,12 @@ class Retold:
     """The row is an episode's first, and the car stands there; a flying lap goes on from the one before."""
     held: Array
     """The car is held in place: prepare, pause, park."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Retold(Walk):
+    """A trace and what we make of it; arrays of shape (T,), a mismatch is True."""
+
     reversed: Array
     """The episode was driven against the track's direction."""
     progress: Array
@@ -57,35 +62,48 @@ class Retold:
 
     progress_far: Array
     """Our progress and the trace's are more than a point apart; nearly everywhere where the track is another one."""
+    waypoints: str | None = None
+    """How the trace counts a row that the route file repeats, "as_filed" or "distinct"; None where the file has none,
+    or where both ways agree equally well."""
 
 
-def recompute(trace: SimTrace, track: Track, as_filed: Track | None = None) -> Retold:
+def walk(trace: SimTrace) -> Walk:
+    """Return what a trace says of its car's whereabouts, without asking a track."""
+    begins = episode_begins(trace)
+    known = "episode_status" in trace.columns
+    held = np.isin(trace.columns["episode_status"], HELD) if known else begins & (trace.columns["steps"] <= 1)
+    restarts = begins & (held | (trace.columns["steps"] <= 1))
+    return Walk(places=places_of(trace), begins=begins, restarts=restarts, held=held)
+
+
+def recompute(trace: SimTrace, track: Track) -> Retold:
     """Return a trace's figures, worked out again from its poses.
 
     Args:
         trace: What was recorded.
         track: The circuit it was driven on.
-        as_filed: The same circuit with every row of its file, repeated ones included, where it has any.
     """
     columns = trace.columns
-    places = places_of(trace)
-    begins = episode_begins(trace)
+    walked = walk(trace)
+    places, begins, held = walked.places, walked.begins, walked.held
     status = columns.get("episode_status", np.full(len(trace), ""))
-    held = np.isin(status, HELD) if "episode_status" in columns else begins & (columns["steps"] <= 1)
     progress, backwards, waypoints = _along(trace, track, begins)
     gap = np.abs(progress - columns["progress"])
     waypoint_wrong = waypoints != columns["closest_waypoint"]
-    if as_filed is not None:
-        _, _, filed = _along(trace, as_filed, begins)
+    counting = None
+    if track.repeated_rows:
+        _, _, filed = _along(trace, track.as_filed(), begins)
         other = filed != columns["closest_waypoint"]
-        waypoint_wrong = other if other.sum() < waypoint_wrong.sum() else waypoint_wrong
+        if other.sum() != waypoint_wrong.sum():
+            counting = "as_filed" if other.sum() < waypoint_wrong.sum() else "distinct"
+        waypoint_wrong = other if counting == "as_filed" else waypoint_wrong
     wheels = np.empty(len(trace), np.int64)
     count_wheels(track.arrays(), places, wheels)
     judged = ~np.isin(status, NOT_JUDGED) & ("episode_status" in columns)
     return Retold(
         places=places,
         begins=begins,
-        restarts=begins & (held | (columns["steps"] <= 1)),
+        restarts=walked.restarts,
         held=held,
         reversed=backwards,
         progress=progress,
@@ -95,6 +113,7 @@ def recompute(trace: SimTrace, track: Track, as_filed: Track | None = None) -> R
         off_track_judged=judged,
         off_track_wrong=judged & ((wheels == 0) != (status == "off_track")),
         progress_far=gap > 1.0,
+        waypoints=counting,
     )
 
 

@@ -17,20 +17,24 @@ import numpy as np
 from racecraft.contract.errors import InputFileError, UserInputError, nearest
 from racecraft.contract.world import Array
 from racecraft.envs.deepracer.vehicle import PROFILES
-from racecraft.evaluation.deepracer.open_loop import HORIZONS, Windows, drive_open_loop
+from racecraft.evaluation.deepracer.open_loop import HORIZONS, Windows, drive_open_loop, real_speeds
 from racecraft.evaluation.deepracer.recompute import Retold, recompute
 from racecraft.formats.aws.sim_trace import MAX_NAMED_ROWS, SimTrace, SimTraceError, read_sim_trace
 from racecraft.tracks.catalogue import load_track, names, summary
-from racecraft.tracks.importer import read_rows
 from racecraft.tracks.track import Track
 
-RECORDED_CARS = ("v4", "v6")
-"""Cars that races were recorded with; where none is asked for, the one of them that strays less is reported."""
+RECORDED_CARS = ("v4", "v5-classic", "v6")
+"""Cars that races were recorded with; where none is asked for, the one of them that strays least is reported."""
 WORST_WINDOWS = 5
 OTHER_LENGTH = 0.005
 """Tracks whose lengths differ by more than this share are not the same."""
-SAME_CAR_M = {"0.5s": 0.06, "1s": 0.11}
-"""Our car is the recorded one when its median distance from it is at most this; the rows' own jitter is 2 to 3 cm."""
+SAME_CAR_M = {"v4": (0.12, 0.25), "v5-classic": (0.20, 0.40)}
+OTHER_SAME_CAR_M = (0.11, 0.25)
+"""Our car is the recorded one when its median distance from it after a second is at most this: below FAST_MPS, and from
+there on. Classic cars stray more from each other, the later one most; the rows' own jitter is 2 to 3 cm."""
+FAST_MPS = 2.0
+FEWEST_WINDOWS = 20
+"""A band of speed with fewer windows is not asked, unless the other has fewer still."""
 SAME_WHEELS = 0.998
 """Wheels on the track must agree in so many rows; the original reads pose and wheels at different instants."""
 NUMBERS = ("X", "Y", "yaw", "steer", "throttle", "progress", "tstamp")
@@ -78,12 +82,17 @@ class ReplayReport:
     """The track was read from a route file; otherwise it is the catalogue's smooth curve."""
     car: str
     files: tuple[FileReplay, ...]
+    strayed_m: dict[str, float | None]
+    """By car that was tried: median distance from the recorded one after a second, m; None where none was measured."""
 
     def as_dictionary(self) -> dict[str, Any]:
         """Return the report as plain values, fit for JSON; what could not be measured is None."""
         return {
             "track": self.track.name,
+            "direction": self.direction,
+            "waypoints": self.waypoints,
             "car": self.car,
+            "cars_tried_m": self.strayed_m,
             "same_track": self.is_same_track,
             "same_car": self.is_same_car,
             **_figures(self.files),
@@ -107,9 +116,34 @@ class ReplayReport:
     @property
     def is_same_car(self) -> bool | None:
         """Our car strays no further than `SAME_CAR_M`; None where no recorded stretch was long enough to tell."""
-        medians = {name: part["median"] for name, part in _figures(self.files)["open_loop_position_m"].items()}
-        measured = {name: median for name, median in medians.items() if median is not None}
-        return all(median <= SAME_CAR_M[name] for name, median in measured.items()) if measured else None
+        limits = SAME_CAR_M.get(self.car, OTHER_SAME_CAR_M)
+        strayed, speeds = self._by_speed("1s")
+        if not len(strayed):
+            strayed, speeds = self._by_speed("0.5s")
+            limits = (0.55 * limits[0], 0.55 * limits[1])
+        bands = [(strayed[speeds < FAST_MPS], limits[0]), (strayed[speeds >= FAST_MPS], limits[1])]
+        fewest = min(FEWEST_WINDOWS, max(len(band) for band, _ in bands))
+        asked = [(band, limit) for band, limit in bands if len(band) >= max(fewest, 1)]
+        return all(float(np.median(band)) <= limit for band, limit in asked) if asked else None
+
+    @property
+    def direction(self) -> str:
+        """Which way round the recorded car drove: "forward", "reversed" or "both"."""
+        begins = np.concatenate([file.retold.begins for file in self.files])
+        reverse = np.concatenate([file.retold.reversed for file in self.files])[begins]
+        return "both" if reverse.any() and not reverse.all() else "reversed" if reverse.any() else "forward"
+
+    @property
+    def waypoints(self) -> str | None:
+        """How rows that the route file repeats were counted: "as_filed", "distinct"; None where nothing tells."""
+        told = {file.retold.waypoints for file in self.files} - {None}
+        return told.pop() if len(told) == 1 else None
+
+    def _by_speed(self, horizon: str) -> tuple[Array, Array]:
+        """Return how far our car strayed, m, and how fast the recorded one drove, m/s, in windows that reach so far."""
+        strayed = np.concatenate([file.windows.position_m[horizon] for file in self.files])
+        speeds = np.concatenate([real_speeds(file.trace, file.windows) for file in self.files])
+        return strayed[np.isfinite(strayed)], speeds[np.isfinite(strayed)]
 
     def errors_m(self) -> dict[str, Array]:
         """Return how far our car strayed in every window, m, by horizon."""
@@ -121,6 +155,12 @@ class ReplayReport:
         rows = sum(len(file.trace) for file in self.files)
         wrong = sum(int(file.retold.waypoint_wrong.sum()) for file in self.files)
         notes = []
+        if self.waypoints is not None:
+            counted = "counts" if self.waypoints == "as_filed" else "does not count"
+            notes.append(
+                f"The route file of {self.track.name} repeats a row, and this recording {counted} it as a waypoint: "
+                f"race.waypoints={self.waypoints} gives its rewards the same numbers."
+            )
         if wrong > 0.5 * rows:
             notes.append(
                 f"{wrong} of {rows} closest waypoints differ although the progress is right: the rows of this track "
@@ -141,7 +181,7 @@ def replay(paths: Sequence[str | Path], track: str | Path, car: str | None = Non
         paths: Traces (`.csv`), or folders: of these every `*-iteration.csv` at any depth.
         track: A catalogue name or a route file (`.npy`). The catalogue's tracks are smooth curves a few millimetres
             beside the original's; only the original's own file brings the differences down to none.
-        car: "v4", "v6" or "kinematic"; when None, that one of v4 and v6 that strays less.
+        car: A name of PROFILES; when None, that one of RECORDED_CARS that strays least.
 
     Raises:
         SimTraceError: A file is no trace, is damaged throughout, or holds no row in which a car was driven.
@@ -152,11 +192,10 @@ def replay(paths: Sequence[str | Path], track: str | Path, car: str | None = Non
     if car is not None and car not in PROFILES:
         raise UserInputError(f"There is no car {car!r}. {nearest(car, PROFILES)}")
     circuit = load_track(track)
-    as_filed = _with_every_row(circuit, track)
     told = []
     for path in _files(paths):
         trace = _read(path)
-        retold = recompute(trace, circuit, as_filed)
+        retold = recompute(trace, circuit)
         _refuse_other_track(path, trace, retold, circuit)
         _refuse_parked(path, trace, retold)
         told.append((path, trace, retold))
@@ -164,7 +203,8 @@ def replay(paths: Sequence[str | Path], track: str | Path, car: str | None = Non
     driven = {name: [drive_open_loop(trace, retold, name) for _, trace, retold in told] for name in candidates}
     best = min(candidates, key=lambda name: _strayed(driven[name]))
     files = tuple(FileReplay(*parts, windows) for parts, windows in zip(told, driven[best], strict=True))
-    return ReplayReport(circuit, _is_route_file(track), best, files)
+    strayed = {name: _rounded(_strayed(windows)) for name, windows in driven.items()}
+    return ReplayReport(circuit, _is_route_file(track), best, files, strayed)
 
 
 def _figures(files: Sequence[FileReplay]) -> dict[str, Any]:
@@ -248,17 +288,6 @@ def _endless(trace: SimTrace, row: int) -> str:
     return " and ".join(
         f"{name} is {trace.columns[name][row]}" for name in NUMBERS if not np.isfinite(trace.columns[name][row])
     )
-
-
-def _with_every_row(circuit: Track, track: str | Path) -> Track | None:
-    """Return the circuit with the repeated rows of its file, as some builds count them; None where it has none."""
-    if not _is_route_file(track):
-        return None
-    rows = read_rows(track)
-    if len(rows) == len(circuit.centre):
-        return None
-    centre, inner, outer = (np.ascontiguousarray(rows[:, k : k + 2]) for k in (0, 2, 4))
-    return Track(circuit.name, centre, inner, outer, closed=circuit.closed)
 
 
 def _is_route_file(track: str | Path) -> bool:

@@ -112,12 +112,12 @@ class ModelMetadata:
 
     @property
     def car(self) -> str:
-        """The vehicle profile that goes with the version: "v4" or "v6"."""
+        """The vehicle profile that goes with the version: "v4", "v5-classic" or "v6"."""
         return car_for_version(self.version)
 
 
 def default_model_metadata() -> ModelMetadata:
-    """Return the car of somebody who brings none: the console's kind of default car.
+    """Return the car of somebody who brings none: the console's kind of default car, driven as today's cars drive.
 
     Five angles at 0.5 and 1.0 m/s, numbered from right to left, slow before fast; front camera, shallow network.
 
@@ -127,16 +127,21 @@ def default_model_metadata() -> ModelMetadata:
     actions = tuple(
         CarAction(math.radians(angle), speed) for angle in (-30.0, -15.0, 0.0, 15.0, 30.0) for speed in (0.5, 1.0)
     )
-    return ModelMetadata(actions, version="5")
+    return ModelMetadata(actions, version="6")
 
 
 def car_for_version(version: str | None) -> str:
-    """Return the vehicle profile for a version: 1 to 4 is "v4"; 5, 6 or none is "v6".
+    """Return the vehicle profile for a version: 1 to 4 is "v4", 5 is "v5-classic", 6 or none is "v6".
+
+    Version 5 is what the console wrote from July 2022 to its end, and there its cars drove as "v5-classic". DeepRacer
+    on AWS and DeepRacer for Cloud 6 drive any version from 5 on as "v6": the file does not say where it was driven.
 
     >>> car_for_version("3"), car_for_version("5"), car_for_version(None)
-    ('v4', 'v6', 'v6')
+    ('v4', 'v5-classic', 'v6')
     """
-    return "v4" if version is not None and float(version) < 5 else "v6"
+    if version is None or float(version) >= 6:
+        return "v6"
+    return "v5-classic" if float(version) >= 5 else "v4"
 
 
 def read_model_metadata(path: str | Path) -> ModelMetadata:

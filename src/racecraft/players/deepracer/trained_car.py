@@ -11,6 +11,7 @@ from typing import Any
 from racecraft.contract.errors import TrackError
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.camera import CameraMount
+from racecraft.envs.deepracer.light import light_for
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
 from racecraft.formats.checkpoint import CheckpointEntry
@@ -45,6 +46,11 @@ class TrainedCar:
     def mount(self) -> CameraMount:
         """Where its camera sits."""
         return mount_for_version(self.version)
+
+    @property
+    def light(self) -> str:
+        """Year of the simulator in whose light it drives."""
+        return light_for(self.settings.camera.light, self.settings.race.car)
 
     def world(
         self, track: Track, num_cars: int, start_shares: Sequence[float] | None = None, laps: int = 1

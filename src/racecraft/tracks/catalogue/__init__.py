@@ -124,7 +124,12 @@ def _build(name: str) -> Track:
     entry = _index()[name]
     rows = read_shape(FOLDER / "shapes" / f"{entry['shape']}.json")
     return Track.from_rows(
-        name, rows, look=TrackLook.from_record(entry["look"]), title=entry["title"], tags=tuple(entry["tags"])
+        name,
+        rows,
+        look=TrackLook.from_record(entry["look"]),
+        title=entry["title"],
+        tags=tuple(entry["tags"]),
+        repeated_rows=tuple(entry.get("repeated_rows", ())),
     )
 
 

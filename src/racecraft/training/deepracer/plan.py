@@ -19,11 +19,12 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.players.deepracer.trained_car import KIND, track_of_run
 from racecraft.players.trained import split_source
 from racecraft.settings.composition import Settings
-from racecraft.settings.overrides import from_dictionary, with_values
+from racecraft.settings.overrides import from_dictionary
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.importer import travels
 from racecraft.tracks.track import Track
 from racecraft.training.deepracer.aws.setup import FROM_ENV
+from racecraft.training.deepracer.car_choice import choose_car, waypoint_notes
 from racecraft.training.deepracer.model_folder import ModelFolder, read_model_folder
 from racecraft.training.deepracer.presets import default_settings, settings_for, stops_given
 from racecraft.training.deepracer.race_environment import TRACK_VARIABLE, race_environment
@@ -102,10 +103,10 @@ def plan_car(request: RaceRequest) -> CarPlan:
     settings, notes = settings_for(
         request.preset, model.hyperparameters, request.overrides, request.fidelity, model.metadata, algorithm
     )
-    if not any(override.startswith("race.car=") for override in request.overrides):
-        settings = with_values(settings, "race", {"car": request.car or model.metadata.car})
+    is_set = any(override.startswith("race.car=") for override in request.overrides)
+    settings, car_notes = choose_car(settings, model.metadata, request.car, is_set, request.folder)
     track = _load_track(request, asked.env)
-    notes = [*asked.notes, *model.notes, *notes]
+    notes = [*asked.notes, *model.notes, *notes, *car_notes, *waypoint_notes(settings, track)]
     return CarPlan(request, model, algorithm, settings, track, stops, tuple(notes), asked.env.values, asked.judging)
 
 

@@ -24,6 +24,10 @@ LEVEL = 64
 SKY = 9
 FIELD = 0
 FIRST_WALL = 5
+GRASS_CELL_M = 0.012
+"""Spots of grass of this size have one shade."""
+GRASS_BLADE_M = 0.35
+"""A patch so long on the ground shows the grain by half its variance."""
 WALL_NEAR_M = 0.02
 """Walls nearer than this to the image plane are cut off (the original's near clip)."""
 
@@ -74,6 +78,45 @@ def render_frame(scene, optics, x, y, yaw, palette, frame):
     add_backdrop(differences, scene, optics, eye_x, eye_y, cosine, sine, levels)
     add_ground(differences, scene, optics, eye_x, eye_y, cosine, sine, levels)
     sum_columns(differences, levels[SKY], frame)
+    if scene.grass > 0.0:
+        grow_grass(frame, scene, optics, eye_x, eye_y, cosine, sine, palette[FIELD])
+
+
+@kernel
+def grow_grass(frame, scene, optics, eye_x, eye_y, cosine, sine, level):
+    """Give the pixels that are wholly field the grain of grass; what lies on the field keeps its edges."""
+    height, width = frame.shape
+    plain = min(max(int(level + 0.5), 0), 255)
+    for row in range(height):
+        slope = (row + 0.5 - optics.middle_y) / optics.focal
+        drop = optics.sin_pitch + slope * optics.cos_pitch
+        if drop <= 1e-3:
+            continue
+        depth = optics.mount_z / drop
+        ahead = depth * (optics.cos_pitch - slope * optics.sin_pitch)
+        # A pixel sees the mean over a patch that is this long on the ground.
+        patch = depth / (optics.focal * drop)
+        spread = scene.grass * math.sqrt(12.0 / (1.0 + patch / GRASS_BLADE_M))
+        for column in range(width):
+            if abs(int(frame[row, column]) - plain) > 1:
+                continue
+            left = (optics.middle_x - column - 0.5) / optics.focal * depth
+            x = eye_x + cosine * ahead - sine * left
+            y = eye_y + sine * ahead + cosine * left
+            if scene.field_corners[0, 0] < x < scene.field_corners[2, 0] and (
+                scene.field_corners[0, 1] < y < scene.field_corners[2, 1]
+            ):
+                shade = level + spread * grass_shade(math.floor(x / GRASS_CELL_M), math.floor(y / GRASS_CELL_M))
+                frame[row, column] = np.uint8(min(max(int(shade + 0.5), 0), 255))
+
+
+@kernel
+def grass_shade(cell_x, cell_y):
+    """Return what a spot of the field differs by, -0.5 to 0.5, evenly spread; the same from wherever it is seen."""
+    mixed = np.uint32(np.int64(cell_x) * 73856093 ^ np.int64(cell_y) * 19349663)
+    mixed = np.uint32((mixed ^ (mixed >> np.uint32(15))) * np.uint32(2246822519))
+    mixed = np.uint32((mixed ^ (mixed >> np.uint32(13))) * np.uint32(3266489917))
+    return np.float64(mixed ^ (mixed >> np.uint32(16))) / 4294967296.0 - 0.5
 
 
 @kernel

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from racecraft.envs.deepracer.vehicle import SUBSTEPS, TICK_SECONDS, WHEELBASE_M
+from racecraft.envs.deepracer.vehicle import NO_LIMIT, SUBSTEPS, TICK_SECONDS, WHEELBASE_M
 from racecraft.kernels import kernel
 
 SUBSTEP_SECONDS = TICK_SECONDS / SUBSTEPS
@@ -39,9 +39,7 @@ def drive(car, x, y, yaw, speed, steering, old_steering, old_speed, new_steering
         speed_command = new_speed if substep >= speed_from else old_speed
         steering += (steering_command - steering) * steering_share
         speed = approach_speed(car, speed, speed_command, step)
-        tangent = math.tan(steering)
-        curvature = car.curvature_gain * tangent * (1.0 - car.curvature_droop * abs(tangent)) / WHEELBASE_M + car.pull
-        turn = speed * curvature * step
+        turn = speed * driven_curvature(car, speed, steering) * step
         # Along the chord: the heading halfway through the substep, which keeps circles round at any substep.
         heading = yaw + 0.5 * turn
         forward, left = speed * step, car.rotation_centre * turn
@@ -52,13 +50,28 @@ def drive(car, x, y, yaw, speed, steering, old_steering, old_speed, new_steering
 
 
 @kernel
+def driven_curvature(car, speed, steering):
+    """Return how sharply the car turns, 1/m, left positive: what its wheels ask for, as far as its tyres hold."""
+    tangent = math.tan(steering)
+    asked = car.curvature_gain * tangent * (1.0 - car.curvature_droop * abs(tangent)) / WHEELBASE_M
+    if car.curvature_fade > 0.0:
+        asked = asked / (1.0 + car.curvature_fade * speed)
+    asked += car.pull
+    if car.grip >= NO_LIMIT:
+        return asked
+    slide = asked * speed * speed / car.grip
+    slide *= slide
+    return asked / math.sqrt(math.sqrt(1.0 + slide * slide))
+
+
+@kernel
 def approach_speed(car, speed, command, seconds):
     """Return the speed so many seconds later, m/s."""
     target = car.speed_gain * command
     if car.speed_lag <= 0.0:
         return target
     acceleration = (target - speed) / car.speed_lag
-    acceleration = min(max(acceleration, -car.max_acceleration), car.max_acceleration)
+    acceleration = min(max(acceleration, -car.max_braking), car.max_acceleration)
     return speed + acceleration * seconds
 
 

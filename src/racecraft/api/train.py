@@ -1,0 +1,97 @@
+"""Train, and go on with a run, from Python."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from racecraft.contract.errors import SettingError, nearest
+from racecraft.settings.describe import value_text
+from racecraft.training import worlds
+from racecraft.training.callbacks import Silent, TrainingCallback
+from racecraft.training.trainer import Trained
+
+
+def train(
+    kind: str,
+    *,
+    settings: Mapping[str, Any] | Iterable[str] = (),
+    stops: str | Iterable[str] = (),
+    callback: TrainingCallback | None = None,
+    quiet: bool = False,
+    **asked: Any,
+) -> Trained:
+    """Train in any kind of world until a stop condition holds.
+
+    Args:
+        kind: "deepracer", "battlesnake", "gymnasium" or "unity".
+        settings: {"ppo.learning_rate": 1e-4} or ["ppo.learning_rate=1e-4"], as after `--set`.
+        stops: "minutes=5", or several; none: the world's own.
+        callback: Watches; None: a line an iteration on standard error, or nothing where `quiet`.
+        quiet: Say nothing.
+        asked: What the command of that kind is asked: `algorithm`, `run`, `seed`, `clone_from`, and the world's own
+            words (`folder`, `track`, `preset` …; `environment`; `game`; `build`, `config` …).
+
+    Returns:
+        Where the run lies and what it came to.
+
+    Raises:
+        UserInputError: Whatever was asked for and cannot be used, as a letter.
+    """
+    request_class = worlds.kind_named(kind).Request
+    known = {field.name for field in dataclasses.fields(request_class)}
+    for name in asked:
+        if name not in known:
+            raise SettingError(f"train({kind!r}) knows no '{name}'. {nearest(name, sorted(known))}")
+    words = dict(asked)
+    for name in ("run", "folder", "config"):
+        if words.get(name) is not None and name in known:
+            words[name] = Path(words[name])
+    request = request_class(stops=_texts(stops), overrides=_overrides(settings), **words)
+    return worlds.train(request, callback or _callback(quiet), _say(quiet))
+
+
+def resume(
+    run: str | Path, *, stops: str | Iterable[str] = (), callback: TrainingCallback | None = None, quiet: bool = False
+) -> Trained:
+    """Go on with a run of any kind from its last whole iteration, as if it had never stopped.
+
+    Args:
+        run: The run folder.
+        stops: New stop conditions; none: those it was begun with.
+        callback: Watches, as in `train`.
+        quiet: Say nothing.
+
+    Raises:
+        RunFolderError: No run folder, or it is being trained.
+    """
+    return worlds.resume(run, _texts(stops), callback or _callback(quiet), _say(quiet))
+
+
+def _texts(stops: str | Iterable[str]) -> tuple[str, ...]:
+    return (stops,) if isinstance(stops, str) else tuple(stops)
+
+
+def _overrides(settings: Mapping[str, Any] | Iterable[str]) -> tuple[str, ...]:
+    if isinstance(settings, Mapping):
+        return tuple(f"{name}={value_text(_tuple(value))}" for name, value in settings.items())
+    return tuple(settings)
+
+
+def _tuple(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _callback(quiet: bool) -> TrainingCallback:
+    if quiet:
+        return Silent()
+    from racecraft.training.progress import LineWatcher
+
+    return LineWatcher(sys.stderr)
+
+
+def _say(quiet: bool) -> Any:
+    return (lambda text: None) if quiet else (lambda text: print(text, file=sys.stderr))

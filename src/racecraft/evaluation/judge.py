@@ -1,0 +1,146 @@
+"""Judge the greedy policy of any run in a world of its own kind. Begin with `judge_run`.
+
+Cars are judged by laps, everything else by whole episodes; a snake by its rating against the anchors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from racecraft.contract.errors import RunFolderError, SettingError, nearest
+from racecraft.contract.world import World
+from racecraft.formats.run_folder import RunFolder
+from racecraft.players.trained import TrainedPolicy, load_policy, split_source
+from racecraft.rollout.episodes import CUT, play_episodes
+from racecraft.rollout.statistics import summarise
+
+EPISODES = 100
+"""Gymnasium's own measure."""
+JUDGING_WORLDS = 20
+MOST_TICKS = 100_000
+"""A policy that never comes to an end is cut."""
+SEED_OF_JUDGING = 1_000_000_007
+
+
+def judge_run(run: str | Path, which: str = "", **words: Any) -> dict[str, Any]:
+    """Judge the greedy policy of a run and return plain figures.
+
+    Args:
+        run: The run folder; RUN:best, RUN:last and RUN:N name a checkpoint.
+        which: "best", "last" or the number of an iteration; "": what `run` says, else the best.
+        words: What that kind of world is judged by: `track`, `laps` for cars; `episodes`, `seed` for others.
+
+    Raises:
+        RunFolderError: No run folder, or of a kind that is not judged so.
+        SettingError: A word that this kind does not know.
+    """
+    path, named = split_source(str(run))
+    folder = RunFolder.open(path)
+    kind = str(folder.read_job().get("kind"))
+    judges: Mapping[str, Callable[..., dict[str, Any]]] = {
+        "deepracer": _judge_car,
+        "gymnasium": _judge_gymnasium,
+        "battlesnake": _judge_snake,
+        "unity": _judge_unity,
+    }
+    if kind not in judges:
+        raise RunFolderError(f"{folder.path}: the run is of an unknown kind, {kind!r}; expected one of racecraft's.")
+    known = ("track", "laps") if kind == "deepracer" else ("episodes", "seed")
+    for word in words:
+        if word not in known:
+            raise SettingError(f"a {kind} run is not judged by '{word}'. {nearest(word, known)}")
+    return judges[kind](folder, which or named, **words)
+
+
+def judge_episodes(policy: TrainedPolicy, world: World, episodes: int, seed: int, spare: int = 0) -> dict[str, Any]:
+    """Play so many whole episodes and return what they came to.
+
+    Args:
+        policy: Who plays.
+        world: Where; its agents play side by side.
+        episodes: How many count, all agents together.
+        seed: Of the world.
+        spare: Episodes of each agent that are played before those that count.
+    """
+    each = -(-episodes // (world.spec.num_worlds * world.spec.num_agents))
+    told = play_episodes(policy, world, episodes_each=each, seed=seed, spare=spare, max_ticks=MOST_TICKS)[:episodes]
+    summary = summarise(told)
+    return {
+        "episodes": summary.episodes,
+        "mean_return": summary.mean_reward,
+        "std_return": summary.std_reward,
+        "mean_steps": summary.mean_steps,
+        "cut": sum(one.status == CUT for one in told),
+    }
+
+
+def _judge_car(run: RunFolder, which: str, track: str | None = None, laps: int = 3) -> dict[str, Any]:
+    from racecraft.evaluation.deepracer.laps import judge_laps
+    from racecraft.players.deepracer.trained_car import load_trained_car
+    from racecraft.tracks.catalogue import load_track
+
+    car = load_trained_car(run.path, which)
+    circuit = load_track(track) if track else car.trained_on
+    world = car.world(circuit, num_cars=1, start_shares=[0.0], laps=laps)
+    report = judge_laps(car.policy, world, laps)
+    return _facts(run, car.policy) | {"track": circuit.name, **report.as_dictionary()}
+
+
+def _judge_gymnasium(
+    run: RunFolder, which: str, episodes: int = EPISODES, seed: int = SEED_OF_JUDGING
+) -> dict[str, Any]:
+    from racecraft.envs.adapters.from_gymnasium import GymnasiumWorld
+
+    policy = load_policy(run, which)
+    world = GymnasiumWorld(run.read_job()["asked"]["environment"], min(episodes, JUDGING_WORLDS))
+    try:
+        return _facts(run, policy) | judge_episodes(policy, world, episodes, seed)
+    finally:
+        world.close()
+
+
+def _judge_unity(run: RunFolder, which: str, episodes: int = 20, seed: int = 0) -> dict[str, Any]:
+    from racecraft.envs.unity.builds import find_build
+    from racecraft.envs.unity.world import UnityWorld
+
+    policy, asked = load_policy(run, which), run.read_job()["asked"]
+    behaviors = asked["behavior"]
+    named = [behaviors] if isinstance(behaviors, str) else behaviors
+    several = len(named) > 1
+    arguments: dict[str, Any] = {"args": ("--agents", str(episodes))} if asked["build"] == "builtin:Basic" else {}
+    world = UnityWorld(
+        find_build(asked["build"]), behavior=named if several else named[0], several=several, seed=seed, **arguments
+    )
+    try:
+        return _facts(run, policy) | judge_episodes(policy, world, episodes, seed)
+    finally:
+        world.close()
+
+
+def _judge_snake(run: RunFolder, which: str, episodes: int = 50, seed: int = SEED_OF_JUDGING) -> dict[str, Any]:
+    from racecraft.envs.battlesnake.settings import GameSettings
+    from racecraft.envs.battlesnake.world import WorldSettings
+    from racecraft.evaluation.battlesnake.batch import play_batch
+    from racecraft.evaluation.battlesnake.rating import wilson
+    from racecraft.players.battlesnake.anchors import ANCHORS
+    from racecraft.players.battlesnake.trained import snake_config_in
+
+    policy, game = load_policy(run, which), GameSettings(**run.read_job()["asked"]["game"])
+    seen = snake_config_in(policy.metadata["settings"])
+    played = WorldSettings(game, view=seen.view, outlook=seen.outlook)
+    against = {}
+    for name in ANCHORS:
+        results = play_batch([policy, *[name] * (game.players - 1)], played, episodes, seed)
+        won = sum(one.places[0] == 0 and one.places.count(0) == 1 for one in results)
+        low, high = wilson(won, len(results))
+        against[name] = {
+            "games": len(results), "won": won, "won_share": won / len(results),
+            "won_share_low": low, "won_share_high": high,
+        }  # fmt: skip
+    return _facts(run, policy) | {"against": against}
+
+
+def _facts(run: RunFolder, policy: TrainedPolicy) -> dict[str, Any]:
+    return {"run": str(run.path), "checkpoint": policy.checkpoint.iteration}
