@@ -1,0 +1,131 @@
+"""Rows in the text of a simulation log, old or new, and what the log says beside them.
+
+Begin with `read_log`. A row is what follows SIM_TRACE_LOG: on a line; newer logs write the names of nodes in front.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+from racecraft.formats.aws.sim_trace import NAMES, TRACE_COLUMNS
+from racecraft.logs.careful import read_carefully
+from racecraft.logs.errors import Damage
+from racecraft.logs.sources import Source
+from racecraft.logs.trace_rows import _filed, _unsound, tidy, trace_schema
+
+if TYPE_CHECKING:
+    import polars as pl
+
+_ROW = re.compile(rb"SIM_TRACE_LOG:([^\t\r\n]*)")
+_ENDED = re.compile(rb"Worker=(\d+), Episode=(\d+),[^\n]*?Training iteration=(\d+)")
+_WORLD = re.compile(r"WORLD_NAME:?\s*=?\s*([A-Za-z0-9_\-]+)")
+_NODE = re.compile(r"^\s*(?:\[[^\]]*\]\s+)+", re.MULTILINE)
+_HYPERPARAMETERS = re.compile(r"Using the following hyper-parameters\s*(\{.*?\})", re.DOTALL)
+_ACTIONS = re.compile(r"ction space from file: (.+)")
+_FEWEST = sum(column.required for column in TRACE_COLUMNS)
+HEAD_BYTES = 1 << 20
+USUAL_EPISODES = 20
+"""Episodes an iteration where a log does not say (the console's default)."""
+
+
+def read_log(place: int, source: Source) -> tuple[pl.DataFrame, list[Damage], dict[str, Any]]:
+    """Read one log.
+
+    Returns:
+        AWS's columns and `file`, `line`, `iteration`; what was damaged; and what the log says of world, hyperparameters
+        and actions.
+    """
+    import polars as pl
+
+    data = source.read()
+    rows = _ROW.findall(data)
+    if not rows:
+        return pl.DataFrame(), [], {}
+    says = what_it_says(data)
+    frame, damage = _rows(place, source, data, rows)
+    if frame.height:
+        frame = frame.with_columns(_iterations(frame["episode"], data, says, source.phase))
+    return frame, damage, says
+
+
+def _rows(place: int, source: Source, data: bytes, rows: list[bytes]) -> tuple[pl.DataFrame, list[Damage]]:
+    import polars as pl
+
+    fields = _usual_count(rows)
+    if not _FEWEST <= fields <= len(NAMES):
+        what = f"{fields} values in a row where {_FEWEST} to {len(NAMES)} are expected; left out"
+        return pl.DataFrame(), [Damage(source.name, None, what)]
+    header = list(NAMES[:fields])
+    if fields == 18:  # between 2022 and 2026 the count of obstacles was left out
+        header = [*NAMES[:17], NAMES[18]]
+    text = b"\n".join(rows)
+    for continuous in (False, True):
+        schema = trace_schema(header) | ({"action": pl.String()} if continuous else {})
+        try:
+            frame = pl.read_csv(BytesIO(text), schema=schema, has_header=False, quote_char=None)
+        except pl.exceptions.PolarsError:
+            continue
+        frame = frame.with_columns(pl.lit(place, pl.UInt32).alias("file"), pl.Series("line", _lines(data)))
+        if frame.height == len(rows) and not _unsound(frame, tuple(header)):
+            return tidy(frame, header), []
+        break
+    decoded = [row.decode("utf-8", errors="replace") for row in rows]
+    frame, damage = read_carefully(source.name, header, _lines(data), decoded)
+    return _filed(tidy(frame, header), place), damage
+
+
+def _usual_count(rows: Sequence[bytes]) -> int:
+    """Return how many values most rows have; a sample tells."""
+    sample = rows[:: max(1, len(rows) // 200)]
+    counts = [row.count(b",") + 1 for row in sample]
+    return max(set(counts), key=counts.count)
+
+
+def _lines(data: bytes) -> Any:
+    """Return the line numbers of the rows, in order; (R,) int32."""
+    import numpy as np
+
+    ends = np.flatnonzero(np.frombuffer(data, np.uint8) == 10)
+    places = np.array([match.start() for match in re.finditer(rb"SIM_TRACE_LOG:", data)], np.int64)
+    return (np.searchsorted(ends, places) + 1).astype(np.int32)
+
+
+def _iterations(episodes: pl.Series, data: bytes, says: dict[str, Any], phase: str | None) -> pl.Series:
+    """Return the iteration of each row: as the log's own lines tell, else by the episodes an iteration takes."""
+    import polars as pl
+
+    told = {int(episode) - 1: int(iteration) for _, episode, iteration in _ENDED.findall(data)}
+    per = says.get("hyperparameters", {}).get("num_episodes_between_training", USUAL_EPISODES)
+    per = per if isinstance(per, int) and per > 0 else USUAL_EPISODES
+    counted = pl.Series("iteration", episodes // per, dtype=pl.Int32)
+    if phase in ("evaluation", "leaderboard"):
+        return pl.Series("iteration", [0], dtype=pl.Int32).new_from_index(0, len(episodes))
+    if not told:
+        return counted
+    known = pl.DataFrame({"episode": list(told), "told": list(told.values())}, schema_overrides={"episode": pl.Int32})
+    joined = pl.DataFrame({"episode": episodes, "counted": counted}).join(known, on="episode", how="left")
+    return joined.select(pl.coalesce("told", "counted").cast(pl.Int32).alias("iteration"))["iteration"]
+
+
+def what_it_says(data: bytes) -> dict[str, Any]:
+    """Return what the head of a log says of world, hyperparameters and action space."""
+    head = _NODE.sub("", data[:HEAD_BYTES].decode("utf-8", errors="replace"))
+    says: dict[str, Any] = {}
+    if world := _WORLD.search(head):
+        says["world"] = world[1]
+    if match := _HYPERPARAMETERS.search(head):
+        says |= _json("hyperparameters", match[1])
+    if match := _ACTIONS.search(head):
+        says |= _json("action_space", match[1].replace("'", '"'))
+    return says
+
+
+def _json(key: str, text: str) -> dict[str, Any]:
+    try:
+        return {key: json.loads(text)}
+    except ValueError:
+        return {}
