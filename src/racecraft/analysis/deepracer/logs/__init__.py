@@ -22,15 +22,15 @@ from racecraft.analysis.deepracer.logs.heat import action_heat_maps, cells, rewa
 from racecraft.analysis.deepracer.logs.laps import (
     lap_correlations, lap_features, lap_times, sector_correlations, sector_times,
 )  # fmt: skip
-from racecraft.analysis.deepracer.logs.new_reward import new_reward, reward_params
+from racecraft.analysis.deepracer.logs.rescoring import new_reward, reward_params
 from racecraft.analysis.deepracer.logs.paths import best_laps, one_episode, one_iteration, selected_laps, top_iterations
 from racecraft.analysis.deepracer.logs.plot import Plot, PlotError
 from racecraft.analysis.deepracer.logs.progress import training_progress
 from racecraft.analysis.deepracer.logs.rewards import common_rewards, discount_tester, reward_distribution
 from racecraft.analysis.deepracer.logs.scatter import quintiles, scatter_of_laps
 from racecraft.analysis.deepracer.logs.segments import find_segments, in_segments, segments_plot
-from racecraft.analysis.deepracer.logs.slides import episode_distributions, slides, with_motion
-from racecraft.analysis.deepracer.logs.stability import stability
+from racecraft.analysis.deepracer.logs.motion import episode_distributions, slides, with_motion
+from racecraft.analysis.deepracer.logs.step_times import stability
 from racecraft.analysis.deepracer.logs.straights import straights_and_curves
 from racecraft.analysis.deepracer.logs.waypoints import reward_per_waypoint
 

@@ -47,7 +47,7 @@ def reward_heat_map(
     return Plot("heat_map", title, data, lambda: _draw(track, [data], [""], cell_m, WORDS.get(value, value), "mean"))
 
 
-def action_heat_maps(ticks: pl.DataFrame | pl.LazyFrame, track: Track, cell_m: float = 2 * CELL_M) -> Plot:
+def action_heat_maps(ticks: pl.DataFrame | pl.LazyFrame, track: Track, cell_m: float = 4 * CELL_M) -> Plot:
     """Return where each action was chosen: `action`, cell, `share` of the cell's ticks that chose it, `count`.
 
     Continuous actions are told apart by steering and speed in even bins (see `with_action_number`).

@@ -15,7 +15,7 @@ from racecraft.analysis.deepracer.logs.plot import (
     BLUE, GREEN, ORANGE, Plot, PlotError, few, name_axes, require, sheet, values,
 )  # fmt: skip
 from racecraft.analysis.deepracer.logs.segments import find_segments
-from racecraft.analysis.deepracer.logs.slides import with_motion
+from racecraft.analysis.deepracer.logs.motion import with_motion
 from racecraft.tracks.track import Track
 
 if TYPE_CHECKING:

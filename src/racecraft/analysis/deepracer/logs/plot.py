@@ -152,6 +152,8 @@ def plan(axes: Any, track: Track, numbers: bool = True) -> None:
     )  # fmt: skip
     if numbers:
         rows = np.arange(0, len(track.centre) - (1 if closed else 0), max(1, len(track.centre) // 12))
+        if closed and track.length - track.arc[rows[-1]] < track.width_mean:
+            rows = rows[:-1]  # its number would lie on that of the first
         border = track.locate(track.centre[rows]).outer_point
         away = border - track.centre[rows]
         away /= np.maximum(np.hypot(*away.T)[:, None], 1e-9)

@@ -8,7 +8,7 @@ import numpy as np
 
 from racecraft.analysis.deepracer.logs.plot import BLUE, ORANGE, Plot, name_axes, sheet, values
 from racecraft.analysis.deepracer.logs.segments import find_segments, in_segments
-from racecraft.analysis.deepracer.logs.slides import with_motion
+from racecraft.analysis.deepracer.logs.motion import with_motion
 from racecraft.tracks.track import Track
 
 if TYPE_CHECKING:
