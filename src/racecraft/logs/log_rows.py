@@ -32,8 +32,15 @@ USUAL_EPISODES = 20
 """Episodes an iteration where a log does not say (the console's default)."""
 
 
-def read_log(place: int, source: Source) -> tuple[pl.DataFrame, list[Damage], dict[str, Any]]:
+def read_log(
+    place: int, source: Source, before: dict[str, Any] | None = None
+) -> tuple[pl.DataFrame, list[Damage], dict[str, Any]]:
     """Read one log.
+
+    Args:
+        place: Index of the file among the table's files.
+        source: The log.
+        before: What earlier pieces of a log that rolled over said.
 
     Returns:
         AWS's columns and `file`, `line`, `iteration`; what was damaged; and what the log says of world, hyperparameters
@@ -45,7 +52,7 @@ def read_log(place: int, source: Source) -> tuple[pl.DataFrame, list[Damage], di
     rows = _ROW.findall(data)
     if not rows:
         return pl.DataFrame(), [], {}
-    says = what_it_says(data)
+    says = (before or {}) | what_it_says(data)
     frame, damage = _rows(place, source, data, rows)
     if frame.height:
         frame = frame.with_columns(_iterations(frame["episode"], data, says, source.phase))

@@ -34,15 +34,16 @@ def number(ticks: pl.DataFrame) -> pl.DataFrame:
 def phase_of_rows(trace: pl.DataFrame) -> str:
     """Return which phase rows without a telling path belong to.
 
-    In a training every episode begins with a row "prepare", in which the car is held. An evaluation drives on: only
-    its first lap does, and a lap ends without `done`. One episode alone counts as training.
+    In a training every episode begins with a row "prepare", in which the car is held; an evaluation drives on from lap
+    to lap and is held before the first only. What has but one episode, or was cut off before the second, counts as
+    training.
     """
     import polars as pl
 
     if "episode_status" not in trace.columns or not trace.height:
         return PHASES[0]
-    laps = trace.group_by("file", "episode").agg(
-        (pl.col("episode_status").first() == "prepare").alias("held"), pl.col("steps").first()
+    laps = trace.group_by("file", "episode", maintain_order=True).agg(
+        (pl.col("episode_status").first() == "prepare").alias("held")
     )
-    whole = laps.filter(pl.col("steps") == 1.0)
-    return PHASES[1] if whole.height > 1 and whole["held"].sum() < 0.5 * whole.height + 0.5 else PHASES[0]
+    later = laps.filter(pl.col("file") == pl.col("file").shift())
+    return PHASES[1] if later.height and not later["held"].any() else PHASES[0]

@@ -56,8 +56,10 @@ def read_ticks(sources: Sequence[Source], phase: str | None = None) -> tuple[pl.
             frames += _placed(trace, pairs, phase)
             damage += wrong
         elif kind == LOG:
+            says: Said = {}
             for place, source in pairs:
-                trace, wrong, says = read_log(place, source)
+                rolled = source.part != 1 and place > 0 and sources[place - 1].part is not None
+                trace, wrong, says = read_log(place, source, says if rolled else None)
                 frames += _placed(trace, [(place, source)], phase)
                 damage += wrong
                 said = {**says, **said}
