@@ -68,8 +68,6 @@ def _misfit(track: Track, sample: pl.DataFrame) -> float:
 
 def _turned(track: Track, sample: pl.DataFrame) -> Track:
     """Return the circuit the way it was driven: the way round in which cars come forward."""
-    if not track.closed:
-        return track
     arc = track.locate(sample.select("x_m", "y_m").to_numpy()).arc
     return track if _forward(track, sample, arc) >= 0.5 else track.reversed()
 
