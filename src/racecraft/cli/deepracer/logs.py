@@ -49,7 +49,7 @@ def logs(
     from racecraft.logs import read
 
     found = read(paths, phase)
-    ticks = found._read[0]
+    ticks = found.ticks.collect()
     if not ticks.height and not found.metrics.collect().height:
         found.require_ticks()
     circuit = _circuit(found, ticks, track) if ticks.height else None
@@ -148,8 +148,9 @@ def _print(facts: dict[str, Any]) -> None:
     where = f"on {facts['track']}{', reversed' if facts['reversed'] else ''}" if facts["track"] else "on an unknown track"
     print(f"{facts['ticks']:,} steps in {facts['files']} file(s), {where}." if facts["ticks"] else "Metrics only.")
     _print_table(facts["phases"] or facts.get("metrics", []))
+    if facts["advice"]:
+        print("\nBefore the next training:")
     for number, one in enumerate(facts["advice"], 1):
-        print(f"{'Before the next training:' if number == 1 else ''}".rstrip() + ("\n" if number == 1 else ""), end="")
         print(f"{number}. {one['found']}\n   {one['try']}")
     if facts["damaged"]:
         print(f"{len(facts['damaged'])} thing(s) in the files could not be taken as they stand; see above.")

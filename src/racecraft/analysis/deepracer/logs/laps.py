@@ -12,7 +12,7 @@ import numpy as np
 from racecraft.analysis.deepracer.logs.circuit import on_track
 from racecraft.analysis.deepracer.logs.episodes import simulation_agg
 from racecraft.analysis.deepracer.logs.plot import (
-    BLUE, GREEN, ORANGE, Plot, PlotError, few, name_axes, require, sheet, values,
+    BLUE, GREEN, ORANGE, Plot, PlotError, few, histogram, name_axes, require, sheet, values,
 )  # fmt: skip
 from racecraft.analysis.deepracer.logs.segments import find_segments
 from racecraft.analysis.deepracer.logs.motion import with_motion
@@ -150,7 +150,7 @@ def _sectors(track: Track, parts: int | None) -> tuple[Any, list[str]]:
 def _draw_times(data: pl.DataFrame) -> Any:
     figure, axes = sheet(1, 2, ["Times of full laps", "As the training went"], (5.0, 3.0))
     seconds, episode = values(data, "seconds", "unique_episode")
-    axes[0].hist(seconds, bins=min(30, 5 + data.height // 4), color=GREEN, edgecolor="white", lw=0.4)
+    histogram(axes[0], seconds, min(30, 5 + data.height // 4))
     name_axes(axes[0], "s", "laps")
     axes[1].scatter(episode, seconds, s=8, color=BLUE, lw=0)
     name_axes(axes[1], "episode", "s")

@@ -188,6 +188,18 @@ def limits_of(value: Array) -> tuple[float, float]:
     return float(low), float(high if high > low else low + 1e-9)
 
 
+def histogram(axes: Any, value: Array, bins: int, colour: str = GREEN, limits: tuple[float, float] | None = None) -> None:
+    """Draw how values spread; values that are all the same stand in one bar."""
+    value = value[np.isfinite(value)]
+    axes.hist(value, bins=bins, range=limits or spread_limits(value), color=colour, edgecolor="white", lw=0.4)
+
+
+def spread_limits(value: Array) -> tuple[float, float]:
+    """Return the ends of a histogram's bins, which lie apart although all values may be the same."""
+    low, high = (float(value.min()), float(value.max())) if len(value) else (0.0, 1.0)
+    return (low, high) if high - low > 1e-9 * max(1.0, abs(high)) else (low - 0.5, low + 0.5)
+
+
 def few(frame: pl.DataFrame, most: int = MOST_DOTS) -> pl.DataFrame:
     """Return at most so many rows, taken evenly."""
     return frame if frame.height <= most else frame.gather_every(-(-frame.height // most))

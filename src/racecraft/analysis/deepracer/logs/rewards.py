@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from racecraft.analysis.deepracer.logs.plot import BLUE, CYCLE, GREEN, Plot, PlotError, name_axes, require, sheet, values
+from racecraft.analysis.deepracer.logs.plot import (
+    BLUE, CYCLE, GREEN, Plot, PlotError, name_axes, require, sheet, spread_limits, values,
+)  # fmt: skip
 
 if TYPE_CHECKING:
     import polars as pl
@@ -40,7 +42,8 @@ def reward_distribution(ticks: pl.DataFrame | pl.LazyFrame, bins: int = 40) -> P
     """Return how the reward of a tick spreads: `low`, `high`, `count` of even bins."""
     import polars as pl
 
-    counts, edges = np.histogram(_driven(ticks)["reward"].drop_nulls().to_numpy(), bins=bins)
+    paid = _driven(ticks)["reward"].drop_nulls().to_numpy()
+    counts, edges = np.histogram(paid, bins=bins, range=spread_limits(paid))
     data = pl.DataFrame({"low": edges[:-1], "high": edges[1:], "count": counts})
     return Plot("reward_distribution", "How the reward of a tick spreads", data, lambda: _draw_spread(data))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from racecraft.analysis.deepracer.logs.episodes import QUINTILES, simulation_agg
-from racecraft.analysis.deepracer.logs.plot import BLUE, GREEN, Plot, PlotError, few, name_axes, sheet, values
+from racecraft.analysis.deepracer.logs.plot import BLUE, Plot, PlotError, few, histogram, name_axes, sheet, values
 
 if TYPE_CHECKING:
     import polars as pl
@@ -57,7 +57,7 @@ def _draw(data: pl.DataFrame) -> Any:
         one.scatter(*values(dots, x, y), s=5, color=BLUE, alpha=0.45, lw=0)
         name_axes(one, NAMES[x], NAMES[y])
     for one, name in zip(axes[6:], ("seconds", "progress_share", "reward"), strict=True):
-        one.hist(values(data, name)[0], bins=24, color=GREEN, edgecolor="white", lw=0.4)
+        histogram(one, values(data, name)[0], 24)
         name_axes(one, NAMES[name], "episodes")
     return figure
 
@@ -73,8 +73,8 @@ def _draw_quintiles(episodes: pl.DataFrame) -> Any:
         left, middle, right = axes[3 * k : 3 * k + 3]
         left.scatter(*values(few(group), "seconds", "reward"), s=5, color=BLUE, alpha=0.5, lw=0)
         left.set_xlim(0, farthest * 1.03)
-        middle.hist(values(group, "seconds")[0], bins=20, range=(0, farthest), color=GREEN, edgecolor="white", lw=0.4)
-        right.hist(100 * values(group, "progress_share")[0], bins=20, range=(0, 100), color=GREEN, ec="white", lw=0.4)
+        histogram(middle, values(group, "seconds")[0], 20, limits=(0.0, farthest))
+        histogram(right, 100 * values(group, "progress_share")[0], 20, limits=(0.0, 100.0))
         name_axes(left, "time (s)" if k == 4 else "", "reward")
         name_axes(middle, "time (s)" if k == 4 else "", "episodes")
         name_axes(right, "progress (%)" if k == 4 else "", "episodes")
