@@ -66,14 +66,16 @@ def test_metrics_alone_are_told(racecraft, tmp_path):
 
 def test_a_page_is_one_file_that_fetches_nothing(racecraft, tmp_path):
     makers.drfc(tmp_path / "model", iterations=3)
-    makers.write(tmp_path / "model/evaluation-20220709200242/evaluation-simtrace/0-iteration.csv", makers.lap_by_lap(2, 30))
+    makers.write(
+        tmp_path / "model/evaluation-20220709200242/evaluation-simtrace/0-iteration.csv", makers.lap_by_lap(2, 30)
+    )
     said = racecraft("logs", "model", "--page", "page.html", "--json")
     assert said.code == 0, said.err
     assert json.loads(said.out)["page"] == "page.html"
     text = (tmp_path / "page.html").read_text()
     assert "http://" not in text.replace("http://www.w3.org", "")
     assert "https://" not in text.replace("https://matplotlib.org", "")
-    assert "src=\"data:" in text
+    assert 'src="data:' in text
     for heading in ("Choose episodes", "How it learned", "On the track", "What it chose", "What was paid"):
         assert f"<h2>{heading}</h2>" in text
     assert "evaluation 20220709200242" in text

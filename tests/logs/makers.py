@@ -86,7 +86,12 @@ def log_text(columns, episodes_per_iteration=None, prefix=""):
     """Return a simulation log with the lines of a trace among others."""
     lines = ["some node started", " * /WORLD_NAME: reinvent_base"]
     if episodes_per_iteration:
-        lines += ["Using the following hyper-parameters", "{", f'"num_episodes_between_training": {episodes_per_iteration}', "}"]
+        lines += [
+            "Using the following hyper-parameters",
+            "{",
+            f'"num_episodes_between_training": {episodes_per_iteration}',
+            "}",
+        ]
         for k in np.unique(columns["episode"]):
             lines.append(episode_line(0, int(k) + 1, 1.0, 5, int(k) // episodes_per_iteration))
     return "\n".join(prefix + line for line in [*lines, *trace_lines(columns), "bye"]) + "\n"

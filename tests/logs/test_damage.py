@@ -39,7 +39,9 @@ def test_a_value_that_is_none_is_named_with_its_column(tmp_path):
 
 
 def test_a_pose_that_is_not_a_number_is_damage(tmp_path):
-    path, logs = spoiled(tmp_path, lambda lines: [line.replace(",", ",nan,", 1) if k == 3 else line for k, line in enumerate(lines)])
+    path, logs = spoiled(
+        tmp_path, lambda lines: [line.replace(",", ",nan,", 1) if k == 3 else line for k, line in enumerate(lines)]
+    )
     assert [one.line for one in logs.damaged] == [4]
 
     def change(lines):
@@ -88,8 +90,14 @@ def test_columns_in_another_order_are_found_by_name(tmp_path):
     _, logs = spoiled(tmp_path, lambda lines: [",".join(reversed(line.split(","))) if line else line for line in lines])
     frame = logs.ticks.collect()
     assert logs.damaged == ()
-    same = [name for name in frame.columns if name not in ("line", "file", "iteration", "episode", "unique_episode", "time_s")]
-    assert frame.filter(pl.col("iteration") == 0).select(same).equals(frame.filter(pl.col("iteration") == 1).select(same))
+    same = [
+        name
+        for name in frame.columns
+        if name not in ("line", "file", "iteration", "episode", "unique_episode", "time_s")
+    ]
+    assert (
+        frame.filter(pl.col("iteration") == 0).select(same).equals(frame.filter(pl.col("iteration") == 1).select(same))
+    )
 
 
 def test_continuous_actions_are_read_with_and_without_damage(tmp_path):

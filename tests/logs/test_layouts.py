@@ -118,7 +118,11 @@ def test_the_text_of_a_simulation_log(tmp_path):
 def test_a_log_that_rolled_over_is_read_in_the_order_it_was_written(tmp_path):
     whole = makers.log_text(makers.iteration(range(4)), episodes_per_iteration=2).splitlines(keepends=True)
     third = len(whole) // 3
-    for name, lines in (("a.log.1", whole[:third]), ("a.log.2", whole[third : 2 * third]), ("a.log", whole[2 * third :])):
+    for name, lines in (
+        ("a.log.1", whole[:third]),
+        ("a.log.2", whole[third : 2 * third]),
+        ("a.log", whole[2 * third :]),
+    ):
         (tmp_path / name).write_text("".join(lines))
     frame = read(tmp_path / "a.log").ticks.collect()
     assert (frame.height, frame["file"].n_unique()) == (48, 3)
@@ -128,7 +132,9 @@ def test_a_log_that_rolled_over_is_read_in_the_order_it_was_written(tmp_path):
 
 def test_a_bare_trace_and_a_bare_folder_of_traces(tmp_path):
     makers.write(tmp_path / "3-iteration.csv", makers.iteration(range(9, 12)))
-    assert origins(read(tmp_path / "3-iteration.csv")) == origins(read(tmp_path)) == {("1", "training", "", "0", "3"): 36}
+    assert (
+        origins(read(tmp_path / "3-iteration.csv")) == origins(read(tmp_path)) == {("1", "training", "", "0", "3"): 36}
+    )
 
 
 def test_metrics_alone(tmp_path):

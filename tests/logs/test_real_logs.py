@@ -70,7 +70,9 @@ def test_full_laps_of_a_training_take_as_long_as_its_metrics_say():
 
 def test_evaluations_are_known_by_their_rows_where_no_path_tells(tmp_path):
     loose = tmp_path / "lap.csv"
-    loose.write_bytes((DATA / "drfc-1-worker/evaluation-20220709200242/evaluation-simtrace/0-iteration.csv").read_bytes())
+    loose.write_bytes(
+        (DATA / "drfc-1-worker/evaluation-20220709200242/evaluation-simtrace/0-iteration.csv").read_bytes()
+    )
     assert read(loose).ticks.collect()["phase"].unique().to_list() == ["evaluation"]
     loose.write_bytes((DATA / "drfc-1-worker/training-simtrace/5-iteration.csv").read_bytes())
     assert read(loose).ticks.collect()["phase"].unique().to_list() == ["training"]

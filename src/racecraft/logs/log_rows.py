@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
@@ -15,12 +14,12 @@ from racecraft.formats.aws.sim_trace import NAMES, TRACE_COLUMNS
 from racecraft.logs.careful import read_carefully
 from racecraft.logs.errors import Damage
 from racecraft.logs.sources import Source
-from racecraft.logs.trace_rows import _filed, _unsound, tidy, trace_schema
+from racecraft.logs.trace_rows import in_file, tidy, trace_schema, unsound_files
 
 if TYPE_CHECKING:
     import polars as pl
 
-_ROW = re.compile(rb"SIM_TRACE_LOG:([^\t\r\n]*)")
+MARK = "SIM_TRACE_LOG:"
 _ENDED = re.compile(rb"Worker=(\d+), Episode=(\d+),[^\n]*?Training iteration=(\d+)")
 _WORLD = re.compile(r"WORLD_NAME:?\s*=?\s*([A-Za-z0-9_\-]+)")
 _NODE = re.compile(r"^\s*(?:\[[^\]]*\]\s+)+", re.MULTILINE)
@@ -49,56 +48,63 @@ def read_log(
     import polars as pl
 
     data = source.read()
-    rows = _ROW.findall(data)
-    if not rows:
+    rows = _rows_in(data)
+    if not rows.height:
         return pl.DataFrame(), [], {}
     says = (before or {}) | what_it_says(data)
-    frame, damage = _rows(place, source, data, rows)
+    frame, damage = _rows(place, source, rows)
     if frame.height:
         frame = frame.with_columns(_iterations(frame["episode"], data, says, source.phase))
     return frame, damage, says
 
 
-def _rows(place: int, source: Source, data: bytes, rows: list[bytes]) -> tuple[pl.DataFrame, list[Damage]]:
+def _rows_in(data: bytes) -> pl.DataFrame:
+    """Return the rows as text: `line`, counted from 1, and `row`, what follows the mark."""
     import polars as pl
 
-    fields = _usual_count(rows)
+    if MARK.encode() not in data:
+        return pl.DataFrame({"line": [], "row": []}, schema={"line": pl.Int32, "row": pl.String})
+    lines = pl.read_csv(
+        BytesIO(data), has_header=False, separator="\x1f", quote_char=None, schema={"row": pl.String},
+        row_index_name="line", row_index_offset=1, encoding="utf8-lossy", truncate_ragged_lines=True,
+    )  # fmt: skip
+    lines = lines.filter(pl.col("row").str.contains(MARK, literal=True))
+    after = pl.col("row").str.slice(pl.col("row").str.find(MARK, literal=True) + len(MARK))
+    return lines.select(pl.col("line").cast(pl.Int32), after.str.split_exact("\t", 0).struct.field("field_0").alias("row"))
+
+
+def _rows(place: int, source: Source, rows: pl.DataFrame) -> tuple[pl.DataFrame, list[Damage]]:
+    import polars as pl
+
+    fields = _usual_count(rows["row"])
     if not _FEWEST <= fields <= len(NAMES):
         what = f"{fields} values in a row where {_FEWEST} to {len(NAMES)} are expected; left out"
         return pl.DataFrame(), [Damage(source.name, None, what)]
     header = list(NAMES[:fields])
     if fields == 18:  # between 2022 and 2026 the count of obstacles was left out
         header = [*NAMES[:17], NAMES[18]]
-    text = b"\n".join(rows)
+    text = BytesIO()
+    rows.select("row").write_csv(text, include_header=False, quote_style="never")
     for continuous in (False, True):
         schema = trace_schema(header) | ({"action": pl.String()} if continuous else {})
         try:
-            frame = pl.read_csv(BytesIO(text), schema=schema, has_header=False, quote_char=None)
+            frame = pl.read_csv(text.getvalue(), schema=schema, has_header=False, quote_char=None)
         except pl.exceptions.PolarsError:
             continue
-        frame = frame.with_columns(pl.lit(place, pl.UInt32).alias("file"), pl.Series("line", _lines(data)))
-        if frame.height == len(rows) and not _unsound(frame, tuple(header)):
+        if frame.height != rows.height:
+            break
+        frame = frame.with_columns(pl.lit(place, pl.UInt32).alias("file"), rows["line"])
+        if not unsound_files(frame, tuple(header)):
             return tidy(frame, header), []
         break
-    decoded = [row.decode("utf-8", errors="replace") for row in rows]
-    frame, damage = read_carefully(source.name, header, _lines(data), decoded)
-    return _filed(tidy(frame, header), place), damage
+    frame, damage = read_carefully(source.name, header, rows["line"].to_list(), rows["row"].to_list())
+    return in_file(tidy(frame, header), place), damage
 
 
-def _usual_count(rows: Sequence[bytes]) -> int:
+def _usual_count(rows: pl.Series) -> int:
     """Return how many values most rows have; a sample tells."""
-    sample = rows[:: max(1, len(rows) // 200)]
-    counts = [row.count(b",") + 1 for row in sample]
-    return max(set(counts), key=counts.count)
-
-
-def _lines(data: bytes) -> Any:
-    """Return the line numbers of the rows, in order; (R,) int32."""
-    import numpy as np
-
-    ends = np.flatnonzero(np.frombuffer(data, np.uint8) == 10)
-    places = np.array([match.start() for match in re.finditer(rb"SIM_TRACE_LOG:", data)], np.int64)
-    return (np.searchsorted(ends, places) + 1).astype(np.int32)
+    sample = rows.gather_every(max(1, len(rows) // 200))
+    return 1 + int(sample.str.count_matches(",", literal=True).mode().max() or 0)  # type: ignore[arg-type]
 
 
 def _iterations(episodes: pl.Series, data: bytes, says: dict[str, Any], phase: str | None) -> pl.Series:

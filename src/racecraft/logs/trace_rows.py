@@ -87,7 +87,7 @@ def _sweep(header: tuple[str, ...], pairs: list[tuple[int, Source]]) -> tuple[li
             frame = _read_together(pairs, schema)
         except (pl.exceptions.PolarsError, OSError):
             continue
-        unsound = set(_unsound(frame, header))
+        unsound = set(unsound_files(frame, header))
         if not unsound:
             return [tidy(frame, header)], []
         if len(unsound) < len(pairs):
@@ -139,7 +139,7 @@ def _places(files: list[int], counts: list[int]) -> Iterator[pl.Series]:
     yield pl.Series("line", (np.arange(ends[-1] if len(ends) else 0) - starts + 2).astype(np.int32))
 
 
-def _unsound(frame: pl.DataFrame, header: tuple[str, ...]) -> list[int]:
+def unsound_files(frame: pl.DataFrame, header: tuple[str, ...]) -> list[int]:
     """Return the files with gaps where a value must stand, or with numbers that are none."""
     import polars as pl
 
@@ -163,11 +163,12 @@ def _one_by_one(header: tuple[str, ...], pairs: list[tuple[int, Source]]) -> tup
         frame, wrong = read_carefully(source.name, header, range(2, len(lines) + 1), lines[1:])
         damage += wrong
         if frame.height:
-            frames.append(_filed(tidy(frame, header), place))
+            frames.append(in_file(tidy(frame, header), place))
     return frames, damage
 
 
-def _filed(frame: pl.DataFrame, place: int) -> pl.DataFrame:
+def in_file(frame: pl.DataFrame, place: int) -> pl.DataFrame:
+    """Say of which file the rows are."""
     import polars as pl
 
     return frame.with_columns(pl.lit(place, pl.UInt32).alias("file")).select(

@@ -60,7 +60,9 @@ def test_the_discount_tester_by_hand(tmp_path):
 
 
 def test_common_rewards_are_counted(laps):
-    data = analysis.common_rewards(laps.with_columns(reward=pl.when(pl.col("tick") == 5).then(100.0).otherwise(1.0))).data
+    data = analysis.common_rewards(
+        laps.with_columns(reward=pl.when(pl.col("tick") == 5).then(100.0).otherwise(1.0))
+    ).data
     assert data["reward"].to_list() == [1.0, 100.0]
     assert data["count"].to_list() == [123, 4]
     assert data["steps"].to_list()[1] == 1, "a bonus is paid at one step of the episode"

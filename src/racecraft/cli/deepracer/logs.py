@@ -20,7 +20,9 @@ MOST_DAMAGE = 10
 def logs(
     paths: Annotated[
         list[Path],
-        typer.Argument(help="Run folder, DeepRacer model or log folder, .tar.gz, log, trace or metrics; several: rounds."),
+        typer.Argument(
+            help="Run folder, DeepRacer model or log folder, .tar.gz, log, trace or metrics; several: rounds."
+        ),
     ],
     page: Annotated[Path | None, typer.Option(help="Write one interactive page (.html) that works offline.")] = None,
     csv: Annotated[Path | None, typer.Option(help="Write every step into this CSV file.")] = None,
@@ -145,7 +147,9 @@ def _written(
 
 
 def _print(facts: dict[str, Any]) -> None:
-    where = f"on {facts['track']}{', reversed' if facts['reversed'] else ''}" if facts["track"] else "on an unknown track"
+    where = (
+        f"on {facts['track']}{', reversed' if facts['reversed'] else ''}" if facts["track"] else "on an unknown track"
+    )
     print(f"{facts['ticks']:,} steps in {facts['files']} file(s), {where}." if facts["ticks"] else "Metrics only.")
     _print_table(facts["phases"] or facts.get("metrics", []))
     if facts["advice"]:

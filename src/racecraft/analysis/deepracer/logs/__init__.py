@@ -12,7 +12,12 @@ figure; those that return a table are data alone. Named as in the notebooks of d
 """
 
 from racecraft.analysis.deepracer.logs.actions import (
-    action_breakdown, action_histogram, action_index_map, action_names, action_space, action_table,
+    action_breakdown,
+    action_histogram,
+    action_index_map,
+    action_names,
+    action_space,
+    action_table,
 )  # fmt: skip
 from racecraft.analysis.deepracer.logs.circuit import find_track, on_track, track_or_none
 from racecraft.analysis.deepracer.logs.episodes import per_iteration, simulation_agg
@@ -20,16 +25,20 @@ from racecraft.analysis.deepracer.logs.evaluations import evaluation_grid, evalu
 from racecraft.analysis.deepracer.logs.exits import endings, exit_points, exits_by_segment
 from racecraft.analysis.deepracer.logs.heat import action_heat_maps, cells, reward_heat_map
 from racecraft.analysis.deepracer.logs.laps import (
-    lap_correlations, lap_features, lap_times, sector_correlations, sector_times,
+    lap_correlations,
+    lap_features,
+    lap_times,
+    sector_correlations,
+    sector_times,
 )  # fmt: skip
-from racecraft.analysis.deepracer.logs.rescoring import new_reward, reward_params
+from racecraft.analysis.deepracer.logs.motion import episode_distributions, slides, with_motion
 from racecraft.analysis.deepracer.logs.paths import best_laps, one_episode, one_iteration, selected_laps, top_iterations
 from racecraft.analysis.deepracer.logs.plot import Plot, PlotError
 from racecraft.analysis.deepracer.logs.progress import training_progress
+from racecraft.analysis.deepracer.logs.rescoring import new_reward, reward_params
 from racecraft.analysis.deepracer.logs.rewards import common_rewards, discount_tester, reward_distribution
 from racecraft.analysis.deepracer.logs.scatter import quintiles, scatter_of_laps
 from racecraft.analysis.deepracer.logs.segments import find_segments, in_segments, segments_plot
-from racecraft.analysis.deepracer.logs.motion import episode_distributions, slides, with_motion
 from racecraft.analysis.deepracer.logs.step_times import stability
 from racecraft.analysis.deepracer.logs.straights import straights_and_curves
 from racecraft.analysis.deepracer.logs.waypoints import reward_per_waypoint

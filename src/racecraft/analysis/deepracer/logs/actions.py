@@ -12,7 +12,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from racecraft.analysis.deepracer.logs.plot import (
-    BLUE, CYCLE, GREEN, QUIET, Plot, few, map_sheet, name_axes, require, sheet, values,
+    BLUE,
+    CYCLE,
+    GREEN,
+    QUIET,
+    Plot,
+    few,
+    map_sheet,
+    name_axes,
+    require,
+    sheet,
+    values,
 )  # fmt: skip
 from racecraft.analysis.deepracer.logs.segments import find_segments, in_segments
 from racecraft.tracks.track import Track

@@ -84,7 +84,9 @@ def _learning(episodes: pl.DataFrame) -> Iterator[Advice]:
     elif now < before - 0.03:
         yield Advice(words, "It has got worse: go on from the best checkpoint, with a smaller learning rate.")
     elif full < 0.5:
-        yield Advice(words, "It stands still below full laps: change the reward or the actions where it leaves the road.")
+        yield Advice(
+            words, "It stands still below full laps: change the reward or the actions where it leaves the road."
+        )
     else:
         yield Advice(words, "It stands still and finishes: ask for more speed, in the reward or in the actions.")
 

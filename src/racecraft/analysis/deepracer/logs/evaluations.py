@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from racecraft.analysis.deepracer.logs.episodes import simulation_agg
+from racecraft.analysis.deepracer.logs.motion import with_motion
 from racecraft.analysis.deepracer.logs.paths import _draw
 from racecraft.analysis.deepracer.logs.plot import Plot, PlotError, require
-from racecraft.analysis.deepracer.logs.motion import with_motion
 from racecraft.tracks.track import Track
 
 if TYPE_CHECKING:

@@ -11,7 +11,15 @@ import numpy as np
 
 from racecraft.analysis.deepracer.logs.actions import action_names, with_action_number
 from racecraft.analysis.deepracer.logs.plot import (
-    HEAT, WORDS, Plot, PlotError, colour_bar, limits_of, map_sheet, require, values,
+    HEAT,
+    WORDS,
+    Plot,
+    PlotError,
+    colour_bar,
+    limits_of,
+    map_sheet,
+    require,
+    values,
 )  # fmt: skip
 from racecraft.tracks.track import Track
 

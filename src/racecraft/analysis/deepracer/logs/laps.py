@@ -11,11 +11,21 @@ import numpy as np
 
 from racecraft.analysis.deepracer.logs.circuit import on_track
 from racecraft.analysis.deepracer.logs.episodes import simulation_agg
+from racecraft.analysis.deepracer.logs.motion import with_motion
 from racecraft.analysis.deepracer.logs.plot import (
-    BLUE, GREEN, ORANGE, Plot, PlotError, few, histogram, name_axes, require, sheet, values,
+    BLUE,
+    GREEN,
+    ORANGE,
+    Plot,
+    PlotError,
+    few,
+    histogram,
+    name_axes,
+    require,
+    sheet,
+    values,
 )  # fmt: skip
 from racecraft.analysis.deepracer.logs.segments import find_segments
-from racecraft.analysis.deepracer.logs.motion import with_motion
 from racecraft.tracks.track import Track
 
 if TYPE_CHECKING:
@@ -159,7 +169,9 @@ def _draw_times(data: pl.DataFrame) -> Any:
 
 def _draw_correlations(data: pl.DataFrame, laps: pl.DataFrame) -> Any:
     shown = data.drop_nulls("correlation").head(6)
-    figure, axes = sheet(2, 3, [f"{name}: {value:+.2f}" for name, value in shown.select("feature", "correlation").rows()])
+    figure, axes = sheet(
+        2, 3, [f"{name}: {value:+.2f}" for name, value in shown.select("feature", "correlation").rows()]
+    )
     for one, name in zip(axes, shown["feature"], strict=True):
         one.scatter(*values(few(laps), name, "seconds"), s=9, color=BLUE, alpha=0.6, lw=0)
         name_axes(one, name, "lap (s)")
@@ -167,7 +179,9 @@ def _draw_correlations(data: pl.DataFrame, laps: pl.DataFrame) -> Any:
 
 
 def _draw_sectors(data: pl.DataFrame, names: list[str]) -> Any:
-    figure, (axes,) = sheet(1, 1, ["Sector times of full laps: best, half of them, all"], (8.0, 1.0 + 0.34 * len(names)))
+    figure, (axes,) = sheet(
+        1, 1, ["Sector times of full laps: best, half of them, all"], (8.0, 1.0 + 0.34 * len(names))
+    )
     groups = [values(require(data.filter(data["name"] == name)), "seconds")[0] for name in names
               if (data["name"] == name).any()]  # fmt: skip
     kept = [name for name in names if (data["name"] == name).any()]

@@ -123,11 +123,14 @@
       `(asked ${number("speed_mps", 2)}), steering ${degrees("steering_rad")}, slide ${degrees("slide_rad")}, reward ` +
       `${number("reward", 3)}, progress ${(100 * value("progress_share", i)).toFixed(1)} %, waypoint ${number("waypoint", 0)}`;
   };
-  const nearest = (x, y) => {
-    let best = null, gap = 18 * 18;
-    for (const k of chosen) for (let i = first[k]; i < first[k] + E.ticks[k]; i += 1) {
-      const [px, py] = onMap(value("x_m", i), value("y_m", i)), far = (px - x) ** 2 + (py - y) ** 2;
-      if (far < gap) [best, gap] = [i, far];
+  const nearest = (x, y) => {  /* the step at the nearer end of the piece of path that is pointed at */
+    let best = null, gap = 16 * 16;
+    for (const k of chosen) for (let i = first[k] + 1; i < first[k] + E.ticks[k]; i += 1) {
+      const [ax, ay] = onMap(value("x_m", i - 1), value("y_m", i - 1)), [bx, by] = onMap(value("x_m", i), value("y_m", i));
+      const long = (bx - ax) ** 2 + (by - ay) ** 2 || 1;
+      const share = Math.min(1, Math.max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / long));
+      const far = (ax + share * (bx - ax) - x) ** 2 + (ay + share * (by - ay) - y) ** 2;
+      if (far < gap) [best, gap] = [share < 0.5 ? i - 1 : i, far];
     }
     return best;
   };

@@ -13,7 +13,16 @@ import numpy as np
 
 from racecraft.analysis.deepracer.logs.circuit import on_track
 from racecraft.analysis.deepracer.logs.plot import (
-    BLUE, ORANGE, Plot, colour_bar, few, map_sheet, name_axes, require, sheet, values,
+    BLUE,
+    ORANGE,
+    Plot,
+    colour_bar,
+    few,
+    map_sheet,
+    name_axes,
+    require,
+    sheet,
+    values,
 )  # fmt: skip
 from racecraft.tracks.track import Track
 

@@ -12,7 +12,19 @@ from typing import TYPE_CHECKING, Any
 
 from racecraft.analysis import page
 from racecraft.analysis.deepracer.logs import (
-    actions, evaluations, exits, heat, laps, motion, paths, progress, rewards, scatter, step_times, straights, waypoints,
+    actions,
+    evaluations,
+    exits,
+    heat,
+    laps,
+    motion,
+    paths,
+    progress,
+    rewards,
+    scatter,
+    step_times,
+    straights,
+    waypoints,
 )  # fmt: skip
 from racecraft.analysis.deepracer.logs.advice import advice
 from racecraft.analysis.deepracer.logs.episodes import simulation_agg
@@ -237,7 +249,17 @@ def _evaluations(ticks: pl.DataFrame, track: Track | None) -> Iterator[str]:
     except PlotError:
         return
     yield "<h2>Evaluations and submissions</h2>"
-    heads = ("which", "lap", "progress", "time (s)", "distance (m)", "asked (m/s)", "driven (m/s)", "off track", "ended")
+    heads = (
+        "which",
+        "lap",
+        "progress",
+        "time (s)",
+        "distance (m)",
+        "asked (m/s)",
+        "driven (m/s)",
+        "off track",
+        "ended",
+    )
     rows = [
         (
             f"{row['phase']} {row['stream']}", row["lap"], f"{100 * row['progress_share']:.1f} %",

@@ -9,7 +9,15 @@ import numpy as np
 
 from racecraft.analysis.deepracer.logs.episodes import per_iteration, simulation_agg
 from racecraft.analysis.deepracer.logs.plot import (
-    WORDS, Plot, PlotError, colour_bar, limits_of, map_sheet, painted_path, require, values,
+    WORDS,
+    Plot,
+    PlotError,
+    colour_bar,
+    limits_of,
+    map_sheet,
+    painted_path,
+    require,
+    values,
 )  # fmt: skip
 from racecraft.tracks.track import Track
 

@@ -188,7 +188,9 @@ def limits_of(value: Array) -> tuple[float, float]:
     return float(low), float(high if high > low else low + 1e-9)
 
 
-def histogram(axes: Any, value: Array, bins: int, colour: str = GREEN, limits: tuple[float, float] | None = None) -> None:
+def histogram(
+    axes: Any, value: Array, bins: int, colour: str = GREEN, limits: tuple[float, float] | None = None
+) -> None:
     """Draw how values spread; values that are all the same stand in one bar."""
     value = value[np.isfinite(value)]
     axes.hist(value, bins=bins, range=limits or spread_limits(value), color=colour, edgecolor="white", lw=0.4)

@@ -1,5 +1,4 @@
-"""What was paid: which rewards are common, how they spread, what a discount makes of them. Begin with `common_rewards`.
-"""  # noqa: D205
+"""What was paid: which rewards are common, how they spread, what a discount makes of them. Begin with `common_rewards`."""  # noqa: D205
 
 from __future__ import annotations
 
@@ -9,7 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from racecraft.analysis.deepracer.logs.plot import (
-    BLUE, CYCLE, GREEN, Plot, PlotError, name_axes, require, sheet, spread_limits, values,
+    BLUE,
+    CYCLE,
+    GREEN,
+    Plot,
+    PlotError,
+    name_axes,
+    require,
+    sheet,
+    spread_limits,
+    values,
 )  # fmt: skip
 
 if TYPE_CHECKING:

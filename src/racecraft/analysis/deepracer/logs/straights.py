@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from racecraft.analysis.deepracer.logs.motion import with_motion
 from racecraft.analysis.deepracer.logs.plot import BLUE, ORANGE, Plot, name_axes, sheet, values
 from racecraft.analysis.deepracer.logs.segments import find_segments, in_segments
-from racecraft.analysis.deepracer.logs.motion import with_motion
 from racecraft.tracks.track import Track
 
 if TYPE_CHECKING:
