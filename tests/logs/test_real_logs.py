@@ -25,7 +25,8 @@ def test_values_are_the_files_own_in_our_units():
     theirs = read_sim_trace(path).columns
     ours = read(path).ticks.collect()
     for column, other in {
-        "x_m": theirs["X"], "reward": theirs["reward"], "time_s": theirs["tstamp"], "wall_clock_s": theirs["wall_clock"],
+        "x_m": theirs["X"], "reward": theirs["reward"], "time_s": theirs["tstamp"],
+        "wall_clock_s": theirs["wall_clock"],
         "yaw_rad": np.radians(theirs["yaw"]), "steering_rad": np.radians(theirs["steer"]),
         "progress_share": theirs["progress"] / 100.0, "tick": theirs["steps"], "action": theirs["action"],
     }.items():  # fmt: skip

@@ -70,7 +70,9 @@ def _rows_in(data: bytes) -> pl.DataFrame:
     )  # fmt: skip
     lines = lines.filter(pl.col("row").str.contains(MARK, literal=True))
     after = pl.col("row").str.slice(pl.col("row").str.find(MARK, literal=True) + len(MARK))
-    return lines.select(pl.col("line").cast(pl.Int32), after.str.split_exact("\t", 0).struct.field("field_0").alias("row"))
+    return lines.select(
+        pl.col("line").cast(pl.Int32), after.str.split_exact("\t", 0).struct.field("field_0").alias("row")
+    )
 
 
 def _rows(place: int, source: Source, rows: pl.DataFrame) -> tuple[pl.DataFrame, list[Damage]]:

@@ -17,8 +17,8 @@ def read(what: str | Path | Iterable[str | Path], phase: str | None = None) -> L
     """Find the logs in whatever is given.
 
     Args:
-        what: A run folder of ours; a DeepRacer for Cloud prefix with one worker or several; a folder or .tar.gz that the
-            console or DeepRacer on AWS handed out; a simulation log (pieces that rolled over as .1, .2, ... are found
+        what: A run folder of ours; a DeepRacer for Cloud prefix with one worker or several; a folder or .tar.gz that
+            the console or DeepRacer on AWS handed out; a simulation log (pieces that rolled over as .1, .2, ... are found
             beside it); a trace (.csv); metrics (.json). Several folders or archives are rounds of one training, in the
             order given; several loose files are one round.
         phase: training, evaluation or leaderboard, for loose files; None: the path tells, or else the rows do.
@@ -55,7 +55,7 @@ def _pieces(path: Path) -> list[Source]:
     """Return the pieces of a log that rolled over: NAME.1, NAME.2, ... beside it."""
     if path.suffix not in (".log", ".txt"):
         return []
-    pieces = []
+    pieces: list[Source] = []
     while (piece := path.with_name(f"{path.name}.{len(pieces) + 1}")).is_file():
         pieces.append(Source(piece, LOG, str(path), part=len(pieces) + 1))
     return pieces

@@ -25,8 +25,8 @@ from racecraft.logs.errors import LogError
 
 TRACE, LOG, METRICS, EPISODES, ABOUT = "trace", "log", "metrics", "episodes", "about"
 EXPECTED = (
-    "a run folder, a DeepRacer model or log folder, its .tar.gz, a simulation log, a simulation trace (.csv) or metrics "
-    "(.json)"
+    "a run folder, a DeepRacer model or log folder, its .tar.gz, a simulation log, a simulation trace (.csv) or "
+    "metrics (.json)"
 )
 _TRACE = re.compile(r"(?P<tail>(?:^|/)(?:(?P<worker>\d+)/)?(?P<phase>training|evaluation|leaderboard)-simtrace/"
                     r"(?P<iteration>\d+)-iteration\.csv)$")  # fmt: skip
@@ -116,8 +116,8 @@ def _classified(name: str, file: Path | MemberFile) -> Source | None:
     if match := _EPISODES.search(name):
         return Source(file, EPISODES, _before(name, match), "training", iteration=int(match["number"]))
     if match := _LOG.search(name):
-        phase = _PHASE.search(match["phase"] or "") or _PHASE.search(match["name"])
-        word = phase[1].lower() if phase else None
+        known = _PHASE.search(match["phase"] or "") or _PHASE.search(match["name"])
+        word = known[1].lower() if known else None
         stream = match["name"] if word in ("evaluation", "leaderboard") else ""
         part = int(match["part"]) if match["part"] else None
         return Source(file, LOG, _before(name, match), word, stream, part=part)

@@ -15,7 +15,7 @@ from racecraft.logs.sources import ABOUT, EXPECTED, METRICS, Source, about
 from racecraft.logs.ticks import OURS, Said, read_ticks
 
 if TYPE_CHECKING:
-    import pandas as pd
+    import pandas as pd  # type: ignore[import-untyped]
     import polars as pl
 
 
@@ -87,8 +87,8 @@ class Logs:
         """Return the ticks as a pandas frame.
 
         Args:
-            names: "racecraft", or "deepracer-utils" for that library's names, degrees and percent, so that cells written
-                for it go on.
+            names: "racecraft", or "deepracer-utils" for that library's names, degrees and percent, so that cells
+                written for it go on.
 
         Raises:
             MissingExtraError: pandas is not installed.

@@ -1,4 +1,4 @@
-"""The page of a log in a real browser: it runs, episodes can be chosen, zoomed and stepped through, nothing is fetched."""
+"""The page of a log in a real browser: episodes can be chosen, zoomed and stepped through; nothing is fetched."""
 
 import base64
 import io

@@ -1,4 +1,4 @@
-"""Tables and plots of logs: by hand on made-up laps, by twin with deepracer-utils, on every kind of track and action."""
+"""Tables and plots of logs: by hand on made-up laps, by twin with deepracer-utils, on any track and action."""
 
 import numpy as np
 import polars as pl
@@ -193,6 +193,7 @@ TRACKS = ["reinvent_base", "Spain_track", "Straight_track"]
 def every_plot(ticks, track):
     """Return each plot's maker by name, for laps of which at least three are full."""
     frame = ticks.collect()
+    judged = frame.with_columns(phase=pl.lit("evaluation").cast(frame.schema["phase"]))
     return {
         "stability": analysis.stability(ticks), "progress": analysis.training_progress(ticks),
         "scatter": analysis.scatter_of_laps(ticks), "full": analysis.scatter_of_laps(ticks, complete=True),
@@ -208,7 +209,7 @@ def every_plot(ticks, track):
         "distributions": analysis.episode_distributions(ticks, 0), "times": analysis.lap_times(ticks),
         "correlations": analysis.lap_correlations(ticks), "sectors": analysis.sector_times(ticks, track),
         "straights": analysis.straights_and_curves(ticks, track),
-        "grid": analysis.evaluation_grid(frame.with_columns(phase=pl.lit("evaluation").cast(frame.schema["phase"])), track),
+        "grid": analysis.evaluation_grid(judged, track),
         "new": analysis.new_reward(ticks, track, lambda params: params["speed"]),
     }  # fmt: skip
 

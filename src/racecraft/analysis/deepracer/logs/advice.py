@@ -147,7 +147,8 @@ def _sectors(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
 def _actions(ticks: pl.DataFrame) -> Iterator[Advice]:
     if (ticks["action"] < 0).any():
         return
-    rare = action_table(ticks.filter(ticks["iteration"] >= 0.8 * int(ticks["iteration"].max() or 0)))  # type: ignore[call-overload]
+    last = int(ticks["iteration"].max() or 0)  # type: ignore[arg-type]
+    rare = action_table(ticks.filter(ticks["iteration"] >= 0.8 * last))
     rare = rare.filter(rare["share"] < RARE)
     if rare.height:
         names = "; ".join(rare["name"].to_list()[:4])

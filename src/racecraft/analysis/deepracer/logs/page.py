@@ -108,12 +108,12 @@ def _headline(ticks: pl.DataFrame, track: Track | None, title: str) -> Iterator[
     where = f"{track.title or track.name}, {track.direction}" if track is not None else "an unknown track"
     yield f"<h1>{page.escaped(title)}</h1>"
     yield f'<p class="quiet">{page.escaped(where)} · {", ".join(ticks["phase"].cast(str).unique().sort())}</p>'
-    best = f"{full['seconds'].min():.2f} s" if full.height else "none yet"
+    best = f"{full['seconds'].to_numpy().min():.2f} s" if full.height else "none yet"
     yield page.tiles(
         [
             (best, "best full lap"),
             (f"{full.height:,} of {episodes.height:,}", "episodes that are full laps"),
-            (f"{100 * episodes['progress_share'].mean():.0f} %", "mean progress"),  # type: ignore[operator]
+            (f"{100 * episodes['progress_share'].to_numpy().mean():.0f} %", "mean progress"),
             (f"{ticks.height:,}", "steps"),
             (f"{episodes.select('round', 'iteration').unique().height:,}", "iterations"),
             (f"{episodes.select('round', 'worker').unique().height:,}", "workers, all rounds"),
@@ -149,9 +149,9 @@ def _explorer(ticks: pl.DataFrame, track: Track) -> Iterator[str]:
     )
     yield '<div class="two">'
     yield page.card(
-        '<div class="tools"><label>each episode\'s <select id="measure"><option value="progress_share">progress</option>'
-        '<option value="reward">reward</option><option value="seconds">time</option><option value="steps">steps</option>'
-        '</select></label><button id="all-episodes">All episodes</button></div>'
+        '<div class="tools"><label>each episode\'s <select id="measure"><option value="progress_share">progress'
+        '</option><option value="reward">reward</option><option value="seconds">time</option>'
+        '<option value="steps">steps</option></select></label><button id="all-episodes">All episodes</button></div>'
         '<canvas id="chart" role="img" aria-label="A dot for each episode"></canvas><p id="dot" class="quiet"></p>'
         "<small>Green: full laps. Squares: evaluations. Click to choose, with Shift to add; wheel to zoom.</small>"
     )
@@ -161,8 +161,8 @@ def _explorer(ticks: pl.DataFrame, track: Track) -> Iterator[str]:
         '<label>show <select id="kind"><option>all</option><option value="full">full laps</option>'
         "<option>training</option><option>evaluation</option><option>leaderboard</option></select></label>"
         '<label><input id="several" type="checkbox"> several at once</label></div>'
-        '<div class="scroll"><table><thead><tr><th>episode</th><th class="right">iteration</th><th class="right">progress '
-        '(%)</th><th class="right">time (s)</th><th class="right">reward</th><th>ended</th></tr></thead>'
+        '<div class="scroll"><table><thead><tr><th>episode</th><th class="right">iteration</th>'
+        '<th class="right">progress (%)</th><th class="right">time (s)</th><th class="right">reward</th><th>ended</th></tr></thead>'
         '<tbody id="rows"></tbody></table></div>'
     )
     yield "</div>"

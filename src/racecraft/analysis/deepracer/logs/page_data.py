@@ -28,7 +28,7 @@ BIGGEST = 32_000
 
 
 def page_data(ticks: pl.DataFrame, track: Track) -> dict[str, Any]:
-    """Return what the script of the page needs: `track`, `episodes` (columns), `ticks` (columns), `steps`, `left_out`."""
+    """Return what the page's script needs: `track`, `episodes` and `ticks` (columns), `steps`, `left_out`."""
     import polars as pl
 
     frame = on_track(with_motion(ticks), track)

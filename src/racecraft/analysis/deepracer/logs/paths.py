@@ -117,7 +117,7 @@ def _of(ticks: pl.DataFrame | pl.LazyFrame, column: str, wanted: list[int], valu
     data = frame.filter(pl.col(column).is_in(wanted))
     lacking = sorted(set(wanted) - set(data[column].unique()))
     if lacking:
-        low, high = frame[column].min(), frame[column].max()
+        low, high = int(frame[column].min() or 0), int(frame[column].max() or 0)  # type: ignore[arg-type]
         raise PlotError(f"There is no {column.replace('_', ' ')} {lacking[0]}; expected {low} to {high}.")
     return data
 

@@ -145,9 +145,9 @@ def plan(axes: Any, track: Track, numbers: bool = True) -> None:
     axes.fill(*ring.T, color=ROAD, lw=0, zorder=1)
     at = track.locate(track.centre[:1])
     axes.plot(*np.array([at.inner_point[0], at.outer_point[0]]).T, color=INK, lw=2.2, zorder=1.8)
-    ahead = track.pose_at(0.3 * track.width_mean)
+    ahead, size = track.pose_at(0.3 * track.width_mean), 0.5 * track.width_mean
     axes.annotate(
-        "", (ahead.x + 0.5 * track.width_mean * np.cos(ahead.yaw), ahead.y + 0.5 * track.width_mean * np.sin(ahead.yaw)),
+        "", (ahead.x + size * np.cos(ahead.yaw), ahead.y + size * np.sin(ahead.yaw)),
         (ahead.x, ahead.y), arrowprops={"arrowstyle": "-|>", "color": INK}, zorder=1.9,
     )  # fmt: skip
     if numbers:

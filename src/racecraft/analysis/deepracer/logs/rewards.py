@@ -1,4 +1,4 @@
-"""What was paid: which rewards are common, how they spread, what a discount makes of them. Begin with `common_rewards`."""  # noqa: D205
+"""What was paid: which rewards are common, how they spread, what discounts leave. Begin with `common_rewards`."""
 
 from __future__ import annotations
 
