@@ -132,9 +132,9 @@ def test_many_bad_rows_are_counted_after_the_first_twenty(tmp_path):
 def test_a_bad_line_in_a_log_is_named_by_its_line_in_the_log(tmp_path):
     lines = makers.log_text(makers.iteration(range(2))).splitlines()
     lines[6] = lines[6][:40]
-    (tmp_path / "a.log").write_text("\n".join(lines))
+    (tmp_path / "a.log").write_text("\n".join([*lines[:3], "", 'an "odd" line', "", *lines[3:]]))
     logs = read(tmp_path / "a.log")
-    assert [(one.file, one.line) for one in logs.damaged] == [(str(tmp_path / "a.log"), 7)]
+    assert [(one.file, one.line) for one in logs.damaged] == [(str(tmp_path / "a.log"), 10)]
     assert logs.ticks.collect().height == 23
 
 

@@ -18,9 +18,9 @@ def read(what: str | Path | Iterable[str | Path], phase: str | None = None) -> L
 
     Args:
         what: A run folder of ours; a DeepRacer for Cloud prefix with one worker or several; a folder or .tar.gz that
-            the console or DeepRacer on AWS handed out; a simulation log (pieces that rolled over as .1, .2, ... are found
-            beside it); a trace (.csv); metrics (.json). Several folders or archives are rounds of one training, in the
-            order given; several loose files are one round.
+            the console or DeepRacer on AWS handed out; a simulation log (pieces that rolled over as .1, .2, ... are
+            found beside it); a trace (.csv); metrics (.json). Several folders or archives are rounds of one training,
+            in the order given; several loose files are one round.
         phase: training, evaluation or leaderboard, for loose files; None: the path tells, or else the rows do.
 
     Returns:

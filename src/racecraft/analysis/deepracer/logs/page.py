@@ -162,7 +162,8 @@ def _explorer(ticks: pl.DataFrame, track: Track) -> Iterator[str]:
         "<option>training</option><option>evaluation</option><option>leaderboard</option></select></label>"
         '<label><input id="several" type="checkbox"> several at once</label></div>'
         '<div class="scroll"><table><thead><tr><th>episode</th><th class="right">iteration</th>'
-        '<th class="right">progress (%)</th><th class="right">time (s)</th><th class="right">reward</th><th>ended</th></tr></thead>'
+        '<th class="right">progress (%)</th><th class="right">time (s)</th>'
+        '<th class="right">reward</th><th>ended</th></tr></thead>'
         '<tbody id="rows"></tbody></table></div>'
     )
     yield "</div>"
