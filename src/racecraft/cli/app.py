@@ -14,7 +14,7 @@ import typer
 
 from racecraft.cli import bench, run, settings
 from racecraft.cli.battlesnake import snakes
-from racecraft.cli.deepracer import evaluate, new, replay, tracks, train
+from racecraft.cli.deepracer import evaluate, logs, new, replay, tracks, train
 from racecraft.cli.gym import gym
 from racecraft.cli.runs import export, report, stop
 from racecraft.cli.unity import unity
@@ -35,6 +35,7 @@ app.command(name="evaluate")(evaluate.evaluate)
 app.command(name="report")(report.report)
 app.command(name="stop")(stop.stop)
 app.command(name="replay")(replay.replay)
+app.command(name="logs")(logs.logs)
 app.command(name="new")(new.new)
 app.add_typer(tracks.app, name="tracks")
 app.add_typer(gym.app, name="gym")

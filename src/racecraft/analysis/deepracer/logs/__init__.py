@@ -1,0 +1,55 @@
+"""Every plot and table that racers had, from one table of ticks: any log, any track, either direction.
+
+    import racecraft.logs
+    from racecraft.analysis.deepracer.logs import find_track, reward_heat_map
+
+    logs = racecraft.logs.read("my-model")
+    track = find_track(logs.ticks, logs.about.get("world"))
+    plot = reward_heat_map(logs.training, track)     # plot.data, plot.figure, plot.save("heat.png")
+
+Functions take the table of `racecraft.logs` and nothing else of that room. Those that return a `Plot` have data and a
+figure; those that return a table are data alone. Named as in the notebooks of deepracer-analysis and in log-guru.
+"""
+
+from racecraft.analysis.deepracer.logs.actions import (
+    action_breakdown,
+    action_histogram,
+    action_index_map,
+    action_names,
+    action_space,
+    action_table,
+)  # fmt: skip
+from racecraft.analysis.deepracer.logs.circuit import find_track, on_track, track_or_none
+from racecraft.analysis.deepracer.logs.episodes import per_iteration, simulation_agg
+from racecraft.analysis.deepracer.logs.evaluations import evaluation_grid, evaluation_table
+from racecraft.analysis.deepracer.logs.exits import endings, exit_points, exits_by_segment
+from racecraft.analysis.deepracer.logs.heat import action_heat_maps, cells, reward_heat_map
+from racecraft.analysis.deepracer.logs.laps import (
+    lap_correlations,
+    lap_features,
+    lap_times,
+    sector_correlations,
+    sector_times,
+)  # fmt: skip
+from racecraft.analysis.deepracer.logs.motion import episode_distributions, slides, with_motion
+from racecraft.analysis.deepracer.logs.paths import best_laps, one_episode, one_iteration, selected_laps, top_iterations
+from racecraft.analysis.deepracer.logs.plot import Plot, PlotError
+from racecraft.analysis.deepracer.logs.progress import training_progress
+from racecraft.analysis.deepracer.logs.rescoring import new_reward, reward_params
+from racecraft.analysis.deepracer.logs.rewards import common_rewards, discount_tester, reward_distribution
+from racecraft.analysis.deepracer.logs.scatter import quintiles, scatter_of_laps
+from racecraft.analysis.deepracer.logs.segments import find_segments, in_segments, segments_plot
+from racecraft.analysis.deepracer.logs.step_times import stability
+from racecraft.analysis.deepracer.logs.straights import straights_and_curves
+from racecraft.analysis.deepracer.logs.waypoints import reward_per_waypoint
+
+__all__ = [
+    "Plot", "PlotError", "action_breakdown", "action_heat_maps", "action_histogram", "action_index_map",
+    "action_names", "action_space", "action_table", "best_laps", "cells", "common_rewards", "discount_tester",
+    "endings", "episode_distributions", "evaluation_grid", "evaluation_table", "exit_points", "exits_by_segment",
+    "find_segments", "find_track", "in_segments", "lap_correlations", "lap_features", "lap_times", "new_reward",
+    "on_track", "one_episode", "one_iteration", "per_iteration", "quintiles", "reward_distribution",
+    "reward_heat_map", "reward_params", "reward_per_waypoint", "scatter_of_laps", "sector_correlations",
+    "sector_times", "segments_plot", "selected_laps", "simulation_agg", "slides", "stability",
+    "straights_and_curves", "top_iterations", "track_or_none", "training_progress", "with_motion",
+]  # fmt: skip

@@ -1,0 +1,159 @@
+"""What to change before the next training, in sentences that were computed from the log. Begin with `advice`.
+
+Each rule looks at one thing and stays silent where it has nothing to say, or too little to go by.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from racecraft.analysis.deepracer.logs.actions import action_table
+from racecraft.analysis.deepracer.logs.episodes import QUINTILES, simulation_agg
+from racecraft.analysis.deepracer.logs.exits import exits_by_segment
+from racecraft.analysis.deepracer.logs.laps import correlation, sector_correlations
+from racecraft.analysis.deepracer.logs.plot import PlotError, values
+from racecraft.analysis.deepracer.logs.step_times import stability
+from racecraft.analysis.deepracer.logs.straights import straights_and_curves
+from racecraft.tracks.track import Track
+
+if TYPE_CHECKING:
+    import polars as pl
+
+FEWEST_EPISODES = 20
+RARE = 0.01
+
+
+@dataclass(frozen=True)
+class Advice:
+    """A finding and what to try."""
+
+    found: str
+    """What the log shows, with figures."""
+    try_: str
+    """What to change, or to leave."""
+
+
+def advice(ticks: pl.DataFrame, track: Track | None) -> list[Advice]:
+    """Return what a training's ticks suggest, the weightiest first; nothing where there are too few episodes."""
+    episodes = simulation_agg(ticks)
+    if episodes.height < FEWEST_EPISODES:
+        return []
+    found = [*_timing(ticks), *_learning(episodes), *_reward(episodes)]
+    if track is not None:
+        last = ticks.filter(ticks["unique_episode"].is_in(_last_fifths(episodes).implode()))
+        found += [*_quietly(_exits, last, track), *_quietly(_speed, last, track), *_quietly(_sectors, ticks, track)]
+    return [*found, *_actions(ticks)]
+
+
+def _last_fifths(episodes: pl.DataFrame) -> pl.Series:
+    return episodes.filter(episodes["quintile"].is_in(QUINTILES[3:]))["unique_episode"]
+
+
+def _quietly(
+    rule: Callable[[pl.DataFrame, Track], Iterator[Advice]], ticks: pl.DataFrame, track: Track
+) -> list[Advice]:
+    """Return what a rule says; nothing where the ticks do not carry it, as exits where no car left the road."""
+    try:
+        return list(rule(ticks, track))
+    except PlotError:
+        return []
+
+
+def _timing(ticks: pl.DataFrame) -> Iterator[Advice]:
+    table = stability(ticks).data
+    shaky = table.filter(~table["steady"].fill_null(True))
+    if shaky.height > 0.1 * table.height:
+        yield Advice(
+            f"In {shaky.height} of {table.height} iterations the simulator could not keep fifteen steps a second.",
+            "Give it fewer workers or a faster machine first: a car trained with late steps drives late.",
+        )
+
+
+def _learning(episodes: pl.DataFrame) -> Iterator[Advice]:
+    import polars as pl
+
+    fifths = episodes.group_by("quintile").agg(pl.col("progress_share").mean(), pl.col("complete").mean())
+    told = {row[0]: row[1:] for row in fifths.rows()}
+    (before, _), (now, full) = told[QUINTILES[3]], told[QUINTILES[4]]
+    words = f"Mean progress went from {100 * before:.0f} % in the fourth fifth of the episodes to {100 * now:.0f} % in "
+    words += f"the last, {100 * full:.0f} % of which are full laps."
+    if now > before + 0.03:
+        yield Advice(words, "It is still learning: train on from the last checkpoint before you change anything.")
+    elif now < before - 0.03:
+        yield Advice(words, "It has got worse: go on from the best checkpoint, with a smaller learning rate.")
+    elif full < 0.5:
+        yield Advice(
+            words, "It stands still below full laps: change the reward or the actions where it leaves the road."
+        )
+    else:
+        yield Advice(words, "It stands still and finishes: ask for more speed, in the reward or in the actions.")
+
+
+def _reward(episodes: pl.DataFrame) -> Iterator[Advice]:
+    told = correlation(*values(episodes, "reward", "progress_share"))
+    if told is not None and told < 0.5:
+        yield Advice(
+            f"The reward of an episode goes with its progress by {told:+.2f} only (1 is perfectly).",
+            "The car is paid for something else than coming forward: look at the common rewards, and at what a lap "
+            "that gets nowhere is paid.",
+        )
+    full = episodes.filter(episodes["complete"])
+    told = correlation(*values(full, "reward", "seconds"))
+    if full.height >= 10 and told is not None and told > 0.3:
+        yield Advice(
+            f"Among {full.height} full laps the slow ones are paid more ({told:+.2f} between time and reward).",
+            "Each step is paid, so more steps pay more: divide by the steps, or pay speed.",
+        )
+
+
+def _exits(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
+    table = exits_by_segment(ticks, track)
+    worst = table.row(0, named=True)
+    if worst["share"] * table.height > 1.5 or worst["share"] >= 0.25:
+        yield Advice(
+            f"Segment {worst['name']} takes {worst['exits']} of {table['exits'].sum()} exits of the last two fifths; "
+            f"{100 * worst['passed_share']:.0f} % get through it, at {worst['speed_mps']:.2f} m/s where they leave.",
+            "Pay for the right line or less speed there, and start more episodes before it.",
+        )
+
+
+def _speed(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
+    table = straights_and_curves(ticks, track).data.drop_nulls("speed_mps")
+    straight = table.filter(table["kind"] == "straight")
+    top = float(ticks["speed_mps"].max() or 0.0)  # type: ignore[arg-type]
+    if straight.height:
+        weight = straight["ticks"] / straight["ticks"].sum()
+        mean = float((straight["speed_mps"] * weight).sum())
+        if mean < 0.8 * top:
+            yield Advice(
+                f"On straights it asks for {mean:.2f} m/s on average, of {top:.2f} m/s it may.",
+                "Speed is not used: pay for it on straights, or drop the slow action that points ahead.",
+            )
+
+
+def _sectors(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
+    table = sector_correlations(ticks, track)
+    worst = table.row(0, named=True)
+    lost = float(table["lost_seconds"].sum())
+    yield Advice(
+        f"Full laps lose {lost:.2f} s to the best sectors put together, {worst['lost_seconds']:.2f} s of it in "
+        f"{worst['name']}.",
+        "That segment has the most time to win.",
+    )
+
+
+def _actions(ticks: pl.DataFrame) -> Iterator[Advice]:
+    if (ticks["action"] < 0).any():
+        return
+    last = int(ticks["iteration"].max() or 0)  # type: ignore[arg-type]
+    rare = action_table(ticks.filter(ticks["iteration"] >= 0.8 * last))
+    rare = rare.filter(rare["share"] < RARE)
+    if rare.height:
+        names = "; ".join(rare["name"].to_list()[:4])
+        yield Advice(
+            f"Late in the training {rare.height} action{'s are' if rare.height > 1 else ' is'} chosen in less than one "
+            f"step of a hundred: {names}.",
+            "An action nobody chooses only dilutes exploration: leave it out of the next car.",
+        )

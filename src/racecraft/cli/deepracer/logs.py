@@ -1,0 +1,184 @@
+"""`racecraft logs PATH`: what a log tells, on the terminal, on a page, as a table."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    import polars as pl
+
+    from racecraft.logs import Logs
+    from racecraft.tracks.track import Track
+
+MOST_DAMAGE = 10
+
+
+def logs(
+    paths: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Run folder, DeepRacer model or log folder, .tar.gz, log, trace or metrics; several: rounds."
+        ),
+    ],
+    page: Annotated[Path | None, typer.Option(help="Write one interactive page (.html) that works offline.")] = None,
+    csv: Annotated[Path | None, typer.Option(help="Write every step into this CSV file.")] = None,
+    parquet: Annotated[Path | None, typer.Option(help="Write every step into this Parquet file.")] = None,
+    track: Annotated[
+        str | None, typer.Option(help="The track it was driven on, or its waypoint file; by default it is found.")
+    ] = None,
+    phase: Annotated[
+        str | None, typer.Option(help="training, evaluation or leaderboard, where a loose file does not tell.")
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
+) -> None:
+    """Tell what a log holds, whoever wrote it, and what to change before the next training.
+
+    Damaged rows are named with file and line and passed over.
+
+    Examples:
+
+        racecraft logs my-model --page my-model.html
+
+        racecraft logs deepracer-downloads/model.tar.gz --json
+
+        racecraft logs round-1 round-2 --parquet both.parquet
+    """
+    from racecraft.cli.output import print_json, say
+    from racecraft.logs import read
+
+    found = read(paths, phase)
+    ticks = found.ticks.collect()
+    if not ticks.height and not found.metrics.collect().height:
+        found.require_ticks()
+    circuit = _circuit(found, ticks, track) if ticks.height else None
+    facts = _facts(found, ticks, circuit)
+    for clause in [str(damage) for damage in found.damaged[:MOST_DAMAGE]]:
+        say(clause, quiet_stdout=True)
+    if len(found.damaged) > MOST_DAMAGE:
+        say(f"and {len(found.damaged) - MOST_DAMAGE} more; --json names them all", quiet_stdout=True)
+    facts |= _written(found, ticks, circuit, page, csv, parquet, paths)
+    if json:
+        print_json(facts)
+        return
+    _print(facts)
+
+
+def _circuit(found: Logs, ticks: pl.DataFrame, track: str | None) -> Track | None:
+    from racecraft.analysis.deepracer.logs import find_track, track_or_none
+
+    return find_track(ticks, track) if track is not None else track_or_none(ticks, found.about.get("world"))
+
+
+def _facts(found: Logs, ticks: pl.DataFrame, circuit: Track | None) -> dict[str, Any]:
+    """Return everything that is told, by name; shares from 0 to 1, times in seconds."""
+    import polars as pl
+
+    from racecraft.analysis.deepracer.logs.advice import advice
+
+    facts: dict[str, Any] = {
+        "files": len(found.files),
+        "ticks": ticks.height,
+        "track": circuit.name if circuit is not None else None,
+        "reversed": circuit.is_reversed if circuit is not None else None,
+        "damaged": [{"file": one.file, "line": one.line, "what": one.what} for one in found.damaged],
+        "phases": [],
+        "advice": [],
+    }
+    if not ticks.height:
+        return facts | {"metrics": _metrics(found)}
+    facts["phases"] = _phases(ticks)
+    training = ticks.filter(pl.col("phase") == "training")
+    if training.height:
+        facts["advice"] = [{"found": one.found, "try": one.try_} for one in advice(training, circuit)]
+    return facts
+
+
+def _phases(ticks: pl.DataFrame) -> list[dict[str, Any]]:
+    import polars as pl
+
+    from racecraft.analysis.deepracer.logs import simulation_agg
+
+    full = pl.col("complete")
+    table = simulation_agg(ticks).group_by("round", "phase", "stream", maintain_order=True).agg(
+        pl.col("worker").n_unique().alias("workers"), pl.col("iteration").n_unique().alias("iterations"),
+        pl.len().alias("episodes"), pl.col("steps").sum(), full.sum().alias("full_laps"),
+        pl.col("seconds").filter(full).min().alias("best_lap_seconds"),
+        pl.col("progress_share").mean().alias("mean_progress_share"), pl.col("reward").mean().alias("mean_reward"),
+    )  # fmt: skip
+    return table.with_columns(pl.col("phase").cast(pl.String)).to_dicts()
+
+
+def _metrics(found: Logs) -> list[dict[str, Any]]:
+    import polars as pl
+
+    done = pl.col("status") == "lap_complete"
+    table = found.metrics.group_by("round", "phase", "stream", maintain_order=True).agg(
+        pl.len().alias("episodes"), pl.col("iteration").n_unique().alias("iterations"),
+        (pl.col("progress_share") >= 1).sum().alias("full_laps"),
+        pl.col("seconds").filter(done | (pl.col("progress_share") >= 1)).min().alias("best_lap_seconds"),
+        pl.col("progress_share").mean().alias("mean_progress_share"),
+    )  # fmt: skip
+    return table.with_columns(pl.col("phase").cast(pl.String)).collect().to_dicts()
+
+
+def _written(
+    found: Logs, ticks: pl.DataFrame, circuit: Track | None, page: Path | None, csv: Path | None, parquet: Path | None,
+    paths: list[Path],
+) -> dict[str, Any]:  # fmt: skip
+    """Write what was asked for; return where it lies."""
+    from racecraft.logs.take_away import write_csv, write_parquet
+
+    written: dict[str, Any] = {}
+    if page is not None:
+        from racecraft.analysis.deepracer.logs.page import write_logs_page
+
+        title = ", ".join(path.resolve().name for path in paths)
+        damaged = tuple(str(damage) for damage in found.damaged)
+        written["page"] = str(write_logs_page(page, found.require_ticks(), circuit, title, damaged))
+    if csv is not None:
+        written["csv"] = str(write_csv(csv, found.require_ticks()))
+    if parquet is not None:
+        written["parquet"] = str(write_parquet(parquet, found.require_ticks()))
+    return written
+
+
+def _print(facts: dict[str, Any]) -> None:
+    where = (
+        f"on {facts['track']}{', reversed' if facts['reversed'] else ''}" if facts["track"] else "on an unknown track"
+    )
+    print(f"{facts['ticks']:,} steps in {facts['files']} file(s), {where}." if facts["ticks"] else "Metrics only.")
+    _print_table(facts["phases"] or facts.get("metrics", []))
+    if facts["advice"]:
+        print("\nBefore the next training:")
+    for number, one in enumerate(facts["advice"], 1):
+        print(f"{number}. {one['found']}\n   {one['try']}")
+    if facts["damaged"]:
+        print(f"{len(facts['damaged'])} thing(s) in the files could not be taken as they stand; see above.")
+    for kind in ("page", "csv", "parquet"):
+        if kind in facts:
+            print(f"{kind}: {facts[kind]}")
+    if "page" not in facts and facts["ticks"]:
+        print("Every plot, to click through: add --page logs.html", file=sys.stderr)
+
+
+def _print_table(rows: list[dict[str, Any]]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("what")
+    for title in ("iterations", "episodes", "full laps", "best lap", "mean progress"):
+        table.add_column(title, justify="right")
+    several = len({row["round"] for row in rows}) > 1
+    for row in rows:
+        best = row["best_lap_seconds"]
+        table.add_row(
+            (f"round {row['round']}, " if several else "") + f"{row['phase']} {row['stream']}".strip(),
+            f"{row['iterations']:,}", f"{row['episodes']:,}", f"{row['full_laps']:,}",
+            "-" if best is None else f"{best:.2f} s", f"{100 * row['mean_progress_share']:.1f} %",
+        )  # fmt: skip
+    Console().print(table)

@@ -1,0 +1,28 @@
+"""Logs of any training, as one table: ours, the console's, DeepRacer for Cloud's, DeepRacer on AWS's.
+
+    import racecraft.logs
+
+    logs = racecraft.logs.read("my-model")          # folder, .tar.gz, log, trace, metrics; several are rounds
+    logs.ticks                                       # lazy Polars table, one row a tick
+    logs.damaged                                     # what could not be taken: file, line, what
+    logs.to_pandas()
+
+    read.py        the door
+    sources.py     which files are logs, and what each tells
+    archive.py     downloads, read without unpacking
+    ticks.py       from files to one table: trace_rows, log_rows, our own episodes
+    careful.py     damaged rows, line by line
+    numbering.py   episodes told apart over files, workers and rounds
+    clocks.py      time that runs back or leaps
+    metric_rows.py AWS's metrics files
+    columns.py     the columns, in one table
+
+This room stands beside `analysis`: it knows files and nothing of pictures.
+"""
+
+from racecraft.logs.columns import METRIC_COLUMNS, TICK_COLUMNS
+from racecraft.logs.errors import Damage, LogError
+from racecraft.logs.read import read
+from racecraft.logs.table import Logs
+
+__all__ = ["METRIC_COLUMNS", "TICK_COLUMNS", "Damage", "LogError", "Logs", "read"]

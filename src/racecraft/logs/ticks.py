@@ -1,0 +1,152 @@
+"""From the files of a training to one table of ticks. Begin with `read_ticks`.
+
+traces, logs and episodes, in the order in which they happened → our names and units → phases → unique episodes
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+from racecraft.formats.episodes import FORMAT, VERSION
+from racecraft.logs.columns import PHASES, TICK_COLUMNS, empty, schema
+from racecraft.logs.errors import Damage
+from racecraft.logs.log_rows import read_log
+from racecraft.logs.numbering import number, phase_of_rows
+from racecraft.logs.sources import EPISODES, LOG, TRACE, Source
+from racecraft.logs.trace_rows import read_traces
+
+if TYPE_CHECKING:
+    import polars as pl
+
+OURS = {
+    "episode": "episode", "steps": "tick", "X": "x_m", "Y": "y_m", "yaw": "yaw_rad", "steer": "steering_rad",
+    "throttle": "speed_mps", "action": "action", "reward": "reward", "done": "done",
+    "all_wheels_on_track": "all_wheels_on_track", "progress": "progress_share",
+    "closest_waypoint": "closest_waypoint", "track_len": "track_length_m", "tstamp": "time_s",
+    "episode_status": "status", "pause_duration": "pause_s", "obstacle_crash_counter": "obstacle_crashes",
+    "wall_clock": "wall_clock_s",
+}  # fmt: skip
+"""AWS's name of a column → ours."""
+
+Said = dict[str, Any]
+
+
+def read_ticks(sources: Sequence[Source], phase: str | None = None) -> tuple[pl.DataFrame, list[Damage], Said]:
+    """Read every tick.
+
+    Args:
+        sources: All files, in order; a row's `file` is an index among them.
+        phase: What rows belong to whose path does not tell; None: the rows tell.
+
+    Returns:
+        The table of TICK_COLUMNS; what was damaged; and what logs say of world, hyperparameters and actions.
+    """
+    import polars as pl
+
+    frames: list[pl.DataFrame] = []
+    damage: list[Damage] = []
+    said: Said = {}
+    for kind, group in itertools.groupby(enumerate(sources), key=lambda pair: pair[1].kind):
+        pairs = list(group)
+        if kind == TRACE:
+            trace, wrong = read_traces(pairs)
+            frames += _placed(trace, pairs, phase)
+            damage += wrong
+        elif kind == LOG:
+            says: Said = {}
+            for place, source in pairs:
+                rolled = source.part != 1 and place > 0 and sources[place - 1].part is not None
+                trace, wrong, says = read_log(place, source, says if rolled else None)
+                frames += _placed(trace, [(place, source)], phase)
+                damage += wrong
+                said = {**says, **said}
+        elif kind == EPISODES:
+            for place, source in pairs:
+                ours, wrong = _own_episodes(place, source)
+                frames += ours
+                damage += wrong
+    if not frames:
+        return empty(TICK_COLUMNS), damage, said
+    return _in_columns(number(pl.concat(frames, how="diagonal"))), damage, said
+
+
+def _placed(trace: pl.DataFrame, pairs: list[tuple[int, Source]], phase: str | None) -> list[pl.DataFrame]:
+    """Return AWS's rows under our names and units, with the columns that their files tell."""
+    import polars as pl
+
+    if not trace.height:
+        return []
+    told = phase or (phase_of_rows(trace) if any(source.phase is None for _, source in pairs) else None)
+    origin = pl.DataFrame(
+        {
+            "file": [place for place, _ in pairs],
+            "round": [source.round for _, source in pairs],
+            "phase": [source.phase or told for _, source in pairs],
+            "stream": [source.stream for _, source in pairs],
+            "worker": [source.worker for _, source in pairs],
+            "iteration": [source.iteration for _, source in pairs],
+        },
+        schema_overrides={name: kind for name, kind in schema(TICK_COLUMNS).items()} | {"phase": pl.Enum(PHASES)},
+    ).filter(pl.col("file").is_in(trace["file"].unique().implode()))
+    counts = trace["file"].rle().struct.unnest()
+    rows = origin.join(counts, left_on="file", right_on="value", how="right", maintain_order="right")
+    lengths = rows["len"]
+    repeated = [
+        pl.Series(name, rows[name].gather(pl.int_range(len(rows), eager=True).repeat_by(lengths).explode()))
+        for name in ("round", "phase", "stream", "worker", "iteration")
+        if name not in trace.columns
+    ]
+    named = trace.rename({theirs: ours for theirs, ours in OURS.items() if theirs in trace.columns})
+    units = [
+        pl.col("tick").cast(pl.Int32),
+        pl.col("yaw_rad").radians(),
+        pl.col("steering_rad").radians(),
+        pl.col("progress_share") / 100.0,
+    ]
+    return [named.with_columns(*units, *repeated)]
+
+
+def _own_episodes(place: int, source: Source) -> tuple[list[pl.DataFrame], list[Damage]]:
+    """Read a file of our own episodes; a world is a worker, and iterations are counted from 0."""
+    import polars as pl
+
+    try:
+        data = BytesIO(source.read())
+        told = pl.read_parquet_metadata(data)
+        data.seek(0)
+        frame = pl.read_parquet(data)
+    except (pl.exceptions.PolarsError, OSError) as error:
+        return [], [Damage(source.name, None, f"damaged or half written ({error}); left out")]
+    if told.get("format") != FORMAT or told.get("version") != str(VERSION):
+        return [], [Damage(source.name, None, "no file of racecraft's episodes; left out")]
+    known = schema(TICK_COLUMNS)
+    frame = frame.select(
+        *(pl.col(name).cast(known[name], strict=False) for name in frame.columns if name in known),
+        *([pl.col("world").cast(pl.Int32).alias("worker")] if "world" in frame.columns else []),
+    )
+    lacking = {"worker": 0, "iteration": 1}
+    frame = frame.with_columns(pl.lit(value, pl.Int32).alias(k) for k, value in lacking.items() if k not in frame)
+    return [
+        frame.with_columns(
+            pl.lit(source.round, pl.Int32).alias("round"),
+            pl.lit(source.phase or "training").cast(pl.Enum(PHASES)).alias("phase"),
+            pl.lit("").alias("stream"),
+            (pl.col("iteration") - 1).clip(0),
+            pl.lit(place, pl.UInt32).alias("file"),
+            pl.int_range(1, pl.len() + 1, dtype=pl.Int32).alias("line"),
+        ).sort("iteration", "worker", "episode", "tick")
+    ], []
+
+
+def _in_columns(frame: pl.DataFrame) -> pl.DataFrame:
+    """Return the table with all its columns, in their order; what no file has is null."""
+    import polars as pl
+
+    known = schema(TICK_COLUMNS)
+    return frame.select(
+        pl.col(name).cast(kind) if name in frame.columns else pl.lit(None, kind).alias(name)
+        for name, kind in known.items()
+    )

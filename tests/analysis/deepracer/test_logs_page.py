@@ -1,0 +1,125 @@
+"""The page of a log in a real browser: episodes can be chosen, zoomed and stepped through; nothing is fetched."""
+
+import base64
+import io
+import json
+
+import numpy as np
+import pytest
+from tests.browser import Browser, needs_chromium
+from tests.logs import makers
+
+from racecraft.analysis.deepracer import logs as analysis
+from racecraft.analysis.deepracer.logs.page import write_logs_page
+from racecraft.analysis.deepracer.logs.page_data import page_data
+from racecraft.logs import read
+from racecraft.tracks.catalogue import load_track
+
+
+@pytest.fixture(scope="module")
+def ticks(tmp_path_factory):
+    full = [makers.episode(k, 1.0, 46 + 15 * k, status="lap_complete") for k in range(3)]
+    columns = makers.joined(*full, *(makers.episode(3 + k, 0.3) for k in range(20)))
+    folder = tmp_path_factory.mktemp("log")
+    makers.write(folder / "training-simtrace/0-iteration.csv", columns)
+    makers.write(folder / "evaluation-20220709200242/evaluation-simtrace/0-iteration.csv", makers.lap_by_lap(2, 40))
+    return read(folder).ticks.collect()
+
+
+@pytest.fixture(scope="module")
+def address(ticks, tmp_path_factory):
+    path = tmp_path_factory.mktemp("page") / "log.html"
+    write_logs_page(path, ticks, load_track("reinvent_base"), "a <b> log", ("a.csv:7: X is 'east'",))
+    return path.as_uri()
+
+
+@pytest.fixture(params=[(1200, 900), (390, 844)], ids=["desk", "phone"])
+def browser(request, tmp_path):
+    width, height = request.param
+    one = Browser(tmp_path / "profile", width, height)
+    one.say("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=width < 500)
+    yield one
+    one.close()
+
+
+def test_what_travels_to_the_page_comes_out_as_it_went_in(ticks):
+    data = page_data(ticks, load_track("reinvent_base"))
+    told = np.frombuffer(base64.b64decode(data["ticks"]["x_m"]), "<i2") * data["steps"]["x_m"]
+    assert np.abs(told - ticks["x_m"].to_numpy()).max() <= 0.001 + 1e-9
+    assert sum(data["episodes"]["ticks"]) == ticks.height
+    assert data["left_out"] == 0
+    assert json.loads(json.dumps(data, allow_nan=False))["track"]["closed"] is True
+
+
+def test_of_many_steps_the_fast_and_the_late_ones_travel(ticks, monkeypatch):
+    monkeypatch.setattr("racecraft.analysis.deepracer.logs.page_data.MOST_TICKS", 300)
+    episodes = page_data(ticks, load_track("reinvent_base"))["episodes"]
+    shown = [number for number, count in zip(episodes["unique_episode"], episodes["ticks"], strict=True) if count]
+    assert {23, 24, 0, 1, 2} <= set(shown), "evaluations and full laps come first"
+    assert 22 in shown, "then the latest"
+    assert 3 not in shown
+
+
+def test_titles_and_damage_are_escaped_and_told(ticks, tmp_path):
+    path = write_logs_page(tmp_path / "p.html", ticks, None, "a <b> log", ("x.csv:7: X is '<script>'",))
+    text = path.read_text()
+    assert "a &lt;b&gt; log" in text
+    assert "X is &#x27;&lt;script&gt;&#x27;" in text
+    assert "Name it with --track" in text
+
+
+@needs_chromium
+def test_the_page_in_a_browser(browser, address):
+    browser.open(address)
+    browser.until("document.querySelectorAll('#rows tr').length === 25")
+    told = "document.getElementById('told').textContent"
+    assert browser.value(told).startswith("Episode 23 (evaluation"), "the fastest full lap is chosen"
+    browser.value("document.querySelectorAll('#rows tr')[2].click()")
+    first = browser.value(told)
+    browser.value("document.getElementById('several').click(); document.querySelectorAll('#rows tr')[3].click()")
+    assert browser.value(told).startswith(first + "; Episode")
+    picture = "document.getElementById('map').toDataURL()"
+    before = browser.value(picture)
+    browser.value("document.getElementById('closer').click()")
+    assert browser.value(picture) != before
+    browser.value("document.getElementById('whole').click()")
+    assert browser.value(picture) == before
+    browser.value("document.getElementById('map').focus()")
+    browser.press("ArrowRight")
+    assert "step 1:" in browser.value(told)
+    browser.press("ArrowRight")
+    assert "step 2:" in browser.value(told)
+    assert browser.value("document.documentElement.scrollWidth <= window.innerWidth"), "nothing sticks out sideways"
+    assert browser.value("performance.getEntriesByType('resource').length") == 0
+    assert browser.complaints == []
+
+
+@needs_chromium
+def test_pointing_at_a_path_reads_it_and_the_wheel_zooms(browser, address):
+    browser.open(address)
+    browser.until("document.querySelectorAll('#rows tr').length === 25")
+    browser.value("document.getElementById('map').scrollIntoView()")
+    box = browser.value("(r => [r.x, r.y, r.width, r.height])(document.getElementById('map').getBoundingClientRect())")
+    shot = browser.value("document.getElementById('map').toDataURL()")
+    x, y = brightest(shot)
+    browser.say("Input.dispatchMouseEvent", type="mouseMoved", x=box[0] + x, y=box[1] + y)
+    browser.until("document.getElementById('told').textContent.includes('waypoint')")
+    before = browser.value("document.getElementById('map').toDataURL()")
+    browser.say("Input.dispatchMouseEvent", type="mouseWheel", x=box[0] + x, y=box[1] + y, deltaX=0, deltaY=-300)
+    browser.until(f"document.getElementById('map').toDataURL().length !== {len(before)}")
+    assert browser.complaints == []
+
+
+def brightest(shot):
+    """Return a pixel of a painted path on a picture of the map."""
+    from PIL import Image
+
+    picture = np.asarray(Image.open(io.BytesIO(base64.b64decode(shot.split(",")[1]))).convert("RGB")).astype(int)
+    painted = (np.ptp(picture, axis=2) > 60) & (picture[..., 2] < 180)
+    y, x = np.argwhere(painted)[painted.sum() // 2]
+    return int(x), int(y)
+
+
+def test_every_plot_of_the_room_is_in_its_face():
+    assert len(analysis.__all__) == len(set(analysis.__all__))
+    assert all(hasattr(analysis, name) for name in analysis.__all__)

@@ -1,0 +1,81 @@
+"""`racecraft logs`: real and made-up logs on the terminal, on a page, as tables."""
+
+import json
+
+import polars as pl
+from tests.logs import makers
+
+
+def test_a_log_is_told_in_a_table(racecraft, tmp_path):
+    makers.drfc(tmp_path / "model")
+    said = racecraft("logs", "model")
+    assert said.code == 0, said.err
+    assert "72 steps in 2 file(s), on reinvent_base." in said.out
+    assert "training" in said.out
+    assert "--page logs.html" in said.err
+
+
+def test_one_json_object_with_everything_damaged(racecraft, tmp_path):
+    makers.drfc(tmp_path / "model")
+    path = tmp_path / "model/training-simtrace/0-iteration.csv"
+    path.write_text(path.read_text() + "1,2\n")
+    said = racecraft("logs", "model", "--json", "--csv", "all.csv", "--parquet", "all.parquet")
+    assert said.code == 0, said.err
+    facts = json.loads(said.out)
+    assert (facts["ticks"], facts["track"], facts["reversed"]) == (72, "reinvent_base", False)
+    assert facts["damaged"] == [
+        {"file": "model/training-simtrace/0-iteration.csv", "line": 38,
+         "what": "2 values where 17 are expected; the row was passed over"}
+    ]  # fmt: skip
+    assert "0-iteration.csv:38: 2 values" in said.err
+    assert facts["phases"][0]["episodes"] == 6
+    assert pl.read_csv("all.csv").height == pl.read_parquet("all.parquet").height == 72
+    assert pl.read_parquet_metadata("all.parquet")["format"] == "racecraft ticks"
+
+
+def test_several_folders_are_rounds(racecraft, tmp_path):
+    for name in ("one", "two"):
+        makers.drfc(tmp_path / name)
+    facts = json.loads(racecraft("logs", "one", "two", "--json").out)
+    assert [(row["round"], row["episodes"]) for row in facts["phases"]] == [(1, 6), (2, 6)]
+
+
+def test_what_is_no_log_ends_with_a_letter(racecraft, tmp_path):
+    said = racecraft("logs", "nowhere")
+    assert (said.code, said.out) == (2, "")
+    assert "nowhere: there is no such file or folder; expected a run folder" in said.err
+    (tmp_path / "empty.csv").write_text("")
+    said = racecraft("logs", "empty.csv")
+    assert said.code == 2
+    assert "the file is empty" in said.err
+    makers.drfc(tmp_path / "model")
+    said = racecraft("logs", "model", "--track", "reinvent_bas")
+    assert said.code == 2
+    assert "Did you mean 'reinvent_base'" in said.err
+
+
+def test_metrics_alone_are_told(racecraft, tmp_path):
+    row = {"metric_time": 2500, "start_time": 500, "completion_percentage": 100, "trial": 1, "episode": 1,
+           "phase": "training", "episode_status": "Lap complete", "reward_score": 7}  # fmt: skip
+    (tmp_path / "TrainingMetrics.json").write_text(json.dumps({"metrics": [row]}))
+    said = racecraft("logs", "TrainingMetrics.json")
+    assert said.code == 0, said.err
+    assert "Metrics only." in said.out
+    assert "2.00 s" in said.out
+
+
+def test_a_page_is_one_file_that_fetches_nothing(racecraft, tmp_path):
+    makers.drfc(tmp_path / "model", iterations=3)
+    makers.write(
+        tmp_path / "model/evaluation-20220709200242/evaluation-simtrace/0-iteration.csv", makers.lap_by_lap(2, 30)
+    )
+    said = racecraft("logs", "model", "--page", "page.html", "--json")
+    assert said.code == 0, said.err
+    assert json.loads(said.out)["page"] == "page.html"
+    text = (tmp_path / "page.html").read_text()
+    assert "http://" not in text.replace("http://www.w3.org", "")
+    assert "https://" not in text.replace("https://matplotlib.org", "")
+    assert 'src="data:' in text
+    for heading in ("Choose episodes", "How it learned", "On the track", "What it chose", "What was paid"):
+        assert f"<h2>{heading}</h2>" in text
+    assert "evaluation 20220709200242" in text
