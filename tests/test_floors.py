@@ -13,7 +13,7 @@ FLOOR = {
     "contract": 0, "kernels": 0, "settings": 0, "formats": 0, "tracks": 0,
     "envs": 1, "algorithms": 1,
     "rollout": 2, "players": 2,
-    "evaluation": 3, "analysis": 3, "export": 3,
+    "evaluation": 3, "analysis": 3, "export": 3, "logs": 3,
     "training": 4, "reporting": 4,
     "jobs": 5, "league": 5,
     "console": 6, "serving": 6, "lessons": 6, "compat": 6, "api": 6,
@@ -35,7 +35,7 @@ HEAVY = {
     "nicegui": {"console"},
     "matplotlib": {"analysis", "tracks"},
     "av": {"analysis"},
-    "pandas": {"analysis"},
+    "pandas": {"analysis", "logs"},
 }
 
 

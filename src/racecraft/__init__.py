@@ -8,6 +8,7 @@ The public face, `import racecraft as rc`; everything is imported when it is fir
     rc.load_policy("runs/reinvent_base-1")               a policy by itself: no world, no settings
     rc.make_world("deepracer", track="Oval_track")       a world to step by hand
     rc.read_run("runs/reinvent_base-1")                  what a run left, as tables
+    rc.logs.read("old-logs/")                            any DeepRacer log as one table
     rc.register_algorithm("mine", MyLearner)             an algorithm of your own
 
 The rooms stand on floors, and a room opens doors only downward; ARCHITECTURE.md draws the house.
@@ -21,8 +22,12 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from racecraft import logs
     from racecraft.algorithms.registry import register_algorithm
-    from racecraft.api import evaluate, load_policy, make_world, read_run, resume, train
+    from racecraft.api.judging import evaluate
+    from racecraft.api.runs import load_policy, read_run
+    from racecraft.api.training import resume, train
+    from racecraft.api.worlds import make_world
     from racecraft.tracks.catalogue import load_track
 
 _WHERE = {
@@ -41,6 +46,7 @@ __all__ = [
     "evaluate",
     "load_policy",
     "load_track",
+    "logs",
     "make_world",
     "read_run",
     "register_algorithm",
@@ -50,10 +56,12 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "logs":
+        return importlib.import_module("racecraft.logs")
     if name in _WHERE:
         return getattr(importlib.import_module(_WHERE[name]), name)
     raise AttributeError(f"module 'racecraft' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_WHERE})
+    return sorted({*globals(), *__all__})

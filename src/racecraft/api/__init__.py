@@ -1,14 +1,14 @@
 """The public Python surface, behind `import racecraft as rc`: one short page a verb.
 
-train.py     train and resume, in any kind of world
-evaluate.py  judge a run
+training.py  train and resume, in any kind of world
+judging.py   judge a run
 worlds.py    a world to step by hand
 runs.py      what a run left, as tables; its policy by itself
 """
 
-from racecraft.api.evaluate import evaluate
+from racecraft.api.judging import evaluate
 from racecraft.api.runs import Run, load_policy, read_run
-from racecraft.api.train import resume, train
+from racecraft.api.training import resume, train
 from racecraft.api.worlds import make_world
 
 __all__ = ["Run", "evaluate", "load_policy", "make_world", "read_run", "resume", "train"]
