@@ -9,18 +9,14 @@ from pathlib import Path
 
 import polars as pl
 
-from racecraft.training.deepracer.plan import RaceRequest
-from racecraft.training.progress import LineWatcher
-from racecraft.training.worlds import train
+import racecraft as rc
 
 with tempfile.TemporaryDirectory() as folder:
     run = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(folder) / "tiny"
     if not run.exists():
-        small = ("rollout.num_worlds=8", "rollout.horizon=64", "evaluation.episodes=2", "runtime.threads=1")
-        request = RaceRequest(stops=("iterations=2",), run=run, overrides=small)
-        train(request, LineWatcher(sys.stdout), print)
-
-    ticks = pl.concat([pl.read_parquet(path) for path in sorted(run.glob("episodes/*.parquet"))])
+        small = ["rollout.num_worlds=8", "rollout.horizon=64", "evaluation.episodes=2", "runtime.threads=1"]
+        rc.train("deepracer", stops="iterations=2", settings=small, run=run)
+    ticks = rc.read_run(run).episodes().collect()
 
 driven = ticks.filter(pl.col("status") != "prepare")
 print(

@@ -61,11 +61,14 @@ def parse_stops(texts: Iterable[str], world: Mapping[str, str] | None = None) ->
     Raises:
         SettingError: An unknown kind, one that cannot hold in this world, a missing or a useless amount.
 
-    >>> [str(stop) for stop in parse_stops(["laps", "minutes=1.5"])] ['laps', 'minutes=1.5'] >>>
-    parse_stops(["minuts=3"]) Traceback (most recent call last): racecraft.contract.errors.SettingError: --stop
-    'minuts=3' is no stop. Did you mean 'minutes'? >>> parse_stops(["laps"], RATING) Traceback (most recent call last):
-    racecraft.contract.errors.SettingError: --stop 'laps' can never hold here; expected rating, minutes, iterations,
-    steps.
+    >>> [str(stop) for stop in parse_stops(["laps", "minutes=1.5"])]
+    ['laps', 'minutes=1.5']
+    >>> parse_stops(["minuts=3"])
+    Traceback (most recent call last):
+    racecraft.contract.errors.SettingError: --stop 'minuts=3' is no stop. Did you mean 'minutes'?
+    >>> parse_stops(["laps"], {})
+    Traceback (most recent call last):
+    racecraft.contract.errors.SettingError: --stop 'laps' can never hold here; expected minutes, iterations, steps.
     """
     known = KINDS if world is None else {**world, **ALWAYS}
     return tuple(_parse(text, known) for text in texts)
