@@ -249,7 +249,7 @@ def test_deepracer_utils_reads_an_evaluation(trained, deepracer):
     from racecraft.training.deepracer.aws.evaluation import write_aws_evaluation
 
     plan = plan_car(RaceRequest(overrides=TINY))
-    stamps = {write_aws_evaluation(trained.path, trained.drive, 2, plan.actions, plan.track.length) for _ in range(2)}
+    stamps = {write_aws_evaluation(trained.path, trained.drive, 2, plan.track.length) for _ in range(2)}
     assert len(stamps) == 2
     log = deepracer.DeepRacerLog(model_folder=str(trained.path))
     log.load_evaluation_trace()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,9 +9,10 @@ from typing import Any
 
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.weights import to_tensors
-from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.actions import ActionSpace, action_space
 from racecraft.envs.deepracer.camera import CameraMount
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version, world_spec
+from racecraft.formats.aws.model_metadata import action_space_from_aws
 from racecraft.formats.checkpoint import CheckpointEntry, Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import GreedyPolicy
@@ -32,7 +32,7 @@ class TrainedCar:
     checkpoint: CheckpointEntry
     policy: GreedyPolicy
     settings: TrainSettings
-    actions: ActionTable
+    actions: ActionSpace
     version: str | None
     """Version in its metadata; decides where the camera sits."""
     trained_on: str
@@ -96,7 +96,5 @@ def _rebuild(settings: TrainSettings, metadata: dict[str, Any], weights: dict[st
     return learner
 
 
-def _actions(metadata: dict[str, Any]) -> ActionTable:
-    return ActionTable.of(
-        [(math.radians(action["steering_angle"]), action["speed"]) for action in metadata["action_space"]]
-    )
+def _actions(metadata: dict[str, Any]) -> ActionSpace:
+    return action_space(action_space_from_aws(metadata["action_space"]))

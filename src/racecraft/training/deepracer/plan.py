@@ -12,7 +12,7 @@ from typing import Any
 
 from racecraft import __version__
 from racecraft.contract.errors import RunFolderError, TrackError
-from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.actions import ActionSpace, action_space
 from racecraft.formats.aws.model_metadata import as_aws_dict
 from racecraft.formats.aws.run_env import RunEnv
 from racecraft.formats.run_folder import RunFolder
@@ -72,9 +72,9 @@ class CarPlan:
     """What `racecraft evaluate` does with the run where it is not told otherwise."""
 
     @property
-    def actions(self) -> ActionTable:
-        """The car's action table."""
-        return ActionTable.of([(action.steering_rad, action.speed_mps) for action in self.model.metadata.actions])
+    def actions(self) -> ActionSpace:
+        """What the car can be told."""
+        return action_space(self.model.metadata.action_space)
 
 
 def plan_car(request: RaceRequest) -> CarPlan:

@@ -1,6 +1,7 @@
 """The bodies of one tick; the order of acts and their reasons are told in `envs/deepracer/race.py`.
 
-`car` is one CAR_STATE record, `report` one TICK_REPORT record; both are written in place.
+`car` is one CAR_STATE record, `report` one TICK_REPORT record, `profile` one PROFILE record; `cars`, `reports` and
+`profiles` (M,) are those of one world. Cars and reports are written in place.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from racecraft.envs.deepracer.race import (
     PREPARE,
     REVERSED,
     REVERSED_TICKS,
+    START_CLEAR_M,
+    START_GAP_M,
     TIME_UP,
 )
 from racecraft.envs.deepracer.vehicle import FRONT_POINT_M, FRONT_WHEELS_M, REAR_WHEELS_M, TICK_SECONDS
@@ -45,62 +48,100 @@ FRONT_X, FRONT_Y = FRONT_WHEELS_M
 
 @parallel_kernel
 def line_up(track, scene, optics, palettes, cars, frames, critic_views):
-    """Put every car at its first start and look."""
+    """Put the cars of every world at the start of their episode, clear of one another, and look."""
     for n in prange(cars.shape[0]):
-        car = cars[n]
-        take_start(track, car)
-        look(track, scene, optics, palettes[n], car, frames[n], critic_views[n])
+        for m in range(cars.shape[1]):
+            take_start(track, cars[n, m])
+            make_room(track, cars[n], m, m)
+        look_around(track, scene, optics, palettes[n], cars[n], frames[n], critic_views[n])
 
 
 @parallel_kernel
 def look_again(track, scene, optics, palettes, cars, frames, critic_views):
     """Look from where every car is, as after loading a saved race."""
     for n in prange(cars.shape[0]):
-        look(track, scene, optics, palettes[n], cars[n], frames[n], critic_views[n])
+        look_around(track, scene, optics, palettes[n], cars[n], frames[n], critic_views[n])
 
 
 @parallel_kernel
 def tick(
-    track, profile, rules, scene, optics, palettes, table, clipped, choices, parked, keys,
+    track, profiles, rules, scene, optics, palettes, chosen, sent, parked, keys,
     cars, reports, frames, critic_views, last_frames, last_critic_views,
 ):  # fmt: skip
-    """Advance every car by one tick.
+    """Advance N worlds of M cars by one tick.
 
     Args:
         track: TrackArrays.
-        profile: CarProfile.
+        profiles: PROFILE (N, M).
         rules: Rules.
         scene: Scene, for `render_frame`.
         optics: Optics, likewise.
-        palettes: Colours of each car's world, first axis N.
-        table: (A, 2) steering in rad and speed in m/s as the action table has them.
-        clipped: (A, 2) the same as sent to the car.
-        choices: (N,) int64, the action of each car.
-        parked: (N,) bool, cars that take no part: they stand, and their reports say so.
-        keys: (N,) uint64, each car's own stream of chance.
-        cars: CAR_STATE (N,), advanced in place.
-        reports: TICK_REPORT (N,), written.
-        frames: uint8 (N, H, W), what is seen after the tick.
-        critic_views: float32 (N, CRITIC_NUMBERS), likewise.
+        palettes: Colours of each world, first axis N.
+        chosen: (N, M, 2) commanded steering in rad and speed in m/s, as the policy chose them.
+        sent: (N, M, 2) the same as sent to the cars.
+        parked: (N, M) bool, cars that take no part: they stand, and their reports say so.
+        keys: (N, M) uint64, each car's own stream of chance.
+        cars: CAR_STATE (N, M), advanced in place.
+        reports: TICK_REPORT (N, M), written.
+        frames: uint8 (N, M, H, W), what is seen after the tick.
+        critic_views: float32 (N, M, CRITIC_NUMBERS), likewise.
         last_frames: As `frames`, written for cars whose episode ended: its last observation.
         last_critic_views: As `critic_views`, likewise.
     """
     for n in prange(cars.shape[0]):
-        car, report, choice = cars[n], reports[n], choices[n]
-        if parked[n]:
+        report_moments(track, rules, chosen[n], parked[n], cars[n], reports[n])
+        move_cars(track, profiles[n], rules, sent[n], parked[n], keys[n], cars[n])
+        look_last(track, scene, optics, palettes[n], cars[n], reports[n], last_frames[n], last_critic_views[n])
+        restart_cars(track, profiles[n], rules, cars[n], reports[n])
+        look_around(track, scene, optics, palettes[n], cars[n], frames[n], critic_views[n])
+
+
+@kernel
+def report_moments(track, rules, chosen, parked, cars, reports):
+    """Write down the moment of every car of a world, and how it stands."""
+    for m in range(cars.shape[0]):
+        report = reports[m]
+        if parked[m]:
             report.status, report.terminated, report.truncated = PARK, False, False
-            look(track, scene, optics, palettes[n], car, frames[n], critic_views[n])
-            continue
-        report_moment(track, car, report, table[choice, 0], table[choice, 1])
-        call_endings(rules, car, report)
-        seconds = tick_length(rules, car, keys[n])
-        push_wheels(rules, car, keys[n])
-        obey(profile, car, clipped[choice, 0], clipped[choice, 1], seconds)
-        locate(track, car)
-        if report.terminated or report.truncated:
-            look(track, scene, optics, palettes[n], car, last_frames[n], last_critic_views[n])
-            restart(track, profile, rules, car)
-        look(track, scene, optics, palettes[n], car, frames[n], critic_views[n])
+        else:
+            report_moment(track, cars[m], report, chosen[m, 0], chosen[m, 1])
+            call_endings(rules, cars[m], report)
+
+
+@kernel
+def move_cars(track, profiles, rules, sent, parked, keys, cars):
+    """Let every car of a world obey its command for a tick, and find where it then lies."""
+    for m in range(cars.shape[0]):
+        if not parked[m]:
+            car = cars[m]
+            seconds = tick_length(rules, car, keys[m])
+            push_wheels(rules, car, keys[m])
+            obey(profiles[m], car, sent[m, 0], sent[m, 1], seconds)
+            locate(track, car)
+
+
+@kernel
+def look_last(track, scene, optics, palette, cars, reports, last_frames, last_critic_views):
+    """Let the cars of a world whose episode ended look a last time."""
+    for m in range(cars.shape[0]):
+        if reports[m].terminated or reports[m].truncated:
+            look(track, scene, optics, palette, cars[m], last_frames[m], last_critic_views[m])
+
+
+@kernel
+def restart_cars(track, profiles, rules, cars, reports):
+    """Send the cars of a world whose episode ended to their next start."""
+    for m in range(cars.shape[0]):
+        if reports[m].terminated or reports[m].truncated:
+            restart(track, profiles[m], rules, cars[m])
+            make_room(track, cars, m, cars.shape[0])
+
+
+@kernel
+def look_around(track, scene, optics, palette, cars, frames, critic_views):
+    """Let every car of a world look."""
+    for m in range(cars.shape[0]):
+        look(track, scene, optics, palette, cars[m], frames[m], critic_views[m])
 
 
 @kernel
@@ -248,14 +289,42 @@ def restart(track, profile, rules, car):
 
 
 @kernel
+def make_room(track, cars, m, count):
+    """Move car m's start back, a gap at a time, until it is clear of the first `count` cars of its world."""
+    car = cars[m]
+    for _ in range(4 * cars.shape[0]):  # one car may stand near two or three such places, where the road bends back
+        is_clear = True
+        for other in range(count):
+            if other != m and math.hypot(cars[other].x - car.x, cars[other].y - car.y) < START_CLEAR_M:
+                is_clear = False
+        if is_clear:
+            return
+        wheels = car.steering
+        car.start_share = (car.start_share - START_GAP_M / track.length) % 1.0
+        take_start(track, car)
+        car.steering = wheels
+
+
+@kernel
 def take_start(track, car):
-    """Put a car at rest on the centre line at its start, nose along the line (forward difference)."""
-    car.x, car.y, car.yaw = pose_on_line(track.centre, track.arc, track.closed, car.start_share * track.length)
+    """Put a car at rest at its start, nose along the centre line (forward difference)."""
+    car.x, car.y, car.yaw = start_pose(track, car.start_share, car.start_left)
     car.speed = car.steering = car.old_steering = car.old_speed = 0.0
     car.ticks = car.lap_ticks = car.laps = car.still_ticks = car.backward_ticks = 0
     car.progress = 0.0
     car.preparing = True
     locate(track, car)
+
+
+@kernel
+def start_pose(track, share, left):
+    """Return x, y, yaw at a share of the lap, on the centre line or beside it by a share of the half road."""
+    x, y, yaw = pose_on_line(track.centre, track.arc, track.closed, share * track.length)
+    if left != 0.0:
+        _, _, _, _, ix, iy, ox, oy = locate_point(track, x, y)
+        aside = 0.5 * left * math.hypot(ix - ox, iy - oy)
+        x, y = x - math.sin(yaw) * aside, y + math.cos(yaw) * aside
+    return x, y, yaw
 
 
 @kernel
