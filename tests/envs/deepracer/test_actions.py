@@ -39,7 +39,9 @@ def test_an_end_of_a_range_is_met_to_the_last_digit_and_never_passed():
     """25 degrees are no float32; a reward function that compares with 25 must find them."""
     low, high = (np.array(end, np.float32) for end in (BOX.spec.low, BOX.spec.high))
     for ends, beyond in ((BOX.spec.low, low - 1), (BOX.spec.high, high + 1)):
-        for told in (np.array(ends, np.float32), beyond):
+        exactly = np.array(ends, np.float32)
+        inwards = np.nextafter(exactly, np.array(0.5 * (low + high), np.float32))
+        for told in (exactly, inwards, beyond):
             assert tuple(BOX.commands(told[None, None]).chosen[0, 0]) == ends
 
 

@@ -332,6 +332,13 @@ def test_episodes_come_in_the_order_in_which_they_end():
     assert [len(cutter.cut(table([(2, True)], [(1, False)], [(1, False)])))] == [1]
 
 
+def test_cars_of_one_world_have_episodes_of_their_own():
+    cutter = EpisodeCutter()
+    columns = table([(1, False), (2, True)], [(1, False), (2, False)], [(1, True), (1, False)])
+    columns["world"], columns["agent"] = np.array([0, 0, 0, 0, 1, 1]), np.array([0, 0, 1, 1, 0, 0])
+    assert [episode["x_m"].tolist() for episode in cutter.cut(columns)] == [[201], [1, 2]]
+
+
 def test_episodes_broken_off_or_joined_late_are_left_out():
     cutter = EpisodeCutter()
     assert cutter.cut(table([(1, False), (2, False)], [(5, False), (6, True)])) == []  # car 1 began before we came

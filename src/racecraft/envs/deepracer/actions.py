@@ -25,6 +25,8 @@ from racecraft.formats.aws.model_metadata import ActionRanges, CarAction
 
 NO_NUMBER = -1
 """The number of an action that is none of a table's."""
+ROUNDINGS = 4
+"""How many roundings in single precision a policy may need to reach the end of a range (centre + scale * 1 is two)."""
 
 
 class Commands(NamedTuple):
@@ -107,8 +109,8 @@ class ActionBox:
     def commands(self, actions: Array) -> Commands:
         """Return what each action tells its car; one beyond the ranges is held to them, as the original does.
 
-        Actions come in single precision. One that lies at an end of its range is that end to the last digit, so that a
-        reward function finds the 30 degrees that its file names.
+        Actions come in single precision. One that lies within its rounding of an end of its range is that end to the
+        last digit, so that a reward function finds the 30 degrees that its file names.
 
         Args:
             actions: float32 (N, M, 2), steering in rad and speed in m/s.
@@ -120,7 +122,8 @@ class ActionBox:
         if not np.isfinite(told).all():
             raise ContractError(f"actions {actions!r} are not all finite; expected steering in rad and speed in m/s")
         low, high = np.asarray(self.spec.low), np.asarray(self.spec.high)
-        chosen = np.where(told <= low.astype(np.float32), low, np.where(told >= high.astype(np.float32), high, told))
+        near = ROUNDINGS * np.finfo(np.float32).eps * (np.abs(low) + np.abs(high))
+        chosen = np.where(told <= low + near, low, np.where(told >= high - near, high, told))
         return Commands(chosen, clip_commands(chosen), np.full(told.shape[:-1], NO_NUMBER, np.int64))
 
 
