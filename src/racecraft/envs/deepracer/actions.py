@@ -76,7 +76,7 @@ class ActionTable:
             raise ContractError(
                 f"actions {actions!r} are not from 0 to {len(self.steering) - 1}, the choices of {self}"
             )
-        return Commands(self._chosen[numbers], self._sent[numbers], numbers)
+        return Commands(self._chosen.take(numbers, axis=0), self._sent.take(numbers, axis=0), numbers)
 
     @cached_property
     def _chosen(self) -> Array:

@@ -3,13 +3,13 @@
 A tick is what happens between two camera frames, 1/15 s. There are N worlds side by side, which never meet, and M cars
 in each. A world does one act after the other, each for all its cars in turn (`kernels/race.py` has the bodies)::
 
-    report_moments  write down pose, place on the track and the command that was chosen here: the reward's parameters;
-                    and name how the car stands: lap complete, off track, immobilised, reversed, out of time
-    move_cars       steering and throttle act for one tick; then, where the car lies along the track, how far from the
-                    centre, which wheels are on the road
-    look_last       a car whose episode ended sees its last frame
-    restart_cars    and goes to its next start, clear of the others
-    look_around     every car sees the frame that its next action is chosen by, and a critic what only it may see
+    report      write down pose, place on the track and the command that was chosen here: the reward's parameters; and
+                name how the car stands: lap complete, off track, immobilised, reversed, out of time, in this order
+    move        steering and throttle act for one tick; then, where the car lies along the track, how far from the
+                centre, which wheels are on the road
+    look last   a car whose episode ended sees its last frame
+    restart     and goes to its next start, clear of the others, in the same tick
+    look        every car sees the frame by which its next action is chosen, and a critic what only it may see
 
 Nobody moves before all are written down, and nobody looks before all have moved: what a world's cars see and feel of
 one another is of one moment. They do not touch yet: a car drives through another and does not see it.

@@ -103,6 +103,8 @@ class RaceWorld:
             WHEEL_KICK if self.habits.wheels_wander else 0.0,
             self.habits.wheels_keep_their_angle,
         )
+        self._action_shape = (num_cars, cars_per_world, *actions.spec.shape)
+        self._action_count = math.prod(self._action_shape)
         self._params = RewardParams(self.track, race_config.reverse)
         self._start_shares = np.arange(num_cars) / num_cars if start_shares is None else np.asarray(start_shares, float)
         if self._start_shares.shape != (num_cars,):
@@ -181,19 +183,18 @@ class RaceWorld:
             RewardError: The user's reward function failed; cars and buffers then stand as after the tick, without the
                 rewards from the failing car on.
         """
-        shape = (*self._cars.shape, *self._spec.actions.shape)
-        if np.size(actions) != math.prod(shape):
+        actions = np.asarray(actions)
+        if actions.size != self._action_count:
             raise ContractError(
                 f"{self._spec.name}: actions {actions!r} are not {self._cars.size} of {self.actions}: "
-                f"expected shape {shape}"
+                f"expected shape {self._action_shape}"
             )
-        told = self.actions.commands(np.reshape(actions, shape))
+        told = self.actions.commands(actions.reshape(self._action_shape))
         kernels.tick(
-            self._arrays, self.profiles, self._rules, *self._eyes, self._palettes, told.chosen, told.sent,
+            self._arrays, self.profiles, self._rules, *self._eyes, self._palettes, told.numbers, told.chosen, told.sent,
             self._parked, self._keys, self._cars, self.reports,
             *self._views(buffers.observations), *self._views(buffers.final_observations),
         )  # fmt: skip
-        self.reports["action"] = told.numbers
         buffers.terminated[:] = self.reports["terminated"]
         buffers.truncated[:] = self.reports["truncated"]
         self._show_active(buffers)
@@ -242,13 +243,13 @@ class RaceWorld:
 
     def _keep_episodes(self, rewards: Array) -> None:
         self._reward_sums += rewards
-        for n, m in np.argwhere(self.reports["terminated"] | self.reports["truncated"]).tolist():
+        for n, m in zip(*np.nonzero(self.reports["terminated"] | self.reports["truncated"]), strict=True):
             report = self.reports[n, m]
             lap_seconds = float(report["lap_seconds"]) if report["status"] == race.LAP_COMPLETE else float("nan")
             self._finished.append(
                 EpisodeRecord(
-                    world=n,
-                    agent=m,
+                    world=int(n),
+                    agent=int(m),
                     steps=int(report["steps"]),
                     reward=float(self._reward_sums[n, m]),
                     status="truncated" if report["truncated"] else race.STATUSES[report["status"]],

@@ -1,7 +1,8 @@
 """The bodies of one tick; the order of acts and their reasons are told in `envs/deepracer/race.py`.
 
-`car` is one CAR_STATE record, `report` one TICK_REPORT record, `profile` one PROFILE record; `cars`, `reports` and
-`profiles` (M,) are those of one world. Cars and reports are written in place.
+`car` is one CAR_STATE record, `report` one TICK_REPORT record, `profile` one PROFILE record; cars and reports are
+written in place. The acts of a world stand as loops over its cars in `tick` itself: to hand track and scene to a
+function of its own for each act of each world would cost a twentieth of the tick.
 """
 
 from __future__ import annotations
@@ -52,20 +53,22 @@ def line_up(track, scene, optics, palettes, cars, frames, critic_views):
     for n in prange(cars.shape[0]):
         for m in range(cars.shape[1]):
             take_start(track, cars[n, m])
-            make_room(track, cars[n], m, m)
-        look_around(track, scene, optics, palettes[n], cars[n], frames[n], critic_views[n])
+            make_room(track, cars, n, m, m)
+        for m in range(cars.shape[1]):
+            look(track, scene, optics, palettes[n], cars[n, m], frames[n, m], critic_views[n, m])
 
 
 @parallel_kernel
 def look_again(track, scene, optics, palettes, cars, frames, critic_views):
     """Look from where every car is, as after loading a saved race."""
     for n in prange(cars.shape[0]):
-        look_around(track, scene, optics, palettes[n], cars[n], frames[n], critic_views[n])
+        for m in range(cars.shape[1]):
+            look(track, scene, optics, palettes[n], cars[n, m], frames[n, m], critic_views[n, m])
 
 
 @parallel_kernel
 def tick(
-    track, profiles, rules, scene, optics, palettes, chosen, sent, parked, keys,
+    track, profiles, rules, scene, optics, palettes, numbers, chosen, sent, parked, keys,
     cars, reports, frames, critic_views, last_frames, last_critic_views,
 ):  # fmt: skip
     """Advance N worlds of M cars by one tick.
@@ -77,6 +80,7 @@ def tick(
         scene: Scene, for `render_frame`.
         optics: Optics, likewise.
         palettes: Colours of each world, first axis N.
+        numbers: (N, M) int64, each action's number in its table, for the reports.
         chosen: (N, M, 2) commanded steering in rad and speed in m/s, as the policy chose them.
         sent: (N, M, 2) the same as sent to the cars.
         parked: (N, M) bool, cars that take no part: they stand, and their reports say so.
@@ -89,63 +93,37 @@ def tick(
         last_critic_views: As `critic_views`, likewise.
     """
     for n in prange(cars.shape[0]):
-        report_moments(track, rules, chosen[n], parked[n], cars[n], reports[n])
-        move_cars(track, profiles[n], rules, sent[n], parked[n], keys[n], cars[n])
-        look_last(track, scene, optics, palettes[n], cars[n], reports[n], last_frames[n], last_critic_views[n])
-        restart_cars(track, profiles[n], rules, cars[n], reports[n])
-        look_around(track, scene, optics, palettes[n], cars[n], frames[n], critic_views[n])
+        for m in range(cars.shape[1]):
+            if parked[n, m]:
+                report_parked(reports[n, m])
+            else:
+                report_moment(track, cars[n, m], reports[n, m], numbers[n, m], chosen[n, m, 0], chosen[n, m, 1])
+                call_endings(rules, cars[n, m], reports[n, m])
+        for m in range(cars.shape[1]):
+            if not parked[n, m]:
+                seconds = tick_length(rules, cars[n, m], keys[n, m])
+                push_wheels(rules, cars[n, m], keys[n, m])
+                obey(profiles[n, m], cars[n, m], sent[n, m, 0], sent[n, m, 1], seconds)
+                locate(track, cars[n, m])
+        for m in range(cars.shape[1]):
+            if reports[n, m].terminated or reports[n, m].truncated:
+                look(track, scene, optics, palettes[n], cars[n, m], last_frames[n, m], last_critic_views[n, m])
+        for m in range(cars.shape[1]):
+            if reports[n, m].terminated or reports[n, m].truncated:
+                restart(track, profiles[n, m], rules, cars[n, m])
+                make_room(track, cars, n, m, cars.shape[1])
+        for m in range(cars.shape[1]):
+            look(track, scene, optics, palettes[n], cars[n, m], frames[n, m], critic_views[n, m])
 
 
 @kernel
-def report_moments(track, rules, chosen, parked, cars, reports):
-    """Write down the moment of every car of a world, and how it stands."""
-    for m in range(cars.shape[0]):
-        report = reports[m]
-        if parked[m]:
-            report.status, report.terminated, report.truncated = PARK, False, False
-        else:
-            report_moment(track, cars[m], report, chosen[m, 0], chosen[m, 1])
-            call_endings(rules, cars[m], report)
+def report_parked(report):
+    """Write down a car that takes no part."""
+    report.status, report.terminated, report.truncated = PARK, False, False
 
 
 @kernel
-def move_cars(track, profiles, rules, sent, parked, keys, cars):
-    """Let every car of a world obey its command for a tick, and find where it then lies."""
-    for m in range(cars.shape[0]):
-        if not parked[m]:
-            car = cars[m]
-            seconds = tick_length(rules, car, keys[m])
-            push_wheels(rules, car, keys[m])
-            obey(profiles[m], car, sent[m, 0], sent[m, 1], seconds)
-            locate(track, car)
-
-
-@kernel
-def look_last(track, scene, optics, palette, cars, reports, last_frames, last_critic_views):
-    """Let the cars of a world whose episode ended look a last time."""
-    for m in range(cars.shape[0]):
-        if reports[m].terminated or reports[m].truncated:
-            look(track, scene, optics, palette, cars[m], last_frames[m], last_critic_views[m])
-
-
-@kernel
-def restart_cars(track, profiles, rules, cars, reports):
-    """Send the cars of a world whose episode ended to their next start."""
-    for m in range(cars.shape[0]):
-        if reports[m].terminated or reports[m].truncated:
-            restart(track, profiles[m], rules, cars[m])
-            make_room(track, cars, m, cars.shape[0])
-
-
-@kernel
-def look_around(track, scene, optics, palette, cars, frames, critic_views):
-    """Let every car of a world look."""
-    for m in range(cars.shape[0]):
-        look(track, scene, optics, palette, cars[m], frames[m], critic_views[m])
-
-
-@kernel
-def report_moment(track, car, report, steering, speed):
+def report_moment(track, car, report, action, steering, speed):
     """Write down the moment the action was chosen at: the reward's parameters."""
     car.ticks += 1
     car.lap_ticks += 1
@@ -153,7 +131,7 @@ def report_moment(track, car, report, steering, speed):
     report.episode, report.steps = car.episode, float(car.ticks)
     report.x, report.y, report.yaw = car.x, car.y, car.yaw
     report.front_x, report.front_y = car.front_x, car.front_y
-    report.speed, report.steering = speed, steering
+    report.action, report.speed, report.steering = action, speed, steering
     report.driven_speed, report.driven_steering = car.speed, car.steering
     report.progress, report.arc = car.progress, car.arc
     report.centre_distance, report.track_width = car.centre_distance, car.track_width
@@ -289,13 +267,14 @@ def restart(track, profile, rules, car):
 
 
 @kernel
-def make_room(track, cars, m, count):
-    """Move car m's start back, a gap at a time, until it is clear of the first `count` cars of its world."""
-    car = cars[m]
-    for _ in range(4 * cars.shape[0]):  # one car may stand near two or three such places, where the road bends back
+def make_room(track, cars, n, m, count):
+    """Move the start of car m of world n back, a gap at a time, until it is clear of the world's first `count` cars."""
+    car = cars[n, m]
+    for _ in range(4 * cars.shape[1]):  # one car may stand near two or three such places, where the road bends back
         is_clear = True
         for other in range(count):
-            if other != m and math.hypot(cars[other].x - car.x, cars[other].y - car.y) < START_CLEAR_M:
+            gap = math.hypot(cars[n, other].x - car.x, cars[n, other].y - car.y)
+            if other != m and gap < START_CLEAR_M:
                 is_clear = False
         if is_clear:
             return
