@@ -104,11 +104,11 @@ CASES = {
         ["model_metadata.json", "action_space"],
         lambda t: ["train", folder(t, model_metadata__json={"version": "5"})],
     ),
-    "an action beyond the servo": (
-        ["model_metadata.json", "45", "-30 to 30"],
+    "an angle that is no number": (
+        ["model_metadata.json", "NaN", "steering_angle"],
         lambda t: [
             "train",
-            folder(t, model_metadata__json=changed(action_space=[{"steering_angle": 45, "speed": 1}] * 2)),
+            folder(t, model_metadata__json=changed(action_space=[{"steering_angle": "NaN", "speed": 1}] * 2)),
         ],
     ),
     "a speed that is a word": (

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import TrackError
-from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.actions import ActionSpace, action_space
 from racecraft.envs.deepracer.camera import CameraMount
 from racecraft.envs.deepracer.light import light_for
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
+from racecraft.formats.aws.model_metadata import action_space_from_aws
 from racecraft.formats.checkpoint import CheckpointEntry
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import TrainedPolicy, load_policy
@@ -36,7 +36,7 @@ class TrainedCar:
     policy: TrainedPolicy
     settings: Settings
     """Its race and its camera: the groups `race` and `camera`."""
-    actions: ActionTable
+    actions: ActionSpace
     version: str | None
     """Version in its metadata; decides where the camera sits."""
     trained_on: Track
@@ -109,8 +109,6 @@ def track_of_run(run: RunFolder) -> Track:
     return import_track(run.track, name) if run.track.is_file() else load_track(name)
 
 
-def actions_of(metadata: Mapping[str, Any]) -> ActionTable:
-    """Return the action table that AWS's metadata, as plain values, describes."""
-    return ActionTable.of(
-        [(math.radians(action["steering_angle"]), action["speed"]) for action in metadata["action_space"]]
-    )
+def actions_of(metadata: Mapping[str, Any]) -> ActionSpace:
+    """Return what a car can be told, from AWS's metadata as plain values."""
+    return action_space(action_space_from_aws(metadata["action_space"]))

@@ -38,19 +38,19 @@ def require_same_shape(plan: CarPlan, path: str, metadata: Mapping[str, Any]) ->
                     "in. "
                     f"Leave {group}.{name} as it was, or train afresh."
                 )
-    here, there = _actions(plan), metadata["model_metadata"]["action_space"]
-    if len(here) != len(there):
+    here, there = _action_space(plan), metadata["model_metadata"]["action_space"]
+    if isinstance(here, dict) != isinstance(there, dict) or len(here) != len(there):
         raise RunFolderError(
-            f"{path}: was trained with {len(there)} actions, now there are {len(here)}; expected as many, since each "
-            "output of the network is one action. Their angles and speeds may differ. Begin with that run's "
-            "model_metadata.json."
+            f"{path}: was trained with {_named(there)}, now there is {_named(here)}; expected the same kind and as "
+            "many, since each output of the network is one action. Their angles and speeds may differ. Begin with that "
+            "run's model_metadata.json."
         )
-    return _notes_on_actions(plan, metadata)
+    return _notes_on_ranges(here, there) if isinstance(here, dict) else _notes_on_actions(here, there)
 
 
-def _notes_on_actions(plan: CarPlan, metadata: Mapping[str, Any]) -> tuple[str, ...]:
+def _notes_on_actions(here: list[dict[str, float]], there: list[dict[str, float]]) -> tuple[str, ...]:
     """Say which actions mean something else than they did when the weights learned them."""
-    pairs = list(zip(_actions(plan), metadata["model_metadata"]["action_space"], strict=True))
+    pairs = list(zip(here, there, strict=True))
     changed = [number for number, (now, then) in enumerate(pairs) if _pair(now) != _pair(then)]
     if not changed:
         return ()
@@ -59,13 +59,27 @@ def _notes_on_actions(plan: CarPlan, metadata: Mapping[str, Any]) -> tuple[str, 
     return (f"{len(changed)} of {len(pairs)} actions differ from those the weights were trained with: {example}",)
 
 
-def _actions(plan: CarPlan) -> list[dict[str, float]]:
-    actions: list[dict[str, float]] = as_aws_dict(plan.model.metadata)["action_space"]
-    return actions
+def _notes_on_ranges(here: dict[str, dict[str, float]], there: dict[str, dict[str, float]]) -> tuple[str, ...]:
+    """Say which ranges differ: the weights answer in shares of a range."""
+    return tuple(
+        f"{name} ran from {there[name]['low']:g} to {there[name]['high']:g} when the weights were trained, now from "
+        f"{span['low']:g} to {span['high']:g}: what they learned is stretched to it"
+        for name, span in here.items()
+        if span != there[name]
+    )
+
+
+def _action_space(plan: CarPlan) -> list[dict[str, float]] | dict[str, dict[str, float]]:
+    space: list[dict[str, float]] | dict[str, dict[str, float]] = as_aws_dict(plan.model.metadata)["action_space"]
+    return space
 
 
 def _pair(action: dict[str, float]) -> tuple[float, float]:
     return action["steering_angle"], action["speed"]
+
+
+def _named(space: Any) -> str:
+    return "two ranges" if isinstance(space, dict) else f"a list of {len(space)} actions"
 
 
 def _plain(value: Any) -> Any:
