@@ -237,9 +237,10 @@ class RaceWorld:
 
     def _call_reward(self, rewards: Array) -> None:
         assert self.reward is not None
-        called = ~np.isin(self.reports["status"], (race.PREPARE, race.PARK))
-        for (n, m), params in zip(np.argwhere(called).tolist(), self._params.of(self.reports[called]), strict=True):
-            rewards[n, m] = self.reward(params)
+        reports, paid = self.reports.reshape(-1), rewards.flat
+        called = ~np.isin(reports["status"], (race.PREPARE, race.PARK))
+        for row, params in zip(np.flatnonzero(called), self._params.of(reports[called]), strict=True):
+            paid[row] = self.reward(params)
 
     def _keep_episodes(self, rewards: Array) -> None:
         self._reward_sums += rewards
