@@ -247,10 +247,10 @@ class RaceWorld:
 
     def _call_reward(self, rewards: Array) -> None:
         assert self.reward is not None
-        called = ~np.isin(self.reports["status"], (race.PREPARE, race.PARK))
+        reports, paid = self.reports.reshape(-1), rewards.flat
+        called = ~np.isin(reports["status"], (race.PREPARE, race.PARK))
         of_car = [self.reward] * called.size if callable(self.reward) else self.reward
-        paid = rewards.reshape(-1)
-        for car, params in zip(np.flatnonzero(called).tolist(), self._params.of(self.reports[called]), strict=True):
+        for car, params in zip(np.flatnonzero(called).tolist(), self._params.of(reports[called]), strict=True):
             paid[car] = of_car[car](params)
 
     def _keep_episodes(self, rewards: Array) -> None:
