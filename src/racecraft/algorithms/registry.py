@@ -80,6 +80,15 @@ ALGORITHMS: dict[str, Algorithm] = {
             "Proximal policy optimisation: learns steadily from what the current policy does; the default.",
             several_groups=True,
         ),
+        Algorithm(
+            "dqn",
+            "racecraft.algorithms.dqn",
+            "DqnLearner",
+            "DqnConfig",
+            "Deep Q-learning: learns what each choice is worth from all that it remembers; few steps, single choices.",
+            acts=(CHOICES,),
+            replay=True,
+        ),
     )
 }
 """The built-in algorithms by name."""

@@ -47,6 +47,9 @@ class ReplaySampler(Protocol):
     new_transitions: int
     """Transitions that the latest turn of the loop collected: gradient steps go in proportion to them."""
 
+    prioritised: bool
+    """Whether what is drawn hangs on the priorities that were set; else much may be drawn at once."""
+
     def __len__(self) -> int:
         """Return how many transitions may be drawn."""
         ...

@@ -49,6 +49,7 @@ class Replay:
         self.bytes = ring_bytes(spec, ticks, {}) + (9 * (ticks + 1) * self.rows if config.prioritised else 0)
         _require_room(self.bytes, ticks * self.rows, config)
         self.ring = TransitionRing(spec, ticks)
+        self.prioritised = config.prioritised
         self.priorities: Priorities | None = None
         if config.prioritised:
             self.priorities = Priorities(self.ring.slots * self.rows, config.priority_exponent)
