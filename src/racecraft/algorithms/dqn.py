@@ -148,11 +148,12 @@ class DqnLearner:
         self.network = self._network(spec.actions, chance)
         self.target = self._network(spec.actions, chance)
         self.target.load_state_dict(self.network.state_dict())
+        self._weights = list(self.network.parameters())
         self.optimiser: Adam | RmsProp
         if config.optimiser == "adam":
-            self.optimiser = Adam(self.network.parameters(), config.learning_rate, config.adam_epsilon)
+            self.optimiser = Adam(self._weights, config.learning_rate, config.adam_epsilon)
         else:
-            self.optimiser = RmsProp(self.network.parameters(), config.learning_rate)
+            self.optimiser = RmsProp(self._weights, config.learning_rate)
         self.generator = torch.Generator(self.device).manual_seed(seed + 1)
         self.policy = QPolicy(self.network)
         self.columns: Mapping[str, ArraySpec] = {}
@@ -294,11 +295,12 @@ class DqnLearner:
     def _step(self, batch: Minibatch) -> tuple[Tensor, Tensor]:
         """Take one gradient step; return its figures, the first four of `FIGURES`, and the errors (B,)."""
         loss, figures, errors = dqn_loss(self.network, batch, self.config.double)
-        self.network.zero_grad(set_to_none=True)
+        for one in self._weights:
+            one.grad = None
         loss.backward()
         norm = torch.zeros((), device=self.device)
         if self.config.max_grad_norm is not None:
-            norm = torch.nn.utils.clip_grad_norm_(self.network.parameters(), self.config.max_grad_norm)
+            norm = torch.nn.utils.clip_grad_norm_(self._weights, self.config.max_grad_norm)
         self.optimiser.step()
         self.steps_taken += 1
         if self.steps_taken % self.config.target_every == 0:
