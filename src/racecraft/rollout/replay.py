@@ -25,6 +25,8 @@ from racecraft.rollout.replay_settings import ReplayConfig
 from racecraft.rollout.transition_ring import TransitionRing, ring_bytes
 
 GIB, MIB = 2**30, 2**20
+TREE_BYTES = 18
+"""Of the sum tree, for each place: a weight, its running sum, and a fifteenth of both for the levels above."""
 RARE = 0.01
 """With a smaller share of ticks to learn from, places are drawn from a list of them and not again and again."""
 
@@ -46,7 +48,7 @@ class Replay:
         self.config, self.discount, self.n_step = config, discount, n_step
         self.rows = spec.num_worlds * spec.num_agents
         ticks = max(-(-config.capacity // self.rows), n_step + 1)
-        self.bytes = ring_bytes(spec, ticks, {}) + (9 * (ticks + 1) * self.rows if config.prioritised else 0)
+        self.bytes = ring_bytes(spec, ticks, {}) + (TREE_BYTES * (ticks + 1) * self.rows if config.prioritised else 0)
         _require_room(self.bytes, ticks * self.rows, config)
         self.ring = TransitionRing(spec, ticks)
         self.prioritised = config.prioritised
