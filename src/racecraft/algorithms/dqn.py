@@ -216,9 +216,7 @@ class DqnLearner:
             DivergedError: A loss is no longer a number.
         """
         self.owed += experience.new_transitions
-        steps = self.owed // self.config.train_every * self.config.gradient_steps
-        self.owed %= self.config.train_every
-        return self.told(self._learn(experience, steps), experience)
+        return self.told(self._learn(experience, self._due_steps()), experience)
 
     def told(self, steps: list[Tensor], experience: ReplaySampler) -> dict[str, float]:
         """Return `FIGURES` of some gradient steps.
@@ -272,6 +270,11 @@ class DqnLearner:
             anything = torch.multinomial(mask.float(), 1, generator=chance).squeeze(1)
         wander = torch.rand(len(worth), generator=chance, device=self.device) < epsilon
         return torch.where(wander, anything, allowed_only(worth, mask).argmax(dim=1))
+
+    def _due_steps(self) -> int:
+        """Return how many gradient steps are due; what is not yet worth one stays owed."""
+        rounds, self.owed = divmod(self.owed, self.config.train_every)
+        return rounds * self.config.gradient_steps
 
     def _learn(self, replay: ReplaySampler, steps: int) -> list[Tensor]:
         """Take gradient steps; return the figures of each.

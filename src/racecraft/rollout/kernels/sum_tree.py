@@ -71,7 +71,7 @@ def draw_leaves(tree: Array, running: Array, offsets: Array, uniform: Array, ind
         for i in range(count):
             start = offsets[level] + (index[i] << FAN_BITS)
             mass = min(masses[i], running[start + FAN - 1] * BELOW_ONE)  # rounding may carry it past the last child
-            elder = 0
+            elder = np.int64(0)
             for child in range(FAN):
                 elder += np.int64(mass >= running[start + child])
             if elder > 0:
