@@ -10,7 +10,7 @@ from __future__ import annotations
 import importlib
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import entry_points
 from typing import Any
 
@@ -46,6 +46,8 @@ class Algorithm:
     """One sentence for people."""
     acts: tuple[str, ...] = EVERYTHING
     """Kinds of actions that it can learn."""
+    replay: Mapping[str, Any] | None = field(default=None, hash=False)
+    """Where it learns from a replay: what its group of settings `replay` has otherwise than by default."""
     several_groups: bool = False
     """Whether agents of several kinds may learn side by side, each with a policy of its own."""
     own: Any = None
@@ -77,6 +79,25 @@ ALGORITHMS: dict[str, Algorithm] = {
             "PpoConfig",
             "Proximal policy optimisation: learns steadily from what the current policy does; the default.",
             several_groups=True,
+        ),
+        Algorithm(
+            "dqn",
+            "racecraft.algorithms.dqn",
+            "DqnLearner",
+            "DqnConfig",
+            "Deep Q-learning: learns what each choice is worth from all that it remembers; few steps, single choices.",
+            acts=(CHOICES,),
+            replay={},
+        ),
+        Algorithm(
+            "apex",
+            "racecraft.algorithms.apex",
+            "ApexLearner",
+            "ApexConfig",
+            "Ape-X: DQN with many actors that explore unlike each other and a learner beside them; not bit by bit the "
+            "same twice.",
+            acts=(CHOICES,),
+            replay={"prioritised": True},
         ),
     )
 }
@@ -169,6 +190,7 @@ def algorithm_of(learner: Any, name: str) -> Algorithm:
         f"{learner.__name__}Config" if hasattr(learner, "Config") else "",
         (learner.__doc__ or "").strip().split("\n")[0],
         tuple(getattr(learner, "acts", EVERYTHING)),
+        replay={} if getattr(learner, "eats", "") == "replay" else None,
         own=learner,
     )
 

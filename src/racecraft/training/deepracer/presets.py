@@ -10,6 +10,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from racecraft.algorithms.apex import ApexConfig
+from racecraft.algorithms.dqn import DqnConfig
 from racecraft.algorithms.half_precision import settled
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.registry import Algorithm, find_algorithm
@@ -57,6 +59,14 @@ AWS_NETWORKS: Mapping[str, AwsNetwork] = {
 }
 """Facts: simapp `sensors/utils.py`, `deepracer_memory.py`; its batch norm, tanh and dropout entries were never used."""
 
+TUNED: Mapping[str, Any] = {
+    "dqn": DqnConfig(
+        learning_rate=5e-4, discount=0.97, batch_size=128, train_every=16, target_every=200, epsilon_last=0.03,
+        epsilon_steps=30_000, optimiser="adam", max_grad_norm=10.0, double=True, n_step=3,
+    ),
+    "apex": ApexConfig(learning_rate=5e-4, discount=0.97, target_every=200, optimiser="adam"),
+}  # fmt: skip
+"""What an algorithm learns cars with; one that is not here takes its own defaults."""
 AWS_VALUES: Mapping[str, Mapping[str, Any]] = {
     "camera": {"width": 160, "height": 120},
     "rollout": {"num_worlds": 20, "episodes_per_iteration": 20},
@@ -144,7 +154,7 @@ def default_settings(algorithm: Algorithm = PPO) -> Settings:
         evaluation=EvaluationConfig(),
         runtime=RuntimeConfig(),
     )
-    return composed(world, algorithm)
+    return composed(world, algorithm, TUNED.get(algorithm.name))
 
 
 def preset_settings(
