@@ -78,6 +78,14 @@ ALGORITHMS: dict[str, Algorithm] = {
             "Proximal policy optimisation: learns steadily from what the current policy does; the default.",
             several_groups=True,
         ),
+        Algorithm(
+            "sac",
+            "racecraft.algorithms.sac",
+            "SacLearner",
+            "SacConfig",
+            "Soft actor-critic: learns numbers from all it remembers, staying as undecided as it can afford.",
+            acts=(NUMBERS,),
+        ),
     )
 }
 """The built-in algorithms by name."""
