@@ -146,7 +146,7 @@ def test_the_same_transitions_give_the_same_losses_and_the_same_steps(temperatur
         assert np.mean([one.temperature for one in losses]) == pytest.approx(told["train/ent_coef_loss"], rel=1e-4)
         assert ours.temperature == pytest.approx(float(twin.log_ent_coef.detach().exp()), rel=1e-5)
     else:
-        assert ours.temperature == told["train/ent_coef"] == 0.3
+        assert ours.temperature == pytest.approx(told["train/ent_coef"])
     for name, place, its in pairs:
         torch.testing.assert_close(part_of(place), its, rtol=1e-3, atol=2e-5, msg=lambda said, name=name: f"{name}: {said}")
         its_grad = grads["critic" if name.startswith("critic") else "actor"].get(id(its))
