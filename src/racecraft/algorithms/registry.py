@@ -46,6 +46,8 @@ class Algorithm:
     """One sentence for people."""
     acts: tuple[str, ...] = EVERYTHING
     """Kinds of actions that it can learn."""
+    replay: bool = False
+    """Whether it learns from a replay, so that a training has the group of settings `replay`."""
     several_groups: bool = False
     """Whether agents of several kinds may learn side by side, each with a policy of its own."""
     own: Any = None
@@ -177,6 +179,7 @@ def algorithm_of(learner: Any, name: str) -> Algorithm:
         f"{learner.__name__}Config" if hasattr(learner, "Config") else "",
         (learner.__doc__ or "").strip().split("\n")[0],
         tuple(getattr(learner, "acts", EVERYTHING)),
+        replay=getattr(learner, "eats", "") == "replay",
         own=learner,
     )
 

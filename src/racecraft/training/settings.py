@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from racecraft.algorithms.registry import Algorithm
+from racecraft.rollout.replay_settings import ReplayConfig
 from racecraft.settings.composition import Settings
 from racecraft.settings.table import check_group, setting
 
@@ -40,7 +41,7 @@ class RuntimeConfig:
 
 
 def composed(world: Settings, algorithm: Algorithm, tuned: Any = None) -> Settings:
-    """Return a world's settings with the group of an algorithm in them, behind the network's.
+    """Return a world's settings with the group of an algorithm in them, behind the network's, and what it remembers.
 
     Args:
         world: The groups of the world and of the loop, that of the algorithm left out.
@@ -51,6 +52,8 @@ def composed(world: Settings, algorithm: Algorithm, tuned: Any = None) -> Settin
     >>> list(composed(Settings(network=1, runtime=2), find_algorithm("ppo")))
     ['network', 'ppo', 'runtime']
     """
+    if algorithm.replay and "replay" not in world:
+        world = world.with_group("replay", ReplayConfig())
     if not algorithm.group:
         return world
     group = tuned if tuned is not None else algorithm.config_class()()

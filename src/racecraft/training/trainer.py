@@ -12,12 +12,13 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import torch
 
 from racecraft.algorithms.learner import REPLAY, Learner
 from racecraft.algorithms.registry import Algorithm, require_fit
+from racecraft.algorithms.replay_sampler import ReplayLearner
 from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.errors import RacecraftError, RunFolderError
 from racecraft.contract.world import World
@@ -26,10 +27,11 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import SPEC, split_source
 from racecraft.rollout.collector import Collector
 from racecraft.rollout.episodes import StepObserver
+from racecraft.rollout.replay import Replay
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import as_dictionary
 from racecraft.training.callbacks import TrainingCallback
-from racecraft.training.loop import Evaluator, Feed, Outcome, TrainingLoop
+from racecraft.training.loop import Evaluator, Outcome, TrainingLoop
 from racecraft.training.processor import prepare_processor
 from racecraft.training.resume import Say, restore_run, tell_resumed
 from racecraft.training.run_writer import EpisodeFiles, RunWriter, Stateful, TickRecorder
@@ -130,15 +132,16 @@ def train(
     Raises:
         RunFolderError: The place is taken, or the weights do not fit.
         CheckpointError: No such checkpoint, or a damaged one.
-        SettingError: The algorithm does not fit the world's actions, or a stop can never hold.
+        SettingError: The algorithm does not fit the world's actions, a stop can never hold, or a replay is too large.
     """
     learner = _learner(experiment)
+    feed = feed_for(learner, experiment)
     if source is not None:
         begin_with(learner, source, experiment)
     _say_notes(experiment, say)
     run = _make_run(experiment, place)
     with run.lock(), experiment.attend(run) as attendants:
-        session = TrainingSession(experiment, run, learner, callback, attendants, say)
+        session = TrainingSession(experiment, run, learner, feed, callback, attendants, say)
         return run, session.run()
 
 
@@ -149,9 +152,10 @@ def resume(experiment: Experiment, run: RunFolder, callback: TrainingCallback, s
         RunFolderError: The folder is taken by a running training.
     """
     learner = _learner(experiment)
+    feed = feed_for(learner, experiment)
     _say_notes(experiment, say)
     with run.lock(), experiment.attend(run) as attendants:
-        session = TrainingSession(experiment, run, learner, callback, attendants, say)
+        session = TrainingSession(experiment, run, learner, feed, callback, attendants, say)
         session.restore()
         return session.run()
 
@@ -164,6 +168,7 @@ class TrainingSession:
         experiment: Experiment,
         run: RunFolder,
         learner: Learner,
+        feed: Replay | None,
         callback: TrainingCallback,
         attendants: RunAttendants,
         say: Say,
@@ -173,8 +178,8 @@ class TrainingSession:
         experiment.warm_up(say)
         observers = [*attendants.observers]
         self._collector = Collector(experiment.world, learner, settings.rollout.horizon, experiment.seed, observers)
-        feed = feed_for(learner, experiment)
-        parts = dict(experiment.parts) | ({"replay": feed} if isinstance(feed, Stateful) else {})
+        self._replay = feed
+        parts = dict(experiment.parts) | ({} if feed is None else {"replay": feed})
         self._writer = RunWriter(
             run,
             learner,
@@ -206,6 +211,11 @@ class TrainingSession:
             *restore_run(self._run, self._learner, self._collector, self._loop, self._writer, experiment.world_lasts),
             self._say,
         )
+        if self._replay is not None and self._replay.begins_anew:
+            self._say(
+                "what it remembered was too large to be kept (replay.keep_mib), so its memory begins anew and the "
+                "curve is not bit by bit that of an unbroken run"
+            )
 
     def run(self) -> Outcome:
         """Train; where that fails, say what is left of it."""
@@ -219,11 +229,16 @@ class TrainingSession:
             raise
 
 
-def feed_for(learner: Learner, experiment: Experiment) -> Feed | None:
-    """Return what stands between collector and learner: a replay where the learner eats from one; None: nothing."""
+def feed_for(learner: Learner, experiment: Experiment) -> Replay | None:
+    """Return what stands between collector and learner: a replay where the learner eats from one; None: nothing.
+
+    Raises:
+        SettingError: The replay would need more memory than is allowed.
+    """
     if learner.eats != REPLAY:
         return None
-    raise NotImplementedError("no built-in algorithm learns from a replay yet")
+    eater = cast(ReplayLearner, learner)
+    return Replay(experiment.world.spec, experiment.settings.replay, eater.discount, eater.n_step)
 
 
 def checkpoint_metadata(experiment: Experiment, learner: Learner) -> dict[str, Any]:
