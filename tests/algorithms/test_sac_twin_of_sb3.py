@@ -48,7 +48,10 @@ def same_weights(twin, ours):
             rows = slice(k * ACTIONS, (k + 1) * ACTIONS)
             for part in ("weight", "bias"):
                 yield f"head {k}.{part}", (getattr(head, part), rows), getattr(its_head, part)
-        for kind, net, critics in (("critic", twin.critic, ours.network.critics), ("slow", twin.critic_target, ours.slow)):
+        for kind, net, critics in (
+            ("critic", twin.critic, ours.network.critics),
+            ("slow", twin.critic_target, ours.slow),
+        ):
             for k, one in enumerate((net.qf0, net.qf1)):
                 for layer in range(3):
                     its = one[2 * layer]
@@ -136,7 +139,9 @@ def test_the_same_transitions_give_the_same_losses_and_the_same_steps(temperatur
 
     twin.replay_buffer.sample = sample
     twin.train(gradient_steps=3, batch_size=B)
-    ours.steps = target_interval - 1  # SB3's slow critics follow after the first step of an interval, ours after the last
+    ours.steps = (
+        target_interval - 1
+    )  # SB3's slow critics follow after the first step of an interval, ours after the last
     losses = [ours.step(batch, noise)[0] for batch, noise in zip(batches, noises, strict=True)]
 
     told = twin.logger.name_to_value
@@ -148,8 +153,12 @@ def test_the_same_transitions_give_the_same_losses_and_the_same_steps(temperatur
     else:
         assert ours.temperature == pytest.approx(told["train/ent_coef"])
     for name, place, its in pairs:
-        torch.testing.assert_close(part_of(place), its, rtol=1e-3, atol=2e-5, msg=lambda said, name=name: f"{name}: {said}")
+        torch.testing.assert_close(
+            part_of(place), its, rtol=1e-3, atol=2e-5, msg=lambda said, name=name: f"{name}: {said}"
+        )
         its_grad = grads["critic" if name.startswith("critic") else "actor"].get(id(its))
         if not name.startswith("slow"):
             grad = part_of(place, lambda tensor: tensor.grad)
-            torch.testing.assert_close(grad, its_grad, rtol=1e-3, atol=1e-5, msg=lambda said, name=name: f"{name}: {said}")
+            torch.testing.assert_close(
+                grad, its_grad, rtol=1e-3, atol=1e-5, msg=lambda said, name=name: f"{name}: {said}"
+            )

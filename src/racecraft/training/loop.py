@@ -157,7 +157,7 @@ class TrainingLoop:
         self._collector, self._learner = collector, learner
         self._evaluator, self._writer, self._callback = evaluator, writer, callback
         self._rollout, self._evaluation, self._stops = rollout, evaluation, tuple(stops)
-        self._feed, self._after_update = feed or LatestRollout(), after_update
+        self._feed, self._after_update = LatestRollout() if feed is None else feed, after_update
         self._iteration = self._solved_in_a_row = 0
         self._is_stable = False
         self._best: EvaluationResult | None = None
