@@ -37,12 +37,13 @@ def a_learner(observations=None, actions=STEERING, network=None, seed=3, **setti
 def made_up(learner, seed=0, **parts):
     rng = np.random.default_rng(seed)
 
+    def numbers(part):
+        size = (B, *part.shape)
+        drawn = rng.integers(0, 256, size) if part.dtype == np.uint8 else rng.normal(size=size)
+        return drawn.astype(part.dtype)
+
     def seen():
-        return {
-            name: (rng.integers(0, 256, (B, *part.shape)) if part.dtype == np.uint8 else rng.normal(size=(B, *part.shape)))
-            .astype(part.dtype)
-            for name, part in learner.spec.observations.items()
-        }  # fmt: skip
+        return {name: numbers(part) for name, part in learner.spec.observations.items()}
 
     low, high = learner.spec.actions.low, learner.spec.actions.high
     whole = {
@@ -87,7 +88,8 @@ def test_actions_keep_within_their_bounds_and_reach_all_of_them():
     learner = a_learner()
     decided = learner.act({"state": np.random.default_rng(0).normal(size=(2000, 5)).astype(np.float32)}).actions
     assert decided.dtype == np.float32
-    assert (decided >= STEERING.low).all() and (decided <= STEERING.high).all()
+    assert (decided >= STEERING.low).all()
+    assert (decided <= STEERING.high).all()
     spread = decided.max(axis=0) - decided.min(axis=0)
     assert (spread > 0.95 * np.subtract(STEERING.high, STEERING.low)).all()
 
@@ -187,7 +189,8 @@ def test_shared_eyes_learn_from_the_critics_and_not_from_the_actor():
     for_actor, for_critics = network.look(seen)
     mean, _ = network.decide(for_actor)
     mean.sum().backward()
-    assert all(one is None for one in grads(network.eyes)) and all(grads(network.actor))
+    assert all(one is None for one in grads(network.eyes))
+    assert all(grads(network.actor))
     network.critics(for_critics, mean.detach()).sum().backward()
     assert all(grads(network.eyes))
     before = [one.clone() for one in network.eyes.parameters()]
@@ -251,7 +254,8 @@ def test_a_policy_is_rebuilt_from_its_spec_and_weights_alone():
     seen = {"camera": np.random.default_rng(0).integers(0, 256, (6, 30, 40)).astype(np.uint8)}
     assert np.array_equal(policy.act(seen), learner.choose(seen))
     drawn = policy.sample(seen, None, torch.Generator().manual_seed(1))
-    assert drawn.shape == (6, 2) and not np.array_equal(drawn, policy.act(seen))
+    assert drawn.shape == (6, 2)
+    assert not np.array_equal(drawn, policy.act(seen))
 
 
 # Bad input

@@ -84,6 +84,9 @@ class SacConfig:
         high=0.999,
     )
     adam_epsilon: float = setting(1e-8, "Adam's epsilon.", low=0.0)
+    adam_form: str = setting(
+        "paper", "Where Adam adds its epsilon; see `ppo.adam_form`.", choices=("paper", "tensorflow")
+    )
 
     def __post_init__(self) -> None:
         check_group(self)
@@ -160,8 +163,11 @@ class SacLearner:
         self._moved = {"critics": self.network.critic_parameters(), "actor": self.network.actor_parameters()}
         finds_itself = [self.log_temperature] if fixed is None else []
         self.optimisers = {
-            "critics": Adam([*self._moved["critics"], *finds_itself], config.learning_rate, config.adam_epsilon),
-            "actor": Adam(self._moved["actor"], config.learning_rate, config.adam_epsilon),
+            whose: Adam(moved, config.learning_rate, config.adam_epsilon, config.adam_form)
+            for whose, moved in (
+                ("critics", [*self._moved["critics"], *finds_itself]),
+                ("actor", self._moved["actor"]),
+            )
         }
         """The temperature steps with the critics; it needs nothing of theirs."""
         self.generator = torch.Generator(self.device).manual_seed(seed + 1)
@@ -342,7 +348,7 @@ class SacLearner:
         """Take Adam's step down a loss."""
         for one in self._moved[whose]:
             one.grad = None
-        loss.backward()  # type: ignore[no-untyped-call]
+        loss.backward()
         self.optimisers[whose].step()
 
     @torch.no_grad()

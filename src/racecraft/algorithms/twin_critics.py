@@ -125,8 +125,10 @@ class SoftActorCritic(nn.Module):
         return [*(self.critic_eyes or self.eyes).parameters(), *self.critics.parameters()]
 
     def look(self, observations: Mapping[str, Tensor]) -> tuple[Tensor, Tensor]:
-        """Return features for the actor (R, F) and for the critics (R, G); shared ones teach nothing on the way back
-        from the actor."""
+        """Return features for the actor (R, F) and for the critics (R, G).
+
+        No gradient comes back from the actor to shared ones.
+        """
         seen = self.eyes(observations)
         return (seen.detach(), seen) if self.critic_eyes is None else (seen, self.critic_eyes(observations))
 

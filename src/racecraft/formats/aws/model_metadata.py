@@ -211,7 +211,7 @@ def refuse_unbuilt(metadata: ModelMetadata, path: str | Path) -> None:
     """Refuse a car that is valid but that racecraft cannot train yet.
 
     Raises:
-        MetadataError: The action space is continuous, the algorithm is SAC, or a sensor is not the front camera.
+        MetadataError: The action space is continuous, or a sensor is not the front camera.
     """
 
     def refuse(key: str, what: str, built: str) -> None:
@@ -219,8 +219,6 @@ def refuse_unbuilt(metadata: ModelMetadata, path: str | Path) -> None:
             path, f"{what} is valid and not built yet", built, "Change this key, or wait for a later version.", key=key
         )
 
-    if metadata.training_algorithm == "sac":
-        refuse("training_algorithm", "'sac' (Soft Actor-Critic)", "'clipped_ppo'")
     if metadata.action_space_type == "continuous":
         refuse("action_space", "a continuous action space", "a list of actions with steering_angle and speed")
     for sensor in metadata.sensors:
