@@ -17,7 +17,7 @@ fast = np.flatnonzero(np.array(world.actions.speed) == 1.0)
 frame, info = env.reset(seed=1)
 total, ended = 0.0, False
 while not ended:
-    car = world.cars[0]
+    car = world.cars[0, 0]
     ahead = world.track.pose_at(float(car["arc"]) + LOOK_AHEAD_M)
     wanted = math.remainder(math.atan2(ahead.y - car["y"], ahead.x - car["x"]) - car["yaw"], math.tau)
     action = fast[np.abs(angles[fast] - wanted).argmin()]

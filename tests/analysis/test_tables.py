@@ -7,6 +7,7 @@ import pytest
 from racecraft.analysis.tables import (
     TableError,
     action_table,
+    command_table,
     endings_table,
     exits_table,
     laps_table,
@@ -71,6 +72,20 @@ def test_actions_are_counted_left_first_without_held_ticks(ticks):
     assert table["count"].to_list() == [2, 1, 1]
     assert table["share"].to_list() == [0.5, 0.25, 0.25]
     assert table["mean_reward"].to_list() == [0.75, 4.0, 2.0]
+
+
+def test_continuous_commands_are_counted_in_bands_of_angle(ticks):
+    """Angles of -0.5, 0 and 0.5 rad: in two bands of half a rad the middle is the left one's lower end."""
+    continuous = ticks.with_columns(action=pl.lit(-1), speed_mps=pl.Series([9.0, 1.0, 2.0, 9.0, 9.0, 3.0, 4.0]))
+    assert action_table(continuous).is_empty()
+    assert command_table(ticks).is_empty()
+    table = command_table(continuous, bands=2)
+    assert table["steering_low_rad"].to_list() == [0.0, -0.5]
+    assert table["steering_high_rad"].to_list() == [0.5, 0.0]
+    assert table["count"].to_list() == [3, 1]
+    assert table["share"].to_list() == [0.75, 0.25]
+    assert table["speed_mps"].to_list() == [pytest.approx(8 / 3), 2.0]
+    assert table["mean_reward"].to_list() == [pytest.approx(5.5 / 3), 2.0]
 
 
 def test_endings_and_exits_are_counted(ticks):

@@ -104,11 +104,11 @@ CASES = {
         ["model_metadata.json", "action_space"],
         lambda t: ["train", folder(t, model_metadata__json={"version": "5"})],
     ),
-    "an action beyond the servo": (
-        ["model_metadata.json", "45", "-30 to 30"],
+    "an angle that is no number": (
+        ["model_metadata.json", "NaN", "steering_angle"],
         lambda t: [
             "train",
-            folder(t, model_metadata__json=changed(action_space=[{"steering_angle": 45, "speed": 1}] * 2)),
+            folder(t, model_metadata__json=changed(action_space=[{"steering_angle": "NaN", "speed": 1}] * 2)),
         ],
     ),
     "a speed that is a word": (
@@ -130,18 +130,9 @@ CASES = {
         ["'LIDAR'", "not built yet"],
         lambda t: ["train", folder(t, model_metadata__json=changed(sensor=["FRONT_FACING_CAMERA", "LIDAR"]))],
     ),
-    "SAC, valid but not built": (
-        ["sac", "not built yet"],
-        lambda t: [
-            "train",
-            folder(
-                t,
-                model_metadata__json=changed(
-                    training_algorithm="sac",
-                    action_space={"steering_angle": {"low": -30, "high": 30}, "speed": {"low": 0.5, "high": 1}},
-                ),
-            ),
-        ],
+    "SAC for a car with a list of actions": (
+        ["--algorithm sac decides numbers", "one choice", "ppo"],
+        lambda t: ["train", folder(t), "--algorithm", "sac"],
     ),
     "a learning rate that is a word": (
         ["hyperparameters.json", "lr", "quick"],

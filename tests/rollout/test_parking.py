@@ -67,7 +67,7 @@ def test_twenty_episodes_start_all_round_the_track_however_many_cars_share_them(
         for _ in range(2):
             starts = set()
             collector.observers = [
-                lambda world, *_, seen=starts: seen.update(np.round(world.reports["start_share"], 6))
+                lambda world, *_, seen=starts: seen.update(np.round(world.reports["start_share"], 6).flat)
             ]
             collector.collect_episodes(20 // num_cars)
             assert starts == set(np.round(np.arange(20) / 20, 6))
@@ -79,8 +79,8 @@ def test_a_parked_car_stands_and_is_paid_nothing():
 
     def watch(world, buffers, actions):
         parked = world.reports["status"] == race.PARK
-        rewards.extend(buffers.reward[parked, 0])
-        standing.extend((n, world.cars["x"][n], world.cars["ticks"][n]) for n in np.flatnonzero(parked))
+        rewards.extend(buffers.reward[parked])
+        standing.extend((n, world.cars["x"][n, 0], world.cars["ticks"][n, 0]) for n in np.flatnonzero(parked))
 
     collector.observers = [watch]
     while not rewards:

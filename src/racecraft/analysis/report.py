@@ -272,19 +272,28 @@ def _actions(facts: RunFacts) -> Iterator[str]:
     if facts.ticks.is_empty() or "action" not in facts.ticks.columns:
         return
     counted = tables.action_table(facts.ticks)
+    speed = "speed (m/s)"
+    if not counted.height:
+        counted, speed = tables.command_table(facts.ticks), "mean speed (m/s)"
     if not counted.height:
         return
     most = float(counted["share"].max() or 1.0)  # type: ignore[arg-type]
     rows = [
         (
-            _steering_words(row["steering_rad"]), f"{row['speed_mps']:.2f}", f"{100 * row['share']:.1f} %",
+            _chosen_words(row), f"{row['speed_mps']:.2f}", f"{100 * row['share']:.1f} %",
             page.Bar(row["share"] / most), f"{row['mean_reward']:.2f}",
         )
         for row in counted.iter_rows(named=True)
     ]  # fmt: skip
     yield "<h2>What it chose</h2>"
-    heads = ("steering", "speed (m/s)", "share", "", "mean reward")
+    heads = ("steering", speed, "share", "", "mean reward")
     yield page.card(page.table(heads, rows, (1, 2, 4)) + "<small>In training, exploration included.</small>")
+
+
+def _chosen_words(row: Mapping[str, Any]) -> str:
+    if "steering_rad" in row:
+        return _steering_words(row["steering_rad"])
+    return f"{_steering_words(row['steering_low_rad'])} to {_steering_words(row['steering_high_rad'])}"
 
 
 def _evaluations(facts: RunFacts) -> Iterator[str]:

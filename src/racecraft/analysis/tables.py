@@ -120,6 +120,43 @@ def action_table(episodes: pl.DataFrame) -> pl.DataFrame:
     )
 
 
+def command_table(episodes: pl.DataFrame, bands: int = 7) -> pl.DataFrame:
+    """Return where continuous commands lay: the range of angles that was chosen from, cut into bands of equal width.
+
+    Columns are `steering_low_rad`, `steering_high_rad`, `speed_mps` (mean), `count`, `share`, `mean_reward`; the
+    leftmost band comes first, and one that nobody chose is left out. Ticks in which the car is held do not count.
+
+    Args:
+        episodes: Rows with `action` -1, as of a continuous action space; others do not count.
+        bands: How many.
+
+    Raises:
+        TableError: A column is missing.
+    """
+    import polars as pl
+
+    _require(episodes, "action", "steering_rad", "speed_mps", "reward", "status")
+    chosen = episodes.filter((pl.col("status") != "prepare") & (pl.col("action") < 0))
+    low, high = chosen["steering_rad"].min() or 0.0, chosen["steering_rad"].max() or 0.0
+    width = max(float(high) - float(low), 1e-9) / bands  # type: ignore[arg-type]
+    band = ((pl.col("steering_rad") - low) / width).floor().clip(0, bands - 1)
+    return (
+        chosen.group_by(band.alias("band"))
+        .agg(
+            pl.col("speed_mps").mean(),
+            pl.len().alias("count"),
+            pl.col("reward").mean().alias("mean_reward"),
+        )
+        .with_columns(
+            (low + pl.col("band") * width).alias("steering_low_rad"),
+            (low + (pl.col("band") + 1) * width).alias("steering_high_rad"),
+            (pl.col("count") / max(1, chosen.height)).alias("share"),
+        )
+        .sort("band", descending=True)
+        .select("steering_low_rad", "steering_high_rad", "speed_mps", "count", "share", "mean_reward")
+    )
+
+
 def endings_table(laps: pl.DataFrame) -> pl.DataFrame:
     """Return how often episodes ended in which way, most frequent first: `status`, `count`, `share`."""
     import polars as pl

@@ -61,6 +61,7 @@ STATUSES = (
 EPISODE_COLUMNS = (
     Column("episode", "int32", "", "Episode of this world, counted from 0 without gaps.", required=True),
     Column("world", "int32", "", "World the car drove in, counted from 0; worlds run side by side."),
+    Column("agent", "int32", "", "Car of that world, counted from 0; absent where every world has one."),
     Column("iteration", "int32", "", "Iteration of the training, counted from 1."),
     Column(
         "tick", "int32", "", "Tick within the episode, counted from 1; the first is the start at rest.", required=True

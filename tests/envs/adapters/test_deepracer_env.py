@@ -1,5 +1,7 @@
 """The car by its Gymnasium id, and the race world before the exam."""
 
+import warnings
+
 import gymnasium
 import numpy as np
 import pytest
@@ -50,6 +52,50 @@ def test_stable_baselines_sees_frames_and_rewards():
 def test_an_action_beyond_what_a_car_can_do_is_refused_with_its_number():
     with pytest.raises(SettingError, match=r"action 1 is \(45, 1.0\)"):
         race_world(actions=[(0, 1.0), (45, 1.0)])
+
+
+RANGES = {"steering_angle": (-30, 20), "speed": (0.5, 2.0)}
+
+
+def test_two_ranges_make_a_car_with_continuous_actions():
+    told = []
+    env = gymnasium.make(
+        ID, width=16, height=12, actions=RANGES,
+        reward=lambda params: told.append((params["steering_angle"], params["speed"])) or 1.0,
+    )  # fmt: skip
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=".*symmetric and normalized")  # these are rad and m/s
+        check_env(env.unwrapped, skip_render_check=True)
+    np.testing.assert_allclose(env.action_space.low, [np.radians(-30), 0.5], rtol=1e-6)
+    np.testing.assert_allclose(env.action_space.high, [np.radians(20), 2.0], rtol=1e-6)
+    env.reset(seed=1)
+    told.clear()
+    for action in ((0.0, 1.0), env.action_space.high, env.action_space.low):
+        env.step(np.array(action, np.float32))
+    assert told == [(20.0, 2.0), (-30.0, 0.5)], "the first action of an episode is not obeyed"
+    env.close()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "named"),
+    [
+        ({"speed": (1, 2)}, "expected {"),
+        ({**RANGES, "speed": (2, 1)}, "each low below its high"),
+        ({**RANGES, "steering_angle": (-45, 0)}, r"the low end of actions is \(-45, 0.5\)"),
+    ],
+)
+def test_ranges_that_are_none_are_refused(wrong, named):
+    with pytest.raises(SettingError, match=named):
+        race_world(actions=wrong)
+
+
+class TestContinuousCar(WorldExam):
+    """A car with continuous actions by its Gymnasium words sits the exam."""
+
+    ticks = 40
+
+    def make_world(self, num_worlds):
+        return race_world(num_cars=num_worlds, actions=RANGES, width=16, height=12, max_episode_seconds=1.5)
 
 
 class TestRaceWorld(WorldExam):

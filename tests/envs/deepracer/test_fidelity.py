@@ -105,7 +105,7 @@ def test_evaluation_starts_where_training_would_only_at_aws(fidelity):
     trained_in, judged = make_world(fidelity, start_advance=0.05), make_world(fidelity, num_cars=4)
     buffers = allocate(trained_in.spec)
     trained_in.reset(buffers, 0)
-    while trained_in.cars["episode"][0] < 3:
+    while trained_in.cars["episode"][0, 0] < 3:
         trained_in.step(np.ones((2, 1), np.int64), buffers)
     before = trained_in.cars
     verdict = CarEvaluator(judged, Straight(), trained_in).evaluate()
@@ -158,7 +158,7 @@ def wheels_of(world, seed, ticks, choice=1):
     angles = []
     for _ in range(ticks):
         world.step(np.full((len(world.cars), 1), choice, np.int64), buffers)
-        angles.append(world.cars["steering"])
+        angles.append(world.cars["steering"][:, 0])
     return np.array(angles)
 
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from racecraft.contract.errors import ContractError
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionTable
@@ -32,7 +33,7 @@ def drive(world, choices, seed=0):
     reports, frames = [], []
     for row in np.asarray(choices):
         world.step(row[:, None], buffers)
-        reports.append(world.reports.copy())
+        reports.append(world.reports[:, 0].copy())
         frames.append(buffers.observations[CAMERA_NAME][:, 0].copy())
     return np.array(reports), buffers, np.array(frames)
 
@@ -110,7 +111,7 @@ def lap(world, ticks=600):
     for _ in range(ticks):
         choices = [[steersman(view)] for view in buffers.observations[CRITIC_NAME][:, 0]]
         world.step(np.array(choices), buffers)
-        reports.append(world.reports.copy())
+        reports.append(world.reports[:, 0].copy())
     return np.array(reports)
 
 
@@ -149,15 +150,15 @@ def test_driving_backwards_is_called_after_fifteen_ticks():
     statuses = []
     for _ in range(30):
         world.step(np.array([[2]]), buffers)
-        statuses.append(race.STATUSES[world.reports[0]["status"]])
-        if world.reports[0]["terminated"]:
+        statuses.append(race.STATUSES[world.reports[0, 0]["status"]])
+        if world.reports[0, 0]["terminated"]:
             break
     assert statuses[-1] == "reversed"
 
 
 def test_a_car_that_cannot_move_is_called_after_fifteen_ticks():
     stuck = make_world(start_shares=[0.0])
-    stuck._profile = stuck._profile._replace(speed_gain=0.0)
+    stuck.profiles["speed_gain"] = 0.0
     reports, _, _ = drive(stuck, [[STRAIGHT]] * 20)
     end = np.flatnonzero(reports[:, 0]["terminated"])[0]
     assert race.STATUSES[reports[end, 0]["status"]] == "immobilized"
@@ -227,5 +228,7 @@ def test_an_action_that_is_none_is_refused():
     world = make_world()
     buffers = allocate(world.spec)
     world.reset(buffers, 0)
-    with pytest.raises(Exception, match="are not 1 of"):
+    with pytest.raises(ContractError, match="are not from 0 to 5"):
         world.step(np.array([[6]]), buffers)
+    with pytest.raises(ContractError, match="are not 1 of"):
+        world.step(np.array([[1], [2]]), buffers)

@@ -11,6 +11,7 @@ from racecraft.contract.errors import MetadataError
 from racecraft.formats.aws.model_metadata import (
     ActionRanges,
     CarAction,
+    action_space_from_aws,
     car_for_version,
     default_model_metadata,
     read_model_metadata,
@@ -105,7 +106,14 @@ def test_odd_spellings_are_read(tmp_path):
     assert (metadata.version, metadata.car) == ("4", "v4")
     assert metadata.unknown == {"my_remark": {"kept": [1]}}
     told = " | ".join(metadata.notes)
-    for word in ("comments", "clipped to 4", "index", "list with that word", "lidar_config", "'my_remark'"):
+    for word in (
+        "comments",
+        "1 of 2 actions (left 15°, 5 m/s) reach beyond",
+        "index",
+        "list with that word",
+        "lidar_config",
+        "'my_remark'",
+    ):
         assert word in told, word
 
 
@@ -122,8 +130,6 @@ CONTINUOUS = {"steering_angle": {"low": -30, "high": 30}, "speed": {"low": 1, "h
 @pytest.mark.parametrize(
     ("changes", "named"),
     [
-        ({"action_space": CONTINUOUS}, "continuous"),
-        ({"action_space": CONTINUOUS, "training_algorithm": "sac"}, "sac"),
         ({"sensor": ["STEREO_CAMERAS"]}, "STEREO_CAMERAS"),
         ({"sensor": ["LEFT_CAMERA"]}, "LEFT_CAMERA"),
         ({"sensor": ["FRONT_FACING_CAMERA", "SECTOR_LIDAR"]}, "SECTOR_LIDAR"),
@@ -137,6 +143,41 @@ def test_what_is_not_built_yet_is_refused_by_name(tmp_path, changes, named):
     assert str(path) in str(letter.value)
 
 
+def test_what_aws_took_is_taken_and_said_once(tmp_path):
+    """AWS checked no range: these trained there, clipped to ±30 degrees and 0.1 to 4 m/s at sending."""
+    written = [(-45.0, 0.0), (45.0, 12.0), (30.0, 4.0), (-30.0, 0.1), (0.0, -1.0)]
+    path = car_file(tmp_path, action_space=[{"steering_angle": a, "speed": v} for a, v in written])
+    metadata = read_model_metadata(path)
+    assert [(round(math.degrees(a.steering_rad), 9), a.speed_mps) for a in metadata.actions] == written
+    (told,) = metadata.notes
+    assert told == (
+        "3 of 5 actions (right 45°, 0 m/s; left 45°, 12 m/s; straight, -1 m/s) reach beyond what is sent to a car and "
+        "are clipped there to ±30° and 0.1 to 4 m/s; the reward function and the traces see them as written"
+    )
+    assert not read_model_metadata(car_file(tmp_path)).notes
+
+
+@pytest.mark.parametrize(
+    ("angles", "speeds", "noted"),
+    [((-25, 25), (1, 2), False), ((-30, 30), (0.1, 4), False), ((-31, 30), (1, 2), True), ((-5, 5), (0, 2), True)],
+)
+def test_a_continuous_car_is_read_and_written_as_aws_has_it(tmp_path, angles, speeds, noted):
+    space = {
+        "steering_angle": {"low": angles[0], "high": angles[1]},
+        "speed": {"low": speeds[0], "high": speeds[1]},
+    }
+    metadata = read_model_metadata(car_file(tmp_path, action_space=space, action_space_type="continuous"))
+    low, high = math.radians(angles[0]), math.radians(angles[1])
+    assert metadata.action_space == ActionRanges(low, high, *map(float, speeds))
+    assert bool(metadata.notes) is noted
+    refuse_unbuilt(metadata, "m.json")
+    write_model_metadata(metadata, tmp_path / "again.json")
+    written = json.loads((tmp_path / "again.json").read_text())
+    assert written["action_space"] == space
+    assert written["action_space_type"] == "continuous"
+    assert action_space_from_aws(written["action_space"]) == metadata.action_space
+
+
 def action(**changes):
     return [CAR["action_space"][0], {**CAR["action_space"][1], **changes}]
 
@@ -147,12 +188,12 @@ WRONG = [  # changes, what the letter must hold: line (None where there can be n
     ({"action_space": "left"}, 2, "action_space", "a word", "list of actions"),
     ({"action_space": [1, 2]}, 3, "action_space[0]", "a number", "steering_angle and speed"),
     ({"action_space": [{"speed": 1}, {"speed": 1}]}, 3, "action_space[0]", "no 'steering_angle'", "degrees"),
-    ({"action_space": action(speed=12)}, 9, "action_space[1].speed", "12", "0.1 to 5 m/s"),
-    ({"action_space": action(speed=0)}, 9, "action_space[1].speed", "0", "0.1 to 5 m/s"),
-    ({"action_space": action(speed=float("nan"))}, 9, "action_space[1].speed", "nan", "0.1 to 5 m/s"),
-    ({"action_space": action(speed=True)}, 9, "action_space[1].speed", "True", "0.1 to 5 m/s"),
-    ({"action_space": action(steering_angle=45)}, 8, "action_space[1].steering_angle", "45", "-30 to 30"),
-    ({"action_space": action(steering_angle="left")}, 8, "action_space[1].steering_angle", "'left'", "-30 to 30"),
+    ({"action_space": action(speed="fast")}, 9, "action_space[1].speed", "'fast'", "a number, in m/s"),
+    ({"action_space": action(speed=10**400)}, 9, "action_space[1].speed", "1000", "a number, in m/s"),
+    ({"action_space": action(speed=float("nan"))}, 9, "action_space[1].speed", "nan", "a number, in m/s"),
+    ({"action_space": action(speed=True)}, 9, "action_space[1].speed", "True", "a number, in m/s"),
+    ({"action_space": action(steering_angle=[])}, 8, "action_space[1].steering_angle", "[]", "in degrees"),
+    ({"action_space": action(steering_angle="left")}, 8, "action_space[1].steering_angle", "'left'", "in degrees"),
     (
         {"action_space": {**CONTINUOUS, "speed": {"low": 2, "high": 1}}},
         7,

@@ -249,7 +249,7 @@ def test_deepracer_utils_reads_an_evaluation(trained, deepracer):
     from racecraft.training.deepracer.aws.evaluation import write_aws_evaluation
 
     plan = plan_car(RaceRequest(overrides=TINY))
-    stamps = {write_aws_evaluation(trained.path, trained.drive, 2, plan.actions, plan.track.length) for _ in range(2)}
+    stamps = {write_aws_evaluation(trained.path, trained.drive, 2, plan.track.length) for _ in range(2)}
     assert len(stamps) == 2
     log = deepracer.DeepRacerLog(model_folder=str(trained.path))
     log.load_evaluation_trace()
@@ -330,6 +330,13 @@ def test_episodes_come_in_the_order_in_which_they_end():
         second = one.cut(table([(1, False)], [(2, True)], [(1, True)]))
         assert [episode["x_m"].tolist() for episode in second] == [[101, 102], [201]]
     assert [len(cutter.cut(table([(2, True)], [(1, False)], [(1, False)])))] == [1]
+
+
+def test_cars_of_one_world_have_episodes_of_their_own():
+    cutter = EpisodeCutter()
+    columns = table([(1, False), (2, True)], [(1, False), (2, False)], [(1, True), (1, False)])
+    columns["world"], columns["agent"] = np.array([0, 0, 0, 0, 1, 1]), np.array([0, 0, 1, 1, 0, 0])
+    assert [episode["x_m"].tolist() for episode in cutter.cut(columns)] == [[201], [1, 2]]
 
 
 def test_episodes_broken_off_or_joined_late_are_left_out():

@@ -11,7 +11,7 @@ from racecraft.algorithms.ppo import PpoLearner
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
 from racecraft.formats.aws.hyperparameters import Hyperparameters
-from racecraft.formats.aws.model_metadata import NETWORKS, default_model_metadata
+from racecraft.formats.aws.model_metadata import NETWORKS, ActionRanges, default_model_metadata
 from racecraft.training.deepracer.presets import AWS_NETWORKS, default_settings, settings_for, stops_given
 
 SHALLOW, NORMAL, DEEP = NETWORKS
@@ -128,6 +128,16 @@ def test_what_does_nothing_is_said_by_name():
     assert said == ["e_greedy_value", "epsilon_steps", "stack_size", "term_cond_avg_score", "sac_alpha"]
     _, notes = aws(given=Hyperparameters(exploration_type="additive_noise"))
     assert any("additive_noise" in note for note in notes)
+
+
+def test_a_continuous_car_explores_by_its_own_distribution():
+    car = dataclasses.replace(default_model_metadata(), action_space=ActionRanges(-0.5, 0.5, 1.0, 2.0))
+    given = Hyperparameters(exploration_type="e-greedy", e_greedy_value=0.1)
+    settings, notes = settings_for("aws", given, (), metadata=car)
+    assert settings.ppo.exploration == "categorical"
+    assert any("e-greedy chooses from a list of actions" in note for note in notes)
+    settings, notes = settings_for("aws", Hyperparameters(), (), metadata=car)
+    assert not any("exploration" in note for note in notes)
 
 
 def test_the_files_episodes_are_the_iterations_that_stop_a_training():

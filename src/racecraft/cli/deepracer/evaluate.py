@@ -61,7 +61,7 @@ def evaluate(
     if video is not None:
         say(f"Filming {len(drive.ticks)} ticks …", quiet_stdout=json)
     show_drive(drive, video=video, picture=picture)
-    stamp = write_aws_evaluation(car.run.path, drive.ticks, len(drive.report.laps), car.actions, drive.track.length)
+    stamp = write_aws_evaluation(car.run.path, drive.ticks, len(drive.report.laps), drive.track.length)
     facts: dict[str, Any] = {
         "run": str(run),
         "checkpoint": car.checkpoint.iteration,

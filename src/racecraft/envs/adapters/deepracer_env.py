@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array
 from racecraft.envs.adapters.gymnasium_env import WorldEnv
 from racecraft.envs.adapters.gymnasium_vector import WorldVectorEnv
-from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.actions import ActionBox, ActionSpace, ActionTable, action_space
 from racecraft.envs.deepracer.camera import Camera
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.vehicle import MAX_SPEED_MPS, MAX_STEERING_RAD, MIN_SPEED_MPS, TICKS_PER_SECOND
@@ -34,14 +34,16 @@ Reward = Callable[[dict[str, Any]], float]
 class DeepRacerEnv(WorldEnv):
     """One car with a front camera on a DeepRacer track; the world's card is in `envs/deepracer/world.py`.
 
-    Observation: uint8 (height, width), grey. Action: a number of the action table. The first action of an episode is
-    not obeyed (the car is held at the start); `info["active"]` tells so.
+    Observation: uint8 (height, width), grey. Action: a number of the action table, or with two ranges the pair itself,
+    float32 (steering in rad, positive left; speed in m/s). The first action of an episode is not obeyed (the car is
+    held at the start); `info["active"]` tells so.
 
     Args:
         track: A name of the catalogue, or a waypoint file.
         reward: `reward_function(params)`, or the path of a file that holds one; by default the share of the road's
             half width that lies between the car and the border, 1 on the centre line.
-        actions: (steering angle in degrees, positive left; speed in m/s) pairs; by default the console's ten.
+        actions: (steering angle in degrees, positive left; speed in m/s) pairs; by default the console's ten. Or two
+            ranges, `{"steering_angle": (-30, 30), "speed": (0.5, 2)}`: then actions are continuous.
         car: Vehicle profile: "v4", "v6" or "kinematic".
         width, height: Pixels of the frame.
         max_episode_seconds: An episode is truncated after so much simulated time.
@@ -65,7 +67,7 @@ class DeepRacerEnv(WorldEnv):
         if self._eye is None:
             camera = self.cars.camera
             self._eye = Camera(camera.scene, RENDER_WIDTH, RENDER_HEIGHT, camera.mount)
-        car = self.cars.cars[0]
+        car = self.cars.cars[0, 0]
         return np.asarray(self._eye.render_rgb(np.array([[car["x"], car["y"], car["yaw"]]]))[0])
 
 
@@ -79,7 +81,7 @@ def race_world(
     num_cars: int = 1,
     track: str | Path = "reinvent_base",
     reward: Reward | str | Path | None = None,
-    actions: Sequence[tuple[float, float]] | None = None,
+    actions: Sequence[tuple[float, float]] | Mapping[str, tuple[float, float]] | None = None,
     car: str = "v6",
     width: int = 160,
     height: int = 120,
@@ -96,7 +98,7 @@ def race_world(
         paid = reward if callable(reward) else load_reward_function(reward).call
     return RaceWorld(
         load_track(track),
-        _table(actions),
+        _action_space(actions),
         paid,
         race_config=RaceConfig(car=car, max_episode_seconds=float(max_episode_seconds)),
         camera_config=CameraConfig(width, height),
@@ -109,16 +111,34 @@ def stay_near_the_centre(params: dict[str, Any]) -> float:
     return max(0.0, 1.0 - 2.0 * params["distance_from_center"] / params["track_width"])
 
 
-def _table(actions: Sequence[tuple[float, float]] | None) -> ActionTable:
+def _action_space(actions: Sequence[tuple[float, float]] | Mapping[str, tuple[float, float]] | None) -> ActionSpace:
     if actions is None:
-        return ActionTable.of([(action.steering_rad, action.speed_mps) for action in default_model_metadata().actions])
-    top = math.degrees(MAX_STEERING_RAD)
+        return action_space(default_model_metadata().actions)
+    if isinstance(actions, Mapping):
+        return _box(actions)
     for number, (degrees, speed) in enumerate(actions):
-        if not (abs(degrees) <= top + 1e-9 and MIN_SPEED_MPS <= speed <= MAX_SPEED_MPS):
-            raise SettingError(
-                f"action {number} is ({degrees}, {speed}); expected -{top:g} to {top:g} degrees and "
-                f"{MIN_SPEED_MPS:g} to {MAX_SPEED_MPS:g} m/s."
-            )
+        _check(f"action {number}", degrees, speed)
     if len(actions) < 1:
         raise SettingError("actions is empty; expected at least one (degrees, m/s) pair.")
     return ActionTable.of([(math.radians(degrees), speed) for degrees, speed in actions])
+
+
+def _box(ranges: Mapping[str, tuple[float, float]]) -> ActionBox:
+    expected = 'expected {"steering_angle": (low, high), "speed": (low, high)} in degrees and m/s'
+    if set(ranges) != {"steering_angle", "speed"} or any(len(ends) != 2 for ends in ranges.values()):
+        raise SettingError(f"actions is {dict(ranges)}; {expected}.")
+    (right, left), (slow, fast) = ranges["steering_angle"], ranges["speed"]
+    for name, degrees, speed in (("the low end of actions", right, slow), ("the high end of actions", left, fast)):
+        _check(name, degrees, speed)
+    if not (right < left and slow < fast):
+        raise SettingError(f"actions is {dict(ranges)}; {expected}, each low below its high.")
+    return ActionBox((math.radians(right), math.radians(left)), (float(slow), float(fast)))
+
+
+def _check(name: str, degrees: float, speed: float) -> None:
+    top = math.degrees(MAX_STEERING_RAD)
+    if not (abs(degrees) <= top + 1e-9 and MIN_SPEED_MPS <= speed <= MAX_SPEED_MPS):
+        raise SettingError(
+            f"{name} is ({degrees}, {speed}); expected -{top:g} to {top:g} degrees and {MIN_SPEED_MPS:g} to "
+            f"{MAX_SPEED_MPS:g} m/s."
+        )

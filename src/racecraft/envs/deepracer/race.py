@@ -1,13 +1,18 @@
 """One tick of a race, told in order. Begin here.
 
-A tick is what happens between two camera frames, 1/15 s. For each car by itself (`kernels/race.py` has the bodies)::
+A tick is what happens between two camera frames, 1/15 s. There are N worlds side by side, which never meet, and M cars
+in each. A world does one act after the other, each for all its cars in turn (`kernels/race.py` has the bodies)::
 
-    report_moment   write down pose, place on the track and the command that was chosen here: the reward's parameters
-    call_endings    lap complete, off track, immobilised, reversed, out of time: named in the marshal's order
-    drive           steering and throttle act for one tick
-    locate          where the car now lies along the track, how far from the centre, which wheels are on the road
-    look            the frame, and what only a critic may see
-    restart         an ended car goes to its next start and is looked at again, in the same tick
+    report      write down pose, place on the track and the command that was chosen here: the reward's parameters; and
+                name how the car stands: lap complete, off track, immobilised, reversed, out of time, in this order
+    move        steering and throttle act for one tick; then, where the car lies along the track, how far from the
+                centre, which wheels are on the road
+    look last   a car whose episode ended sees its last frame
+    restart     and goes to its next start, clear of the others, in the same tick
+    look        every car sees the frame by which its next action is chosen, and a critic what only it may see
+
+Nobody moves before all are written down, and nobody looks before all have moved: what a world's cars see and feel of
+one another is of one moment. They do not touch yet: a car drives through another and does not see it.
 
 So a row is (pose, action, reward): the reward speaks of the pose the action was chosen at, as in the original
 (simapp `deepracer_racetrack_env.py`). The first tick of an episode is *prepare*: the car is held at the start, its
@@ -19,12 +24,14 @@ This page holds the two records a tick reads and writes, and the names of its ou
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from racecraft.contract.world import Array
-from racecraft.envs.deepracer.vehicle import TICK_SECONDS
+from racecraft.envs.deepracer.vehicle import TICK_SECONDS, CarProfile
+from racecraft.tracks.track import Track
 
 IMMOBILISED_TICKS = 15
 """A car that moved at most IMMOBILISED_M a tick for so many ticks in a row is immobilised (simapp `reset/rules`)."""
@@ -35,6 +42,13 @@ REVERSED_TICKS = 15
 STATUSES = ("in_progress", "lap_complete", "off_track", "immobilized", "reversed", "time_up", "prepare", "park")
 """How a row stands; the code is the index. Spelling is the original's, which racers' tools look for."""
 IN_PROGRESS, LAP_COMPLETE, OFF_TRACK, IMMOBILISED, REVERSED, TIME_UP, PREPARE, PARK = range(len(STATUSES))
+
+START_GAP_M = 0.75
+"""Cars of one world start so far behind one another along the centre line (simapp START_POS_OFFSET)."""
+START_LANE = 0.5
+"""And this far beside it, share of the half road: even cars in the outer lane, odd ones in the inner (facts 5.4)."""
+START_CLEAR_M = 0.4
+"""A start is free where no other car's base_link lies nearer: a car's corners reach 0.19 m from its middle."""
 
 CRITIC_LOOKS_AHEAD_M = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
 """Distances along the centre line at which the critic is told the road's direction."""
@@ -47,6 +61,7 @@ CAR_STATE = np.dtype(
         ("speed", "f8"), ("steering", "f8"),  # what the car does, m/s and rad
         ("old_steering", "f8"), ("old_speed", "f8"),  # last tick's command, rad and m/s
         ("start_share", "f8"),  # where the episode began, share of the lap
+        ("start_left", "f8"),  # how far left of the centre line it begins its episodes, share of the half road
         ("ticks", "i8"),  # of this episode, the prepare tick included
         ("lap_ticks", "i8"),  # of this lap
         ("total_ticks", "i8"),  # since the race was reset
@@ -71,7 +86,8 @@ TICK_REPORT = np.dtype(
         ("episode", "i8"), ("steps", "f8"), ("status", "i8"),
         ("x", "f8"), ("y", "f8"), ("yaw", "f8"),  # base_link at the moment the action was chosen, m and rad
         ("front_x", "f8"), ("front_y", "f8"),
-        ("speed", "f8"), ("steering", "f8"),  # commanded, as the action table has them: m/s and rad
+        ("action", "i8"),  # number of the action chosen; -1 where actions are continuous
+        ("speed", "f8"), ("steering", "f8"),  # commanded, as it was chosen and before it is clipped: m/s and rad
         ("driven_speed", "f8"), ("driven_steering", "f8"),  # what the car did at that moment
         ("progress", "f8"), ("arc", "f8"), ("centre_distance", "f8"), ("track_width", "f8"),
         ("waypoint_before", "i8"), ("waypoint_after", "i8"), ("waypoint_nearest", "i8"),
@@ -103,11 +119,33 @@ class Rules(NamedTuple):
     """Whether a car that is put back to its start keeps the angle of its wheels."""
 
 
-def new_cars(num_cars: int, start_shares: Array) -> Array:
-    """Return the records of cars that are about to take their first start, CAR_STATE (N,)."""
-    cars = np.zeros(num_cars, CAR_STATE)
-    cars["start_share"] = np.mod(start_shares, 1.0)
+PROFILE = np.dtype([(name, "f8") for name in CarProfile._fields])
+"""One car's `CarProfile` as a record, so that every car of a world may have its own."""
+
+
+def new_cars(track: Track, cars_per_world: int, start_shares: Array) -> Array:
+    """Return the records of cars that are about to take their first start, CAR_STATE (N, M).
+
+    A car alone starts on the centre line. Several stand in two lanes, START_GAP_M behind one another; the first of them
+    at the world's start, or on an open track, where nothing lies behind the line, the last.
+
+    Args:
+        track: The circuit, in driving direction.
+        cars_per_world: M.
+        start_shares: Where each world's cars start, share of the lap, (N,).
+    """
+    cars = np.zeros((len(start_shares), cars_per_world), CAR_STATE)
+    places = np.arange(cars_per_world)
+    behind = places - (0 if track.closed else cars_per_world - 1)
+    cars["start_share"] = np.mod(start_shares[:, None] - behind * (START_GAP_M / track.length), 1.0)
+    if cars_per_world > 1:
+        cars["start_left"] = np.where((places % 2 == 1) == track.is_ccw, START_LANE, -START_LANE)
     return cars
+
+
+def car_profiles(profiles: Sequence[CarProfile]) -> Array:
+    """Return profiles as records, PROFILE (M,)."""
+    return np.array([tuple(profile) for profile in profiles], PROFILE)
 
 
 def max_ticks(seconds: float) -> int:

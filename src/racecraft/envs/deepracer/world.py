@@ -1,21 +1,25 @@
-"""DeepRacer cars as a `World`: N cars, each alone on its own copy of the track.
+"""DeepRacer cars as a `World`: N worlds of M cars, each world on its own copy of the track.
 
 What it is       1/18-scale cars with a front camera on an AWS DeepRacer track, time trial
-Acts             one of the action table's (steering, speed) pairs, 15 times a second
+Acts             15 times a second: one of the action table's (steering, speed) pairs, or a pair within two ranges,
+                 steering in rad, positive left, speed in m/s
 Sees             FRONT_FACING_CAMERA, uint8 grey (H, W), 160x120 or any smaller size by the same optics;
                  track_state, float32, privileged: for a critic while training, never for a policy
 Rewarded by      the user's reward_function(params); every key in `reward_params.py`
-Begins           at rest on the centre line, nose along it; one prepare tick; each episode a little further round
+Begins           at rest on the centre line, nose along it; one prepare tick; each episode a little further round.
+                 Several cars of a world begin in two lanes, 0.75 m behind one another, and never within each other
 Terminates       lap complete, off track (all four wheels), immobilised, driving backwards
 Truncates        after RaceConfig.max_episode_seconds of simulated time
 Settings         RaceConfig, CameraConfig
 Departs from AWS as `fidelity.py` says line by line: RaceConfig.fidelity `aws` brings the original's habits back
-Exactness        same seed and actions, same bits, whatever the threads; N cars equal each alone
+Exactness        same seed and actions, same bits, whatever the threads; N worlds equal each alone
+Leaves out       cars of one world neither touch nor see one another yet
 Sources          simapp 6.0.5 (Apache-2.0) as measured in the project's facts; vehicle fitted to real logs
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -25,14 +29,14 @@ from racecraft.contract.errors import ContractError
 from racecraft.contract.random_streams import stream_keys
 from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffers, WorldSpec
 from racecraft.envs.deepracer import race
-from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.actions import ActionSpace
 from racecraft.envs.deepracer.camera import MOUNT_V2, MOUNT_V3, Camera, CameraMount
 from racecraft.envs.deepracer.fidelity import AWS_MAX_TICKS, SANE_MAX_SECONDS, TICK_JITTER, WHEEL_KICK, habits
 from racecraft.envs.deepracer.kernels import race as kernels
 from racecraft.envs.deepracer.reward_params import RewardParams
 from racecraft.envs.deepracer.scene import build_scene
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
-from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS
+from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS, CarProfile
 from racecraft.tracks.track import Track
 
 CAMERA_NAME = "FRONT_FACING_CAMERA"
@@ -42,24 +46,30 @@ RewardFunction = Callable[[dict[str, Any]], float]
 
 
 class RaceWorld:
-    """N cars side by side on one track.
+    """N worlds of M cars on one track.
 
     Args:
         track: The circuit, in driving direction.
         actions: What a car can be told.
-        reward: Called once a car and tick, in the order of the cars; None gives no reward.
+        reward: Called once a car and tick, world by world and in a world in the order of its cars; None gives no
+            reward.
         race_config: How episodes start and end.
         camera_config: Size of the frame.
-        num_cars: N.
-        start_shares: Where each car first starts, share of the lap, (N,); spread evenly by default.
+        num_cars: N, the number of worlds; with one car in each, the number of cars.
+        start_shares: Where each world's first car first starts, share of the lap, (N,); spread evenly by default.
         laps: An episode ends after so many complete laps.
         mount: Where the camera sits.
+        cars_per_world: M.
+        profiles: How each car of a world answers steering and throttle, (M,); by default all as RaceConfig.car says.
+
+    Raises:
+        ContractError: `start_shares` or `profiles` have the wrong length, or M cars do not fit on the lap.
     """
 
     def __init__(
         self,
         track: Track,
-        actions: ActionTable,
+        actions: ActionSpace,
         reward: RewardFunction | None = None,
         *,
         race_config: RaceConfig = RaceConfig(),  # noqa: B008 (frozen)
@@ -68,17 +78,20 @@ class RaceWorld:
         start_shares: Sequence[float] | Array | None = None,
         laps: int = 1,
         mount: CameraMount = MOUNT_V3,
+        cars_per_world: int = 1,
+        profiles: Sequence[CarProfile] | None = None,
     ) -> None:
         self.track = track.reversed() if race_config.reverse else track
         self.actions = actions
         self.reward = reward
         self.camera = Camera(build_scene(self.track), camera_config.width, camera_config.height, mount)
-        self.reports = np.zeros(num_cars, race.TICK_REPORT)
-        """What was written down of every car in the tick just taken, TICK_REPORT (N,)."""
+        self.reports = np.zeros((num_cars, cars_per_world), race.TICK_REPORT)
+        """What was written down of every car in the tick just taken, TICK_REPORT (N, M)."""
         self._eyes = (self.camera.scene, self.camera.optics)
         self._palettes = np.tile(np.asarray(self.camera.scene.grey_palette, np.float64), (num_cars, 1))
         self._arrays = self.track.arrays()
-        self._profile = PROFILES[race_config.car]
+        self.profiles = _profiles(profiles or [PROFILES[race_config.car]] * cars_per_world, self.reports.shape)
+        """How each car answers steering and throttle, PROFILE (N, M); may be written to between ticks."""
         self.habits = habits(race_config.fidelity)
         """Which of the original's bugs this world has."""
         self._rules = race.Rules(
@@ -90,18 +103,23 @@ class RaceWorld:
             WHEEL_KICK if self.habits.wheels_wander else 0.0,
             self.habits.wheels_keep_their_angle,
         )
-        self._table = np.column_stack([actions.steering, actions.speed]).astype(np.float64)
-        self._clipped = np.ascontiguousarray(np.column_stack(actions.commands()))
+        self._action_shape = (num_cars, cars_per_world, *actions.spec.shape)
+        self._action_count = math.prod(self._action_shape)
         self._params = RewardParams(self.track, race_config.reverse)
         self._start_shares = np.arange(num_cars) / num_cars if start_shares is None else np.asarray(start_shares, float)
         if self._start_shares.shape != (num_cars,):
             raise ContractError(f"start_shares has shape {self._start_shares.shape}; expected ({num_cars},)")
-        self._cars = race.new_cars(num_cars, self._start_shares)
-        self._parked = np.zeros(num_cars, bool)
-        self._keys = _keys(0, num_cars)
-        self._reward_sums = np.zeros(num_cars)
+        if cars_per_world * race.START_GAP_M > self.track.length:
+            raise ContractError(
+                f"{cars_per_world} cars start {race.START_GAP_M} m behind one another, and {track.name} is "
+                f"{self.track.length:.1f} m long; expected at most {int(self.track.length / race.START_GAP_M)} cars"
+            )
+        self._cars = race.new_cars(self.track, cars_per_world, self._start_shares)
+        self._parked = np.zeros(self._cars.shape, bool)
+        self._keys = _keys(0, self._cars.shape)
+        self._reward_sums = np.zeros(self._cars.shape)
         self._finished: list[EpisodeRecord] = []
-        self._spec = world_spec(actions, camera_config, num_cars, f"DeepRacer {track.name}")
+        self._spec = world_spec(actions, camera_config, num_cars, f"DeepRacer {track.name}", cars_per_world)
 
     @property
     def spec(self) -> WorldSpec:
@@ -110,12 +128,12 @@ class RaceWorld:
 
     @property
     def cars(self) -> Array:
-        """The cars as they stand now, CAR_STATE (N,); a copy."""
+        """The cars as they stand now, CAR_STATE (N, M); a copy."""
         return self._cars.copy()
 
     @property
     def start_shares(self) -> Array:
-        """Where each car first starts, share of the lap (N,)."""
+        """Where each world's first car first starts, share of the lap (N,)."""
         return self._start_shares.copy()
 
     @property
@@ -134,8 +152,8 @@ class RaceWorld:
 
     def reset(self, buffers: StepBuffers, seed: int) -> None:
         """Line every car up at its first start; `seed` is of what chance does to them, where it does."""
-        self._keys = _keys(seed, len(self._cars))
-        self._cars = race.new_cars(len(self._cars), self._start_shares)
+        self._keys = _keys(seed, self._cars.shape)
+        self._cars = race.new_cars(self.track, self._spec.num_agents, self._start_shares)
         self.begin_episodes(buffers)
 
     def begin_episodes(self, buffers: StepBuffers) -> None:
@@ -147,34 +165,43 @@ class RaceWorld:
         self._show_active(buffers)
 
     def park(self, rows: Array) -> None:
-        """Let cars (bool (N, 1)) stand where they are until `begin_episodes` or `reset`: no tick, no report, no reward.
+        """Let cars (bool (N, M)) stand where they are until `begin_episodes` or `reset`: no tick, no report, no reward.
 
         Their next start stays where it is, so that a car whose quota is full does not run ahead of the others.
         """
-        self._parked[:] = rows[:, 0]
+        self._parked[:] = rows
 
     def step(self, actions: Array, buffers: StepBuffers) -> None:
         """Advance every car by one tick; see `race.py` for the order of acts.
 
+        Args:
+            actions: Choices (N, M) of a table, or float32 (N, M, 2) within a box's ranges.
+            buffers: Written in place.
+
         Raises:
+            ContractError: `actions` are not one action for every car.
             RewardError: The user's reward function failed; cars and buffers then stand as after the tick, without the
                 rewards from the failing car on.
         """
-        choices = np.ascontiguousarray(actions, np.int64).reshape(-1)
-        if choices.shape != self._reward_sums.shape or choices.min() < 0 or choices.max() >= len(self._table):
-            raise ContractError(f"{self._spec.name}: actions {actions!r} are not {len(self._cars)} of {self.actions}")
+        actions = np.asarray(actions)
+        if actions.size != self._action_count:
+            raise ContractError(
+                f"{self._spec.name}: actions {actions!r} are not {self._cars.size} of {self.actions}: "
+                f"expected shape {self._action_shape}"
+            )
+        told = self.actions.commands(actions.reshape(self._action_shape))
         kernels.tick(
-            self._arrays, self._profile, self._rules, *self._eyes, self._palettes, self._table, self._clipped, choices,
+            self._arrays, self.profiles, self._rules, *self._eyes, self._palettes, told.numbers, told.chosen, told.sent,
             self._parked, self._keys, self._cars, self.reports,
             *self._views(buffers.observations), *self._views(buffers.final_observations),
         )  # fmt: skip
-        buffers.terminated[:, 0] = self.reports["terminated"]
-        buffers.truncated[:, 0] = self.reports["truncated"]
+        buffers.terminated[:] = self.reports["terminated"]
+        buffers.truncated[:] = self.reports["truncated"]
         self._show_active(buffers)
         buffers.reward[:] = 0.0
         if self.reward is not None:
-            self._call_reward(buffers.reward[:, 0])
-        self._keep_episodes(buffers.reward[:, 0])
+            self._call_reward(buffers.reward)
+        self._keep_episodes(buffers.reward)
 
     def take_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call, oldest first."""
@@ -182,17 +209,19 @@ class RaceWorld:
         return finished
 
     def save_state(self) -> dict[str, Array]:
-        """Return every car, field by field."""
+        """Return every car, field by field, (N, M) each."""
         state = {f"car.{name}": self._cars[name].copy() for name in race.CAR_STATE.names or ()}
         return {**state, "reward_sums": self._reward_sums.copy(), "keys": self._keys.copy()}
 
     def load_state(self, state: Mapping[str, Array], buffers: StepBuffers) -> None:
         """Go on from a saved state; what the cars see is drawn again."""
         for name in race.CAR_STATE.names or ():
-            self._cars[name] = state[f"car.{name}"]
-        self._keys[:] = state.get("keys", self._keys)  # a race saved before chance had a hand in it has none
+            if f"car.{name}" in state:  # a race saved before cars had lanes to start in does not name them
+                self._cars[name] = state[f"car.{name}"].reshape(self._cars.shape)
+        if "keys" in state:  # one saved before chance had a hand in it has none
+            self._keys = state["keys"].reshape(self._cars.shape).copy()
         self._parked[:] = False
-        self._reward_sums[:] = state["reward_sums"]
+        self._reward_sums[:] = state["reward_sums"].reshape(self._cars.shape)
         self._finished.clear()
         kernels.look_again(self._arrays, *self._eyes, self._palettes, self._cars, *self._views(buffers.observations))
         self._show_active(buffers)
@@ -201,43 +230,47 @@ class RaceWorld:
         """Nothing is held open."""
 
     def _show_active(self, buffers: StepBuffers) -> None:
-        buffers.active[:, 0] = self.habits.prepare_is_learned | ~self._cars["preparing"]
+        buffers.active[:] = self.habits.prepare_is_learned | ~self._cars["preparing"]
 
     def _views(self, observations: Mapping[str, Array]) -> tuple[Array, Array]:
-        return observations[CAMERA_NAME][:, 0], observations[CRITIC_NAME][:, 0]
+        return observations[CAMERA_NAME], observations[CRITIC_NAME]
 
     def _call_reward(self, rewards: Array) -> None:
         assert self.reward is not None
         called = ~np.isin(self.reports["status"], (race.PREPARE, race.PARK))
-        for n, params in zip(np.flatnonzero(called), self._params.of(self.reports[called]), strict=True):
-            rewards[n] = self.reward(params)
+        for (n, m), params in zip(np.argwhere(called).tolist(), self._params.of(self.reports[called]), strict=True):
+            rewards[n, m] = self.reward(params)
 
     def _keep_episodes(self, rewards: Array) -> None:
         self._reward_sums += rewards
-        for n in np.flatnonzero(self.reports["terminated"] | self.reports["truncated"]):
-            report = self.reports[n]
+        for n, m in zip(*np.nonzero(self.reports["terminated"] | self.reports["truncated"]), strict=True):
+            report = self.reports[n, m]
             lap_seconds = float(report["lap_seconds"]) if report["status"] == race.LAP_COMPLETE else float("nan")
             self._finished.append(
                 EpisodeRecord(
                     world=int(n),
-                    agent=0,
+                    agent=int(m),
                     steps=int(report["steps"]),
-                    reward=float(self._reward_sums[n]),
+                    reward=float(self._reward_sums[n, m]),
                     status="truncated" if report["truncated"] else race.STATUSES[report["status"]],
                     facts={"progress_percent": float(report["progress"]), "lap_seconds": lap_seconds},
                 )
             )
-            self._reward_sums[n] = 0.0
+            self._reward_sums[n, m] = 0.0
 
 
 def world_spec(
-    actions: ActionTable, camera_config: CameraConfig, num_cars: int = 1, name: str = "DeepRacer"
+    actions: ActionSpace,
+    camera_config: CameraConfig,
+    num_cars: int = 1,
+    name: str = "DeepRacer",
+    cars_per_world: int = 1,
 ) -> WorldSpec:
     """Return the promise of a race world; the same on every track."""
     return WorldSpec(
         name=name,
         num_worlds=num_cars,
-        num_agents=1,
+        num_agents=cars_per_world,
         observations={
             CAMERA_NAME: ArraySpec(
                 (camera_config.height, camera_config.width), np.uint8, 0, 255, doc="Front camera, grey."
@@ -251,8 +284,17 @@ def world_spec(
     )
 
 
-def _keys(seed: int, num_cars: int) -> Array:
-    return stream_keys(seed, "ticks of a car", num_cars)
+def _keys(seed: int, shape: tuple[int, ...]) -> Array:
+    """Return each car's stream of chance, uint64 (N, M), which depends on no other world and no other car."""
+    worlds, cars = shape
+    purposes = ["ticks of a car", *(f"ticks of car {m}" for m in range(1, cars))]
+    return np.column_stack([stream_keys(seed, purpose, worlds) for purpose in purposes])
+
+
+def _profiles(profiles: Sequence[CarProfile], shape: tuple[int, ...]) -> Array:
+    if len(profiles) != shape[1]:
+        raise ContractError(f"{len(profiles)} profiles for {shape[1]} cars a world; expected one for each")
+    return np.tile(race.car_profiles(profiles), (shape[0], 1))
 
 
 def mount_for_version(version: str | None) -> CameraMount:

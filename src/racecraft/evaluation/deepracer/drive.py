@@ -11,14 +11,14 @@ from racecraft.envs.deepracer.world import RaceWorld
 class DriveKeeper:
     """An observer that keeps what was written down of one car, tick by tick."""
 
-    def __init__(self, car: int = 0) -> None:
-        self._car = car
+    def __init__(self, world: int = 0, car: int = 0) -> None:
+        self._place = world, car
         self._reports: list[Array] = []
 
     def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
         """Keep one tick."""
         assert isinstance(world, RaceWorld)
-        self._reports.append(world.reports[self._car].copy())
+        self._reports.append(world.reports[self._place].copy())
 
     @property
     def drive(self) -> Array:

@@ -123,7 +123,7 @@ class _LapKeeper:
 
     def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
         assert isinstance(world, RaceWorld)
-        report = world.reports[0]
+        report = world.reports[0, 0]
         full = report["status"] == race.LAP_COMPLETE
         if self.is_full or not (full or report["terminated"] or report["truncated"]):
             return

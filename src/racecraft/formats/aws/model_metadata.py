@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -22,11 +23,9 @@ from racecraft.formats.json_text import JsonDocument, Step, as_number, kind_of, 
 from racecraft.formats.whole import write_whole
 
 MAX_STEERING_DEG = 30.0
-MIN_SPEED_MPS = 0.1
-MAX_SPEED_MPS = 4.0
-"""Largest speed the console offers."""
-MAX_WRITTEN_SPEED_MPS = 5.0
-"""Largest speed that is read; what lies above `MAX_SPEED_MPS` is clipped when it is sent to the car."""
+MIN_SPEED_MPS, MAX_SPEED_MPS = 0.1, 4.0
+"""What is sent to a car is clipped to ±30 degrees and to these speeds. Any number may be written: AWS checked no range,
+and its reward functions and traces saw the number as written (facts 1.2, 9.7)."""
 CONSOLE_MAX_ACTIONS = 30
 
 CAMERAS = ("FRONT_FACING_CAMERA", "LEFT_CAMERA", "STEREO_CAMERAS", "observation")
@@ -207,11 +206,25 @@ def as_aws_dict(metadata: ModelMetadata) -> dict[str, Any]:
     }
 
 
+def action_space_from_aws(written: Any) -> tuple[CarAction, ...] | ActionRanges:
+    """Return the action space of a dictionary that `as_aws_dict` made; a racer's own file is `read_model_metadata`'s.
+
+    >>> action_space_from_aws([{"steering_angle": 0, "speed": 1}])
+    (CarAction(steering_rad=0.0, speed_mps=1.0),)
+    """
+    if isinstance(written, Mapping):
+        angle, speed = written["steering_angle"], written["speed"]
+        return ActionRanges(
+            math.radians(angle["low"]), math.radians(angle["high"]), float(speed["low"]), float(speed["high"])
+        )
+    return tuple(CarAction(math.radians(entry["steering_angle"]), float(entry["speed"])) for entry in written)
+
+
 def refuse_unbuilt(metadata: ModelMetadata, path: str | Path) -> None:
     """Refuse a car that is valid but that racecraft cannot train yet.
 
     Raises:
-        MetadataError: The action space is continuous, or a sensor is not the front camera.
+        MetadataError: A sensor is not the front camera.
     """
 
     def refuse(key: str, what: str, built: str) -> None:
@@ -219,8 +232,6 @@ def refuse_unbuilt(metadata: ModelMetadata, path: str | Path) -> None:
             path, f"{what} is valid and not built yet", built, "Change this key, or wait for a later version.", key=key
         )
 
-    if metadata.action_space_type == "continuous":
-        refuse("action_space", "a continuous action space", "a list of actions with steering_angle and speed")
     for sensor in metadata.sensors:
         if sensor not in _BUILT_SENSORS:
             refuse("sensor", f"'{sensor}'", '["FRONT_FACING_CAMERA"]')
@@ -254,17 +265,16 @@ def _read_action(document: JsonDocument, number: int) -> CarAction:
         if key not in entry:
             expected = "steering_angle in degrees and speed in m/s"
             raise document.letter("action_space", number, found=f"there is no '{key}'", expected=expected)
-    steering = _read_number(
-        document, -MAX_STEERING_DEG, MAX_STEERING_DEG, "°", "action_space", number, "steering_angle"
-    )
-    speed = _read_number(document, MIN_SPEED_MPS, MAX_WRITTEN_SPEED_MPS, "m/s", "action_space", number, "speed")
+    steering = _read_number(document, "in degrees", "action_space", number, "steering_angle")
+    speed = _read_number(document, "in m/s", "action_space", number, "speed")
     return CarAction(math.radians(steering), speed)
 
 
 def _note_actions(entries: list[Any], actions: tuple[CarAction, ...], notes: list[str]) -> None:
-    fast = max(action.speed_mps for action in actions)
-    if fast > MAX_SPEED_MPS:
-        notes.append(f"speed {fast:g} m/s is clipped to {MAX_SPEED_MPS:g} m/s when it is sent to the car")
+    beyond = [action for action in actions if not _is_sent_whole(action.steering_rad, action.speed_mps)]
+    if beyond:
+        which = "; ".join(dict.fromkeys(action.label for action in beyond[:3])) + ("; …" if len(beyond) > 3 else "")
+        notes.append(_clipping(f"{len(beyond)} of {len(actions)} actions ({which})"))
     indices = [entry["index"] for entry in entries if "index" in entry]
     if indices and [as_number(index) for index in indices] != list(range(len(actions))):
         notes.append("the written index differs from the order of the list; the order counts, as at AWS")
@@ -274,24 +284,37 @@ def _note_actions(entries: list[Any], actions: tuple[CarAction, ...], notes: lis
 
 def _read_ranges(document: JsonDocument, notes: list[str]) -> ActionRanges:
     ends: dict[str, tuple[float, float]] = {}
-    for key, low, high, unit in (
-        ("steering_angle", -MAX_STEERING_DEG, MAX_STEERING_DEG, "°"),
-        ("speed", MIN_SPEED_MPS, MAX_WRITTEN_SPEED_MPS, "m/s"),
-    ):
+    for key, unit in (("steering_angle", "in degrees"), ("speed", "in m/s")):
         entry = document.value["action_space"].get(key)
         if not isinstance(entry, dict) or "low" not in entry or "high" not in entry:
             found = f"there is no '{key}'" if entry is None else f"{entry!r}"
             raise document.letter("action_space", key, found=found, expected='{"low": number, "high": number}')
-        first = _read_number(document, low, high, unit, "action_space", key, "low")
-        last = _read_number(document, low, high, unit, "action_space", key, "high")
+        first = _read_number(document, unit, "action_space", key, "low")
+        last = _read_number(document, unit, "action_space", key, "high")
         if not first < last:
             found = f"low is {first:g} and high is {last:g}"
             raise document.letter("action_space", key, found=found, expected="a low that is below high")
         ends[key] = (first, last)
-    if ends["speed"][1] > MAX_SPEED_MPS:
-        notes.append(f"speed {ends['speed'][1]:g} m/s is clipped to {MAX_SPEED_MPS:g} m/s when it is sent to the car")
     right, left = ends["steering_angle"]
-    return ActionRanges(math.radians(right), math.radians(left), *ends["speed"])
+    space = ActionRanges(math.radians(right), math.radians(left), *ends["speed"])
+    if not (
+        _is_sent_whole(space.steering_low_rad, space.speed_low_mps)
+        and _is_sent_whole(space.steering_high_rad, space.speed_high_mps)
+    ):
+        reach = f"{right:g} to {left:g}° and {space.speed_low_mps:g} to {space.speed_high_mps:g} m/s"
+        notes.append(_clipping(f"actions from {reach}"))
+    return space
+
+
+def _is_sent_whole(steering_rad: float, speed_mps: float) -> bool:
+    return abs(_degrees(steering_rad)) <= MAX_STEERING_DEG and MIN_SPEED_MPS <= speed_mps <= MAX_SPEED_MPS
+
+
+def _clipping(what: str) -> str:
+    return (
+        f"{what} reach beyond what is sent to a car and are clipped there to ±{MAX_STEERING_DEG:g}° and "
+        f"{MIN_SPEED_MPS:g} to {MAX_SPEED_MPS:g} m/s; the reward function and the traces see them as written"
+    )
 
 
 def _read_sensors(document: JsonDocument, version: str | None, notes: list[str]) -> tuple[str, ...]:
@@ -358,15 +381,13 @@ def _check_type(document: JsonDocument, metadata: ModelMetadata) -> None:
         raise document.letter("training_algorithm", found="'sac' with a list of actions", expected="continuous ranges")
 
 
-def _read_number(document: JsonDocument, low: float, high: float, unit: str, *steps: Step) -> float:
+def _read_number(document: JsonDocument, unit: str, *steps: Step) -> float:
     value = document.value
     for step in steps:
         value = value[step]
     number = as_number(value)
-    space = "" if unit == "°" else " "
-    expected = f"a number from {low:g} to {high:g}{space}{unit}"
-    if number is None or not low <= number <= high:
-        raise document.letter(*steps, found=repr(value), expected=expected)
+    if number is None or not abs(number) <= sys.float_info.max:
+        raise document.letter(*steps, found=repr(value)[:40], expected=f"a number, {unit}")
     return float(number)
 
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.actions import ActionSpace, action_space
 from racecraft.envs.deepracer.camera import CameraMount
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
+from racecraft.formats.aws.model_metadata import action_space_from_aws
 from racecraft.formats.checkpoint import CheckpointEntry
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import TrainedPolicy, load_policy
@@ -32,7 +32,7 @@ class TrainedCar:
     policy: TrainedPolicy
     settings: Settings
     """Its race and its camera: the groups `race` and `camera`."""
-    actions: ActionTable
+    actions: ActionSpace
     version: str | None
     """Version in its metadata; decides where the camera sits."""
     trained_on: str
@@ -85,8 +85,6 @@ def load_trained_car(path: str | Path, which: str = "best") -> TrainedCar:
     )
 
 
-def actions_of(metadata: Mapping[str, Any]) -> ActionTable:
-    """Return the action table that AWS's metadata, as plain values, describes."""
-    return ActionTable.of(
-        [(math.radians(action["steering_angle"]), action["speed"]) for action in metadata["action_space"]]
-    )
+def actions_of(metadata: Mapping[str, Any]) -> ActionSpace:
+    """Return what AWS's metadata, as plain values, lets a car be told."""
+    return action_space(action_space_from_aws(metadata["action_space"]))

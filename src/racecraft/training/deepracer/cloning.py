@@ -41,9 +41,13 @@ def require_same_shape(plan: CarPlan, path: str, metadata: Mapping[str, Any]) ->
     here, there = as_aws_dict(plan.model.metadata)["action_space"], metadata["model_metadata"]["action_space"]
     if here != there:
         raise RunFolderError(
-            f"{path}: was trained with {len(there)} other actions than the {len(here)} asked for; expected the same, "
-            "since each output of the network is one action. Copy that run's model_metadata.json."
+            f"{path}: was trained with other actions ({_named(there)}) than those asked for ({_named(here)}); expected "
+            "the same, since each output of the network is one action. Copy that run's model_metadata.json."
         )
+
+
+def _named(space: Any) -> str:
+    return "two ranges" if isinstance(space, dict) else f"a list of {len(space)}"
 
 
 def _plain(value: Any) -> Any:

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from racecraft.algorithms.registry import Algorithm, find_algorithm
 from racecraft.contract.errors import RunFolderError, TrackError
-from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.actions import ActionSpace, action_space
 from racecraft.formats.aws.model_metadata import as_aws_dict
 from racecraft.formats.aws.run_env import RunEnv
 from racecraft.formats.run_folder import RunFolder
@@ -69,9 +69,9 @@ class CarPlan:
         return 1 if self.request.seed is None else self.request.seed
 
     @property
-    def actions(self) -> ActionTable:
-        """The car's action table."""
-        return ActionTable.of([(action.steering_rad, action.speed_mps) for action in self.model.metadata.actions])
+    def actions(self) -> ActionSpace:
+        """What the car can be told."""
+        return action_space(self.model.metadata.action_space)
 
 
 def plan_car(request: RaceRequest) -> CarPlan:

@@ -146,6 +146,7 @@ def settings_for(
     settings = with_fidelity(settings, fidelity or FIDELITY_OF[preset], network_of(metadata))
     settings = _with_json(settings, hyperparameters, notes)
     settings = apply_overrides(copy_critics_as_aws(settings) if preset == "aws" else settings, overrides)
+    settings = fit_exploration(settings, metadata, notes)
     return fit_worlds_to_episodes(settle_precision(settings, notes), notes), notes
 
 
@@ -219,7 +220,7 @@ def _with_json(settings: Settings, given: Hyperparameters, notes: list[str]) -> 
     for name in given.given:
         value = getattr(given, name)
         if name == "exploration_type" and value == "additive_noise":
-            notes.append("exploration_type 'additive_noise' belongs to continuous actions; exploration is categorical")
+            notes.append(f"{name} '{value}' changes nothing: actions are drawn from the policy's own distribution")
         elif name in ("e_greedy_value", "epsilon_steps") and not greedy:
             notes.append(f"{name} changes nothing: exploration is categorical")
         elif name in UNUSED:
@@ -253,6 +254,19 @@ def settle_precision(settings: Settings, notes: list[str]) -> Settings:
     if settings.ppo.precision == "auto" and precision == "bfloat16":
         notes.append("layers multiply in bfloat16; --set ppo.precision=float32 is slower and exactly AWS's")
     return with_values(settings, "ppo", {"precision": precision})
+
+
+def fit_exploration(settings: Settings, metadata: ModelMetadata | None, notes: list[str]) -> Settings:
+    """Let a car with continuous actions explore by its own distribution alone; a change is added to `notes`."""
+    if metadata is None or metadata.action_space_type == "discrete" or "ppo" not in settings:
+        return settings
+    if settings.ppo.exploration == "categorical":
+        return settings
+    notes.append(
+        f"exploration {settings.ppo.exploration} chooses from a list of actions; continuous ones are drawn from the "
+        "policy's own normal distribution"
+    )
+    return with_values(settings, "ppo", {"exploration": "categorical"})
 
 
 def fit_worlds_to_episodes(settings: Settings, notes: list[str]) -> Settings:

@@ -10,12 +10,14 @@ from racecraft.envs.deepracer.world import RaceWorld
 
 
 class EpisodeRecorder:
-    """Keeps the ticks of an iteration as columns; `take` hands them over, car by car, and begins anew."""
+    """Keeps the ticks of an iteration as columns; `take` hands them over, car by car, and begins anew.
+
+    Of a continuous action there is no number to keep: `action` is -1, and `steering_rad` and `speed_mps` tell it.
+    """
 
     def __init__(self) -> None:
         self._reports: list[Array] = []
         self._rewards: list[Array] = []
-        self._actions: list[Array] = []
         self._track_length = 0.0
 
     def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
@@ -23,22 +25,22 @@ class EpisodeRecorder:
         assert isinstance(world, RaceWorld)
         self._track_length = world.track.length
         self._reports.append(world.reports.copy())
-        self._rewards.append(buffers.reward[:, 0].copy())
-        self._actions.append(np.asarray(actions).reshape(-1).astype(np.int32))
+        self._rewards.append(buffers.reward.copy())
 
     def take(self, iteration: int) -> dict[str, Array]:
-        """Return the ticks kept since the last call, T x N of them, as the columns of `formats/episodes.py`.
+        """Return the ticks kept since the last call, T x N x M of them, as the columns of `formats/episodes.py`.
 
-        Rows are ordered by car, then by time. `episode` numbers a car's own episodes from 0.
+        Rows are ordered by world, then by car, then by time. `episode` numbers a car's own episodes from 0. Where a
+        world has several cars, the column `agent` numbers them.
         """
-        reports = np.stack(self._reports, axis=1)
+        reports = np.stack(self._reports, axis=2)
         flat = reports.reshape(-1)
-        num_cars, ticks = reports.shape
+        worlds, cars, ticks = reports.shape
         ended = flat["terminated"] | flat["truncated"]
         cut = flat["truncated"] & np.isin(flat["status"], (race.IN_PROGRESS, race.PREPARE))
         columns = {
             "episode": flat["episode"],
-            "world": np.repeat(np.arange(num_cars), ticks),
+            "world": np.repeat(np.arange(worlds), cars * ticks),
             "iteration": np.full(flat.size, iteration),
             "tick": flat["steps"].astype(np.int32),
             "time_s": flat["time"],
@@ -48,8 +50,8 @@ class EpisodeRecorder:
             "steering_rad": flat["steering"],
             "speed_mps": flat["speed"],
             "velocity_mps": flat["driven_speed"],
-            "action": np.stack(self._actions, axis=1).reshape(-1),
-            "reward": np.stack(self._rewards, axis=1).reshape(-1).astype(np.float64),
+            "action": flat["action"].astype(np.int32),
+            "reward": np.stack(self._rewards, axis=2).reshape(-1).astype(np.float64),
             "done": ended,
             "status": np.array(race.STATUSES)[np.where(cut, race.TIME_UP, flat["status"])],
             "all_wheels_on_track": flat["all_wheels_on"],
@@ -58,8 +60,9 @@ class EpisodeRecorder:
             "distance_from_center_m": flat["centre_distance"],
             "track_length_m": np.full(flat.size, self._track_length),
         }
+        if cars > 1:
+            columns["agent"] = np.tile(np.repeat(np.arange(cars), ticks), worlds)
         self._reports.clear()
         self._rewards.clear()
-        self._actions.clear()
         driven = flat["status"] != race.PARK
         return columns if driven.all() else {name: column[driven] for name, column in columns.items()}

@@ -180,7 +180,8 @@ def warm_up(worlds: Sequence[RaceWorld], say: Say) -> None:
         reward, one.reward = one.reward, None
         buffers = allocate(one.spec)
         one.reset(buffers, seed=0)
-        one.step(np.zeros((one.spec.num_worlds, 1), np.int64), buffers)
+        actions = one.spec.actions
+        one.step(np.zeros((*buffers.reward.shape, *actions.shape), actions.dtype), buffers)
         one.reward = reward
 
 

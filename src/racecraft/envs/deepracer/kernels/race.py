@@ -1,6 +1,8 @@
 """The bodies of one tick; the order of acts and their reasons are told in `envs/deepracer/race.py`.
 
-`car` is one CAR_STATE record, `report` one TICK_REPORT record; both are written in place.
+`car` is one CAR_STATE record, `report` one TICK_REPORT record, `profile` one PROFILE record; cars and reports are
+written in place. The acts of a world stand as loops over its cars in `tick` itself: to hand track and scene to a
+function of its own for each act of each world would cost a twentieth of the tick.
 """
 
 from __future__ import annotations
@@ -23,6 +25,8 @@ from racecraft.envs.deepracer.race import (
     PREPARE,
     REVERSED,
     REVERSED_TICKS,
+    START_CLEAR_M,
+    START_GAP_M,
     TIME_UP,
 )
 from racecraft.envs.deepracer.vehicle import FRONT_POINT_M, FRONT_WHEELS_M, REAR_WHEELS_M, TICK_SECONDS
@@ -45,66 +49,81 @@ FRONT_X, FRONT_Y = FRONT_WHEELS_M
 
 @parallel_kernel
 def line_up(track, scene, optics, palettes, cars, frames, critic_views):
-    """Put every car at its first start and look."""
+    """Put the cars of every world at the start of their episode, clear of one another, and look."""
     for n in prange(cars.shape[0]):
-        car = cars[n]
-        take_start(track, car)
-        look(track, scene, optics, palettes[n], car, frames[n], critic_views[n])
+        for m in range(cars.shape[1]):
+            take_start(track, cars[n, m])
+            make_room(track, cars, n, m, m)
+        for m in range(cars.shape[1]):
+            look(track, scene, optics, palettes[n], cars[n, m], frames[n, m], critic_views[n, m])
 
 
 @parallel_kernel
 def look_again(track, scene, optics, palettes, cars, frames, critic_views):
     """Look from where every car is, as after loading a saved race."""
     for n in prange(cars.shape[0]):
-        look(track, scene, optics, palettes[n], cars[n], frames[n], critic_views[n])
+        for m in range(cars.shape[1]):
+            look(track, scene, optics, palettes[n], cars[n, m], frames[n, m], critic_views[n, m])
 
 
 @parallel_kernel
 def tick(
-    track, profile, rules, scene, optics, palettes, table, clipped, choices, parked, keys,
+    track, profiles, rules, scene, optics, palettes, numbers, chosen, sent, parked, keys,
     cars, reports, frames, critic_views, last_frames, last_critic_views,
 ):  # fmt: skip
-    """Advance every car by one tick.
+    """Advance N worlds of M cars by one tick.
 
     Args:
         track: TrackArrays.
-        profile: CarProfile.
+        profiles: PROFILE (N, M).
         rules: Rules.
         scene: Scene, for `render_frame`.
         optics: Optics, likewise.
-        palettes: Colours of each car's world, first axis N.
-        table: (A, 2) steering in rad and speed in m/s as the action table has them.
-        clipped: (A, 2) the same as sent to the car.
-        choices: (N,) int64, the action of each car.
-        parked: (N,) bool, cars that take no part: they stand, and their reports say so.
-        keys: (N,) uint64, each car's own stream of chance.
-        cars: CAR_STATE (N,), advanced in place.
-        reports: TICK_REPORT (N,), written.
-        frames: uint8 (N, H, W), what is seen after the tick.
-        critic_views: float32 (N, CRITIC_NUMBERS), likewise.
+        palettes: Colours of each world, first axis N.
+        numbers: (N, M) int64, each action's number in its table, for the reports.
+        chosen: (N, M, 2) commanded steering in rad and speed in m/s, as the policy chose them.
+        sent: (N, M, 2) the same as sent to the cars.
+        parked: (N, M) bool, cars that take no part: they stand, and their reports say so.
+        keys: (N, M) uint64, each car's own stream of chance.
+        cars: CAR_STATE (N, M), advanced in place.
+        reports: TICK_REPORT (N, M), written.
+        frames: uint8 (N, M, H, W), what is seen after the tick.
+        critic_views: float32 (N, M, CRITIC_NUMBERS), likewise.
         last_frames: As `frames`, written for cars whose episode ended: its last observation.
         last_critic_views: As `critic_views`, likewise.
     """
     for n in prange(cars.shape[0]):
-        car, report, choice = cars[n], reports[n], choices[n]
-        if parked[n]:
-            report.status, report.terminated, report.truncated = PARK, False, False
-            look(track, scene, optics, palettes[n], car, frames[n], critic_views[n])
-            continue
-        report_moment(track, car, report, table[choice, 0], table[choice, 1])
-        call_endings(rules, car, report)
-        seconds = tick_length(rules, car, keys[n])
-        push_wheels(rules, car, keys[n])
-        obey(profile, car, clipped[choice, 0], clipped[choice, 1], seconds)
-        locate(track, car)
-        if report.terminated or report.truncated:
-            look(track, scene, optics, palettes[n], car, last_frames[n], last_critic_views[n])
-            restart(track, profile, rules, car)
-        look(track, scene, optics, palettes[n], car, frames[n], critic_views[n])
+        for m in range(cars.shape[1]):
+            if parked[n, m]:
+                report_parked(reports[n, m])
+            else:
+                report_moment(track, cars[n, m], reports[n, m], numbers[n, m], chosen[n, m, 0], chosen[n, m, 1])
+                call_endings(rules, cars[n, m], reports[n, m])
+        for m in range(cars.shape[1]):
+            if not parked[n, m]:
+                seconds = tick_length(rules, cars[n, m], keys[n, m])
+                push_wheels(rules, cars[n, m], keys[n, m])
+                obey(profiles[n, m], cars[n, m], sent[n, m, 0], sent[n, m, 1], seconds)
+                locate(track, cars[n, m])
+        for m in range(cars.shape[1]):
+            if reports[n, m].terminated or reports[n, m].truncated:
+                look(track, scene, optics, palettes[n], cars[n, m], last_frames[n, m], last_critic_views[n, m])
+        for m in range(cars.shape[1]):
+            if reports[n, m].terminated or reports[n, m].truncated:
+                restart(track, profiles[n, m], rules, cars[n, m])
+                make_room(track, cars, n, m, cars.shape[1])
+        for m in range(cars.shape[1]):
+            look(track, scene, optics, palettes[n], cars[n, m], frames[n, m], critic_views[n, m])
 
 
 @kernel
-def report_moment(track, car, report, steering, speed):
+def report_parked(report):
+    """Write down a car that takes no part."""
+    report.status, report.terminated, report.truncated = PARK, False, False
+
+
+@kernel
+def report_moment(track, car, report, action, steering, speed):
     """Write down the moment the action was chosen at: the reward's parameters."""
     car.ticks += 1
     car.lap_ticks += 1
@@ -112,7 +131,7 @@ def report_moment(track, car, report, steering, speed):
     report.episode, report.steps = car.episode, float(car.ticks)
     report.x, report.y, report.yaw = car.x, car.y, car.yaw
     report.front_x, report.front_y = car.front_x, car.front_y
-    report.speed, report.steering = speed, steering
+    report.action, report.speed, report.steering = action, speed, steering
     report.driven_speed, report.driven_steering = car.speed, car.steering
     report.progress, report.arc = car.progress, car.arc
     report.centre_distance, report.track_width = car.centre_distance, car.track_width
@@ -248,14 +267,43 @@ def restart(track, profile, rules, car):
 
 
 @kernel
+def make_room(track, cars, n, m, count):
+    """Move the start of car m of world n back, a gap at a time, until it is clear of the world's first `count` cars."""
+    car = cars[n, m]
+    for _ in range(4 * cars.shape[1]):  # one car may stand near two or three such places, where the road bends back
+        is_clear = True
+        for other in range(count):
+            gap = math.hypot(cars[n, other].x - car.x, cars[n, other].y - car.y)
+            if other != m and gap < START_CLEAR_M:
+                is_clear = False
+        if is_clear:
+            return
+        wheels = car.steering
+        car.start_share = (car.start_share - START_GAP_M / track.length) % 1.0
+        take_start(track, car)
+        car.steering = wheels
+
+
+@kernel
 def take_start(track, car):
-    """Put a car at rest on the centre line at its start, nose along the line (forward difference)."""
-    car.x, car.y, car.yaw = pose_on_line(track.centre, track.arc, track.closed, car.start_share * track.length)
+    """Put a car at rest at its start, nose along the centre line (forward difference)."""
+    car.x, car.y, car.yaw = start_pose(track, car.start_share, car.start_left)
     car.speed = car.steering = car.old_steering = car.old_speed = 0.0
     car.ticks = car.lap_ticks = car.laps = car.still_ticks = car.backward_ticks = 0
     car.progress = 0.0
     car.preparing = True
     locate(track, car)
+
+
+@kernel
+def start_pose(track, share, left):
+    """Return x, y, yaw at a share of the lap, on the centre line or beside it by a share of the half road."""
+    x, y, yaw = pose_on_line(track.centre, track.arc, track.closed, share * track.length)
+    if left != 0.0:
+        _, _, _, _, ix, iy, ox, oy = locate_point(track, x, y)
+        aside = 0.5 * left * math.hypot(ix - ox, iy - oy)
+        x, y = x - math.sin(yaw) * aside, y + math.cos(yaw) * aside
+    return x, y, yaw
 
 
 @kernel

@@ -47,7 +47,7 @@ class EpisodeCutter:
         Episodes that were broken off (their car begins anew without an end) are left out.
         """
         fresh = as_ticks(columns)
-        worlds = np.asarray(columns["world"])
+        worlds = _cars_of(columns)
         moment = np.arange(len(fresh)) - np.searchsorted(worlds, worlds)
         order = np.argsort(np.concatenate([self._cars, worlds.astype(np.int32)]), kind="stable")
         old = len(self._ticks)
@@ -82,6 +82,15 @@ class EpisodeCutter:
         np.add.at(steps, lasts[chosen] + 1, -1)
         kept = np.cumsum(steps[:-1]) > 0
         self._ticks, self._cars = ticks[kept], cars[kept]
+
+
+def _cars_of(columns: Mapping[str, Array]) -> Array:
+    """Return a number for the car of each tick, rising as the ticks are ordered: its world, then itself."""
+    worlds = np.asarray(columns["world"])
+    if "agent" not in columns:
+        return worlds
+    agents = np.asarray(columns["agent"])
+    return worlds * (agents.max(initial=0) + 1) + agents
 
 
 def as_ticks(columns: Mapping[str, Array]) -> Array:

@@ -13,7 +13,6 @@ import numpy as np
 
 from racecraft.contract.world import Array
 from racecraft.envs.deepracer import race
-from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
 from racecraft.formats.aws.model_folder import AwsModelFolder
 from racecraft.formats.aws.sim_trace import trace_from_episodes, write_sim_trace
@@ -25,7 +24,6 @@ def write_aws_evaluation(
     folder: str | Path,
     ticks: Array,
     laps: int,
-    actions: ActionTable,
     track_length_m: float,
     moment: datetime.datetime | None = None,
 ) -> str:
@@ -35,7 +33,6 @@ def write_aws_evaluation(
         folder: The run folder.
         ticks: TICK_REPORT (T,), what `DriveKeeper` keeps of `judge_laps`.
         laps: How many laps were judged; ticks after them are left out.
-        actions: What the car could be told.
         track_length_m: Length of the centre line.
         moment: When it began, UTC; None: now.
 
@@ -52,7 +49,7 @@ def write_aws_evaluation(
     ticks, stopped = ticks[: ends[-1] + 1], stopped[: ends[-1] + 1]
     statuses = _statuses(ticks, stopped)
     rows = [_row(trial, first, last, ticks, statuses) for trial, (first, last) in enumerate(_spans(ends), 1)]
-    trace = _trace(ticks, statuses, stopped, np.diff(ends, prepend=-1), actions, track_length_m)
+    trace = _trace(ticks, statuses, stopped, np.diff(ends, prepend=-1), track_length_m)
     for path in (place.evaluation_trace(stamp), place.evaluation_metrics(stamp)):
         make_folder(path.parent)
     write_sim_trace(place.evaluation_trace(stamp), trace)
@@ -87,11 +84,7 @@ def _row(trial: int, first: int, last: int, ticks: Array, statuses: Array) -> Ev
     )
 
 
-def _trace(
-    ticks: Array, statuses: Array, stopped: Array, lengths: Array, actions: ActionTable, track_length_m: float
-) -> dict[str, Array]:
-    steering, speed = np.asarray(actions.steering), np.asarray(actions.speed)
-    far = np.abs(ticks["steering"][:, None] - steering) + np.abs(ticks["speed"][:, None] - speed)
+def _trace(ticks: Array, statuses: Array, stopped: Array, lengths: Array, track_length_m: float) -> dict[str, Array]:
     trace = trace_from_episodes(
         {
             "episode": np.repeat(np.arange(len(lengths)), lengths),
@@ -102,7 +95,7 @@ def _trace(
             "yaw_rad": ticks["yaw"],
             "steering_rad": ticks["steering"],
             "speed_mps": ticks["speed"],
-            "action": far.argmin(axis=1),
+            "action": ticks["action"],
             "reward": np.zeros(len(ticks)),
             "done": stopped,
             "status": statuses.astype(str),
