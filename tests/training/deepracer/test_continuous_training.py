@@ -17,8 +17,8 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.players.deepracer.trained_car import load_trained_car
 from racecraft.reporting.gallery import drive_laps, report_run
 from racecraft.training.deepracer.aws.evaluation import write_aws_evaluation
-from racecraft.training.deepracer.plan import RaceRequest, plan_car, plan_resume
-from racecraft.training.deepracer.trainer import resume_car, train_car
+from racecraft.training.deepracer.plan import RaceRequest, plan_car
+from racecraft.training.worlds import carry_out, resume
 
 TINY = (
     "camera.width=16", "camera.height=12", "race.max_episode_seconds=4", "rollout.num_worlds=6", "rollout.horizon=60",
@@ -58,7 +58,7 @@ def brought(folder, **changes):
 
 def train(folder, run, iterations):
     plan = plan_car(RaceRequest(folder, overrides=TINY, stops=(f"iterations={iterations}",), run=run))
-    return train_car(plan, Silence(), lambda line: None)
+    return carry_out("deepracer", plan, Silence(), lambda line: None)
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +112,7 @@ def test_its_report_shows_bands_of_angles(trained, tmp_path):
 def test_a_training_that_was_broken_off_goes_on_to_the_same_bits(trained, tmp_path):
     run = tmp_path / "run"
     train(brought(tmp_path / "car"), run, 1)
-    resume_car(plan_resume(run, ("iterations=3",)), Silence(), lambda line: None)
+    resume(run, ("iterations=3",), Silence(), lambda line: None)
     at_once, resumed = (Checkpoints(one.checkpoints).load_policy("last")[0] for one in (trained, RunFolder.open(run)))
     assert at_once.keys() == resumed.keys()
     for name, weights in at_once.items():
@@ -141,7 +141,7 @@ def test_a_space_beyond_the_car_trains_and_is_said_once(tmp_path):
     plan = plan_car(RaceRequest(folder, overrides=TINY, stops=("iterations=1",), run=tmp_path / "run"))
     (said,) = [note for note in plan.notes if "beyond" in note]
     assert said.startswith("model_metadata.json: actions from -45 to 45° and 0 to 8 m/s reach beyond")
-    run = train_car(plan, Silence(), lambda line: None).run
+    run = carry_out("deepracer", plan, Silence(), lambda line: None).run
     episodes = pl.concat([pl.read_parquet(path) for path in sorted(run.episodes.iterdir())])
     assert episodes["steering_rad"].max() == math.radians(45)
     assert episodes["speed_mps"].min() == 0.0

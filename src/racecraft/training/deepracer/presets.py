@@ -61,9 +61,13 @@ AWS_NETWORKS: Mapping[str, AwsNetwork] = {
 TUNED: Mapping[str, Any] = {"sac": SacConfig(learning_rate=1e-3, batch_size=128, gradient_steps_per_step=0.5)}
 """What each algorithm learns cars with; one that is not here takes its own defaults."""
 TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {
-    "sac": {"rollout": RolloutConfig(num_worlds=16, horizon=16), "evaluation": EvaluationConfig(every=8)},
+    "sac": {
+        "rollout": RolloutConfig(num_worlds=16, horizon=16),
+        "evaluation": EvaluationConfig(every=8),
+        "runtime": RuntimeConfig(threads=1),
+    },
 }
-"""Groups of the car's settings that an algorithm wants otherwise."""
+"""Groups of the car's settings that an algorithm wants otherwise. One thread: steps this small wait for a second one."""
 
 AWS_VALUES: Mapping[str, Mapping[str, Any]] = {
     "camera": {"width": 160, "height": 120},

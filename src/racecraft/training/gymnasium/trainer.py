@@ -43,7 +43,7 @@ WORLD_SETTINGS = Settings(
 """Settings that serve small worlds of vectors. One thread: networks this small only wait for a second one."""
 TUNED: Mapping[str, Any] = {
     "ppo": PpoConfig(learning_rate=1e-3, discount=0.98, gae_lambda=0.8, epochs=20, batch_size=256, entropy_weight=0.0),
-    "sac": SacConfig(learning_rate=1e-3, noise_correlation=0.9),
+    "sac": SacConfig(learning_rate=1e-3, noise_correlation=0.8),
 }
 """What each algorithm learns small worlds with; one that is not here takes its own defaults."""
 TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {
