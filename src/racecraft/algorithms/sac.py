@@ -27,6 +27,7 @@ from typing import NamedTuple
 import numpy as np
 import torch
 from torch import Tensor
+from torch.nn import functional
 
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.distributions import HALF_LOG_TAU, SquashedGaussian, squeeze
@@ -321,14 +322,15 @@ class SacLearner:
         with torch.no_grad():
             next_for_actor, next_for_critics = network.look(self._tensors(batch.next_observations))
             next_actions, next_log_prob = drawn(*network.decide(next_for_actor), noise[1])
-            following = self.slow(next_for_critics, next_actions).amin(dim=0).sub_(alpha * next_log_prob)
+            following = lower(self.slow(next_for_critics, next_actions)) - alpha * next_log_prob
             target = torch.addcmul(self._tensor(batch.reward), self._tensor(batch.discount), following)
             taken = (self._tensor(batch.actions) - self.centre) / self.scale
-        errors = network.critics(for_critics, taken) - target
-        critic_loss = 0.5 * (errors.square() * self._tensor(batch.weights)).sum() / len(target)
+            weights = self._tensor(batch.weights).sqrt()
+        values = network.critics(for_critics, taken)
+        critic_loss = functional.mse_loss(values * weights, (target * weights).expand(2, -1))  # half of two means
         self._move("critics", critic_loss)
 
-        value = network.critics(for_critics.detach(), actions, frozen=True).amin(dim=0)
+        value = lower(network.critics(for_critics.detach(), actions, frozen=True))
         actor_loss = (alpha * log_prob - value).mean()
         self._move("actor", actor_loss)
 
@@ -336,7 +338,7 @@ class SacLearner:
         if self.steps % self.config.target_interval == 0:
             self._follow()
         found = critic_loss, actor_loss, temperature_loss, -log_prob.mean(), value.mean()
-        return Losses(*(one.detach() for one in found)), errors.detach().abs().mean(dim=0)
+        return Losses(*(one.detach() for one in found)), (values.detach() - target).abs().mean(dim=0)
 
     def _tensor(self, array: Array) -> Tensor:
         return torch.from_numpy(array).to(self.device)
@@ -391,6 +393,11 @@ def drawn(mean: Tensor, log_std: Tensor, noise: Tensor) -> tuple[Tensor, Tensor]
     raw = torch.addcmul(mean, log_std.exp(), noise)
     normal = (-0.5 * noise.square() - HALF_LOG_TAU - log_std).sum(dim=1)
     return torch.tanh(raw), normal - squeeze(raw)
+
+
+def lower(values: Tensor) -> Tensor:
+    """Return the lower of two critics' values (2, R), (R,)."""
+    return torch.minimum(values[0], values[1])
 
 
 def bounded(actions: object) -> ContinuousActions:

@@ -55,7 +55,7 @@ class TwinCritics(nn.Module):
     ) -> None:
         super().__init__()
         self.weights, self.biases = nn.ParameterList(), nn.ParameterList()
-        self.bend = torch.tanh if architecture.activation == "tanh" else torch.relu
+        self.bend = torch.tanh_ if architecture.activation == "tanh" else torch.relu_
         sizes = (width + actions, *units, 1)
         for layer, (before, after) in enumerate(pairwise(sizes)):
             gain = 1.0 if layer == len(units) else HIDDEN_GAIN[architecture.activation]

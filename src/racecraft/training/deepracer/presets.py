@@ -63,11 +63,12 @@ TUNED: Mapping[str, Any] = {"sac": SacConfig(learning_rate=1e-3, batch_size=128,
 TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {
     "sac": {
         "rollout": RolloutConfig(num_worlds=16, horizon=16),
-        "evaluation": EvaluationConfig(every=8),
+        "evaluation": EvaluationConfig(every=4),
         "runtime": RuntimeConfig(threads=1),
     },
 }
-"""Groups of the car's settings that an algorithm wants otherwise. One thread: steps this small wait for a second one."""
+"""Groups of the car's settings that an algorithm wants otherwise. One thread: steps this small only wait
+for a second one."""
 
 AWS_VALUES: Mapping[str, Mapping[str, Any]] = {
     "camera": {"width": 160, "height": 120},
