@@ -130,18 +130,9 @@ CASES = {
         ["'LIDAR'", "not built yet"],
         lambda t: ["train", folder(t, model_metadata__json=changed(sensor=["FRONT_FACING_CAMERA", "LIDAR"]))],
     ),
-    "SAC, valid but not built": (
-        ["sac", "not built yet"],
-        lambda t: [
-            "train",
-            folder(
-                t,
-                model_metadata__json=changed(
-                    training_algorithm="sac",
-                    action_space={"steering_angle": {"low": -30, "high": 30}, "speed": {"low": 0.5, "high": 1}},
-                ),
-            ),
-        ],
+    "SAC for a car with a list of actions": (
+        ["--algorithm sac decides numbers", "one choice", "ppo"],
+        lambda t: ["train", folder(t), "--algorithm", "sac"],
     ),
     "a learning rate that is a word": (
         ["hyperparameters.json", "lr", "quick"],

@@ -242,20 +242,20 @@ class SquashedGaussian(DiagGaussian):
     ) -> tuple[Tensor, Tensor]:
         """Draw a vector for each row: float32 (R, A) before the tanh, and the action's log-density (R,)."""
         drawn, log_prob = super().sample(params, log_std, mask, generator)
-        return drawn, log_prob - _squeeze(drawn)
+        return drawn, log_prob - squeeze(drawn)
 
     def mode(self, params: Tensor, log_std: Tensor | None, mask: Tensor | None) -> tuple[Tensor, Tensor]:
         """Return the mean before the tanh, float32 (R, A), and the action's log-density (R,)."""
         mean, log_prob = super().mode(params, log_std, mask)
-        return mean, log_prob - _squeeze(mean)
+        return mean, log_prob - squeeze(mean)
 
     def log_prob_and_entropy(
         self, params: Tensor, log_std: Tensor | None, mask: Tensor | None, raw_actions: Tensor
     ) -> tuple[Tensor, Tensor]:
         """Return the log-density of the actions (R,) and an estimate of the entropy of each row (R,), in nats."""
         log_prob, entropy = super().log_prob_and_entropy(params, log_std, mask, raw_actions)
-        squeeze = _squeeze(raw_actions)
-        return log_prob - squeeze, entropy + squeeze
+        shrunk = squeeze(raw_actions)
+        return log_prob - shrunk, entropy + shrunk
 
     def to_actions(self, raw_actions: Tensor) -> Tensor:
         """Bend into (-1, 1) and stretch to the bounds."""
@@ -359,7 +359,7 @@ def _joined(parts: list[tuple[Tensor, Tensor]]) -> tuple[Tensor, Tensor]:
     return torch.stack(chosen, dim=1), torch.stack(log_prob).sum(dim=0)
 
 
-def _squeeze(raw: Tensor) -> Tensor:
+def squeeze(raw: Tensor) -> Tensor:
     """Return the logarithm of how much a tanh shrinks lengths at raw numbers (R, A), summed over A; never above 0."""
     return (2.0 * (math.log(2.0) - raw - functional.softplus(-2.0 * raw))).sum(dim=1)
 

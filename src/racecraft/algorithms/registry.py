@@ -99,6 +99,15 @@ ALGORITHMS: dict[str, Algorithm] = {
             acts=(CHOICES,),
             replay={"prioritised": True},
         ),
+        Algorithm(
+            "sac",
+            "racecraft.algorithms.sac",
+            "SacLearner",
+            "SacConfig",
+            "Soft actor-critic: learns numbers from all it remembers, staying as undecided as it can afford.",
+            acts=(NUMBERS,),
+            replay={},
+        ),
     )
 }
 """The built-in algorithms by name."""

@@ -16,17 +16,18 @@ From = Annotated[
 Resume = Annotated[bool, typer.Option("--resume", help="Go on with the run that --run names.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")]
 AlgorithmName = Annotated[
-    str,
+    str | None,
     typer.Option(
-        "--algorithm", help="What learns: ppo, or your own as module:Class; `racecraft algorithms` lists them."
+        "--algorithm",
+        help="What learns: ppo (the default), sac, or your own as module:Class; `racecraft algorithms` lists them.",
     ),
 ]
-DEFAULT = "ppo"
-"""The algorithm where none is named."""
+DEFAULT = None
+"""No algorithm is named: what the user's own files ask for learns, else ppo."""
 
 
 def asked(
-    algorithm: str,
+    algorithm: str | None,
     stop: list[str] | None,
     run: Path | None,
     seed: int | None,

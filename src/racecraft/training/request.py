@@ -15,8 +15,9 @@ class TrainRequest:
 
     kind: ClassVar[str]
     """Which world; a key of `worlds.WORLDS`."""
-    algorithm: str = DEFAULT_ALGORITHM
-    """What learns: a name of the registry, or "module:Class"."""
+    algorithm: str | None = None
+    """What learns: a name of the registry, or "module:Class"; None: what the user's own files ask for, else
+    DEFAULT_ALGORITHM."""
     stops: tuple[str, ...] = ()
     """As typed ("minutes=10"); none: the world's own."""
     run: Path | None = None

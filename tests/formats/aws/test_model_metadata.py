@@ -130,7 +130,6 @@ CONTINUOUS = {"steering_angle": {"low": -30, "high": 30}, "speed": {"low": 1, "h
 @pytest.mark.parametrize(
     ("changes", "named"),
     [
-        ({"action_space": CONTINUOUS, "training_algorithm": "sac"}, "sac"),
         ({"sensor": ["STEREO_CAMERAS"]}, "STEREO_CAMERAS"),
         ({"sensor": ["LEFT_CAMERA"]}, "LEFT_CAMERA"),
         ({"sensor": ["FRONT_FACING_CAMERA", "SECTOR_LIDAR"]}, "SECTOR_LIDAR"),

@@ -229,7 +229,7 @@ def refuse_unbuilt(metadata: ModelMetadata, path: str | Path) -> None:
     """Refuse a car that is valid but that racecraft cannot train yet.
 
     Raises:
-        MetadataError: The algorithm is SAC, or a sensor is not the front camera.
+        MetadataError: A sensor is not the front camera.
     """
 
     def refuse(key: str, what: str, built: str) -> None:
@@ -237,8 +237,6 @@ def refuse_unbuilt(metadata: ModelMetadata, path: str | Path) -> None:
             path, f"{what} is valid and not built yet", built, "Change this key, or wait for a later version.", key=key
         )
 
-    if metadata.training_algorithm == "sac":
-        refuse("training_algorithm", "'sac' (Soft Actor-Critic)", "'clipped_ppo'")
     for sensor in metadata.sensors:
         if sensor not in _BUILT_SENSORS:
             refuse("sensor", f"'{sensor}'", '["FRONT_FACING_CAMERA"]')

@@ -91,7 +91,7 @@ def plan(request: SnakeRequest) -> SnakePlan:
     Raises:
         UserInputError: A game that cannot be learned, a setting or a stop that is not legal.
     """
-    algorithm = find_algorithm(request.algorithm)
+    algorithm = find_algorithm(request.algorithm or DEFAULT_ALGORITHM)
     settings = apply_overrides(default_settings(algorithm), request.overrides)
     stops = parse_stops(request.stops or DEFAULT_STOPS, RATING)
     _check(request.game, settings)

@@ -26,7 +26,7 @@ from racecraft.tracks.track import Track
 from racecraft.training.deepracer.aws.setup import FROM_ENV
 from racecraft.training.deepracer.car_choice import choose_car, waypoint_notes
 from racecraft.training.deepracer.model_folder import ModelFolder, read_model_folder
-from racecraft.training.deepracer.presets import default_settings, settings_for, stops_given
+from racecraft.training.deepracer.presets import ASKED_BY, default_settings, settings_for, stops_given
 from racecraft.training.deepracer.race_environment import TRACK_VARIABLE, race_environment
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
 from racecraft.training.stopping import LAPS, StopCondition, parse_stops
@@ -99,7 +99,7 @@ def plan_car(request: RaceRequest) -> CarPlan:
         raise SettingError(f"--car {request.car}: there is no such car; expected {' or '.join(PROFILES)}.")
     model = read_model_folder(asked.files or request.folder)
     stops = parse_stops((*request.stops, *stops_given(model.hyperparameters)), LAPS)
-    algorithm = find_algorithm(request.algorithm)
+    algorithm = find_algorithm(request.algorithm or ASKED_BY[model.metadata.training_algorithm])
     settings, notes = settings_for(
         request.preset, model.hyperparameters, request.overrides, request.fidelity, model.metadata, algorithm
     )
@@ -145,7 +145,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
     notes = [] if model.reward is None else _notes_on_state(model.reward)
     if job["versions"] != versions():
         notes.append(f"versions differ from those the run began with ({job['versions']}): the curve may differ")
-    algorithm = find_algorithm(request.algorithm)
+    algorithm = find_algorithm(request.algorithm or DEFAULT_ALGORITHM)
     settings = from_dictionary(default_settings(algorithm), job["settings"])
     return CarPlan(
         request,

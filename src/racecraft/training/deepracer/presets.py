@@ -15,6 +15,7 @@ from racecraft.algorithms.dqn import DqnConfig
 from racecraft.algorithms.half_precision import settled
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.registry import Algorithm, find_algorithm
+from racecraft.algorithms.sac import SacConfig
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.envs.deepracer.fidelity import FIDELITIES, habits
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
@@ -65,8 +66,19 @@ TUNED: Mapping[str, Any] = {
         epsilon_steps=30_000, optimiser="adam", max_grad_norm=10.0, double=True, n_step=3,
     ),
     "apex": ApexConfig(learning_rate=5e-4, discount=0.97, target_every=200, optimiser="adam"),
+    "sac": SacConfig(learning_rate=1e-3, batch_size=128, gradient_steps_per_step=0.5),
 }  # fmt: skip
 """What an algorithm learns cars with; one that is not here takes its own defaults."""
+TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {
+    "sac": {
+        "rollout": RolloutConfig(num_worlds=16, horizon=16),
+        "evaluation": EvaluationConfig(every=4),
+        "runtime": RuntimeConfig(threads=1),
+    },
+}
+"""Groups of the car's settings that an algorithm wants otherwise. One thread: steps this small only wait
+for a second one."""
+
 AWS_VALUES: Mapping[str, Mapping[str, Any]] = {
     "camera": {"width": 160, "height": 120},
     "rollout": {"num_worlds": 20, "episodes_per_iteration": 20},
@@ -81,32 +93,39 @@ AWS_VALUES: Mapping[str, Mapping[str, Any]] = {
         "probability_floor": 1e-8, "exploration": "categorical", "epsilon_last": 0.05, "epsilon_steps": 10_000,
         "precision": "auto",
     },
+    "sac": {
+        "learning_rate": 3e-4, "discount": 0.99, "batch_size": 64, "temperature": "0.2", "target_rate": 1.0,
+        "gradient_steps_per_step": 1.0, "adam_epsilon": 1e-5, "adam_form": "tensorflow", "noise_correlation": 0.0,
+    },
     "evaluation": {"every": 1, "episodes": 5},
 }  # fmt: skip
 """What the preset `aws` changes. Facts: Coach `clipped_ppo_agent.py`, `ppo_head.py`; where a racer's file says nothing,
 the hyperparameters are those of DeepRacer for Cloud's template, which differ from simapp's own in three: discount 0.99
 (0.999), 5 epochs (10), huber (mean squared error)."""
 
-FROM_JSON = {
-    "lr": ("ppo", "learning_rate"),
-    "discount_factor": ("ppo", "discount"),
-    "num_epochs": ("ppo", "epochs"),
-    "batch_size": ("ppo", "batch_size"),
-    "beta_entropy": ("ppo", "entropy_weight"),
-    "loss_type": ("ppo", "value_loss"),
-    "num_episodes_between_training": ("rollout", "episodes_per_iteration"),
-    "exploration_type": ("ppo", "exploration"),
-    "e_greedy_value": ("ppo", "epsilon_last"),
-    "epsilon_steps": ("ppo", "epsilon_steps"),
+FROM_JSON: Mapping[str, tuple[tuple[str, str], ...]] = {
+    "lr": tuple((group, "learning_rate") for group in ("ppo", "sac", "dqn", "apex")),
+    "discount_factor": tuple((group, "discount") for group in ("ppo", "sac", "dqn", "apex")),
+    "num_epochs": (("ppo", "epochs"),),
+    "batch_size": tuple((group, "batch_size") for group in ("ppo", "sac", "dqn", "apex")),
+    "beta_entropy": (("ppo", "entropy_weight"),),
+    "loss_type": (("ppo", "value_loss"),),
+    "num_episodes_between_training": (("rollout", "episodes_per_iteration"),),
+    "exploration_type": (("ppo", "exploration"),),
+    "e_greedy_value": (("ppo", "epsilon_last"),),
+    "epsilon_steps": (("ppo", "epsilon_steps"),),
+    "sac_alpha": (("sac", "temperature"),),
 }
-"""Which setting each hyperparameter becomes."""
+"""Which setting each hyperparameter becomes: that of the training's own algorithm."""
+
+ASKED_BY = {"clipped_ppo": "ppo", "sac": "sac"}
+"""Which algorithm each `training_algorithm` of model_metadata.json is; the default where it is absent is PPO's."""
 
 IN_OUR_WORDS = {"mean squared error": "mse"}
 """Values of the file that we spell otherwise."""
 
 UNUSED = {
     "stack_size": "one frame is seen at a time, as at AWS",
-    "sac_alpha": "it belongs to SAC",
     "term_cond_avg_score": "AWS ignored it too; say `--stop`",
 }
 """Hyperparameters that change nothing here, and why."""
@@ -139,7 +158,8 @@ def settings_for(
         raise SettingError(f"There is no fidelity '{fidelity}'. {nearest(fidelity, FIDELITIES)}")
     settings, notes = preset_settings(preset, metadata, algorithm)
     settings = with_fidelity(settings, fidelity or FIDELITY_OF[preset], network_of(metadata))
-    settings = apply_overrides(_with_json(settings, hyperparameters, notes), overrides)
+    settings = _with_json(settings, hyperparameters, notes)
+    settings = apply_overrides(copy_critics_as_aws(settings) if preset == "aws" else settings, overrides)
     settings = fit_exploration(settings, metadata, notes)
     return fit_worlds_to_episodes(settle_precision(settings, notes), notes), notes
 
@@ -154,6 +174,8 @@ def default_settings(algorithm: Algorithm = PPO) -> Settings:
         evaluation=EvaluationConfig(),
         runtime=RuntimeConfig(),
     )
+    for name, group in TUNED_WORLDS.get(algorithm.name, {}).items():
+        world = world.with_group(name, group)
     return composed(world, algorithm, TUNED.get(algorithm.name))
 
 
@@ -215,14 +237,27 @@ def _with_json(settings: Settings, given: Hyperparameters, notes: list[str]) -> 
             notes.append(f"{name} '{value}' changes nothing: actions are drawn from the policy's own distribution")
         elif name in ("e_greedy_value", "epsilon_steps") and not greedy:
             notes.append(f"{name} changes nothing: exploration is categorical")
-        elif name in FROM_JSON and FROM_JSON[name][0] not in settings:
-            notes.append(f"{name} changes nothing: it belongs to PPO")
-        elif name in FROM_JSON:
-            group, setting = FROM_JSON[name]
-            settings = with_values(settings, group, {setting: IN_OUR_WORDS.get(value, value)})
-        else:
+        elif name in UNUSED:
             notes.append(f"{name} changes nothing: {UNUSED[name]}")
+        elif (place := _place_of(name, settings)) is None:
+            whose = " and ".join(group.upper() for group, _ in FROM_JSON[name])
+            notes.append(f"{name} changes nothing: it belongs to {whose}")
+        else:
+            group, setting = place
+            value = f"{value:g}" if name == "sac_alpha" else IN_OUR_WORDS.get(value, value)
+            settings = with_values(settings, group, {setting: value})
     return settings
+
+
+def _place_of(name: str, settings: Settings) -> tuple[str, str] | None:
+    """Return (group, setting) of a hyperparameter in a training; None where no group of it has one."""
+    return next((place for place in FROM_JSON[name] if place[0] in settings), None)
+
+
+def copy_critics_as_aws(settings: Settings) -> Settings:
+    """Return settings whose SAC copies its critics as often as AWS's: every so many steps as episodes an iteration."""
+    every = settings.rollout.episodes_per_iteration
+    return with_values(settings, "sac", {"target_interval": every}) if "sac" in settings and every else settings
 
 
 def settle_precision(settings: Settings, notes: list[str]) -> Settings:

@@ -15,10 +15,12 @@ from racecraft.algorithms.dqn import DqnConfig
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import PpoConfig
 from racecraft.algorithms.registry import Algorithm, find_algorithm
+from racecraft.algorithms.sac import SacConfig
 from racecraft.contract.errors import SettingError, UserInputError, nearest
 from racecraft.envs.adapters.from_gymnasium import GymnasiumWorld
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import GreedyPolicy
+from racecraft.rollout.replay_settings import ReplayConfig
 from racecraft.rollout.settings import RolloutConfig
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, from_dictionary
@@ -51,10 +53,19 @@ TUNED: Mapping[str, Any] = {
         learning_rate=1e-3, batch_size=64, train_every=2, target_every=128, ladder=4.0, optimiser="adam",
         max_grad_norm=10.0,
     ),
+    "sac": SacConfig(learning_rate=1e-3, noise_correlation=0.8),
 }  # fmt: skip
 """What each algorithm learns small worlds with; one that is not here takes its own defaults."""
 VALUES = {"network": NetworkConfig(hidden_units=(128, 128), activation="relu")}
-TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {"dqn": VALUES, "apex": VALUES}
+TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {
+    "dqn": VALUES,
+    "apex": VALUES,
+    "sac": {
+        "rollout": RolloutConfig(num_worlds=8, horizon=16),
+        "network": NetworkConfig(hidden_units=(64, 64), activation="relu"),
+        "replay": ReplayConfig(learning_starts=500),
+    },
+}
 """Groups of WORLD_SETTINGS that an algorithm wants otherwise."""
 
 
@@ -90,7 +101,7 @@ def plan(request: GymRequest) -> GymPlan:
     Raises:
         UserInputError: No such environment, a setting or a stop that is not legal.
     """
-    algorithm = find_algorithm(request.algorithm)
+    algorithm = find_algorithm(request.algorithm or DEFAULT_ALGORITHM)
     settings = fit_worlds_to_episodes(apply_overrides(default_settings(algorithm), request.overrides))
     threshold = reward_threshold(request.environment)
     default_stops = ((f"score={threshold:g}",) if threshold is not None else ()) + ("minutes=30",)

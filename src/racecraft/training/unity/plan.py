@@ -143,7 +143,7 @@ def plan_unity(request: UnityRequest) -> UnityPlan:
             "Try: racecraft unity train builtin:Basic"
         )
     parse_stops(request.stops, SCORE)
-    algorithm = find_algorithm(request.algorithm)
+    algorithm = find_algorithm(request.algorithm or DEFAULT_ALGORITHM)
     settings = apply_overrides(defaults_for(build_name, algorithm), request.overrides)
     seed = request.seed if request.seed is not None else 1 if config.seed is None else config.seed
     return UnityPlan(request, config, _lasting_name(build_name), find_build(build_name), seed, algorithm, settings)
@@ -179,7 +179,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> UnityPlan:
         algorithm=job.get("algorithm", DEFAULT_ALGORITHM),
     )
     config = read_trainer_yaml(copy) if request.config else TrainerConfig({})
-    algorithm = find_algorithm(request.algorithm)
+    algorithm = find_algorithm(request.algorithm or DEFAULT_ALGORITHM)
     settings = from_dictionary(defaults_for(asked["build"], algorithm), job["settings"])
     return UnityPlan(
         request, config, asked["build"], find_build(asked["build"]), job["seed"], algorithm, settings, run, notes
