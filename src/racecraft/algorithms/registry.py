@@ -46,8 +46,10 @@ class Algorithm:
     """One sentence for people."""
     acts: tuple[str, ...] = EVERYTHING
     """Kinds of actions that it can learn."""
-    replay: Mapping[str, Any] | None = field(default=None, hash=False)
-    """Where it learns from a replay: what its group of settings `replay` has otherwise than by default."""
+    replay: bool = False
+    """Whether it learns from a replay, so that a training has the group of settings `replay`."""
+    replay_values: Mapping[str, Any] = field(default_factory=dict, hash=False)
+    """What that group has otherwise than by default."""
     several_groups: bool = False
     """Whether agents of several kinds may learn side by side, each with a policy of its own."""
     own: Any = None
@@ -87,7 +89,7 @@ ALGORITHMS: dict[str, Algorithm] = {
             "DqnConfig",
             "Deep Q-learning: learns what each choice is worth from all that it remembers; few steps, single choices.",
             acts=(CHOICES,),
-            replay={},
+            replay=True,
         ),
         Algorithm(
             "apex",
@@ -97,7 +99,8 @@ ALGORITHMS: dict[str, Algorithm] = {
             "Ape-X: DQN with many actors that explore unlike each other and a learner beside them; not bit by bit the "
             "same twice.",
             acts=(CHOICES,),
-            replay={"prioritised": True},
+            replay=True,
+            replay_values={"prioritised": True},
         ),
         Algorithm(
             "sac",
@@ -199,7 +202,7 @@ def algorithm_of(learner: Any, name: str) -> Algorithm:
         f"{learner.__name__}Config" if hasattr(learner, "Config") else "",
         (learner.__doc__ or "").strip().split("\n")[0],
         tuple(getattr(learner, "acts", EVERYTHING)),
-        replay={} if getattr(learner, "eats", "") == "replay" else None,
+        replay=getattr(learner, "eats", "") == "replay",
         own=learner,
     )
 

@@ -52,8 +52,8 @@ def composed(world: Settings, algorithm: Algorithm, tuned: Any = None) -> Settin
     >>> list(composed(Settings(network=1, runtime=2), find_algorithm("ppo")))
     ['network', 'ppo', 'runtime']
     """
-    if algorithm.replay is not None and "replay" not in world:
-        world = world.with_group("replay", ReplayConfig(**algorithm.replay))
+    if algorithm.replay and "replay" not in world:
+        world = world.with_group("replay", ReplayConfig(**algorithm.replay_values))
     if not algorithm.group:
         return world
     group = tuned if tuned is not None else algorithm.config_class()()
