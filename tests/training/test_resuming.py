@@ -89,6 +89,52 @@ def test_a_gymnasium_run_goes_on_to_the_same_curve(tmp_path):
         np.testing.assert_array_equal(weights(broken, "last")[name], array)
 
 
+@pytest.mark.parametrize("more", [(), ("--set", "replay.prioritised=true", "--set", "dqn.n_step=3")])
+def test_a_run_that_learns_from_a_small_replay_goes_on_bit_by_bit(tmp_path, more):
+    words = ("gym", "train", "CartPole-v1", "--algorithm", "dqn", "--set", "replay.learning_starts=40", *SMALL, *more)
+    whole, broken = tmp_path / "whole", tmp_path / "broken"
+    racecraft(*words, "--run", whole, "--stop", "iterations=6")
+    racecraft(*words, "--run", broken, "--stop", "iterations=4")
+    said = racecraft("gym", "train", "--run", broken, "--resume", "--stop", "iterations=6")
+    assert "goes on after iteration 4\n" in said
+    assert "memory" not in said
+    rows = curve(broken)
+    assert rows == curve(whole)
+    assert rows[-1]["gradient_steps"] > 0
+    for name, array in weights(whole, "last").items():
+        np.testing.assert_array_equal(weights(broken, "last")[name], array)
+
+
+def test_a_replay_too_large_for_checkpoints_begins_anew_and_that_is_said(tmp_path):
+    run = tmp_path / "run"
+    words = ("--algorithm", "dqn", "--set", "replay.learning_starts=40", "--set", "replay.keep_mib=0.001", *SMALL)
+    racecraft("gym", "train", "CartPole-v1", "--run", run, "--stop", "iterations=3", *words)
+    said = racecraft("gym", "train", "--run", run, "--resume", "--stop", "iterations=4")
+    assert "too large to be kept (replay.keep_mib), so its memory begins anew" in said
+    assert curve(run)[-1].get("gradient_steps") is None, "32 of 40 transitions are remembered again"
+
+
+def test_what_a_replay_cannot_be_is_refused_before_a_folder_is_made(tmp_path):
+    new = tmp_path / "new"
+    words = ("gym", "train", "CartPole-v1", "--run", new, *SMALL)
+    with pytest.raises(SettingError, match=r"replay.capacity=900000000 needs .* GiB"):
+        racecraft(*words, "--algorithm", "dqn", "--set", "replay.capacity=900000000")
+    with pytest.raises(SettingError, match=r"There is no setting 'replay.capacity' here"):
+        racecraft(*words, "--set", "replay.capacity=1000")
+    with pytest.raises(SettingError, match=r"--algorithm dqn decides one choice; an action of Pendulum-v1 is numbers"):
+        racecraft("gym", "train", "Pendulum-v1", "--algorithm", "dqn", "--run", new, *SMALL)
+    assert not new.exists()
+
+
+def test_apex_goes_on_from_where_learner_and_actors_last_met(tmp_path):
+    run = tmp_path / "run"
+    words = ("--algorithm", "apex", "--set", "replay.learning_starts=40", *SMALL)
+    racecraft("gym", "train", "CartPole-v1", "--run", run, "--stop", "iterations=4", *words)
+    racecraft("gym", "train", "--run", run, "--resume", "--stop", "iterations=6")
+    assert [row["iteration"] for row in curve(run)] == [1, 2, 3, 4, 5, 6]
+    assert curve(run)[-1]["gradient_steps"] > 0
+
+
 def test_an_environment_without_a_memory_begins_its_episodes_anew_and_that_is_said(tmp_path, forgetful):
     run = tmp_path / "run"
     racecraft("gym", "train", forgetful, "--run", run, "--stop", "iterations=2", *SMALL)

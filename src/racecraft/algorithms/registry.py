@@ -10,7 +10,7 @@ from __future__ import annotations
 import importlib
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import entry_points
 from typing import Any
 
@@ -48,6 +48,8 @@ class Algorithm:
     """Kinds of actions that it can learn."""
     replay: bool = False
     """Whether it learns from a replay, so that a training has the group of settings `replay`."""
+    replay_values: Mapping[str, Any] = field(default_factory=dict, hash=False)
+    """What that group has otherwise than by default."""
     several_groups: bool = False
     """Whether agents of several kinds may learn side by side, each with a policy of its own."""
     own: Any = None
@@ -88,6 +90,26 @@ ALGORITHMS: dict[str, Algorithm] = {
             "Soft actor-critic: learns numbers from all it remembers, staying as undecided as it can afford.",
             acts=(NUMBERS,),
             replay=True,
+        ),
+        Algorithm(
+            "dqn",
+            "racecraft.algorithms.dqn",
+            "DqnLearner",
+            "DqnConfig",
+            "Deep Q-learning: learns what each choice is worth from all that it remembers; few steps, single choices.",
+            acts=(CHOICES,),
+            replay=True,
+        ),
+        Algorithm(
+            "apex",
+            "racecraft.algorithms.apex",
+            "ApexLearner",
+            "ApexConfig",
+            "Ape-X: DQN with many actors that explore unlike each other and a learner beside them; not bit by bit the "
+            "same twice.",
+            acts=(CHOICES,),
+            replay=True,
+            replay_values={"prioritised": True},
         ),
     )
 }

@@ -13,6 +13,10 @@ import torch
 from racecraft.algorithms.learner import Learner
 from racecraft.contract.world import Array
 
+VALUE_TAKEN, VALUE_BEST = "value_taken", "value_best"
+"""Columns float32 (): what an actor expected of the choice it took, and of the best one. Where a learner notes both,
+what is new enters a prioritised replay with the error that follows from them."""
+
 
 @dataclass
 class Transitions:
@@ -46,6 +50,9 @@ class ReplaySampler(Protocol):
 
     new_transitions: int
     """Transitions that the latest turn of the loop collected: gradient steps go in proportion to them."""
+
+    prioritised: bool
+    """Whether what is drawn hangs on the priorities that were set; else much may be drawn at once."""
 
     def __len__(self) -> int:
         """Return how many transitions may be drawn."""

@@ -29,7 +29,7 @@ class Priorities:
             sizes.append(padded(sizes[-1] // FAN))
         sizes.append(1)
         self._offsets = np.concatenate([[0], np.cumsum(sizes[:-1])]).astype(np.int64)
-        self._tree = np.zeros(sum(sizes))
+        self._tree, self._running = np.zeros(sum(sizes)), np.zeros(sum(sizes))
         self.largest = 1.0
         """The largest weight seen: what is new gets it, so that everything is drawn soon."""
 
@@ -43,7 +43,7 @@ class Priorities:
         values = np.ascontiguousarray(np.broadcast_to(weights, index.shape), np.float64)
         if len(index):
             self.largest = max(self.largest, float(values.max()))
-            set_leaves(self._tree, self._offsets, np.ascontiguousarray(index), values)
+            set_leaves(self._tree, self._running, self._offsets, np.ascontiguousarray(index), values)
 
     def set_errors(self, index: Array, errors: Array) -> None:
         """Set the weights of places that were drawn; one that has been given up since (weight 0) stays so."""
@@ -60,7 +60,7 @@ class Priorities:
             The places, int64 (B,), and the probability of each in one draw from all, float64 (B,).
         """
         index, share = np.empty(len(uniform), np.int64), np.empty(len(uniform))
-        draw_leaves(self._tree, self._offsets, uniform, index, share)
+        draw_leaves(self._tree, self._running, self._offsets, uniform, index, share)
         return index, share
 
     @property

@@ -10,21 +10,24 @@ It stands between collector and learner: the loop gives it every rollout (`take`
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import torch
 
-from racecraft.algorithms.replay_sampler import Transitions
+from racecraft.algorithms.replay_sampler import VALUE_BEST, VALUE_TAKEN, Transitions
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
-from racecraft.contract.world import Array, WorldSpec
+from racecraft.contract.world import Array, ArraySpec, WorldSpec
 from racecraft.rollout.priorities import Priorities
 from racecraft.rollout.replay_settings import ReplayConfig
-from racecraft.rollout.transition_ring import TransitionRing, ring_bytes
+from racecraft.rollout.transition_ring import COLUMN, NOBODY, TransitionRing, ring_bytes
 
 GIB, MIB = 2**30, 2**20
+TREE_BYTES = 18
+"""Of the sum tree, for each place: a weight, its running sum, and a fifteenth of both for the levels above."""
 RARE = 0.01
 """With a smaller share of ticks to learn from, places are drawn from a list of them and not again and again."""
 
@@ -37,18 +40,36 @@ class Replay:
         config: The settings.
         discount: Weight of the next tick's value (gamma).
         n_step: Steps of reward that are summed, 1 or more.
+        columns: What the learner notes of its decisions; with `VALUE_TAKEN` and `VALUE_BEST` among it, what is new has
+            a priority of its own.
+
+    One thread may take in while another draws.
 
     Raises:
         SettingError: It would need more memory than is allowed, or than the machine has.
     """
 
-    def __init__(self, spec: WorldSpec, config: ReplayConfig, discount: float, n_step: int = 1) -> None:
+    def __init__(
+        self,
+        spec: WorldSpec,
+        config: ReplayConfig,
+        discount: float,
+        n_step: int = 1,
+        columns: Mapping[str, ArraySpec] | None = None,
+    ) -> None:
         self.config, self.discount, self.n_step = config, discount, n_step
         self.rows = spec.num_worlds * spec.num_agents
         ticks = max(-(-config.capacity // self.rows), n_step + 1)
-        self.bytes = ring_bytes(spec, ticks, {}) + (9 * (ticks + 1) * self.rows if config.prioritised else 0)
+        self._foreseen = config.prioritised and {VALUE_TAKEN, VALUE_BEST} <= set(columns or {})
+        """Whether the actors' own values give what is new its priority."""
+        noted = {name: (columns or {})[name] for name in (VALUE_TAKEN, VALUE_BEST)} if self._foreseen else {}
+        self.bytes = ring_bytes(spec, ticks, noted) + (
+            TREE_BYTES * (ticks + 1) * self.rows if config.prioritised else 0
+        )
         _require_room(self.bytes, ticks * self.rows, config)
-        self.ring = TransitionRing(spec, ticks)
+        self.ring = TransitionRing(spec, ticks, noted)
+        self._lock = threading.RLock()
+        self.prioritised = config.prioritised
         self.priorities: Priorities | None = None
         if config.prioritised:
             self.priorities = Priorities(self.ring.slots * self.rows, config.priority_exponent)
@@ -69,23 +90,25 @@ class Replay:
 
     def take(self, batch: RolloutBatch) -> Replay | None:
         """Take in a rollout; return None while fewer than `learning_starts` transitions are remembered."""
-        before = self.ring.head
-        given_up = self.ring.put(batch)
-        self.new_transitions = batch.num_active
-        self.collected += self.new_transitions
-        self._count = int(self._active(self.ring.oldest, self._ready).sum())
-        if self.priorities is not None:
-            self._weigh(self.priorities, before, given_up)
+        with self._lock:
+            before = self.ring.head
+            given_up = self.ring.put(batch)
+            self.new_transitions = batch.num_active
+            self.collected += self.new_transitions
+            self._count = int(self._active(self.ring.oldest, self._ready).sum())
+            if self.priorities is not None:
+                self._weigh(self.priorities, before, given_up)
         is_full = self.ring.head >= self.ring.ticks
         return self if self._count >= (1 if is_full else self.config.learning_starts) else None
 
     def sample(self, batch_size: int, generator: torch.Generator) -> Transitions:
         """Draw transitions, with replacement; see `ReplaySampler`."""
-        if self.priorities is None:
-            return self.ring.gather(self._draw_alike(batch_size, generator), self.n_step, self.discount)
-        uniform = torch.rand(batch_size, generator=generator, device=generator.device, dtype=torch.float64)
-        index, share = self.priorities.draw(uniform.cpu().numpy())
-        drawn = self.ring.gather(index, self.n_step, self.discount)
+        with self._lock:
+            if self.priorities is None:
+                return self.ring.gather(self._draw_alike(batch_size, generator), self.n_step, self.discount)
+            uniform = torch.rand(batch_size, generator=generator, device=generator.device, dtype=torch.float64)
+            index, share = self.priorities.draw(uniform.cpu().numpy())
+            drawn = self.ring.gather(index, self.n_step, self.discount)
         weights = (self._count * share) ** -self.importance
         drawn.weights = (weights / weights.max()).astype(np.float32)
         return drawn
@@ -93,16 +116,18 @@ class Replay:
     def set_priorities(self, index: Array, errors: Array) -> None:
         """Say how wrong was what was expected of the transitions in these places; see `ReplaySampler`."""
         if self.priorities is not None:
-            self.priorities.set_errors(index, errors)
+            with self._lock:
+                self.priorities.set_errors(index, errors)
 
     def state(self) -> dict[str, Any]:
         """Return everything, where it is small enough for a checkpoint; else only that it was not."""
         told: dict[str, Any] = {"collected": self.collected, "kept": self._filled_bytes <= self.config.keep_mib * MIB}
         if told["kept"]:
-            told["ring"] = self.ring.state()
-            if self.priorities is not None:
-                told["weights"] = self.priorities.leaves.copy()
-                told["largest"] = self.priorities.largest
+            with self._lock:
+                told["ring"] = self.ring.state()
+                if self.priorities is not None:
+                    told["weights"] = self.priorities.leaves.copy()
+                    told["largest"] = self.priorities.largest
         return told
 
     def restore(self, state: Mapping[str, Any]) -> None:
@@ -118,8 +143,8 @@ class Replay:
 
     @property
     def _ready(self) -> int:
-        """Number of the first tick whose n steps are not all seen yet."""
-        return max(self.ring.oldest, self.ring.head - self.n_step + 1)
+        """Number of the first tick whose n steps (and what was then expected, where that counts) are not seen yet."""
+        return max(self.ring.oldest, self.ring.head - self.n_step + (0 if self._foreseen else 1))
 
     @property
     def _filled_bytes(self) -> float:
@@ -161,10 +186,21 @@ class Replay:
         ring, head = self.ring, self.ring.head
         priorities.set(ring.places(max(before, head - ring.ticks), head + 1), 0.0)
         priorities.set(given_up, 0.0)
-        first = max(ring.oldest, before - self.n_step + 1)
+        first = max(ring.oldest, before - self.n_step + (0 if self._foreseen else 1))
         if self._ready > first:
             ready = ring.places(first, self._ready)
-            priorities.set(ready, np.where(ring.flat("active")[ready], priorities.largest, 0.0))
+            weights = priorities.weights_of(self._errors(ready)) if self._foreseen else priorities.largest
+            priorities.set(ready, np.where(ring.flat("active")[ready], weights, 0.0))
+
+    def _errors(self, places: Array) -> Array:
+        """Return how wrong the actors were, by their own later word, float32 (B,).
+
+        Of a final observation nobody said what it is worth; the one before stands for it.
+        """
+        total, weight, then, cut = self.ring.look_ahead(places, self.n_step, self.discount)
+        best, taken = self.ring.flat(COLUMN + VALUE_BEST), self.ring.flat(COLUMN + VALUE_TAKEN)
+        errors: Array = total + weight * best[np.where(cut == NOBODY, then, cut)] - taken[places]
+        return errors
 
 
 def _require_room(needed: int, capacity: int, config: ReplayConfig) -> None:

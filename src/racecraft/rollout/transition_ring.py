@@ -112,17 +112,19 @@ class TransitionRing:
             its final observation is meant, `NOBODY` elsewhere (B,).
         """
         reward, end, active = self.flat("reward"), self.flat("end"), self.flat("active")
-        total, weight = np.zeros(len(index), np.float32), np.ones(len(index), np.float32)
-        at, cut, going = index.copy(), np.full(len(index), NOBODY), np.ones(len(index), bool)
-        for step in range(n_step):
-            if step:
-                going &= active[at]
-            total += np.where(going, weight * reward[at], np.float32(0.0))
-            weight = np.where(going, weight * np.float32(discount), weight)
-            ended = np.where(going, end[at], GOES_ON)
-            cut[ended == TRUNCATED] = at[ended == TRUNCATED]
+        gamma = np.float32(discount)
+        total, ended, at = reward.take(index), end.take(index), self._after(index)
+        weight = np.where(ended == TERMINATED, np.float32(0.0), gamma)
+        cut = np.where(ended == TRUNCATED, index, NOBODY)
+        going = ended == GOES_ON
+        for _ in range(n_step - 1):
+            going &= active.take(at)
+            total += np.where(going, weight * reward.take(at), np.float32(0.0))
+            ended = np.where(going, end.take(at), GOES_ON)
+            weight = np.where(going, weight * gamma, weight)
             weight[ended == TERMINATED] = 0.0
-            at = np.where(going, (at + self.rows) % (self.slots * self.rows), at)
+            cut = np.where(ended == TRUNCATED, at, cut)
+            at = np.where(going, self._after(at), at)
             going &= ended == GOES_ON
         return total, weight, at, cut
 
@@ -132,7 +134,7 @@ class TransitionRing:
         cuts = np.flatnonzero(cut != NOBODY)
         final = self.flat("final_at")[cut[cuts]]
         names = [name.removeprefix(SEEN) for name in self.arrays if name.startswith(SEEN)]
-        following = {name: self.flat(SEEN + name)[then] for name in names}
+        following = {name: self.flat(SEEN + name).take(then, axis=0) for name in names}
         for name, array in following.items():
             array[cuts] = self.arrays[FINAL + name][final]
         mask, next_mask = None, None
@@ -140,8 +142,8 @@ class TransitionRing:
             mask, next_mask = self.flat("mask")[index], self.flat("mask")[then]
             next_mask[cuts] = True
         return Transitions(
-            observations={name: self.flat(SEEN + name)[index] for name in names},
-            actions=self.flat("actions")[index],
+            observations={name: self.flat(SEEN + name).take(index, axis=0) for name in names},
+            actions=self.flat("actions").take(index, axis=0),
             reward=total,
             discount=weight,
             next_observations=following,
@@ -165,6 +167,12 @@ class TransitionRing:
         self.head, self.finals_put = (int(count) for count in state["counts"])
         for name, array in self.arrays.items():
             array[: len(state[name])] = state[name]
+
+    def _after(self, places: Array) -> Array:
+        """Return the places one tick later."""
+        after: Array = places + self.rows
+        after[after >= self.slots * self.rows] -= self.slots * self.rows
+        return after
 
     def _spans(self, first: int, last: int) -> Iterator[tuple[slice, slice]]:
         """Yield where ticks first to last - 1 lie, in one piece or two: slots, and which of these ticks."""

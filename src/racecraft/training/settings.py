@@ -53,7 +53,7 @@ def composed(world: Settings, algorithm: Algorithm, tuned: Any = None) -> Settin
     ['network', 'ppo', 'runtime']
     """
     if algorithm.replay and "replay" not in world:
-        world = world.with_group("replay", ReplayConfig())
+        world = world.with_group("replay", ReplayConfig(**algorithm.replay_values))
     if not algorithm.group:
         return world
     group = tuned if tuned is not None else algorithm.config_class()()

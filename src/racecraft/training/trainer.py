@@ -238,7 +238,8 @@ def feed_for(learner: Learner, experiment: Experiment) -> Replay | None:
     if learner.eats != REPLAY:
         return None
     eater = cast(ReplayLearner, learner)
-    return Replay(experiment.world.spec, experiment.settings.replay, eater.discount, eater.n_step)
+    settings = experiment.settings.replay
+    return Replay(experiment.world.spec, settings, eater.discount, eater.n_step, learner.columns)
 
 
 def checkpoint_metadata(experiment: Experiment, learner: Learner) -> dict[str, Any]:

@@ -2,25 +2,32 @@
 
 The levels lie end to end in one float64 array, leaves first; `offsets[k]` is where level k begins. A level is padded
 with zeros to a multiple of sixteen. Sixteen numbers are two cache lines, so that a million leaves are five steps away
-and not twenty. A node is always summed afresh from its children, in their order: the tree is a function of its leaves,
-and no rounding adds up over time.
+and not twenty. Beside each number is kept its running sum among its siblings, so that a child is found by counting and
+not by trying one after the other.
+
+A node is always summed afresh from its children, in their order: the tree is a function of its leaves, and no rounding
+adds up over time.
 """
 
 from __future__ import annotations
+
+import numpy as np
 
 from racecraft.contract.world import Array
 from racecraft.kernels import kernel
 
 FAN_BITS = 4
 FAN = 1 << FAN_BITS
+BELOW_ONE = 1.0 - 2.0**-53
 
 
 @kernel
-def set_leaves(tree: Array, offsets: Array, index: Array, values: Array) -> None:
+def set_leaves(tree: Array, running: Array, offsets: Array, index: Array, values: Array) -> None:
     """Set leaves and the sums above them.
 
     Args:
         tree: float64, all levels.
+        running: float64, as `tree`: the sum of each number and its elder siblings.
         offsets: int64 (L,), where each level begins.
         index: int64 (B,), which leaves; neighbours that share a parent cost one sum.
         values: float64 (B,), 0 or more.
@@ -38,35 +45,38 @@ def set_leaves(tree: Array, offsets: Array, index: Array, values: Array) -> None
             total = 0.0
             for child in range(start, start + FAN):
                 total += tree[child]
+                running[child] = total
             tree[offsets[level] + place] = total
 
 
 @kernel
-def draw_leaves(tree: Array, offsets: Array, uniform: Array, index: Array, share: Array) -> None:
+def draw_leaves(tree: Array, running: Array, offsets: Array, uniform: Array, index: Array, share: Array) -> None:
     """Draw a leaf from each of B equal slices of the whole sum, in proportion to its weight within.
 
     Args:
         tree: float64, all levels; the last one is the whole sum, above 0.
+        running: float64, as `tree`; see `set_leaves`.
         offsets: int64 (L,), where each level begins.
         uniform: float64 (B,), in [0, 1).
         index: int64 (B,), written: the leaves; none has weight 0.
         share: float64 (B,), written: their weight in the whole sum, above 0.
     """
-    whole = tree[offsets[-1]]
-    count = len(uniform)
+    whole, count = tree[offsets[-1]], len(uniform)
+    masses = np.empty(count)
     for i in range(count):
-        mass = (i + uniform[i]) / count * whole
-        place = 0
-        for level in range(len(offsets) - 2, -1, -1):
-            start = offsets[level] + (place << FAN_BITS)
-            chosen = start
-            for child in range(start, start + FAN):
-                weight = tree[child]
-                if weight > 0.0:
-                    chosen = child  # rounding may carry the mass past the last one: that one is meant then
-                    if mass < weight:
-                        break
-                    mass -= weight
-            place = chosen - offsets[level]
-        index[i] = place
-        share[i] = tree[place] / whole
+        masses[i] = (i + uniform[i]) / count * whole
+        index[i] = 0
+    # Level by level, so that the memory is asked for many leaves at a time.
+    for level in range(len(offsets) - 2, -1, -1):
+        for i in range(count):
+            start = offsets[level] + (index[i] << FAN_BITS)
+            mass = min(masses[i], running[start + FAN - 1] * BELOW_ONE)  # rounding may carry it past the last child
+            elder = np.int64(0)
+            for child in range(FAN):
+                elder += np.int64(mass >= running[start + child])
+            if elder > 0:
+                mass -= running[start + elder - 1]
+            masses[i] = mass
+            index[i] = start + elder - offsets[level]
+    for i in range(count):
+        share[i] = tree[index[i]] / whole

@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+from racecraft.algorithms.apex import ApexConfig
+from racecraft.algorithms.dqn import DqnConfig
 from racecraft.algorithms.learner import Learner
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import PpoConfig
@@ -49,8 +51,15 @@ TUNED: Mapping[str, Any] = {
     "ppo": PpoConfig(
         learning_rate=5e-4, discount=0.995, gae_lambda=0.95, epochs=3, batch_size=2048, entropy_weight=0.01
     ),
-}
-"""Settings that make a snake strong soonest on two cores (benchmarks)."""
+    "dqn": DqnConfig(
+        learning_rate=5e-4, discount=0.99, batch_size=512, train_every=128, target_every=500, epsilon_last=0.02,
+        epsilon_steps=500_000, optimiser="adam", max_grad_norm=10.0, double=True, n_step=3,
+    ),
+    "apex": ApexConfig(
+        learning_rate=5e-4, batch_size=512, train_every=128, target_every=500, optimiser="adam"
+    ),
+}  # fmt: skip
+"""Settings that make a snake strong soonest on two cores (benchmarks); those of dqn and apex are not searched for."""
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from racecraft.algorithms.apex import ApexConfig
+from racecraft.algorithms.dqn import DqnConfig
 from racecraft.algorithms.half_precision import settled
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.registry import Algorithm, find_algorithm
@@ -58,7 +60,14 @@ AWS_NETWORKS: Mapping[str, AwsNetwork] = {
 }
 """Facts: simapp `sensors/utils.py`, `deepracer_memory.py`; its batch norm, tanh and dropout entries were never used."""
 
-TUNED: Mapping[str, Any] = {"sac": SacConfig(learning_rate=1e-3, batch_size=128, gradient_steps_per_step=0.5)}
+TUNED: Mapping[str, Any] = {
+    "sac": SacConfig(learning_rate=1e-3, batch_size=128, gradient_steps_per_step=0.5),
+    "dqn": DqnConfig(
+        learning_rate=5e-4, discount=0.97, batch_size=128, train_every=16, target_every=200, epsilon_last=0.03,
+        epsilon_steps=30_000, optimiser="adam", max_grad_norm=10.0, double=True, n_step=3,
+    ),
+    "apex": ApexConfig(learning_rate=5e-4, discount=0.97, target_every=200, optimiser="adam"),
+}  # fmt: skip
 """What each algorithm learns cars with; one that is not here takes its own defaults."""
 TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {
     "sac": {
@@ -95,10 +104,10 @@ the hyperparameters are those of DeepRacer for Cloud's template, which differ fr
 (0.999), 5 epochs (10), huber (mean squared error)."""
 
 FROM_JSON: Mapping[str, tuple[tuple[str, str], ...]] = {
-    "lr": (("ppo", "learning_rate"), ("sac", "learning_rate")),
-    "discount_factor": (("ppo", "discount"), ("sac", "discount")),
+    "lr": (("ppo", "learning_rate"), ("sac", "learning_rate"), ("dqn", "learning_rate"), ("apex", "learning_rate")),
+    "discount_factor": (("ppo", "discount"), ("sac", "discount"), ("dqn", "discount"), ("apex", "discount")),
     "num_epochs": (("ppo", "epochs"),),
-    "batch_size": (("ppo", "batch_size"), ("sac", "batch_size")),
+    "batch_size": (("ppo", "batch_size"), ("sac", "batch_size"), ("dqn", "batch_size"), ("apex", "batch_size")),
     "beta_entropy": (("ppo", "entropy_weight"),),
     "loss_type": (("ppo", "value_loss"),),
     "num_episodes_between_training": (("rollout", "episodes_per_iteration"),),

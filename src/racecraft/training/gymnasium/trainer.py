@@ -10,6 +10,8 @@ from typing import Any, ClassVar
 
 import gymnasium
 
+from racecraft.algorithms.apex import ApexConfig
+from racecraft.algorithms.dqn import DqnConfig
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import PpoConfig
 from racecraft.algorithms.registry import Algorithm, find_algorithm
@@ -44,14 +46,25 @@ WORLD_SETTINGS = Settings(
 TUNED: Mapping[str, Any] = {
     "ppo": PpoConfig(learning_rate=1e-3, discount=0.98, gae_lambda=0.8, epochs=20, batch_size=256, entropy_weight=0.0),
     "sac": SacConfig(learning_rate=1e-3, noise_correlation=0.8),
-}
+    "dqn": DqnConfig(
+        learning_rate=1e-3, batch_size=64, train_every=2, target_every=128, epsilon_last=0.04, epsilon_steps=8000,
+        optimiser="adam", max_grad_norm=10.0, double=True, n_step=3,
+    ),
+    "apex": ApexConfig(
+        learning_rate=1e-3, batch_size=64, train_every=2, target_every=128, ladder=4.0, optimiser="adam",
+        max_grad_norm=10.0,
+    ),
+}  # fmt: skip
 """What each algorithm learns small worlds with; one that is not here takes its own defaults."""
+VALUES = {"network": NetworkConfig(hidden_units=(128, 128), activation="relu")}
 TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {
     "sac": {
         "rollout": RolloutConfig(num_worlds=8, horizon=16),
         "network": NetworkConfig(hidden_units=(64, 64), activation="relu"),
         "replay": ReplayConfig(learning_starts=500),
     },
+    "dqn": VALUES,
+    "apex": VALUES,
 }
 """Groups of WORLD_SETTINGS that an algorithm wants otherwise."""
 

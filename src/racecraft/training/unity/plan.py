@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+from racecraft.algorithms.apex import ApexConfig
+from racecraft.algorithms.dqn import DqnConfig
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import PpoConfig
 from racecraft.algorithms.registry import Algorithm, find_algorithm
@@ -48,7 +50,12 @@ TUNED: Mapping[str, Any] = {
     "ppo": PpoConfig(
         learning_rate=1e-3, discount=0.99, gae_lambda=0.95, epochs=4, batch_size=256, entropy_weight=0.005
     ),
-}
+    "dqn": DqnConfig(
+        learning_rate=1e-3, batch_size=128, train_every=16, target_every=128, epsilon_last=0.04, epsilon_steps=20_000,
+        optimiser="adam", max_grad_norm=10.0, double=True, n_step=3,
+    ),
+    "apex": ApexConfig(learning_rate=1e-3, target_every=128, optimiser="adam"),
+}  # fmt: skip
 """What each algorithm learns small scenes with."""
 BASIC_OVERRIDES = ("rollout.horizon=32", "evaluation.every=3")
 BASIC_PPO = ("ppo.learning_rate=3e-3", "ppo.discount=0.95")
