@@ -109,7 +109,7 @@ ALGORITHMS: dict[str, Algorithm] = {
             "SacConfig",
             "Soft actor-critic: learns numbers from all it remembers, staying as undecided as it can afford.",
             acts=(NUMBERS,),
-            replay={},
+            replay=True,
         ),
     )
 }

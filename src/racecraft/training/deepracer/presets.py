@@ -68,7 +68,7 @@ TUNED: Mapping[str, Any] = {
     "apex": ApexConfig(learning_rate=5e-4, discount=0.97, target_every=200, optimiser="adam"),
     "sac": SacConfig(learning_rate=1e-3, batch_size=128, gradient_steps_per_step=0.5),
 }  # fmt: skip
-"""What an algorithm learns cars with; one that is not here takes its own defaults."""
+"""What each algorithm learns cars with; one that is not here takes its own defaults."""
 TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {
     "sac": {
         "rollout": RolloutConfig(num_worlds=16, horizon=16),
