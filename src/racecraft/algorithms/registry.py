@@ -78,6 +78,20 @@ ALGORITHMS: dict[str, Algorithm] = {
             "Proximal policy optimisation: learns steadily from what the current policy does; the default.",
             several_groups=True,
         ),
+        Algorithm(
+            "reinforce",
+            "racecraft.algorithms.reinforce",
+            "ReinforceLearner",
+            "ReinforceConfig",
+            "The oldest policy gradient, from whole episodes: the one to read first.",
+        ),
+        Algorithm(
+            "es",
+            "racecraft.algorithms.es",
+            "EsLearner",
+            "EsConfig",
+            "Evolution strategies: a population of perturbed policies, no gradients through the network.",
+        ),
     )
 }
 """The built-in algorithms by name."""

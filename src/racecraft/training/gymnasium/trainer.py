@@ -10,9 +10,11 @@ from typing import Any, ClassVar
 
 import gymnasium
 
+from racecraft.algorithms.es import EsConfig
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import PpoConfig
 from racecraft.algorithms.registry import Algorithm, find_algorithm
+from racecraft.algorithms.reinforce import ReinforceConfig
 from racecraft.contract.errors import SettingError, UserInputError, nearest
 from racecraft.envs.adapters.from_gymnasium import GymnasiumWorld
 from racecraft.formats.run_folder import RunFolder
@@ -41,9 +43,14 @@ WORLD_SETTINGS = Settings(
 """Settings that serve small worlds of vectors. One thread: networks this small only wait for a second one."""
 TUNED: Mapping[str, Any] = {
     "ppo": PpoConfig(learning_rate=1e-3, discount=0.98, gae_lambda=0.8, epochs=20, batch_size=256, entropy_weight=0.0),
+    "reinforce": ReinforceConfig(learning_rate=3e-3),
+    "es": EsConfig(),
 }
 """What each algorithm learns small worlds with; one that is not here takes its own defaults."""
-TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {}
+TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {
+    "reinforce": {"rollout": RolloutConfig(num_worlds=8, episodes_per_iteration=8)},
+    "es": {"rollout": RolloutConfig(num_worlds=32, episodes_per_iteration=32)},
+}
 """Groups of WORLD_SETTINGS that an algorithm wants otherwise."""
 
 
