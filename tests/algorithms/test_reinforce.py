@@ -95,7 +95,8 @@ def test_its_gradient_is_that_of_a_plain_loop_over_episodes(baseline):
                 ticks = []
     assert len(episodes) == 6
     followed = [
-        [sum(0.9 ** (k - t) * float(batch.reward[k, r]) for k in ticks if k >= t) for t in ticks] for r, ticks in episodes
+        [sum(0.9 ** (k - t) * float(batch.reward[k, r]) for k in ticks if k >= t) for t in ticks]
+        for r, ticks in episodes
     ]
     count = sum(map(len, followed))
     taken = sum(map(sum, followed)) / count if baseline == "mean" else 0.0

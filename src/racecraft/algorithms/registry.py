@@ -56,6 +56,11 @@ class Algorithm:
         """Name of its group of settings; "" where it has none."""
         return self.config.removesuffix("Config").casefold() if self.config else ""
 
+    @property
+    def acts_text(self) -> str:
+        """What it decides, in words for people."""
+        return "any action" if set(self.acts) == set(EVERYTHING) else ", ".join(self.acts)
+
     def learner_class(self) -> Any:
         """Return the learner's class."""
         return self.own or getattr(importlib.import_module(self.module), self.learner)
@@ -91,6 +96,13 @@ ALGORITHMS: dict[str, Algorithm] = {
             "EsLearner",
             "EsConfig",
             "Evolution strategies: a population of perturbed policies, no gradients through the network.",
+        ),
+        Algorithm(
+            "bc",
+            "racecraft.algorithms.behaviour_cloning",
+            "BcLearner",
+            "BcConfig",
+            "Behavioural cloning: learns to do what recorded episodes show; others go on from its weights.",
         ),
     )
 }
@@ -133,6 +145,17 @@ def find_algorithm(name: str) -> Algorithm:
     raise SettingError(f"There is no algorithm '{name}'. {nearest(name, known)} Your own is named as module:Class.")
 
 
+def all_algorithms() -> list[Algorithm]:
+    """Return the built-in algorithms, the registered ones and those of installed packages, each name once.
+
+    Raises:
+        SettingError: An installed package offers a class of the wrong shape.
+    """
+    offered = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
+    others = [algorithm_of(point.load(), name) for name, point in offered.items() if name not in _registered]
+    return [*ALGORITHMS.values(), *_registered.values(), *(one for one in others if one.name not in ALGORITHMS)]
+
+
 def load_class(name: str, asked_by: str) -> Any:
     """Import "module:Class"; modules in the present folder are found, too.
 
@@ -140,8 +163,9 @@ def load_class(name: str, asked_by: str) -> Any:
         SettingError: There is no such module or class, or the module fails; the letter says which.
     """
     module_name, _, attribute = name.partition(":")
-    if "" not in sys.path:
-        sys.path.insert(0, "")
+    if not module_name or not attribute:
+        raise SettingError(f"{asked_by} {name!r} names no class; expected module:Class, such as my_module:MyClass.")
+    see_present_folder()
     try:
         module = importlib.import_module(module_name)
     except ModuleNotFoundError as error:
@@ -157,6 +181,12 @@ def load_class(name: str, asked_by: str) -> Any:
         classes = [key for key, value in vars(module).items() if isinstance(value, type)]
         raise SettingError(f"{asked_by} {name}: {module_name} has no '{attribute}'. {nearest(attribute, classes)}")
     return found
+
+
+def see_present_folder() -> None:
+    """Let modules in the present folder be imported, as `python -m` does and a console script does not."""
+    if "" not in sys.path:
+        sys.path.insert(0, "")
 
 
 PROMISED = ("eats", "figures", "build", "load_policy", "act", "forget", "choose", "update", "state_dict")

@@ -1,0 +1,43 @@
+"""Your own algorithm in thirty lines: hill climbing keeps a random change of the weights if it earned more.
+
+On the command line: racecraft gym train CartPole-v1 --algorithm your_own_algorithm:HillClimbing
+"""
+
+import sys
+import tempfile
+from pathlib import Path
+
+import torch
+
+from racecraft.algorithms.registry import register_algorithm
+from racecraft.algorithms.reinforce import ReinforceConfig, ReinforceLearner
+from racecraft.training.gymnasium.trainer import GymRequest
+from racecraft.training.progress import LineWatcher
+from racecraft.training.worlds import train
+
+
+class HillClimbing(ReinforceLearner):
+    """Acts as REINFORCE does, and learns by trying."""
+
+    eats, figures = "rollout", {"best": "The least share of ticks that ended an episode, negated."}
+    best, kept = float("-inf"), []
+
+    @classmethod
+    def build(cls, spec, settings, seed):
+        return cls(spec, settings.network, ReinforceConfig(), seed)
+
+    def update(self, experience):
+        if (earned := -float(experience.terminated.mean())) >= self.best:
+            self.best, self.kept = earned, [part.detach().clone() for part in self.network.parameters()]
+        for part, kept in zip(self.network.parameters(), self.kept, strict=True):
+            part.data = kept + 0.1 * torch.randn(kept.shape, generator=self.generator)
+        return {"best": self.best}
+
+
+if __name__ == "__main__":
+    register_algorithm("hill-climbing", HillClimbing)
+    with tempfile.TemporaryDirectory() as folder:
+        train(
+            GymRequest("CartPole-v1", algorithm="hill-climbing", stops=("iterations=8",), run=Path(folder) / "run"),
+            LineWatcher(sys.stdout),
+        )
