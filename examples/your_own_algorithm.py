@@ -1,7 +1,4 @@
-"""Your own algorithm in thirty lines: hill climbing keeps a random change of the weights if it earned more.
-
-On the command line: racecraft gym train CartPole-v1 --algorithm your_own_algorithm:HillClimbing
-"""
+"""Your own algorithm, hill climbing: on the command line --algorithm your_own_algorithm:HillClimbing."""
 
 import sys
 import tempfile
@@ -35,9 +32,7 @@ class HillClimbing(ReinforceLearner):
 
 
 if __name__ == "__main__":
-    register_algorithm("hill-climbing", HillClimbing)
+    register_algorithm("climbing", HillClimbing)
     with tempfile.TemporaryDirectory() as folder:
-        train(
-            GymRequest("CartPole-v1", algorithm="hill-climbing", stops=("iterations=8",), run=Path(folder) / "run"),
-            LineWatcher(sys.stdout),
-        )
+        request = GymRequest("CartPole-v1", algorithm="climbing", stops=("iterations=8",), run=Path(folder) / "run")
+        train(request, LineWatcher(sys.stdout))

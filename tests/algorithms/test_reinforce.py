@@ -113,7 +113,7 @@ def test_its_gradient_is_that_of_a_plain_loop_over_episodes(baseline):
         assert (one.grad is None) == (gradient is None)
         assert gradient is None or torch.allclose(one.grad, gradient, atol=1e-5)
     assert figures["policy_loss"] == pytest.approx(loss.item(), abs=1e-5)
-    assert figures["episodes"] == 6 and figures["transitions"] == count
+    assert figures["whole_episodes"] == 6 and figures["transitions"] == count
     assert all(torch.equal(before[name], part) for name, part in learner.network.named_parameters())
 
 

@@ -44,7 +44,7 @@ FIGURES = {
     "grad_norm": "Euclidean norm of the estimated gradient, without the weights' decay.",
     "weight_norm": "Euclidean norm of the mean weights.",
     "pairs": "Mirrored pairs learned from; one of which a half ended no episode is left out.",
-    "episodes": "Whole episodes learned from.",
+    "whole_episodes": "Whole episodes learned from.",
 }
 """What an update tells."""
 

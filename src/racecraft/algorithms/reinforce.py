@@ -48,7 +48,7 @@ FIGURES = {
     "explained_variance": "Share of the variance of G that the critic foresaw: 1 all, 0 none; 0 without a critic.",
     "mean_return": "Mean plain sum of rewards of the episodes learned from.",
     "transitions": "Transitions learned from.",
-    "episodes": "Whole episodes learned from.",
+    "whole_episodes": "Whole episodes learned from.",
 }
 """What an update tells."""
 
