@@ -20,10 +20,10 @@ class HillClimbing(ReinforceLearner):
     best, kept = float("-inf"), []
 
     @classmethod
-    def build(cls, spec, settings, seed):
+    def build(cls, spec, settings, seed):  # noqa: D102
         return cls(spec, settings.network, ReinforceConfig(), seed)
 
-    def update(self, experience):
+    def update(self, experience):  # noqa: D102
         if (earned := -float(experience.terminated.mean())) >= self.best:
             self.best, self.kept = earned, [part.detach().clone() for part in self.network.parameters()]
         for part, kept in zip(self.network.parameters(), self.kept, strict=True):

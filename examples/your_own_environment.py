@@ -22,12 +22,12 @@ class Room(gymnasium.Env):
     action_space = gymnasium.spaces.Discrete(2)
     reward_threshold = 27.0
 
-    def reset(self, *, seed=None, options=None):
+    def reset(self, *, seed=None, options=None):  # noqa: D102
         super().reset(seed=seed)
         self.away, self.minute = self.np_random.uniform(-3.0, 3.0), 0
         return np.array([self.away], np.float32), {}
 
-    def step(self, action):
+    def step(self, action):  # noqa: D102
         self.away, self.minute = self.away + (1.0 if action else -1.0), self.minute + 1
         return np.array([self.away], np.float32), float(abs(self.away) <= 1.0), False, self.minute == 30, {}
 

@@ -24,7 +24,7 @@ class Waves(nn.Module):
         numbers = sum(spec.shape[0] for spec in observations.values())
         self.mix, self.width = nn.Linear(numbers, 32), 64
 
-    def forward(self, observations):
+    def forward(self, observations):  # noqa: D102
         mixed = self.mix(torch.cat([observations[name] for name in sorted(observations)], dim=1))
         return torch.cat([torch.sin(mixed), torch.cos(mixed)], dim=1)
 

@@ -98,15 +98,19 @@ def test_whole_episodes_are_recorded_in_order_and_read_back(tmp_path):
     assert shown.num_episodes == 7
     clocks = shown.observations["clock"][:, 0]
     begins = np.flatnonzero(np.diff(shown.episode, prepend=-1))
-    assert (clocks[begins] == 0).all() and (np.diff(clocks)[np.diff(shown.episode) == 0] == 1).all()
+    assert (clocks[begins] == 0).all()
+    assert (np.diff(clocks)[np.diff(shown.episode) == 0] == 1).all()
     squares = shown.observations["square"].argmax(axis=1)
     assert (shown.reward == np.minimum(squares + 1, 8)).all(), "a reward stands beside what was seen before it"
     assert shown.action_mask.shape == (len(shown), 3)
     write_demonstrations(tmp_path / "up.safetensors", shown)
     again = read_demonstrations(tmp_path / "up.safetensors")
-    assert again.spec == shown.spec and again.source == {"who": "up"} and again.returns.tolist() == shown.returns.tolist()
+    assert again.spec == shown.spec
+    assert again.source == {"who": "up"}
+    assert again.returns.tolist() == shown.returns.tolist()
     for name, array in shown.observations.items():
-        assert np.array_equal(again.observations[name], array) and again.observations[name].dtype == array.dtype
+        assert np.array_equal(again.observations[name], array)
+        assert again.observations[name].dtype == array.dtype
 
 
 def test_files_that_hold_no_demonstrations_are_named(tmp_path):
@@ -126,7 +130,8 @@ def test_a_clone_copies_the_number_as_its_expert_does():
     first = learner.update(None)
     for _ in range(20):
         last = learner.update(None)
-    assert last["loss"] < 0.2 < first["loss"] and last["held_out_agreement"] == 1.0
+    assert last["loss"] < 0.2 < first["loss"]
+    assert last["held_out_agreement"] == 1.0
     assert last["transitions"] == (shown.episode < 18).sum()
     greedy = summarise(play_episodes(GreedyPolicy(learner), CopyTheNumber(4), episodes_each=4, seed=2))
     assert greedy.mean_reward == 8.0

@@ -80,8 +80,10 @@ def test_members_of_a_pair_lie_opposite_each_other_and_the_odd_one_is_the_mean()
     assert torch.allclose(weights[0] + weights[1], 2 * mean, atol=1e-6)
     assert torch.equal(weights[4], mean)
     spread = torch.cat([learner.noise(pair) for pair in range(2)])
-    assert abs(float(spread.mean())) < 0.15 and abs(float(spread.std()) - 1.0) < 0.1
-    assert torch.equal(learner.noise(1), learner.noise(1)) and not torch.equal(learner.noise(0), learner.noise(1))
+    assert abs(float(spread.mean())) < 0.15
+    assert abs(float(spread.std()) - 1.0) < 0.1
+    assert torch.equal(learner.noise(1), learner.noise(1))
+    assert not torch.equal(learner.noise(0), learner.noise(1))
 
 
 def test_a_step_is_that_of_a_plain_loop():

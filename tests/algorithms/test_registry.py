@@ -7,7 +7,6 @@ import textwrap
 import pytest
 
 from racecraft.algorithms import registry
-from racecraft.algorithms.reinforce import ReinforceLearner
 from racecraft.algorithms.registry import (
     ALGORITHMS,
     Algorithm,
@@ -17,6 +16,7 @@ from racecraft.algorithms.registry import (
     register_algorithm,
     require_fit,
 )
+from racecraft.algorithms.reinforce import ReinforceLearner
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ContinuousActions, DiscreteActions
 
@@ -61,7 +61,8 @@ def test_a_module_in_the_present_folder_is_found(folder):
     """)  # fmt: skip
     found = find_algorithm("fresh_module:Mine")
     assert (found.name, found.title, found.group) == ("fresh_module:Mine", "Learns my way.", "mine")
-    assert found.learner_class().__name__ == "Mine" and found.config_class().__name__ == "ReinforceConfig"
+    assert found.learner_class().__name__ == "Mine"
+    assert found.config_class().__name__ == "ReinforceConfig"
 
 
 @pytest.mark.parametrize(

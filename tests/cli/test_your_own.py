@@ -38,7 +38,8 @@ def test_the_algorithms_are_listed(racecraft):
     assert {"ppo", "reinforce", "es", "bc"} <= {one["name"] for one in found}
     assert all(one["acts"] and one["title"].endswith(".") for one in found)
     page = racecraft("algorithms").out
-    assert "Evolution strategies" in page and "any action" in page
+    assert "Evolution strategies" in page
+    assert "any action" in page
 
 
 @pytest.mark.parametrize("algorithm", ["reinforce", "es"])
@@ -63,13 +64,15 @@ def test_recorded_episodes_are_cloned_and_gone_on_from(racecraft, folder):
     more = ("--set", "evaluation.episodes=2", "--set", "evaluation.every=100", "--json")
     told(racecraft("gym", "train", "CartPole-v1", "--run", "expert", "--stop", "steps=6000", *more))
     shown = told(racecraft("record", "expert", "-o", "demos.safetensors", "--episodes", "10", "--json"))
-    assert shown["episodes"] == 10 and shown["mean_return"] > 40
+    assert shown["episodes"] == 10
+    assert shown["mean_return"] > 40
     demos = ("--set", "bc.demonstrations=demos.safetensors", "--set", "bc.learning_rate=1e-2")
     clone = ("--algorithm", "bc", "--run", "clone", "--stop", "iterations=10")
     cloned = told(racecraft("gym", "train", "CartPole-v1", *clone, *demos, *more))
     assert cloned["evaluation"]["mean_return"] > 40  # a pole left to chance falls after 22
     figures = [json.loads(line) for line in (folder / "clone" / "metrics.jsonl").read_text().splitlines()]
-    assert figures[-1]["held_out_agreement"] > 0.8 and figures[-1]["held_out_loss"] < 0.5 * figures[0]["held_out_loss"]
+    assert figures[-1]["held_out_agreement"] > 0.8
+    assert figures[-1]["held_out_loss"] < 0.5 * figures[0]["held_out_loss"]
     assert load_policy("clone").spec.algorithm == "bc"
     went_on = told(
         racecraft("gym", "train", "CartPole-v1", "--from", "clone:last", "--run", "on", "--stop", "iterations=1", *more)
@@ -81,11 +84,13 @@ def test_recorded_episodes_are_cloned_and_gone_on_from(racecraft, folder):
 
 def test_cloning_without_a_file_or_with_a_wrong_one_is_refused_before_anything_is_made(racecraft, folder):
     said = racecraft("gym", "train", "CartPole-v1", "--algorithm", "bc")
-    assert said.code == 2 and "bc.demonstrations" in said.err
+    assert said.code == 2
+    assert "bc.demonstrations" in said.err
     said = racecraft(
         "gym", "train", "CartPole-v1", "--algorithm", "bc", "--set", "bc.demonstrations=your_own_network.py"
     )
-    assert said.code == 2 and "your_own_network.py" in said.err
+    assert said.code == 2
+    assert "your_own_network.py" in said.err
     assert not (folder / "runs").exists()
 
 
@@ -101,8 +106,11 @@ def test_an_own_network_is_remembered_and_missed_elsewhere(racecraft, folder, tm
     own = ("--set", "network.encoder=your_own_network:Waves")
     first, second = (told(racecraft("gym", "train", "CartPole-v1", *own, *SHORT)) for _ in range(2))
     one, two = load_policy(first["run"]), load_policy(second["run"])
-    same = [(a == b).all() for a, b in zip(one.policy.network.parameters(), two.policy.network.parameters(), strict=True)]
-    assert all(same) and type(one.policy.network.policy_body.own).__name__ == "Waves"
+    same = [
+        (a == b).all() for a, b in zip(one.policy.network.parameters(), two.policy.network.parameters(), strict=True)
+    ]
+    assert all(same)
+    assert type(one.policy.network.policy_body.own).__name__ == "Waves"
     elsewhere = tmp_path_factory.mktemp("elsewhere")
     code = f"from racecraft.players.trained import load_policy; load_policy({str(folder / first['run'])!r})"
     ran = subprocess.run([sys.executable, "-c", code], cwd=elsewhere, capture_output=True, text=True, env=os.environ)
@@ -131,7 +139,9 @@ def test_a_network_of_another_shape_is_named(racecraft, folder, text, said, requ
     module = f"my_eye_{abs(hash(text)) % 10**6}"
     (folder / f"{module}.py").write_text(text)
     found = racecraft("gym", "train", "CartPole-v1", "--set", f"network.encoder={module}:Eye", *SHORT)
-    assert found.code == 2 and said in found.err and f"{module}:Eye" in found.err
+    assert found.code == 2
+    assert said in found.err
+    assert f"{module}:Eye" in found.err
     assert not (folder / "runs").exists()
 
 
@@ -159,8 +169,11 @@ def test_an_own_world_trains_by_class(racecraft, folder):
     assert told(racecraft("gym", "train", "my_world:Poles", *SHORT))["iterations"] == 2
     for name, said in (("Hole", "lacks spec, reset"), ("Stubborn", "num_worlds"), ("thing", "no class")):
         found = racecraft("gym", "train", f"my_world:{name}", *SHORT)
-        assert found.code == 2 and said in found.err, found.err
+        assert found.code == 2
+        assert said in found.err
     found = racecraft("gym", "train", "my_world:Polse", *SHORT)
-    assert found.code == 2 and "Did you mean 'Poles'" in found.err
+    assert found.code == 2
+    assert "Did you mean 'Poles'" in found.err
     found = racecraft("gym", "train", "my_absent:Poles-v0", *SHORT)
-    assert found.code == 2 and "my_absent" in found.err
+    assert found.code == 2
+    assert "my_absent" in found.err

@@ -48,6 +48,8 @@ class Algorithm:
     """Kinds of actions that it can learn."""
     several_groups: bool = False
     """Whether agents of several kinds may learn side by side, each with a policy of its own."""
+    whole_episodes: bool = False
+    """Whether it learns from whole episodes only (its learner eats EPISODES)."""
     own: Any = None
     """A user's own class; None: a built-in one, imported when it is asked for."""
 
@@ -89,6 +91,7 @@ ALGORITHMS: dict[str, Algorithm] = {
             "ReinforceLearner",
             "ReinforceConfig",
             "The oldest policy gradient, from whole episodes: the one to read first.",
+            whole_episodes=True,
         ),
         Algorithm(
             "es",
@@ -96,6 +99,7 @@ ALGORITHMS: dict[str, Algorithm] = {
             "EsLearner",
             "EsConfig",
             "Evolution strategies: a population of perturbed policies, no gradients through the network.",
+            whole_episodes=True,
         ),
         Algorithm(
             "bc",
@@ -213,6 +217,7 @@ def algorithm_of(learner: Any, name: str) -> Algorithm:
         f"{learner.__name__}Config" if hasattr(learner, "Config") else "",
         (learner.__doc__ or "").strip().split("\n")[0],
         tuple(getattr(learner, "acts", EVERYTHING)),
+        whole_episodes=learner.eats == "episodes",
         own=learner,
     )
 

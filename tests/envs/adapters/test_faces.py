@@ -171,7 +171,8 @@ def test_a_parked_copy_stands_until_the_next_reset():
         world.step(np.ones((3, 1), np.int64), one)
         alone.step(np.ones((3, 1), np.int64), other)
         assert np.array_equal(one.observations["observation"][1], stood)
-        assert one.reward[1] == 0.0 and not one.ended[1].any()
+        assert one.reward[1] == 0.0
+        assert not one.ended[1].any()
         for n in (0, 2):
             assert np.array_equal(one.observations["observation"][n], other.observations["observation"][n])
     again = allocate(world.spec)

@@ -1,4 +1,4 @@
-"""Environments by name: a registered id, Gymnasium's "module:ID", or a user's own "module:Class". Begin with `open_world`.
+"""Environments by name: a registered id, "module:ID", or a user's own "module:Class". Begin with `open_world`.
 
 A class is a `gymnasium.Env`, made without arguments, or a `racecraft.contract.world.World`, made with `num_worlds`.
 Either may say in `reward_threshold` at which mean return it counts as solved.

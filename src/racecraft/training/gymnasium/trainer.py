@@ -46,10 +46,9 @@ TUNED: Mapping[str, Any] = {
 """What each algorithm learns small worlds with; one that is not here takes its own defaults."""
 TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {
     "reinforce": {
-        "rollout": RolloutConfig(num_worlds=8, episodes_per_iteration=8),
         "network": NetworkConfig(hidden_units=(64, 64), activation="tanh", separate_networks=True),
     },
-    "es": {"rollout": RolloutConfig(num_worlds=32, episodes_per_iteration=32)},
+    "es": {"rollout": RolloutConfig(num_worlds=32)},
     "bc": {"rollout": RolloutConfig(num_worlds=1, horizon=1), "evaluation": EvaluationConfig(episodes=20, every=1)},
 }
 """Groups of WORLD_SETTINGS that an algorithm wants otherwise."""
