@@ -100,7 +100,7 @@ def table(found: dict[str, Any]) -> str:
                 statistics.median(run[name] for run in runs) for name in ("steps", "seconds", "return")
             )
             passes = statistics.median(run["iterations"] for run in runs)
-            taken = f"{passes:.0f} passes" if kind == "behavioural cloning" else f"{steps:,.0f}"
+            taken = f"{passes:.0f} pass{'es' * (passes > 1)}" if kind == "behavioural cloning" else f"{steps:,.0f}"
             lines.append(f"| {world} | {kind} | {solved} | {taken} | {seconds:.0f} | {end:.0f} |")
     return "\n".join(lines)
 

@@ -122,3 +122,21 @@ def test_settings_of_a_users_own_algorithm_are_composed():
 
     settings = kind_named("gymnasium").default_settings(algorithm_of(Own, "x:Own"))
     assert settings.own.discount == 0.99
+
+
+@pytest.mark.parametrize("kind", ["gymnasium", "deepracer", "unity"])
+@pytest.mark.parametrize("algorithm", ["reinforce", "es"])
+def test_what_learns_from_whole_episodes_is_given_one_of_every_world(kind, algorithm):
+    from racecraft.training.worlds import kind_named
+
+    rollout = kind_named(kind).default_settings(find_algorithm(algorithm)).rollout
+    assert rollout.episodes_per_iteration == rollout.num_worlds
+    assert kind_named(kind).default_settings(find_algorithm("ppo")).rollout.episodes_per_iteration is None
+
+
+def test_snakes_are_not_taught_by_whole_games():
+    from racecraft.envs.battlesnake.settings import GameSettings
+    from racecraft.training.battlesnake.trainer import SnakeRequest, plan
+
+    with pytest.raises(SettingError, match=r"--algorithm es learns from whole episodes.*Use ppo"):
+        plan(SnakeRequest(GameSettings(), algorithm="es"))

@@ -218,7 +218,7 @@ class EsLearner:
         for one, part in zip(self.parameters, parts, strict=True):
             one.grad = part.view_as(one).clone()
             if self.config.optimiser == "sgd":
-                one -= self.config.learning_rate * one.grad
+                one.sub_(self.config.learning_rate * one.grad)
         if self.config.optimiser == "adam":
             self.optimiser.step()
         self.generation += 1

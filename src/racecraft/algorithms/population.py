@@ -98,7 +98,7 @@ def _dense(one: PolicyAlone, seen: Mapping[str, Tensor], weights: Mapping[str, T
                 rows = layer(rows).unsqueeze(1) if isinstance(layer, Vector) else layer(rows)
         return rows
 
-    body = one.policy_body
+    body: Any = one.policy_body
     parts = [
         through(layers, f"policy_body.embedders.{index}", seen[name])
         for index, (name, layers) in enumerate(zip(body.names, body.embedders, strict=True))

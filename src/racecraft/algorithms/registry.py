@@ -217,7 +217,7 @@ def algorithm_of(learner: Any, name: str) -> Algorithm:
         f"{learner.__name__}Config" if hasattr(learner, "Config") else "",
         (learner.__doc__ or "").strip().split("\n")[0],
         tuple(getattr(learner, "acts", EVERYTHING)),
-        whole_episodes=learner.eats == "episodes",
+        whole_episodes=getattr(learner, "eats", "") == "episodes",
         own=learner,
     )
 
