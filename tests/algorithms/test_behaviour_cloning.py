@@ -13,7 +13,7 @@ from racecraft.algorithms.learner import Learner
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ContinuousActions, DiscreteActions, HybridActions, MultiDiscreteActions
-from racecraft.formats.demonstrations import read_demonstrations, write_demonstrations
+from racecraft.formats.demonstrations import KIND, read_demonstrations, write_demonstrations
 from racecraft.formats.tensor_file import CheckpointError, write_tensors
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.demonstrate import demonstrate
@@ -119,7 +119,7 @@ def test_files_that_hold_no_demonstrations_are_named(tmp_path):
     for bad in (path, tmp_path / "absent.safetensors"):
         with pytest.raises(CheckpointError, match=bad.name):
             read_demonstrations(bad)
-    write_tensors(path, "racecraft demonstrations", {"actions": np.zeros(2)}, {"spec": {}})
+    write_tensors(path, KIND, {"actions": np.zeros(2)}, {"spec": {}})
     with pytest.raises(CheckpointError, match="reward, episode"):
         read_demonstrations(path)
 

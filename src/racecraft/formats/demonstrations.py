@@ -24,7 +24,7 @@ from racecraft.contract.errors import ContractError
 from racecraft.contract.world import Array
 from racecraft.formats.tensor_file import CheckpointError, read_tensors, write_tensors
 
-KIND = "racecraft demonstrations"
+KIND = "racecraft demonstration file"
 SEEN = "observations/"
 
 
@@ -89,7 +89,7 @@ def read_demonstrations(path: str | Path) -> Demonstrations:
     arrays, told = read_tensors(path, KIND)
     missing = [name for name in ("actions", "reward", "episode") if name not in arrays]
     if missing or "spec" not in told:
-        raise CheckpointError(path, f"it lacks {', '.join(missing) or 'its spec'}", f"what {KIND} hold")
+        raise CheckpointError(path, f"it lacks {', '.join(missing) or 'its spec'}", f"what a {KIND} holds")
     if len({len(array) for array in arrays.values()}) > 1 or not len(arrays["actions"]):
         lengths = {name: len(array) for name, array in arrays.items()}
         raise CheckpointError(path, f"its arrays have the lengths {lengths}", "one length, 1 or more")

@@ -164,8 +164,8 @@ def _check(game: GameSettings, settings: Settings, algorithm: Algorithm) -> None
         raise SettingError(f"--snakes is {game.players}; expected at least 2: a snake learns from those it meets.")
     if algorithm.whole_episodes:
         raise SettingError(
-            f"--algorithm {algorithm.name} learns from whole episodes; snakes learn from rollout.horizon turns of every "
-            "game, since games differ much in length. Use ppo."
+            f"--algorithm {algorithm.name} learns from whole episodes; snakes learn from rollout.horizon turns of "
+            "every game, since games differ much in length. Use ppo."
         )
     if settings.rollout.episodes_per_iteration is not None:
         raise SettingError(
