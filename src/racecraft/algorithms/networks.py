@@ -25,6 +25,7 @@ import torch
 from torch import Tensor, nn
 
 from racecraft.algorithms.distributions import numbers_width, params_width
+from racecraft.algorithms.registry import load_class
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ActionSpec, ArraySpec
 from racecraft.settings.table import check_group, setting
@@ -57,6 +58,9 @@ class NetworkConfig:
     initialisation: str = setting(
         "orthogonal", "How the first weights are drawn; biases start at 0.", choices=("orthogonal", "glorot")
     )
+    encoder: str | None = setting(
+        None, "Your own network as module:Class in place of the layers above; the heads stay."
+    )
 
     def __post_init__(self) -> None:
         check_group(self)
@@ -83,6 +87,8 @@ class Architecture:
     initialisation: str = "orthogonal"
     """`orthogonal`, or `glorot`: as the AWS networks start, Glorot uniform and normalised columns for the last layers
     of critic and commands (facts: Coach `ppo_head.py`, `v_head.py`)."""
+    encoder: str | None = None
+    """A user's own network as "module:Class", instead of convolutions and dense layers; None: those."""
 
 
 def architecture_of(config: NetworkConfig) -> Architecture:
@@ -105,6 +111,7 @@ def architecture_of(config: NetworkConfig) -> Architecture:
         separate_networks=config.separate_networks,
         privileged_critic=config.privileged_critic,
         initialisation=config.initialisation,
+        encoder=config.encoder,
     )
 
 
@@ -149,13 +156,13 @@ class ActorCritic(nn.Module):
         has_privileged = any(part.privileged for part in vectors.values())
         count, numbers = params_width(actions), numbers_width(actions)
 
-        self.policy_body = Encoder(visible, architecture, generator)
-        self.critic_body: Encoder | None = None
+        self.policy_body = encoder_for(visible, architecture, generator)
+        self.critic_body: Encoder | OwnEncoder | None = None
         if architecture.privileged_critic and has_privileged:
             row = Architecture(trunk_units=CRITIC_UNITS, activation="tanh", initialisation=architecture.initialisation)
             self.critic_body = Encoder(vectors, row, generator)
         elif architecture.separate_networks:
-            self.critic_body = Encoder(visible, architecture, generator)
+            self.critic_body = encoder_for(visible, architecture, generator)
 
         critic_width = (self.critic_body or self.policy_body).width
         self.policy_head = dense(self.policy_body.width, count, architecture, generator, POLICY_GAIN)
@@ -205,6 +212,63 @@ class Encoder(nn.Module):
         """Return features (R, width)."""
         parts = [embed(observations[name]) for name, embed in zip(self.names, self.embedders, strict=True)]
         return self.trunk(parts[0] if len(parts) == 1 else torch.cat(parts, dim=1))
+
+
+class OwnEncoder(nn.Module):
+    """A user's own network in the place of `Encoder`.
+
+    It is a `torch.nn.Module` whose class takes the observations' specs by name and nothing else, whose `width` tells
+    how many features it gives, and whose `forward` takes named tensors (R, ...), in the world's own types, and returns
+    float32 (R, width). Its first weights are drawn under a seed of their own; PyTorch's global chance is not touched.
+
+    Raises:
+        SettingError: There is no such class, or it is of another shape.
+    """
+
+    def __init__(
+        self, observations: Mapping[str, ArraySpec], architecture: Architecture, generator: torch.Generator
+    ) -> None:
+        super().__init__()
+        self.names = tuple(sorted(observations))
+        named = str(architecture.encoder)
+        own = load_class(named, "network.encoder")
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(int(torch.randint(0, 1 << 31, (1,), generator=generator)))
+            try:
+                self.own = own({name: observations[name] for name in self.names})
+                self.width = int(self.own.width)
+                self._require_shape(observations, named)
+            except SettingError:
+                raise
+            except Exception as error:
+                raise SettingError(
+                    f"network.encoder {named} failed ({type(error).__name__}: {error}); expected a torch.nn.Module "
+                    f"made from the specs of {', '.join(self.names)}, with `width`, whose forward takes named tensors."
+                ) from error
+
+    def forward(self, observations: Mapping[str, Tensor]) -> Tensor:
+        """Return features (R, width)."""
+        features: Tensor = self.own({name: observations[name] for name in self.names})
+        return features
+
+    @torch.no_grad()
+    def _require_shape(self, observations: Mapping[str, ArraySpec], named: str) -> None:
+        """Ask it once, about two rows of zeros."""
+        rows = {name: torch.from_numpy(np.zeros((2, *observations[name].shape), observations[name].dtype))
+                for name in self.names}  # fmt: skip
+        found = tuple(self.forward(rows).shape)
+        if found != (2, self.width):
+            raise SettingError(
+                f"network.encoder {named} gives {found} for two rows; expected (2, {self.width}), as its `width` says."
+            )
+
+
+def encoder_for(
+    observations: Mapping[str, ArraySpec], architecture: Architecture, generator: torch.Generator
+) -> Encoder | OwnEncoder:
+    """Return the network over observations: ours, or a user's own."""
+    kind = Encoder if architecture.encoder is None else OwnEncoder
+    return kind(observations, architecture, generator)
 
 
 class Image(nn.Module):

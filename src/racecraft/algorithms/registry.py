@@ -52,6 +52,8 @@ class Algorithm:
     """What that group has otherwise than by default."""
     several_groups: bool = False
     """Whether agents of several kinds may learn side by side, each with a policy of its own."""
+    whole_episodes: bool = False
+    """Whether it learns from whole episodes only (its learner eats EPISODES)."""
     own: Any = None
     """A user's own class; None: a built-in one, imported when it is asked for."""
 
@@ -59,6 +61,11 @@ class Algorithm:
     def group(self) -> str:
         """Name of its group of settings; "" where it has none."""
         return self.config.removesuffix("Config").casefold() if self.config else ""
+
+    @property
+    def acts_text(self) -> str:
+        """What it decides, in words for people."""
+        return "any action" if set(self.acts) == set(EVERYTHING) else ", ".join(self.acts)
 
     def learner_class(self) -> Any:
         """Return the learner's class."""
@@ -111,6 +118,29 @@ ALGORITHMS: dict[str, Algorithm] = {
             acts=(NUMBERS,),
             replay=True,
         ),
+        Algorithm(
+            "reinforce",
+            "racecraft.algorithms.reinforce",
+            "ReinforceLearner",
+            "ReinforceConfig",
+            "The oldest policy gradient, from whole episodes: the one to read first.",
+            whole_episodes=True,
+        ),
+        Algorithm(
+            "es",
+            "racecraft.algorithms.es",
+            "EsLearner",
+            "EsConfig",
+            "Evolution strategies: a population of perturbed policies, no gradients through the network.",
+            whole_episodes=True,
+        ),
+        Algorithm(
+            "bc",
+            "racecraft.algorithms.behaviour_cloning",
+            "BcLearner",
+            "BcConfig",
+            "Behavioural cloning: learns to do what recorded episodes show; others go on from its weights.",
+        ),
     )
 }
 """The built-in algorithms by name."""
@@ -152,6 +182,17 @@ def find_algorithm(name: str) -> Algorithm:
     raise SettingError(f"There is no algorithm '{name}'. {nearest(name, known)} Your own is named as module:Class.")
 
 
+def all_algorithms() -> list[Algorithm]:
+    """Return the built-in algorithms, the registered ones and those of installed packages, each name once.
+
+    Raises:
+        SettingError: An installed package offers a class of the wrong shape.
+    """
+    offered = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
+    others = [algorithm_of(point.load(), name) for name, point in offered.items() if name not in _registered]
+    return [*ALGORITHMS.values(), *_registered.values(), *(one for one in others if one.name not in ALGORITHMS)]
+
+
 def load_class(name: str, asked_by: str) -> Any:
     """Import "module:Class"; modules in the present folder are found, too.
 
@@ -159,8 +200,9 @@ def load_class(name: str, asked_by: str) -> Any:
         SettingError: There is no such module or class, or the module fails; the letter says which.
     """
     module_name, _, attribute = name.partition(":")
-    if "" not in sys.path:
-        sys.path.insert(0, "")
+    if not module_name or not attribute:
+        raise SettingError(f"{asked_by} {name!r} names no class; expected module:Class, such as my_module:MyClass.")
+    see_present_folder()
     try:
         module = importlib.import_module(module_name)
     except ModuleNotFoundError as error:
@@ -176,6 +218,12 @@ def load_class(name: str, asked_by: str) -> Any:
         classes = [key for key, value in vars(module).items() if isinstance(value, type)]
         raise SettingError(f"{asked_by} {name}: {module_name} has no '{attribute}'. {nearest(attribute, classes)}")
     return found
+
+
+def see_present_folder() -> None:
+    """Let modules in the present folder be imported, as `python -m` does and a console script does not."""
+    if "" not in sys.path:
+        sys.path.insert(0, "")
 
 
 PROMISED = ("eats", "figures", "build", "load_policy", "act", "forget", "choose", "update", "state_dict")
@@ -203,6 +251,7 @@ def algorithm_of(learner: Any, name: str) -> Algorithm:
         (learner.__doc__ or "").strip().split("\n")[0],
         tuple(getattr(learner, "acts", EVERYTHING)),
         replay=getattr(learner, "eats", "") == "replay",
+        whole_episodes=getattr(learner, "eats", "") == "episodes",
         own=learner,
     )
 

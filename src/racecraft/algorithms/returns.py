@@ -59,6 +59,59 @@ def advantages(
     return found, found + value
 
 
+def rewards_to_go(
+    reward: Array, terminated: Array, truncated: Array, discount: float, following: Array | None = None
+) -> Array:
+    """Return what each tick and those after it in its episode brought, discounted: float32 (T, R).
+
+    Args:
+        reward: float32 (T, R).
+        terminated: bool (T, R).
+        truncated: bool (T, R).
+        discount: Weight of the next tick (gamma), 0 to 1.
+        following: float32 (T, R), read where an episode was truncated and not terminated: what would have come; None:
+            nothing.
+
+    >>> never = np.zeros((3, 1), bool)
+    >>> rewards_to_go(np.ones((3, 1), np.float32), np.array([[False], [True], [False]]), never, 0.5).ravel()
+    array([1.5, 1. , 1. ], dtype=float32)
+    """
+    found = np.zeros_like(reward)
+    cut, ended = truncated & ~terminated, terminated | truncated
+    running = np.zeros_like(reward[0])
+    for t in reversed(range(len(reward))):
+        behind = np.where(ended[t], 0.0, running)
+        if following is not None:
+            behind = np.where(cut[t], following[t], behind)
+        running = found[t] = reward[t] + discount * behind
+    return found
+
+
+def episode_returns(reward: Array, ended: Array, active: Array) -> tuple[Array, Array]:
+    """Return how many whole episodes each row played, int64 (R,), and the mean of their plain sums, float64 (R,).
+
+    Args:
+        reward: float32 (T, R).
+        ended: bool (T, R), an episode's last tick.
+        active: bool (T, R); an episode without a single active tick does not count (a quota that was full). The rewards
+            of a counted one count all, whether its row was steered just then or not.
+
+    The mean is nan where a row ended no episode.
+    """
+    rows = ended.shape[1]
+    number = np.cumsum(ended, axis=0) - ended  # which of its row's episodes a tick belongs to
+    cells = number * rows + np.arange(rows)
+    size = (int(number.max(initial=0)) + 1) * rows
+
+    def told(weights: Array) -> Array:
+        return np.bincount(cells.ravel(), weights.ravel(), size).reshape(-1, rows)
+
+    counted = (told(ended) > 0) & (told(active) > 0)
+    count = counted.sum(axis=0)
+    total = (told(reward) * counted).sum(axis=0)
+    return count, np.divide(total, count, out=np.full(rows, np.nan), where=count > 0)
+
+
 def explained_variance(predicted: Array, found: Array) -> float:
     """Return the share of the targets' variance that the critic foresaw: 1 all, 0 none, below 0 worse than none."""
     spread = float(np.var(found))

@@ -12,11 +12,11 @@ import sys
 
 import typer
 
-from racecraft.cli import bench, run, settings
+from racecraft.cli import algorithms, bench, run, settings
 from racecraft.cli.battlesnake import snakes
 from racecraft.cli.deepracer import evaluate, logs, new, replay, tracks, train
 from racecraft.cli.gym import gym
-from racecraft.cli.runs import export, report, stop
+from racecraft.cli.runs import export, record, report, stop
 from racecraft.cli.unity import unity
 from racecraft.contract.errors import RacecraftError, UserInputError
 
@@ -43,6 +43,8 @@ app.add_typer(snakes.app, name="snakes")
 app.add_typer(unity.app, name="unity")
 app.command(name="export")(export.export)
 app.command(name="run", context_settings=run.CONTEXT)(run.run)
+app.command(name="record")(record.record)
+app.command(name="algorithms")(algorithms.algorithms)
 app.command(name="settings")(settings.settings)
 app.add_typer(bench.app, name="bench")
 

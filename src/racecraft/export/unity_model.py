@@ -71,6 +71,11 @@ def unity_model(network: ActorCritic, behavior: Behavior) -> Any:
             f"the policy reads {', '.join(network.policy_body.names)}; behavior '{behavior.name}' shows "
             f"{', '.join(sensor.name for sensor in behavior.sensors)}. Export it with the behavior it was trained on."
         )
+    if not isinstance(network.policy_body, Encoder):
+        raise UserInputError(
+            "the policy's network is one of your own (network.encoder); expected one of the built-in layers, which are "
+            "all that is known in ONNX here."
+        )
     table = ActionTable(behavior.actions)
     graph = _Graph(onnx)
     inputs = {sensor.name: graph.input(f"obs_{i}", _wire_shape(sensor)) for i, sensor in enumerate(behavior.sensors)}

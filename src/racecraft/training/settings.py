@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from racecraft.algorithms.registry import Algorithm
@@ -48,12 +48,17 @@ def composed(world: Settings, algorithm: Algorithm, tuned: Any = None) -> Settin
         algorithm: What learns.
         tuned: The algorithm's group as it serves this world; None: its own defaults.
 
+    An algorithm that learns from whole episodes is given one of every world, where nothing else is set.
+
     >>> from racecraft.algorithms.registry import find_algorithm
     >>> list(composed(Settings(network=1, runtime=2), find_algorithm("ppo")))
     ['network', 'ppo', 'runtime']
     """
     if algorithm.replay and "replay" not in world:
         world = world.with_group("replay", ReplayConfig(**algorithm.replay_values))
+    if algorithm.whole_episodes and world.rollout.episodes_per_iteration is None:
+        quota = world.rollout.num_worlds  # one episode of every world
+        world = world.with_group("rollout", replace(world.rollout, episodes_per_iteration=quota))
     if not algorithm.group:
         return world
     group = tuned if tuned is not None else algorithm.config_class()()

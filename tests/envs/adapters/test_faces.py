@@ -158,3 +158,26 @@ def test_pettingzoos_own_checker_accepts_our_parallel_env():
     parallel_seed_test(lambda: pettingzoo_parallel(Walk(1, 2)), num_cycles=20)
     with pytest.raises(ContractError, match="ParallelEnv is for one"):
         pettingzoo_parallel(Walk(2, 2))
+
+
+def test_a_parked_copy_stands_until_the_next_reset():
+    world, alone = GymnasiumWorld("CartPole-v1", 3), GymnasiumWorld("CartPole-v1", 3)
+    one, other = allocate(world.spec), allocate(world.spec)
+    world.reset(one, 4)
+    alone.reset(other, 4)
+    stood = one.observations["observation"][1].copy()
+    world.park(np.array([[False], [True], [False]]))
+    for _ in range(30):
+        world.step(np.ones((3, 1), np.int64), one)
+        alone.step(np.ones((3, 1), np.int64), other)
+        assert np.array_equal(one.observations["observation"][1], stood)
+        assert one.reward[1] == 0.0
+        assert not one.ended[1].any()
+        for n in (0, 2):
+            assert np.array_equal(one.observations["observation"][n], other.observations["observation"][n])
+    again = allocate(world.spec)
+    alone.load_state(world.save_state(), again)
+    assert np.array_equal(again.observations["observation"], one.observations["observation"])
+    world.reset(one, 4)
+    world.step(np.ones((3, 1), np.int64), one)
+    assert not np.array_equal(one.observations["observation"][1], stood)

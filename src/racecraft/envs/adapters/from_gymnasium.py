@@ -60,6 +60,8 @@ class GymnasiumWorld:
         self._episode = np.zeros(num_worlds, np.int64)
         self._history: list[list[Any]] = [[] for _ in range(num_worlds)]
         self._keys = stream_keys(0, "gymnasium episodes", num_worlds)
+        self._parked = np.zeros(num_worlds, bool)
+        self._seen: list[Any] = [None] * num_worlds
         self._begun = self._closed = False
 
     @property
@@ -71,6 +73,7 @@ class GymnasiumWorld:
         """Begin every copy anew."""
         self._set_seed(seed)
         self._episode[:] = 0
+        self._parked[:] = False
         for n in range(self._spec.num_worlds):
             self._show(self._begin(n), buffers.observations, n)
         buffers.active[:] = True
@@ -82,6 +85,9 @@ class GymnasiumWorld:
             raise ContractError(f"{self._spec.name}: step before reset; expected reset first.")
         buffers.active[:] = True
         for n, env in enumerate(self._envs):
+            if self._parked[n]:
+                self._stand(n, buffers)
+                continue
             action = self._told(actions[n, 0])
             seen, reward, terminated, truncated, _ = env.step(action)
             self._history[n].append(action)
@@ -93,6 +99,10 @@ class GymnasiumWorld:
                 self._episode[n] += 1
                 seen = self._begin(n)
             self._show(seen, buffers.observations, n)
+
+    def park(self, rows: Array) -> None:
+        """Leave copies (bool (N, 1)) standing until the next reset: they are not stepped and show what they showed."""
+        self._parked[:] = rows[:, 0]
 
     def save_state(self) -> dict[str, Array]:
         """Return the seed, each copy's episode and the actions taken in it."""
@@ -121,6 +131,7 @@ class GymnasiumWorld:
                 self._history[n].append(action)
             self._show(seen, buffers.observations, n)
         buffers.active[:] = True
+        self._parked[:] = False
         self._begun = True
 
     def close(self) -> None:
@@ -141,6 +152,12 @@ class GymnasiumWorld:
         seen, _ = self._envs[n].reset(seed=key >> 33)
         return seen
 
+    def _stand(self, n: int, buffers: StepBuffers) -> None:
+        """Show of a parked copy what it showed when it was parked; nothing comes of its tick."""
+        buffers.reward[n, 0] = 0.0
+        buffers.terminated[n, 0] = buffers.truncated[n, 0] = False
+        self._show(self._seen[n], buffers.observations, n)
+
     def _told(self, action: Any) -> Any:
         """Return an action as the environment wants it."""
         if isinstance(self._spec.actions, DiscreteActions):
@@ -148,6 +165,7 @@ class GymnasiumWorld:
         return np.array(action, np.float32)
 
     def _show(self, seen: Any, named: dict[str, Array], n: int) -> None:
+        self._seen[n] = seen
         for name, space in self._parts.items():
             value = seen[name] if self._is_dict else seen
             if isinstance(space, spaces.Discrete):

@@ -94,7 +94,7 @@ def plan(request: SnakeRequest) -> SnakePlan:
     algorithm = find_algorithm(request.algorithm or DEFAULT_ALGORITHM)
     settings = apply_overrides(default_settings(algorithm), request.overrides)
     stops = parse_stops(request.stops or DEFAULT_STOPS, RATING)
-    _check(request.game, settings)
+    _check(request.game, settings, algorithm)
     return SnakePlan(request, algorithm, settings, stops, 1 if request.seed is None else request.seed)
 
 
@@ -167,10 +167,15 @@ def _pool_of_untrained(planned: SnakePlan, world: SelfPlayWorld) -> OpponentPool
     return OpponentPool(learner.policy_spec, first, config.pool_size, config.pool_every, planned.seed)
 
 
-def _check(game: GameSettings, settings: Settings) -> None:
+def _check(game: GameSettings, settings: Settings, algorithm: Algorithm) -> None:
     """Refuse what cannot be learned by self-play."""
     if game.players < 2:
         raise SettingError(f"--snakes is {game.players}; expected at least 2: a snake learns from those it meets.")
+    if algorithm.whole_episodes:
+        raise SettingError(
+            f"--algorithm {algorithm.name} learns from whole episodes; snakes learn from rollout.horizon turns of "
+            "every game, since games differ much in length. Use ppo."
+        )
     if settings.rollout.episodes_per_iteration is not None:
         raise SettingError(
             "rollout.episodes_per_iteration is set; snakes learn from rollout.horizon turns of every game, since games "

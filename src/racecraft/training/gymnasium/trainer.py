@@ -8,22 +8,21 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
-import gymnasium
-
 from racecraft.algorithms.apex import ApexConfig
 from racecraft.algorithms.dqn import DqnConfig
+from racecraft.algorithms.es import EsConfig
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import PpoConfig
 from racecraft.algorithms.registry import Algorithm, find_algorithm
+from racecraft.algorithms.reinforce import ReinforceConfig
 from racecraft.algorithms.sac import SacConfig
-from racecraft.contract.errors import SettingError, UserInputError, nearest
-from racecraft.envs.adapters.from_gymnasium import GymnasiumWorld
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.replay_settings import ReplayConfig
 from racecraft.rollout.settings import RolloutConfig
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, from_dictionary
+from racecraft.training.gymnasium.environments import open_world, reward_threshold
 from racecraft.training.gymnasium.evaluator import ReturnEvaluator
 from racecraft.training.loop import Outcome
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
@@ -54,6 +53,8 @@ TUNED: Mapping[str, Any] = {
         max_grad_norm=10.0,
     ),
     "sac": SacConfig(learning_rate=1e-3, noise_correlation=0.8),
+    "reinforce": ReinforceConfig(learning_rate=3e-3),
+    "es": EsConfig(),
 }  # fmt: skip
 """What each algorithm learns small worlds with; one that is not here takes its own defaults."""
 VALUES = {"network": NetworkConfig(hidden_units=(128, 128), activation="relu")}
@@ -65,6 +66,11 @@ TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {
         "network": NetworkConfig(hidden_units=(64, 64), activation="relu"),
         "replay": ReplayConfig(learning_starts=500),
     },
+    "reinforce": {
+        "network": NetworkConfig(hidden_units=(64, 64), activation="tanh", separate_networks=True),
+    },
+    "es": {"rollout": RolloutConfig(num_worlds=32)},
+    "bc": {"rollout": RolloutConfig(num_worlds=1, horizon=1), "evaluation": EvaluationConfig(episodes=20, every=1)},
 }
 """Groups of WORLD_SETTINGS that an algorithm wants otherwise."""
 
@@ -75,7 +81,7 @@ class GymRequest(TrainRequest):
 
     kind: ClassVar[str] = KIND
     environment: str
-    """A registered id, such as "CartPole-v1"."""
+    """A registered id, such as "CartPole-v1", or "module:Class"."""
 
 
 @dataclass(frozen=True)
@@ -133,9 +139,9 @@ def opened(planned: GymPlan, say: Say) -> Iterator[Experiment]:
     """Open the copies that are learned and judged in."""
     environment, settings = planned.request.environment, planned.settings
     with contextlib.ExitStack() as worlds:
-        world = GymnasiumWorld(environment, settings.rollout.num_worlds)
+        world = open_world(environment, settings.rollout.num_worlds)
         worlds.callback(world.close)
-        judged = GymnasiumWorld(environment, min(settings.evaluation.episodes, JUDGING_WORLDS))
+        judged = open_world(environment, min(settings.evaluation.episodes, JUDGING_WORLDS))
         worlds.callback(judged.close)
         yield Experiment(
             kind=KIND,
@@ -176,28 +182,3 @@ def fit_worlds_to_episodes(settings: Settings) -> Settings:
         return settings
     fitting = max(count for count in range(1, min(episodes, worlds) + 1) if episodes % count == 0)
     return settings.with_group("rollout", replace(settings.rollout, num_worlds=fitting))
-
-
-def reward_threshold(environment: str) -> float | None:
-    """Return the mean return at which an environment counts as solved, where its registration says one.
-
-    Raises:
-        UserInputError: No such environment.
-    """
-    try:
-        return gymnasium.spec(environment).reward_threshold
-    except ModuleNotFoundError as error:
-        raise SettingError(
-            f"{environment}: there is no module '{error.name}'; expected the package that registers the environment, "
-            "installed or in this folder."
-        ) from error
-    except gymnasium.error.Error as error:
-        known = sorted(gymnasium.registry)
-        raise UserInputError(
-            f"There is no Gymnasium environment '{environment}'. {_hint(environment, known)}"
-        ) from error
-
-
-def _hint(name: str, known: list[str]) -> str:
-    hint = nearest(name, known)
-    return hint if hint.startswith("Did") else "`import` the package that registers it, or name a built-in one."

@@ -1,0 +1,148 @@
+"""Curves of REINFORCE, evolution strategies and behavioural cloning over seeds, on two worlds.
+
+    python benchmarks/simple_algorithms.py            run, and draw
+    python benchmarks/simple_algorithms.py --draw     draw again what was run
+
+Writes benchmarks/simple-algorithms.json and docs/pictures/simple-algorithms.png, and prints the table of the docs page.
+Every run has the settings that `racecraft gym train ID --algorithm NAME` begins with and the same budget of steps;
+behavioural cloning, which takes none, learns from twenty episodes of a run that solved the world. Steps count and not
+seconds, so a machine that does other things meanwhile changes nothing but the column of seconds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import json
+import statistics
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from racecraft.formats.demonstrations import write_demonstrations
+from racecraft.training.callbacks import TrainingCallback
+from racecraft.training.demonstrating import record_run
+from racecraft.training.gymnasium.trainer import GymRequest
+from racecraft.training.progress import LineWatcher
+from racecraft.training.worlds import train
+
+HERE = Path(__file__).resolve().parent
+RESULTS, PICTURE = HERE / "simple-algorithms.json", HERE.parent / "docs" / "pictures" / "simple-algorithms.png"
+WORLDS = {"CartPole-v1": 475.0, "Acrobot-v1": -100.0}
+"""Worlds, and the mean return that counts as solved."""
+BUDGET = 200_000
+"""Steps of one run at most."""
+KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "REINFORCE, value baseline": ("reinforce", ()),
+    "REINFORCE, no baseline": ("reinforce", ("reinforce.baseline=none",)),
+    "evolution strategies": ("es", ()),
+}
+COLOURS = ("#1b6ca8", "#8fbcd4", "#d1622b")
+SEEDS = (1, 2, 3)
+
+
+def quiet() -> TrainingCallback:
+    """Return a watcher that says nothing."""
+    return LineWatcher(io.StringIO())
+
+
+def one_run(world: str, algorithm: str, seed: int, folder: Path, overrides: tuple[str, ...], stop: str) -> Any:
+    """Train once; return what came of it and the curve: [steps, mean training return] of each iteration."""
+    stops = (f"score={WORLDS[world]:g}", stop)
+    request = GymRequest(world, algorithm=algorithm, seed=seed, run=folder, stops=stops, overrides=overrides)
+    told = train(request, quiet(), lambda text: None).summary()
+    rows = [json.loads(line) for line in (folder / "metrics.jsonl").read_text().splitlines()]
+    curve = [[row["steps"], row["training_score"]] for row in rows if row["training_score"] is not None]
+    return {
+        "solved": told["solved"],
+        "steps": told["env_steps"],
+        "seconds": told["seconds"],
+        "return": told["evaluation"]["mean_return"],
+        "iterations": told["iterations"],
+        "curve": curve,
+    }
+
+
+def run_all(folder: Path) -> dict[str, Any]:
+    """Run every kind on every world with every seed."""
+    found: dict[str, Any] = {}
+    for world in WORLDS:
+        found[world] = {}
+        for kind, (algorithm, overrides) in KINDS.items():
+            found[world][kind] = []
+            for seed in SEEDS:
+                place = folder / f"{world}-{kind}-{seed}"
+                told = one_run(world, algorithm, seed, place, overrides, f"steps={BUDGET}")
+                found[world][kind].append(told)
+                print(world, kind, seed, {name: told[name] for name in ("solved", "steps", "seconds", "return")})
+                RESULTS.write_text(json.dumps(found))
+        found[world]["behavioural cloning"] = cloned(world, folder)
+        RESULTS.write_text(json.dumps(found))
+    return found
+
+
+def cloned(world: str, folder: Path) -> list[Any]:
+    """Clone the value-baseline run of the first seed, twenty episodes of it, with every seed."""
+    demos = folder / f"{world}.safetensors"
+    write_demonstrations(demos, record_run(str(folder / f"{world}-{next(iter(KINDS))}-{SEEDS[0]}"), 20))
+    named = (f"bc.demonstrations={demos}",)
+    return [one_run(world, "bc", seed, folder / f"{world}-bc-{seed}", named, "iterations=20") for seed in SEEDS]
+
+
+def table(found: dict[str, Any]) -> str:
+    """Return the results as Markdown."""
+    lines = ["| world | algorithm | solved | steps, median | seconds, median | return at the end, median |"]
+    lines.append("|---|---|---|---|---|---|")
+    for world, kinds in found.items():
+        for kind, runs in kinds.items():
+            solved = f"{sum(run['solved'] for run in runs)} of {len(runs)}"
+            steps, seconds, end = (
+                statistics.median(run[name] for run in runs) for name in ("steps", "seconds", "return")
+            )
+            passes = statistics.median(run["iterations"] for run in runs)
+            taken = f"{passes:.0f} pass{'es' * (passes > 1)}" if kind == "behavioural cloning" else f"{steps:,.0f}"
+            lines.append(f"| {world} | {kind} | {solved} | {taken} | {seconds:.0f} | {end:.0f} |")
+    return "\n".join(lines)
+
+
+def draw(found: dict[str, Any]) -> None:
+    """Draw each run thin and smoothed over ten iterations."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(1, len(found), figsize=(10, 3.8), dpi=110)
+    for axis, (world, kinds) in zip(axes, found.items(), strict=True):
+        for kind, colour in zip(KINDS, COLOURS, strict=True):
+            for index, run in enumerate(kinds[kind]):
+                steps = [point[0] for point in run["curve"]]
+                values = [point[1] for point in run["curve"]]
+                smooth = [statistics.fmean(values[max(0, k - 9) : k + 1]) for k in range(len(values))]
+                axis.plot(steps, smooth, color=colour, lw=1.4, label=kind if index == 0 else None)
+        axis.axhline(WORLDS[world], color="#777777", lw=0.8, ls=":")
+        axis.set_title(f"{world} (dotted: solved)", fontsize=10)
+        axis.set_xlabel("steps", fontsize=9)
+        axis.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:.0f}k")
+        axis.spines[["top", "right"]].set_visible(False)
+    axes[0].set_ylabel("training return, mean of 10 iterations", fontsize=9)
+    axes[0].legend(fontsize=8, frameon=False)
+    figure.tight_layout()
+    figure.savefig(PICTURE)
+
+
+def main() -> None:
+    """Run or only draw."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--draw", action="store_true", help="only draw what was run before")
+    if parser.parse_args().draw:
+        found = json.loads(RESULTS.read_text())
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            found = run_all(Path(folder))
+    draw(found)
+    print(table(found))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,275 @@
+"""Behavioural cloning: learn to do what was shown, as one learns any table by heart. Begin with `cloning_loss`.
+
+Source: Pomerleau, "ALVINN: an autonomous land vehicle in a neural network", 1988.
+
+Demonstrations are recorded observations and actions (`racecraft record`, `racecraft.formats.demonstrations`). An
+iteration is one pass over them in shuffled minibatches, making each recorded action likelier where it was taken. Some
+episodes are held out, so that learning by heart shows. The world itself teaches nothing here: what the clone meets in
+it is only watched, and judges it. A clone knows nothing of where its demonstrator never was; go on with another
+algorithm from its weights (`--from`), which fit every learner with such a network.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from racecraft.algorithms.actor_policy import ActorPolicy, load_actor_policy
+from racecraft.algorithms.adam import Adam
+from racecraft.algorithms.distributions import DiagGaussian, Distribution, distribution_for
+from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError, StateDict
+from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
+from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
+from racecraft.contract.errors import SettingError
+from racecraft.contract.world import (
+    ActionSpec,
+    Array,
+    ArraySpec,
+    ContinuousActions,
+    DiscreteActions,
+    HybridActions,
+    WorldSpec,
+)
+from racecraft.formats.demonstrations import Demonstrations, read_demonstrations
+from racecraft.settings.composition import Settings
+from racecraft.settings.table import check_group, setting
+
+FIGURES = {
+    "loss": "Mean -log probability of the recorded actions, in nats (of numbers: -log density).",
+    "agreement": "Share of recorded choices that are the clone's likeliest; of numbers: of those within a tenth of "
+    "their range.",
+    "held_out_loss": "The same loss on the episodes held out, after the pass; 0 where none are.",
+    "held_out_agreement": "The same share on the episodes held out, after the pass; 0 where none are.",
+    "transitions": "Recorded ticks learned from in one pass.",
+    "minibatches": "Gradient steps taken.",
+}
+"""What an update tells: means over its minibatches, unless it says otherwise."""
+NEAR = 0.2
+"""Numbers in [-1, 1] units agree within so much: a tenth of the range."""
+
+
+@dataclass(frozen=True)
+class BcConfig:
+    """Behavioural cloning: recorded actions grow likelier where they were taken."""
+
+    demonstrations: str | None = setting(None, "File of recorded episodes; `racecraft record RUN` writes one.")
+    learning_rate: float = setting(1e-3, "Adam's step size.", low=1e-8, high=1.0)
+    batch_size: int = setting(256, "Recorded ticks in one minibatch.", low=1)
+    held_out: float = setting(
+        0.1, "Share of the recorded episodes that is only judged by, the last ones.", low=0.0, high=0.9
+    )
+    least_std: float = setting(
+        0.1, "Numbers keep at least this standard deviation, of half their range: others explore from it.", low=1e-3
+    )
+
+    def __post_init__(self) -> None:
+        check_group(self)
+
+
+@dataclass(frozen=True)
+class Shown:
+    """B recorded ticks, as tensors."""
+
+    observations: dict[str, Tensor]
+    raw_actions: Tensor
+    action_mask: Tensor | None
+
+    def take(self, rows: Tensor) -> Shown:
+        """Return the chosen rows (int64 (B,))."""
+        return Shown(
+            {name: part[rows] for name, part in self.observations.items()},
+            self.raw_actions[rows],
+            None if self.action_mask is None else self.action_mask[rows],
+        )
+
+
+class BcLearner:
+    """A policy that learns from recorded episodes.
+
+    Args:
+        spec: The world's promise; what was recorded must be seen and decided in it.
+        network: The network's settings, or a whole `Architecture`.
+        config: The algorithm's settings.
+        shown: What was recorded.
+        seed: Of the first weights and the order of minibatches.
+        device: "cpu" or "cuda".
+
+    Raises:
+        SettingError: The recorded episodes are of another world.
+    """
+
+    eats = ROLLOUT
+    figures = FIGURES
+
+    def __init__(
+        self,
+        spec: WorldSpec,
+        network: NetworkConfig | Architecture,
+        config: BcConfig,
+        shown: Demonstrations,
+        seed: int,
+        device: str = "cpu",
+    ) -> None:
+        self.spec, self.config, self.device = spec, config, torch.device(device)
+        self.architecture = architecture_of(network) if isinstance(network, NetworkConfig) else network
+        self.distribution = distribution_for(spec.actions)
+        chance = torch.Generator().manual_seed(seed)
+        self.network = ActorCritic(spec.observations, spec.actions, self.architecture, chance).to(self.device)
+        self.generator = torch.Generator(self.device).manual_seed(seed + 1)
+        self.optimiser = Adam(self.network.parameters(), config.learning_rate, 1e-8)
+        self.policy = ActorPolicy(self.network, self.distribution)
+        self.columns: dict[str, ArraySpec] = {}
+        require_same_world(spec, shown)
+        names = self.network.policy_body.names
+        self.shown = Shown(
+            {name: torch.from_numpy(shown.observations[name]).to(self.device) for name in names},
+            to_raw(torch.from_numpy(shown.actions), spec.actions).to(self.device),
+            None if shown.action_mask is None else torch.from_numpy(shown.action_mask).to(self.device),
+        )
+        first_held = shown.num_episodes - int(config.held_out * shown.num_episodes)
+        held = torch.from_numpy(shown.episode >= first_held)
+        self.taught, self.held = (part.nonzero().squeeze(1).to(self.device) for part in (~held, held))
+
+    @classmethod
+    def build(cls, spec: WorldSpec, settings: Settings, seed: int) -> BcLearner:
+        """Return a learner with the settings' groups `network`, `bc` and `runtime`.
+
+        Raises:
+            SettingError: No demonstrations are named, or they are of another world.
+            CheckpointError: There is no such file, or it holds no demonstrations.
+        """
+        path = settings.bc.demonstrations
+        if path is None:
+            raise SettingError(
+                "bc learns from recorded episodes and none are named; expected --set bc.demonstrations=FILE, such as "
+                "`racecraft record RUN --output demos.safetensors` writes."
+            )
+        shown = read_demonstrations(path)
+        return cls(spec, settings.network, settings.bc, shown, seed, settings.runtime.device)
+
+    @classmethod
+    def load_policy(cls, spec: PolicySpec, weights: Mapping[str, Tensor]) -> ActorPolicy:
+        """Return the greedy policy of a checkpoint."""
+        return load_actor_policy(spec, weights)
+
+    @property
+    def policy_spec(self) -> PolicySpec:
+        """What a stranger needs to rebuild the policy."""
+        return spec_of_policy(self.spec, "bc", architecture_values(self.architecture))
+
+    def act(
+        self,
+        observations: Mapping[str, Array],
+        action_mask: Array | None = None,
+        *,
+        generator: torch.Generator | None = None,
+        rows: Array | None = None,
+    ) -> Decision:
+        """Do what is likeliest: nothing is explored, for nothing is learned from it."""
+        return Decision(self.policy.act(observations, action_mask), {})
+
+    def forget(self, rows: Array) -> None:
+        """Nothing is remembered from tick to tick."""
+
+    def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
+        """Return greedy actions (R, *action shape); needs no privileged observation."""
+        return self.policy.act(observations, action_mask)
+
+    def update(self, experience: Any) -> dict[str, float]:
+        """Go once through what was shown, whatever the world brought; return `FIGURES`.
+
+        Raises:
+            DivergedError: The loss is no longer a number.
+        """
+        order = self.taught[torch.randperm(len(self.taught), generator=self.generator, device=self.device)]
+        told = [self._step(self.shown.take(rows)) for rows in order.split(self.config.batch_size)]
+        means = torch.stack(told).mean(dim=0).tolist()
+        if not np.isfinite(means).all():
+            raise DivergedError(
+                f"After {len(told)} minibatches loss and agreement are {means}; expected numbers. Lower "
+                "bc.learning_rate, and go on from the last checkpoint."
+            )
+        return dict(zip(FIGURES, [*means, *self._judge(), len(order), len(told)], strict=True))
+
+    def state_dict(self) -> StateDict:
+        """Return everything an exact continuation needs, as named tensors in groups (copies)."""
+        return {
+            "network": {name: value.detach().clone() for name, value in self.network.state_dict().items()},
+            "optimiser": self.optimiser.state_dict(),
+            "generator": {"state": self.generator.get_state()},
+        }
+
+    def load_state_dict(self, state: Mapping[str, Mapping[str, Tensor]]) -> None:
+        """Go on from what `state_dict` gave; groups other than "network" may be absent (weights alone)."""
+        self.network.load_state_dict(dict(state["network"]))
+        if state.get("optimiser"):
+            self.optimiser.load_state_dict(state["optimiser"])
+        if "generator" in state:
+            self.generator.set_state(state["generator"]["state"].cpu())
+
+    def _step(self, batch: Shown) -> Tensor:
+        loss, agreement = cloning_loss(self.network, self.distribution, batch)
+        self.network.zero_grad(set_to_none=True)
+        loss.backward()
+        self.optimiser.step()
+        if self.network.log_std is not None:
+            self.network.log_std.data.clamp_(min=float(np.log(self.config.least_std)))
+        return torch.stack([loss.detach(), agreement])
+
+    @torch.inference_mode()
+    def _judge(self) -> list[float]:
+        """Return loss and agreement on what is held out."""
+        if not len(self.held):
+            return [0.0, 0.0]
+        parts = self.held.split(4096)
+        told = [torch.stack(cloning_loss(self.network, self.distribution, self.shown.take(rows))) for rows in parts]
+        sizes = torch.tensor([len(rows) for rows in parts], device=self.device)
+        mean: list[float] = ((torch.stack(told) * sizes[:, None]).sum(dim=0) / sizes.sum()).tolist()
+        return mean
+
+
+def cloning_loss(network: ActorCritic, distribution: Distribution, batch: Shown) -> tuple[Tensor, Tensor]:
+    """Return the mean -log probability of what was shown, and the share in which the clone would do the same."""
+    params = network.policy(batch.observations)
+    log_prob, _ = distribution.log_prob_and_entropy(params, network.log_std, batch.action_mask, batch.raw_actions)
+    with torch.no_grad():
+        likeliest, _ = distribution.mode(params, network.log_std, batch.action_mask)
+        away = (likeliest - batch.raw_actions).abs().float().reshape(len(params), -1).amax(dim=1)
+    return -log_prob.mean(), (away < NEAR).float().mean()
+
+
+def to_raw(actions: Tensor, spec: ActionSpec) -> Tensor:
+    """Return recorded actions as raw ones: choices as they are, bounded numbers in [-1, 1] units."""
+    if isinstance(spec, HybridActions):
+        width = spec.continuous.shape[0]
+        return torch.cat([to_raw(actions[:, :width], spec.continuous), actions[:, width:]], dim=1)
+    if not isinstance(spec, ContinuousActions):
+        return actions.long() if isinstance(spec, DiscreteActions) else actions
+    bounds = DiagGaussian(spec)
+    return (actions.float() - bounds.centre) / bounds.scale
+
+
+def require_same_world(spec: WorldSpec, shown: Demonstrations) -> None:
+    """Refuse episodes that were recorded in another world.
+
+    Raises:
+        SettingError: The letter says what differs.
+    """
+    there = PolicySpec.from_dictionary(shown.spec)
+    if there.actions != spec.actions:
+        raise SettingError(
+            f"bc.demonstrations: the recorded actions are {there.actions}, those of {spec.name} are {spec.actions}; "
+            "expected the same. Record in this world."
+        )
+    for name, part in spec.observations.items():
+        found = there.observations.get(name)
+        if not part.privileged and (found is None or found.shape != part.shape or found.dtype != part.dtype):
+            raise SettingError(
+                f"bc.demonstrations: the observation '{name}' is {found or 'not recorded'}; {spec.name} shows {part}; "
+                "expected the same. Record in this world."
+            )

@@ -1,0 +1,91 @@
+"""Environments by name: a registered id, "module:ID", or a user's own "module:Class". Begin with `open_world`.
+
+A class is a `gymnasium.Env`, made without arguments, or a `racecraft.contract.world.World`, made with `num_worlds`.
+Either may say in `reward_threshold` at which mean return it counts as solved.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+
+from racecraft.algorithms.registry import load_class, see_present_folder
+from racecraft.contract.errors import SettingError, UserInputError, nearest
+from racecraft.contract.world import World
+from racecraft.envs.adapters.from_gymnasium import GymnasiumWorld
+
+WORLD_PARTS = ("spec", "reset", "step", "save_state", "load_state", "close")
+"""What a `World` has."""
+
+
+def open_world(environment: str, num_worlds: int) -> World:
+    """Return so many copies of an environment side by side.
+
+    Raises:
+        UserInputError: No such environment, a space that cannot be shown, or a class of another shape.
+    """
+    own = own_class(environment)
+    if own is None:
+        return GymnasiumWorld(environment, num_worlds)
+    if issubclass(own, gymnasium.Env):
+        return GymnasiumWorld(own, num_worlds)
+    try:
+        world: World = own(num_worlds=num_worlds)
+    except TypeError as error:
+        raise SettingError(f"{environment}: {error}; expected a World that is made with num_worlds=N.") from error
+    missing = [part for part in WORLD_PARTS if not hasattr(world, part)]
+    if missing:
+        raise SettingError(
+            f"{environment} lacks {', '.join(missing)}; expected a subclass of gymnasium.Env, or a class as "
+            "`racecraft.contract.world.World` describes it."
+        )
+    return world
+
+
+def own_class(environment: str) -> Any:
+    """Return the class that "module:Class" names; None where the name is an id that Gymnasium knows.
+
+    Raises:
+        SettingError: There is no such module, or it has no such class.
+    """
+    module, colon, name = environment.partition(":")
+    if not colon:
+        return None
+    see_present_folder()
+    if not name.isidentifier():
+        return None  # "module:Name-v0" is an id; Gymnasium imports the module itself
+    found = load_class(environment, "gym train")
+    if not isinstance(found, type):
+        raise SettingError(f"{environment} is {type(found).__name__}, no class; expected a gymnasium.Env or a World.")
+    return found
+
+
+def reward_threshold(environment: str) -> float | None:
+    """Return the mean return at which an environment counts as solved, where it or its registration says one.
+
+    Raises:
+        UserInputError: No such environment.
+    """
+    own = own_class(environment)
+    if own is not None:
+        threshold = getattr(own, "reward_threshold", None)
+        return None if threshold is None else float(threshold)
+    module, _, name = environment.rpartition(":")
+    try:
+        if module:
+            __import__(module)
+        return gymnasium.spec(name).reward_threshold
+    except ModuleNotFoundError as error:
+        raise SettingError(
+            f"{environment}: there is no module '{error.name}'; expected the package that registers the environment, "
+            "installed or in this folder."
+        ) from error
+    except gymnasium.error.Error as error:
+        known = sorted(gymnasium.registry)
+        raise UserInputError(f"There is no Gymnasium environment '{environment}'. {_hint(name, known)}") from error
+
+
+def _hint(name: str, known: list[str]) -> str:
+    hint = nearest(name, known)
+    return hint if hint.startswith("Did") else "`import` the package that registers it, or name a built-in one."

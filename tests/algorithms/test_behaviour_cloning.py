@@ -1,0 +1,164 @@
+"""Behavioural cloning by hand, by law, and by what it learns from another's episodes."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+from toy_world import CopyTheNumber, Walk
+
+from racecraft.algorithms.behaviour_cloning import BcConfig, BcLearner, Shown, cloning_loss, to_raw
+from racecraft.algorithms.distributions import Categorical, distribution_for
+from racecraft.algorithms.learner import Learner
+from racecraft.algorithms.networks import NetworkConfig
+from racecraft.contract.errors import SettingError
+from racecraft.contract.world import ContinuousActions, DiscreteActions, HybridActions, MultiDiscreteActions
+from racecraft.formats.demonstrations import KIND, read_demonstrations, write_demonstrations
+from racecraft.formats.tensor_file import CheckpointError, write_tensors
+from racecraft.players.trained import GreedyPolicy
+from racecraft.rollout.demonstrate import demonstrate
+from racecraft.rollout.episodes import play_episodes
+from racecraft.rollout.statistics import summarise
+
+NETWORK = NetworkConfig(hidden_units=(16,), activation="tanh")
+
+
+class Expert:
+    """Says the number it sees."""
+
+    def act(self, observations, action_mask=None):
+        return observations["number"].argmax(axis=1) if observations["number"].ndim > 1 else observations["number"]
+
+    def forget(self, rows):
+        pass
+
+
+class Up:
+    """Walks up by numbers."""
+
+    def act(self, observations, action_mask=None):
+        return np.full((len(observations["clock"]), 1), 0.8, np.float32)
+
+    def forget(self, rows):
+        pass
+
+
+class UpByChoice:
+    """Walks up by choices, and looks at the mask."""
+
+    def act(self, observations, action_mask=None):
+        assert action_mask is not None
+        return np.full(len(observations["clock"]), 2)
+
+    def forget(self, rows):
+        pass
+
+
+class Fixed(torch.nn.Module):
+    """Always the same logits."""
+
+    log_std = None
+
+    def policy(self, observations):
+        return torch.tensor([[0.0, math.log(3.0)]]).expand(len(observations["x"]), 2)
+
+
+def test_the_loss_is_what_a_pencil_says():
+    shown = Shown({"x": torch.zeros(4, 1)}, torch.tensor([0, 1, 1, 1]), None)
+    loss, agreement = cloning_loss(Fixed(), Categorical(DiscreteActions(2)), shown)
+    assert loss.item() == pytest.approx(-(math.log(0.25) + 3 * math.log(0.75)) / 4)
+    assert agreement.item() == 0.75
+
+
+@pytest.mark.parametrize(
+    "spec",
+    [
+        DiscreteActions(3),
+        MultiDiscreteActions((3, 2)),
+        ContinuousActions((-2.0, 1.0), (2.0, 3.0)),
+        HybridActions(ContinuousActions((-2.0,), (6.0,)), MultiDiscreteActions((3,))),
+    ],
+)
+def test_raw_actions_are_the_way_back_from_actions(spec):
+    kind, chance = distribution_for(spec), torch.Generator().manual_seed(1)
+    from racecraft.algorithms.distributions import numbers_width, params_width
+
+    numbers = numbers_width(spec)
+    log_std = torch.full((numbers,), -1.5) if numbers else None
+    raw, _ = kind.sample(torch.zeros(32, params_width(spec)), log_std, None, chance)
+    raw = raw.clamp(-1, 1) if isinstance(spec, ContinuousActions) else raw
+    told = kind.to_actions(raw)
+    assert torch.allclose(kind.to_actions(to_raw(told, spec)).float(), told.float(), atol=1e-6)
+    if isinstance(spec, ContinuousActions):
+        assert torch.allclose(to_raw(told, spec), raw, atol=1e-6)
+
+
+def test_whole_episodes_are_recorded_in_order_and_read_back(tmp_path):
+    shown = demonstrate(UpByChoice(), Walk(3, masked=True), 7, seed=5, source={"who": "up"})
+    assert shown.num_episodes == 7
+    clocks = shown.observations["clock"][:, 0]
+    begins = np.flatnonzero(np.diff(shown.episode, prepend=-1))
+    assert (clocks[begins] == 0).all()
+    assert (np.diff(clocks)[np.diff(shown.episode) == 0] == 1).all()
+    squares = shown.observations["square"].argmax(axis=1)
+    assert (shown.reward == np.minimum(squares + 1, 8)).all(), "a reward stands beside what was seen before it"
+    assert shown.action_mask.shape == (len(shown), 3)
+    write_demonstrations(tmp_path / "up.safetensors", shown)
+    again = read_demonstrations(tmp_path / "up.safetensors")
+    assert again.spec == shown.spec
+    assert again.source == {"who": "up"}
+    assert again.returns.tolist() == shown.returns.tolist()
+    for name, array in shown.observations.items():
+        assert np.array_equal(again.observations[name], array)
+        assert again.observations[name].dtype == array.dtype
+
+
+def test_files_that_hold_no_demonstrations_are_named(tmp_path):
+    path = tmp_path / "other.safetensors"
+    write_tensors(path, "racecraft policy", {"w": np.zeros(2)}, {})
+    for bad in (path, tmp_path / "absent.safetensors"):
+        with pytest.raises(CheckpointError, match=bad.name):
+            read_demonstrations(bad)
+    write_tensors(path, KIND, {"actions": np.zeros(2)}, {"spec": {}})
+    with pytest.raises(CheckpointError, match="reward, episode"):
+        read_demonstrations(path)
+
+
+def test_a_clone_copies_the_number_as_its_expert_does():
+    shown = demonstrate(Expert(), CopyTheNumber(4), 20, seed=1)
+    learner = BcLearner(CopyTheNumber(4).spec, NETWORK, BcConfig(learning_rate=1e-2, batch_size=16), shown, seed=1)
+    first = learner.update(None)
+    for _ in range(20):
+        last = learner.update(None)
+    assert last["loss"] < 0.2 < first["loss"]
+    assert last["held_out_agreement"] == 1.0
+    assert last["transitions"] == (shown.episode < 18).sum()
+    greedy = summarise(play_episodes(GreedyPolicy(learner), CopyTheNumber(4), episodes_each=4, seed=2))
+    assert greedy.mean_reward == 8.0
+
+
+def test_a_clone_of_numbers_hits_them_and_stays_curious():
+    world = Walk(4, continuous=True)
+    shown = demonstrate(Up(), world, 8, seed=1)
+    learner = BcLearner(world.spec, NETWORK, BcConfig(learning_rate=1e-2, batch_size=16), shown, seed=1)
+    for _ in range(60):
+        figures = learner.update(None)
+    seen = {"square": np.eye(9, dtype=np.float32), "clock": np.zeros((9, 1), np.uint8)}
+    assert learner.choose(seen)[3:, 0] == pytest.approx(0.8, abs=0.05)
+    assert figures["agreement"] == 1.0
+    assert learner.network.log_std.item() == pytest.approx(math.log(0.1), abs=1e-6), "sure, and not surer than allowed"
+
+
+def test_episodes_of_another_world_are_refused():
+    shown = demonstrate(Expert(), CopyTheNumber(4), 4)
+    with pytest.raises(SettingError, match="recorded actions"):
+        BcLearner(Walk(4).spec, NETWORK, BcConfig(), shown, seed=1)
+
+
+def test_what_is_restored_goes_on_bit_for_bit():
+    shown = demonstrate(Expert(), CopyTheNumber(4), 8)
+    one, two = (BcLearner(CopyTheNumber(4).spec, NETWORK, BcConfig(), shown, seed=seed) for seed in (1, 2))
+    one.update(None)
+    two.load_state_dict(one.state_dict())
+    assert one.update(None) == two.update(None)
+    assert isinstance(one, Learner)

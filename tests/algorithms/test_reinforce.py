@@ -1,0 +1,177 @@
+"""REINFORCE by hand, by a slow twin that goes episode by episode, and by what it learns."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+from toy_world import CopyTheNumber, Walk
+
+from racecraft.algorithms.learner import DivergedError, Learner
+from racecraft.algorithms.networks import NetworkConfig
+from racecraft.algorithms.reinforce import ReinforceConfig, ReinforceLearner, reinforce_loss
+from racecraft.algorithms.returns import episode_returns, rewards_to_go
+from racecraft.players.trained import GreedyPolicy
+from racecraft.rollout.collector import Collector
+from racecraft.rollout.episodes import play_episodes
+from racecraft.rollout.statistics import summarise
+
+NETWORK = NetworkConfig(hidden_units=(16,), activation="tanh")
+
+
+def learner_for(world, seed=1, **settings):
+    return ReinforceLearner(world.spec, NETWORK, ReinforceConfig(**settings), seed)
+
+
+def mean_reward(world, learner):
+    return summarise(play_episodes(GreedyPolicy(learner), world, episodes_each=4, seed=2)).mean_reward
+
+
+class TwoLogits(torch.nn.Module):
+    """A policy of two choices whose logits are its only weights, and a value that is a weight, too."""
+
+    log_std = None
+
+    def __init__(self):
+        super().__init__()
+        self.logits = torch.nn.Parameter(torch.tensor([0.0, math.log(3.0)]))
+        self.expected = torch.nn.Parameter(torch.tensor(1.0))
+
+    def policy(self, observations):
+        return self.logits.expand(len(observations["x"]), 2)
+
+    def forward(self, observations):
+        return self.policy(observations), self.expected.expand(len(observations["x"]))
+
+
+def test_the_loss_is_what_a_pencil_says():
+    world = CopyTheNumber(1, count=2)
+    network, seen = TwoLogits(), {"x": torch.zeros(2, 1)}
+    told = reinforce_loss(
+        network, learner_for(world).distribution, seen, torch.tensor([0, 1]), torch.tensor([2.0, -1.0]),
+        torch.tensor([3.0, 0.0]), None, ReinforceConfig(value_weight=0.5, entropy_weight=0.1),
+    )  # fmt: skip
+    # Probabilities 1/4 and 3/4; advantages 2 and -1; the critic says 1 where 3 and 0 came.
+    policy = -(2.0 * math.log(0.25) - math.log(0.75)) / 2
+    entropy = -(0.25 * math.log(0.25) + 0.75 * math.log(0.75))
+    assert told[1].tolist() == pytest.approx([policy, 2.5, entropy], rel=1e-6)
+    assert told[0].item() == pytest.approx(policy + 0.5 * 2.5 - 0.1 * entropy, rel=1e-6)
+
+
+def test_what_follows_stops_at_an_end_and_goes_on_behind_a_cut():
+    reward = np.array([[1.0], [2.0], [4.0], [8.0]], np.float32)
+    terminated, truncated = np.zeros((4, 1), bool), np.zeros((4, 1), bool)
+    terminated[1], truncated[3] = True, True
+    following = np.full((4, 1), 100.0, np.float32)
+    assert rewards_to_go(reward, terminated, truncated, 0.5).ravel().tolist() == [2.0, 2.0, 8.0, 8.0]
+    assert rewards_to_go(reward, terminated, truncated, 0.5, following).ravel().tolist() == [2.0, 2.0, 33.0, 58.0]
+
+
+def test_an_episode_beyond_the_quota_does_not_count():
+    reward = np.array([[1, 1], [1, 2], [5, 4], [5, 8]], np.float32)
+    ended = np.array([[0, 0], [1, 0], [1, 0], [1, 1]], bool)
+    active = np.array([[1, 1], [1, 0], [0, 1], [0, 1]], bool)
+    count, mean = episode_returns(reward, ended, active)
+    assert count.tolist() == [1, 1]
+    assert mean.tolist() == [2.0, 15.0]
+    count, mean = episode_returns(reward[:1], ended[:1], active[:1])
+    assert count.tolist() == [0, 0]
+    assert np.isnan(mean).all()
+
+
+@pytest.mark.parametrize("baseline", ["none", "mean"])
+def test_its_gradient_is_that_of_a_plain_loop_over_episodes(baseline):
+    world = Walk(3, masked=True)
+    learner = learner_for(world, baseline=baseline, scale_returns=False, discount=0.9)
+    batch = Collector(world, learner, 8, seed=4).collect_episodes(2)
+    before = {name: part.detach().clone() for name, part in learner.network.named_parameters()}
+
+    episodes, ended = [], batch.terminated | batch.truncated
+    for r in range(3):
+        ticks = []
+        for t in range(len(ended)):
+            if batch.active[t, r]:
+                ticks.append(t)
+            if ended[t, r] and ticks:
+                episodes.append((r, ticks))
+                ticks = []
+    assert len(episodes) == 6
+    followed = [
+        [sum(0.9 ** (k - t) * float(batch.reward[k, r]) for k in ticks if k >= t) for t in ticks]
+        for r, ticks in episodes
+    ]
+    count = sum(map(len, followed))
+    taken = sum(map(sum, followed)) / count if baseline == "mean" else 0.0
+    loss = torch.zeros(())
+    for (r, ticks), returns in zip(episodes, followed, strict=True):
+        for t, g in zip(ticks, returns, strict=True):
+            seen = {name: torch.from_numpy(array[t, r : r + 1]) for name, array in batch.observations.items()}
+            logits = learner.network.policy(seen)[0].masked_fill(~torch.from_numpy(batch.action_mask[t, r]), -1e9)
+            loss = loss - (g - taken) * torch.log_softmax(logits, 0)[int(batch.columns["raw_action"][t, r])] / count
+    wanted = torch.autograd.grad(loss, list(learner.network.parameters()), allow_unused=True)
+    learner.optimiser.step = lambda: None
+    figures = learner.update(batch)
+    for one, gradient in zip(learner.network.parameters(), wanted, strict=True):
+        assert (one.grad is None) == (gradient is None)
+        assert gradient is None or torch.allclose(one.grad, gradient, atol=1e-5)
+    assert figures["policy_loss"] == pytest.approx(loss.item(), abs=1e-5)
+    assert figures["whole_episodes"] == 6
+    assert figures["transitions"] == count
+    assert all(torch.equal(before[name], part) for name, part in learner.network.named_parameters())
+
+
+def test_a_critic_is_taught_with_baseline_value_only():
+    world = Walk(4)
+    for baseline, moves in (("value", True), ("none", False)):
+        learner = learner_for(world, baseline=baseline)
+        before = learner.network.value_head.weight.detach().clone()
+        learner.update(Collector(world, learner, 8, seed=1).collect_episodes(1))
+        assert torch.equal(before, learner.network.value_head.weight) is not moves
+
+
+@pytest.mark.parametrize("baseline", ["none", "mean", "value"])
+def test_it_copies_the_number_it_sees(baseline):
+    world = CopyTheNumber(8)
+    learner = learner_for(world, baseline=baseline, learning_rate=3e-2, discount=0.5)
+    collector = Collector(world, learner, 8, seed=1)
+    for _ in range(40):
+        learner.update(collector.collect_episodes(2))
+    assert mean_reward(CopyTheNumber(4), learner) >= 7.5  # every number of an episode is 8; guessing brings 2
+
+
+def test_it_walks_up_by_numbers():
+    world = Walk(8, continuous=True)
+    learner = learner_for(world, learning_rate=2e-2)
+    collector = Collector(world, learner, 8, seed=1)
+    before = mean_reward(Walk(4, continuous=True), learner)
+    for _ in range(40):
+        learner.update(collector.collect_episodes(2))
+    assert mean_reward(Walk(4, continuous=True), learner) > 1.3 * before
+
+
+def test_what_is_restored_goes_on_bit_for_bit():
+    world, twin = Walk(4), Walk(4)
+    learner, other = learner_for(world), learner_for(twin, seed=9)
+    collector, second = Collector(world, learner, 8, seed=1), Collector(twin, other, 8, seed=1)
+    learner.update(collector.collect_episodes(2))
+    other.load_state_dict(learner.state_dict())
+    second.restore(collector.state())
+    for _ in range(2):
+        assert learner.update(collector.collect_episodes(2)) == other.update(second.collect_episodes(2))
+    assert all(
+        torch.equal(one, two)
+        for one, two in zip(learner.network.parameters(), other.network.parameters(), strict=False)
+    )
+
+
+def test_rewards_that_are_no_numbers_are_named():
+    world = Walk(4)
+    learner = learner_for(world)
+    batch = Collector(world, learner, 8, seed=1).collect_episodes(1)
+    batch.reward[0, 0] = np.nan
+    with pytest.raises(DivergedError, match="learning_rate"):
+        learner.update(batch)
+
+
+def test_it_is_a_learner():
+    assert isinstance(learner_for(Walk(2)), Learner)
