@@ -1,0 +1,1 @@
+"""Commands for any run: report, export."""

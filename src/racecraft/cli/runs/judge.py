@@ -1,0 +1,42 @@
+"""Runs of other kinds than cars, judged by whole episodes: the other half of `racecraft evaluate`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from racecraft.contract.errors import SettingError
+
+
+def judge(run: Path, checkpoint: str | None, episodes: int | None, json: bool) -> None:
+    """Judge a run by its episodes and say what came of it."""
+    from racecraft.cli.output import print_json
+    from racecraft.evaluation.judge import judge_run
+
+    words = {} if episodes is None else {"episodes": episodes}
+    facts = judge_run(run, checkpoint or "", **words)
+    if json:
+        print_json(facts)
+        return
+    place = f"{run}, checkpoint {facts['checkpoint']}"
+    if "against" in facts:
+        print(f"{place}; won:")
+        for name, told in facts["against"].items():
+            low, high = (round(100 * told[f"won_share_{end}"]) for end in ("low", "high"))
+            print(f"  {told['won']:3} of {told['games']} against {name} (95 %: {low} to {high} %)")
+        return
+    spread = f"mean return {facts['mean_return']:.2f}, spread {facts['std_return']:.2f}"
+    cut = f", {facts['cut']} of them cut" if facts["cut"] else ""
+    print(f"{place}: {spread} over {facts['episodes']} greedy episodes of {facts['mean_steps']:.0f} steps{cut}")
+
+
+def refuse_words(kind: str, words: Mapping[str, Any]) -> None:
+    """Refuse options that say nothing of a run of this kind.
+
+    Raises:
+        SettingError: One of them was given.
+    """
+    for option, value in words.items():
+        if value is not None:
+            raise SettingError(f"{option} says nothing of a {kind} run; expected it left out.")
