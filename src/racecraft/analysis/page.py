@@ -38,7 +38,8 @@ p { margin: 8px 0; max-width: 46em; }
 .grid .card, .tiles .card { margin-top: 0; }
 svg { display: block; width: 100%; height: auto; overflow: visible; }
 .large svg { max-width: 640px; margin: 0 auto; }
-img { display: block; width: 100%; height: auto; border-radius: 8px; background: #fff; }
+img, video { display: block; width: 100%; height: auto; border-radius: 8px; background: #fff; }
+video { max-width: 760px; background: #11161b; }
 .scroll { overflow: auto; max-height: 420px; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; font-size: .95rem; }
 th { text-align: left; color: var(--quiet); font-weight: 500; position: sticky; top: 0; background: var(--card); }
@@ -52,6 +53,8 @@ td.right, td.name { white-space: nowrap; }
 td.wide { width: 40%; }
 details > summary { cursor: pointer; padding: 4px 0; font-weight: 600; }
 details .scroll { margin-top: 8px; }
+pre { overflow: auto; max-height: 520px; margin: 8px 0 0; font-size: .9rem; line-height: 1.45; tab-size: 4; }
+pre code { overflow-wrap: normal; }
 code { font-family: ui-monospace, monospace; font-size: .92em; overflow-wrap: anywhere; }
 """
 
@@ -131,6 +134,17 @@ def drawing(figure: Figure, words: str) -> str:
     for colour, name in ((INK, "ink"), (QUIET, "quiet"), (PAPER, "card"), (BLUE, "bar")):
         rest = rest.replace(colour, f"var(--{name})")
     return f'<svg {box[0]} role="img" aria-label="{escaped(words)}">{rest}'
+
+
+def film(data: bytes, words: str) -> str:
+    """Return an MP4 as a <video> that carries its own bytes; `words` say what it shows."""
+    bytes_ = base64.b64encode(data).decode()
+    return f'<video controls muted playsinline aria-label="{escaped(words)}" src="data:video/mp4;base64,{bytes_}"></video>'
+
+
+def source(text: str) -> str:
+    """Return a program's text as it is written."""
+    return f'<pre><code>{escaped(text)}</code></pre>'
 
 
 def photograph(figure: Figure, words: str, dpi: int = 110) -> str:
