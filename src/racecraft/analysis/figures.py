@@ -112,12 +112,17 @@ def draw_path(
 def path_figure(track: Track, drive: Drive, title: str) -> Figure:
     """Return what `draw_path` writes, for a page."""
     laps = [drive.of_lap(int(number)) for number in np.unique(drive.lap)]
-    low, high = np.percentile(drive.driven_mps, (3, 97))  # the standing start would take half the colours
-    limits = (float(min(low, high - 0.1)), float(high))
+    limits = speed_limits(drive)
     painted = [PaintedPath(lap.xy, lap.driven_mps, "driven speed (m/s)", limits) for lap in laps if len(lap) > 1]
     figure = draw_track(track, paths=painted, number_every=0, title=title)
     mark_exits(figure, drive.xy[drive.status == OFF_TRACK])
     return figure
+
+
+def speed_limits(drive: Drive) -> tuple[float, float]:
+    """Return the driven speeds, m/s, that are drawn darkest and brightest; the standing start is left out of them."""
+    low, high = np.percentile(drive.driven_mps, (3, 97))
+    return float(min(low, high - 0.1)), float(high)
 
 
 def mark_exits(figure: Figure, xy: Array, in_all: int | None = None) -> None:

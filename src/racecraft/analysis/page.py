@@ -45,7 +45,11 @@ table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nu
 th { text-align: left; color: var(--quiet); font-weight: 500; position: sticky; top: 0; background: var(--card); }
 th, td { padding: 5px 12px 5px 0; border-bottom: 1px solid var(--line); vertical-align: top; }
 td:last-child, th:last-child { padding-right: 0; }
+td + td { overflow-wrap: anywhere; }
 tr:last-child td { border-bottom: 0; }
+dl { margin: 8px 0 0; font-size: .95rem; font-variant-numeric: tabular-nums; }
+dt { margin-top: 8px; overflow-wrap: anywhere; }
+dd { margin: 0; color: var(--quiet); max-width: 46em; }
 .right { text-align: right; }
 td.right, td.name { white-space: nowrap; }
 .bar { background: var(--slot); border-radius: 3px; min-width: 40px; height: 1em; margin-top: .25em; }
@@ -117,6 +121,14 @@ class Bar(str):
         return super().__new__(cls, f'<div class="bar"><i style="width:{width:.1f}%"></i></div>')
 
 
+def terms(rows: Iterable[tuple[str, str, str]]) -> str:
+    """Return names with their value and, below, what they mean: what a table of sentences is on a narrow screen."""
+    each = (
+        f"<dt>{escaped(name)} <b>{escaped(value)}</b></dt><dd>{escaped(meaning)}</dd>" for name, value, meaning in rows
+    )
+    return f'<dl>{"".join(each)}</dl>'
+
+
 def details(summary: str, inside: str) -> str:
     """Return a part that opens when asked."""
     return f'<div class="card"><details><summary>{escaped(summary)}</summary>{inside}</details></div>'
@@ -144,7 +156,7 @@ def film(data: bytes, words: str) -> str:
 
 def source(text: str) -> str:
     """Return a program's text as it is written."""
-    return f'<pre><code>{escaped(text)}</code></pre>'
+    return f"<pre><code>{escaped(text)}</code></pre>"
 
 
 def photograph(figure: Figure, words: str, dpi: int = 110) -> str:

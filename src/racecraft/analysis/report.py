@@ -202,7 +202,7 @@ def _headline(facts: RunFacts) -> Iterator[str]:
     if score is not None:
         tiles.append((f"{score:.1f} %" if facts.is_race else f"{score:.4g}", facts.best_score_name))
     if facts.is_race:
-        tiles.append((f"{best_lap:.2f} s" if best_lap else "none yet", "its best lap" if best_lap else "best lap"))
+        tiles.append((f"{best_lap:.2f} s" if best_lap else "none yet", "its best lap in evaluation" if best_lap else "best lap"))
     tiles += [
         (duration(last["seconds"]), "training time"),
         (f"{last['steps']:,}", "environment steps"),
@@ -231,7 +231,8 @@ def _on_the_track(facts: RunFacts) -> Iterator[str]:
     drive = facts.drive or best_drive(facts.ticks, facts.laps)
     if drive is not None:
         words = figures.story("The best policy" if facts.drive else "Best training episode", drive)
-        speeds = f"Driven at {drive.driven_mps.mean():.2f} m/s on average; dark is slow, bright is fast."
+        slow, fast = figures.speed_limits(drive)
+        speeds = f"Driven at {drive.driven_mps.mean():.2f} m/s on average; dark is {slow:.2f} m/s, bright {fast:.2f}."
         picture = page.photograph(figures.path_figure(facts.track, drive, facts.title), words)
         yield page.card(f'<p><b>{page.escaped(words)}</b></p>{picture}<p class="quiet">{speeds}</p>')
     if facts.drive is not None and facts.film is not None:
@@ -246,7 +247,9 @@ def _exits_and_endings(track: Track, laps: pl.DataFrame) -> Iterator[str]:
         shown = exits.tail(MOST_EXITS)
         figure = draw_track(track, number_every=10, title="Where cars left the road")
         figures.mark_exits(figure, shown.select("x_m", "y_m").to_numpy(), exits.height)
-        yield page.card(page.photograph(figure, "Map of the places where cars left the road"))
+        words = f"<p><b>Where cars left the road</b>: {'once' if exits.height == 1 else f'{exits.height:,} times'}, a cross each"
+        words += "." if shown.height == exits.height else f"; the latest {shown.height:,} are drawn."
+        yield page.card(f"{words}</p>{page.photograph(figure, 'Map of the places where cars left the road')}")
     endings = [
         (
             WORDS.get(row["status"], row["status"]), f"{row['count']:,}", f"{100 * row['share']:.1f} %",
@@ -359,7 +362,7 @@ def _small_print(facts: RunFacts) -> Iterator[str]:
         yield page.details("Versions", page.table(("", ""), versions))
     present = [name for name in facts.metrics[-1] if name in METRICS]
     glossary = [(name, _plain(facts.metrics[-1][name]), METRICS[name]) for name in present]
-    yield page.details("Figures of the last iteration", page.table(("name", "value", "meaning"), glossary, (1,)))
+    yield page.details("Figures of the last iteration", page.terms(glossary))
 
 
 def _best_of(run: RunFolder) -> int | None:
