@@ -18,7 +18,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from rows import ROWS
+from rows import ROWS, told
 
 HERE = Path(__file__).parent
 RESULTS = HERE / "results.json"
@@ -70,14 +70,16 @@ def machine() -> str:
 
 def page(results: dict[str, Any]) -> str:
     """Return the table as Markdown."""
-    rows = [row for name, make in ROWS.items() if name in results for row in make(results[name])]
+    rows = [told(row) for name, make in ROWS.items() if name in results for row in make(results[name])]
     machines = sorted({f"{part['machine']}, measured {part['date']}" for part in results.values()})
     return "\n".join(
         [
             "# Benchmarks",
             "",
             "Made by `make bench` from `results.json`; scripts stand beside this page. "
-            f"Machine: {'; '.join(machines)}. A dash in the last column means that there is no spread to tell.",
+            f"Machine: {'; '.join(machines)}. A dash in the last column means that there is no spread to tell. "
+            'Of seconds, memory and late answers "at least" means at most; a row that does not keep it says that it '
+            "misses. A speed-up is counted from the best figure that one core reached in the same run.",
             "",
             "| what | measured | at least | aim | spread |",
             "|---|---|---|---|---|",

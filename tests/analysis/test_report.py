@@ -1,9 +1,12 @@
 """The page of a run holds its numbers, fetches nothing, and says plainly what it cannot tell."""
 
+import base64
+import io
 import json
 import re
 from html.parser import HTMLParser
 
+import av
 import numpy as np
 import pytest
 
@@ -11,6 +14,7 @@ from racecraft.analysis import page
 from racecraft.analysis.figures import FigureError
 from racecraft.analysis.report import ReportError, console_cost, write_report
 from racecraft.envs.deepracer import race
+from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.episodes import write_episodes
 from racecraft.formats.run_folder import RunFolder
 
@@ -58,9 +62,11 @@ def run(tmp_path, track, reports_along):
                 "evaluation_score": 30.0 * k, "best_lap_seconds": 12.34 if k == 3 else None, "entropy": 2.0,
             }
         )  # fmt: skip
+        Checkpoints(run.checkpoints).save(k, 9600 * k, {}, {}, score=30.0 * k, best=True)
         laps = [{"seconds": 12.34 if k == 3 else None, "status": "lap_complete"}] * 5
         judged = {"laps": laps, "full_laps": 5 * (k == 3), "mean_progress_percent": 30.0 * k}
         (run.evaluations / f"{k}.json").write_text(json.dumps({**judged, "best_lap_seconds": laps[0]["seconds"]}))
+    run.reward_function.write_text("def reward_function(params):\n    return 1.0 if params['x'] < 2 else 0\n")
     for k, reports in ((1, reports_along(20, race.OFF_TRACK, share=0.4)), (2, reports_along(45))):
         write_episodes(
             run.episodes / f"{k}.parquet",
@@ -100,6 +106,78 @@ def test_a_drive_of_the_best_policy_takes_the_place_of_the_training_episode(run,
     assert 'alt="The best policy: lap complete 2.00 s"' in text
 
 
+def test_the_best_lap_is_that_of_the_best_checkpoint_and_not_of_another(run, tmp_path):
+    """Iteration 2 gets a quicker lap among bad ones; what `RUN:best` drives is iteration 3."""
+    rows = run.read_metrics()
+    run.cut_metrics(0)
+    for row in rows:
+        run.append_metrics({**row, "best_lap_seconds": {2: 9.87, 3: 12.34}.get(row["iteration"])})
+    words = words_of(write_report(run, tmp_path / "report.html"))
+    assert "90.0 % best checkpoint, mean progress 12.34 s its best lap in evaluation" in words
+    Checkpoints(run.checkpoints).mark(2, 60.0, best=True)
+    words = words_of(write_report(run, tmp_path / "report.html"))
+    assert "60.0 % best checkpoint, mean progress 9.87 s its best lap in evaluation" in words
+
+
+def words_of(path):
+    reader = Reader()
+    reader.feed(path.read_text(encoding="utf-8"))
+    return " ".join(" ".join(reader.words).split())
+
+
+def test_the_reward_function_stands_on_the_page_as_it_was_written(run, tmp_path):
+    text = write_report(run, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "<pre><code>def reward_function(params):\n    return 1.0 if params[&#x27;x&#x27;] &lt; 2 else 0" in text
+
+
+def test_the_mean_reward_is_told_and_drawn_unless_it_is_the_score_itself(run, tmp_path):
+    rows = run.read_metrics()
+    run.cut_metrics(0)
+    for row in rows:
+        run.append_metrics({**row, "mean_reward": 7.5 * row["iteration"]})
+    path = write_report(run, tmp_path / "report.html")
+    assert "An episode was paid 22.5 in the mean" in words_of(path)
+    assert 'aria-label="mean reward of an episode"' in path.read_text(encoding="utf-8")
+    run.cut_metrics(0)
+    for row in rows:
+        run.append_metrics({**row, "mean_reward": row["training_score"]})
+    path = write_report(run, tmp_path / "report.html")
+    assert 'aria-label="mean reward of an episode"' not in path.read_text(encoding="utf-8")
+
+
+def test_an_exit_counts_once_in_every_place_that_counts_exits(run, tmp_path):
+    words = words_of(write_report(run, tmp_path / "report.html"))
+    assert "Where cars left the road : once, a cross each." in words
+    assert "How 2 training episodes ended" in words
+    assert "off track 1 50.0 %" in words
+    assert "mean speed (m/s) 19 1 " in words, "waypoint 19, one exit"
+
+
+def test_a_film_travels_inside_the_page(run, tmp_path, reports_along, track):
+    from racecraft.analysis.video import SMALL_HEIGHT, SMALL_WIDTH, film_title, small_film, write_video
+
+    large = write_video(tmp_path / "lap.mp4", reports_along(12), track, title="checkpoint 3")
+    assert film_title(large) == "checkpoint 3"
+    small = small_film(large)
+    assert len(small) < large.stat().st_size / 2
+    text = write_report(run, tmp_path / "report.html", reports_along(12), small).read_text(encoding="utf-8")
+    sent = base64.b64decode(re.search(r'<video[^>]* src="data:video/mp4;base64,([^"]+)"', text)[1])
+    with av.open(io.BytesIO(sent)) as film, av.open(str(large)) as whole:
+        (stream,) = film.streams.video
+        assert (stream.width, stream.height) == (SMALL_WIDTH, SMALL_HEIGHT)
+        assert stream.frames == whole.streams.video[0].frames
+        assert film.duration == pytest.approx(whole.duration, rel=0.01)
+
+
+def test_what_is_no_film_has_no_title_and_is_refused(tmp_path):
+    from racecraft.analysis.video import VideoError, film_title, small_film
+
+    (tmp_path / "lap.mp4").write_text("no film")
+    assert (film_title(tmp_path / "lap.mp4"), film_title(tmp_path / "none.mp4")) == ("", "")
+    with pytest.raises(VideoError, match=r"lap\.mp4: is no film"):
+        small_film(tmp_path / "lap.mp4")
+
+
 def test_a_run_without_episodes_evaluations_or_a_known_track_still_has_a_page(tmp_path):
     run = RunFolder.create(tmp_path / "run", {"kind": "gym", "settings": {}})
     run.append_metrics({"iteration": 1, "steps": 10, "seconds": 0.5, "training_score": -3.0})
@@ -116,12 +194,13 @@ def test_a_snakes_page_tells_its_rating_and_whom_it_beat(tmp_path):
     against = {"hungry": {"games": 50, "won": 21}, "flood_fill": {"games": 50, "won": 15}}
     rating = {"rating": 1606.94, "rating_low": 1557.1, "rating_high": 1656.7, "against": against}
     (run.evaluations / "2.json").write_text(json.dumps(rating))
+    Checkpoints(run.checkpoints).save(2, 20, {}, {}, score=1606.94, best=True)
     reader = Reader()
     reader.feed(write_report(run, tmp_path / "report.html").read_text(encoding="utf-8"))
     words = " ".join(reader.words)
     for expected in (
         "snakes: duel",
-        "1607 best rating",
+        "1607 best checkpoint, rating",
         "rating (Elo)",
         "1557 to 1657",
         "won against hungry",
@@ -136,10 +215,11 @@ def test_a_page_of_returns_names_what_counts_as_solved(tmp_path):
     run.append_metrics({"iteration": 8, "steps": 10, "seconds": 0.5, "evaluation_score": 23.34})
     told = {"episodes": 20, "mean_return": 23.34, "std_return": 4.29, "mean_steps": 23.3, "threshold": 475.0}
     (run.evaluations / "8.json").write_text(json.dumps(told))
+    Checkpoints(run.checkpoints).save(8, 10, {}, {}, score=23.34, best=True)
     reader = Reader()
     reader.feed(write_report(run, tmp_path / "report.html").read_text(encoding="utf-8"))
     words = " ".join(reader.words)
-    for expected in ("CartPole-v1", "23.34 best evaluation, mean return", "A mean of 475 counts as solved", "4.29"):
+    for expected in ("CartPole-v1", "23.34 best checkpoint, mean return", "A mean of 475 counts as solved", "4.29"):
         assert expected in words
 
 

@@ -64,7 +64,10 @@ LEARNING = Panel(
     lowest=0.0,
 )
 """The chart that matters; its title is changed where a score is no progress."""
+REWARD = Panel("mean reward of an episode", (Curve("mean_reward", "training", ORANGE),))
+"""What the reward function paid for a whole episode, in the mean."""
 SMALL_PANELS = (
+    REWARD,
     Panel("best lap (s)", (Curve("best_lap_seconds", "evaluation", BLUE, dots=True),)),
     Panel("entropy of the policy (nat)", (Curve("entropy", "entropy", GREEN),)),
     Panel("value loss", (Curve("value_loss", "value loss", GREEN),), lowest=0.0),
@@ -109,16 +112,21 @@ def draw_path(
 def path_figure(track: Track, drive: Drive, title: str) -> Figure:
     """Return what `draw_path` writes, for a page."""
     laps = [drive.of_lap(int(number)) for number in np.unique(drive.lap)]
-    low, high = np.percentile(drive.driven_mps, (3, 97))  # the standing start would take half the colours
-    limits = (float(min(low, high - 0.1)), float(high))
+    limits = speed_limits(drive)
     painted = [PaintedPath(lap.xy, lap.driven_mps, "driven speed (m/s)", limits) for lap in laps if len(lap) > 1]
     figure = draw_track(track, paths=painted, number_every=0, title=title)
     mark_exits(figure, drive.xy[drive.status == OFF_TRACK])
     return figure
 
 
-def mark_exits(figure: Figure, xy: Array) -> None:
-    """Put a cross where cars left the road, (E, 2) m, and say in a corner what it means."""
+def speed_limits(drive: Drive) -> tuple[float, float]:
+    """Return the driven speeds, m/s, that are drawn darkest and brightest; the standing start is left out of them."""
+    low, high = np.percentile(drive.driven_mps, (3, 97))
+    return float(min(low, high - 0.1)), float(high)
+
+
+def mark_exits(figure: Figure, xy: Array, in_all: int | None = None) -> None:
+    """Put a cross where cars left the road, (E, 2) m, and say in a corner what it means and how many there were."""
     if not len(xy):
         return
     axes = figure.axes[0]
@@ -129,7 +137,9 @@ def mark_exits(figure: Figure, xy: Array) -> None:
         xy[:, 0], xy[:, 1], s=48 if few else 26, c=RED if few else DARK_RED, marker="X", linewidths=0,
         alpha=1.0 if few else 0.6, zorder=9.1,
     )  # fmt: skip
-    places = "left the road" if len(xy) == 1 else f"left the road, {len(xy)} times"
+    places = "left the road" if len(xy) == 1 else f"left the road, {len(xy):,} times"
+    if in_all is not None and in_all > len(xy):
+        places = f"left the road, the latest {len(xy):,} of {in_all:,} times"
     legend = axes.legend(
         [crosses], [places], loc="lower left", fontsize=10, borderaxespad=1.4, facecolor=PAPER, framealpha=0.9
     )
@@ -156,7 +166,7 @@ def draw_curves(
         OutputFileError: The file cannot be written.
     """
     require_metrics(metrics)
-    small = [panel for panel in SMALL_PANELS if has_values(metrics, panel)]
+    small = small_panels(metrics)
     rows = -(-len(small) // 3)
     figure = _sheet(11.0, 4.6 + 2.5 * rows + (0.4 if title else 0.0))
     grid = figure.add_gridspec(1 + rows, 3, height_ratios=[1.75] + [1.0] * rows)
@@ -219,6 +229,12 @@ def draw_panel(axes: Any, metrics: MetricRows, panel: Panel, size: float, steps_
         axes.legend(frameon=False, fontsize=size - 1, labelcolor=INK, loc="best")
     if steps_on_top:
         _steps_axis(axes, seconds / divisor, np.array([row["steps"] for row in metrics], float), size - 1)
+
+
+def small_panels(metrics: MetricRows) -> list[Panel]:
+    """Return the small panels worth drawing: those with values; rewards only where they are not the score itself."""
+    is_score = all(row.get("mean_reward") == row.get("training_score") for row in metrics)
+    return [panel for panel in SMALL_PANELS if has_values(metrics, panel) and not (panel is REWARD and is_score)]
 
 
 def has_values(metrics: MetricRows, panel: Panel) -> bool:

@@ -38,13 +38,18 @@ p { margin: 8px 0; max-width: 46em; }
 .grid .card, .tiles .card { margin-top: 0; }
 svg { display: block; width: 100%; height: auto; overflow: visible; }
 .large svg { max-width: 640px; margin: 0 auto; }
-img { display: block; width: 100%; height: auto; border-radius: 8px; background: #fff; }
+img, video { display: block; width: 100%; height: auto; border-radius: 8px; background: #fff; }
+video { max-width: 760px; background: #11161b; }
 .scroll { overflow: auto; max-height: 420px; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; font-size: .95rem; }
 th { text-align: left; color: var(--quiet); font-weight: 500; position: sticky; top: 0; background: var(--card); }
 th, td { padding: 5px 12px 5px 0; border-bottom: 1px solid var(--line); vertical-align: top; }
 td:last-child, th:last-child { padding-right: 0; }
+td + td { overflow-wrap: anywhere; }
 tr:last-child td { border-bottom: 0; }
+dl { margin: 8px 0 0; font-size: .95rem; font-variant-numeric: tabular-nums; }
+dt { margin-top: 8px; overflow-wrap: anywhere; }
+dd { margin: 0; color: var(--quiet); max-width: 46em; }
 .right { text-align: right; }
 td.right, td.name { white-space: nowrap; }
 .bar { background: var(--slot); border-radius: 3px; min-width: 40px; height: 1em; margin-top: .25em; }
@@ -52,6 +57,8 @@ td.right, td.name { white-space: nowrap; }
 td.wide { width: 40%; }
 details > summary { cursor: pointer; padding: 4px 0; font-weight: 600; }
 details .scroll { margin-top: 8px; }
+pre { overflow: auto; max-height: 520px; margin: 8px 0 0; font-size: .9rem; line-height: 1.45; tab-size: 4; }
+pre code { overflow-wrap: normal; }
 code { font-family: ui-monospace, monospace; font-size: .92em; overflow-wrap: anywhere; }
 """
 
@@ -114,6 +121,14 @@ class Bar(str):
         return super().__new__(cls, f'<div class="bar"><i style="width:{width:.1f}%"></i></div>')
 
 
+def terms(rows: Iterable[tuple[str, str, str]]) -> str:
+    """Return names with their value and, below, what they mean: what a table of sentences is on a narrow screen."""
+    each = (
+        f"<dt>{escaped(name)} <b>{escaped(value)}</b></dt><dd>{escaped(meaning)}</dd>" for name, value, meaning in rows
+    )
+    return f"<dl>{''.join(each)}</dl>"
+
+
 def details(summary: str, inside: str) -> str:
     """Return a part that opens when asked."""
     return f'<div class="card"><details><summary>{escaped(summary)}</summary>{inside}</details></div>'
@@ -131,6 +146,19 @@ def drawing(figure: Figure, words: str) -> str:
     for colour, name in ((INK, "ink"), (QUIET, "quiet"), (PAPER, "card"), (BLUE, "bar")):
         rest = rest.replace(colour, f"var(--{name})")
     return f'<svg {box[0]} role="img" aria-label="{escaped(words)}">{rest}'
+
+
+def film(data: bytes, words: str) -> str:
+    """Return an MP4 as a <video> that carries its own bytes; `words` say what it shows."""
+    bytes_ = base64.b64encode(data).decode()
+    return (
+        f'<video controls muted playsinline aria-label="{escaped(words)}" src="data:video/mp4;base64,{bytes_}"></video>'
+    )
+
+
+def source(text: str) -> str:
+    """Return a program's text as it is written."""
+    return f"<pre><code>{escaped(text)}</code></pre>"
 
 
 def photograph(figure: Figure, words: str, dpi: int = 110) -> str:

@@ -20,6 +20,7 @@ from racecraft.analysis.evaluations import judged
 from racecraft.analysis.metrics import METRICS
 from racecraft.contract.errors import TrackError, UserInputError
 from racecraft.contract.world import Array
+from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import write_whole
 from racecraft.tracks.catalogue import load_track
@@ -39,11 +40,11 @@ MOST_EXITS = 400
 """Crosses on the map of exits; the latest."""
 
 SCORES = {
-    "deepracer": ("progress (% of a lap)", "best evaluation, mean progress"),
-    "battlesnake": ("rating (Elo)", "best rating"),
+    "deepracer": ("progress (% of a lap)", "best checkpoint, mean progress"),
+    "battlesnake": ("rating (Elo)", "best checkpoint, rating"),
 }
-RETURN = ("return (sum of rewards)", "best evaluation, mean return")
-"""What a run's scores and the best of them are called, by its kind; RETURN is of all other kinds."""
+RETURN = ("return (sum of rewards)", "best checkpoint, mean return")
+"""What a run's scores and that of its best checkpoint are called, by its kind; RETURN is of all other kinds."""
 
 
 class ReportError(UserInputError):
@@ -64,6 +65,17 @@ class RunFacts:
     """None where the run has none, or it is not the track of that name here."""
     drive: Drive | None = None
     """What the best policy drove, if somebody let it."""
+    film: bytes | None = None
+    """The same as a small film, an MP4."""
+    best: int | None = None
+    """Iteration of the best checkpoint, once one was evaluated."""
+    reward: str = ""
+    """The reward function's own text; "" where the run has none."""
+
+    @property
+    def best_row(self) -> dict[str, Any]:
+        """The metrics of the best checkpoint's iteration; empty before any was evaluated."""
+        return next((row for row in self.metrics if row.get("iteration") == self.best), {})
 
     @property
     def is_race(self) -> bool:
@@ -91,7 +103,9 @@ class RunFacts:
         return self.track.title or self.track.name if self.track else str(self.job.get("title", self.name))
 
 
-def write_report(run: RunFolder, path: str | Path, drive: Drive | Array | pl.DataFrame | None = None) -> Path:
+def write_report(
+    run: RunFolder, path: str | Path, drive: Drive | Array | pl.DataFrame | None = None, film: bytes | None = None
+) -> Path:
     """Write the page of a run.
 
     Args:
@@ -99,6 +113,7 @@ def write_report(run: RunFolder, path: str | Path, drive: Drive | Array | pl.Dat
         path: The page, .html; it arrives whole.
         drive: Ticks of the best policy on the run's track, TICK_REPORT (T,) or as `as_drive` takes them, for the
             picture of a lap; None: the best training episode, exploration included.
+        film: The same drive as a small MP4, which the page carries.
 
     Returns:
         The path.
@@ -109,14 +124,14 @@ def write_report(run: RunFolder, path: str | Path, drive: Drive | Array | pl.Dat
         RunFolderError, EpisodeFileError: Another file is damaged.
         OutputFileError: The page cannot be written.
     """
-    facts = read_facts(run, None if drive is None else as_drive(drive))
+    facts = read_facts(run, None if drive is None else as_drive(drive), film)
     figures.require_metrics(facts.metrics)
     write_whole(path, page.page(f"{facts.title} – racecraft", _parts(facts)))
     return Path(path)
 
 
-def read_facts(run: RunFolder, drive: Drive | None = None) -> RunFacts:
-    """Read what a report tells of; `drive` is the lap to show.
+def read_facts(run: RunFolder, drive: Drive | None = None, film: bytes | None = None) -> RunFacts:
+    """Read what a report tells of; `drive` is the lap to show, `film` shows it.
 
     Raises:
         ReportError: An evaluation is damaged.
@@ -133,6 +148,9 @@ def read_facts(run: RunFolder, drive: Drive | None = None) -> RunFacts:
         laps=ticks if ticks.is_empty() else tables.laps_table(ticks),
         track=_track_of(job),
         drive=drive,
+        film=film,
+        best=_best_of(run),
+        reward=_reward_of(run),
     )
 
 
@@ -167,6 +185,7 @@ def _parts(facts: RunFacts) -> Iterator[str]:
     yield from _learning(facts)
     yield from _on_the_track(facts)
     yield from _actions(facts)
+    yield from _reward(facts)
     yield from _evaluations(facts)
     yield from _cost(facts)
     yield from _small_print(facts)
@@ -178,13 +197,14 @@ def _headline(facts: RunFacts) -> Iterator[str]:
     said += [f"seed {facts.job['seed']}" if "seed" in facts.job else "", str(facts.job.get("started", ""))]
     yield f"<h1>{page.escaped(facts.title)}</h1>"
     yield f'<p class="quiet">{page.escaped(" · ".join(part for part in said if part))}</p>'
-    scores = [row["evaluation_score"] for row in facts.metrics if row.get("evaluation_score") is not None]
-    best_lap = min((row["best_lap_seconds"] for row in facts.metrics if row.get("best_lap_seconds")), default=None)
+    score, best_lap = facts.best_row.get("evaluation_score"), facts.best_row.get("best_lap_seconds")
     tiles = []
-    if scores:
-        tiles.append((f"{max(scores):.1f} %" if facts.is_race else f"{max(scores):.4g}", facts.best_score_name))
+    if score is not None:
+        tiles.append((f"{score:.1f} %" if facts.is_race else f"{score:.4g}", facts.best_score_name))
     if facts.is_race:
-        tiles.append((f"{best_lap:.2f} s" if best_lap else "none yet", "best lap in evaluations"))
+        tiles.append(
+            (f"{best_lap:.2f} s" if best_lap else "none yet", "its best lap in evaluation" if best_lap else "best lap")
+        )
     tiles += [
         (duration(last["seconds"]), "training time"),
         (f"{last['steps']:,}", "environment steps"),
@@ -201,7 +221,7 @@ def _learning(facts: RunFacts) -> Iterator[str]:
         figure = figures.panel_figure(facts.metrics, large, 5.4, 3.5, size=12, steps_on_top=True)
         words = f"{facts.score_name} over training time, in training and evaluation"
         yield page.card(page.drawing(figure, words), "large")
-    small = [panel for panel in figures.SMALL_PANELS if figures.has_values(facts.metrics, panel)]
+    small = figures.small_panels(facts.metrics)
     drawn = (page.card(page.drawing(figures.panel_figure(facts.metrics, one), one.title)) for one in small)
     yield f'<div class="grid">{"".join(drawn)}</div>'
 
@@ -213,9 +233,12 @@ def _on_the_track(facts: RunFacts) -> Iterator[str]:
     drive = facts.drive or best_drive(facts.ticks, facts.laps)
     if drive is not None:
         words = figures.story("The best policy" if facts.drive else "Best training episode", drive)
-        speeds = f"Driven at {drive.driven_mps.mean():.2f} m/s on average; dark is slow, bright is fast."
+        slow, fast = figures.speed_limits(drive)
+        speeds = f"Driven at {drive.driven_mps.mean():.2f} m/s on average; dark is {slow:.2f} m/s, bright {fast:.2f}."
         picture = page.photograph(figures.path_figure(facts.track, drive, facts.title), words)
         yield page.card(f'<p><b>{page.escaped(words)}</b></p>{picture}<p class="quiet">{speeds}</p>')
+    if facts.drive is not None and facts.film is not None:
+        yield page.card(page.film(facts.film, "A film of the best policy's lap: its view, a map, speed and steering"))
     if not facts.laps.is_empty():
         yield from _exits_and_endings(facts.track, facts.laps)
 
@@ -225,8 +248,11 @@ def _exits_and_endings(track: Track, laps: pl.DataFrame) -> Iterator[str]:
     if exits.height:
         shown = exits.tail(MOST_EXITS)
         figure = draw_track(track, number_every=10, title="Where cars left the road")
-        figures.mark_exits(figure, shown.select("x_m", "y_m").to_numpy())
-        yield page.card(page.photograph(figure, "Map of the places where cars left the road"))
+        figures.mark_exits(figure, shown.select("x_m", "y_m").to_numpy(), exits.height)
+        count = "once" if exits.height == 1 else f"{exits.height:,} times"
+        words = f"<p><b>Where cars left the road</b>: {count}, a cross each"
+        words += "." if shown.height == exits.height else f"; the latest {shown.height:,} are drawn."
+        yield page.card(f"{words}</p>{page.photograph(figure, 'Map of the places where cars left the road')}")
     endings = [
         (
             WORDS.get(row["status"], row["status"]), f"{row['count']:,}", f"{100 * row['share']:.1f} %",
@@ -296,6 +322,17 @@ def _chosen_words(row: Mapping[str, Any]) -> str:
     return f"{_steering_words(row['steering_low_rad'])} to {_steering_words(row['steering_high_rad'])}"
 
 
+def _reward(facts: RunFacts) -> Iterator[str]:
+    if not facts.reward:
+        return
+    yield "<h2>What it was paid for</h2>"
+    paid = [row["mean_reward"] for row in facts.metrics if row.get("mean_reward") is not None]
+    told = (
+        f"<p>An episode was paid {paid[-1]:.4g} in the mean of the last iteration that ended any.</p>" if paid else ""
+    )
+    yield told + page.details("The reward function", page.source(facts.reward))
+
+
 def _evaluations(facts: RunFacts) -> Iterator[str]:
     told = judged(facts.evaluations)
     if told is None:
@@ -339,7 +376,22 @@ def _small_print(facts: RunFacts) -> Iterator[str]:
         yield page.details("Versions", page.table(("", ""), versions))
     present = [name for name in facts.metrics[-1] if name in METRICS]
     glossary = [(name, _plain(facts.metrics[-1][name]), METRICS[name]) for name in present]
-    yield page.details("Figures of the last iteration", page.table(("name", "value", "meaning"), glossary, (1,)))
+    yield page.details("Figures of the last iteration", page.terms(glossary))
+
+
+def _best_of(run: RunFolder) -> int | None:
+    """Return the iteration of the checkpoint that the run calls best; None before any was evaluated."""
+    checkpoints = Checkpoints(run.checkpoints)
+    if not any(entry.score is not None for entry in checkpoints.entries()):
+        return None
+    return checkpoints.find("best").iteration
+
+
+def _reward_of(run: RunFolder) -> str:
+    """Return the text of the reward function, as far as it is text."""
+    if not run.reward_function.is_file():
+        return ""
+    return run.reward_function.read_text(encoding="utf-8", errors="replace")
 
 
 def _read_evaluations(run: RunFolder) -> Iterator[dict[str, Any]]:

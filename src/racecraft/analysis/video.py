@@ -6,7 +6,8 @@ view is rendered again from the poses, so any drive in an episode file can be fi
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import tempfile
+from collections.abc import Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from fractions import Fraction
 from pathlib import Path
@@ -43,6 +44,15 @@ ENCODERS = {
     "h264_mf": {"b": "4000000"},
 }
 """H.264 encoders in order of preference, with their options: one is in every build of PyAV."""
+SMALL_ENCODERS = {
+    "libx264": {"preset": "superfast", "crf": "30"},
+    "libopenh264": {"b": "300000"},
+    "h264_videotoolbox": {"b": "300000"},
+    "h264_mf": {"b": "300000"},
+}
+"""The same for a film that travels inside a page."""
+SMALL_WIDTH, SMALL_HEIGHT = 640, 360
+"""Pixels of such a film."""
 
 
 class VideoError(UserInputError):
@@ -77,8 +87,43 @@ def write_video(
         MissingExtraError: PyAV is not installed.
     """
     path = film_path(path)
-    encode_film(path, film(as_drive(drive), track, mount, title, light), PICTURES_PER_SECOND)
+    encode_film(path, film(as_drive(drive), track, mount, title, light), PICTURES_PER_SECOND, title)
     return path
+
+
+def film_title(path: str | Path) -> str:
+    """Return the headline that a film was made with; "" where there is no film, or none that says."""
+    import av
+
+    try:
+        with av.open(str(path)) as container:
+            return str(container.metadata.get("title", ""))
+    except (OSError, av.error.FFmpegError):
+        return ""
+
+
+def small_film(path: str | Path) -> bytes:
+    """Return a film again in SMALL_WIDTH x SMALL_HEIGHT, as bytes of an MP4: a tenth of it, for a page.
+
+    Raises:
+        VideoError: There is no film, or no encoder for H.264 is installed.
+        MissingExtraError: PyAV is not installed.
+    """
+    encoder = _encoder()
+    import av
+
+    with tempfile.TemporaryDirectory() as folder:
+        small = Path(folder) / "small.mp4"
+        try:
+            with av.open(str(path)) as container:
+                frames = container.decode(video=0)
+                pictures = (one.to_ndarray(format="rgb24", width=SMALL_WIDTH, height=SMALL_HEIGHT) for one in frames)
+                _encode(small, encoder, SMALL_ENCODERS[encoder], pictures, Fraction(PICTURES_PER_SECOND))
+        except (OSError, av.error.FFmpegError) as error:
+            raise VideoError(
+                f"{path}: is no film that can be read ({error}); expected an MP4. Film it anew."
+            ) from error
+        return small.read_bytes()
 
 
 def film_path(path: str | Path) -> Path:
@@ -136,13 +181,14 @@ def _encoder() -> str:
     )
 
 
-def encode_film(path: Path, pictures: Iterator[Array], rate: float) -> None:
+def encode_film(path: Path, pictures: Iterator[Array], rate: float, title: str = "") -> None:
     """Write pictures as an MP4 that arrives whole.
 
     Args:
         path: File to write.
         pictures: (H, W, 3) uint8, all of one size, sides even.
         rate: Pictures a second.
+        title: Kept in the file, for `film_title`.
 
     Raises:
         OutputFileError: The disk is full, or the place cannot be written.
@@ -151,16 +197,25 @@ def encode_film(path: Path, pictures: Iterator[Array], rate: float) -> None:
     """
     encoder = _encoder()
     with whole_file(path) as part:
-        _encode(part, encoder, pictures, Fraction(rate).limit_denominator(1000))
+        _encode(part, encoder, ENCODERS[encoder], pictures, Fraction(rate).limit_denominator(1000), title)
 
 
-def _encode(part: Path, encoder: str, pictures: Iterator[Array], rate: Fraction) -> None:
+def _encode(
+    part: Path,
+    encoder: str,
+    options: Mapping[str, str],
+    pictures: Iterator[Array],
+    rate: Fraction,
+    title: str = "",
+) -> None:
     """Write the pictures as an MP4 whose index stands before its pictures."""
     import av
 
     try:
         with av.open(str(part), "w", format="mp4", options={"movflags": "+faststart"}) as container:
-            stream: Any = container.add_stream(encoder, rate=rate, options=ENCODERS[encoder])
+            if title:
+                container.metadata["title"] = title
+            stream: Any = container.add_stream(encoder, rate=rate, options=dict(options))
             stream.pix_fmt = "yuv420p"
             stream.codec_context.gop_size = round(4 * rate)
             with ThreadPoolExecutor(1) as helper:  # encodes one picture while the next is rendered

@@ -145,7 +145,7 @@ class Checkpoints:
         return entry
 
     def mark(
-        self, iteration: int, score: float | None, *, best: bool = False, loop: Mapping[str, Any] | None = None
+        self, iteration: int, score: float | None, *, best: bool = False, state: Mapping[str, Any] | None = None
     ) -> None:
         """Note what a checkpoint that stands was found to be worth after it was saved.
 
@@ -153,15 +153,16 @@ class Checkpoints:
             iteration: Which.
             score: What the evaluation gave it.
             best: Whether it is the best from now on.
-            loop: The loop's state as it is now, for the trainer's state, where that was kept.
+            state: Parts of the trainer's state as they are now, by name, for those it was saved with, where it was
+                kept.
 
         Raises:
             CheckpointError: There is no such checkpoint.
             OutputFileError: A file cannot be written.
         """
         entry = self.find(str(iteration))
-        if loop is not None and entry.state is not None:
-            save_state(self.folder / entry.state, {**load_state(self.folder / entry.state), "loop": dict(loop)})
+        if state is not None and entry.state is not None:
+            save_state(self.folder / entry.state, {**load_state(self.folder / entry.state), **state})
         index = self._index()
         for one in index["checkpoints"]:
             if one["iteration"] == iteration:

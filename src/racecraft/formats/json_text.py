@@ -80,7 +80,9 @@ def read_json(path: str | Path, error: type[InputFileError], kind: str) -> JsonD
     try:
         value = json.loads(plain, object_pairs_hook=lambda pairs: _as_dict(pairs, twice))
     except json.JSONDecodeError as wrong:
-        raise error(path, f"no valid JSON, {_what_is_wrong(plain, wrong)}", kind, line=wrong.lineno) from None
+        comma = _trailing_comma(plain, wrong)
+        line = wrong.lineno if comma is None else plain.count("\n", 0, comma) + 1
+        raise error(path, f"no valid JSON, {_what_is_wrong(plain, wrong)}", kind, line=line) from None
     except (RecursionError, ValueError):
         raise error(path, "values nested too deeply, or a number too long, to be read", kind) from None
     notes += [f"'{key}' is given twice; the last one counts" for key in twice]
@@ -150,10 +152,19 @@ def _without_comments(text: str) -> str:
     return _STRING_OR_COMMENT.sub(blank, text)
 
 
+def _trailing_comma(text: str, wrong: json.JSONDecodeError) -> int | None:
+    """Return where the comma stands that follows a last entry; None where that is not what is wrong.
+
+    Python 3.13 points at the comma, earlier ones at the bracket behind it.
+    """
+    before = text[: wrong.pos + 1 if text[wrong.pos : wrong.pos + 1] == "," else wrong.pos].rstrip()
+    behind = text[len(before) :].lstrip()
+    return len(before) - 1 if before.endswith(",") and behind[:1] in ("}", "]") else None
+
+
 def _what_is_wrong(text: str, wrong: json.JSONDecodeError) -> str:
-    before = text[: wrong.pos].rstrip()
     here = text[wrong.pos :].lstrip()
-    if here[:1] in ("}", "]") and before.endswith(",") or wrong.msg.startswith("Illegal trailing comma"):
+    if _trailing_comma(text, wrong) is not None:
         return "a comma stands after the last entry"
     if here[:1] == "'":
         return "quoted with ' where JSON wants \""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from racecraft.analysis.figures import draw_curves, draw_path
 from racecraft.analysis.report import write_report
-from racecraft.analysis.video import write_video
+from racecraft.analysis.video import film_title, small_film, write_video
 from racecraft.contract.world import Array
 from racecraft.evaluation.deepracer.drive import DriveKeeper
 from racecraft.evaluation.deepracer.laps import LapReport, judge_laps
@@ -51,12 +51,14 @@ def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
     }
     show_drive(drive, video=files["video"], picture=files["picture"])
     draw_curves(files["curves"], run.read_metrics())
-    write_report(run, files["report"], drive.ticks)
+    write_report(run, files["report"], drive.ticks, small_film(files["video"]))
     return files
 
 
 def report_run(path: Path, page: Path) -> Path:
-    """Write the page that tells a run; a car's best policy drives one lap for it.
+    """Write the page that tells a run.
+
+    A car's best policy drives one lap for it, and its film comes along if it lies in the folder.
 
     Raises:
         RunFolderError: No run folder.
@@ -65,13 +67,24 @@ def report_run(path: Path, page: Path) -> Path:
     if run.read_job().get("kind") != KIND:
         return write_report(run, page)
     car = load_trained_car(path, "best")
-    return write_report(run, page, drive_laps(car, car.trained_on, laps=1).ticks)
+    return write_report(run, page, drive_laps(car, car.trained_on, laps=1).ticks, _film_of(run, car))
+
+
+def _film_of(run: RunFolder, car: TrainedCar) -> bytes | None:
+    """Return the film in the run folder, small, if it is of this very checkpoint; an older policy's tells nothing."""
+    path = run.path / VIDEO
+    return small_film(path) if path.is_file() and film_title(path) == _headline(car) else None
+
+
+def _headline(car: TrainedCar) -> str:
+    return f"checkpoint {car.checkpoint.iteration}"
 
 
 def show_drive(drive: Drive, *, video: Path | None = None, picture: Path | None = None) -> None:
     """Write the film and the path of a drive, whichever is asked for."""
-    title = f"checkpoint {drive.car.checkpoint.iteration}"
     if picture is not None:
         draw_path(picture, drive.track, drive.ticks)
     if video is not None:
-        write_video(video, drive.ticks, drive.track, mount=drive.car.mount, title=title, light=drive.car.light)
+        write_video(
+            video, drive.ticks, drive.track, mount=drive.car.mount, title=_headline(drive.car), light=drive.car.light
+        )

@@ -47,6 +47,8 @@ class LineWatcher:
         scored = report.training_score is not None
         training = f"training {self._score_name} {number(report.training_score)}"
         parts.append(training if scored else f"{report.episodes} episodes ended")
+        if tells_reward(self._score_name):
+            parts.append(f"mean reward {number(report.mean_reward)}")
         if report.result is not None:
             parts.append(f"evaluation {self._score_name} {number(report.result.score)}")
             parts += [report.result.headline] if report.result.headline else []
@@ -107,7 +109,17 @@ class LiveWatcher:
         told = any(row.result is not None and row.result.headline for row in self._rows)
         scored = any(row.training_score is not None for row in self._rows)
         training = f"training {short}" if scored else "episodes"
-        for title in ("iteration", "seconds", "steps", "steps/s", training, f"evaluation {short}", *([""] * told)):
+        paid = tells_reward(self._score_name)
+        titles = (
+            "iteration",
+            "seconds",
+            "steps",
+            "steps/s",
+            training,
+            *(["mean reward"] * paid),
+            f"evaluation {short}",
+        )
+        for title in (*titles, *([""] * told)):
             table.add_column(title, justify="right")
         for row in self._rows:
             result = row.result
@@ -117,6 +129,7 @@ class LiveWatcher:
                 f"{row.steps:,}",
                 f"{row.steps_per_second:,.0f}",
                 number(row.training_score) if scored else str(row.episodes),
+                *([number(row.mean_reward)] * paid),
                 number(result.score) if result else "",
                 *([result.headline if result else ""] * told),
                 style="green" if row.is_best else None,
@@ -124,6 +137,11 @@ class LiveWatcher:
         best = f"   at its best: {self._best}" if self._best else ""
         heading = Text.assemble((self._title, "bold"), f"\nstops at {self._stops}; Ctrl-C saves and stops\n")
         return Group(heading, table, Text(f"\nevaluation {sparkline(list(self._scores))}{best}"))
+
+
+def tells_reward(score_name: str) -> bool:
+    """Tell whether episodes' rewards are worth a word beside their scores: not where the score is their sum itself."""
+    return score_name != "return"
 
 
 def number(value: float | None) -> str:

@@ -58,6 +58,10 @@ class EpisodeFiles(Stateful, Protocol):
         """Take in an iteration."""
         ...
 
+    def keep_evaluation(self, report: IterationReport) -> None:
+        """Take in an evaluation of an iteration that was taken in without one."""
+        ...
+
     def close(self) -> None:
         """Wait until all of it is on the disk."""
         ...
@@ -126,8 +130,12 @@ class RunWriter:
         self._write_result(report)
         self._run.cut_metrics(report.iteration - 1)
         self._run.append_metrics(metrics_row(report))
+        parts = {"loop": loop_state()}
+        if self._episode_files is not None:
+            self._episode_files.keep_evaluation(report)
+            parts["aws"] = self._episode_files.state()
         score = report.result.score if report.result else None
-        self._checkpoints.mark(report.iteration, score, best=report.is_best, loop=loop_state())
+        self._checkpoints.mark(report.iteration, score, best=report.is_best, state=parts)
 
     def stop_asked(self) -> bool:
         """Tell whether somebody outside has asked the training to stop."""

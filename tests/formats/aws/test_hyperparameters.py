@@ -141,7 +141,7 @@ def test_a_key_that_is_given_twice_is_told(tmp_path):
 
 
 def test_no_json_object_gets_a_letter(tmp_path):
-    with pytest.raises(HyperparameterError, match=r"hyperparameters.json:2: .*comma stands after the last"):
+    with pytest.raises(HyperparameterError, match=r"hyperparameters.json:1: .*comma stands after the last"):
         read(tmp_path, '{"lr": 1,\n}')
     with pytest.raises(HyperparameterError, match="no JSON object"):
         read(tmp_path, "3")

@@ -228,7 +228,9 @@ def test_a_wrong_car_gets_a_letter_with_line_and_key(tmp_path, changes, line, ke
 
 
 BROKEN = [  # text, line, found
-    ('{\n "a": 1,\n}\n', 3, "comma stands after the last"),
+    ('{\n "a": 1,\n}\n', 2, "comma stands after the last"),  # the comma's own line, on every Python
+    ('{\n "a": [1,\n\n ]}\n', 2, "comma stands after the last"),
+    ('{"a": 1\n , }\n', 2, "comma stands after the last"),
     ("{\n 'a': 1}", 2, "quoted with '"),
     ('{\n "a": \u201c1\u201d}', 2, "typographic quote"),
     ('{\n "a": [1,\n 2', 3, "ends too early"),

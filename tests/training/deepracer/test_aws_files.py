@@ -56,8 +56,9 @@ class Silence:
 class TinyTraining:
     """A real training of a tiny car, put together by hand."""
 
-    def __init__(self, folder, iterations, whole_episodes=False):
+    def __init__(self, folder, iterations, whole_episodes=False, every=1):
         sets = (*TINY, f"rollout.episodes_per_iteration={2 * 6}") if whole_episodes else TINY
+        sets = (*sets, f"evaluation.every={every}")
         plan = plan_car(RaceRequest(overrides=sets, stops=(f"iterations={iterations}",)))
         self.run = RunFolder.open(folder) if (folder / "job.json").exists() else RunFolder.create(folder)
         world, judged = race_world(plan, 6, lambda params: float(params["speed"])), race_world(plan, 2)
@@ -199,6 +200,52 @@ def test_files_said_once_tell_what_is_used(trained):
     assert (last.iteration, last.steps) == (3, 720)
     assert best.score == max(entry.score for entry in Checkpoints(trained.path / "checkpoints").entries()[1:])
     assert (trained.path / "checkpoints" / f"{best.iteration}.policy.safetensors").exists()
+
+
+def test_what_ran_stands_in_the_files_and_not_what_a_run_env_asked_for_in_vain(tmp_path):
+    sets = (*TINY, "race.start_offset=0.25", "race.reverse=true", "race.change_start=false", "ppo.exploration=e-greedy",
+            "ppo.epsilon_last=0.2", "ppo.epsilon_steps=77")  # fmt: skip
+    plan = plan_car(RaceRequest(overrides=sets))
+    asked_in_vain = {"DR_TRAIN_ALTERNATE_DRIVING_DIRECTION": "True", "DR_TRAIN_START_POSITION_OFFSET": "0.5",
+                     "DR_ENABLE_DOMAIN_RANDOMIZATION": "True"}  # fmt: skip
+    setup = aws_setup("oval", plan.settings, plan.model.metadata, plan.model.hyperparameters, env=asked_in_vain)
+    AwsFiles(tmp_path, setup).begin()
+    place = AwsModelFolder(tmp_path)
+    params, learned = read_params(place.training_params), json.loads(place.hyperparameters.read_text())
+    assert {name: params[name] for name in WHAT_RAN} == WHAT_RAN
+    explored = ("exploration_type", "e_greedy_value", "epsilon_steps")
+    assert [learned[name] for name in explored] == ["e-greedy", 0.2, 77]
+
+
+WHAT_RAN = {
+    "START_POSITION_OFFSET": "0.25", "REVERSE_DIR": "True", "CHANGE_START_POSITION": "False",
+    "ALTERNATE_DRIVING_DIRECTION": "False", "ENABLE_DOMAIN_RANDOMIZATION": "False",
+}  # fmt: skip
+
+
+def test_an_algorithm_without_a_setting_leaves_what_readers_look_for():
+    """SAC has no epochs; the file's own number stands there, or the template's."""
+    plan = plan_car(RaceRequest())
+    groups = {name: getattr(plan.settings, name) for name in plan.settings if name != "ppo"}
+    setup = aws_setup("oval", type(plan.settings)(**groups), plan.model.metadata, plan.model.hyperparameters)
+    assert setup.hyperparameters.exploration_type == "categorical"
+    assert setup.hyperparameters.epsilon_steps == 10000
+
+
+def test_an_evaluation_at_the_very_end_is_told_to_strangers_too(tmp_path):
+    """By twin: AWS's marks name the checkpoints that ours do, and a resume keeps the late evaluation's rows."""
+    training = TinyTraining(tmp_path / "run", 3, every=2).train()
+    place, ours = AwsModelFolder(training.run.path), Checkpoints(training.run.checkpoints)
+    best, last = read_checkpoint_marks(place.checkpoint_marks)
+    assert (best.iteration, last.iteration) == (ours.find("best").iteration, 3)
+    assert [last.score, best.score] == [ours.find("last").score, ours.find("best").score]
+    assert last.score is not None
+    assert len(rows_of(place, "evaluation")) == 2 * 2
+    before = rows_of(place, "evaluation")
+    TinyTraining(tmp_path / "run", 4, every=2).resume().train()
+    assert rows_of(place, "evaluation")[:4] == before
+    best, last = read_checkpoint_marks(place.checkpoint_marks)
+    assert (best.iteration, last.iteration) == (Checkpoints(training.run.checkpoints).find("best").iteration, 4)
 
 
 @pytest.fixture

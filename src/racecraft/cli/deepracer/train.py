@@ -92,15 +92,22 @@ def _paint(trained: Trained, tell: Callable[[str], None]) -> dict[str, str]:
     return {kind: str(path) for kind, path in paint_run(trained.run, tell).items()}
 
 
+def what_came_of_it(stable_seconds: float | None, best_lap_seconds: float | None) -> str:
+    """Return what a training came to, a line; the lap is the fastest of the best checkpoint's own evaluation.
+
+    >>> what_came_of_it(21.5, 20.8)
+    'It laps: stable after 21.5 s of training; best lap of the best checkpoint 20.80 s.'
+    """
+    lap = "" if best_lap_seconds is None else f"best lap of the best checkpoint {best_lap_seconds:.2f} s"
+    if stable_seconds is not None:  # compared by reward, the best checkpoint need not be one that laps
+        return f"It laps: stable after {stable_seconds:.1f} s of training; {lap or 'the best checkpoint does not lap'}."
+    return f"It drives full laps, but it is not stable yet; {lap}." if lap else "It does not lap yet."
+
+
 def _say_what_came_of_it(trained: Trained, files: dict[str, Any]) -> None:
     summary, path = trained.summary(), trained.run.path
-    stable, best = summary["seconds_to_stable_laps"], summary["best_lap_seconds"]
-    if stable is not None:
-        print(f"\nIt laps: stable after {stable:.1f} s of training; best lap {best:.2f} s.")
-    elif best is not None:
-        print(f"\nIt drove full laps, the best in {best:.2f} s, but it is not stable yet.")
-    else:
-        print("\nIt does not lap yet.")
+    stable = summary["seconds_to_stable_laps"]
+    print(f"\n{what_came_of_it(stable, summary['best_lap_seconds'])}")
     for kind, place in files.items():
         print(f"  {kind:8} {place}")
     print("\nWhat to try next:")

@@ -110,6 +110,17 @@ class AwsFiles:
         self._note_update(report, filling if filling is self._blocks[-1] else self._blocks[-2])
         self._hand_over()
 
+    def keep_evaluation(self, report: IterationReport) -> None:
+        """Take in an evaluation of the iteration that was taken in last, which then had none.
+
+        Raises:
+            OutputFileError: A file could not be written.
+        """
+        self._background.settle()
+        self._take_evaluation(report)
+        self._mark(report)
+        self._hand_over()
+
     def state(self) -> dict[str, Any]:
         """Return what is not on the disk yet and what is needed to go on: arrays and plain values."""
         self._background.settle()
@@ -217,6 +228,10 @@ class AwsFiles:
         )
         line = update_line(surrogate, divergence, entropy, (values.num_epochs or 1) - 1, values.lr or 0.0)
         block.lines += [line, checkpoint_line(report.iteration, report.steps)]
+        self._mark(report)
+
+    def _mark(self, report: IterationReport) -> None:
+        """Note which checkpoint is the last, and which the best: the loop's own choice."""
         metric = _metric_of(report.result, self._setup.best_model_metric) if report.result else None
         self._marks["last"] = CheckpointMark(report.iteration, report.steps, metric, round(time.time(), 3))
         if report.is_best or "best" not in self._marks:

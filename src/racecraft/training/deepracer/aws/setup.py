@@ -35,14 +35,14 @@ FROM_ENV = {
     "DISPLAY_NAME": "DR_DISPLAY_NAME",
     "RACER_NAME": "DR_RACER_NAME",
     "RACE_TYPE": "DR_RACE_TYPE",
-    "ALTERNATE_DRIVING_DIRECTION": "DR_TRAIN_ALTERNATE_DRIVING_DIRECTION",
-    "START_POSITION_OFFSET": "DR_TRAIN_START_POSITION_OFFSET",
-    "ENABLE_DOMAIN_RANDOMIZATION": "DR_ENABLE_DOMAIN_RANDOMIZATION",
     "CAMERA_MAIN_ENABLE": "DR_CAMERA_MAIN_ENABLE",
     "CAMERA_SUB_ENABLE": "DR_CAMERA_SUB_ENABLE",
     "ENABLE_EXTRA_KVS_OVERLAY": "DR_ENABLE_EXTRA_KVS_OVERLAY",
 }
-"""Which variable of run.env each parameter of the simulator comes from."""
+"""Which variable of run.env each parameter of the simulator comes from: names and colours, which change no training."""
+
+NEVER = {"ALTERNATE_DRIVING_DIRECTION": "False", "ENABLE_DOMAIN_RANDOMIZATION": "False"}
+"""What no training here does, whatever run.env asks for: the files tell what ran."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,8 @@ def used_hyperparameters(settings: Settings, given: Hyperparameters) -> Hyperpar
     other = {name: getattr(given, name) for name in TEMPLATE.given if getattr(given, name) is not None}
 
     def used(ours: str, theirs: str) -> Any:
-        return getattr(learner, ours, getattr(given, theirs))
+        fallback = getattr(given, theirs)
+        return getattr(learner, ours, getattr(TEMPLATE, theirs) if fallback is None else fallback)
 
     return replace(
         TEMPLATE,
@@ -105,6 +106,9 @@ def used_hyperparameters(settings: Settings, given: Hyperparameters) -> Hyperpar
         batch_size=used("batch_size", "batch_size"),
         beta_entropy=used("entropy_weight", "beta_entropy"),
         discount_factor=used("discount", "discount_factor"),
+        exploration_type=used("exploration", "exploration_type"),
+        e_greedy_value=used("epsilon_last", "e_greedy_value"),
+        epsilon_steps=used("epsilon_steps", "epsilon_steps"),
         loss_type="huber" if getattr(learner, "value_loss", "huber") == "huber" else "mean squared error",
         lr=used("learning_rate", "lr"),
         num_episodes_between_training=settings.rollout.episodes_per_iteration
@@ -138,7 +142,9 @@ def training_params(world_name: str, settings: Settings, model_name: str, env: M
         "SIMTRACE_S3_PREFIX": model_name,
         "TRAINING_JOB_ARN": "arn:Dummy",
         **words,
+        **NEVER,
         "WORLD_NAME": world_name,
+        "START_POSITION_OFFSET": str(race.start_offset),
         "REVERSE_DIR": str(race.reverse),
         "CHANGE_START_POSITION": str(race.change_start),
         "ROUND_ROBIN_ADVANCE_DIST": f"{race.start_advance:g}",

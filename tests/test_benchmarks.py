@@ -1,0 +1,65 @@
+"""The page of benchmarks is made of the figures that stand beside it, and says itself what it does not reach."""
+
+import importlib.util
+import json
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).resolve().parents[1] / "benchmarks"
+RESULTS = json.loads((HERE / "results.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def run_all():
+    sys.path.insert(0, str(HERE))
+    try:
+        spec = importlib.util.spec_from_file_location("run_all", HERE / "run_all.py")
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        yield module
+    finally:
+        sys.path.remove(str(HERE))
+
+
+@pytest.fixture(scope="module")
+def rows(run_all):
+    return sys.modules["rows"]
+
+
+def test_the_page_is_made_of_the_figures_beside_it(run_all):
+    assert (HERE / "README.md").read_text(encoding="utf-8") == run_all.page(RESULTS)
+
+
+def test_a_row_that_misses_its_at_least_says_so(rows):
+    lines = (HERE / "README.md").read_text(encoding="utf-8").splitlines()
+    every = [row for name, make in rows.ROWS.items() if name in RESULTS for row in make(RESULTS[name])]
+    with_floor = [row for row in every if rows.meets(row) is not None]
+    assert len(with_floor) > 12
+    for row in every:
+        (line,) = [line for line in lines if line.startswith(f"| {row[0]} |")]
+        assert ("**misses**" in line) == (rows.meets(row) is False)
+
+
+@pytest.mark.parametrize(
+    ("measured", "least", "kept"),
+    [
+        ("15,000 ticks/s", "15k", True), ("14,999 ticks/s", "15k", False), ("1,499,999 game-steps/s", "1.5M", False),
+        ("12 s", "12 s", True), ("12.1 s", "12 s", False), ("2,001 MB", "2 GB", False), ("100.1 ms", "100 ms", False),
+        ("0 of 34,211", "0", True), ("1 of 34,211", "0", False), ("54.9%", "55%", False), ("1.7×", "1.7×", True),
+        ("899 /s", "900 /s", False), ("3 s", "-", None),
+    ],
+)  # fmt: skip
+def test_at_least_is_read_in_its_own_unit(rows, measured, least, kept):
+    assert rows.meets(("what", measured, least, "-", "-")) is kept
+
+
+def test_a_speed_up_is_counted_from_the_best_figure_of_one_core(rows):
+    """By hand: 344,839 is more than 265,181, so 568,568 is 1.65 times one core and not 2.14."""
+    figures = {"many_two_cores": 568_568, "many_one_core": 265_181, "sight_one_core": 344_839, "rules_one_core": 1}
+    figures |= {f"{name}_{end}": 1 for name in ("rules_one_core", "sight_one_core") for end in ("low", "high")}
+    (row,) = [row for row in rows.battlesnake_rows(figures) if "over the best of one core" in row[0]]
+    assert row[1] == "1.65×"
+    assert re.search(r"568,568 over 344,839", row[4])

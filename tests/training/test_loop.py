@@ -1,0 +1,186 @@
+"""Which checkpoint the loop calls best, and that all who tell of it tell the same: by hand, with a scripted judge."""
+
+import io
+import json
+from types import SimpleNamespace
+
+import pytest
+
+from racecraft.cli.deepracer.train import what_came_of_it
+from racecraft.rollout.settings import RolloutConfig
+from racecraft.training.callbacks import EvaluationResult, IterationReport
+from racecraft.training.deepracer.trainer import summary
+from racecraft.training.loop import TrainingLoop
+from racecraft.training.progress import LineWatcher, LiveWatcher
+from racecraft.training.settings import EvaluationConfig
+from racecraft.training.stopping import parse_stops
+
+
+def lap(progress, seconds):
+    """What the car's evaluator says of a mean progress and a best lap: compared by progress, of equals by the lap."""
+    return EvaluationResult(
+        progress,
+        solved=False,
+        figures={"best_lap_seconds": seconds},
+        headline="" if seconds is None else f"best lap {seconds:.2f} s",
+        selection=(progress, -float("inf") if seconds is None else -seconds),
+    )
+
+
+class ScriptedJudge:
+    """Says what it was told to say, evaluation after evaluation."""
+
+    score_name, stop_kinds = "progress %", {}
+
+    def __init__(self, results):
+        self.results = list(results)
+
+    def score(self, episode):
+        return 10.0
+
+    def goal_reached(self, episode):
+        return False
+
+    def watch(self, episodes): ...
+
+    def evaluate(self):
+        return self.results.pop(0)
+
+    def confirm(self):
+        return True
+
+
+class Notes:
+    """Writer and callback at once: notes every report."""
+
+    def __init__(self):
+        self.reports = []
+
+    def write_start(self): ...
+    def write(self, report, loop_state):
+        self.reports.append(report)
+
+    def write_evaluation(self, report, loop_state):
+        self.reports[-1] = report
+
+    def stop_asked(self):
+        return False
+
+    def close(self): ...
+    def begin(self, title, stops, score_name): ...
+    def iteration(self, report): ...
+    def end(self, reason): ...
+
+
+class Collector:
+    """Collects nothing, and has two episodes of rewards 3 and 6 each time."""
+
+    def __init__(self):
+        self.observers, self.steps_taken = [], 0
+
+    def collect(self):
+        self.steps_taken += 5
+
+    def take_episodes(self):
+        return [SimpleNamespace(reward=3.0), SimpleNamespace(reward=6.0)]
+
+
+def train(results, every=1, iterations=None):
+    """Train for as many iterations as there are results, nothing learned; return outcome, reports and the loop."""
+    learner = SimpleNamespace(eats="rollout", update=lambda batch: {})
+    feed = SimpleNamespace(take=lambda batch: batch)
+    notes = Notes()
+    loop = TrainingLoop(
+        Collector(), learner, ScriptedJudge(results), notes, notes,
+        RolloutConfig(num_worlds=1, horizon=1), EvaluationConfig(every=every),
+        parse_stops([f"iterations={iterations or len(results)}"]), feed,
+    )  # fmt: skip
+    return loop.run("scripted"), notes.reports, loop
+
+
+def best_iteration(reports):
+    """What checkpoints.json calls best at the end: the last that was the best when it was judged."""
+    return [report.iteration for report in reports if report.is_best][-1]
+
+
+@pytest.mark.parametrize(
+    ("laps", "best"),
+    [
+        ([(100, 20.0), (100, 19.0), (100, 21.0)], 2),  # of equal progress the quicker
+        ([(50, None), (100, 20.0), (90, 9.0)], 2),  # a quick lap among bad ones does not count
+        ([(100, 20.0), (100, 20.0), (40, None)], 2),  # of equals the newer
+        ([(40, None), (40, None), (30, None)], 2),
+        ([(40, None), (40, 30.0), (40, None)], 2),  # of equal progress whoever laps
+    ],
+)
+def test_the_best_is_the_newest_of_those_that_nobody_beats(laps, best):
+    outcome, reports, _ = train([lap(*each) for each in laps])
+    assert best_iteration(reports) == best
+    assert outcome.best == lap(*laps[best - 1])
+    assert outcome.last == lap(*laps[-1])
+
+
+def test_an_evaluation_at_the_very_end_takes_the_crown_of_an_equal_too():
+    outcome, reports, _ = train([lap(60, None), lap(60, None)], every=2, iterations=3)
+    assert [report.is_best for report in reports] == [False, True, True]
+    assert [report.result is not None for report in reports] == [False, True, True]
+
+
+def test_the_summary_and_the_last_line_tell_the_best_checkpoints_lap(tmp_path):
+    outcome, _, _ = train([lap(100, 20.0), lap(70, 9.0), lap(90, None)])
+    planned = SimpleNamespace(track=SimpleNamespace(name="oval"), seed=1)
+    told = summary(planned, SimpleNamespace(path=tmp_path), outcome)
+    assert told["best_lap_seconds"] == 20.0
+    assert what_came_of_it(None, told["best_lap_seconds"]).endswith("best lap of the best checkpoint 20.00 s.")
+
+
+def test_a_stable_run_whose_best_checkpoint_does_not_lap_is_told_as_it_is():
+    """By reward, the checkpoint that is paid best may be one that leaves the road."""
+    assert what_came_of_it(3.0, None) == "It laps: stable after 3.0 s of training; the best checkpoint does not lap."
+    assert what_came_of_it(None, None) == "It does not lap yet."
+
+
+def test_what_is_best_outlives_a_resume():
+    _, _, loop = train([lap(100, 20.0), lap(70, 9.0)])
+    state = json.loads(json.dumps(loop.state()))
+    _, _, other = train([lap(0, None)])
+    other.restore(state)
+    assert other._best == lap(100, 20.0)
+
+
+def report(**changed):
+    told = {
+        "iteration": 1, "steps": 5, "seconds": 1.0, "steps_per_second": 5.0, "episodes": 2, "mean_reward": 4.5,
+        "training_score": 10.0, "losses": {}, "result": None, "is_best": False,
+    }  # fmt: skip
+    return IterationReport(**{**told, **changed})
+
+
+def test_the_mean_reward_is_that_of_the_iterations_episodes():
+    _, reports, _ = train([lap(1, None)])
+    assert reports[0].mean_reward == 4.5
+
+
+@pytest.mark.parametrize("kind", ["lines", "live"])
+def test_displays_tell_the_mean_reward_beside_a_score_that_is_none(kind):
+    assert "4.50" in shown(kind, "progress %", report())
+    assert "mean reward" in shown(kind, "rating", report(training_score=None))
+    assert "mean reward" not in shown(kind, "return", report(training_score=4.5)), "the score says it already"
+
+
+def test_the_live_table_names_the_lap_of_the_best_and_not_the_latest():
+    judged = (report(result=lap(100, 20.0), is_best=True), report(result=lap(70, 9.0)))
+    assert "at its best: best lap 20.00 s" in shown("live", "progress %", *judged)
+
+
+def shown(kind, score_name, *reports):
+    from rich.console import Console
+
+    stream = io.StringIO()
+    console = Console(file=stream, width=160, force_terminal=False)
+    watcher = LineWatcher(stream) if kind == "lines" else LiveWatcher(console)
+    watcher.begin("title", "laps", score_name)
+    for one in reports:
+        watcher.iteration(one)
+    watcher.end("laps")
+    return stream.getvalue()
