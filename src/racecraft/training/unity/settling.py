@@ -15,6 +15,7 @@ from racecraft.envs.unity.behaviors import Behavior, card_of
 from racecraft.envs.unity.cards import behaviors_in
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
+from racecraft.players.trained import spec_in
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, as_dictionary, from_dictionary, with_values
 from racecraft.training.unity.plan import WORLD_SETTINGS, UnityPlan, defaults_for
@@ -134,6 +135,7 @@ def _settings_of_begun(
 ) -> dict[str, Settings]:
     """Return the settings that a run was begun with, of each behavior, if the scene is still what it was."""
     _, metadata = Checkpoints(run.checkpoints).load_policy("last")
+    spec_in(run, metadata)  # refuses actions of an older kind
     then = behaviors_in(metadata)
     if list(then) != [behavior.base_name for behavior in behaviors]:
         here = ", ".join(behavior.base_name for behavior in behaviors)
