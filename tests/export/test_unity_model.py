@@ -169,7 +169,7 @@ def test_the_file_is_named_after_the_behavior_and_written_whole(tmp_path):
 
 
 def test_branches_are_drawn_independently_with_the_networks_probabilities():
-    """20,000 draws of one observation: each branch's shares, and pairs as their product, within five standard errors."""
+    """20,000 draws of one observation: shares of pairs are products, within five standard errors."""
     behavior = Behavior("Agent", (VECTOR,), UnityActions(1, (3, 2)))
     policy = make_policy(behavior)
     seen = np.full((20_000, 5), 0.3, np.float32)

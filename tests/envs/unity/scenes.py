@@ -229,7 +229,7 @@ class TellScene:
 
 
 class LeverScene:
-    """Two levers of two and three places; each agent sees where both should stand: several branches, as small as can be.
+    """Two levers of two and three places; each agent sees where both should stand: several branches.
 
     Both right earn 1, one of them 0, none -1. Of the second lever a place that is wrong is forbidden each time. One
     pull is an episode.

@@ -153,4 +153,7 @@ _SETTINGS = {
     "ppo.gae_lambda": "lambd",
     "ppo.epochs": "num_epoch",
     "ppo.discount": "gamma",
+    "ppo.learning_rate_schedule": "learning_rate_schedule",
+    "ppo.entropy_schedule": "beta_schedule",
+    "ppo.clip_schedule": "epsilon_schedule",
 }
