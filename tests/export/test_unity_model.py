@@ -193,6 +193,16 @@ def test_numbers_that_the_policy_bends_by_a_tanh_are_bent_in_the_file_too(action
     assert check_unity_model(unity_model(make_policy(behavior), behavior), bent, behavior, seen, allowed) > 1e-3
 
 
+def test_running_statistics_go_into_the_file():
+    behavior = Behavior("Agent", (VECTOR, CAMERA), UnityActions(1, (3,)))
+    policy = make_policy(behavior, normalise=True)
+    seen, allowed = make_observations(behavior, 200), make_allowed((3,), 200)
+    untold = unity_model(policy, behavior)
+    policy.network.observe({name: torch.from_numpy(20.0 + 3.0 * rows) for name, rows in seen.items()})
+    assert check_unity_model(unity_model(policy, behavior), policy, behavior, seen, allowed) < 1e-5
+    assert check_unity_model(untold, policy, behavior, seen, allowed) > 1e-3
+
+
 def test_a_policy_that_decides_something_else_is_refused():
     """As one from before, over the combinations of two branches."""
     policy = make_policy(Behavior("A", (VECTOR,), UnityActions(0, (6,))))

@@ -288,6 +288,8 @@ class PpoLearner:
                 f"After {len(told)} minibatches the losses are {means}; expected numbers. Lower ppo.learning_rate "
                 "or the size of the rewards, and go on from the last checkpoint."
             )
+        if self.architecture.normalise:  # not before: what acted and what learns read observations alike
+            self.network.observe({name: values[rows] for name, values in whole.observations.items()})
         return dict(zip(FIGURES, [*means, *facts, len(rows), len(told)], strict=True))
 
     def state_dict(self) -> StateDict:

@@ -30,7 +30,7 @@ from torch import nn
 
 from racecraft.algorithms.actor_policy import ActorPolicy
 from racecraft.algorithms.distributions import LOG_STD_RANGE, Distribution, Hybrid, SquashedGaussian
-from racecraft.algorithms.networks import Encoder, FlattenChannelsLast, Image, Vector
+from racecraft.algorithms.networks import MOST_DEVIATIONS, Encoder, FlattenChannelsLast, Image, Vector
 from racecraft.contract.errors import MissingExtraError, UserInputError
 from racecraft.contract.world import Array
 from racecraft.envs.unity.actions import ActionTable
@@ -266,8 +266,17 @@ class _Graph:
             case FlattenChannelsLast():
                 return self.node("Flatten", self.node("Transpose", value, perm=[0, 2, 3, 1]), axis=1)
             case Vector():
-                return self.node("Flatten", value, axis=1)
+                return self.vector(module, value)
         raise UserInputError(f"a layer of kind {type(module).__name__} cannot be exported to Unity yet.")
+
+    def vector(self, module: Vector, value: str) -> str:
+        """Write numbers side by side, scaled as the running statistics stand now."""
+        flat = self.node("Flatten", value, axis=1)
+        if module.statistics is None:
+            return flat
+        mean, deviation = map(_array, module.statistics.told())
+        scaled = self.node("Div", self.node("Sub", flat, self.constant(mean)), self.constant(deviation))
+        return self.node("Clip", scaled, min=-MOST_DEVIATIONS, max=MOST_DEVIATIONS)
 
     def dense(self, layer: nn.Linear, value: str) -> str:
         bias = layer.bias if layer.bias is not None else torch.zeros(layer.out_features)

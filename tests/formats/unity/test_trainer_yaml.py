@@ -152,7 +152,6 @@ def test_the_environment_engine_and_parameters_are_read(read):
         ("trainer_type: sac", "trainer_type"),
         ("trainer_type: poca", "trainer_type"),
         ("hyperparameters: {tau: 0.005}", "hyperparameters.tau"),
-        ("network_settings: {normalize: true}", "network_settings.normalize"),
         ("network_settings: {memory: {memory_size: 128}}", "network_settings.memory"),
         ("network_settings: {vis_encode_type: resnet}", "network_settings.vis_encode_type"),
         ("reward_signals: {curiosity: {strength: 0.1}}", "reward_signals.curiosity"),

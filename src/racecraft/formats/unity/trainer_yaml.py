@@ -221,9 +221,8 @@ class _Reader:
         for key in _HYPERPARAMETERS[11:]:
             if key in rates:
                 self._note((*at, "hyperparameters", key), "belongs to SAC")
-        for key, why in (("normalize", "observations are read as they are"), ("memory", "policies have no memory")):
-            if network.get(key):
-                self._note((*at, "network_settings", key), why)
+        if network.get("memory"):
+            self._note((*at, "network_settings", "memory"), "policies have no memory")
 
     def _gamma(self, signals: dict[str, Any], at: tuple[str, ...]) -> float | None:
         self._know(signals, ("extrinsic", "curiosity", "gail", "rnd"), at)
