@@ -285,20 +285,32 @@ def test_what_follows_a_cut_is_the_final_observation_and_not_the_next_start():
     assert first["value_loss"] != second["value_loss"]
 
 
-def test_schedules_fall_in_a_straight_line_and_the_clip_stops_at_a_tenth():
+def test_schedules_fall_in_a_straight_line_to_where_ml_agents_ends_them():
     learner = a_learner(
         learning_rate=1e-3, learning_rate_schedule="linear", clip=0.2, clip_schedule="linear",
         entropy_weight=0.02, entropy_schedule="linear",
     )  # fmt: skip
     learner.anneal(0.25)
-    assert learner.learning_rate == pytest.approx(7.5e-4)
-    assert (learner.now.clip, learner.now.entropy_weight) == (pytest.approx(0.15), pytest.approx(0.015))
+    assert learner.learning_rate == pytest.approx(7.5e-4 + 0.25e-10, rel=1e-12)
+    assert learner.now.clip == pytest.approx(0.175)
+    assert learner.now.entropy_weight == pytest.approx(0.015 + 0.25e-5)
     learner.anneal(1.0)
-    assert (learner.learning_rate, learner.now.clip, learner.now.entropy_weight) == (0.0, 0.1, 0.0)
+    ends = learner.learning_rate, learner.now.clip, learner.now.entropy_weight
+    assert ends == pytest.approx((1e-10, 0.1, 1e-5))
     before = learner.state_dict()["network"]
     learner.update(made_up(learner.spec, learner=learner))
     after = learner.state_dict()["network"]
-    assert all(torch.equal(before[name], after[name]) for name in before), "a learning rate of nothing teaches nothing"
+    for name, weight in before.items():
+        torch.testing.assert_close(weight, after[name], atol=1e-7, rtol=0.0)
+
+
+def test_what_is_below_the_end_of_its_schedule_stays():
+    learner = a_learner(clip=0.05, clip_schedule="linear", entropy_weight=0.0, entropy_schedule="linear")
+    learner.anneal(0.5)
+    assert (learner.now.clip, learner.now.entropy_weight) == (0.05, 0.0)
+
+
+def test_what_is_constant_stays_so():
     constant = a_learner(learning_rate=1e-3)
     constant.anneal(0.9)
     assert (constant.learning_rate, constant.now) == (1e-3, constant.config)

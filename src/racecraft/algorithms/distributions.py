@@ -30,6 +30,7 @@ from racecraft.contract.world import (
     DiscreteActions,
     HybridActions,
     MultiDiscreteActions,
+    SingleActions,
 )
 
 FORBIDDEN_LOGIT = -1e9
@@ -44,6 +45,11 @@ GAUSSIAN, SQUASHED = "gaussian", "squashed"
 
 class Distribution(Protocol):
     """What stands between a network and a world."""
+
+    @property
+    def spec(self) -> SingleActions:
+        """What the world obeys."""
+        ...
 
     def sample(
         self, params: Tensor, log_std: Tensor | None, mask: Tensor | None, generator: torch.Generator
@@ -267,7 +273,8 @@ class Hybrid:
 
     def __init__(self, spec: HybridActions, floor: float = 0.0, numbers: str = GAUSSIAN) -> None:
         self.spec = spec
-        self._numbers = _gaussian(spec.continuous, numbers)
+        self.numbers = _gaussian(spec.continuous, numbers)
+        """How the numbers among them are drawn."""
         self._choices = MultiCategorical(spec.discrete, floor)
         self._width = spec.continuous.shape[0]
 
@@ -276,14 +283,14 @@ class Hybrid:
     ) -> tuple[Tensor, Tensor]:
         """Draw numbers, then choices."""
         means, logits = self._split(params)
-        drawn, log_density = self._numbers.sample(means, log_std, None, generator)
+        drawn, log_density = self.numbers.sample(means, log_std, None, generator)
         chosen, log_prob = self._choices.sample(logits, None, mask, generator)
         return torch.cat([drawn, chosen.float()], dim=1), log_density + log_prob
 
     def mode(self, params: Tensor, log_std: Tensor | None, mask: Tensor | None) -> tuple[Tensor, Tensor]:
         """Return the means and the likeliest choices."""
         means, logits = self._split(params)
-        mean, log_density = self._numbers.mode(means, log_std, None)
+        mean, log_density = self.numbers.mode(means, log_std, None)
         chosen, log_prob = self._choices.mode(logits, None, mask)
         return torch.cat([mean, chosen.float()], dim=1), log_density + log_prob
 
@@ -293,13 +300,13 @@ class Hybrid:
         """Return log-densities plus log-probabilities (R,), and entropies likewise (R,)."""
         means, logits = self._split(params)
         drawn, chosen = raw_actions[:, : self._width], raw_actions[:, self._width :].long()
-        log_density, spread = self._numbers.log_prob_and_entropy(means, log_std, None, drawn)
+        log_density, spread = self.numbers.log_prob_and_entropy(means, log_std, None, drawn)
         log_prob, entropy = self._choices.log_prob_and_entropy(logits, None, mask, chosen)
         return log_density + log_prob, spread + entropy
 
     def to_actions(self, raw_actions: Tensor) -> Tensor:
         """Bring the numbers into their bounds; choices stay."""
-        numbers = self._numbers.to_actions(raw_actions[:, : self._width])
+        numbers = self.numbers.to_actions(raw_actions[:, : self._width])
         return torch.cat([numbers, raw_actions[:, self._width :]], dim=1)
 
     def _split(self, params: Tensor) -> tuple[Tensor, Tensor]:

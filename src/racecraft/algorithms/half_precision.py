@@ -63,9 +63,10 @@ class Bfloat16Copy:
 def _with_half_encoders(network: ActorCritic) -> ActorCritic:
     twin = copy.deepcopy(network)
     twin.policy_head, twin.value_head, twin.log_std = network.policy_head, network.value_head, network.log_std
-    for body in (twin.policy_body, twin.critic_body):
-        if body is not None:
-            _halve(body)
+    for whole, half in ((network.policy_body, twin.policy_body), (network.critic_body, twin.critic_body)):
+        if whole is not None and half is not None:
+            _halve(half)
+            _share_statistics(whole, half)
     return twin
 
 
@@ -74,3 +75,10 @@ def _halve(body: nn.Module) -> None:
     for part in body.modules():
         if isinstance(part, Image | Vector):
             part.dtype = torch.bfloat16
+
+
+def _share_statistics(whole: nn.Module, half: nn.Module) -> None:
+    """Let the twin read the running statistics of the other: they are no weights, and stay float64."""
+    for one, other in zip(list(whole.modules()), list(half.modules()), strict=True):
+        if isinstance(one, Vector) and isinstance(other, Vector):
+            other.statistics = one.statistics

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from typing import Any
 
@@ -33,6 +33,8 @@ from racecraft.settings.table import check_group, setting
 CRITIC_UNITS = (128, 128)
 """Dense layers of a critic that reads privileged vectors."""
 IMAGE_SCALE = 1.0 / 255.0
+MOST_DEVIATIONS = 5.0
+"""Normalised numbers are cut to this, as at ML-Agents."""
 HIDDEN_GAIN = {"relu": math.sqrt(2.0), "tanh": math.sqrt(2.0)}
 """Gain of the orthogonal start; the same for both, as in the PPO implementations that were measured."""
 POLICY_GAIN = 0.01
@@ -62,6 +64,10 @@ class NetworkConfig:
         None, "Your own network as module:Class in place of the layers above; the heads stay."
     )
 
+    normalise: bool = setting(
+        False, "Whether vectors are scaled by their running mean and deviation, which are kept beside the weights."
+    )
+
     def __post_init__(self) -> None:
         check_group(self)
 
@@ -89,6 +95,8 @@ class Architecture:
     of critic and commands (facts: Coach `ppo_head.py`, `v_head.py`)."""
     encoder: str | None = None
     """A user's own network as "module:Class", instead of convolutions and dense layers; None: those."""
+    normalise: bool = False
+    """Whether vectors are scaled by their running mean and deviation."""
 
 
 def architecture_of(config: NetworkConfig) -> Architecture:
@@ -112,6 +120,7 @@ def architecture_of(config: NetworkConfig) -> Architecture:
         privileged_critic=config.privileged_critic,
         initialisation=config.initialisation,
         encoder=config.encoder,
+        normalise=config.normalise,
     )
 
 
@@ -159,7 +168,11 @@ class ActorCritic(nn.Module):
         self.policy_body = encoder_for(visible, architecture, generator)
         self.critic_body: Encoder | OwnEncoder | None = None
         if architecture.privileged_critic and has_privileged:
-            row = Architecture(trunk_units=CRITIC_UNITS, activation="tanh", initialisation=architecture.initialisation)
+            row = replace(
+                Architecture(trunk_units=CRITIC_UNITS, activation="tanh"),
+                initialisation=architecture.initialisation,
+                normalise=architecture.normalise,
+            )
             self.critic_body = Encoder(vectors, row, generator)
         elif architecture.separate_networks:
             self.critic_body = encoder_for(visible, architecture, generator)
@@ -187,6 +200,12 @@ class ActorCritic(nn.Module):
         """Return the values (R,) alone."""
         return self.value_head((self.critic_body or self.policy_body)(observations).float()).squeeze(-1)
 
+    def observe(self, observations: Mapping[str, Tensor]) -> None:
+        """Take R rows into the running statistics of vectors, where there are any."""
+        for body in (self.policy_body, self.critic_body):
+            if isinstance(body, Encoder):
+                body.observe(observations)
+
 
 class Encoder(nn.Module):
     """Embedders side by side, laid end to end, and a trunk over them: named observations to features (R, width)."""
@@ -212,6 +231,12 @@ class Encoder(nn.Module):
         """Return features (R, width)."""
         parts = [embed(observations[name]) for name, embed in zip(self.names, self.embedders, strict=True)]
         return self.trunk(parts[0] if len(parts) == 1 else torch.cat(parts, dim=1))
+
+    def observe(self, observations: Mapping[str, Tensor]) -> None:
+        """Take R rows into the running statistics of vectors, where there are any."""
+        for name, embed in zip(self.names, self.embedders, strict=True):
+            if isinstance(embed, nn.Sequential) and isinstance(embed[0], Vector) and embed[0].statistics is not None:
+                embed[0].statistics.take(observations[name])
 
 
 class OwnEncoder(nn.Module):
@@ -299,16 +324,60 @@ class FlattenChannelsLast(nn.Module):
 
 
 class Vector(nn.Module):
-    """Anything of shape (R, ...) to floats (R, width)."""
+    """Anything of shape (R, ...) to floats (R, width).
 
-    def __init__(self) -> None:
+    Args:
+        normalised: The width of vectors that are scaled by their running statistics; None: they are read as they are.
+    """
+
+    def __init__(self, normalised: int | None = None) -> None:
         super().__init__()
         self.dtype = torch.float32
         """What the layers behind it multiply in."""
+        self.statistics = None if normalised is None else RunningStatistics(normalised)
 
     def forward(self, numbers: Tensor) -> Tensor:
         """Return vectors."""
-        return numbers.to(self.dtype).flatten(1)
+        if self.statistics is None:
+            return numbers.to(self.dtype).flatten(1)
+        mean, deviation = self.statistics.told()
+        scaled = (numbers.float().flatten(1) - mean) / deviation
+        return scaled.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS).to(self.dtype)
+
+
+class RunningStatistics(nn.Module):
+    """Mean and deviation of all vectors (W,) shown so far, much as ML-Agents keeps them (its `Normalizer`).
+
+    A distance of 1 from the mean counts as seen before all others, so that nothing is ever divided by 0. ML-Agents also
+    counts a vector of zeros, which makes what is far from zero look spread out for long. They are buffers: saved and
+    loaded with the weights, and no optimiser touches them.
+    """
+
+    count: Tensor
+    mean: Tensor
+    squares: Tensor
+    """Sum of squared distances from the mean."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        self.register_buffer("count", torch.zeros((), dtype=torch.float64))
+        self.register_buffer("mean", torch.zeros(width, dtype=torch.float64))
+        self.register_buffer("squares", torch.ones(width, dtype=torch.float64))
+
+    @torch.no_grad()
+    def take(self, vectors: Tensor) -> None:
+        """Take in R vectors (R, W)."""
+        rows = vectors.double()
+        if not len(rows):
+            return
+        self.count += len(rows)
+        before = rows - self.mean
+        self.mean += before.sum(dim=0) / self.count
+        self.squares += (before * (rows - self.mean)).sum(dim=0)
+
+    def told(self) -> tuple[Tensor, Tensor]:
+        """Return mean and deviation, float32 (W,)."""
+        return self.mean.float(), (self.squares / (self.count + 1.0)).sqrt().float()
 
 
 def is_image(part: ArraySpec) -> bool:
@@ -355,7 +424,10 @@ def vector_embedder(
     """Return the network over one vector and the width of what it gives."""
     size = math.prod(part.shape)
     units = architecture.vector_units
-    return nn.Sequential(Vector(), *dense_stack(size, units, architecture, generator)), units[-1] if units else size
+    normalised = size if architecture.normalise and len(part.shape) == 1 else None
+    return nn.Sequential(Vector(normalised), *dense_stack(size, units, architecture, generator)), units[
+        -1
+    ] if units else size
 
 
 def dense_stack(

@@ -37,8 +37,8 @@ RAW_ACTION, LOG_PROB, VALUE = "raw_action", "log_prob", "value"
 """Columns: what was drawn, how likely it was, and what the critic expected."""
 
 LINEAR = "linear"
-LEAST_CLIP = 0.1
-"""Where a falling clip ends (facts: ML-Agents' `epsilon_schedule`)."""
+SCHEDULE_ENDS = {"learning_rate": 1e-10, "clip": 0.1, "entropy_weight": 1e-5}
+"""Where what falls in a straight line ends, as at ML-Agents (its `DecayedValue`s); what is below it stays."""
 
 FIGURES = {
     "policy_loss": "Clipped surrogate, negated: falls when likelier actions were better than expected.",
@@ -98,13 +98,15 @@ class PpoConfig:
     )
     learning_rate_schedule: str = setting(
         "constant",
-        "How the learning rate goes on: as it is, or in a straight line to nothing at the stop `steps=`.",
+        "How the learning rate goes on: as it is, or in a straight line to 1e-10 at the stop `steps=`.",
         choices=("constant", "linear"),
     )
     clip_schedule: str = setting(
-        "constant", "The same for the clip, which ends at 0.1 at the least.", choices=("constant", "linear")
+        "constant", "The same for the clip, which ends at 0.1.", choices=("constant", "linear")
     )
-    entropy_schedule: str = setting("constant", "The same for the entropy's weight.", choices=("constant", "linear"))
+    entropy_schedule: str = setting(
+        "constant", "The same for the entropy's weight, which ends at 1e-5.", choices=("constant", "linear")
+    )
     exploration: str = setting(
         "categorical",
         "How choices are drawn while training: by their probability, or the likeliest with random ones between.",
@@ -222,13 +224,12 @@ class PpoLearner:
 
     def anneal(self, done: float) -> None:
         """Follow the schedules: `done` is the share of the training that lies behind, 0 to 1."""
-        config, left = self.config, max(0.0, 1.0 - done)
-        self.optimiser.learning_rate = config.learning_rate * (left if config.learning_rate_schedule == LINEAR else 1.0)
-        clip = config.clip * left if config.clip_schedule == LINEAR else config.clip
+        config = self.config
+        self.optimiser.learning_rate = _scheduled(config, "learning_rate", config.learning_rate_schedule, done)
         self.now = replace(
             config,
-            clip=max(clip, min(config.clip, LEAST_CLIP)),
-            entropy_weight=config.entropy_weight * (left if config.entropy_schedule == LINEAR else 1.0),
+            clip=_scheduled(config, "clip", config.clip_schedule, done),
+            entropy_weight=_scheduled(config, "entropy_weight", config.entropy_schedule, done),
         )
 
     @torch.inference_mode()
@@ -287,6 +288,8 @@ class PpoLearner:
                 f"After {len(told)} minibatches the losses are {means}; expected numbers. Lower ppo.learning_rate "
                 "or the size of the rewards, and go on from the last checkpoint."
             )
+        if self.architecture.normalise:  # not before: what acted and what learns read observations alike
+            self.network.observe({name: values[rows] for name, values in whole.observations.items()})
         return dict(zip(FIGURES, [*means, *facts, len(rows), len(told)], strict=True))
 
     def state_dict(self) -> StateDict:
@@ -417,6 +420,13 @@ def ppo_loss(
         clipped = ((ratio - 1.0).abs() > config.clip).float().mean()
         figures = torch.stack([policy_loss, value_loss, mean_entropy, approx_kl, clipped])
     return loss, figures
+
+
+def _scheduled(config: PpoConfig, name: str, schedule: str, done: float) -> float:
+    """Return a setting as its schedule has it when a share of the training, 0 to 1, is done."""
+    start: float = getattr(config, name)
+    end = min(start, SCHEDULE_ENDS[name])
+    return start + (end - start) * min(done, 1.0) if schedule == LINEAR else start
 
 
 def _columns(spec: WorldSpec, values_later: bool) -> dict[str, ArraySpec]:

@@ -40,7 +40,7 @@ def refuse_changes(context: typer.Context, run: Path | None, unchangeable: Seque
             and source.name == "COMMANDLINE"
             and (name in arguments or not _is_as_begun(run, name, context.params[name]))
         ):
-            flag = arguments.get(name, f"--{name.rstrip('_')}")
+            flag = arguments.get(name, f"--{name.rstrip('_').replace('_', '-')}")
             raise SettingError(
                 f"{flag} cannot change when a run is resumed: it would no longer be the same training. "
                 "Leave it out, or begin a new run from these weights with --from."

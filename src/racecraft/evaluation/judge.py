@@ -109,7 +109,10 @@ def _judge_unity(run: RunFolder, which: str, episodes: int = 20, seed: int = 0) 
     behaviors = asked["behavior"]
     named = [behaviors] if isinstance(behaviors, str) else behaviors
     several = len(named) > 1
-    arguments: dict[str, Any] = {"args": ("--agents", str(episodes))} if asked["build"] == "builtin:Basic" else {}
+    told = tuple(asked.get("env_args", ()))
+    if not told and asked["build"] == "builtin:Basic":
+        told = ("--agents", str(episodes))
+    arguments: dict[str, Any] = {"args": told} if told else {}
     world = UnityWorld(
         find_build(asked["build"]), behavior=named if several else named[0], several=several, seed=seed, **arguments
     )

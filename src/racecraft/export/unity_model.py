@@ -28,7 +28,9 @@ import numpy as np
 import torch
 from torch import nn
 
-from racecraft.algorithms.networks import ActorCritic, Encoder, FlattenChannelsLast, Image, Vector
+from racecraft.algorithms.actor_policy import ActorPolicy
+from racecraft.algorithms.distributions import LOG_STD_RANGE, Distribution, Hybrid, SquashedGaussian
+from racecraft.algorithms.networks import MOST_DEVIATIONS, Encoder, FlattenChannelsLast, Image, Vector
 from racecraft.contract.errors import MissingExtraError, UserInputError
 from racecraft.contract.world import Array
 from racecraft.envs.unity.actions import ActionTable
@@ -42,69 +44,69 @@ FORBIDDEN_PENALTY = 1e8
 """What is taken from the score of a forbidden action, as ML-Agents does."""
 
 
-def write_unity_model(path: str | Path, network: ActorCritic, behavior: Behavior) -> Path:
+def write_unity_model(path: str | Path, policy: ActorPolicy, behavior: Behavior) -> Path:
     """Write `<behavior>.onnx` (or the file that `path` names) in one move and return where it lies.
 
     Args:
         path: A folder, or a file that ends in `.onnx`.
-        network: The policy; its observations carry the names of the behavior's sensors.
+        policy: Whose observations carry the names of the behavior's sensors.
         behavior: What the agent sees and does.
 
     Raises:
-        UserInputError: The network was not made for this behavior.
+        UserInputError: The policy was not made for this behavior.
         MissingExtraError: onnx is not installed.
     """
     target = Path(path)
     if target.suffix != ".onnx":
         target = target / f"{behavior.base_name}.onnx"
-    model = unity_model(network, behavior)
+    model = unity_model(policy, behavior)
     target.parent.mkdir(parents=True, exist_ok=True)
     write_whole(target, model.SerializeToString())
     return target
 
 
-def unity_model(network: ActorCritic, behavior: Behavior) -> Any:
+def unity_model(policy: ActorPolicy, behavior: Behavior) -> Any:
     """Return the policy as an `onnx.ModelProto`, checked by the ONNX checker."""
-    onnx = _onnx()
-    if sorted(network.policy_body.names) != sorted(sensor.name for sensor in behavior.sensors):
-        raise UserInputError(
-            f"the policy reads {', '.join(network.policy_body.names)}; behavior '{behavior.name}' shows "
-            f"{', '.join(sensor.name for sensor in behavior.sensors)}. Export it with the behavior it was trained on."
-        )
+    onnx, network = _onnx(), policy.network
     if not isinstance(network.policy_body, Encoder):
         raise UserInputError(
             "the policy's network is one of your own (network.encoder); expected one of the built-in layers, which are "
             "all that is known in ONNX here."
         )
-    table = ActionTable(behavior.actions)
+    _require_made_for(behavior, policy)
+    continuous, branches = behavior.actions.continuous, behavior.actions.branches
     graph = _Graph(onnx)
     inputs = {sensor.name: graph.input(f"obs_{i}", _wire_shape(sensor)) for i, sensor in enumerate(behavior.sensors)}
-    masks = graph.input("action_masks", (sum(behavior.actions.branches),)) if behavior.actions.branches else ""
-    numbers = graph.dense(network.policy_head, graph.body(network.policy_body, inputs))
+    masks = graph.input("action_masks", (sum(branches),)) if branches else ""
+    params = graph.dense(network.policy_head, graph.body(network.policy_body, inputs))
 
     graph.constant_output("version_number", [MODEL_VERSION])
     graph.constant_output("memory_size", [0.0])
-    if table.has_mask:
-        _add_counted(graph, table, numbers, masks)
-    else:
-        _add_vector(graph, table, numbers, masks, network)
+    means, logits = params, params
+    if continuous and branches:
+        means = graph.columns(params, 0, continuous)
+        logits = graph.columns(params, continuous, continuous + sum(branches))
+    if continuous:
+        _add_numbers(graph, continuous, means, policy)
+    if branches:
+        _add_choices(graph, branches, logits, masks)
     return graph.finish(behavior.base_name)
 
 
 def check_unity_model(
     model: Any,
-    network: ActorCritic,
+    policy: ActorPolicy,
     behavior: Behavior,
     observations: Mapping[str, Array],
     allowed: Array | None = None,
 ) -> float:
-    """Run the model in onnxruntime beside the network and return the largest difference of its actions.
+    """Run the model in onnxruntime beside the policy and return the largest difference of its greedy actions.
 
     Args:
         model: What `unity_model` returned.
-        network: What it was made from.
+        policy: What it was made from.
         behavior: What the agent sees and does.
-        observations: By sensor name, (R, *sensor shape), as the network reads them.
+        observations: By sensor name, (R, *sensor shape), as the policy reads them.
         allowed: bool (R, sum of branches), or None where everything is.
 
     Returns:
@@ -115,7 +117,6 @@ def check_unity_model(
     except ImportError as cause:
         raise _missing("onnxruntime") from cause
     rows = len(next(iter(observations.values())))
-    table = ActionTable(behavior.actions)
     branches = behavior.actions.branches
     if allowed is None:
         allowed = np.ones((rows, sum(branches)), bool)
@@ -126,14 +127,8 @@ def check_unity_model(
     names = [output.name for output in session.get_outputs()]
     told = dict(zip(names, session.run(None, feeds), strict=True))
 
-    with torch.no_grad():
-        numbers = network.policy({name: torch.from_numpy(np.ascontiguousarray(observations[name])) for name in
-                                  network.policy_body.names}).numpy()  # fmt: skip
-    if table.has_mask:
-        scores = np.where(table.mask(allowed), numbers, -np.inf)
-        choice = table.choice(scores.argmax(axis=1), allowed)
-    else:
-        choice = table.choice(np.clip(numbers, -1.0, 1.0), allowed if branches else None)
+    seen = {name: np.ascontiguousarray(values) for name, values in observations.items()}
+    choice = ActionTable(behavior.actions).choice(policy.act(seen, allowed if branches else None))
     away = [0.0]
     if branches:
         away.append(float(np.abs(told["deterministic_discrete_actions"] - np.asarray(choice.discrete)).max(initial=0)))
@@ -150,54 +145,55 @@ def to_wire(sensor: Sensor, values: Array) -> Array:
     return np.ascontiguousarray(numbers.transpose(0, 3, 1, 2)) if sensor.is_picture else numbers
 
 
-def _add_counted(graph: _Graph, table: ActionTable, logits: str, masks: str) -> None:
-    """Discrete actions from one score for every combination of choices."""
-    branches = table.actions.branches
-    starts = np.cumsum((0, *branches[:-1]))
-    allowed = ""
-    for branch in range(len(branches)):
-        if len(branches) == 1:
-            allowed = masks
-            break
-        columns = graph.constant(starts[branch] + table.combinations[:, branch].astype(np.int64))
-        part = graph.node("Gather", masks, columns, axis=1)
-        allowed = graph.node("Mul", allowed, part) if allowed else part
-    scores = graph.masked(logits, allowed)
-    drawn = graph.node("Multinomial", graph.node("LogSoftmax", scores, axis=1), dtype=graph.INT64, sample_size=1)
-    best = graph.node("ArgMax", scores, axis=1, keepdims=1)
-    for name, index in (("discrete_actions", drawn), ("deterministic_discrete_actions", best)):
+def _require_made_for(behavior: Behavior, policy: ActorPolicy) -> None:
+    reads = policy.network.policy_body.names
+    if sorted(reads) != sorted(sensor.name for sensor in behavior.sensors):
+        raise UserInputError(
+            f"the policy reads {', '.join(reads)}; behavior '{behavior.name}' shows "
+            f"{', '.join(sensor.name for sensor in behavior.sensors)}. Export it with the behavior it was trained on."
+        )
+    decides = policy.distribution.spec
+    if decides != (wanted := ActionTable(behavior.actions).spec):
+        raise UserInputError(
+            f"the policy decides {decides}; behavior '{behavior.name}' obeys {wanted}. Export it with the behavior it "
+            "was trained on."
+        )
+
+
+def _add_choices(graph: _Graph, branches: Sequence[int], logits: str, masks: str) -> None:
+    """One choice in each branch, drawn independently of the others', and the likeliest of each."""
+    drawn, likeliest, at = [], [], 0
+    for size in branches:
+        scores, allowed = logits, masks
         if len(branches) > 1:
-            rows = graph.node("Gather", graph.constant(table.combinations.astype(np.int64)), index, axis=0)
-            index = graph.node("Squeeze", rows, axes=[1])
-        graph.output(name, index, len(branches), graph.INT64)
+            scores, allowed = graph.columns(logits, at, at + size), graph.columns(masks, at, at + size)
+        scores = graph.masked(scores, allowed)
+        likely = graph.node("LogSoftmax", scores, axis=1)
+        drawn.append(graph.node("Multinomial", likely, dtype=graph.INT64, sample_size=1))
+        likeliest.append(graph.node("ArgMax", scores, axis=1, keepdims=1))
+        at += size
+    for name, parts in (("discrete_actions", drawn), ("deterministic_discrete_actions", likeliest)):
+        chosen = graph.node("Concat", *parts, axis=1) if len(parts) > 1 else parts[0]
+        graph.output(name, chosen, len(branches), graph.INT64)
     graph.constant_output("discrete_action_output_shape", [[float(size) for size in branches]])
 
 
-def _add_vector(graph: _Graph, table: ActionTable, means: str, masks: str, network: ActorCritic) -> None:
-    """Numbers from a vector of means, and choices from the scores behind them, once drawn and once as they are."""
-    continuous, branches = table.actions.continuous, table.actions.branches
-    assert network.log_std is not None, "a policy over a vector has a log standard deviation"
-    std = np.exp(network.log_std.detach().cpu().numpy().clip(-20.0, 3.0))
+def _add_numbers(graph: _Graph, continuous: int, means: str, policy: ActorPolicy) -> None:
+    """Numbers in [-1, 1], once drawn and once their means; cut to it, or bent into it as the policy does."""
+    network, squashed = policy.network, _squashes(policy.distribution)
+    assert network.log_std is not None, "a policy over numbers has a log standard deviation"
+    std = np.exp(network.log_std.detach().cpu().numpy().clip(*LOG_STD_RANGE))
     noise = graph.node("RandomNormalLike", means, dtype=graph.FLOAT, mean=0.0, scale=1.0)
     drawn = graph.node("Add", means, graph.node("Mul", noise, graph.constant(std.astype(np.float32))))
     for prefix, values in (("", drawn), ("deterministic_", means)):
-        cut = graph.node("Clip", values, min=-1.0, max=1.0)
-        if continuous:
-            numbers = graph.columns(cut, 0, continuous) if branches else cut
-            graph.output(f"{prefix}continuous_actions", numbers, continuous, graph.FLOAT)
-        at, parts = continuous, []
-        for size in branches:
-            scores = graph.columns(cut, at, at + size)
-            mask = graph.columns(masks, at - continuous, at - continuous + size)
-            parts.append(graph.node("ArgMax", graph.masked(scores, mask), axis=1, keepdims=1))
-            at += size
-        if branches:
-            chosen = graph.node("Concat", *parts, axis=1) if len(parts) > 1 else parts[0]
-            graph.output(f"{prefix}discrete_actions", chosen, len(branches), graph.INT64)
-    if continuous:
-        graph.constant_output("continuous_action_output_shape", [float(continuous)])
-    if branches:
-        graph.constant_output("discrete_action_output_shape", [[float(size) for size in branches]])
+        held = graph.node("Tanh", values) if squashed else graph.node("Clip", values, min=-1.0, max=1.0)
+        graph.output(f"{prefix}continuous_actions", held, continuous, graph.FLOAT)
+    graph.constant_output("continuous_action_output_shape", [float(continuous)])
+
+
+def _squashes(distribution: Distribution) -> bool:
+    numbers = distribution.numbers if isinstance(distribution, Hybrid) else distribution
+    return isinstance(numbers, SquashedGaussian)
 
 
 class _Graph:
@@ -275,8 +271,17 @@ class _Graph:
             case FlattenChannelsLast():
                 return self.node("Flatten", self.node("Transpose", value, perm=[0, 2, 3, 1]), axis=1)
             case Vector():
-                return self.node("Flatten", value, axis=1)
+                return self.vector(module, value)
         raise UserInputError(f"a layer of kind {type(module).__name__} cannot be exported to Unity yet.")
+
+    def vector(self, module: Vector, value: str) -> str:
+        """Write numbers side by side, scaled as the running statistics stand now."""
+        flat = self.node("Flatten", value, axis=1)
+        if module.statistics is None:
+            return flat
+        mean, deviation = map(_array, module.statistics.told())
+        scaled = self.node("Div", self.node("Sub", flat, self.constant(mean)), self.constant(deviation))
+        return self.node("Clip", scaled, min=-MOST_DEVIATIONS, max=MOST_DEVIATIONS)
 
     def dense(self, layer: nn.Linear, value: str) -> str:
         bias = layer.bias if layer.bias is not None else torch.zeros(layer.out_features)

@@ -76,7 +76,7 @@ def export_to_unity(path: str | Path, which: str = "best", output: str | Path | 
         checked.append(_check(path, behavior, policy, of_member(recorded, base) if several else recorded))
     return tuple(
         UnityExport(
-            write_unity_model(output or run.path / "export", policy.network, behavior),
+            write_unity_model(output or run.path / "export", policy, behavior),
             behavior.base_name,
             trained.checkpoint.iteration,
             rows,
@@ -102,7 +102,7 @@ def _check(
     """Run a behavior's model beside its network, on what was recorded where that fits."""
     fits = _fit(recorded, behavior)
     seen = recorded if fits else _made_up(behavior)
-    rows, difference = _compare(unity_model(policy.network, behavior), policy, behavior, seen)
+    rows, difference = _compare(unity_model(policy, behavior), policy, behavior, seen)
     if difference is not None and difference > TOLERANCE:
         raise ExportError(
             f"{path}: the exported model's actions for '{behavior.base_name}' are up to {difference:g} away from the "
@@ -118,10 +118,10 @@ def _compare(
     """Run model and checkpoint side by side, everything allowed and with drawn masks."""
     rows = len(next(iter(seen.values())))
     try:
-        free = check_unity_model(model, policy.network, behavior, seen)
+        free = check_unity_model(model, policy, behavior, seen)
     except MissingExtraError:
         return None, None
-    masked = check_unity_model(model, policy.network, behavior, seen, _masks(behavior, rows))
+    masked = check_unity_model(model, policy, behavior, seen, _masks(behavior, rows))
     return rows, max(free, masked)
 
 

@@ -37,7 +37,39 @@ def older_spec(run: RunFolder, metadata: Metadata) -> PolicySpec:
             f"{run.path}: its checkpoint says neither what the policy sees nor what it decides; expected a policy "
             "spec. It was not written by racecraft, or is damaged."
         )
+    if kind == "unity":
+        refuse_older_heads(run.path, metadata, None)
     return tellers[kind](metadata)
+
+
+def refuse_older_heads(path: Any, metadata: Metadata, spec: PolicySpec | None) -> None:
+    """Refuse a run of a Unity scene whose policy decides otherwise than its agents are told today.
+
+    Once several branches were one choice among all their combinations, and numbers and branches at once were scores.
+
+    Args:
+        path: The run's folder, for the letter.
+        metadata: What its checkpoint says of itself.
+        spec: Its policy spec; None where it has none yet.
+
+    Raises:
+        RunFolderError: It is such a run.
+    """
+    from racecraft.contract.world import ContinuousActions, DiscreteActions
+    from racecraft.envs.unity.actions import ActionTable
+    from racecraft.envs.unity.cards import behaviors_in
+
+    for base, (behavior, _) in behaviors_in(metadata).items():
+        today = ActionTable(behavior.actions).spec
+        then = None if spec is None else spec.policies.get(base, spec).actions
+        if today == then or (then is None and isinstance(today, DiscreteActions | ContinuousActions)):
+            continue
+        raise RunFolderError(
+            f"{path}: the policy of '{base}' was trained by an older racecraft, where several branches were one choice "
+            "among all their combinations, or scores beside the numbers; expected a choice for each of its branches "
+            f"{behavior.actions.branches}. What it learned cannot be carried over: train afresh, without --from and "
+            "--resume."
+        )
 
 
 def _spec(spec: WorldSpec, settings: Metadata) -> PolicySpec:

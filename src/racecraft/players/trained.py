@@ -19,7 +19,7 @@ from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array
 from racecraft.formats.checkpoint import CheckpointEntry, Checkpoints
 from racecraft.formats.run_folder import RunFolder
-from racecraft.players.older_runs import older_spec
+from racecraft.players.older_runs import older_spec, refuse_older_heads
 
 SPEC = "policy_spec"
 """Where a checkpoint's metadata holds the spec."""
@@ -90,7 +90,7 @@ def load_policy(run: str | Path | RunFolder, which: str = "") -> TrainedPolicy:
         which: "best", "last" or the number of an iteration; "": what `run` says, else the best.
 
     Raises:
-        RunFolderError: There is no run folder.
+        RunFolderError: There is no run folder, or an older racecraft's whose policy decides otherwise than today.
         CheckpointError: No such checkpoint, or a damaged one.
         PolicySpecError: A newer racecraft wrote it.
         SettingError: Its algorithm is a user's own and is not found here.
@@ -104,10 +104,18 @@ def load_policy(run: str | Path | RunFolder, which: str = "") -> TrainedPolicy:
 
 
 def spec_in(run: RunFolder, metadata: Mapping[str, Any]) -> PolicySpec:
-    """Return the spec of a checkpoint; of one that was written before specs were, it is told from its run's kind."""
-    if SPEC in metadata:
-        return PolicySpec.from_dictionary(metadata[SPEC])
-    return older_spec(run, metadata)
+    """Return the spec of a checkpoint; of one that was written before specs were, it is told from its run's kind.
+
+    Raises:
+        PolicySpecError: A newer racecraft wrote it.
+        RunFolderError: An older one did, for actions of another kind.
+    """
+    if SPEC not in metadata:
+        return older_spec(run, metadata)
+    spec = PolicySpec.from_dictionary(metadata[SPEC])
+    if metadata.get("kind") == "unity":
+        refuse_older_heads(run.path, metadata, spec)
+    return spec
 
 
 def policy_from(spec: PolicySpec, weights: Mapping[str, Any]) -> Policy:

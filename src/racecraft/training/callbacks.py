@@ -87,3 +87,29 @@ class Silent:
 
     def end(self, reason: str) -> None:
         """Nothing to say."""
+
+
+class Callbacks:
+    """Several that watch, told in their order.
+
+    Args:
+        watching: Who watches.
+    """
+
+    def __init__(self, *watching: TrainingCallback) -> None:
+        self._watching = watching
+
+    def begin(self, title: str, stops: str, score_name: str) -> None:
+        """Tell all of them."""
+        for one in self._watching:
+            one.begin(title, stops, score_name)
+
+    def iteration(self, report: IterationReport) -> None:
+        """Tell all of them."""
+        for one in self._watching:
+            one.iteration(report)
+
+    def end(self, reason: str) -> None:
+        """Tell all of them."""
+        for one in self._watching:
+            one.end(reason)

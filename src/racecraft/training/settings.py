@@ -35,6 +35,9 @@ class RuntimeConfig:
 
     threads: int | None = setting(None, "CPU threads for worlds and learner; none takes every core.", low=1)
     device: str = setting("cpu", "Device of the learner.", choices=("cpu", "cuda"))
+    tensorboard: bool = setting(
+        False, "Whether curves are also written for TensorBoard, into the run folder's `tensorboard`."
+    )
 
     def __post_init__(self) -> None:
         check_group(self)

@@ -30,12 +30,13 @@ from racecraft.rollout.episodes import StepObserver
 from racecraft.rollout.replay import Replay
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import as_dictionary
-from racecraft.training.callbacks import TrainingCallback
+from racecraft.training.callbacks import Callbacks, TrainingCallback
 from racecraft.training.loop import Evaluator, Outcome, TrainingLoop
 from racecraft.training.processor import prepare_processor
 from racecraft.training.resume import Say, restore_run, tell_resumed
 from racecraft.training.run_writer import EpisodeFiles, RunWriter, Stateful, TickRecorder
 from racecraft.training.stopping import StopCondition, parse_stops
+from racecraft.training.tensorboard import FOLDER, TensorBoard, summary_writer
 from racecraft.training.versions import machine, versions
 
 
@@ -134,7 +135,10 @@ def train(
         RunFolderError: The place is taken, or the weights do not fit.
         CheckpointError: No such checkpoint, or a damaged one.
         SettingError: The algorithm does not fit the world's actions, a stop can never hold, or a replay is too large.
+        MissingExtraError: Curves are to be written for TensorBoard, and it is not installed.
     """
+    if experiment.settings.runtime.tensorboard:
+        summary_writer()
     learner = _learner(experiment)
     feed = feed_for(learner, experiment)
     if source is not None:
@@ -176,6 +180,8 @@ class TrainingSession:
     ) -> None:
         settings = experiment.settings
         self._experiment, self._run, self._say, self._learner = experiment, run, say, learner
+        if settings.runtime.tensorboard:
+            callback = Callbacks(TensorBoard(run.path / FOLDER), callback)
         experiment.warm_up(say)
         observers = [*attendants.observers]
         self._collector = Collector(experiment.world, learner, settings.rollout.horizon, experiment.seed, observers)

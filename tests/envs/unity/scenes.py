@@ -228,6 +228,54 @@ class TellScene:
         return Seen(np.array([self.numbers[i], self.bits[i]], np.float32), "sight")
 
 
+class LeverScene:
+    """Two levers of two and three places; each agent sees where both should stand: several branches.
+
+    Both right earn 1, one of them 0, none -1. Of the second lever a place that is wrong is forbidden each time. One
+    pull is an episode.
+    """
+
+    behaviors = {"Lever?team=0": ActionCard(branches=(2, 3))}
+
+    def __init__(self, agents=16):
+        self.agents = agents
+        self.ended = []
+
+    def begin(self, seed):
+        self.rng = np.random.default_rng(seed)
+        self._draw()
+
+    def reset(self):
+        self.ended.clear()
+
+    def infos(self):
+        told = list(self.ended)
+        self.ended.clear()
+        for i in range(self.agents):
+            stuck = [place == self.stuck[i] for place in range(3)]
+            told.append(Info(i, [self._seen(i)], forbidden=[False, False, *stuck]))
+        return {"Lever?team=0": told}
+
+    def act(self, actions):
+        listed = actions.get("Lever?team=0")
+        for i in range(self.agents):
+            left, right = listed[i].discrete if listed else (self.left[i], self.right[i])
+            if right == self.stuck[i]:
+                raise AssertionError(f"agent {i} moved a lever to where it cannot stand")
+            reward = float(left == self.left[i]) + float(right == self.right[i]) - 1.0
+            self.ended.append(Info(i, [self._seen(i)], reward, done=True))
+        self._draw()
+
+    def _draw(self):
+        self.left = self.rng.integers(0, 2, self.agents)
+        self.right = self.rng.integers(0, 3, self.agents)
+        self.stuck = (self.right + self.rng.integers(1, 3, self.agents)) % 3
+
+    def _seen(self, i):
+        seen = np.concatenate([np.eye(2)[self.left[i]], np.eye(3)[self.right[i]]])
+        return Seen(seen.astype(np.float32), "sight")
+
+
 class DuoScene:
     """Two behaviors that see and do different things: dots and numbers; the dots ask at every second message only."""
 
@@ -373,6 +421,7 @@ PROGRAMS = {
     "basic": BasicScene,
     "doors": MaskScene,
     "duo": DuoScene,
+    "levers": LeverScene,
     "tell": TellScene,
     "dot-png": DotScene,
     "dot-raw": lambda: DotScene(as_png=False),

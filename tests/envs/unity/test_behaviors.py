@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from racecraft.contract.world import ContinuousActions, DiscreteActions
-from racecraft.envs.unity.actions import MAX_COMBINATIONS, ActionTable
+from racecraft.contract.world import ContinuousActions, DiscreteActions, HybridActions, MultiDiscreteActions
+from racecraft.envs.adapters.spaces import action_space
+from racecraft.envs.unity.actions import ActionTable
 from racecraft.envs.unity.behaviors import UnityActions, layout_of
 from racecraft.envs.unity.errors import WireError
 from racecraft.envs.unity.player import ActionCard, Info, Player, Seen, mapping_of, pngs
@@ -149,7 +150,8 @@ def test_eight_megabytes_of_numbers_arrive(talk, scenes):
 def test_continuous_actions_are_a_vector():
     table = ActionTable(UnityActions(continuous=3))
     assert table.spec == ContinuousActions((-1.0,) * 3, (1.0,) * 3)
-    choice = table.choice(np.array([[0.5, -3.0, 3.0]], np.float32), None)
+    assert not table.has_mask
+    choice = table.choice(np.array([[0.5, -3.0, 3.0]], np.float32))
     assert choice.continuous.tolist() == [[0.5, -1.0, 1.0]]
     assert choice.discrete is None
 
@@ -157,33 +159,34 @@ def test_continuous_actions_are_a_vector():
 def test_one_branch_is_the_choice_itself():
     table = ActionTable(UnityActions(branches=(4,)))
     assert table.spec == DiscreteActions(4)
-    assert table.choice(np.array([3, 0]), None).discrete.tolist() == [[3], [0]]
-    allowed = np.array([[True, False, True, True]])
-    np.testing.assert_array_equal(table.mask(allowed), allowed)
+    choice = table.choice(np.array([3, 0]))
+    assert choice.discrete.tolist() == [[3], [0]]
+    assert choice.continuous is None
 
 
-def test_a_combination_is_allowed_where_all_its_choices_are():
-    table = ActionTable(UnityActions(branches=(2, 3)))
-    rng = np.random.default_rng(0)
-    allowed = rng.random((20, 5)) < 0.6
-    mask = table.mask(allowed)
-    for row in range(20):
-        for count in range(6):
-            left, right = table.combinations[count]
-            assert mask[row, count] == (allowed[row, left] and allowed[row, 2 + right])
+def test_several_branches_are_a_choice_each_however_many_combinations_there_are():
+    table = ActionTable(UnityActions(branches=(40, 2, 50)))
+    assert table.spec == MultiDiscreteActions((40, 2, 50))
+    choice = table.choice(np.array([[39, 1, 0], [2, 0, 49]]))
+    assert choice.discrete.tolist() == [[39, 1, 0], [2, 0, 49]]
+    assert choice.continuous is None
 
 
-def test_hybrid_actions_obey_the_highest_allowed_score():
+def test_numbers_and_branches_stand_side_by_side():
     table = ActionTable(UnityActions(continuous=1, branches=(2, 3)))
-    assert table.spec.shape == (6,)
-    actions = np.array([[0.5, 0.1, 0.9, 0.3, 0.2, 0.8]], np.float32)
-    choice = table.choice(actions, np.array([[True, False, True, True, False]]))
-    assert choice.continuous.tolist() == [[0.5]]
-    assert choice.discrete.tolist() == [[0, 0]]
-    assert table.choice(actions, None).discrete.tolist() == [[1, 2]]
+    assert table.spec == HybridActions(ContinuousActions((-1.0,), (1.0,)), MultiDiscreteActions((2, 3)))
+    choice = table.choice(np.array([[-1.5, 1.0, 2.0], [0.5, 0.0, 1.0]], np.float32))
+    assert choice.continuous.tolist() == [[-1.0], [0.5]]
+    assert choice.discrete.tolist() == [[1, 2], [0, 1]]
 
 
-def test_too_many_combinations_are_told_by_scores():
-    table = ActionTable(UnityActions(branches=(MAX_COMBINATIONS, 2)))
-    assert table.by_scores
-    assert table.spec.shape == (MAX_COMBINATIONS + 2,)
+@pytest.mark.parametrize("actions", [UnityActions(branches=(2, 3)), UnityActions(2, (4,))])
+def test_what_gymnasium_draws_is_an_action(actions):
+    """A hybrid action is a Box there; whatever is drawn from it, every choice is one that there is."""
+    table = ActionTable(actions)
+    space = action_space(table.spec)
+    space.seed(3)
+    drawn = np.stack([space.sample() for _ in range(200)])
+    told = np.asarray(table.choice(drawn).discrete)
+    for branch, count in enumerate(actions.branches):
+        assert sorted(set(told[:, branch])) == list(range(count))

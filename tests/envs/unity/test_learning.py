@@ -40,7 +40,7 @@ def learn(world, config, horizon, iterations, seed=1):
 
 @pytest.mark.long
 def test_numbers_and_choices_are_learnt_together():
-    """Each agent tells a number and a bit that it sees: hybrid actions, by scores."""
+    """Each agent tells a number and a bit that it sees: hybrid actions."""
     home = str(Path(racecraft.__file__).parent.parent)
     build = Build("copy", (sys.executable, "-P", str(SCENES), "--scene", "copy"), False, {"PYTHONPATH": home})
     world = UnityWorld(build, seed=1)

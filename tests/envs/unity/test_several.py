@@ -13,8 +13,7 @@ def right_answers(world, seen):
     eyes = seen["Dot/eye"][dots, 0, :, :, 0]
     actions[dots, 0, 0] = eyes[:, :, 8:].sum((1, 2)) > eyes[:, :, :8].sum((1, 2))
     number, bit = seen["Teller/sight"][tellers, 0].T
-    scores = np.stack([1 - bit, bit, np.ones_like(bit)], axis=1)  # the third is the highest, but never allowed
-    actions[tellers, 0] = np.concatenate([number[:, None], scores], axis=1)
+    actions[tellers, 0] = np.stack([number, bit], axis=1)
     return actions
 
 
@@ -24,11 +23,12 @@ def test_each_behavior_sees_acts_and_earns_in_its_own_rows(program):
     assert world.rows_of == {"Dot": slice(0, 8), "Teller": slice(8, 20)}
     assert [behavior.name for behavior in world.behaviors] == ["Dot?team=0", "Teller?team=0"]
     assert set(world.spec.observations) == {POLICY_ID, "Dot/eye", "Teller/sight"}
-    assert world.spec.actions == GroupedActions(4)
-    assert {name: group.has_action_mask for name, group in world.spec.groups.items()} == {"Dot": True, "Teller": False}
-    assert world.spec.actions.shape == (4,)  # a number and three scores; a dot's choice is the first of them
+    assert world.spec.actions == GroupedActions(2)  # a number and a choice; a dot's choice is the first of them
     buffers = allocate(world.spec)
     world.reset(buffers, 0)
+    assert buffers.action_mask.shape == (20, 1, 3)
+    assert buffers.action_mask[:8, 0, :2].all()
+    assert buffers.action_mask[8:, 0].tolist() == [[True, True, False]] * 12, "the third is never allowed"
     episodes = []
     for tick in range(6):
         seen = buffers.observations

@@ -11,7 +11,16 @@ import pytest
 
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.exam import WorldExam
-from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, World, WorldSpec, allocate
+from racecraft.contract.world import (
+    ArraySpec,
+    ContinuousActions,
+    DiscreteActions,
+    HybridActions,
+    MultiDiscreteActions,
+    World,
+    WorldSpec,
+    allocate,
+)
 from racecraft.envs.unity.actions import ActionTable
 from racecraft.envs.unity.behaviors import AgentRows, Sensor, UnityActions
 from racecraft.envs.unity.errors import BuildError, PlayerDiedError, UnityError, WireError
@@ -134,16 +143,15 @@ def test_going_on_from_a_saved_state_begins_new_episodes(opened):
 def test_hybrid_actions_and_seeds_reach_the_scene(opened, program):
     """The scene pays 1 for its bit and takes the distance to its number: the right answer earns 1 each step."""
     world, buffers = opened(program("copy"), seed=11)
-    assert isinstance(world.spec.actions, ContinuousActions)
-    assert world.spec.actions.shape == (3,)
-    assert not world.spec.has_action_mask
+    assert world.spec.actions == HybridActions(ContinuousActions((-1.0,), (1.0,)), MultiDiscreteActions((2,)))
+    assert buffers.action_mask.shape == (4, 1, 2)
     world.reset(buffers, 11)
     expected = np.random.default_rng(11)
     expected.uniform(-1, 1, 4), expected.integers(0, 2, 4)  # drawn when the scene began, again at the reset
     np.testing.assert_allclose(buffers.observations["sight"][:, 0, 0], expected.uniform(-1, 1, 4), rtol=1e-6)
     for _ in range(5):
         number, bit = np.moveaxis(buffers.observations["sight"], -1, 0)
-        world.step(np.stack([number, 1 - bit, bit], axis=-1), buffers)
+        world.step(np.stack([number, bit], axis=-1), buffers)
         np.testing.assert_allclose(buffers.reward, 1.0, atol=1e-5)
 
 
@@ -166,9 +174,9 @@ def test_one_behavior_of_several_is_chosen_and_the_others_do_what_is_allowed(ope
     world.reset(buffers, 0)
     world.step(np.zeros((2, 1, 2), np.float32), buffers)
     world, buffers = opened(program("game"), behavior="Referee")
-    assert world.spec.actions == DiscreteActions(4)
+    assert world.spec.actions == MultiDiscreteActions((2, 2))
     world.reset(buffers, 0)
-    assert buffers.action_mask.ravel().tolist() == [False, False, True, True]
+    assert buffers.action_mask.ravel().tolist() == [False, True, True, True], "a column for each choice of each branch"
     with pytest.raises(BuildError, match="Choose one with behavior="):
         opened(program("game"))
     with pytest.raises(BuildError, match="no behavior is named 'Goalie'"):

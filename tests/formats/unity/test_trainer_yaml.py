@@ -2,7 +2,9 @@
 
 import pytest
 
+from racecraft.algorithms.ppo import SCHEDULE_ENDS as PPO_ENDS
 from racecraft.algorithms.registry import find_algorithm
+from racecraft.formats.unity.trainer_config import SCHEDULE_ENDS
 from racecraft.formats.unity.trainer_yaml import BehaviorConfig, Sampler, TrainerConfigError, read_trainer_yaml
 from racecraft.settings.overrides import apply_overrides
 from racecraft.training.unity.plan import default_settings
@@ -70,9 +72,8 @@ def test_the_basic_scenes_own_file_is_read(read):
     )
     assert config.notes == (
         "behaviors.Basic.time_horizon: rollouts run through episodes and bootstrap at their end",
-        "behaviors.Basic.hyperparameters: ML-Agents would let learning_rate, beta, epsilon fall linearly until "
-        "max_steps, as the file does not say learning_rate_schedule, beta_schedule, epsilon_schedule; that is not "
-        "followed, they stay constant",
+        "behaviors.Basic.hyperparameters: learning_rate, beta, epsilon fall linearly until max_steps, as ML-Agents "
+        "does where the file does not say learning_rate_schedule, beta_schedule, epsilon_schedule",
     )
     assert config.behavior("Walker") == BehaviorConfig("Walker")
 
@@ -86,6 +87,9 @@ def test_what_it_says_becomes_our_settings(read):
     assert settings.ppo.discount == 0.9
     assert settings.ppo.entropy_weight == 0.005
     assert settings.ppo.epochs == 3
+    assert (
+        settings.ppo.learning_rate_schedule == settings.ppo.entropy_schedule == settings.ppo.clip_schedule == "linear"
+    )
     assert settings.rollout.horizon == 64  # 256 shared by 4
     assert settings.network.hidden_units == (20,)
     assert settings.network.conv_filters == (16, 32)
@@ -139,10 +143,7 @@ def test_the_environment_engine_and_parameters_are_read(read):
         "wall": 4.0,
     }
     assert config.device == "cuda"
-    assert [note.split(":")[0] for note in config.notes] == [
-        "env_settings.base_port",
-        "environment_parameters.wall.curriculum",
-    ]
+    assert [note.split(":")[0] for note in config.notes] == ["environment_parameters.wall.curriculum"]
 
 
 @pytest.mark.parametrize(
@@ -150,9 +151,7 @@ def test_the_environment_engine_and_parameters_are_read(read):
     [
         ("trainer_type: sac", "trainer_type"),
         ("trainer_type: poca", "trainer_type"),
-        ("hyperparameters: {learning_rate_schedule: linear}", "hyperparameters.learning_rate_schedule"),
         ("hyperparameters: {tau: 0.005}", "hyperparameters.tau"),
-        ("network_settings: {normalize: true}", "network_settings.normalize"),
         ("network_settings: {memory: {memory_size: 128}}", "network_settings.memory"),
         ("network_settings: {vis_encode_type: resnet}", "network_settings.vis_encode_type"),
         ("reward_signals: {curiosity: {strength: 0.1}}", "reward_signals.curiosity"),
@@ -170,8 +169,8 @@ def test_what_ml_agents_does_where_the_file_is_silent_is_said(read):
     config = read("behaviors: {A: {hyperparameters: {batch_size: 64, beta_schedule: constant}}}")
     assert config.behavior("A").max_steps == 500_000
     assert config.notes == (
-        "behaviors.A.hyperparameters: ML-Agents would let learning_rate, epsilon fall linearly until max_steps, as the "
-        "file does not say learning_rate_schedule, epsilon_schedule; that is not followed, they stay constant",
+        "behaviors.A.hyperparameters: learning_rate, epsilon fall linearly until max_steps, as ML-Agents does where "
+        "the file does not say learning_rate_schedule, epsilon_schedule",
         "behaviors.A.max_steps: 500000, as ML-Agents does where the file does not say it",
         "behaviors.A: not said and left to settings of our own (ML-Agents' in brackets): buffer_size (10240), "
         "learning_rate (0.0003), beta (0.005), epsilon (0.2), lambd (0.95), num_epoch (3), gamma (0.99), "
@@ -194,6 +193,11 @@ def test_schedules_have_ml_agents_defaults(read, rates, schedules):
     assert (told.learning_rate_schedule, told.beta_schedule, told.epsilon_schedule) == schedules
     sac = read(f"behaviors: {{A: {{trainer_type: sac, hyperparameters: {rates}}}}}").behavior("A")
     assert sac.learning_rate_schedule == (schedules[0] if "learning_rate" in rates else "constant")
+
+
+def test_schedules_end_where_ml_agents_ends_them():
+    ours = {"learning_rate": "learning_rate", "beta": "entropy_weight", "epsilon": "clip"}
+    assert {name: PPO_ENDS[ours[name]] for name in SCHEDULE_ENDS} == SCHEDULE_ENDS
 
 
 def test_a_file_that_says_everything_gets_no_note(read):

@@ -13,7 +13,7 @@ import pytest
 import torch
 
 from racecraft.contract.errors import SettingError
-from racecraft.contract.world import DiscreteActions
+from racecraft.contract.world import DiscreteActions, HybridActions
 from racecraft.envs.unity.errors import PlayerDiedError
 from racecraft.envs.unity.world import UnityWorld
 from racecraft.export.unity_run import export_to_unity
@@ -59,6 +59,12 @@ def player(tmp_path):
     return write
 
 
+def counts_of(actions):
+    if isinstance(actions, DiscreteActions):
+        return [actions.count]
+    return (actions.discrete if isinstance(actions, HybridActions) else actions).counts
+
+
 class Chance:
     """Any allowed choice, any number."""
 
@@ -67,9 +73,12 @@ class Chance:
 
     def act(self, observations, action_mask=None):
         rows = len(next(iter(observations.values())))
+        parts = [] if action_mask is None else np.split(action_mask, np.cumsum(counts_of(self.actions))[:-1], axis=1)
+        chosen = [[self.rng.choice(np.flatnonzero(allowed)) for allowed in part] for part in parts]
         if isinstance(self.actions, DiscreteActions):
-            return np.array([self.rng.choice(np.flatnonzero(allowed)) for allowed in action_mask])
-        return self.rng.uniform(-1, 1, (rows, len(self.actions.low))).astype(np.float32)
+            return np.array(chosen[0])
+        numbers = [self.rng.uniform(-1, 1, rows)] if isinstance(self.actions, HybridActions) else []
+        return np.stack([*numbers, *chosen], axis=1).astype(self.actions.dtype)
 
     def forget(self, rows):
         pass
@@ -94,6 +103,7 @@ class Silence:
         ("dot-png", 0.9),
         ("dot-sign-raw", 0.9),
         ("doors", 0.9),
+        ("levers", 0.9),
         ("tell", 0.8),
         pytest.param("dot-raw", 0.9, marks=pytest.mark.long),
         pytest.param("dot-sign-png", 0.9, marks=pytest.mark.long),

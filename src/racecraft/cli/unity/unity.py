@@ -7,11 +7,28 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from typer.core import TyperCommand
 
 from racecraft.cli.options import DEFAULT, AlgorithmName, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 
-UNCHANGEABLE = ("build", "config", "behavior", "max_agents", "seed", "algorithm", "set_", "graphics", "from_")
+UNCHANGEABLE = (
+    "build", "config", "behavior", "max_agents", "seed", "algorithm", "set_", "graphics", "from_", "env_args",
+    "num_envs", "time_scale", "base_port",
+)  # fmt: skip
+ENV_ARGS = "--env-args"
+
+
+class TakesEnvArgs(TyperCommand):
+    """A command whose `--env-args` takes all words that follow, as `mlagents-learn`'s does."""
+
+    def parse_args(self, ctx: typer.Context, args: list[str]) -> list[str]:  # type: ignore[override]
+        """Hand on each of those words as an option of its own."""
+        if ENV_ARGS in args:
+            at = args.index(ENV_ARGS)
+            args = args[:at] + [f"{ENV_ARGS}={word}" for word in args[at + 1 :]]
+        return super().parse_args(ctx, args)
+
 
 app = typer.Typer(help="Train in Unity scenes built with ML-Agents.", no_args_is_help=True)
 
@@ -21,7 +38,7 @@ def unity() -> None:
     """Train in Unity scenes built with ML-Agents."""
 
 
-@app.command()
+@app.command(cls=TakesEnvArgs)
 def train(
     context: typer.Context,
     build: Annotated[
@@ -53,6 +70,25 @@ def train(
     graphics: Annotated[
         bool | None, typer.Option("--graphics/--no-graphics", help="Let the player open a window.")
     ] = None,
+    num_envs: Annotated[
+        int | None, typer.Option(min=1, help="Players that teach side by side; by default the configuration's, or 1.")
+    ] = None,
+    time_scale: Annotated[
+        float | None, typer.Option(help="Simulated seconds a second; by default the configuration's, or 20.")
+    ] = None,
+    base_port: Annotated[
+        int | None,
+        typer.Option(
+            min=1, max=65535, help="The first player's port, the others' follow; by default whichever are free."
+        ),
+    ] = None,
+    inference: Annotated[
+        bool, typer.Option("--inference", help="Learn nothing; let what --from (or --run --resume) names play.")
+    ] = False,
+    env_args: Annotated[
+        list[str] | None,
+        typer.Option(ENV_ARGS, metavar="WORDS …", help="Arguments for the player: all words that follow."),
+    ] = None,
     from_: From = None,
     resume: Resume = False,
     json: Json = False,
@@ -65,7 +101,11 @@ def train(
 
         racecraft unity train builds/Game.x86_64 --config Game.yaml --stop minutes=60
 
+        racecraft unity train builds/Game --num-envs 4 --base-port 5005 --env-args --level 2
+
         racecraft unity train --run runs/Basic-1 --resume --stop minutes=10
+
+        racecraft unity train --from runs/Basic-1 --inference
     """
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.report import leave_report
@@ -77,20 +117,36 @@ def train(
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
-    stops, watching = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
-    if resume:
-        begun = refuse_changes(context, run, UNCHANGEABLE, "runs/Basic-1")
-        trained = resume_run(begun, stops, watching, tell, "unity")
-    else:
-        request = UnityRequest(
+    def request(source: str | None) -> UnityRequest:
+        return UnityRequest(
             build,
             config,
             behavior,
             graphics,
             max_agents,
-            **asked(algorithm, stop, run, seed, set_, from_),
+            tuple(env_args or ()),
+            num_envs,
+            time_scale,
+            base_port,
+            **asked(algorithm, stop, run, seed, set_, source),
         )
-        trained = train_world(request, watching, tell)
+
+    if inference:
+        from racecraft.training.unity.inference import play_scene
+
+        played = play_scene(request(f"{run}:last" if resume and run is not None else from_), tell)
+        if json:
+            print_json(played)
+        else:
+            mean = "" if played["mean_return"] is None else f"mean return {played['mean_return']:.3f} over "
+            print(f"{mean}{played['episodes']} episodes in {played['seconds']:.1f} s; stopped: {played['stopped_by']}")
+        return
+    stops, watching = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
+    if resume:
+        begun = refuse_changes(context, run, UNCHANGEABLE, "runs/Basic-1")
+        trained = resume_run(begun, stops, watching, tell, "unity")
+    else:
+        trained = train_world(request(from_), watching, tell)
     summary, files = trained.summary(), leave_report(trained.run.path, tell)
     if json:
         print_json({**summary, **files})

@@ -14,6 +14,7 @@ from racecraft.contract.world import (
     ArraySpec,
     ContinuousActions,
     DiscreteActions,
+    HybridActions,
     MultiDiscreteActions,
     WorldSpec,
 )
@@ -35,6 +36,10 @@ def action_space(actions: ActionSpec) -> spaces.Space[Any]:
         return spaces.Discrete(actions.count)
     if isinstance(actions, MultiDiscreteActions):
         return spaces.MultiDiscrete(list(actions.counts))
+    if isinstance(actions, HybridActions):
+        numbers, counts = actions.continuous, actions.discrete.counts
+        low, high = (*numbers.low, *(0.0 for _ in counts)), (*numbers.high, *(count - 1.0 for count in counts))
+        return spaces.Box(np.array(low, np.float32), np.array(high, np.float32), dtype=np.float32)
     return spaces.Box(-np.inf, np.inf, actions.shape, np.float32)
 
 

@@ -82,8 +82,7 @@ class Seats:
         told = dict(guests.idle)
         for name, rows in guests.asked.items():
             if rows:
-                allowed = self._allowed[rows] if self._table.actions.branches else None
-                told[name] = self._table.choice(acted[rows], allowed)
+                told[name] = self._table.choice(acted[rows])
                 self._steps[rows] += 1
         return told
 
@@ -130,7 +129,7 @@ class Seats:
             buffers.observations[name][:] = values.reshape(*shape, *values.shape[1:])
         buffers.active[:] = self._active.reshape(shape)
         if buffers.action_mask is not None:
-            buffers.action_mask[:] = self._table.mask(self._allowed).reshape(*shape, -1)
+            buffers.action_mask[:] = self._allowed.reshape(*shape, -1)
 
     def take_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call, oldest first."""

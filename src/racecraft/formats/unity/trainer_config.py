@@ -65,6 +65,8 @@ class BehaviorConfig:
         }  # fmt: skip
         if self.buffer_size is not None:
             told["rollout.horizon"] = max(1, math.ceil(self.buffer_size / num_agents))
+        if self.normalize:
+            told["network.normalise"] = "true"
         if self.hidden_units is not None or self.num_layers is not None:
             units, layers = self.hidden_units or DEFAULT_UNITS, self.num_layers or DEFAULT_LAYERS
             told["network.hidden_units"] = ",".join([str(units)] * layers)
@@ -153,4 +155,7 @@ _SETTINGS = {
     "ppo.gae_lambda": "lambd",
     "ppo.epochs": "num_epoch",
     "ppo.discount": "gamma",
+    "ppo.learning_rate_schedule": "learning_rate_schedule",
+    "ppo.entropy_schedule": "beta_schedule",
+    "ppo.clip_schedule": "epsilon_schedule",
 }

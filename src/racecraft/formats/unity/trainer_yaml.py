@@ -2,9 +2,9 @@
 
 Begin with `read_trainer_yaml`. What the file gives is kept as it stands; what stands in for the rest is the caller's
 choice. `BehaviorConfig.overrides` says it in the names of our settings. What we read but do not follow (other trainers,
-curiosity, memory, self-play …) is named in `notes`, each with its key; so is what ML-Agents does where the file is
-silent (schedules that fall, 500,000 steps). A key that ML-Agents itself would not know is refused with the nearest
-known one.
+curiosity, memory, self-play …) is named in `notes`, each with its key; so is what is done as ML-Agents does it where
+the file is silent (schedules that fall, 500,000 steps). A key that ML-Agents itself would not know is refused with the
+nearest known one.
 
 Source: facts: unity-ml-agents, "What others offer" (the file's groups), ML-Agents' trainer configuration reference.
 """
@@ -175,21 +175,18 @@ class _Reader:
         return found
 
     def _schedules(self, rates: dict[str, Any], at: tuple[str, ...], kind: str) -> dict[str, str | None]:
-        """Return what falls while learning goes on, and say that it does not here."""
+        """Return what falls while learning goes on, and say what does so silently."""
         on_policy = kind != "sac"
         first = self._schedule(rates, "learning_rate_schedule", at) or ("linear" if on_policy else "constant")
         told: dict[str, str | None] = {"learning_rate_schedule": first}
         for name in ("beta_schedule", "epsilon_schedule"):
             told[name] = (self._schedule(rates, name, at) or first) if on_policy else None
-        for name, schedule in told.items():
-            if name in rates and schedule != "constant":
-                self._note((*at, name), f"'{schedule}' is not followed; it stays constant")
         silent = [name for name, schedule in told.items() if name not in rates and schedule == "linear"]
         if silent:
             values = ", ".join(name.removesuffix("_schedule") for name in silent)
             self._note(
-                at, f"ML-Agents would let {values} fall linearly until max_steps, as the file does not say "
-                f"{', '.join(silent)}; that is not followed, {'they stay' if len(silent) > 1 else 'it stays'} constant"
+                at, f"{values} {'fall' if len(silent) > 1 else 'falls'} linearly until max_steps, as ML-Agents does "
+                f"where the file does not say {', '.join(silent)}"
             )  # fmt: skip
         return told
 
@@ -224,9 +221,8 @@ class _Reader:
         for key in _HYPERPARAMETERS[11:]:
             if key in rates:
                 self._note((*at, "hyperparameters", key), "belongs to SAC")
-        for key, why in (("normalize", "observations are read as they are"), ("memory", "policies have no memory")):
-            if network.get(key):
-                self._note((*at, "network_settings", key), why)
+        if network.get("memory"):
+            self._note((*at, "network_settings", "memory"), "policies have no memory")
 
     def _gamma(self, signals: dict[str, Any], at: tuple[str, ...]) -> float | None:
         self._know(signals, ("extrinsic", "curiosity", "gail", "rnd"), at)
@@ -253,8 +249,6 @@ class _Reader:
         arguments = group.get("env_args") or []
         if not isinstance(arguments, list):
             self._refuse((*at, "env_args"), _kind(arguments), "a list of words")
-        if "base_port" in group:
-            self._note((*at, "base_port"), "a free port is chosen")
         seed = self._whole(group, "seed", at)
         return {
             "env_path": None if group.get("env_path") is None else str(group["env_path"]),

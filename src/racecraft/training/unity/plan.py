@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -81,6 +81,14 @@ class UnityRequest(TrainRequest):
     """Whether the player opens a window; None: as the configuration says, else none."""
     max_agents: int | None = None
     """Rows kept for the agents of a behavior in one player; None: as many as ask first."""
+    env_args: tuple[str, ...] = ()
+    """Arguments for the player; none: the configuration's."""
+    num_envs: int | None = None
+    """Players that teach side by side; None: as the configuration says, else one."""
+    time_scale: float | None = None
+    """Simulated seconds a second; None: as the configuration says, else 20."""
+    base_port: int | None = None
+    """The first player's port, the judge's comes after the last one's; None: the configuration's, else free ones."""
 
 
 @dataclass(frozen=True)
@@ -99,20 +107,32 @@ class UnityPlan:
     """The run to go on with."""
     notes: tuple[str, ...] = ()
 
-    def words(self, for_judge: bool = False) -> dict[str, Any]:
-        """Return the arguments of `UnityWorld`: of the players that teach, or of the one that judges."""
-        named = self.request.behavior or [name for name in self.config.behaviors if name != "*"]
-        words = words_of(self.config) | {"seed": self.seed, "behavior": named}
-        words["several"] = self.request.behavior is None
-        if self.request.graphics is not None:
-            words["graphics"] = self.request.graphics
-        if self.request.max_agents is not None:
-            words["max_agents"] = self.request.max_agents
+    def words(self, for_judge: bool = False, inference: bool = False) -> dict[str, Any]:
+        """Return the arguments of `UnityWorld`: of the players that teach, of the one that judges, of those watched."""
+        request = self.request
+        named = request.behavior or [name for name in self.config.behaviors if name != "*"]
+        words = words_of(replace(self.config, inference=inference)) | {
+            "seed": self.seed,
+            "behavior": named,
+            "several": request.behavior is None,
+        }
+        asked = {
+            "graphics": request.graphics,
+            "max_agents": request.max_agents,
+            "args": request.env_args or None,
+            "num_players": request.num_envs,
+            "time_scale": request.time_scale,
+        }
+        words |= {name: value for name, value in asked.items() if value is not None}
+        first = self.config.base_port if request.base_port is None else request.base_port
+        if first is not None and not self.build.is_editor:  # the Editor insists on a port of its own
+            words["base_port"] = first + (words.get("num_players", 1) if for_judge else 0)
         if for_judge:
             words |= {"num_players": 1, "restart_on_reset": False}
+        if inference:  # somebody watches, and closes the window when he has seen enough
+            words = {"graphics": True, "max_lifetime_restarts": 0} | words
         if self.build_name == BASIC and "args" not in words:  # a real scene has as many agents as it has
-            asked = self.settings
-            agents = asked.evaluation.episodes if for_judge else asked.rollout.num_worlds
+            agents = self.settings.evaluation.episodes if for_judge else self.settings.rollout.num_worlds
             words["args"] = ("--agents", str(agents))
         return words
 
@@ -125,17 +145,30 @@ class UnityPlan:
             "config": None if self.request.config is None else self.request.config.name,
             "graphics": self.request.graphics,
             "max_agents": self.request.max_agents,
+            "env_args": list(self.request.env_args),
+            "num_envs": self.request.num_envs,
+            "time_scale": self.request.time_scale,
+            "base_port": self.request.base_port,
             "from": self.request.clone_from,
         }
 
 
-def plan_unity(request: UnityRequest) -> UnityPlan:
+def plan_unity(request: UnityRequest, learns: bool = True) -> UnityPlan:
     """Read and check everything a request names; no player is started.
+
+    Args:
+        request: What was asked.
+        learns: Whether something is to be learned; False: `inference.py` plays.
 
     Raises:
         UserInputError: A build, a configuration, a setting or a stop that cannot be used.
     """
     config = read_trainer_yaml(request.config) if request.config else TrainerConfig({})
+    if config.inference and learns:
+        raise UserInputError(
+            f"{request.config}: checkpoint_settings.inference is true, so nothing would be learned. Take it out, or "
+            "let a trained policy play: racecraft unity train --inference --from RUN"
+        )
     build_name = request.build or config.env_path
     if build_name is None:
         raise UserInputError(
@@ -176,6 +209,10 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> UnityPlan:
         seed=job["seed"],
         graphics=asked.get("graphics"),
         max_agents=asked.get("max_agents"),
+        env_args=tuple(asked.get("env_args", ())),
+        num_envs=asked.get("num_envs"),
+        time_scale=asked.get("time_scale"),
+        base_port=asked.get("base_port"),
         algorithm=job.get("algorithm", DEFAULT_ALGORITHM),
     )
     config = read_trainer_yaml(copy) if request.config else TrainerConfig({})

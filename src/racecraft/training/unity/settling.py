@@ -15,8 +15,10 @@ from racecraft.envs.unity.behaviors import Behavior, card_of
 from racecraft.envs.unity.cards import behaviors_in
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
+from racecraft.players.trained import spec_in
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, as_dictionary, from_dictionary, with_values
+from racecraft.training.stopping import StopCondition
 from racecraft.training.unity.plan import WORLD_SETTINGS, UnityPlan, defaults_for
 
 SMALL_CONVOLUTIONS: dict[str, tuple[int, ...]] = {
@@ -85,6 +87,24 @@ def settle(plan: UnityPlan, behaviors: Sequence[Behavior], rows_of: Mapping[str,
     )
 
 
+def note_on_schedules(settled: Settled, algorithm: Algorithm, stops: Sequence[StopCondition]) -> tuple[str, ...]:
+    """Say where something is to fall until a number of steps, and no such stop says until which.
+
+    Returns:
+        A clause, or none.
+    """
+    if any(stop.kind == "steps" for stop in stops) or not algorithm.group:
+        return ()
+    falling = [
+        f"{algorithm.group}.{name}"
+        for name, value in as_dictionary(settled.shared)[algorithm.group].items()
+        if name.endswith("_schedule") and value == "linear"
+    ]
+    if not falling:
+        return ()
+    return (f"{', '.join(falling)}: linear, but no stop steps= says until when; what they rule stays as it is set",)
+
+
 def _notes_on(plan: UnityPlan, behaviors: Sequence[Behavior], rows: int) -> list[str]:
     notes, configured = [], set(plan.config.behaviors)
     for behavior in behaviors:
@@ -134,6 +154,7 @@ def _settings_of_begun(
 ) -> dict[str, Settings]:
     """Return the settings that a run was begun with, of each behavior, if the scene is still what it was."""
     _, metadata = Checkpoints(run.checkpoints).load_policy("last")
+    spec_in(run, metadata)  # refuses actions of an older kind
     then = behaviors_in(metadata)
     if list(then) != [behavior.base_name for behavior in behaviors]:
         here = ", ".join(behavior.base_name for behavior in behaviors)

@@ -9,7 +9,7 @@ hears the scene, `evaluator.py` says how good a policy is.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from racecraft.algorithms.learner import Learner
@@ -19,7 +19,7 @@ from racecraft.envs.unity.wire import EDITOR_PORT
 from racecraft.envs.unity.world import UnityWorld
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import write_whole
-from racecraft.players.trained import GreedyPolicy
+from racecraft.players.trained import GreedyPolicy, spec_in
 from racecraft.training.loop import Evaluator, Outcome
 from racecraft.training.resume import Say
 from racecraft.training.stopping import SCORE, StopCondition, parse_stops
@@ -35,7 +35,7 @@ from racecraft.training.unity.plan import (
     plan_unity,
     stops_for,
 )
-from racecraft.training.unity.settling import Settled, own_groups, settle
+from racecraft.training.unity.settling import Settled, note_on_schedules, own_groups, settle
 
 __all__ = ["KIND", "Request", "UnityRequest", "default_settings", "opened", "plan", "plan_resume", "summary"]
 
@@ -87,10 +87,11 @@ def opened(planned: UnityPlan, say: Say) -> Iterator[Experiment]:
             },
             title=f"{names} of {planned.build_name}",
             folder_name=_file_name(names.replace(", ", "-")),
-            notes=settled.notes,
+            notes=(*settled.notes, *note_on_schedules(settled, planned.algorithm, stops)),
             lay_files=lambda run: _lay_files(planned, run),
             learner=lambda: _learner(planned, world, settled),
             world_lasts=False,
+            same_shape=_require_same_heads,
         )  # fmt: skip
 
 
@@ -103,6 +104,11 @@ def summary(planned: UnityPlan, run: RunFolder, outcome: Outcome) -> dict[str, A
         **summary_of(outcome, run, planned.seed),
         "notes": job["notes"],
     }
+
+
+def _require_same_heads(path: str, metadata: Mapping[str, Any]) -> tuple[str, ...]:
+    spec_in(RunFolder.open(path), metadata)
+    return ()
 
 
 def _learner(planned: UnityPlan, world: UnityWorld, settled: Settled) -> Learner:
