@@ -88,6 +88,7 @@ FROM_JSON = {
     "exploration_type": ("ppo", "exploration"),
     "e_greedy_value": ("ppo", "epsilon_last"),
     "epsilon_steps": ("ppo", "epsilon_steps"),
+    "stack_size": ("network", "stack_size"),
 }
 """Which setting each hyperparameter becomes."""
 
@@ -95,7 +96,6 @@ IN_OUR_WORDS = {"mean squared error": "mse"}
 """Values of the file that we spell otherwise."""
 
 UNUSED = {
-    "stack_size": "one frame is seen at a time, as at AWS",
     "sac_alpha": "it belongs to SAC",
     "term_cond_avg_score": "AWS ignored it too; say `--stop`",
 }
@@ -209,6 +209,8 @@ def _with_json(settings: Settings, given: Hyperparameters, notes: list[str]) -> 
         elif name in FROM_JSON:
             group, setting = FROM_JSON[name]
             settings = with_values(settings, group, {setting: IN_OUR_WORDS.get(value, value)})
+            if name == "stack_size" and value > 1:
+                notes.append(f"stack_size: {value} frames are seen at once; AWS ignored it and showed one")
         else:
             notes.append(f"{name} changes nothing: {UNUSED[name]}")
     return settings
