@@ -46,6 +46,8 @@ class Algorithm:
     """One sentence for people."""
     acts: tuple[str, ...] = EVERYTHING
     """Kinds of actions that it can learn."""
+    reward_signals: bool = False
+    """Whether it learns from rollouts that `curiosity` and `rnd` may add to (`building.py`); it has their settings."""
     several_groups: bool = False
     """Whether agents of several kinds may learn side by side, each with a policy of its own."""
     own: Any = None
@@ -77,6 +79,7 @@ ALGORITHMS: dict[str, Algorithm] = {
             "PpoConfig",
             "Proximal policy optimisation: learns steadily from what the current policy does; the default.",
             several_groups=True,
+            reward_signals=True,
         ),
     )
 }
@@ -169,6 +172,7 @@ def algorithm_of(learner: Any, name: str) -> Algorithm:
         f"{learner.__name__}Config" if hasattr(learner, "Config") else "",
         (learner.__doc__ or "").strip().split("\n")[0],
         tuple(getattr(learner, "acts", EVERYTHING)),
+        reward_signals=getattr(learner, "eats", "") in ("rollout", "episodes"),
         own=learner,
     )
 
