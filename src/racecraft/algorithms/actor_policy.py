@@ -8,8 +8,10 @@ import torch
 from torch import Tensor
 
 from racecraft.algorithms.distributions import GAUSSIAN, Categorical, Distribution, distribution_for
-from racecraft.algorithms.networks import ActorCritic, architecture_from
+from racecraft.algorithms.networks import ActorCritic, Architecture, architecture_from
 from racecraft.algorithms.policy_spec import PolicySpec
+from racecraft.algorithms.recurrent_network import NONE, RecurrentActorCritic
+from racecraft.algorithms.recurrent_policy import RecurrentPolicy
 from racecraft.contract.world import Array
 
 
@@ -58,11 +60,18 @@ class ActorPolicy:
         return None if action_mask is None else torch.from_numpy(action_mask).to(self._device)
 
 
-def load_actor_policy(spec: PolicySpec, weights: Mapping[str, Tensor]) -> ActorPolicy:
+def actor_critic_class(architecture: Architecture) -> type[ActorCritic]:
+    """Return the class of an architecture's network: with a memory or without."""
+    return ActorCritic if architecture.memory == NONE else RecurrentActorCritic
+
+
+def load_actor_policy(spec: PolicySpec, weights: Mapping[str, Tensor]) -> ActorPolicy | RecurrentPolicy:
     """Return the policy that a spec and its weights describe."""
     floor, numbers = spec.network.get("probability_floor", 0.0), spec.network.get("distribution", GAUSSIAN)
-    network = ActorCritic(
-        spec.observations, spec.actions, architecture_from(spec.network), torch.Generator().manual_seed(0)
-    )
+    architecture, chance = architecture_from(spec.network), torch.Generator().manual_seed(0)
+    network = actor_critic_class(architecture)(spec.observations, spec.actions, architecture, chance)
     network.load_state_dict(dict(weights))
-    return ActorPolicy(network, distribution_for(spec.actions, floor, numbers))
+    distribution = distribution_for(spec.actions, floor, numbers)
+    if isinstance(network, RecurrentActorCritic):
+        return RecurrentPolicy(network, distribution)
+    return ActorPolicy(network, distribution)

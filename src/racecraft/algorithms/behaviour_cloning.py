@@ -26,6 +26,7 @@ from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError, State
 from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
 from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
 from racecraft.contract.errors import SettingError
+from racecraft.contract.policy import Policy
 from racecraft.contract.world import (
     ActionSpec,
     Array,
@@ -105,6 +106,8 @@ class BcLearner:
 
     eats = ROLLOUT
     figures = FIGURES
+    follows = ("encoder",)
+    """Settings of `network` that are followed beside its layers."""
 
     def __init__(
         self,
@@ -153,7 +156,7 @@ class BcLearner:
         return cls(spec, settings.network, settings.bc, shown, seed, settings.runtime.device)
 
     @classmethod
-    def load_policy(cls, spec: PolicySpec, weights: Mapping[str, Tensor]) -> ActorPolicy:
+    def load_policy(cls, spec: PolicySpec, weights: Mapping[str, Tensor]) -> Policy:
         """Return the greedy policy of a checkpoint."""
         return load_actor_policy(spec, weights)
 

@@ -32,6 +32,7 @@ from racecraft.algorithms.population import PolicyAlone, Population
 from racecraft.algorithms.returns import episode_returns
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
+from racecraft.contract.policy import Policy
 from racecraft.contract.random_streams import stream_keys
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
 from racecraft.settings.composition import Settings
@@ -80,6 +81,8 @@ class EsLearner:
 
     eats = EPISODES
     figures = FIGURES
+    follows = ("encoder",)
+    """Settings of `network` that are followed beside its layers."""
 
     def __init__(
         self,
@@ -116,7 +119,7 @@ class EsLearner:
         return cls(spec, settings.network, settings.es, seed, settings.runtime.device)
 
     @classmethod
-    def load_policy(cls, spec: PolicySpec, weights: Mapping[str, Tensor]) -> ActorPolicy:
+    def load_policy(cls, spec: PolicySpec, weights: Mapping[str, Tensor]) -> Policy:
         """Return the greedy policy of a checkpoint: the mean weights."""
         return load_actor_policy(spec, weights)
 

@@ -20,6 +20,7 @@ from torch import Tensor
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import RacecraftError
+from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
 
 ROLLOUT, EPISODES, REPLAY = "rollout", "episodes", "replay"
@@ -118,6 +119,34 @@ class Anneals(Protocol):
     def anneal(self, done: float) -> None:
         """Hear what share of the training is done, 0 to 1; called before each update where the end is known."""
         ...
+
+
+@runtime_checkable
+class Remembers(Protocol):
+    """A learner whose greedy policy goes by what it saw before."""
+
+    def greedy_policy(self) -> Policy:
+        """Return the greedy policy with a memory of its own; it follows what is learned."""
+        ...
+
+
+class LearnersChoice:
+    """The greedy choice of a learner, every time, as a policy; it follows what is learned."""
+
+    def __init__(self, learner: Learner) -> None:
+        self._learner = learner
+
+    def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
+        """Choose an action for every row (R, …)."""
+        return self._learner.choose(observations, action_mask)
+
+    def forget(self, rows: Array) -> None:
+        """Nothing is remembered from tick to tick."""
+
+
+def greedy_policy_of(learner: Learner) -> Policy:
+    """Return a learner's greedy policy: with a memory of its own where it `Remembers`."""
+    return learner.greedy_policy() if isinstance(learner, Remembers) else LearnersChoice(learner)
 
 
 class RolloutLearner(Learner, Protocol):

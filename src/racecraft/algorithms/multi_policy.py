@@ -15,7 +15,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from racecraft.algorithms.learner import ROLLOUT, Decision, Learner, StateDict
+from racecraft.algorithms.learner import ROLLOUT, Decision, Learner, StateDict, greedy_policy_of
 from racecraft.algorithms.policy_spec import MULTI_POLICY, PolicySpec
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.world import POLICY_ID, AgentGroup, Array, ArraySpec, WorldSpec, mask_width
@@ -74,7 +74,7 @@ class MultiPolicyLearner:
         columns = {name: np.zeros((count, *part.shape), part.dtype) for name, part in self.columns.items()}
         for name, mine in rows_by_group(observations[POLICY_ID], self.members):
             seen, mask = part_of(self.members[name].spec, name, observations, action_mask, mine)
-            own = None if rows is None else rows[mine]
+            own = mine if rows is None else rows[mine]
             decision = self.members[name].act(seen, mask, generator=generator, rows=own)
             lay(actions, mine, decision.actions)
             for column, values in decision.columns.items():
@@ -89,6 +89,11 @@ class MultiPolicyLearner:
     def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
         """Return greedy actions, float32 (R, widest)."""
         return choose_by_group(self.spec, self.members, observations, action_mask)
+
+    def greedy_policy(self) -> MultiPolicy:
+        """Return the members' greedy policies as one, with memories of their own."""
+        members = {name: greedy_policy_of(learner) for name, learner in self.members.items()}
+        return MultiPolicy(self.policy_spec, members)
 
     def update(self, experience: RolloutBatch) -> dict[str, float]:
         """Have every member learn from its own rows.
@@ -151,6 +156,8 @@ class MultiPolicy:
 
     def __init__(self, spec: PolicySpec, members: Mapping[str, Any]) -> None:
         self.spec, self.members = spec, dict(members)
+        self._rows: dict[str, Array] = {}
+        """Which rows were whose when they acted; a member counts its own from 0."""
 
     def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
         """Return greedy actions, float32 (R, widest)."""
@@ -158,12 +165,13 @@ class MultiPolicy:
         for name, mine in rows_by_group(observations[POLICY_ID], self.members):
             seen, mask = part_of(self.spec.policies[name], name, observations, action_mask, mine)
             lay(actions, mine, self.members[name].act(seen, mask))
+            self._rows[name] = mine
         return actions
 
     def forget(self, rows: Array) -> None:
         """Begin anew for the rows whose episode ended."""
-        for member in self.members.values():
-            member.forget(rows)
+        for name, mine in self._rows.items():
+            self.members[name].forget(rows[mine[mine < len(rows)]])
 
 
 def group_spec(name: str, group: AgentGroup, num_rows: int) -> WorldSpec:

@@ -67,6 +67,15 @@ class NetworkConfig:
     normalise: bool = setting(
         False, "Whether vectors are scaled by their running mean and deviation, which are kept beside the weights."
     )
+    stack_size: int = setting(
+        1, "How many of the latest observations the policy sees at once: images along their channels.", low=1, high=64
+    )
+    memory: str = setting(
+        "none",
+        "What the policy carries from tick to tick, behind its layers; with PPO.",
+        choices=("none", "lstm", "gru"),
+    )
+    memory_units: int = setting(128, "Units of that memory.", low=1)
 
     def __post_init__(self) -> None:
         check_group(self)
@@ -97,6 +106,9 @@ class Architecture:
     """A user's own network as "module:Class", instead of convolutions and dense layers; None: those."""
     normalise: bool = False
     """Whether vectors are scaled by their running mean and deviation."""
+    memory: str = "none"
+    """`none`, `lstm` or `gru`: what is carried from tick to tick behind the trunk (`recurrent_network.py`)."""
+    memory_units: int = 0
 
 
 def architecture_of(config: NetworkConfig) -> Architecture:
@@ -121,6 +133,8 @@ def architecture_of(config: NetworkConfig) -> Architecture:
         initialisation=config.initialisation,
         encoder=config.encoder,
         normalise=config.normalise,
+        memory=config.memory,
+        memory_units=config.memory_units if config.memory != "none" else 0,
     )
 
 
@@ -177,14 +191,18 @@ class ActorCritic(nn.Module):
         elif architecture.separate_networks:
             self.critic_body = encoder_for(visible, architecture, generator)
 
-        critic_width = (self.critic_body or self.policy_body).width
-        self.policy_head = dense(self.policy_body.width, count, architecture, generator, POLICY_GAIN)
+        policy_width, critic_width = self._head_widths(architecture, generator)
+        self.policy_head = dense(policy_width, count, architecture, generator, POLICY_GAIN)
         self.value_head = dense(critic_width, 1, architecture, generator, 1.0)
         self.log_std = nn.Parameter(torch.zeros(numbers)) if numbers else None
         if architecture.initialisation == "glorot":
             normalise_columns(self.value_head, 1.0, generator)
             if self.log_std is not None:
                 normalise_columns(self.policy_head, POLICY_GAIN, generator)
+
+    def _head_widths(self, architecture: Architecture, generator: torch.Generator) -> tuple[int, int]:
+        """Return how many features the heads of policy and critic read."""
+        return self.policy_body.width, (self.critic_body or self.policy_body).width
 
     def forward(self, observations: Mapping[str, Tensor]) -> tuple[Tensor, Tensor]:
         """Return the policy's parameters (R, P) and the values (R,) of R rows."""

@@ -46,6 +46,8 @@ class PolicySpec:
     network: Mapping[str, Any] = field(default_factory=dict)
     """The architecture, and what else the algorithm needs to build it; plain values."""
     has_action_mask: bool = False
+    stack_size: int = 1
+    """How many of the latest observations the policy sees at once; those named here are single ones."""
     policies: Mapping[str, PolicySpec] = field(default_factory=dict)
     """Of a world with several groups: one spec for each, in the order of their numbers; weights are "group/name"."""
 
@@ -63,6 +65,7 @@ class PolicySpec:
             "actions": _told_actions(self.actions),
             "network": dict(self.network),
             "has_action_mask": self.has_action_mask,
+            "stack_size": self.stack_size,
             "policies": {name: spec.as_dictionary() for name, spec in self.policies.items()},
         }
 
@@ -89,6 +92,7 @@ class PolicySpec:
                 actions=_actions(told["actions"]),
                 network=dict(told["network"]),
                 has_action_mask=told["has_action_mask"],
+                stack_size=told.get("stack_size", 1),
                 policies={name: cls.from_dictionary(spec) for name, spec in told["policies"].items()},
             )
         except (KeyError, TypeError, AttributeError) as error:

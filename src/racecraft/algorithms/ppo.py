@@ -18,13 +18,15 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from racecraft.algorithms.actor_policy import ActorPolicy, load_actor_policy
+from racecraft.algorithms.actor_policy import ActorPolicy, actor_critic_class, load_actor_policy
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.distributions import Categorical, Distribution, distribution_for
 from racecraft.algorithms.half_precision import Bfloat16Copy, settled
 from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError, StateDict
 from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
 from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
+from racecraft.algorithms.recurrent_network import RecurrentActorCritic, Sequences
+from racecraft.algorithms.recurrent_policy import RecurrentPolicy
 from racecraft.algorithms.returns import advantages, explained_variance
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
@@ -115,6 +117,10 @@ class PpoConfig:
     epsilon_last: float = setting(
         0.05, "Share of random choices at the end; with e-greedy exploration.", low=0.0, high=1.0
     )
+    sequence_length: int = setting(
+        16, "Ticks that gradients flow back through, with `network.memory`; minibatches are whole such stretches.",
+        unit="ticks", low=1,
+    )  # fmt: skip
     epsilon_steps: int = setting(
         10_000, "Steps until that share is reached, in a straight line from 1; with e-greedy.", unit="steps", low=1
     )
@@ -133,6 +139,8 @@ class Minibatch:
     advantages: Tensor
     targets: Tensor
     action_mask: Tensor | None = None
+    sequences: Sequences | None = None
+    """How the observations hang together, for a policy with a memory; there are more of them than of the rest then."""
 
     def take(self, rows: Tensor) -> Minibatch:
         """Return the chosen rows (int64 (B,))."""
@@ -165,6 +173,8 @@ class PpoLearner:
 
     eats = ROLLOUT
     figures = FIGURES
+    follows = ("memory", "normalise", "encoder")
+    """Settings of `network` that are followed beside its layers."""
 
     def __init__(
         self,
@@ -180,7 +190,8 @@ class PpoLearner:
         self.architecture = architecture_of(network) if isinstance(network, NetworkConfig) else network
         self.distribution = distribution_for(spec.actions, config.probability_floor, config.distribution)
         chance = torch.Generator().manual_seed(seed)
-        self.network = ActorCritic(spec.observations, spec.actions, self.architecture, chance).to(self.device)
+        maker = actor_critic_class(self.architecture)
+        self.network = maker(spec.observations, spec.actions, self.architecture, chance).to(self.device)
         self.half = Bfloat16Copy(self.network) if settled(config.precision) == "bfloat16" else None
         self.working = self.network if self.half is None else self.half.network
         """What explores and learns: the network itself, or its copy of half the precision."""
@@ -198,10 +209,14 @@ class PpoLearner:
     @classmethod
     def build(cls, spec: WorldSpec, settings: Settings, seed: int) -> PpoLearner:
         """Return a learner with the settings' groups `network`, `ppo` and `runtime`."""
+        if settings.network.memory != "none":
+            from racecraft.algorithms.recurrent_ppo import RecurrentPpoLearner
+
+            cls = RecurrentPpoLearner
         return cls(spec, settings.network, settings.ppo, seed, settings.runtime.device)
 
     @classmethod
-    def load_policy(cls, spec: PolicySpec, weights: Mapping[str, Tensor]) -> ActorPolicy:
+    def load_policy(cls, spec: PolicySpec, weights: Mapping[str, Tensor]) -> ActorPolicy | RecurrentPolicy:
         """Return the greedy policy of a checkpoint."""
         return load_actor_policy(spec, weights)
 
@@ -242,12 +257,7 @@ class PpoLearner:
         rows: Array | None = None,
     ) -> Decision:
         """Decide for R rows, exploration in; see `Actor.act`."""
-        seen, columns = self._tensors(observations), {}
-        if self.values_later:
-            params = self.working.policy(seen)
-        else:
-            params, value = self.working(seen)
-            columns[VALUE] = value.cpu().numpy()
+        params, columns = self._look(self._tensors(observations), rows)
         mask = None if action_mask is None else torch.from_numpy(action_mask).to(self.device)
         log_std, kind, chance = self.network.log_std, self.distribution, generator or self.generator
         if self.config.exploration == "e-greedy" and isinstance(kind, Categorical):
@@ -257,6 +267,13 @@ class PpoLearner:
             raw, log_prob = kind.sample(params, log_std, mask, chance)
         columns |= {RAW_ACTION: raw.cpu().numpy(), LOG_PROB: log_prob.cpu().numpy()}
         return Decision(kind.to_actions(raw).cpu().numpy(), columns)
+
+    def _look(self, seen: dict[str, Tensor], rows: Array | None) -> tuple[Tensor, dict[str, Array]]:
+        """Return the policy's parameters (R, P), and the columns that come with them."""
+        if self.values_later:
+            return self.working.policy(seen), {}
+        params, value = self.working(seen)
+        return params, {VALUE: value.cpu().numpy()}
 
     def forget(self, rows: Array) -> None:
         """Nothing is remembered from tick to tick."""
@@ -278,7 +295,7 @@ class PpoLearner:
         """
         whole, rows, facts = self._prepare(experience)
         told = [
-            self._step(whole.take(picked))
+            self._step(self._taken(whole, picked))
             for _ in range(self.config.epochs if len(rows) else 0)
             for picked in self._minibatches(rows)
         ]
@@ -372,6 +389,10 @@ class PpoLearner:
             if len(picked) == size or not self.config.drop_remainder:
                 yield picked
 
+    def _taken(self, whole: Minibatch, picked: Tensor) -> Minibatch:
+        """Return what a minibatch's rows hold."""
+        return whole.take(picked)
+
     def _step(self, batch: Minibatch) -> Tensor:
         """Take one gradient step and return its figures, in the order of `FIGURES`."""
         loss, figures = ppo_loss(self.working, self.distribution, batch, self.now)
@@ -399,7 +420,11 @@ def ppo_loss(
     network: ActorCritic, distribution: Distribution, batch: Minibatch, config: PpoConfig
 ) -> tuple[Tensor, Tensor]:
     """Return the loss of a minibatch, and (5,) policy loss, value loss, entropy, approximate KL, clipped share."""
-    params, value = network(batch.observations)
+    if batch.sequences is None:
+        params, value = network(batch.observations)
+    else:
+        assert isinstance(network, RecurrentActorCritic), "only a memory asks for sequences"
+        params, value = network.run(batch.observations, batch.sequences)
     log_prob, entropy = distribution.log_prob_and_entropy(params, network.log_std, batch.action_mask, batch.raw_actions)
 
     advantage = batch.advantages

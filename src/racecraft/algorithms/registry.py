@@ -50,6 +50,8 @@ class Algorithm:
     """Whether it learns from a replay, so that a training has the group of settings `replay`."""
     replay_values: Mapping[str, Any] = field(default_factory=dict, hash=False)
     """What that group has otherwise than by default."""
+    reward_signals: bool = False
+    """Whether it learns from rollouts that `curiosity` and `rnd` may add to (`building.py`); it has their settings."""
     several_groups: bool = False
     """Whether agents of several kinds may learn side by side, each with a policy of its own."""
     whole_episodes: bool = False
@@ -88,6 +90,7 @@ ALGORITHMS: dict[str, Algorithm] = {
             "PpoConfig",
             "Proximal policy optimisation: learns steadily from what the current policy does; the default.",
             several_groups=True,
+            reward_signals=True,
         ),
         Algorithm(
             "dqn",
@@ -252,6 +255,7 @@ def algorithm_of(learner: Any, name: str) -> Algorithm:
         tuple(getattr(learner, "acts", EVERYTHING)),
         replay=getattr(learner, "eats", "") == "replay",
         whole_episodes=getattr(learner, "eats", "") == "episodes",
+        reward_signals=getattr(learner, "eats", "") in ("rollout", "episodes"),
         own=learner,
     )
 

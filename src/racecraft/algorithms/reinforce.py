@@ -31,6 +31,7 @@ from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConf
 from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
 from racecraft.algorithms.returns import episode_returns, explained_variance, rewards_to_go
 from racecraft.algorithms.rollout_batch import RolloutBatch
+from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
 from racecraft.settings.composition import Settings
 from racecraft.settings.table import check_group, setting
@@ -94,6 +95,8 @@ class ReinforceLearner:
 
     eats = EPISODES
     figures = FIGURES
+    follows = ("encoder",)
+    """Settings of `network` that are followed beside its layers."""
 
     def __init__(
         self,
@@ -119,7 +122,7 @@ class ReinforceLearner:
         return cls(spec, settings.network, settings.reinforce, seed, settings.runtime.device)
 
     @classmethod
-    def load_policy(cls, spec: PolicySpec, weights: Mapping[str, Tensor]) -> ActorPolicy:
+    def load_policy(cls, spec: PolicySpec, weights: Mapping[str, Tensor]) -> Policy:
         """Return the greedy policy of a checkpoint."""
         return load_actor_policy(spec, weights)
 

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from racecraft.algorithms.learner import Learner
+from racecraft.algorithms.learner import Learner, greedy_policy_of
 from racecraft.algorithms.multi_policy import MultiPolicy, of_member
 from racecraft.algorithms.policy_spec import MULTI_POLICY, PolicySpec
 from racecraft.algorithms.registry import find_algorithm
+from racecraft.algorithms.stacking import load_stacked
 from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array
@@ -32,14 +33,15 @@ class GreedyPolicy:
     """
 
     def __init__(self, learner: Learner) -> None:
-        self._learner = learner
+        self._policy = greedy_policy_of(learner)
 
     def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
         """Choose an action for every row (R, …)."""
-        return self._learner.choose(observations, action_mask)
+        return self._policy.act(observations, action_mask)
 
     def forget(self, rows: Array) -> None:
-        """Nothing is remembered from tick to tick."""
+        """Begin anew for the rows whose episode ended."""
+        self._policy.forget(rows)
 
 
 @dataclass(frozen=True)
@@ -123,6 +125,8 @@ def policy_from(spec: PolicySpec, weights: Mapping[str, Any]) -> Policy:
     if spec.algorithm == MULTI_POLICY:
         members = {name: policy_from(part, of_member(weights, name)) for name, part in spec.policies.items()}
         return MultiPolicy(spec, members)
+    if spec.stack_size > 1:
+        return load_stacked(spec, lambda inner: policy_from(inner, weights))
     policy: Policy = find_algorithm(spec.algorithm).learner_class().load_policy(spec, weights)
     return policy
 

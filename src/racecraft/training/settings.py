@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+from racecraft.algorithms.building import signal_groups
 from racecraft.algorithms.registry import Algorithm
 from racecraft.rollout.replay_settings import ReplayConfig
 from racecraft.settings.composition import Settings
@@ -55,19 +56,21 @@ def composed(world: Settings, algorithm: Algorithm, tuned: Any = None) -> Settin
 
     >>> from racecraft.algorithms.registry import find_algorithm
     >>> list(composed(Settings(network=1, runtime=2), find_algorithm("ppo")))
-    ['network', 'ppo', 'runtime']
+    ['network', 'ppo', 'curiosity', 'rnd', 'runtime']
     """
     if algorithm.replay and "replay" not in world:
         world = world.with_group("replay", ReplayConfig(**algorithm.replay_values))
     if algorithm.whole_episodes and world.rollout.episodes_per_iteration is None:
         quota = world.rollout.num_worlds  # one episode of every world
         world = world.with_group("rollout", replace(world.rollout, episodes_per_iteration=quota))
-    if not algorithm.group:
-        return world
-    group = tuned if tuned is not None else algorithm.config_class()()
+    own: dict[str, Any] = {}
+    if algorithm.group:
+        own[algorithm.group] = tuned if tuned is not None else algorithm.config_class()()
+    if algorithm.reward_signals:
+        own |= signal_groups()
     groups: dict[str, Any] = {}
     for name in world:
         groups[name] = getattr(world, name)
         if name == "network":
-            groups[algorithm.group] = group
-    return Settings(**(groups if algorithm.group in groups else {**groups, algorithm.group: group}))
+            groups |= own
+    return Settings(**{**groups, **own})

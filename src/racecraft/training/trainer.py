@@ -16,6 +16,7 @@ from typing import Any, cast
 
 import torch
 
+from racecraft.algorithms.building import build_learner
 from racecraft.algorithms.learner import REPLAY, Learner
 from racecraft.algorithms.registry import Algorithm, require_fit
 from racecraft.algorithms.replay_sampler import ReplayLearner
@@ -312,8 +313,7 @@ def _learner(experiment: Experiment) -> Learner:
     require_fit(experiment.algorithm, experiment.world.spec.actions, experiment.title)
     if experiment.learner is not None:
         return experiment.learner()
-    built: Learner = experiment.algorithm.learner_class().build(experiment.world.spec, settings, experiment.seed)
-    return built
+    return build_learner(experiment.algorithm, experiment.world.spec, settings, experiment.seed)
 
 
 def _say_notes(experiment: Experiment, say: Say) -> None:

@@ -152,9 +152,9 @@ def test_the_environment_engine_and_parameters_are_read(read):
         ("trainer_type: sac", "trainer_type"),
         ("trainer_type: poca", "trainer_type"),
         ("hyperparameters: {tau: 0.005}", "hyperparameters.tau"),
-        ("network_settings: {memory: {memory_size: 128}}", "network_settings.memory"),
         ("network_settings: {vis_encode_type: resnet}", "network_settings.vis_encode_type"),
-        ("reward_signals: {curiosity: {strength: 0.1}}", "reward_signals.curiosity"),
+        ("reward_signals: {gail: {strength: 0.1}}", "reward_signals.gail"),
+        ("reward_signals: {curiosity: {gamma: 0.9}}", "reward_signals.curiosity.gamma"),
         ("reward_signals: {extrinsic: {strength: 2}}", "reward_signals.extrinsic.strength"),
         ("self_play: {window: 10}", "self_play"),
         ("behavioral_cloning: {demo_path: a.demo}", "behavioral_cloning"),
@@ -163,6 +163,31 @@ def test_the_environment_engine_and_parameters_are_read(read):
 def test_what_is_not_followed_is_named(read, text, key):
     notes = read(f"behaviors:\n  A:\n    {text}\n").notes
     assert [note for note in notes if note.startswith(f"behaviors.A.{key}: ")]
+
+
+def test_a_memory_becomes_an_lstm_of_half_its_size(read):
+    text = "behaviors: {A: {network_settings: {memory: {memory_size: 256, sequence_length: 32}}}}"
+    behavior = read(text).behavior("A")
+    assert behavior.overrides() == ("network.memory=lstm", "network.memory_units=128", "ppo.sequence_length=32")
+    silent = read("behaviors: {A: {network_settings: {memory: {}}}}").behavior("A")
+    assert (silent.memory_size, silent.sequence_length) == (128, 64)
+    with pytest.raises(TrainerConfigError, match="an even number"):
+        read("behaviors: {A: {network_settings: {memory: {memory_size: 3}}}}")
+    with pytest.raises(TrainerConfigError, match="memory_size"):
+        read("behaviors: {A: {network_settings: {memory: {memory_sise: 4}}}}")
+
+
+def test_curiosity_and_rnd_become_settings(read):
+    behavior = read(
+        "behaviors: {A: {reward_signals: {extrinsic: {gamma: 0.9}, rnd: {}, "
+        "curiosity: {strength: 0.02, learning_rate: 1e-3, network_settings: {hidden_units: 64}}}}}"
+    ).behavior("A")
+    assert behavior.overrides() == (
+        "ppo.discount=0.9", "curiosity.strength=0.02", "curiosity.learning_rate=0.001", "curiosity.units=64",
+        "rnd.strength=1.0",
+    )  # fmt: skip
+    with pytest.raises(TrainerConfigError, match=r"reward_signals\.rnd\.strenght"):
+        read("behaviors: {A: {reward_signals: {rnd: {strenght: 1}}}}")
 
 
 def test_what_ml_agents_does_where_the_file_is_silent_is_said(read):

@@ -111,6 +111,7 @@ def test_a_racers_file_wins_over_the_preset_and_set_over_both():
     given = Hyperparameters(
         lr=1e-4, discount_factor=0.5, num_epochs=7, batch_size=32, beta_entropy=0.02, loss_type="mean squared error",
         num_episodes_between_training=18, exploration_type="e-greedy", e_greedy_value=0.1, epsilon_steps=500,
+        stack_size=4,
     )  # fmt: skip
     settings, notes = aws(given=given, overrides=["ppo.epochs=3"])
     ppo = settings.ppo
@@ -118,14 +119,16 @@ def test_a_racers_file_wins_over_the_preset_and_set_over_both():
     assert (ppo.entropy_weight, ppo.value_loss) == (0.02, "mse")
     assert (ppo.exploration, ppo.epsilon_last, ppo.epsilon_steps) == ("e-greedy", 0.1, 500)
     assert (settings.rollout.episodes_per_iteration, settings.rollout.num_worlds) == (18, 18)
+    assert settings.network.stack_size == 4
+    assert any("4 frames are seen at once; AWS" in note for note in notes)
     assert not [note for note in notes if "changes nothing" in note]
 
 
 def test_what_does_nothing_is_said_by_name():
-    given = Hyperparameters(e_greedy_value=0.1, epsilon_steps=9, stack_size=4, sac_alpha=0.2, term_cond_avg_score=5.0)
+    given = Hyperparameters(e_greedy_value=0.1, epsilon_steps=9, sac_alpha=0.2, term_cond_avg_score=5.0)
     _, notes = aws(given=given)
     said = [note.split()[0] for note in notes if "changes nothing" in note]
-    assert said == ["e_greedy_value", "epsilon_steps", "stack_size", "term_cond_avg_score", "sac_alpha"]
+    assert said == ["e_greedy_value", "epsilon_steps", "term_cond_avg_score", "sac_alpha"]
     _, notes = aws(given=Hyperparameters(exploration_type="additive_noise"))
     assert any("additive_noise" in note for note in notes)
 

@@ -50,6 +50,12 @@ class BehaviorConfig:
     """Whether vector observations are scaled by their running mean and deviation."""
     time_horizon: int | None = None
     """Steps of one agent before its trajectory goes into the buffer."""
+    memory_size: int | None = None
+    """Numbers an LSTM carries from step to step, h and c together; None: no memory."""
+    sequence_length: int | None = None
+    """Steps that gradients flow back through; with a memory."""
+    signals: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """Of `curiosity` and `rnd`, where asked for: strength, learning_rate, units."""
 
     def overrides(self, num_agents: int = 1) -> tuple[str, ...]:
         """Return the settings as "group.name=value", for `apply_overrides`.
@@ -74,6 +80,11 @@ class BehaviorConfig:
             columns = zip(*ENCODERS[self.vis_encode_type], strict=True)
             for name, column in zip(("filters", "kernels", "strides"), columns, strict=True):
                 told[f"network.conv_{name}"] = ",".join(map(str, column))
+        if self.memory_size is not None:
+            told |= {"network.memory": "lstm", "network.memory_units": self.memory_size // 2}
+            told["ppo.sequence_length"] = self.sequence_length or DEFAULT_SEQUENCE_LENGTH
+        for signal, values in self.signals.items():
+            told |= {f"{signal}.{name}": value for name, value in values.items()}
         return tuple(f"{name}={value}" for name, value in told.items())
 
 
@@ -140,6 +151,8 @@ SILENT_DEFAULTS: Mapping[str, float] = {
     "num_epoch": 3, "gamma": 0.99, "hidden_units": 128, "num_layers": 2,
 }  # fmt: skip
 """The same, of what our own settings stand in for."""
+DEFAULT_MEMORY_SIZE, DEFAULT_SEQUENCE_LENGTH = 128, 64
+"""What ML-Agents takes where `memory` is there and does not say them."""
 DEFAULT_UNITS, DEFAULT_LAYERS = 128, 2
 """What ML-Agents takes where one of the two is not given."""
 ENCODERS = {

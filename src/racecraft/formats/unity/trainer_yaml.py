@@ -2,9 +2,9 @@
 
 Begin with `read_trainer_yaml`. What the file gives is kept as it stands; what stands in for the rest is the caller's
 choice. `BehaviorConfig.overrides` says it in the names of our settings. What we read but do not follow (other trainers,
-curiosity, memory, self-play …) is named in `notes`, each with its key; so is what is done as ML-Agents does it where
-the file is silent (schedules that fall, 500,000 steps). A key that ML-Agents itself would not know is refused with the
-nearest known one.
+GAIL, self-play …) is named in `notes`, each with its key; so is what is done as ML-Agents does it where the file is
+silent (schedules that fall, 500,000 steps). A key that ML-Agents itself would not know is refused with the nearest
+known one.
 
 Source: facts: unity-ml-agents, "What others offer" (the file's groups), ML-Agents' trainer configuration reference.
 """
@@ -19,6 +19,8 @@ from typing import Any, NoReturn
 from racecraft.contract.errors import InputFileError, MissingExtraError, nearest
 from racecraft.formats.unity.trainer_config import (
     DEFAULT_MAX_STEPS,
+    DEFAULT_MEMORY_SIZE,
+    DEFAULT_SEQUENCE_LENGTH,
     ENCODERS,
     SILENT_DEFAULTS,
     BehaviorConfig,
@@ -153,6 +155,8 @@ class _Reader:
         self._know(network, _NETWORK, (*at, "network_settings"))
         self._note_what_is_left(at, section, rates, network)
         inside, of_network = (*at, "hyperparameters"), (*at, "network_settings")
+        schedules: dict[str, Any] = {**self._schedules(rates, inside, kind)}
+        memory: dict[str, Any] = {**self._memory(network, of_network)}
         found = BehaviorConfig(
             name=name,
             batch_size=self._whole(rates, "batch_size", inside, 1),
@@ -167,9 +171,11 @@ class _Reader:
             num_layers=self._whole(network, "num_layers", of_network, 1),
             vis_encode_type=self._encoder(network, of_network),
             max_steps=self._whole(section, "max_steps", at, 1) or DEFAULT_MAX_STEPS,
-            **self._schedules(rates, inside, kind),
+            **schedules,
             normalize=self._switch(network, "normalize", of_network),
             time_horizon=self._whole(section, "time_horizon", at, 1),
+            **memory,
+            signals=self._signals(self._group(section, "reward_signals", at), (*at, "reward_signals")),
         )
         self._note_silence(found, section, at, kind)
         return found
@@ -221,18 +227,54 @@ class _Reader:
         for key in _HYPERPARAMETERS[11:]:
             if key in rates:
                 self._note((*at, "hyperparameters", key), "belongs to SAC")
-        if network.get("memory"):
-            self._note((*at, "network_settings", "memory"), "policies have no memory")
 
     def _gamma(self, signals: dict[str, Any], at: tuple[str, ...]) -> float | None:
         self._know(signals, ("extrinsic", "curiosity", "gail", "rnd"), at)
-        for name in signals:
-            if name != "extrinsic":
-                self._note((*at, name), "only the scene's own reward is followed")
+        if "gail" in signals:
+            self._note((*at, "gail"), "demonstrations are not imitated; the other reward signals are followed")
         extrinsic = self._group(signals, "extrinsic", at)
         if self._number(extrinsic, "strength", (*at, "extrinsic")) not in (None, 1.0):
             self._note((*at, "extrinsic", "strength"), "rewards keep their size")
         return self._number(extrinsic, "gamma", (*at, "extrinsic"), 0.0, 1.0)
+
+    def _signals(self, signals: dict[str, Any], at: tuple[str, ...]) -> dict[str, dict[str, float]]:
+        """Return what is asked of curiosity and RND."""
+        found: dict[str, dict[str, float]] = {}
+        for name in ("curiosity", "rnd"):
+            if name not in signals:
+                continue
+            here = (*at, name)
+            told = self._group(signals, name, at)
+            self._know(told, ("strength", "gamma", "learning_rate", "network_settings", "encoding_size"), here)
+            inner = (*here, "network_settings")
+            network = self._group(told, "network_settings", here)
+            self._know(network, _NETWORK, inner)
+            strength = self._number(told, "strength", here, 0.0)
+            values = {
+                "strength": 1.0 if strength is None else strength,
+                "learning_rate": self._number(told, "learning_rate", here, 1e-8, 1.0),
+                "units": self._whole(network, "hidden_units", inner, 1) or self._whole(told, "encoding_size", here, 1),
+            }
+            found[name] = {key: value for key, value in values.items() if value is not None}
+            self._note(here, "the bonus is measured in its own deviations, then times its strength added to the reward")
+            if "gamma" in told:
+                self._number(told, "gamma", here, 0.0, 1.0)
+                self._note((*here, "gamma"), "the bonus meets the discount of the extrinsic reward")
+        return found
+
+    def _memory(self, network: dict[str, Any], at: tuple[str, ...]) -> dict[str, int | None]:
+        """Return what an LSTM carries, and how far back it is taught."""
+        if network.get("memory") is None:
+            return {}
+        here, told = (*at, "memory"), self._group(network, "memory", at)
+        self._know(told, ("memory_size", "sequence_length"), here)
+        size = self._whole(told, "memory_size", here, 2) or DEFAULT_MEMORY_SIZE
+        if size % 2:
+            self._refuse((*here, "memory_size"), str(size), "an even number: h and c of an LSTM")
+        return {
+            "memory_size": size,
+            "sequence_length": self._whole(told, "sequence_length", here, 1) or DEFAULT_SEQUENCE_LENGTH,
+        }
 
     def _encoder(self, network: dict[str, Any], at: tuple[str, ...]) -> str | None:
         kind = network.get("vis_encode_type")

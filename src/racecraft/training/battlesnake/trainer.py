@@ -169,6 +169,11 @@ def _pool_of_untrained(planned: SnakePlan, world: SelfPlayWorld) -> OpponentPool
 
 def _check(game: GameSettings, settings: Settings, algorithm: Algorithm) -> None:
     """Refuse what cannot be learned by self-play."""
+    if settings.network.memory != "none" or settings.network.stack_size > 1:
+        raise SettingError(
+            "network.memory or network.stack_size is set; a snake is asked board by board, in many games at once, and "
+            "sees the whole board. Leave them at none and 1."
+        )
     if game.players < 2:
         raise SettingError(f"--snakes is {game.players}; expected at least 2: a snake learns from those it meets.")
     if algorithm.whole_episodes:

@@ -115,6 +115,7 @@ FROM_JSON: Mapping[str, tuple[tuple[str, str], ...]] = {
     "e_greedy_value": (("ppo", "epsilon_last"),),
     "epsilon_steps": (("ppo", "epsilon_steps"),),
     "sac_alpha": (("sac", "temperature"),),
+    "stack_size": (("network", "stack_size"),),
 }
 """Which setting each hyperparameter becomes: that of the training's own algorithm."""
 
@@ -125,7 +126,6 @@ IN_OUR_WORDS = {"mean squared error": "mse"}
 """Values of the file that we spell otherwise."""
 
 UNUSED = {
-    "stack_size": "one frame is seen at a time, as at AWS",
     "term_cond_avg_score": "AWS ignored it too; say `--stop`",
 }
 """Hyperparameters that change nothing here, and why."""
@@ -246,6 +246,8 @@ def _with_json(settings: Settings, given: Hyperparameters, notes: list[str]) -> 
             group, setting = place
             value = f"{value:g}" if name == "sac_alpha" else IN_OUR_WORDS.get(value, value)
             settings = with_values(settings, group, {setting: value})
+            if name == "stack_size" and settings.network.stack_size > 1:
+                notes.append(f"stack_size: {value} frames are seen at once; AWS ignored it and showed one")
     return settings
 
 

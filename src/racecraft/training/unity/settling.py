@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from racecraft.algorithms.building import SIGNALS
 from racecraft.algorithms.registry import Algorithm
 from racecraft.contract.errors import RunFolderError
 from racecraft.envs.unity.behaviors import Behavior, card_of
@@ -48,7 +49,7 @@ class Settled:
 
 def own_groups(settled: Settled, algorithm: Algorithm) -> dict[str, dict[str, dict[str, Any]]]:
     """Return the groups of settings that each behavior has for itself, as plain values."""
-    own = ("network", algorithm.group)
+    own = ("network", algorithm.group, *SIGNALS)
     told = {base: as_dictionary(settings) for base, settings in settled.each.items()}
     return {base: {name: groups[name] for name in own if name in groups} for base, groups in told.items()}
 

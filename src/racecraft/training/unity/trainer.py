@@ -12,6 +12,7 @@ import contextlib
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from racecraft.algorithms.building import build_learner
 from racecraft.algorithms.learner import Learner
 from racecraft.algorithms.multi_policy import MultiPolicyLearner, group_spec
 from racecraft.envs.unity.cards import card_for
@@ -113,15 +114,13 @@ def _require_same_heads(path: str, metadata: Mapping[str, Any]) -> tuple[str, ..
 
 def _learner(planned: UnityPlan, world: UnityWorld, settled: Settled) -> Learner:
     """Return the learner of a behavior, or one of several where several learn."""
-    maker = planned.algorithm.learner_class()
     if not world.spec.groups:
-        built: Learner = maker.build(world.spec, settled.shared, planned.seed)
-        return built
+        return build_learner(planned.algorithm, world.spec, settled.shared, planned.seed)
     members = {}
     for number, (base, group) in enumerate(world.spec.groups.items()):
         rows = world.rows_of[base]
         spec = group_spec(base, group, rows.stop - rows.start)
-        members[base] = maker.build(spec, settled.each[base], planned.seed + 1_000 * number)
+        members[base] = build_learner(planned.algorithm, spec, settled.each[base], planned.seed + 1_000 * number)
     return MultiPolicyLearner(world.spec, members)
 
 

@@ -1,0 +1,102 @@
+"""From settings to a learner: the algorithm's own, and what is laid round it. Begin with `build_learner`.
+
+network.stack_size → stacking.py      sees the last k observations
+curiosity, rnd     → intrinsic.py     is also rewarded for what it has not seen
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from racecraft.algorithms.learner import Learner
+from racecraft.algorithms.networks import NetworkConfig, architecture_of
+from racecraft.algorithms.registry import Algorithm
+from racecraft.contract.errors import SettingError
+from racecraft.contract.world import GroupedActions, WorldSpec
+from racecraft.settings.composition import Settings
+
+SIGNALS = ("curiosity", "rnd")
+"""Groups of settings that add to what is rewarded."""
+NOT_EVERYBODYS = {"memory": "none", "normalise": False, "encoder": None}
+"""Settings of `network` that only some learners follow (their `follows`), with the value that asks for nothing."""
+SEED_APART = 7_919
+"""Between the seeds of what is built side by side."""
+
+
+def build_learner(algorithm: Algorithm, spec: WorldSpec, settings: Settings, seed: int) -> Learner:
+    """Return the learner that the settings describe.
+
+    Args:
+        algorithm: What learns.
+        spec: The world's promise.
+        settings: All groups of the training.
+        seed: Of the first weights and of chance.
+
+    Raises:
+        SettingError: The algorithm cannot do what the settings ask for.
+    """
+    learner_class = algorithm.learner_class()
+    network = settings.network if "network" in settings else None
+    if network is not None:
+        _require_followed(algorithm, network, getattr(learner_class, "follows", ()))
+
+    def build(seen: WorldSpec) -> Learner:
+        built: Learner = learner_class.build(seen, settings, seed)
+        return with_reward_signals(built, settings, seed)
+
+    if network is None or network.stack_size == 1:
+        return build(spec)
+    from racecraft.algorithms.stacking import StackedLearner
+
+    return StackedLearner(spec, network.stack_size, build)
+
+
+def _require_followed(algorithm: Algorithm, network: NetworkConfig, follows: tuple[str, ...]) -> None:
+    for name, idle in NOT_EVERYBODYS.items():
+        value = getattr(network, name)
+        if value != idle and name not in follows:
+            raise SettingError(
+                f"network.{name} is {value}, which {algorithm.name} does not follow. Use ppo, or leave it at {idle}."
+            )
+    if network.encoder is not None and (network.normalise or network.memory != "none"):
+        other = "normalise" if network.normalise else "memory"
+        raise SettingError(
+            f"network.encoder and network.{other} are both given; a network of your own takes the place of both. "
+            "Leave one of them."
+        )
+
+
+def with_reward_signals(learner: Learner, settings: Settings, seed: int) -> Learner:
+    """Return the learner, rewarded for what is new where the settings give `curiosity` or `rnd` a strength.
+
+    Raises:
+        SettingError: The learner does not learn from rollouts.
+    """
+    spec = learner.spec
+    for name in SIGNALS:
+        config = getattr(settings, name) if name in settings else None
+        if config is None or not config.strength:
+            continue
+        from racecraft.algorithms.intrinsic import IntrinsicReward
+
+        assert not isinstance(spec.actions, GroupedActions), "agents of each kind have a learner of their own"
+        architecture, device = architecture_of(settings.network), settings.runtime.device
+        if name == "curiosity":
+            from racecraft.algorithms.curiosity import CuriosityModel
+
+            curious = CuriosityModel(spec.observations, spec.actions, architecture, config, seed + SEED_APART, device)
+            learner = IntrinsicReward(learner, curious)
+        else:
+            from racecraft.algorithms.rnd import RndModel
+
+            model = RndModel(spec.observations, architecture, config, seed + 2 * SEED_APART, device)
+            learner = IntrinsicReward(learner, model)
+    return learner
+
+
+def signal_groups() -> dict[str, Any]:
+    """Return the groups of settings of the reward signals, each at strength 0."""
+    from racecraft.algorithms.curiosity import CuriosityConfig
+    from racecraft.algorithms.rnd import RndConfig
+
+    return {"curiosity": CuriosityConfig(), "rnd": RndConfig()}

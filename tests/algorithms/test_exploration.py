@@ -1,0 +1,233 @@
+"""Reward for what is new: bonuses by hand and by law, and a corridor that chance alone does not walk to its end."""
+
+import numpy as np
+import pytest
+import torch
+from toy_world import Walk
+
+from racecraft.algorithms.building import build_learner, signal_groups
+from racecraft.algorithms.curiosity import ActionCode, CuriosityConfig, CuriosityModel
+from racecraft.algorithms.intrinsic import IntrinsicReward, ReturnScale, RunningMoments, transitions
+from racecraft.algorithms.learner import REPLAY
+from racecraft.algorithms.networks import Architecture, NetworkConfig
+from racecraft.algorithms.ppo import PpoConfig
+from racecraft.algorithms.registry import find_algorithm
+from racecraft.algorithms.rnd import RndConfig, RndModel
+from racecraft.contract.errors import SettingError
+from racecraft.contract.world import (
+    ArraySpec,
+    ContinuousActions,
+    DiscreteActions,
+    HybridActions,
+    MultiDiscreteActions,
+    WorldSpec,
+)
+from racecraft.rollout.collector import Collector
+from racecraft.settings.composition import Settings
+from racecraft.training.settings import RuntimeConfig
+
+SEEN = {"x": ArraySpec((4,), np.float32), "true": ArraySpec((1,), np.float32, privileged=True)}
+SMALL = Architecture(trunk_units=(8,))
+
+
+class Corridor:
+    """Squares in a row; one goes left or right from the first, and only the last brings 1. Cut after two lengths."""
+
+    def __init__(self, num_worlds, length=32):
+        seen = {"square": ArraySpec((length,), np.float32, 0, 1, doc="one-hot")}
+        self.spec = WorldSpec("corridor", num_worlds, 1, seen, DiscreteActions(2))
+        self.length, self.found = length, 0
+
+    def reset(self, buffers, seed):
+        self.at, self.clock = (np.zeros((self.spec.num_worlds, 1), np.int64) for _ in range(2))
+        self._show(buffers.observations)
+        buffers.active[:] = True
+
+    def step(self, actions, buffers):
+        self.at = np.clip(self.at + 2 * actions - 1, 0, self.length - 1)
+        self.clock = self.clock + 1
+        there = self.at == self.length - 1
+        self.found += int(there.sum())
+        buffers.reward[:], buffers.terminated[:] = there, there
+        buffers.truncated[:] = (self.clock == 2 * self.length) & ~there
+        if buffers.ended.any():
+            self._show(buffers.final_observations)
+            self.at[buffers.ended], self.clock[buffers.ended] = 0, 0
+        self._show(buffers.observations)
+
+    def close(self):
+        pass
+
+    def _show(self, named):
+        named["square"][:] = np.eye(self.length, dtype=np.float32)[self.at]
+
+
+def settings(**signals):
+    groups = signal_groups() | signals
+    return Settings(
+        network=NetworkConfig(hidden_units=(32,), activation="tanh"),
+        ppo=PpoConfig(learning_rate=3e-3, discount=0.99, batch_size=128, entropy_weight=0.01),
+        runtime=RuntimeConfig(), **groups,
+    )  # fmt: skip
+
+
+def learner_for(world, seed=1, **signals):
+    return build_learner(find_algorithm("ppo"), world.spec, settings(**signals), seed)
+
+
+def goals(seed, updates, length=32, **signals):
+    """Return how many episodes of the last ten updates ended at the end of the corridor."""
+    world = Corridor(8, length)
+    learner = learner_for(world, seed, **signals)
+    collector = Collector(world, learner, horizon=64, seed=seed)
+    for left in range(updates, 0, -1):
+        if left == 10:
+            world.found = 0
+        learner.update(collector.collect())
+    return world.found
+
+
+@pytest.mark.parametrize(
+    "signals", [{"curiosity": CuriosityConfig(strength=0.1)}, {"rnd": RndConfig(strength=0.1, learning_rate=1e-3)}]
+)
+def test_what_is_new_leads_to_the_end_of_the_corridor(signals):
+    assert goals(1, 60, **signals) >= 60  # of the 80 to 160 that 5,120 ticks have room for
+
+
+def test_chance_alone_does_not_find_it():
+    assert goals(1, 60) == 0
+
+
+def test_without_strength_nothing_is_laid_round():
+    assert not isinstance(learner_for(Walk(2)), IntrinsicReward)
+    both = learner_for(Walk(2), curiosity=CuriosityConfig(strength=1), rnd=RndConfig(strength=1))
+    assert [both.model.name, both.inner.model.name] == ["rnd", "curiosity"]
+
+
+class Fixed:
+    """Learns nothing and keeps what it is rewarded with; its bonus is what is seen afterwards."""
+
+    eats, device, columns = "rollout", torch.device("cpu"), {}
+
+    def __init__(self, spec):
+        self.spec = spec
+
+    def act(self, observations, action_mask=None, *, generator=None, rows=None):
+        from racecraft.algorithms.learner import Decision
+
+        return Decision(torch.randint(0, 3, (len(observations["clock"]),), generator=generator).numpy(), {})
+
+    def forget(self, rows):
+        pass
+
+    def update(self, batch):
+        self.reward = batch.reward
+        return {}
+
+
+class ClockModel:
+    """Finds late clocks new."""
+
+    name, strength, figures = "clock", 0.5, {}
+
+    def bonus(self, before, actions, after):
+        self.pairs = before["clock"][:, 0], after["clock"][:, 0]
+        return after["clock"][:, 0].astype(np.float32)
+
+    def learn(self, before, actions, after):
+        return {}
+
+
+def test_the_bonus_is_added_tick_by_tick_in_its_own_deviations():
+    world = Walk(6)
+    learner = IntrinsicReward(Fixed(world.spec), ClockModel())
+    batch = Collector(world, learner, horizon=20, seed=1).collect()
+    batch.active[4, 3] = False
+    plain, clock = batch.reward.copy(), batch.observations["clock"][..., 0].astype(np.float32)
+    told = learner.update(batch)
+    raw = np.where(batch.active & ~batch.terminated, clock + 1, 0.0)
+    sums, ticks = np.zeros(raw.shape), np.zeros(6)
+    for tick, row in enumerate(raw):
+        ticks = sums[tick] = 0.99 * ticks + row
+    np.testing.assert_allclose(learner.inner.reward, plain + 0.5 * raw / sums.std(), rtol=1e-5)
+    np.testing.assert_array_equal(batch.reward, plain)
+    assert told["clock_reward"] == pytest.approx((0.5 * raw / sums.std())[batch.active].mean(), rel=1e-5)
+
+
+def test_what_follows_a_cut_is_the_final_observation_and_not_the_next_start():
+    world = Walk(6)
+    batch = Collector(world, Fixed(world.spec), horizon=30, seed=1).collect()
+    assert len(batch.final_index)
+    chosen = np.flatnonzero(~batch.terminated.reshape(-1))
+    before, _, after = transitions(batch, chosen)
+    np.testing.assert_array_equal(after["clock"], before["clock"] + 1)
+    assert batch.terminated.any()
+
+
+@pytest.mark.parametrize("kind", ["rnd", "curiosity"])
+def test_what_is_seen_again_and_again_grows_old(kind):
+    actions = np.zeros(64, np.int64)
+    model = model_of(kind, learning_rate=1e-2)
+    rng = np.random.default_rng(0)
+    often = {"x": rng.normal(size=(64, 4)).astype(np.float32)}
+    then = {"x": rng.normal(size=(64, 4)).astype(np.float32)}
+    first = model.bonus(often, actions, then).mean()
+    for _ in range(100):
+        model.learn(often, actions, then)
+    assert model.bonus(often, actions, then).mean() < 0.3 * first
+    new = {"x": then["x"] + 3}
+    assert model.bonus(often, actions, new).mean() > 2 * model.bonus(often, actions, then).mean()
+
+
+def model_of(kind, **values):
+    if kind == "rnd":
+        return RndModel(SEEN, SMALL, RndConfig(strength=1, **values), 1, "cpu")
+    return CuriosityModel(SEEN, DiscreteActions(3), SMALL, CuriosityConfig(strength=1, **values), 1, "cpu")
+
+
+def test_actions_become_numbers_by_hand():
+    both = HybridActions(ContinuousActions((-2.0, -np.inf), (4.0, np.inf)), MultiDiscreteActions((2, 3)))
+    code = ActionCode(both)
+    done = torch.tensor([[4.0, 7.0, 1.0, 2.0]])
+    assert code.encoded(done).tolist() == [[1.0, 7.0, 0.0, 1.0, 0.0, 0.0, 1.0]]
+    told = torch.tensor([[1.0, 6.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
+    assert float(code.error(told, done)) == pytest.approx(0.5 + np.log(2) + np.log(3))
+    assert ActionCode(DiscreteActions(3)).encoded(torch.tensor([2])).tolist() == [[0.0, 0.0, 1.0]]
+
+
+def test_moments_of_lots_are_those_of_the_whole():
+    rows = np.random.default_rng(0).normal(3, 2, (90, 4))
+    moments = RunningMoments((4,))
+    for lot in np.split(rows, [7, 40]):
+        moments.add(lot)
+    np.testing.assert_allclose(moments.mean, rows.mean(axis=0))
+    np.testing.assert_allclose(moments.variance, rows.var(axis=0))
+    assert ReturnScale(0.9).measured(np.zeros((3, 2))) > 0
+
+
+@pytest.mark.parametrize("name", ["rnd", "curiosity"])
+def test_an_intrinsic_run_goes_on_bit_by_bit(name):
+    signals = {name: type(signal_groups()[name])(strength=0.5)}
+
+    def turns(learner, collector, count):
+        return [learner.update(collector.collect()) for _ in range(count)]
+
+    learner = learner_for(Walk(4), **signals)
+    collector = Collector(Walk(4), learner, horizon=8, seed=1)
+    turns(learner, collector, 2)
+    kept, worlds = learner.state_dict(), collector.state()
+    told = turns(learner, collector, 3)
+    other = learner_for(Walk(4), seed=5, **signals)
+    again = Collector(Walk(4), other, horizon=8, seed=9)
+    other.load_state_dict(kept)
+    again.restore(worlds)
+    assert turns(other, again, 3) == told
+    assert told[0][f"{name}_reward"] > 0
+
+
+def test_a_replay_gets_no_bonus():
+    class Eater(Fixed):
+        eats = REPLAY
+
+    with pytest.raises(SettingError, match="clock.strength"):
+        IntrinsicReward(Eater(Walk(2).spec), ClockModel())
