@@ -1,9 +1,9 @@
 """Learning curves of soft actor-critic: `python benchmarks/sac_curves.py FOLDER [--seeds 3]`.
 
 Each seed is a training as `racecraft gym train ID --algorithm sac` makes it, with the settings that stand in `WORLDS`,
-but judged more often. Leaves `sac.json` (every number) and `sac.png` in the folder; `--draw` paints the picture again from
-the numbers. Seconds are those of the processor that the process used, so other work on the machine bends them less than
-it bends the clock.
+but judged more often. Leaves `sac.json` (every number) and `sac.png` in the folder; `--draw` paints the picture again
+from the numbers. Seconds are those of the processor that the process used, so other work on the machine bends them less
+than it bends the clock.
 """
 
 from __future__ import annotations
