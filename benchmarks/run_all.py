@@ -78,7 +78,7 @@ def page(results: dict[str, Any]) -> str:
             "",
             "Made by `make bench` from `results.json`; scripts stand beside this page. "
             f"Machine: {'; '.join(machines)}. A dash in the last column means that there is no spread to tell. "
-            "Of seconds, memory and late answers \"at least\" means at most; a row that does not keep it says that it "
+            'Of seconds, memory and late answers "at least" means at most; a row that does not keep it says that it '
             "misses. A speed-up is counted from the best figure that one core reached in the same run.",
             "",
             "| what | measured | at least | aim | spread |",

@@ -126,7 +126,7 @@ def terms(rows: Iterable[tuple[str, str, str]]) -> str:
     each = (
         f"<dt>{escaped(name)} <b>{escaped(value)}</b></dt><dd>{escaped(meaning)}</dd>" for name, value, meaning in rows
     )
-    return f'<dl>{"".join(each)}</dl>'
+    return f"<dl>{''.join(each)}</dl>"
 
 
 def details(summary: str, inside: str) -> str:
@@ -151,7 +151,9 @@ def drawing(figure: Figure, words: str) -> str:
 def film(data: bytes, words: str) -> str:
     """Return an MP4 as a <video> that carries its own bytes; `words` say what it shows."""
     bytes_ = base64.b64encode(data).decode()
-    return f'<video controls muted playsinline aria-label="{escaped(words)}" src="data:video/mp4;base64,{bytes_}"></video>'
+    return (
+        f'<video controls muted playsinline aria-label="{escaped(words)}" src="data:video/mp4;base64,{bytes_}"></video>'
+    )
 
 
 def source(text: str) -> str:

@@ -202,7 +202,9 @@ def _headline(facts: RunFacts) -> Iterator[str]:
     if score is not None:
         tiles.append((f"{score:.1f} %" if facts.is_race else f"{score:.4g}", facts.best_score_name))
     if facts.is_race:
-        tiles.append((f"{best_lap:.2f} s" if best_lap else "none yet", "its best lap in evaluation" if best_lap else "best lap"))
+        tiles.append(
+            (f"{best_lap:.2f} s" if best_lap else "none yet", "its best lap in evaluation" if best_lap else "best lap")
+        )
     tiles += [
         (duration(last["seconds"]), "training time"),
         (f"{last['steps']:,}", "environment steps"),
@@ -315,7 +317,9 @@ def _reward(facts: RunFacts) -> Iterator[str]:
         return
     yield "<h2>What it was paid for</h2>"
     paid = [row["mean_reward"] for row in facts.metrics if row.get("mean_reward") is not None]
-    told = f"<p>An episode was paid {paid[-1]:.4g} in the mean of the last iteration that ended any.</p>" if paid else ""
+    told = (
+        f"<p>An episode was paid {paid[-1]:.4g} in the mean of the last iteration that ended any.</p>" if paid else ""
+    )
     yield told + page.details("The reward function", page.source(facts.reward))
 
 

@@ -117,12 +117,12 @@ def small_film(path: str | Path) -> bytes:
         try:
             with av.open(str(path)) as container:
                 frames = container.decode(video=0)
-                pictures = (
-                    one.to_ndarray(format="rgb24", width=SMALL_WIDTH, height=SMALL_HEIGHT) for one in frames
-                )
+                pictures = (one.to_ndarray(format="rgb24", width=SMALL_WIDTH, height=SMALL_HEIGHT) for one in frames)
                 _encode(small, encoder, SMALL_ENCODERS[encoder], pictures, Fraction(PICTURES_PER_SECOND))
         except (OSError, av.error.FFmpegError) as error:
-            raise VideoError(f"{path}: is no film that can be read ({error}); expected an MP4. Film it anew.") from error
+            raise VideoError(
+                f"{path}: is no film that can be read ({error}); expected an MP4. Film it anew."
+            ) from error
         return small.read_bytes()
 
 

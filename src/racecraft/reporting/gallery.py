@@ -56,8 +56,9 @@ def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
 
 
 def report_run(path: Path, page: Path) -> Path:
-    """Write the page that tells a run; a car's best policy drives one lap for it, and its film comes along if it lies
-    in the folder.
+    """Write the page that tells a run; a car's best policy drives one lap for it.
+
+    The film in the folder comes along where it is of that policy.
 
     Raises:
         RunFolderError: No run folder.
@@ -84,4 +85,6 @@ def show_drive(drive: Drive, *, video: Path | None = None, picture: Path | None 
     if picture is not None:
         draw_path(picture, drive.track, drive.ticks)
     if video is not None:
-        write_video(video, drive.ticks, drive.track, mount=drive.car.mount, title=_headline(drive.car), light=drive.car.light)
+        write_video(
+            video, drive.ticks, drive.track, mount=drive.car.mount, title=_headline(drive.car), light=drive.car.light
+        )

@@ -110,7 +110,15 @@ class LiveWatcher:
         scored = any(row.training_score is not None for row in self._rows)
         training = f"training {short}" if scored else "episodes"
         paid = tells_reward(self._score_name)
-        titles = ("iteration", "seconds", "steps", "steps/s", training, *(["mean reward"] * paid), f"evaluation {short}")
+        titles = (
+            "iteration",
+            "seconds",
+            "steps",
+            "steps/s",
+            training,
+            *(["mean reward"] * paid),
+            f"evaluation {short}",
+        )
         for title in (*titles, *([""] * told)):
             table.add_column(title, justify="right")
         for row in self._rows:
