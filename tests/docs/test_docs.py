@@ -150,11 +150,18 @@ def test_every_preset_and_every_stop_is_told():
 
 def test_everything_that_a_run_folder_holds_is_told():
     from racecraft.formats import run_folder
+    from racecraft.formats.aws.model_folder import AwsModelFolder
 
     page = (DOCS / "racing/run_folder.md").read_text(encoding="utf-8")
     names = [value for name, value in vars(run_folder).items() if name.isupper() and isinstance(value, str)]
     names = [name for name in names if name != run_folder.FORMAT and not name.startswith("_")]
-    assert "job.json" in names
+    strangers = AwsModelFolder(Path())
+    places = [getattr(strangers, name) for name, kind in vars(AwsModelFolder).items() if isinstance(kind, property)]
+    names += [place.as_posix() for place in places]
+    names += [
+        place.as_posix() for place in (strangers.evaluation_trace("STAMP"), strangers.evaluation_metrics("STAMP"))
+    ]
+    assert {"job.json", "metrics/TrainingMetrics.json"} <= set(names)
     assert [name for name in names if name not in page] == []
 
 
@@ -294,7 +301,9 @@ def test_the_reader_of_episodes_in_the_run_folder_page_reads_what_we_write(tmp_p
     write_episodes(tmp_path / "episodes" / "7.parquet", columns)
     names = {}
     (body,) = [
-        body for kind, body in FENCE.findall((DOCS / "racing/run_folder.md").read_text("utf-8")) if kind == "python"
+        body
+        for kind, body in FENCE.findall((DOCS / "racing/run_folder.md").read_text("utf-8"))
+        if kind == "python" and "laps_of" in body
     ]
     exec(compile(body, "run_folder.md", "exec"), names)
     assert names["laps_of"](str(tmp_path), 7)["tick"].to_list() == [230, 242]

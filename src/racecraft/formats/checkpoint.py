@@ -153,8 +153,8 @@ class Checkpoints:
             iteration: Which.
             score: What the evaluation gave it.
             best: Whether it is the best from now on.
-            state: Parts of the trainer's state as they are now, by name, for those it was saved with, where it was
-                kept.
+            state: Parts of the trainer's state as they are now, by name; they take the place of those it was saved
+                with, where it was kept.
 
         Raises:
             CheckpointError: There is no such checkpoint.

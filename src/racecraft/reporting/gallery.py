@@ -56,9 +56,9 @@ def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
 
 
 def report_run(path: Path, page: Path) -> Path:
-    """Write the page that tells a run.
+    """Write the page that tells a run; a car's best policy drives one lap for it.
 
-    A car's best policy drives one lap for it, and its film comes along if it lies in the folder.
+    The film in the folder comes along where it is of that policy.
 
     Raises:
         RunFolderError: No run folder.

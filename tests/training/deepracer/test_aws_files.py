@@ -4,8 +4,10 @@ import errno
 import itertools
 import json
 import logging
+import re
 import shutil
 import warnings
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -278,6 +280,26 @@ def test_deepracer_utils_reads_the_training(trained, deepracer):
         assert int(row["progress"]) == known.completion_percentage
         assert round(row["reward"]) == known.reward_score
     assert 66 < log.stability.analyze()["avg_ms"].max() < 67
+
+
+def test_the_page_that_shows_deepracer_utils_says_what_it_prints(trained, deepracer):
+    """The block on the page is run on a real run; the table it quotes has these columns, one row an episode."""
+    page = (Path(__file__).parents[3] / "docs/racing/run_folder.md").read_text(encoding="utf-8")
+    (code,) = [block for block in re.findall(r"^```python\n(.*?)^```$", page, re.M | re.S) if "table_of" in block]
+    (quoted,) = [block for block in re.findall(r"^```text\n(.*?)^```$", page, re.M | re.S) if "progress" in block]
+    names = {}
+    exec(compile(code, "run_folder.md", "exec"), names)
+    table = names["table_of"](str(trained.path))
+    assert len(table) == len(rows_of(trained.place, "training"))
+    columns = quoted.splitlines()[0].split()
+    assert str(columns).replace("'", '"')[1:-1] in page
+    printed = str(table[columns].head(3)).splitlines()
+    assert [shape(line) for line in printed] == [shape(line) for line in quoted.splitlines()]
+
+
+def shape(line):
+    """A line of a table without its figures and gaps."""
+    return re.sub(r"\s+", " ", re.sub(r"\d+(\.\d+)?", "#", line)).strip()
 
 
 def test_deepracer_utils_reads_the_metrics(trained, deepracer):

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from racecraft.algorithms.apex import ApexConfig
+from racecraft.algorithms.building import build_learner
 from racecraft.algorithms.dqn import DqnConfig
 from racecraft.algorithms.learner import Learner
 from racecraft.algorithms.networks import NetworkConfig
@@ -161,7 +162,7 @@ def default_settings(algorithm: Algorithm) -> Settings:
 
 def _pool_of_untrained(planned: SnakePlan, world: SelfPlayWorld) -> OpponentPool:
     """Return a pool that holds one untrained self."""
-    learner: Learner = planned.algorithm.learner_class().build(world.spec, planned.settings, planned.seed)
+    learner = build_learner(planned.algorithm, world.spec, planned.settings, planned.seed)
     config = planned.settings.selfplay
     first = to_arrays(learner.state_dict())["network"]
     return OpponentPool(learner.policy_spec, first, config.pool_size, config.pool_every, planned.seed)
