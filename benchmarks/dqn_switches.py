@@ -88,13 +88,15 @@ def draw(path: Path, figure: str | None) -> None:
             place.plot(steps, [point[1] for point in one], color="#888888", linewidth=0.7)
         mean = [statistics.mean(values) for values in zip(*([p[1] for p in one] for one in curves), strict=True)]
         place.plot(steps, mean, color="#0b6e99", linewidth=2)
-        place.set_title(name, fontsize=10)
+        place.set_title(f"{name}, {len(curves)} seeds", fontsize=10)
         place.set_ylim(0, 510)
         place.grid(alpha=0.25)
     for place in axes[1]:
         place.set_xlabel("thousand steps")
     for place in axes[:, 0]:
         place.set_ylabel("greedy return")
+    for place in axes.flat[len(found) :]:
+        place.set_visible(False)
     picture.savefig(figure, dpi=110)
 
 
