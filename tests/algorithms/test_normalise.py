@@ -5,9 +5,10 @@ import pytest
 import torch
 
 from racecraft.algorithms.learner import Decision
-from racecraft.algorithms.networks import ActorCritic, NetworkConfig, RunningStatistics, architecture_of
+from racecraft.algorithms.networks import ActorCritic, NetworkConfig, architecture_of
 from racecraft.algorithms.ppo import LOG_PROB, RAW_ACTION, VALUE, PpoConfig, PpoLearner
 from racecraft.algorithms.rollout_batch import RolloutBatch
+from racecraft.algorithms.running_statistics import RunningStatistics
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
 from racecraft.players.trained import policy_from
 

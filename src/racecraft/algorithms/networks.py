@@ -26,6 +26,7 @@ from torch import Tensor, nn
 
 from racecraft.algorithms.distributions import numbers_width, params_width
 from racecraft.algorithms.registry import load_class
+from racecraft.algorithms.running_statistics import RunningStatistics
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ActionSpec, ArraySpec
 from racecraft.settings.table import check_group, setting
@@ -361,41 +362,6 @@ class Vector(nn.Module):
         mean, deviation = self.statistics.told()
         scaled = (numbers.float().flatten(1) - mean) / deviation
         return scaled.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS).to(self.dtype)
-
-
-class RunningStatistics(nn.Module):
-    """Mean and deviation of all vectors (W,) shown so far, much as ML-Agents keeps them (its `Normalizer`).
-
-    A distance of 1 from the mean counts as seen before all others, so that nothing is ever divided by 0. ML-Agents also
-    counts a vector of zeros, which makes what is far from zero look spread out for long. They are buffers: saved and
-    loaded with the weights, and no optimiser touches them.
-    """
-
-    count: Tensor
-    mean: Tensor
-    squares: Tensor
-    """Sum of squared distances from the mean."""
-
-    def __init__(self, width: int) -> None:
-        super().__init__()
-        self.register_buffer("count", torch.zeros((), dtype=torch.float64))
-        self.register_buffer("mean", torch.zeros(width, dtype=torch.float64))
-        self.register_buffer("squares", torch.ones(width, dtype=torch.float64))
-
-    @torch.no_grad()
-    def take(self, vectors: Tensor) -> None:
-        """Take in R vectors (R, W)."""
-        rows = vectors.double()
-        if not len(rows):
-            return
-        self.count += len(rows)
-        before = rows - self.mean
-        self.mean += before.sum(dim=0) / self.count
-        self.squares += (before * (rows - self.mean)).sum(dim=0)
-
-    def told(self) -> tuple[Tensor, Tensor]:
-        """Return mean and deviation, float32 (W,)."""
-        return self.mean.float(), (self.squares / (self.count + 1.0)).sqrt().float()
 
 
 def is_image(part: ArraySpec) -> bool:
