@@ -62,6 +62,7 @@ def main(words: list[str]) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--in", dest="rooms", nargs="+", default=ROOMS, metavar="ROOM", help=", ".join(ROOMS))
     parser.add_argument("--minutes", type=float, default=1e9, help="no further mutant is begun after so long")
+    parser.add_argument("--near", action="store_true", help="only tests that name the module; a first, quick sieve")
     asked = parser.parse_args(words)
     every = [mutant for room in asked.rooms for mutant in mutants_in(HOUSE / room)]
     if not every:
@@ -74,7 +75,7 @@ def main(words: list[str]) -> int:
         for mutant in sample:
             if time.monotonic() - began > 60 * asked.minutes:
                 break
-            noticed_by = copy.noticed(mutant)
+            noticed_by = copy.noticed(mutant, asked.near)
             tried += 1
             survivors += [] if noticed_by else [mutant]
             print(f"{tried:4} {noticed_by or 'SURVIVES':9} {mutant.path}:{mutant.line}  {mutant.what}", flush=True)
@@ -140,12 +141,12 @@ class Copy:
             (folder / "shared").symlink_to((ROOT.parent / "shared").resolve())
         self._known: dict[tuple[str, ...], tuple[list[str], float]] = {}
 
-    def noticed(self, mutant: Mutant) -> str:
+    def noticed(self, mutant: Mutant, only_near: bool = False) -> str:
         """Return what noticed a mutant: "near" tests, those of its "folder", or "" where none did."""
         path = self._root / mutant.path
         source = path.read_text(encoding="utf-8")
         for kind, tests in (("near", self._near(mutant.path)), ("folder", self._folder(mutant.path))):
-            if not tests:
+            if not tests or (only_near and kind == "folder"):
                 continue
             failing, seconds = self._without_mutant(tuple(tests))
             path.write_text(changed(source, mutant.number), encoding="utf-8")

@@ -103,9 +103,12 @@ class Hoarder(Walk):
     ],
 )
 def test_a_cheat_is_caught(cheat, question):
-    examine(Walk, question)
-    with pytest.raises(AssertionError):
-        examine(cheat, question)
+    try:
+        examine(Walk, question)
+        with pytest.raises(AssertionError):
+            examine(cheat, question)
+    except pytest.skip.Exception as skipped:  # a question that is passed over catches nobody, and would not be seen
+        pytest.fail(f"the exam did not ask: {skipped}")
 
 
 def test_the_exam_says_what_it_could_not_reach():
