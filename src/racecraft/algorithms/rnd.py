@@ -34,7 +34,7 @@ class RndConfig:
     learning_rate: float = setting(1e-4, "Adam's step size.", low=1e-8, high=1.0)
     units: int = setting(128, "Units of each of the two dense layers.", low=1)
     outputs: int = setting(64, "Numbers of the random network that are foretold.", low=1)
-    batch_size: int = setting(64, "Transitions in one minibatch; each is learned from once.", low=1)
+    batch_size: int = setting(256, "Transitions in one minibatch; each is learned from once.", low=1)
 
     def __post_init__(self) -> None:
         check_group(self)
