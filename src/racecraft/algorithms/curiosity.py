@@ -42,7 +42,7 @@ class CuriosityConfig:
     strength: float = setting(0.0, "Weight of the bonus, which is measured in its own deviations; 0: none.", low=0.0)
     learning_rate: float = setting(3e-4, "Adam's step size.", low=1e-8, high=1.0)
     units: int = setting(128, "Units of the features and of each dense layer.", low=1)
-    batch_size: int = setting(256, "Transitions in one minibatch; each is learned from once.", low=1)
+    batch_size: int = setting(64, "Transitions in one minibatch; each is learned from once.", low=1)
 
     def __post_init__(self) -> None:
         check_group(self)

@@ -156,7 +156,7 @@ class _Reader:
         self._note_what_is_left(at, section, rates, network)
         inside, of_network = (*at, "hyperparameters"), (*at, "network_settings")
         schedules: dict[str, Any] = {**self._schedules(rates, inside, kind)}
-        memory: dict[str, Any] = {**self._memory(network, of_network)}
+        memory_size, sequence_length = self._memory(network, of_network)
         found = BehaviorConfig(
             name=name,
             batch_size=self._whole(rates, "batch_size", inside, 1),
@@ -174,7 +174,8 @@ class _Reader:
             **schedules,
             normalize=self._switch(network, "normalize", of_network),
             time_horizon=self._whole(section, "time_horizon", at, 1),
-            **memory,
+            memory_size=memory_size,
+            sequence_length=sequence_length,
             signals=self._signals(self._group(section, "reward_signals", at), (*at, "reward_signals")),
         )
         self._note_silence(found, section, at, kind)
@@ -262,19 +263,16 @@ class _Reader:
                 self._note((*here, "gamma"), "the bonus meets the discount of the extrinsic reward")
         return found
 
-    def _memory(self, network: dict[str, Any], at: tuple[str, ...]) -> dict[str, int | None]:
+    def _memory(self, network: dict[str, Any], at: tuple[str, ...]) -> tuple[int | None, int | None]:
         """Return what an LSTM carries, and how far back it is taught."""
         if network.get("memory") is None:
-            return {}
+            return None, None
         here, told = (*at, "memory"), self._group(network, "memory", at)
         self._know(told, ("memory_size", "sequence_length"), here)
         size = self._whole(told, "memory_size", here, 2) or DEFAULT_MEMORY_SIZE
         if size % 2:
             self._refuse((*here, "memory_size"), str(size), "an even number: h and c of an LSTM")
-        return {
-            "memory_size": size,
-            "sequence_length": self._whole(told, "sequence_length", here, 1) or DEFAULT_SEQUENCE_LENGTH,
-        }
+        return size, self._whole(told, "sequence_length", here, 1) or DEFAULT_SEQUENCE_LENGTH
 
     def _encoder(self, network: dict[str, Any], at: tuple[str, ...]) -> str | None:
         kind = network.get("vis_encode_type")
