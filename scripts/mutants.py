@@ -62,7 +62,9 @@ def main(words: list[str]) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--in", dest="rooms", nargs="+", default=ROOMS, metavar="ROOM", help=", ".join(ROOMS))
     parser.add_argument("--minutes", type=float, default=1e9, help="no further mutant is begun after so long")
-    parser.add_argument("--near", action="store_true", help="only tests that name the module; a first, quick sieve")
+    parser.add_argument(
+        "--near", action="store_true", help="only tests that name the module, where any does; a quick sieve"
+    )
     asked = parser.parse_args(words)
     every = [mutant for room in asked.rooms for mutant in mutants_in(HOUSE / room)]
     if not every:
@@ -145,8 +147,10 @@ class Copy:
         """Return what noticed a mutant: "near" tests, those of its "folder", or "" where none did."""
         path = self._root / mutant.path
         source = path.read_text(encoding="utf-8")
-        for kind, tests in (("near", self._near(mutant.path)), ("folder", self._folder(mutant.path))):
-            if not tests or (only_near and kind == "folder"):
+        near, folder = self._near(mutant.path), self._folder(mutant.path)
+        asked = {"near": near, "folder": [] if only_near and near else folder}
+        for kind, tests in asked.items():
+            if not tests:
                 continue
             failing, seconds = self._without_mutant(tuple(tests))
             path.write_text(changed(source, mutant.number), encoding="utf-8")
