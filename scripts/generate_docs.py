@@ -127,13 +127,30 @@ A file of ours may lack the columns that time trials do not need; `status` is on
 
 def metrics_page() -> str:
     """Return every name in metrics.jsonl."""
+    from racecraft.algorithms.registry import ALGORITHMS
     from racecraft.analysis.metrics import metrics_markdown
 
+    others = "\n\n".join(
+        "\n".join(
+            [
+                f"## With {name}",
+                "",
+                "| name | meaning |",
+                "|---|---|",
+                *(f"| `{figure}` | {meaning} |" for figure, meaning in algorithm.learner_class().figures.items()),
+            ]
+        )
+        for name, algorithm in ALGORITHMS.items()
+        if name != "ppo"
+    )
     return f"""# Metrics
 
-`metrics.jsonl` in a run folder holds one JSON object a line, one line an iteration.
+`metrics.jsonl` in a run folder holds one JSON object a line, one line an iteration. What stands between
+`best_lap_seconds` and `seconds_collect` is what the learner says of its update: here PPO, below the others.
 
-{metrics_markdown()}"""
+{metrics_markdown()}
+
+{others}"""
 
 
 def tracks_page() -> str:

@@ -316,8 +316,26 @@ def _learner(experiment: Experiment) -> Learner:
     return build_learner(experiment.algorithm, experiment.world.spec, settings, experiment.seed)
 
 
+def note_on_schedules(settings: Settings, algorithm: Algorithm, stops: Sequence[StopCondition]) -> tuple[str, ...]:
+    """Say where something is to fall until a number of steps, and no such stop says until which.
+
+    Returns:
+        A clause, or none.
+    """
+    if any(stop.kind == "steps" for stop in stops) or not algorithm.group:
+        return ()
+    falling = [
+        f"{algorithm.group}.{name}"
+        for name, value in as_dictionary(settings)[algorithm.group].items()
+        if name.endswith("_schedule") and value == "linear"
+    ]
+    if not falling:
+        return ()
+    return (f"{', '.join(falling)}: linear, but no stop steps= says until when; what they rule stays as it is set",)
+
+
 def _say_notes(experiment: Experiment, say: Say) -> None:
-    for note in experiment.notes:
+    for note in (*experiment.notes, *note_on_schedules(experiment.settings, experiment.algorithm, experiment.stops)):
         say(f"- {note}")
 
 

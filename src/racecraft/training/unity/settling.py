@@ -19,7 +19,6 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import spec_in
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, as_dictionary, from_dictionary, with_values
-from racecraft.training.stopping import StopCondition
 from racecraft.training.unity.plan import WORLD_SETTINGS, UnityPlan, defaults_for
 
 SMALL_CONVOLUTIONS: dict[str, tuple[int, ...]] = {
@@ -86,24 +85,6 @@ def settle(plan: UnityPlan, behaviors: Sequence[Behavior], rows_of: Mapping[str,
         tuple(dict.fromkeys(notes)),
         sum(limits) or None,
     )
-
-
-def note_on_schedules(settled: Settled, algorithm: Algorithm, stops: Sequence[StopCondition]) -> tuple[str, ...]:
-    """Say where something is to fall until a number of steps, and no such stop says until which.
-
-    Returns:
-        A clause, or none.
-    """
-    if any(stop.kind == "steps" for stop in stops) or not algorithm.group:
-        return ()
-    falling = [
-        f"{algorithm.group}.{name}"
-        for name, value in as_dictionary(settled.shared)[algorithm.group].items()
-        if name.endswith("_schedule") and value == "linear"
-    ]
-    if not falling:
-        return ()
-    return (f"{', '.join(falling)}: linear, but no stop steps= says until when; what they rule stays as it is set",)
 
 
 def _notes_on(plan: UnityPlan, behaviors: Sequence[Behavior], rows: int) -> list[str]:

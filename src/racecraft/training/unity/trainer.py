@@ -36,7 +36,7 @@ from racecraft.training.unity.plan import (
     plan_unity,
     stops_for,
 )
-from racecraft.training.unity.settling import Settled, note_on_schedules, own_groups, settle
+from racecraft.training.unity.settling import Settled, own_groups, settle
 
 __all__ = ["KIND", "Request", "UnityRequest", "default_settings", "opened", "plan", "plan_resume", "summary"]
 
@@ -88,7 +88,7 @@ def opened(planned: UnityPlan, say: Say) -> Iterator[Experiment]:
             },
             title=f"{names} of {planned.build_name}",
             folder_name=_file_name(names.replace(", ", "-")),
-            notes=(*settled.notes, *note_on_schedules(settled, planned.algorithm, stops)),
+            notes=settled.notes,
             lay_files=lambda run: _lay_files(planned, run),
             learner=lambda: _learner(planned, world, settled),
             world_lasts=False,
