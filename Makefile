@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := $(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin)
 
-.PHONY: help env demo test quick check long bench docs format clean
+.PHONY: help env demo test quick check long pythons mutants bench docs format clean
 
 help:  ## list the words
 	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 10
@@ -29,6 +29,12 @@ check: env  ## form: format, lint, types, import floors, generated docs current
 
 long: env  ## slow proofs, never CI
 	$(BIN)/python -m pytest -q -m long
+
+pythons: env  ## the tests on every promised Python that is installed
+	$(BIN)/python scripts/try_pythons.py
+
+mutants: env  ## break the code on purpose and list what no test notices
+	$(BIN)/python scripts/mutants.py --count 300
 
 bench: env  ## the benchmarks; run them when nothing else runs
 	$(BIN)/python benchmarks/run_all.py

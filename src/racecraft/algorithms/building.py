@@ -6,14 +6,16 @@ curiosity, rnd     → intrinsic.py     is also rewarded for what it has not see
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from racecraft.algorithms.learner import Learner
-from racecraft.algorithms.networks import NetworkConfig, architecture_of
 from racecraft.algorithms.registry import Algorithm
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import GroupedActions, WorldSpec
 from racecraft.settings.composition import Settings
+
+if TYPE_CHECKING:  # torch is imported when something is built, not by whoever asks for settings
+    from racecraft.algorithms.learner import Learner
+    from racecraft.algorithms.networks import NetworkConfig
 
 SIGNALS = ("curiosity", "rnd")
 """Groups of settings that add to what is rewarded."""
@@ -78,6 +80,7 @@ def with_reward_signals(learner: Learner, settings: Settings, seed: int) -> Lear
         if config is None or not config.strength:
             continue
         from racecraft.algorithms.intrinsic import IntrinsicReward
+        from racecraft.algorithms.networks import architecture_of
 
         assert not isinstance(spec.actions, GroupedActions), "agents of each kind have a learner of their own"
         architecture, device = architecture_of(settings.network), settings.runtime.device

@@ -128,6 +128,7 @@ ALGORITHMS: dict[str, Algorithm] = {
             "ReinforceConfig",
             "The oldest policy gradient, from whole episodes: the one to read first.",
             whole_episodes=True,
+            reward_signals=True,
         ),
         Algorithm(
             "es",

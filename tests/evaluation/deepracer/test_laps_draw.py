@@ -29,7 +29,7 @@ def tries(fidelity):
     ends = []
 
     def note(world, buffers, actions):
-        report = world.reports[0]
+        report = world.reports[0, 0]
         if report["terminated"] or report["truncated"]:
             ends.append((round(float(report["x"]), 9), round(float(report["y"]), 9)))
 
