@@ -110,7 +110,7 @@ def test_an_installed_package_offers_one(monkeypatch):
 def test_an_algorithm_that_does_not_fit_names_those_that_do():
     picky = Algorithm("picky", "", "", "", "", acts=(registry.CHOICES,))
     require_fit(picky, DiscreteActions(2), "a world")
-    with pytest.raises(SettingError, match="numbers.*ppo, reinforce, es"):
+    with pytest.raises(SettingError, match="numbers.*ppo, sac, reinforce, es"):
         require_fit(picky, ContinuousActions((0.0,), (1.0,)), "a world")
 
 

@@ -132,7 +132,7 @@ CASES = {
     ),
     "SAC for a car with a list of actions": (
         ["--algorithm sac decides numbers", "one choice", "ppo"],
-        lambda t: ["train", folder(t), "--algorithm", "sac"],
+        lambda t: ["train", folder(t, hyperparameters__json={"lr": 0.001}), "--algorithm", "sac"],
     ),
     "a learning rate that is a word": (
         ["hyperparameters.json", "lr", "quick"],

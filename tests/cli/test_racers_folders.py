@@ -51,7 +51,9 @@ def test_a_clone_may_have_other_speeds_and_angles_and_not_another_number_of_them
     assert all(np.array_equal(begun[name], lent[name]) for name in lent)
     refused = racecraft("train", more, "--from", "a", "--run", "c", *SHORT)
     assert refused.code == 2
-    assert "was trained with 3 actions, now there are 4; expected as many" in refused.err
+    assert (
+        "was trained with a list of 3 actions, now there is a list of 4 actions; expected the same kind" in refused.err
+    )
 
 
 OUTWEIGHED = {  # variable: (its value, what is typed, where job.json says what came of it, what it says)

@@ -87,6 +87,12 @@ def export_to_unity(path: str | Path, which: str = "best", output: str | Path | 
     )
 
 
+def can_export_to_unity(path: str | Path) -> bool:
+    """Return whether Unity can load what the latest checkpoint of a run decides with; a group asks its first member."""
+    policy = load_policy(RunFolder.open(path), "last").policy
+    return isinstance(next(iter(getattr(policy, "members", {"": policy}).values())), ActorPolicy)
+
+
 def _actor(policy: Any, path: str | Path, base: str) -> ActorPolicy:
     if not isinstance(policy, ActorPolicy):
         raise SettingError(

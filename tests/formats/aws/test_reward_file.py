@@ -2,6 +2,7 @@
 
 import io
 import linecache
+import signal
 import time
 
 import numpy as np
@@ -162,6 +163,15 @@ def test_a_failing_reward_gets_a_letter_with_line_and_parameters(tmp_path, body,
     assert "waypoints = [(0.0, 0.0), (0.0, 1.0), ... 119 in all]" in letter
 
 
+@pytest.fixture
+def heeded():
+    """Ctrl-C is heard, even where the tests run in the background, which turns it off."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("heeded")
 def test_a_persons_ctrl_c_is_no_fault_of_the_reward(tmp_path):
     press = "import signal\ndef reward_function(p):\n    signal.raise_signal(signal.SIGINT)\n    return 1\n"
     with pytest.raises(KeyboardInterrupt):

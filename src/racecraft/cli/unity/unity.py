@@ -162,4 +162,7 @@ def train(
     )
     for name, told in judged.get("behaviors", {}).items():
         print(f"  {name}: mean return {told['mean_return']:.3f} over {told['episodes']} episodes")
-    print(f"Back into Unity: racecraft export {trained.run.path} --to unity")
+    from racecraft.export.unity_run import can_export_to_unity
+
+    if can_export_to_unity(trained.run.path):
+        print(f"Back into Unity: racecraft export {trained.run.path} --to unity")
