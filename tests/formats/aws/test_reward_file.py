@@ -3,7 +3,7 @@
 import io
 import linecache
 import signal
-import time
+import sys
 
 import numpy as np
 import pytest
@@ -108,19 +108,16 @@ def test_a_module_may_be_imported_while_the_function_runs(tmp_path):
     assert loaded(tmp_path, text).call({}) == 7.0
 
 
-def test_the_call_itself_costs_less_than_a_microsecond(tmp_path):
-    reward = loaded(tmp_path, "def reward_function(params):\n    return 1.0\n")
-
-    def seconds(call, n=20_000):
-        best = 1.0
-        for _ in range(7):
-            begin = time.perf_counter()
-            for _ in range(n):
-                call(None)
-            best = min(best, (time.perf_counter() - begin) / n)
-        return best
-
-    assert seconds(reward.call) - seconds(reward._function) < 1e-6
+def test_a_call_asks_nobody_but_the_reward_function_itself(tmp_path):
+    """How long it takes is a benchmark; here is counted who is called: our door, the limit's, and the racer's."""
+    reward, called = loaded(tmp_path, "def reward_function(params):\n    return 1.0\n"), []
+    reward.call(None)
+    sys.setprofile(lambda frame, event, _: called.append(frame.f_code.co_name) if event == "call" else None)
+    try:
+        reward.call(None)
+    finally:
+        sys.setprofile(None)
+    assert called == ["call", "call", "reward_function"]
 
 
 PARAMS = {"x": 1.25, "waypoints": [(0.0, float(k)) for k in range(119)]}
