@@ -25,6 +25,7 @@ from racecraft.algorithms.distributions import DiagGaussian, Distribution, distr
 from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError, StateDict
 from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
 from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
+from racecraft.algorithms.saved_state import restore_state, saved_state
 from racecraft.contract.errors import SettingError
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import (
@@ -201,19 +202,11 @@ class BcLearner:
 
     def state_dict(self) -> StateDict:
         """Return everything an exact continuation needs, as named tensors in groups (copies)."""
-        return {
-            "network": {name: value.detach().clone() for name, value in self.network.state_dict().items()},
-            "optimiser": self.optimiser.state_dict(),
-            "generator": {"state": self.generator.get_state()},
-        }
+        return saved_state(self.network, self.optimiser, self.generator)
 
     def load_state_dict(self, state: Mapping[str, Mapping[str, Tensor]]) -> None:
         """Go on from what `state_dict` gave; groups other than "network" may be absent (weights alone)."""
-        self.network.load_state_dict(dict(state["network"]))
-        if state.get("optimiser"):
-            self.optimiser.load_state_dict(state["optimiser"])
-        if "generator" in state:
-            self.generator.set_state(state["generator"]["state"].cpu())
+        restore_state(state, self.network, self.optimiser, self.generator)
 
     def _step(self, batch: Shown) -> Tensor:
         loss, agreement = cloning_loss(self.network, self.distribution, batch)

@@ -60,6 +60,11 @@ def _require_followed(algorithm: Algorithm, network: NetworkConfig, follows: tup
             raise SettingError(
                 f"network.{name} is {value}, which {algorithm.name} does not follow. Use ppo, or leave it at {idle}."
             )
+    if network.separate_networks and not algorithm.critic:
+        raise SettingError(
+            f"network.separate_networks is True, and {algorithm.name} has no critic that could have layers of its own. "
+            "Leave it at False."
+        )
     if network.encoder is not None and (network.normalise or network.memory != "none"):
         other = "normalise" if network.normalise else "memory"
         raise SettingError(

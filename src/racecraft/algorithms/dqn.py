@@ -29,6 +29,7 @@ from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, sp
 from racecraft.algorithms.q_network import QNetwork, QPolicy, allowed_only, load_q_policy
 from racecraft.algorithms.replay_sampler import ReplaySampler, Transitions
 from racecraft.algorithms.rmsprop import RmsProp
+from racecraft.algorithms.saved_state import copied, restore_state, saved_state
 from racecraft.contract.world import Array, ArraySpec, DiscreteActions, WorldSpec
 from racecraft.settings.composition import Settings
 from racecraft.settings.table import check_group, setting
@@ -237,21 +238,15 @@ class DqnLearner:
         """Return everything an exact continuation needs, as named tensors in groups (copies)."""
         counts = {"explored": self.explored, "owed": self.owed, "steps_taken": self.steps_taken}
         return {
-            "network": {name: value.detach().clone() for name, value in self.network.state_dict().items()},
-            "target": {name: value.detach().clone() for name, value in self.target.state_dict().items()},
-            "optimiser": self.optimiser.state_dict(),
-            "generator": {"state": self.generator.get_state()},
+            **saved_state(self.network, self.optimiser, self.generator),
+            "target": copied(self.target),
             "counts": {name: torch.tensor(count) for name, count in counts.items()},
         }
 
     def load_state_dict(self, state: Mapping[str, Mapping[str, Tensor]]) -> None:
         """Go on from what `state_dict` gave; groups other than "network" may be absent (weights alone)."""
-        self.network.load_state_dict(dict(state["network"]))
+        restore_state(state, self.network, self.optimiser, self.generator)
         self.target.load_state_dict(dict(state.get("target", state["network"])))
-        if "optimiser" in state:
-            self.optimiser.load_state_dict(state["optimiser"])
-        if "generator" in state:
-            self.generator.set_state(state["generator"]["state"].cpu())
         for name, count in state.get("counts", {}).items():
             setattr(self, name, int(count))
 

@@ -31,6 +31,7 @@ from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, sp
 from racecraft.algorithms.population import PolicyAlone, Population
 from racecraft.algorithms.returns import episode_returns
 from racecraft.algorithms.rollout_batch import RolloutBatch
+from racecraft.algorithms.saved_state import restore_state, saved_state
 from racecraft.contract.errors import SettingError
 from racecraft.contract.policy import Policy
 from racecraft.contract.random_streams import stream_keys
@@ -186,17 +187,14 @@ class EsLearner:
     def state_dict(self) -> StateDict:
         """Return everything an exact continuation needs, as named tensors in groups (copies)."""
         return {
-            "network": {name: value.detach().clone() for name, value in self.network.state_dict().items()},
-            "optimiser": self.optimiser.state_dict(),
+            **saved_state(self.network, self.optimiser),
             "evolution": {"generation": torch.tensor(self.generation)},
         }
 
     def load_state_dict(self, state: Mapping[str, Mapping[str, Tensor]]) -> None:
         """Go on from what `state_dict` gave; groups other than "network" may be absent (weights alone)."""
-        self.network.load_state_dict(dict(state["network"]))
+        restore_state(state, self.network, self.optimiser)
         self._perturbed = False
-        if state.get("optimiser"):
-            self.optimiser.load_state_dict(state["optimiser"])
         if "evolution" in state:
             self.generation = int(state["evolution"]["generation"])
 

@@ -29,6 +29,7 @@ from racecraft.algorithms.recurrent_network import RecurrentActorCritic, Sequenc
 from racecraft.algorithms.recurrent_policy import RecurrentPolicy
 from racecraft.algorithms.returns import advantages, explained_variance
 from racecraft.algorithms.rollout_batch import RolloutBatch
+from racecraft.algorithms.saved_state import restore_state, saved_state
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
 from racecraft.settings.composition import Settings
 from racecraft.settings.table import check_group, setting
@@ -311,26 +312,18 @@ class PpoLearner:
 
     def state_dict(self) -> StateDict:
         """Return everything an exact continuation needs, as named tensors in three groups (copies)."""
-        state = {
-            "network": {name: value.detach().clone() for name, value in self.network.state_dict().items()},
-            "optimiser": self.optimiser.state_dict(),
-            "generator": {"state": self.generator.get_state()},
-        }
+        state = saved_state(self.network, self.optimiser, self.generator)
         if self.config.exploration == "e-greedy":
             state["exploration"] = {"decisions": torch.tensor(self.explored)}
         return state
 
     def load_state_dict(self, state: Mapping[str, Mapping[str, Tensor]]) -> None:
         """Go on from what `state_dict` gave; groups other than "network" may be absent (weights alone)."""
-        self.network.load_state_dict(dict(state["network"]))
+        restore_state(state, self.network, self.optimiser, self.generator)
         if self.half is not None:
             self.half.refresh()
-        if state.get("optimiser"):
-            self.optimiser.load_state_dict(state["optimiser"])
         if "exploration" in state:
             self.explored = int(state["exploration"]["decisions"])
-        if "generator" in state:
-            self.generator.set_state(state["generator"]["state"].cpu())
 
     def _prepare(self, batch: RolloutBatch) -> tuple[Minibatch, Tensor, tuple[float, float]]:
         """Return all rows laid end to end, the numbers of the active ones, and two facts for the record."""

@@ -52,6 +52,8 @@ class Algorithm:
     """What that group has otherwise than by default."""
     reward_signals: bool = False
     """Whether it learns from rollouts that `curiosity` and `rnd` may add to (`building.py`); it has their settings."""
+    critic: bool = True
+    """Whether it has a critic beside its policy, which `network.separate_networks` gives layers of its own."""
     several_groups: bool = False
     """Whether agents of several kinds may learn side by side, each with a policy of its own."""
     whole_episodes: bool = False
@@ -99,6 +101,7 @@ ALGORITHMS: dict[str, Algorithm] = {
             "DqnConfig",
             "Deep Q-learning: learns what each choice is worth from all that it remembers; few steps, single choices.",
             acts=(CHOICES,),
+            critic=False,
             replay=True,
         ),
         Algorithm(
@@ -109,6 +112,7 @@ ALGORITHMS: dict[str, Algorithm] = {
             "Ape-X: DQN with many actors that explore unlike each other and a learner beside them; not bit by bit the "
             "same twice.",
             acts=(CHOICES,),
+            critic=False,
             replay=True,
             replay_values={"prioritised": True},
         ),

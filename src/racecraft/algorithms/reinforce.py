@@ -31,6 +31,7 @@ from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConf
 from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
 from racecraft.algorithms.returns import episode_returns, explained_variance, rewards_to_go
 from racecraft.algorithms.rollout_batch import RolloutBatch
+from racecraft.algorithms.saved_state import restore_state, saved_state
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
 from racecraft.settings.composition import Settings
@@ -186,19 +187,11 @@ class ReinforceLearner:
 
     def state_dict(self) -> StateDict:
         """Return everything an exact continuation needs, as named tensors in groups (copies)."""
-        return {
-            "network": {name: value.detach().clone() for name, value in self.network.state_dict().items()},
-            "optimiser": self.optimiser.state_dict(),
-            "generator": {"state": self.generator.get_state()},
-        }
+        return saved_state(self.network, self.optimiser, self.generator)
 
     def load_state_dict(self, state: Mapping[str, Mapping[str, Tensor]]) -> None:
         """Go on from what `state_dict` gave; groups other than "network" may be absent (weights alone)."""
-        self.network.load_state_dict(dict(state["network"]))
-        if state.get("optimiser"):
-            self.optimiser.load_state_dict(state["optimiser"])
-        if "generator" in state:
-            self.generator.set_state(state["generator"]["state"].cpu())
+        restore_state(state, self.network, self.optimiser, self.generator)
 
     def _step(self, batch: RolloutBatch, rows: Array, returns: Array, advantage: Array) -> tuple[list[float], float]:
         """Step along the gradient of all rows, taken some at a time; return the three losses and the norm."""

@@ -194,7 +194,11 @@ def _parts(facts: RunFacts) -> Iterator[str]:
 def _headline(facts: RunFacts) -> Iterator[str]:
     asked, last = facts.job.get("asked", {}), facts.metrics[-1]
     said = [f"run {facts.name}", f"preset {asked['preset']}" if asked.get("preset") else ""]
-    said += [f"seed {facts.job['seed']}" if "seed" in facts.job else "", str(facts.job.get("started", ""))]
+    said += [
+        str(facts.job.get("algorithm", "")),
+        f"seed {facts.job['seed']}" if "seed" in facts.job else "",
+        str(facts.job.get("started", "")),
+    ]
     yield f"<h1>{page.escaped(facts.title)}</h1>"
     yield f'<p class="quiet">{page.escaped(" · ".join(part for part in said if part))}</p>'
     score, best_lap = facts.best_row.get("evaluation_score"), facts.best_row.get("best_lap_seconds")

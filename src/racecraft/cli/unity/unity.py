@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand
@@ -109,6 +109,7 @@ def train(
     """
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.report import leave_report
+    from racecraft.export.unity_run import can_export_to_unity
     from racecraft.training.progress import watcher
     from racecraft.training.unity.plan import UnityRequest
     from racecraft.training.worlds import resume as resume_run
@@ -135,11 +136,7 @@ def train(
         from racecraft.training.unity.inference import play_scene
 
         played = play_scene(request(f"{run}:last" if resume and run is not None else from_), tell)
-        if json:
-            print_json(played)
-        else:
-            mean = "" if played["mean_return"] is None else f"mean return {played['mean_return']:.3f} over "
-            print(f"{mean}{played['episodes']} episodes in {played['seconds']:.1f} s; stopped: {played['stopped_by']}")
+        print_json(played) if json else _tell_played(played)
         return
     stops, watching = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
     if resume:
@@ -151,18 +148,25 @@ def train(
     if json:
         print_json({**summary, **files})
         return
+    _tell_trained(summary)
+    if summary["evaluation"] is not None and can_export_to_unity(trained.run.path):
+        print(f"Back into Unity: racecraft export {trained.run.path} --to unity")
+
+
+def _tell_played(played: dict[str, Any]) -> None:
+    mean = "" if played["mean_return"] is None else f"mean return {played['mean_return']:.3f} over "
+    print(f"{mean}{played['episodes']} episodes in {played['seconds']:.1f} s; stopped: {played['stopped_by']}")
+
+
+def _tell_trained(summary: dict[str, Any]) -> None:
     judged, steps = summary["evaluation"], f"{summary['env_steps']:,} steps and {summary['seconds']:.1f} s"
     if judged is None:
-        print(f"{summary['behavior']}: not judged this time; after {steps}; run: {trained.run.path}")
+        print(f"{summary['behavior']}: not judged this time; after {steps}; run: {summary['run']}")
         return
     verdict = "" if judged["threshold"] is None else ("solved, " if summary["solved"] else "not solved, ")
     print(
         f"{summary['behavior']}: {verdict}mean return {judged['mean_return']:.3f} over {judged['episodes']} episodes "
-        f"after {steps}; run: {trained.run.path}"
+        f"after {steps}; run: {summary['run']}"
     )
     for name, told in judged.get("behaviors", {}).items():
         print(f"  {name}: mean return {told['mean_return']:.3f} over {told['episodes']} episodes")
-    from racecraft.export.unity_run import can_export_to_unity
-
-    if can_export_to_unity(trained.run.path):
-        print(f"Back into Unity: racecraft export {trained.run.path} --to unity")

@@ -189,6 +189,8 @@ def preset_settings(
     settings = default_settings(algorithm)
     for group, values in AWS_VALUES.items():
         settings = with_values(settings, group, values) if group in settings else settings
+    if not algorithm.critic:
+        settings = with_values(settings, "network", {"separate_networks": False})
     name = network_of(metadata)
     row = AWS_NETWORKS[name]
     filters, kernels, strides = zip(*row.convolutions, strict=True)
