@@ -11,7 +11,7 @@ from tests.logs import makers
 
 from racecraft.analysis.deepracer import logs as analysis
 from racecraft.analysis.deepracer.logs.page import write_logs_page
-from racecraft.analysis.deepracer.logs.page_data import page_data
+from racecraft.analysis.deepracer.logs.page_data import _start_line, page_data
 from racecraft.logs import read
 from racecraft.tracks.catalogue import load_track
 
@@ -123,3 +123,12 @@ def brightest(shot):
 def test_every_plot_of_the_room_is_in_its_face():
     assert len(analysis.__all__) == len(set(analysis.__all__))
     assert all(hasattr(analysis, name) for name in analysis.__all__)
+
+
+def test_the_start_line_stands_across_the_road():
+    """On Oval_track, whose rows do not lie opposite one another: within a degree of square to the road."""
+    track = load_track("Oval_track")
+    (x0, y0), (x1, y1) = _start_line(track)
+    yaw = track.pose_at(0.0).yaw
+    along = (x1 - x0) * np.cos(yaw) + (y1 - y0) * np.sin(yaw)
+    assert abs(along) < np.hypot(x1 - x0, y1 - y0) * np.sin(np.radians(1.0))

@@ -73,7 +73,7 @@
     pen.strokeStyle = "#6b7680";
     for (const border of [data.track.inner, data.track.outer]) { pen.beginPath(); line(pen, border); pen.stroke(); }
     pen.setLineDash([5, 6]); pen.beginPath(); line(pen, data.track.centre); pen.stroke(); pen.setLineDash([]);
-    pen.beginPath(); line(pen, [data.track.inner[0], data.track.outer[0]]);
+    pen.beginPath(); line(pen, data.track.start);
     pen.strokeStyle = "#1d2327"; pen.lineWidth = 2.5; pen.stroke();
     pen.fillStyle = "#6b7680"; pen.font = "11px system-ui, sans-serif"; pen.textAlign = "center";
     const every = Math.max(1, Math.round(data.track.centre.length / Math.min(24, 8 * view.scale / home)));

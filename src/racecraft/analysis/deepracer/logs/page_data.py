@@ -42,7 +42,9 @@ def page_data(ticks: pl.DataFrame, track: Track) -> dict[str, Any]:
     return {
         "track": {
             name: np.round(line, 3).tolist()
-            for name, line in (("centre", track.centre), ("inner", track.inner), ("outer", track.outer))
+            for name, line in (
+                ("centre", track.centre), ("inner", track.inner), ("outer", track.outer), ("start", _start_line(track)),
+            )
         } | {"closed": track.closed, "name": track.title or track.name},
         "episodes": {
             **{
@@ -58,6 +60,12 @@ def page_data(ticks: pl.DataFrame, track: Track) -> dict[str, Any]:
         "steps": steps,
         "left_out": int(sum(1 for one in count if not one)),
     }  # fmt: skip
+
+
+def _start_line(track: Track) -> np.ndarray:
+    """Return the ends of the start line, (2, 2): rows of a route file need not lie opposite one another."""
+    at = track.locate(track.centre[:1])
+    return np.concatenate([at.inner_point, at.outer_point])
 
 
 def _kept(episodes: pl.DataFrame) -> pl.Series:
