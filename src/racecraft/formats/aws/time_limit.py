@@ -36,7 +36,7 @@ DEEPEST_STRIKE = 8
 """As many exceptions at most in one strike: so many `except:`, one in another, are gone through at once."""
 
 _strike = ctypes.PYFUNCTYPE(None, ctypes.c_ulong, ctypes.py_object)(("PyThreadState_SetAsyncExc", ctypes.pythonapi))
-_spare = ctypes.PYFUNCTYPE(None, ctypes.c_ulong, ctypes.c_void_p)(("PyThreadState_SetAsyncExc", ctypes.pythonapi))
+_take_back = ctypes.PYFUNCTYPE(None, ctypes.c_ulong, ctypes.c_void_p)(("PyThreadState_SetAsyncExc", ctypes.pythonapi))
 
 
 class CallTooLongError(Exception):
@@ -78,11 +78,14 @@ class TimeLimit:
         except BaseException as error:
             if me in self._due:
                 del self._due[me]
-            _spare(me, None)
-            if self._struck.pop(me, None) is None:
+            if me not in self._struck:
                 raise
+            _take_back(me, None)
+            _lower_the_flag(me)
+            del self._struck[me]
             raise CallTooLongError(f"no answer after {seconds or self.seconds:g} s") from error
-        _spare(me, None)  # it answered in the very moment in which it was struck
+        _take_back(me, None)  # it answered in the very moment in which it was struck
+        _lower_the_flag(me)
         del self._struck[me]
         return value
 
@@ -118,6 +121,25 @@ class TimeLimit:
                 _strike(thread, error)
         except KeyError:
             pass  # it has just ended
+
+
+def _lower_the_flag(thread: int) -> None:
+    """Let the interpreter know that no exception waits in this thread, which must be the caller's own.
+
+    CPython 3.11 raises a flag when an exception is asked for and lowers it only when one is delivered; one taken back
+    leaves it up. Then each call and each turn of a loop looks for what is not there, and under a profiler or a debugger
+    the next function that begins never gets past its first instruction. So one more is asked for, and caught.
+    """
+    try:
+        _strike(thread, _Spared)
+        while True:  # delivered here at the latest
+            pass
+    except _Spared:
+        pass
+
+
+class _Spared(BaseException):
+    """Ends nothing."""
 
 
 def _exceptions(thread: int, depth: int) -> type[BaseException]:
