@@ -14,7 +14,8 @@ import typer
 
 from racecraft.cli import algorithms, bench, run, settings
 from racecraft.cli.battlesnake import snakes
-from racecraft.cli.deepracer import evaluate, logs, new, replay, tracks, train
+from racecraft.cli.deepracer import evaluate, init, logs, new, replay, tracks, train
+from racecraft.cli.deepracer.dr import group
 from racecraft.cli.gym import gym
 from racecraft.cli.jobs import jobs
 from racecraft.cli.runs import export, record, report, stop
@@ -39,6 +40,8 @@ app.command(name="stop")(stop.stop)
 app.command(name="replay")(replay.replay)
 app.command(name="logs")(logs.logs)
 app.command(name="new")(new.new)
+app.command(name="init")(init.init)
+app.add_typer(group.app, name="dr")
 app.add_typer(tracks.app, name="tracks")
 app.add_typer(gym.app, name="gym")
 app.add_typer(snakes.app, name="snakes")

@@ -147,7 +147,8 @@ class DrfcFolder:
 
     @property
     def _experiment(self) -> Path | None:
-        return self.config.parent if self.config.parent != self.path and self.config.name == RUN_ENV else None
+        place = self.config.parent
+        return place if place.parent.resolve() == (self.path / EXPERIMENTS).resolve() else None
 
     def _below(self, folder: Path, name: str) -> Path:
         prefix = self.text(name).rstrip("/")
