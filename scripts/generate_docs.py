@@ -180,30 +180,25 @@ closed, lines cross, the road is too narrow or too wide, or rows are out of orde
 
 def run_env_page() -> str:
     """Return every variable of run.env, and whether it is obeyed."""
-    from racecraft.formats.aws.run_env_variables import BY_NAME, OTHER_SPELLINGS
+    from racecraft.formats.aws.run_env_variables import BY_NAME, OTHER_SPELLINGS, STATUSES
 
-    def rows(status: str) -> list[tuple[str, str, str]]:
-        return [
-            (f"`{one.name}`", f"`{one.default}`" if one.default else "", one.doc)
+    def table(status: str) -> str:
+        rows = [
+            (f"`{one.name}`", f"`{one.file}.env`", f"`{one.default}`" if one.default else "", one.effect)
             for one in BY_NAME.values()
             if one.status == status
         ]
+        return _table(("variable", "file", "in a new file", "what it does here"), rows)
 
+    tables = "\n\n".join(f"## {title}\n\n{table(status)}" for status, title in STATUSES.items())
     spellings = [(f"`{other}`", f"`{name}`") for other, name in OTHER_SPELLINGS.items()]
     return f"""# run.env
 
-The variables of DeepRacer for Cloud, as they stand in `run.env` or `system.env` of a [racer's
-folder](../racing/your_folder.md#runenv). `RACECRAFT_STOP` is ours; DeepRacer for Cloud passes it over.
+The variables of DeepRacer for Cloud, as they stand in `run.env`, `system.env` or `worker-N.env` of a [racer's
+folder](../racing/your_folder.md#runenv); any file may hold any of them. `racecraft settings FOLDER` prints this table
+with the values of one folder. `RACECRAFT_STOP` and `RACECRAFT_SET` are ours; DeepRacer for Cloud passes them over.
 
-## Obeyed
-
-{_table(("variable", "in a new file", "meaning"), rows("used"))}
-
-## Kept, and not used yet
-
-They belong to Docker, to AWS, to the simulator's window, or to races that are not built yet.
-
-{_table(("variable", "in a new file", "meaning"), rows("known"))}
+{tables}
 
 ## Other spellings
 

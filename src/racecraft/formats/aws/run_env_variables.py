@@ -37,7 +37,7 @@ REASONS = {
     "clock": "simulated time waits for no clock: ticks are computed as fast as the machine can",
     "gazebo": "there is no Gazebo: physics, camera and marshals are one compiled program",
     "cloudwatch": "nothing is sent to AWS; logs lie in the run folder",
-    "device": "settings.runtime says where is computed: --set runtime.device=cuda, --set runtime.threads=4",
+    "device": "runtime.device and runtime.threads say where the work is done: --set runtime.device=cuda",
     "metrics": "live figures go to no server: --set runtime.tensorboard=true, `racecraft report RUN`",
     "layout": "a run folder has one layout, and each file one name in it",
     "thrown": "no experience is thrown away: rollout.horizon and rollout.num_worlds say how much an iteration collects",
@@ -64,7 +64,12 @@ class EnvVariable:
     @property
     def effect(self) -> str:
         """What it does here, or why it does nothing: a sentence or two."""
-        return f"{self.doc} Not applicable: {self.why}." if self.why else self.doc
+        return f"{self.doc} {self.why[0].upper()}{self.why[1:]}." if self.why else self.doc
+
+    @property
+    def is_secret(self) -> bool:
+        """Whether its value is nobody's business: never printed, never written down."""
+        return "SECRET" in self.name or "ACCESS_KEY" in self.name
 
 
 OTHER_SPELLINGS = {

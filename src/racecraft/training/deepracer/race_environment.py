@@ -92,7 +92,7 @@ def race_environment(folder: Path | None, clones: bool = True, drfc: DrfcFolder 
         files=_files(env, place) if drfc is None else None,
         keys=_keys_in_folder(env, place) if drfc is None else keys_in_bucket(drfc),
         courses=_courses(whole),
-        notes=(*env.notes, *_notes_of_workers(whole), *_unused_notes(env)),
+        notes=(*env.notes, *_notes_of_workers(whole), *_notes_on_keys(drfc), *_unused_notes(env)),
     )
 
 
@@ -215,6 +215,15 @@ def keys_in_bucket(drfc: DrfcFolder) -> dict[str, Path]:
             raise drfc.letter(name, f"the file {file} in the bucket", cure, found=f"there is no file {place}")
         found[file] = place
     return found
+
+
+def _notes_on_keys(drfc: DrfcFolder | None) -> list[str]:
+    """Say where a file is not read from the folder that dr-upload-custom-files fills."""
+    if drfc is None:
+        return []
+    prefix = drfc.text("DR_LOCAL_S3_CUSTOM_FILES_PREFIX").rstrip("/")
+    others = [name for name in KEYS.values() if not drfc.text(name).startswith(f"{prefix}/")]
+    return [f"{name}={drfc.text(name)} lies outside DR_LOCAL_S3_CUSTOM_FILES_PREFIX={prefix}" for name in others]
 
 
 def _existing(env: RunEnv, name: str, place: Path, cure: str) -> Path:

@@ -12,6 +12,7 @@ import typer
 
 from racecraft.contract.errors import UserInputError
 from racecraft.formats.aws.drfc_folder import DrfcFolder, open_drfc_folder
+from racecraft.formats.aws.run_env_variables import BY_NAME
 
 if TYPE_CHECKING:
     from racecraft.jobs.job import Job
@@ -83,7 +84,8 @@ def refuse_if_busy(drfc: DrfcFolder, model: Path) -> None:
     from racecraft.jobs.home import JobHome
 
     for job in JobHome.of_user().store().jobs():
-        if not job.ended and job.spec.run_folder() == model:
+        run = job.spec.run_folder()
+        if not job.ended and run is not None and run.resolve() == model.resolve():
             raise UserInputError(
                 f"{model}: job {job.name} trains there; expected a prefix of its own for each run id. "
                 "Give another DR_LOCAL_S3_MODEL_PREFIX."
@@ -127,7 +129,11 @@ def begin_job(
             resume=resume,
             run=str(model.absolute()) if kind == "training" else "",
             folder=str(here),
-            environment=environment_here(),
+            environment={
+                name: value
+                for name, value in environment_here().items()
+                if name not in BY_NAME or not BY_NAME[name].is_secret  # a job's spec is a file
+            },
             cores=0,
         )
 

@@ -149,7 +149,18 @@ def _request(drfc: DrfcFolder) -> Any:
 
 
 def _plan(drfc: DrfcFolder) -> None:
-    """Read and check everything now, so that a letter comes in this terminal."""
+    """Read and check everything now, so that a letter comes in this terminal and not in a log."""
+    from racecraft.formats.checkpoint import Checkpoints
+    from racecraft.formats.run_folder import RunFolder
+    from racecraft.players.trained import split_source
+    from racecraft.training.deepracer.cloning import require_same_shape
+    from racecraft.training.deepracer.trainer import KIND, load_reward
     from racecraft.training.worlds import plan
 
-    plan(_request(drfc))
+    planned = plan(_request(drfc))
+    load_reward(planned.model.reward, planned.settings.race.reward_seconds)
+    if planned.request.clone_from is not None:
+        path, which = split_source(planned.request.clone_from)
+        older = RunFolder.open(path)
+        older.read_job_of(KIND)
+        require_same_shape(planned, path, Checkpoints(older.checkpoints).load_policy(which)[1])
