@@ -207,6 +207,26 @@ Documents, older versions and slips of the original's code use these names; they
 {_table(("written", "read as"), spellings)}"""
 
 
+def glossary_page() -> str:
+    """Return the words of the console, the JSON files and run.env beside ours."""
+    from racecraft.training.deepracer.glossary import GLOSSARY
+
+    def code(names: str) -> str:
+        return ", ".join(f"`{name.strip()}`" for name in names.split(",") if name.strip())
+
+    rows = [(term.console, code(term.json), code(term.variable), code(term.ours), term.meaning) for term in GLOSSARY]
+    return f"""# Glossary
+
+One idea, four names: that of the AWS DeepRacer console, that of the JSON files (or of the dictionary that a reward
+function is given), the variable of DeepRacer for Cloud, and ours. `racecraft explain WORD` searches it, and all of
+[run.env](run_env.md) with it.
+
+    racecraft explain lr
+    racecraft explain gradient descent batch size
+
+{_table(("console", "JSON", "run.env", "racecraft", "meaning"), rows)}"""
+
+
 def track_pictures() -> dict[str, str]:
     """Return a small picture of every circuit: place under docs/ → SVG."""
     from racecraft.tracks.catalogue import load_track, names
@@ -276,6 +296,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/episode_columns.md": episode_page,
     "reference/metrics.md": metrics_page,
     "reference/run_env.md": run_env_page,
+    "reference/glossary.md": glossary_page,
     "reference/tracks.md": tracks_page,
     "reference/gallery.md": gallery_page,
     "reference/worlds.md": worlds_page,

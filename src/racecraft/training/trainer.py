@@ -196,6 +196,7 @@ class TrainingSession:
             attendants.recorder,
             attendants.episode_files,
             parts,
+            Checkpoints(run.checkpoints, settings.runtime.keep_mib * 2**20, settings.runtime.keep_every),
         )
         evaluator = experiment.evaluator(learner, run)
         parse_stops(map(str, experiment.stops), evaluator.stop_kinds)

@@ -39,7 +39,6 @@ dr-update-env() {
     local _dr_lines
     _dr_lines="$(racecraft dr env --shell sh)" || return $?
     eval "$_dr_lines"
-    [ "${DR_QUIET_ACTIVATE:-}" = "True" ] || racecraft dr update-env
 }
 
 for _dr_verb in @VERBS@; do
@@ -69,7 +68,6 @@ if ($Config) { $env:DR_CONFIG = (Resolve-Path $Config).Path }
 
 function global:dr-update-env {
     racecraft dr env --shell powershell | Out-String | Invoke-Expression
-    racecraft dr update-env
 }
 
 foreach ($verb in "@VERBS@".Split(" ")) {

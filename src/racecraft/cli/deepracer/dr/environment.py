@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import shlex
+import sys
 from collections.abc import Iterator
-from typing import Annotated
+from typing import Annotated, TextIO
 
 import typer
 
-from racecraft.cli.deepracer.dr.here import say_notes
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.formats.aws.drfc_folder import LOADED, DrfcFolder, open_drfc_folder
 
@@ -21,26 +21,30 @@ def update_env(context: typer.Context) -> None:
 
     Example: racecraft dr update-env
     """
-    drfc = _files(context)
-    for note in drfc.env.run.notes:
-        print(f"- {note}")
-    say_notes(drfc)
-    print(f"{drfc.config}: {len(drfc.env.run.values)} variables, run id {drfc.run_id}")
+    _tell(_files(context), sys.stdout)
 
 
 def env(
     context: typer.Context, shell: Annotated[str, typer.Option(help="Whose language: sh or powershell.")] = "sh"
 ) -> None:
-    """Print what a shell evaluates to take over the installation's variables."""
+    """Print what a shell evaluates to take over the installation's variables; people read standard error."""
     if shell not in SHELLS:
         raise SettingError(f"--shell {shell!r} is not known. {nearest(shell, SHELLS)}")
-    print("\n".join(_lines(context, shell)))
+    drfc = _files(context)
+    print("\n".join(_lines(drfc, shell)))
+    if not drfc.flag("DR_QUIET_ACTIVATE"):
+        _tell(drfc, sys.stderr)
 
 
-def _lines(context: typer.Context, shell: str) -> Iterator[str]:
+def _tell(drfc: DrfcFolder, stream: TextIO) -> None:
+    for note in (*drfc.env.run.notes, *drfc.notes):
+        print(f"- {note}", file=stream)
+    print(f"{drfc.config}: {len(drfc.env.run.values)} variables, run id {drfc.run_id}", file=stream)
+
+
+def _lines(drfc: DrfcFolder, shell: str) -> Iterator[str]:
     from racecraft.formats.aws.run_env_variables import BY_NAME
 
-    drfc = _files(context)
     values = {name: value for name, value in drfc.env.run.values.items() if name in BY_NAME}
     values |= {LOADED: drfc.digest, "DR_RUN_ID": str(drfc.run_id)}
     kept = ("DR_DIR", "DR_CONFIG")
