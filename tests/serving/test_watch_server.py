@@ -72,7 +72,7 @@ def test_the_camera_looks_from_where_the_car_stands(address):
     assert kind == "image/png"
     np.testing.assert_array_equal(seen, buffers.observations["FRONT_FACING_CAMERA"][0, 0])
     kind, data = ask(address, f"camera.jpg?x={x}&y={y}&yaw={yaw}")
-    assert (kind, Image.open(io.BytesIO(data)).size) == ("image/jpeg", (480, 360))
+    assert (kind, Image.open(io.BytesIO(data)).size) == ("image/jpeg", (320, 240))
 
 
 @pytest.mark.parametrize(
@@ -136,7 +136,7 @@ def browser(tmp_path):
 def test_a_run_that_ended_is_played_in_a_browser(address, browser):
     browser.open(address)
     browser.until(
-        "at.mode === 'iteration' && at.iteration === 3 && document.getElementById('eye').naturalWidth === 480"
+        "at.mode === 'iteration' && at.iteration === 3 && document.getElementById('eye').naturalWidth === 320"
     )
     assert browser.value("document.getElementById('live').disabled")
     assert browser.value("document.querySelectorAll('#cars button').length") == 3

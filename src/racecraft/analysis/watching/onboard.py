@@ -17,9 +17,9 @@ from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import from_dictionary
 from racecraft.tracks.track import Track
 
-FOR_PEOPLE = (480, 360)
+FOR_PEOPLE = (320, 240)
 """Pixels of the view for people; the policy's has its own size."""
-QUALITY = 80
+QUALITY = 82
 
 
 class OnboardCamera:

@@ -43,7 +43,7 @@ def watch(
 
         racecraft watch runs/reinvent_base-1
 
-        racecraft watch runs/reinvent_base-1 --port 9000 --no-open
+        racecraft watch runs/reinvent_base-1 --port 9000
     """
     from racecraft.cli.output import print_json, say
 

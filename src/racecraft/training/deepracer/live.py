@@ -34,6 +34,7 @@ class LivePublisher:
         self._run = run
         self._ring: Array | None = None
         self._rewards: Array | None = None
+        self._record = race.TICK_REPORT
         self._ticks = self._kept = self._fresh = 0
         """Ticks taken; the latest of them that the ring holds; of these, those that were not left yet."""
         self._looked = 0.0
@@ -58,11 +59,13 @@ class LivePublisher:
             self._kept = 0
 
     def _keep(self, reports: Array, rewards: Array) -> None:
+        """Keep one tick, as bytes: records are copied field by field, which takes ten times as long."""
         if self._ring is None or self._rewards is None:
-            self._ring = np.zeros((RING_TICKS, reports.size), reports.dtype)
+            self._ring = np.zeros((RING_TICKS, reports.nbytes), np.uint8)
             self._rewards = np.zeros((RING_TICKS, reports.size), np.float32)
+            self._record = reports.dtype
         place = self._ticks % RING_TICKS
-        self._ring[place] = reports.reshape(-1)
+        self._ring[place] = reports.reshape(-1).view(np.uint8)
         self._rewards[place] = rewards.reshape(-1)
         self._kept, self._fresh = min(self._kept + 1, RING_TICKS), self._fresh + 1
 
@@ -71,7 +74,7 @@ class LivePublisher:
         assert self._ring is not None
         assert self._rewards is not None
         order = (self._ticks + 1 - self._kept + np.arange(self._kept)) % RING_TICKS
-        ticks = self._ring[order]
+        ticks = self._ring[order].view(self._record)
         return {
             "x_m": ticks["front_x"].astype(np.float32),
             "y_m": ticks["front_y"].astype(np.float32),
