@@ -15,7 +15,7 @@ from racecraft.formats.json_text import read_json
 from racecraft.formats.whole import make_folder, write_whole
 
 FOLDER = ".racecraft"
-TRAINING, EVALUATION = "training", "evaluation"
+TRAINING, EVALUATION, VIEWER = "training", "evaluation", "viewer"
 
 
 class BookError(InputFileError):

@@ -213,7 +213,7 @@ CLOUD_WATCH_LOG_STREAM_PREFIX |  | cloudwatch | Logs to AWS.
 DOCKER_STYLE | swarm | container | swarm or compose.
 HOST_X | False | screen | The host's screen.
 DISPLAY |  | screen | The screen.
-WEBVIEWER_PORT | 8100 | later | Port of the viewer.
+WEBVIEWER_PORT | 8100 | verbs | Port of the page that dr-start-viewer serves.
 QUIET_ACTIVATE | False | verbs | Say nothing when bin/activate.sh is read.
 EXPERIMENT_NAME |  | verbs | Folder below experiments/ whose files come before those of the installation.
 TELEGRAF_HOST |  | metrics | Where live figures go.

@@ -37,6 +37,7 @@ from racecraft.training.deepracer.aws.setup import aws_setup
 from racecraft.training.deepracer.cloning import require_same_shape
 from racecraft.training.deepracer.courses import LaidCourse, both_ways, shares, starts
 from racecraft.training.deepracer.evaluator import FLYING_LAPS, CarEvaluator
+from racecraft.training.deepracer.live import LivePublisher
 from racecraft.training.deepracer.plan import (
     KIND,
     CarPlan,
@@ -132,7 +133,7 @@ def attended(planned: CarPlan, reward: RewardFunction, run: RunFolder, notes: Se
             planned.env,
             both_ways(planned.courses),
         )
-        yield RunAttendants(recorder, AwsFiles(run.path, setup), [recorder])
+        yield RunAttendants(recorder, AwsFiles(run.path, setup), [recorder, LivePublisher(run)])
 
 
 def lay_files(planned: CarPlan, reward: RewardFunction, run: RunFolder) -> None:

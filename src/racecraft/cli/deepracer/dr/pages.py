@@ -1,43 +1,75 @@
-"""`dr-start-viewer`, `dr-start-loganalysis`, `dr-start-metrics`: what a model shows."""
+"""`dr-start-viewer`, `dr-stop-viewer`, `dr-start-loganalysis`, `dr-start-metrics`: what a model shows."""
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING
 
 import typer
 
-from racecraft.cli.deepracer.dr.here import NothingToDoError, installation
+from racecraft.cli.deepracer.dr.here import begin_job, installation, latest_job, stop_job
+from racecraft.formats.aws.drfc_book import VIEWER
 
 if TYPE_CHECKING:
     from racecraft.formats.aws.drfc_folder import DrfcFolder
 
+BEGINS_SECONDS = 60.0
+"""So long a page waits for the run folder of a training that is just beginning."""
+
 
 def start_viewer(context: typer.Context) -> None:
-    """Watch the cars of this run id train.
+    """Watch the cars of this run id train, on a page at DR_WEBVIEWER_PORT, until dr-stop-viewer.
 
     Example: racecraft dr start-viewer
     """
-    open_viewer(installation(context))
+    open_viewer(context, installation(context))
+
+
+def run_viewer(context: typer.Context) -> None:
+    """Serve the page in this process; dr-start-viewer has it done in the background."""
+    from racecraft.cli.runs.watch import watch
+    from racecraft.formats.run_folder import JOB
+
+    drfc = installation(context)
+    until = time.monotonic() + BEGINS_SECONDS
+    while not (drfc.model / JOB).is_file() and time.monotonic() < until:
+        time.sleep(0.5)
+    watch(drfc.model, port=_port(drfc), open_it=False)
 
 
 def stop_viewer(context: typer.Context) -> None:
-    """Close the viewer.
+    """Close the page of dr-start-viewer; the training goes on.
 
     Example: racecraft dr stop-viewer
     """
-    print("no viewer is open, so nothing was closed")
+    job = latest_job(installation(context), VIEWER)
+    if job is None or job.ended:
+        print("no viewer is open, so nothing was closed")
+        return
+    stop_job(job)
+    print("the viewer is closed")
 
 
-def open_viewer(drfc: DrfcFolder) -> None:
-    """Say how cars are watched today.
+def open_viewer(context: typer.Context, drfc: DrfcFolder) -> None:
+    """Serve the page in the background and say where it is.
 
     Raises:
-        NothingToDoError: There is no live viewer yet.
+        RunEnvError: DR_WEBVIEWER_PORT is no port.
     """
-    raise NothingToDoError(
-        f"there is no live viewer yet; expected patience. `racecraft evaluate {drfc.model} --video lap.mp4` films the "
-        f"best policy so far, `racecraft report {drfc.model}` writes a page with all curves, while it trains, too."
-    )
+    address = f"http://localhost:{_port(drfc)}"
+    job = latest_job(drfc, VIEWER)
+    if job is not None and not job.ended:
+        print(f"the viewer is open already: {address}")
+        return
+    begin_job(context, drfc, VIEWER, drfc.model, ("run-viewer",))
+    print(f"{address} shows {drfc.model} in a moment; dr-stop-viewer closes it")
+
+
+def _port(drfc: DrfcFolder) -> int:
+    port = drfc.env.run.number("DR_WEBVIEWER_PORT", 8100, 1, 65535)
+    if port != int(port):
+        raise drfc.letter("DR_WEBVIEWER_PORT", "a whole number from 1 to 65535")
+    return int(port)
 
 
 def start_loganalysis(context: typer.Context) -> None:

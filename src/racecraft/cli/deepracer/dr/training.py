@@ -61,7 +61,7 @@ def start_training(
     job = begin_job(context, drfc, TRAINING, model, ("run-training",), again)
     print(f"{job.name} trains run id {drfc.run_id} into {model}; dr-stop-training ends it")
     if viewer:
-        open_viewer(drfc)
+        open_viewer(context, drfc)
     if robomaker is not None:
         follow_simulator(drfc, job, robomaker)
     elif not quiet or sagemaker or all_logs:
