@@ -16,7 +16,7 @@ from racecraft.cli import algorithms, bench, run, settings
 from racecraft.cli.battlesnake import snakes
 from racecraft.cli.deepracer import evaluate, logs, new, replay, tracks, train
 from racecraft.cli.gym import gym
-from racecraft.cli.runs import export, record, report, stop
+from racecraft.cli.runs import export, import_model, record, report, stop
 from racecraft.cli.unity import unity
 from racecraft.contract.errors import RacecraftError, UserInputError
 
@@ -41,6 +41,7 @@ app.add_typer(tracks.app, name="tracks")
 app.add_typer(gym.app, name="gym")
 app.add_typer(snakes.app, name="snakes")
 app.add_typer(unity.app, name="unity")
+app.command(name="import")(import_model.import_)
 app.command(name="export")(export.export)
 app.command(name="run", context_settings=run.CONTEXT)(run.run)
 app.command(name="record")(record.record)
