@@ -18,7 +18,7 @@ from racecraft.cli.deepracer import evaluate, init, logs, new, replay, tracks, t
 from racecraft.cli.deepracer.dr import group
 from racecraft.cli.gym import gym
 from racecraft.cli.jobs import jobs
-from racecraft.cli.runs import checkpoints, export, record, report, stop, watch
+from racecraft.cli.runs import checkpoints, export, import_model, record, report, stop, watch
 from racecraft.cli.unity import unity
 from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.jobs import lifeline
@@ -49,6 +49,7 @@ app.add_typer(gym.app, name="gym")
 app.add_typer(snakes.app, name="snakes")
 app.add_typer(unity.app, name="unity")
 app.add_typer(jobs.app, name="jobs")
+app.command(name="import")(import_model.import_)
 app.command(name="export")(export.export)
 app.command(name="run", context_settings=run.CONTEXT)(run.run)
 app.command(name="record")(record.record)

@@ -25,7 +25,9 @@ IN_FILES = np.array([STATUSES.index(word) for word in race.STATUSES], np.uint8)
 
 
 class LivePublisher:
-    """Leaves the latest ticks of every car, of several courses those of the first; where nobody watches it costs a look at the clock a tick.
+    """Leaves the latest ticks of every car; of several courses, of those on the first.
+
+    Where nobody watches it costs a look at the clock a tick.
 
     Args:
         run: The run folder; what an earlier training of it left is taken away.

@@ -6,13 +6,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from racecraft.cli.deepracer.dr.here import NothingToDoError, ask_first, installation, say_notes
+from racecraft.cli.deepracer.dr.here import ask_first, installation, say_notes
 from racecraft.contract.errors import SettingError, UserInputError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from racecraft.formats.aws.drfc_folder import DrfcFolder
+
+CAR_ZIP = "carfile.tar.gz"
+"""What the archive is called, as at DeepRacer for Cloud."""
 
 Force = Annotated[bool, typer.Option("-f", help="Ask no question.")]
 WipeTarget = Annotated[bool, typer.Option("-w", help="Wipe the target first, where a model lies there already.")]
@@ -88,22 +91,21 @@ def download_model(
 
 def upload_car_zip(
     context: typer.Context,
-    local: Annotated[bool, typer.Option("-L", help="Into the local bucket.")] = False,
+    local: Annotated[bool, typer.Option("-L", help="Into the model's own folder in the local bucket.")] = False,
     force: Force = False,
 ) -> None:
-    """Make the archive for the physical car of this model.
+    """Make the archive that a physical car drives with, of the best checkpoint, into the bucket for uploads.
 
     Example: racecraft dr upload-car-zip -L -f
     """
-    from racecraft.cli.runs.export import TARGETS, export
+    from racecraft.cli.runs.export import export
 
-    model = installation(context).model
-    if "car" not in TARGETS:
-        raise NothingToDoError(
-            f"{model}: the archive for the physical car cannot be written yet; expected patience. "
-            "dr-upload-model keeps the whole model, from which it can be made later."
-        )
-    export(model, to="car")
+    drfc = installation(context)
+    say_notes(drfc)
+    target = (drfc.model if local else drfc.upload) / CAR_ZIP
+    if target.exists():
+        ask_first(f"{target} stands there already. Write over it?", force)
+    export(drfc.model, to="car", output=target)
 
 
 def _copy(source: Path, target: Path, which: str | None, force: bool, wipe: bool, dry_run: bool) -> None:
