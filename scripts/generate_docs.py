@@ -196,7 +196,7 @@ def run_env_page() -> str:
 
 The variables of DeepRacer for Cloud, as they stand in `run.env`, `system.env` or `worker-N.env` of a [racer's
 folder](../racing/your_folder.md#runenv); any file may hold any of them. `racecraft settings FOLDER` prints this table
-with the values of one folder. `RACECRAFT_STOP` and `RACECRAFT_SET` are ours; DeepRacer for Cloud passes them over.
+with the values of one folder. Those that begin with `RACECRAFT_` are ours; DeepRacer for Cloud passes them over.
 
 {tables}
 

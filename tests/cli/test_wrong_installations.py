@@ -77,6 +77,7 @@ WRONG = [  # what is written, what is done to the folder, what is typed, what th
     (run_env("DR_CLOUD=heaven"), None, START, "run.env:2: DR_CLOUD", "local or aws or azure or remote"),
     (run_env("DR_RACE_TYPE=HEAD_TO_MODEL"), None, START, "run.env:2: DR_RACE_TYPE", "not built yet"),
     (run_env("DR_WORLD_NAME=reinvent_bse"), None, START, "run.env:2: DR_WORLD_NAME", "Did you mean 'reinvent_base'"),
+    (run_env("RACECRAFT_PRESET=slow"), None, START, "run.env:2: RACECRAFT_PRESET", "'slow'; expected fast or aws"),
     (run_env("RACECRAFT_SET=fast"), None, START, "run.env:2: RACECRAFT_SET", "settings such as"),
     (run_env("RACECRAFT_SET=ppo.clp=1"), None, START, "ppo has no setting 'clp'", "Did you mean 'clip'"),
     (run_env("DR_EVAL_SAVE_MP4=perhaps"), None, ("dr", "run-evaluation", "x"), "run.env:2", "True or False"),

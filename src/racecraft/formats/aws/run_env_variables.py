@@ -9,8 +9,8 @@ the glossary. A variable's status is one of
     later    valid, and not built yet; flip it to `used` in the commit that obeys it
 
 or a word of REASONS: it speaks of something that is not here (Docker, a bucket's address, a screen), and why says the
-table. Two variables are ours, RACECRAFT_STOP and RACECRAFT_SET: DeepRacer for Cloud passes them over, and has none for
-when a training ends or for what it cannot do.
+table. Variables whose names begin with RACECRAFT_ are ours: DeepRacer for Cloud passes them over, and has none for when
+a training ends or for what it cannot do.
 
 Source: facts: deepracer-systems.md A2, from its templates, `prepare-config.py` and reference page.
 """
@@ -139,6 +139,7 @@ TRAIN_MULTI_CONFIG | False | used | Whether cars are shared out among run.env an
 TRAIN_MIN_EVAL_TRIALS | 5 | used | Evaluation laps after each iteration.
 TRAIN_BEST_MODEL_METRIC | progress | used | What makes a checkpoint the best: progress, reward or laptime.
 TRAIN_MAX_STEPS_PER_ITERATION |  | thrown | Steps of an iteration beyond which AWS throws experience away.
+RACECRAFT_PRESET |  | verbs | Learner and network: fast (the default), or aws, which models of AWS are cloned with.
 RACECRAFT_SET |  | used | Settings of ours, as after --set, blanks between: runtime.threads=2 ppo.clip=0.1.
 RACECRAFT_STOP |  | used | When training ends, as after --stop: laps minutes=30.
 LOCAL_S3_MODEL_PREFIX | rl-deepracer-sagemaker | verbs | The run folder of the model, in the bucket.

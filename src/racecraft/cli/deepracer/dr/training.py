@@ -144,14 +144,16 @@ def _require_free(drfc: DrfcFolder) -> None:
 
 def _request(drfc: DrfcFolder) -> Any:
     from racecraft.training.deepracer.plan import RaceRequest
+    from racecraft.training.deepracer.presets import PRESETS
 
-    return RaceRequest(drfc.path, run=drfc.model, drfc=drfc)
+    preset = drfc.env.run.choice("RACECRAFT_PRESET", "fast", tuple(PRESETS))
+    return RaceRequest(drfc.path, run=drfc.model, preset=preset, drfc=drfc)
 
 
 def _plan(drfc: DrfcFolder) -> None:
     """Read and check everything now, so that a letter comes in this terminal and not in a log."""
     from racecraft.formats.checkpoint import Checkpoints
-    from racecraft.formats.run_folder import RunFolder
+    from racecraft.players.deepracer.foreign_model import borrowed_run
     from racecraft.players.trained import split_source
     from racecraft.training.deepracer.cloning import require_same_shape
     from racecraft.training.deepracer.trainer import KIND, load_reward
@@ -161,6 +163,6 @@ def _plan(drfc: DrfcFolder) -> None:
     load_reward(planned.model.reward, planned.settings.race.reward_seconds)
     if planned.request.clone_from is not None:
         path, which = split_source(planned.request.clone_from)
-        older = RunFolder.open(path)
+        older = borrowed_run(path)
         older.read_job_of(KIND)
         require_same_shape(planned, path, Checkpoints(older.checkpoints).load_policy(which)[1])
