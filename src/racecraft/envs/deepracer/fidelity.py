@@ -125,21 +125,21 @@ DEPARTURES = (
         "The least distance between boxes that are placed at random, in metres by its documents, is taken per cent of "
         "the lap, and per cent of that again at each placing: on laps under 100 m it soon is nothing.",
         "It is metres along the centre line, always; every arrangement that keeps it is as likely.",
-        "envs/deepracer/objects.py",
+        "envs/deepracer/placing.py",
     ),
     Departure(
         "corners_collide",
         "A car has hit a box where one of the car's corners lies in the box's rectangle, 0.1 m longer and wider than "
         "the box: a box between two corners is not felt, and air beside it is.",
         "They have hit each other where their rectangles touch.",
-        "envs/deepracer/objects.py",
+        "envs/deepracer/placing.py",
     ),
     Departure(
         "blame_is_by_lap",
         "Who ran into whom is told by the place on the lap: a bot that has crossed the start line is behind a car that "
         "has not.",
         "By who is ahead, wherever the start line lies.",
-        "envs/deepracer/objects.py",
+        "envs/deepracer/placing.py",
     ),
 )
 """Facts: section 11, points 6, 31, 19, 20, 21, 8, 13 and 15; section 5.4."""

@@ -130,4 +130,6 @@ class CameraConfig:
 
 def default_objects(race: RaceConfig) -> BoxesConfig | BotsConfig | None:
     """Return what a race of a type has in its way where nothing else is said."""
-    return {OBJECT_AVOIDANCE: BoxesConfig(), HEAD_TO_BOT: BotsConfig()}.get(race.type)
+    if race.type == TIME_TRIAL:
+        return None
+    return BoxesConfig() if race.type == OBJECT_AVOIDANCE else BotsConfig()

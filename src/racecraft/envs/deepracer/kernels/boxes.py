@@ -133,7 +133,7 @@ def add_box(coverage, colours, optics, box, eye_x, eye_y, cosine, sine, level):
         # Seen from outside the face's left end comes first, clockwise on the picture: up, across, down.
         for corner in range(4):
             at_left_end = corner < 2
-            turns = face if at_left_end else face + 3
+            turns = face + 3 if at_left_end else face
             along = box[3] if turns % 4 == 0 or turns % 4 == 3 else -box[3]
             across = box[4] if turns % 4 < 2 else -box[4]
             corners[corner, 0] = box[0] + along * cos - across * sin
@@ -206,7 +206,7 @@ def lay_over(frame, coverage, colours, top, bottom, left, right):
             level = (
                 np.int32(frame[row, column]) * (FULL - share) + np.int32(colour) * (FULL // LEVEL) + FULL // 2
             ) >> 14
-            frame[row, column] = np.uint8(min(max(level, 0), 255))
+            frame[row, column] = min(max(level, 0), 255)
     coverage[top : bottom + 1, left:right] = 0
     colours[top : bottom + 1, left:right] = 0
 
