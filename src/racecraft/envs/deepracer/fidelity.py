@@ -148,6 +148,7 @@ KEPT_IN_BOTH = (
     "Reward and ending speak of the pose the action was chosen at, one tick before the action shows.",
     "`steps` is a float that a racer first sees as 2.0, so that a reward which waits for 1 (or 0) waits for ever; "
     "`x`, `y` are the front of the car; `speed` and `steering_angle` are commands.",
+    "`objects_heading` is in rad, 0 of what stands; `objects_speed` is what bots were told, penalty or not.",
     "In a time trial the lists of objects are empty and `closest_objects` is [0, 0].",
     "Globals, class state and function attributes of a reward belong to one car, as they did to one worker, and last "
     "over its episodes.",

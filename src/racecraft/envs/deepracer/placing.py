@@ -41,7 +41,7 @@ def plan_objects(track: Track, asked: BoxesConfig | BotsConfig | None, habits: H
         num_cars: Cars of a world; random places leave room for their starts.
 
     Raises:
-        SettingError: So many do not fit, or two listed places overlap.
+        SettingError: So many do not fit, two listed places overlap, or times are the wrong way round.
     """
     if asked is None:
         return no_objects()
@@ -69,6 +69,11 @@ def plan_objects(track: Track, asked: BoxesConfig | BotsConfig | None, habits: H
         least_distance=asked.min_distance,
     )
     if isinstance(asked, BotsConfig):
+        if asked.lane_change_after_low > asked.lane_change_after_high:
+            raise SettingError(
+                f"bots.lane_change_after_low is {asked.lane_change_after_low:g} s, bots.lane_change_after_high "
+                f"{asked.lane_change_after_high:g} s; expected the least time to be no longer than the most."
+            )
         knots, cubics = lane_splines(track)
         plan = plan._replace(
             knots=knots,
