@@ -43,7 +43,10 @@ def test_a_worker_file_s_cars_drive_on_its_own_track_and_the_run_goes_on_there(t
     assert [driven[world] for world in range(4)] == pytest.approx([lengths[0]] * 2 + [lengths[1]] * 2)
     assert len(json.loads((trained.run.evaluations / "1.json").read_text())["laps"]) == 4  # two on each course
     told = trained.run.read_job()["courses"]
-    assert [(one["track"], one["race"]["reverse"]) for one in told] == [("reinvent_base", False), ("Oval_track", True)]
+    assert [(one["track"], one["settings"]["race"]["reverse"]) for one in told] == [
+        ("reinvent_base", False),
+        ("Oval_track", True),
+    ]
     again = resume(tmp_path / "run", ("iterations=2",), Silence(), lambda _: None)
     ticks = polars.read_parquet(again.run.episodes / "2.parquet")
     assert set(ticks["track_length_m"].round(3)) == {round(length, 3) for length in lengths}
@@ -87,7 +90,8 @@ WRONG = [  # lines of run.env, worker-2.env, file, what the letter holds
     ((*MULTI[:1], "DR_WORKERS=1.5"), None, "run.env:2", "DR_WORKERS: '1.5'; expected a whole number"),
     ((*MULTI[:1], "DR_WORKERS=0"), None, "run.env:2", "DR_WORKERS: '0'; expected a number from 1 to 64"),
     (MULTI, "DR_WORLD_NAME=Ovl_track", "worker-2.env:1", "DR_WORLD_NAME: 'Ovl_track'"),
-    (MULTI, "\nDR_RACE_TYPE=HEAD_TO_BOT", "worker-2.env:2", "'HEAD_TO_BOT' is valid and not built yet"),
+    (MULTI, "\nDR_RACE_TYPE=HEAD_TO_MODEL", "worker-2.env:2", "'HEAD_TO_MODEL' is valid and not built yet"),
+    (MULTI, "DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_NUMBER_OF_OBSTACLES=x", "worker-2.env:2", "DR_OA_NUMBER_OF"),
     (MULTI, "DR_TRAIN_REVERSE_DIRECTION=left", "worker-2.env:1", "expected True or False"),
     (MULTI, "DR_TRAIN_START_POSITION_OFFSET=2", "worker-2.env:1", "expected a number from 0 to 1"),
     (MULTI, "DR_WORLD_NAME", "worker-2.env:1", "expected lines of KEY=VALUE"),
@@ -108,3 +112,16 @@ def test_cars_are_shared_out_evenly_and_no_course_goes_empty():
     assert shares(5, 2) == [3, 2]
     with pytest.raises(SettingError, match="rollout.num_worlds is 1, and 2 courses are to be driven"):
         shares(1, 2)
+
+
+def test_a_worker_may_race_among_boxes_beside_a_time_trial(tmp_path):
+    """What racers asked for: one course bare, one with boxes; a critic is told of boxes where there are some."""
+    boxes = "DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_NUMBER_OF_OBSTACLES=2\n"
+    folder = folder_with(tmp_path, *MULTI, worker_2=boxes)
+    planned = plan_car(RaceRequest(folder, overrides=FOUR_CARS))
+    assert [course.race.type for course in planned.courses] == ["TIME_TRIAL", "OBJECT_AVOIDANCE"]
+    assert planned.courses[1].settings.boxes.number == 2
+    trained = train(RaceRequest(folder, run=tmp_path / "run", overrides=FOUR_CARS), Silence(), lambda _: None)
+    assert trained.outcome.iterations == 1
+    again = plan_resume(tmp_path / "run")
+    assert [course.as_dictionary() for course in again.courses] == [one.as_dictionary() for one in planned.courses]

@@ -7,15 +7,15 @@ Exactness        each course drives as it would alone with a seed of its own; th
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from racecraft.contract.errors import ContractError
-from racecraft.contract.world import Array, EpisodeRecord, StepBuffers, WorldSpec
+from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffers, WorldSpec
 from racecraft.envs.deepracer.fidelity import Habits
-from racecraft.envs.deepracer.world import RaceWorld
+from racecraft.envs.deepracer.world import CRITIC_NAME, RaceWorld
 from racecraft.tracks.track import Track
 
 SEED_STEP = 7_919
@@ -34,10 +34,10 @@ class SideBySide:
 
     def __init__(self, courses: Sequence[RaceWorld]) -> None:
         self.courses = tuple(courses)
-        first = self.courses[0].spec
-        for other in self.courses[1:]:
-            if other.spec.observations != first.observations or other.spec.actions != first.actions:
-                raise ContractError(f"{other.spec.name} shows or is told something else than {first.name}")
+        first = max((course.spec for course in self.courses), key=_critic_numbers)
+        for other in (course.spec for course in self.courses):
+            if _seen(other) != _seen(first) or other.actions != first.actions:
+                raise ContractError(f"{other.name} shows or is told something else than {first.name}")
         counts = [course.spec.num_worlds for course in self.courses]
         ends = np.cumsum(counts).tolist()
         self._rows = [slice(end - count, end) for end, count in zip(ends, counts, strict=True)]
@@ -97,12 +97,12 @@ class SideBySide:
 
     def reset(self, buffers: StepBuffers, seed: int) -> None:
         """Line every car up at its first start."""
-        for number, (course, own) in enumerate(self._with_buffers(buffers)):
+        for number, (course, _, own) in enumerate(self._with_buffers(buffers)):
             course.reset(own, seed + number * SEED_STEP)
 
     def begin_episodes(self, buffers: StepBuffers) -> None:
         """Put every car at the start of its episode; one that was under way is driven again from its start."""
-        for course, own in self._with_buffers(buffers):
+        for course, _, own in self._with_buffers(buffers):
             course.begin_episodes(own)
 
     def park(self, rows: Array) -> None:
@@ -119,7 +119,7 @@ class SideBySide:
         """
         if len(actions) != self._spec.num_worlds:
             raise ContractError(f"{self._spec.name}: {len(actions)} actions for {self._spec.num_worlds} worlds")
-        for rows, (course, own) in zip(self._rows, self._with_buffers(buffers), strict=True):
+        for course, rows, own in self._with_buffers(buffers):
             course.step(actions[rows], own)
 
     def take_episodes(self) -> list[EpisodeRecord]:
@@ -140,26 +140,41 @@ class SideBySide:
 
     def load_state(self, state: Mapping[str, Array], buffers: StepBuffers) -> None:
         """Go on from a saved state."""
-        for number, (course, own) in enumerate(self._with_buffers(buffers)):
+        for number, (course, _, own) in enumerate(self._with_buffers(buffers)):
             head = f"{number}/"
             course.load_state({name[len(head) :]: part for name, part in state.items() if name.startswith(head)}, own)
 
     def close(self) -> None:
         """Nothing is held open."""
 
-    def _with_buffers(self, buffers: StepBuffers) -> list[tuple[RaceWorld, StepBuffers]]:
-        """Return each course with its own rows of the buffers, which are views: what it writes stands in them."""
-        return [
-            (
-                course,
-                StepBuffers(
-                    {name: part[rows] for name, part in buffers.observations.items()},
-                    {name: part[rows] for name, part in buffers.final_observations.items()},
-                    buffers.reward[rows],
-                    buffers.terminated[rows],
-                    buffers.truncated[rows],
-                    buffers.active[rows],
-                ),
+    def _with_buffers(self, buffers: StepBuffers) -> Iterator[tuple[RaceWorld, slice, StepBuffers]]:
+        """Yield each course with its rows and with its own part of the buffers, and take over what it wrote.
+
+        Parts are views, but where a critic is told of objects on other courses only: there the numbers behind stay 0.
+        """
+        for course, rows in zip(self.courses, self._rows, strict=True):
+            numbers = _critic_numbers(course.spec)
+            is_narrow = numbers != _critic_numbers(self._spec)
+            own = StepBuffers(
+                {name: part[rows] for name, part in buffers.observations.items()},
+                {name: part[rows] for name, part in buffers.final_observations.items()},
+                buffers.reward[rows],
+                buffers.terminated[rows],
+                buffers.truncated[rows],
+                buffers.active[rows],
             )
-            for course, rows in zip(self.courses, self._rows, strict=True)
-        ]
+            views = [(own.observations, buffers.observations), (own.final_observations, buffers.final_observations)]
+            for part, _ in views if is_narrow else ():
+                part[CRITIC_NAME] = np.ascontiguousarray(part[CRITIC_NAME][..., :numbers])
+            yield course, rows, own
+            for part, whole in views if is_narrow else ():
+                whole[CRITIC_NAME][rows, ..., :numbers] = part[CRITIC_NAME]
+
+
+def _critic_numbers(spec: WorldSpec) -> int:
+    return int(spec.observations[CRITIC_NAME].shape[0])
+
+
+def _seen(spec: WorldSpec) -> dict[str, ArraySpec]:
+    """Return what a policy sees."""
+    return {name: part for name, part in spec.observations.items() if name != CRITIC_NAME}

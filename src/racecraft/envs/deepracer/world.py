@@ -1,6 +1,6 @@
 """DeepRacer cars as a `World`: N worlds of M cars, each world on its own copy of the track.
 
-What it is       1/18-scale cars with a front camera on an AWS DeepRacer track, time trial
+What it is       1/18-scale cars with a front camera on an AWS DeepRacer track: time trial, boxes or bots in the way
 Acts             15 times a second: one of the action table's (steering, speed) pairs, or a pair within two ranges,
                  steering in rad, positive left, speed in m/s
 Sees             FRONT_FACING_CAMERA, uint8 grey (H, W), 160x120 or any smaller size by the same optics;
@@ -8,7 +8,7 @@ Sees             FRONT_FACING_CAMERA, uint8 grey (H, W), 160x120 or any smaller 
 Rewarded by      the user's reward_function(params); every key in `reward_params.py`
 Begins           at rest on the centre line, nose along it; one prepare tick; each episode a little further round.
                  Several cars of a world begin in two lanes, 0.75 m behind one another, and never within each other
-Terminates       lap complete, off track (all four wheels), immobilised, driving backwards
+Terminates       lap complete, crashed into an object, off track (all four wheels), immobilised, driving backwards
 Truncates        after RaceConfig.max_episode_seconds of simulated time
 Settings         RaceConfig, CameraConfig
 Departs from AWS as `fidelity.py` says line by line: RaceConfig.fidelity `aws` brings the original's habits back
@@ -34,9 +34,11 @@ from racecraft.envs.deepracer.camera import MOUNT_V1, MOUNT_V2, MOUNT_V3, Camera
 from racecraft.envs.deepracer.fidelity import AWS_MAX_TICKS, SANE_MAX_SECONDS, TICK_JITTER, WHEEL_KICK, habits
 from racecraft.envs.deepracer.kernels import race as kernels
 from racecraft.envs.deepracer.light import light_for
-from racecraft.envs.deepracer.reward_params import RewardParams
+from racecraft.envs.deepracer.objects import OBJECT_STATE, new_objects
+from racecraft.envs.deepracer.placing import plan_objects
+from racecraft.envs.deepracer.reward_params import ObjectReports, RewardParams
 from racecraft.envs.deepracer.scene import build_scene
-from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
+from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig, race_groups
 from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS, CarProfile
 from racecraft.tracks.track import Track
 
@@ -62,8 +64,10 @@ class RaceWorld:
         mount: Where the camera sits.
         cars_per_world: M.
         profiles: How each car of a world answers steering and throttle, (M,); by default all as RaceConfig.car says.
+        objects: What stands or drives on the road besides; None: what RaceConfig.type has by default.
 
     Raises:
+        SettingError: So many objects do not fit on the track.
         ContractError: `start_shares` or `profiles` have the wrong length, or M cars do not fit on the lap.
     """
 
@@ -81,6 +85,7 @@ class RaceWorld:
         mount: CameraMount = MOUNT_V3,
         cars_per_world: int = 1,
         profiles: Sequence[CarProfile] | None = None,
+        objects: BoxesConfig | BotsConfig | None = None,
     ) -> None:
         counted = track.as_filed() if race_config.waypoints == "as_filed" else track
         self.track = counted.reversed() if race_config.reverse else counted
@@ -113,8 +118,15 @@ class RaceWorld:
             WHEEL_KICK if self.habits.wheels_wander else 0.0,
             self.habits.wheels_keep_their_angle,
         )
+        asked = objects or next(iter(race_groups(race_config.type).values()), None)
+        self._plan = plan_objects(self.track, asked, self.habits, cars_per_world)
+        self._objects = new_objects(self._plan, num_cars)
         self._action_shape = (num_cars, cars_per_world, *actions.spec.shape)
         self._action_count = math.prod(self._action_shape)
+        self.seen_objects = np.zeros(self._objects.boxes.shape[:2], OBJECT_STATE)
+        """How objects stood when the tick just taken was written down, OBJECT_STATE (N, K)."""
+        self.seen_boxes = np.zeros_like(self._objects.boxes)
+        """And where, (N, K, 6), as `boxes`."""
         self._params = RewardParams(self.track, race_config.reverse)
         self._start_shares = np.arange(num_cars) / num_cars if start_shares is None else np.asarray(start_shares, float)
         if self._start_shares.shape != (num_cars,):
@@ -129,7 +141,9 @@ class RaceWorld:
         self._keys = _keys(0, self._cars.shape)
         self._reward_sums = np.zeros(self._cars.shape)
         self._finished: list[EpisodeRecord] = []
-        self._spec = world_spec(actions, camera_config, num_cars, f"DeepRacer {track.name}", cars_per_world)
+        self._spec = world_spec(
+            actions, camera_config, num_cars, f"DeepRacer {track.name}", cars_per_world, has_objects=asked is not None
+        )
 
     @property
     def spec(self) -> WorldSpec:
@@ -140,6 +154,16 @@ class RaceWorld:
     def cars(self) -> Array:
         """The cars as they stand now, CAR_STATE (N, M); a copy."""
         return self._cars.copy()
+
+    @property
+    def boxes(self) -> Array:
+        """Boxes and bots as they stand now, (N, K, 6): x, y (m), yaw (rad), half length, half width, height (m)."""
+        return self._objects.boxes.copy()
+
+    @property
+    def kinds(self) -> Array:
+        """Which of `objects.KINDS` each of them is, int64 (N, K)."""
+        return self._objects.kinds.copy()
 
     @property
     def start_shares(self) -> Array:
@@ -173,6 +197,9 @@ class RaceWorld:
     def reset(self, buffers: StepBuffers, seed: int) -> None:
         """Line every car up at its first start; `seed` is of what chance does to them, where it does."""
         self._keys = _keys(seed, self._cars.shape)
+        if self._objects.kinds.size:
+            self._objects.states["changes"] = 0
+            self._objects.keys[:] = _object_keys(seed, self._spec.num_worlds)
         self._cars = race.new_cars(self.track, self._spec.num_agents, self._start_shares)
         self.begin_episodes(buffers)
 
@@ -181,7 +208,15 @@ class RaceWorld:
         self._parked[:] = False
         self._reward_sums[:] = 0.0
         self._finished.clear()
-        kernels.line_up(self._arrays, *self._eyes, self._palettes, self._cars, *self._views(buffers.observations))
+        kernels.line_up(
+            self._arrays,
+            self._plan,
+            self._objects,
+            *self._eyes,
+            self._palettes,
+            self._cars,
+            *self._views(buffers.observations),
+        )
         self._show_active(buffers)
 
     def park(self, rows: Array) -> None:
@@ -210,9 +245,11 @@ class RaceWorld:
                 f"expected shape {self._action_shape}"
             )
         told = self.actions.commands(actions.reshape(self._action_shape))
+        if self._objects.kinds.size:
+            self.seen_objects[:], self.seen_boxes[:] = self._objects.states, self._objects.boxes
         kernels.tick(
-            self._arrays, self.profiles, self._rules, *self._eyes, self._palettes, told.numbers, told.chosen, told.sent,
-            self._parked, self._keys, self._cars, self.reports,
+            self._arrays, self._plan, self._objects, self.profiles, self._rules, *self._eyes, self._palettes,
+            told.numbers, told.chosen, told.sent, self._parked, self._keys, self._cars, self.reports,
             *self._views(buffers.observations), *self._views(buffers.final_observations),
         )  # fmt: skip
         buffers.terminated[:] = self.reports["terminated"]
@@ -231,6 +268,10 @@ class RaceWorld:
     def save_state(self) -> dict[str, Array]:
         """Return every car, field by field, (N, M) each."""
         state = {f"car.{name}": self._cars[name].copy() for name in race.CAR_STATE.names or ()}
+        if self._objects.kinds.size:
+            state["object.boxes"], state["object.keys"] = self._objects.boxes.copy(), self._objects.keys.copy()
+            for name in OBJECT_STATE.names or ():
+                state[f"object.{name}"] = self._objects.states[name].copy()
         return {**state, "reward_sums": self._reward_sums.copy(), "keys": self._keys.copy()}
 
     def load_state(self, state: Mapping[str, Array], buffers: StepBuffers) -> None:
@@ -240,10 +281,22 @@ class RaceWorld:
                 self._cars[name] = state[f"car.{name}"].reshape(self._cars.shape)
         if "keys" in state:  # one saved before chance had a hand in it has none
             self._keys = state["keys"].reshape(self._cars.shape).copy()
+        if self._objects.kinds.size:
+            self._objects.boxes[:], self._objects.keys[:] = state["object.boxes"], state["object.keys"]
+            for name in OBJECT_STATE.names or ():
+                self._objects.states[name] = state[f"object.{name}"]
         self._parked[:] = False
         self._reward_sums[:] = state["reward_sums"].reshape(self._cars.shape)
         self._finished.clear()
-        kernels.look_again(self._arrays, *self._eyes, self._palettes, self._cars, *self._views(buffers.observations))
+        kernels.look_again(
+            self._arrays,
+            self._plan,
+            self._objects,
+            *self._eyes,
+            self._palettes,
+            self._cars,
+            *self._views(buffers.observations),
+        )
         self._show_active(buffers)
 
     def close(self) -> None:
@@ -260,8 +313,15 @@ class RaceWorld:
         reports, paid = self.reports.reshape(-1), rewards.flat
         called = ~np.isin(reports["status"], (race.PREPARE, race.PARK))
         of_car = [self.reward] * called.size if callable(self.reward) else self.reward
-        for car, params in zip(np.flatnonzero(called).tolist(), self._params.of(reports[called]), strict=True):
+        objects = self._object_reports() if self._objects.kinds.size else None
+        cars = np.flatnonzero(called)
+        worlds = cars // self._spec.num_agents
+        for car, params in zip(cars.tolist(), self._params.of(reports[called], objects, worlds), strict=True):
             paid[car] = of_car[car](params)
+
+    def _object_reports(self) -> ObjectReports:
+        drive = bool(self._plan.knots.size)
+        return ObjectReports(self.seen_boxes, self.seen_objects, drive, self._plan.speed)
 
     def _keep_episodes(self, rewards: Array) -> None:
         self._reward_sums += rewards
@@ -287,8 +347,10 @@ def world_spec(
     num_cars: int = 1,
     name: str = "DeepRacer",
     cars_per_world: int = 1,
+    has_objects: bool = False,
 ) -> WorldSpec:
     """Return the promise of a race world; the same on every track."""
+    critic_numbers = race.CRITIC_NUMBERS + (race.CRITIC_OBJECT_NUMBERS if has_objects else 0)
     return WorldSpec(
         name=name,
         num_worlds=num_cars,
@@ -298,7 +360,7 @@ def world_spec(
                 (camera_config.height, camera_config.width), np.uint8, 0, 255, doc="Front camera, grey."
             ),
             CRITIC_NAME: ArraySpec(
-                (race.CRITIC_NUMBERS,), np.float32, privileged=True, doc="Place, speed and the road ahead."
+                (critic_numbers,), np.float32, privileged=True, doc="Place, speed and the road ahead."
             ),
         },
         actions=actions.spec,
@@ -311,6 +373,11 @@ def _keys(seed: int, shape: tuple[int, ...]) -> Array:
     worlds, cars = shape
     purposes = ["ticks of a car", *(f"ticks of car {m}" for m in range(1, cars))]
     return np.column_stack([stream_keys(seed, purpose, worlds) for purpose in purposes])
+
+
+def _object_keys(seed: int, num_worlds: int) -> Array:
+    """Return each world's streams of chance for its objects, uint64 (N, 2): their places, their changes of lanes."""
+    return np.column_stack([stream_keys(seed, what, num_worlds) for what in ("places of objects", "lanes of bots")])
 
 
 def _profiles(profiles: Sequence[CarProfile], shape: tuple[int, ...]) -> Array:

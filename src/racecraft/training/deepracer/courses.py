@@ -6,17 +6,18 @@ the cars of a training are shared out.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from racecraft.contract.errors import RunFolderError, SettingError, TrackError
 from racecraft.contract.world import Array
-from racecraft.envs.deepracer.settings import RaceConfig
+from racecraft.envs.deepracer.settings import TIME_TRIAL, RaceConfig, race_groups, with_race_groups
 from racecraft.formats.aws.run_env import EnvFolder, RunEnv
 from racecraft.settings.composition import Settings
+from racecraft.settings.overrides import apply_overrides, as_dictionary, from_dictionary, with_values
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.track import Track
 
@@ -31,8 +32,8 @@ class Course:
     worker: int = 1
     """Number of the worker; 1 is run.env itself."""
     track: str | None = None
-    race: Mapping[str, Any] | None = None
-    """Fields of RaceConfig."""
+    overrides: tuple[str, ...] = ()
+    """group.name=value, as after --set; of the race and of what stands or drives in its way."""
     other_way: bool = False
     """In the direction that is not `race.reverse`'s: half of the cars, where directions alternate."""
     env: RunEnv | None = None
@@ -44,24 +45,29 @@ class LaidCourse:
     """A course made definite."""
 
     track: Track
-    race: RaceConfig
+    settings: Settings
+    """Its race, and what stands or drives in the way: the group `race`, and the one that its type brings along."""
+
+    @property
+    def race(self) -> RaceConfig:
+        """How episodes start and end."""
+        race: RaceConfig = self.settings.race
+        return race
 
     def as_dictionary(self) -> dict[str, Any]:
         """Return what job.json says of it."""
-        return {
-            "track": self.track.name,
-            "hash": self.track.hash(),
-            "race": {name: getattr(self.race, name) for name in _MAY_DIFFER},
-        }
+        return {"track": self.track.name, "hash": self.track.hash(), "settings": as_dictionary(self.settings)}
 
 
-def courses_asked(whole: EnvFolder, track_variable: str, require_race: Callable[[RunEnv], None]) -> tuple[Course, ...]:
+def courses_asked(
+    whole: EnvFolder, track_variable: str, overrides_of: Callable[[RunEnv], tuple[str, ...]]
+) -> tuple[Course, ...]:
     """Return the courses that an installation asks for, both directions where they alternate; none where all is one.
 
     Args:
         whole: run.env and the worker files.
         track_variable: The variable that names the track.
-        require_race: Refuses a kind of race that is not built yet.
+        overrides_of: Reads the settings of a worker's race from its file.
 
     Raises:
         RunEnvError: DR_WORKERS is no number, a worker's file is missing, or a value in one cannot be used.
@@ -77,28 +83,33 @@ def courses_asked(whole: EnvFolder, track_variable: str, require_race: Callable[
                     found=f"DR_WORKERS asks for {_workers(whole.run)} courses and there is no worker-{number}.env",
                 )
             env = whole.workers[number]
-            require_race(env)
-            race = _race(env)
-            courses += [Course(number, env.values.get(track_variable), race, way, env) for way in _ways(env, whole.run)]
+            told = overrides_of(env)
+            courses += [Course(number, env.values.get(track_variable), told, way, env) for way in _ways(env, whole.run)]
     return tuple(courses) if len(courses) > 1 else ()
 
 
-def lay_out(asked: tuple[Course, ...], track: Track, race: RaceConfig, track_variable: str) -> tuple[LaidCourse, ...]:
+def lay_out(asked: tuple[Course, ...], track: Track, settings: Settings, track_variable: str) -> tuple[LaidCourse, ...]:
     """Return the courses with their tracks loaded, the training's own first.
 
     Args:
         asked: As `courses_asked` gives them.
         track: The training's own.
-        race: Likewise.
+        settings: Likewise.
         track_variable: Names the track in a worker's file.
 
     Raises:
         RunEnvError: A worker's track cannot be used.
     """
-    return tuple(_laid(course, track, race, track_variable) for course in asked)
+    return tuple(_laid(course, track, of_race(settings), track_variable) for course in asked)
 
 
-def courses_of_job(told: list[dict[str, Any]], race: RaceConfig, track: Track) -> tuple[LaidCourse, ...]:
+def of_race(settings: Settings) -> Settings:
+    """Return the groups of a training's settings that say what its race is."""
+    groups = ("race", *race_groups(settings.race.type))
+    return Settings(**{name: getattr(settings, name) for name in groups})
+
+
+def courses_of_job(told: list[dict[str, Any]], settings: Settings, track: Track) -> tuple[LaidCourse, ...]:
     """Return the courses that a run was begun on.
 
     Raises:
@@ -112,7 +123,8 @@ def courses_of_job(told: list[dict[str, Any]], race: RaceConfig, track: Track) -
                 f"its course on {one['track']!r} has changed since the run began; expected the same waypoints. "
                 "Restore the track, or begin a new run with --from."
             )
-        laid.append(LaidCourse(there, replace(race, **one["race"])))
+        kind = with_values(of_race(settings), "race", {"type": one["settings"]["race"]["type"]})
+        laid.append(LaidCourse(there, from_dictionary(with_race_groups(kind), one["settings"])))
     return tuple(laid)
 
 
@@ -140,6 +152,7 @@ def notes_on_courses(courses: tuple[LaidCourse, ...], settings: Settings) -> tup
     counts = shares(settings.rollout.num_worlds, len(courses))
     told = ", ".join(
         f"{count} on {course.track.name}{' the other way' if course.race.reverse else ''}"
+        + ("" if course.race.type == TIME_TRIAL else f" ({course.race.type})")
         for count, course in zip(counts, courses, strict=True)
     )
     return (f"cars side by side: {told}; each course is judged from {settings.evaluation.episodes} starts",)
@@ -156,22 +169,26 @@ def starts(course: LaidCourse, cars: int) -> Array:
     return (course.race.start_offset + np.arange(cars) / cars) % 1.0
 
 
-_MAY_DIFFER = ("reverse", "change_start", "start_advance", "start_offset")
-"""Fields of RaceConfig in which courses of one training may differ."""
-
-
-def _laid(course: Course, track: Track, race: RaceConfig, track_variable: str) -> LaidCourse:
-    race = replace(race, **(course.race or {}))
+def _laid(course: Course, track: Track, settings: Settings, track_variable: str) -> LaidCourse:
+    settings = _with_overrides(settings, course.overrides)
     if course.other_way:
-        race = replace(race, reverse=not race.reverse)
+        settings = with_values(settings, "race", {"reverse": not settings.race.reverse})
     if course.track is None:
-        return LaidCourse(track, race)
+        return LaidCourse(track, settings)
     try:
-        return LaidCourse(load_track(course.track), race)
+        return LaidCourse(load_track(course.track), settings)
     except TrackError as error:
         assert course.env is not None
         found = f"'{course.track}': {error.found}"
         raise course.env.letter(track_variable, error.expected, error.cure, found) from error
+
+
+def _with_overrides(settings: Settings, overrides: tuple[str, ...]) -> Settings:
+    """Return the settings of a worker's race: the training's own, or where its type differs, that type's own."""
+    types = [one.partition("=")[2] for one in overrides if one.startswith("race.type=")]
+    if types and types[-1] != settings.race.type:
+        settings = with_race_groups(with_values(Settings(race=settings.race), "race", {"type": types[-1]}))
+    return apply_overrides(settings, overrides)
 
 
 def _load_again(name: str) -> Track:
@@ -194,18 +211,3 @@ def _workers(env: RunEnv) -> int:
     if workers != int(workers):
         raise env.letter("DR_WORKERS", f"a whole number from 1 to {MAX_WORKERS}")
     return int(workers)
-
-
-def _race(env: RunEnv) -> dict[str, Any]:
-    """Return what a worker's file says of the race, as fields of RaceConfig."""
-    race: dict[str, Any] = {}
-    for name, ours in (("DR_TRAIN_REVERSE_DIRECTION", "reverse"), ("DR_TRAIN_CHANGE_START_POSITION", "change_start")):
-        if name in env.values:
-            race[ours] = env.flag(name)
-    for name, ours in (
-        ("DR_TRAIN_ROUND_ROBIN_ADVANCE_DIST", "start_advance"),
-        ("DR_TRAIN_START_POSITION_OFFSET", "start_offset"),
-    ):
-        if name in env.values:
-            race[ours] = env.number(name, 0.0, 0.0, 1.0)
-    return race

@@ -10,6 +10,9 @@ from typing import Any, ClassVar
 from racecraft.algorithms.registry import Algorithm, find_algorithm
 from racecraft.contract.errors import RunFolderError, SettingError, TrackError
 from racecraft.envs.deepracer.actions import ActionSpace, action_space
+from racecraft.envs.deepracer.fidelity import habits
+from racecraft.envs.deepracer.placing import plan_objects
+from racecraft.envs.deepracer.settings import TIME_TRIAL, objects_of, with_race_groups
 from racecraft.envs.deepracer.vehicle import PROFILES
 from racecraft.formats.aws.drfc_folder import DrfcFolder
 from racecraft.formats.aws.model_metadata import as_aws_dict
@@ -21,7 +24,7 @@ from racecraft.players.deepracer.foreign_model import IMPORTED
 from racecraft.players.deepracer.trained_car import KIND, track_of_run
 from racecraft.players.trained import split_source
 from racecraft.settings.composition import Settings
-from racecraft.settings.overrides import from_dictionary
+from racecraft.settings.overrides import from_dictionary, with_values
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.importer import travels
 from racecraft.tracks.track import Track
@@ -113,8 +116,11 @@ def plan_car(request: RaceRequest) -> CarPlan:
     is_set = any(override.startswith("race.car=") for override in request.overrides)
     settings, car_notes = choose_car(settings, model.metadata, request.car, is_set, request.folder)
     track = _load_track(request, asked.env)
-    courses = lay_out(asked.courses, track, settings.race, TRACK_VARIABLE)
+    plan_objects(track, objects_of(settings), habits(settings.race.fidelity))  # refuses what does not fit
+    courses = lay_out(asked.courses, track, settings, TRACK_VARIABLE)
     shares(settings.rollout.num_worlds, len(courses) or 1)
+    for course in courses:
+        plan_objects(course.track, objects_of(course.settings), habits(settings.race.fidelity))
     notes = [*asked.notes, *model.notes, *notes, *car_notes, *waypoint_notes(settings, track)]
     return CarPlan(
         request,
@@ -171,7 +177,9 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
     if job["versions"] != versions():
         notes.append(f"versions differ from those the run began with ({job['versions']}): the curve may differ")
     algorithm = find_algorithm(request.algorithm or DEFAULT_ALGORITHM)
-    settings = from_dictionary(default_settings(algorithm), job["settings"])
+    race_type = job["settings"]["race"].get("type", TIME_TRIAL)
+    defaults = with_race_groups(with_values(default_settings(algorithm), "race", {"type": race_type}))
+    settings = from_dictionary(defaults, job["settings"])
     return CarPlan(
         request,
         model,
@@ -181,7 +189,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
         parse_stops(request.stops, LAPS),
         tuple(notes),
         job.get("env", {}),
-        courses=courses_of_job(job.get("courses", []), settings.race, track),
+        courses=courses_of_job(job.get("courses", []), settings, track),
     )
 
 

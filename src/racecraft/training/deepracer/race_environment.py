@@ -11,17 +11,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from racecraft.contract.errors import SettingError
+from racecraft.envs.deepracer.settings import RACE_TYPES, TIME_TRIAL
 from racecraft.formats.aws.drfc_folder import DrfcFolder, default_text
 from racecraft.formats.aws.racer_files import METADATA, REWARD
 from racecraft.formats.aws.run_env import EnvFolder, RunEnv, read_env_folder
 from racecraft.formats.aws.run_env_variables import BY_NAME, LATER, USED, WITHOUT
 from racecraft.formats.run_folder import HYPERPARAMETERS
 from racecraft.training.deepracer.courses import Course, courses_asked
+from racecraft.training.deepracer.race_objects import belongs_to, objects_overrides
 from racecraft.training.stopping import parse_stops
 
 FILE = "run.env"
 TRACK_VARIABLE = "DR_WORLD_NAME"
-RACE_TYPES = ("TIME_TRIAL", "OBJECT_AVOIDANCE", "HEAD_TO_BOT", "HEAD_TO_MODEL")
 BEST_METRICS = ("progress", "reward", "laptime")
 OBEYED = tuple(name for name, variable in BY_NAME.items() if variable.status == USED)
 """Variables that are obeyed here."""
@@ -80,11 +81,11 @@ def race_environment(folder: Path | None, clones: bool = True, drfc: DrfcFolder 
     whole = read_env_folder(folder or ".") if drfc is None else drfc.env
     place = drfc.path if drfc is not None else folder or Path(".")
     env = whole.run
-    require_time_trial(env)
+    race = race_type(env)
     return RaceEnvironment(
         env=env,
         track=env.values.get(TRACK_VARIABLE),
-        overrides=_overrides(env),
+        overrides=(*_overrides(env), *objects_overrides(env, race)),
         start_offset=_share(env, "DR_TRAIN_START_POSITION_OFFSET"),
         stops=_stops(env),
         clone_from=_clone_source(env, place, drfc) if clones else None,
@@ -92,16 +93,17 @@ def race_environment(folder: Path | None, clones: bool = True, drfc: DrfcFolder 
         files=_files(env, place) if drfc is None else None,
         keys=_keys_in_folder(env, place) if drfc is None else keys_in_bucket(drfc),
         courses=_courses(whole),
-        notes=(*env.notes, *_notes_of_workers(whole), *_notes_on_keys(drfc), *_unused_notes(env)),
+        notes=(*env.notes, *_notes_of_workers(whole), *_notes_on_keys(drfc), *_unused_notes(env, race)),
     )
 
 
-def require_time_trial(env: RunEnv) -> None:
-    """Refuse a race that is not built yet: training another one instead would be no favour."""
-    race = env.choice("DR_RACE_TYPE", "TIME_TRIAL", RACE_TYPES)
-    if race != "TIME_TRIAL":
+def race_type(env: RunEnv) -> str:
+    """Return the race; one that is not built yet is refused: training another one instead would be no favour."""
+    race = env.choice("DR_RACE_TYPE", TIME_TRIAL, (*RACE_TYPES, "HEAD_TO_MODEL"))
+    if race not in RACE_TYPES:
         cure = "Change this variable, or wait for a later version."
-        raise env.letter("DR_RACE_TYPE", "TIME_TRIAL", cure, found=f"'{race}' is valid and not built yet")
+        raise env.letter("DR_RACE_TYPE", " or ".join(RACE_TYPES), cure, found=f"'{race}' is valid and not built yet")
+    return race
 
 
 def _overrides(env: RunEnv) -> tuple[str, ...]:
@@ -234,7 +236,16 @@ def _existing(env: RunEnv, name: str, place: Path, cure: str) -> Path:
 
 def _courses(whole: EnvFolder) -> tuple[Course, ...]:
     """Return the courses of worker files and of both directions; none where every car drives the same."""
-    return courses_asked(whole, TRACK_VARIABLE, require_time_trial)
+    return courses_asked(whole, TRACK_VARIABLE, lambda env: _course_overrides(env, whole.run))
+
+
+def _course_overrides(env: RunEnv, run: RunEnv) -> tuple[str, ...]:
+    """Return the settings of a worker's race; what its file does not say is as in run.env."""
+    race = race_type(env if "DR_RACE_TYPE" in env.values else run)
+    offset = _share(env, "DR_TRAIN_START_POSITION_OFFSET")
+    starts = () if offset is None else (f"race.start_offset={offset}",)
+    own = tuple(one for one in _overrides(env) if one.startswith("race."))
+    return (f"race.type={race}", *starts, *own, *objects_overrides(env, race))
 
 
 def _notes_of_workers(whole: EnvFolder) -> list[str]:
@@ -246,15 +257,17 @@ def _notes_of_workers(whole: EnvFolder) -> list[str]:
     return [note for worker in whole.workers.values() for note in worker.notes]
 
 
-def _unused_notes(env: RunEnv) -> list[str]:
+def _unused_notes(env: RunEnv, race: str) -> list[str]:
     """Name every variable that asks for something else than its default and changes nothing here."""
 
     def named(status: str) -> str:
         names = (name for name in env.values if name in BY_NAME and BY_NAME[name].status == status)
         return ", ".join(name for name in names if not _is_default(env, name))
 
+    others = [name for name in env.values if not belongs_to(name, race) and not _is_default(env, name)]
     later, without = named(LATER), named(WITHOUT)
     notes = [f"{FILE}: kept and not used yet: {later}"] if later else []
+    notes += [f"{FILE}: kept, and of another race than {race}: {', '.join(others)}"] if others else []
     return notes + ([f"{FILE}: not applicable here: {without}; `racecraft settings FOLDER` says why"] * bool(without))
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from racecraft.algorithms.learner import Learner
 from racecraft.contract.errors import RunFolderError
 from racecraft.contract.world import Array, allocate
+from racecraft.envs.deepracer.settings import TIME_TRIAL, objects_of
 from racecraft.envs.deepracer.side_by_side import SideBySide
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
 from racecraft.formats.aws.hyperparameters import write_hyperparameters
@@ -35,7 +36,7 @@ from racecraft.tracks.importer import route_file, travels
 from racecraft.training.deepracer.aws.files import AwsFiles
 from racecraft.training.deepracer.aws.setup import aws_setup
 from racecraft.training.deepracer.cloning import require_same_shape
-from racecraft.training.deepracer.courses import LaidCourse, both_ways, shares, starts
+from racecraft.training.deepracer.courses import LaidCourse, both_ways, of_race, shares, starts
 from racecraft.training.deepracer.evaluator import FLYING_LAPS, CarEvaluator
 from racecraft.training.deepracer.live import LivePublisher
 from racecraft.training.deepracer.plan import (
@@ -68,7 +69,7 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
         RewardFileError: The reward function cannot be loaded.
     """
     settings, seed = planned.settings, planned.seed
-    reward = load_reward(planned.model.reward, settings.race.reward_seconds)
+    reward = load_reward(planned.model.reward, settings.race.reward_seconds, settings.race.type)
     world, judged = driven_world(planned, reward), judged_world(planned, reward)
     flying = race_world(planned, 1, start_shares=np.zeros(1), laps=FLYING_LAPS)
 
@@ -147,7 +148,7 @@ def lay_files(planned: CarPlan, reward: RewardFunction, run: RunFolder) -> None:
 
 def driven_world(planned: CarPlan, reward: RewardFunction) -> RaceWorld | SideBySide:
     """Return the cars that are trained, shared out among the courses where there are several."""
-    cars, own = planned.settings.rollout.num_worlds, LaidCourse(planned.track, planned.settings.race)
+    cars, own = planned.settings.rollout.num_worlds, LaidCourse(planned.track, of_race(planned.settings))
     if not planned.courses:
         return race_world(planned, cars, one_for_each(reward, cars), starts(own, cars))
     return SideBySide(
@@ -170,7 +171,7 @@ def race_world(
 
     Their first starts are spread evenly round the track unless given.
     """
-    course = course or LaidCourse(planned.track, planned.settings.race)
+    course = course or LaidCourse(planned.track, of_race(planned.settings))
     return RaceWorld(
         course.track,
         planned.actions,
@@ -181,6 +182,7 @@ def race_world(
         start_shares=start_shares,
         laps=laps,
         mount=mount_for_version(planned.model.metadata.version),
+        objects=objects_of(course.settings),
     )
 
 
@@ -200,13 +202,15 @@ def one_for_each(reward: RewardFunction, num_cars: int) -> list[Callable[[dict[s
     return [copy.call for copy in reward.copies(num_cars)]
 
 
-def load_reward(source: RewardSource | None, seconds: float = CALL_SECONDS) -> RewardFunction:
-    """Load the racer's reward function, or the default one where there is none."""
+def load_reward(
+    source: RewardSource | None, seconds: float = CALL_SECONDS, race_type: str = TIME_TRIAL
+) -> RewardFunction:
+    """Load the racer's reward function, or the default one of the race where there is none."""
     if source is not None:
         return load_reward_function(source, seconds=seconds)
     with tempfile.TemporaryDirectory() as folder:
         default = Path(folder) / "reward_function.py"
-        default.write_text(default_reward_source(), encoding="utf-8")
+        default.write_text(default_reward_source(race_type != TIME_TRIAL), encoding="utf-8")
         return load_reward_function(default, seconds=seconds)
 
 
