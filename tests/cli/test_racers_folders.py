@@ -91,7 +91,8 @@ ELSEWHERE = {
 
 
 def test_every_variable_that_is_obeyed_is_tried_here():
-    assert set(OUTWEIGHED) | ELSEWHERE == set(OBEYED)
+    of_objects = {name for name in OBEYED if name.startswith(("DR_OA_", "DR_H2B_"))}  # tests/envs tries them
+    assert set(OUTWEIGHED) | ELSEWHERE | of_objects == set(OBEYED)
 
 
 @pytest.fixture
