@@ -247,7 +247,8 @@ def feed_for(learner: Learner, experiment: Experiment) -> Replay | None:
         return None
     eater = cast(ReplayLearner, learner)
     settings = experiment.settings.replay
-    return Replay(experiment.world.spec, settings, eater.discount, eater.n_step, learner.columns)
+    stack_size = experiment.settings.network.stack_size
+    return Replay(experiment.world.spec, settings, eater.discount, eater.n_step, learner.columns, stack_size)
 
 
 def checkpoint_metadata(experiment: Experiment, learner: Learner) -> dict[str, Any]:
