@@ -49,6 +49,9 @@ class Habits:
     ticks_jitter: bool
     wheels_wander: bool
     wheels_keep_their_angle: bool
+    lidar_faces_backward: bool
+    lidar_is_slow: bool
+    lidar_is_noisy: bool
 
 
 class Departure(NamedTuple):
@@ -117,8 +120,26 @@ DEPARTURES = (
         "Every episode begins with the wheels straight.",
         "envs/deepracer/world.py",
     ),
+    Departure(
+        "lidar_faces_backward",
+        "The LiDAR is mounted with its nose to the car's tail: its blind 60 degrees lie straight ahead.",
+        "Its nose points ahead; the blind 60 degrees lie behind.",
+        "envs/deepracer/world.py",
+    ),
+    Departure(
+        "lidar_is_slow",
+        "It reads 10 times a second: every third tick is told of what was read the tick before.",
+        "It reads 15 times a second, once for every frame.",
+        "envs/deepracer/world.py",
+    ),
+    Departure(
+        "lidar_is_noisy",
+        "Readings stray by 1 cm (standard deviation).",
+        "Readings are exact.",
+        "envs/deepracer/world.py",
+    ),
 )
-"""Facts: section 11, points 6, 31, 19, 20 and 21; section 5.4."""
+"""Facts: section 11, points 6, 18, 31, 19, 20 and 21; sections 2.2 and 5.4."""
 
 KEPT_IN_BOTH = (
     "Reward and ending speak of the pose the action was chosen at, one tick before the action shows.",

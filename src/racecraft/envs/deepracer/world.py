@@ -1,9 +1,10 @@
 """DeepRacer cars as a `World`: N worlds of M cars, each world on its own copy of the track.
 
-What it is       1/18-scale cars with a front camera on an AWS DeepRacer track, time trial
+What it is       1/18-scale cars with cameras and LiDAR on an AWS DeepRacer track, time trial
 Acts             15 times a second: one of the action table's (steering, speed) pairs, or a pair within two ranges,
                  steering in rad, positive left, speed in m/s
-Sees             FRONT_FACING_CAMERA, uint8 grey (H, W), 160x120 or any smaller size by the same optics;
+Sees             one camera, uint8 grey (H, W), 160x120 or any smaller size by the same optics, of STEREO_CAMERAS
+                 (H, W, 2); perhaps a LiDAR, float32; `sensors.py` has the names and what each is told;
                  track_state, float32, privileged: for a critic while training, never for a policy
 Rewarded by      the user's reward_function(params); every key in `reward_params.py`
 Begins           at rest on the centre line, nose along it; one prepare tick; each episode a little further round.
@@ -35,12 +36,24 @@ from racecraft.envs.deepracer.fidelity import AWS_MAX_TICKS, SANE_MAX_SECONDS, T
 from racecraft.envs.deepracer.kernels import race as kernels
 from racecraft.envs.deepracer.light import light_for
 from racecraft.envs.deepracer.reward_params import RewardParams
-from racecraft.envs.deepracer.scene import build_scene
+from racecraft.envs.deepracer.scene import Scene, build_scene
+from racecraft.envs.deepracer.sensors import (
+    AWS_HERTZ,
+    FRONT,
+    FRONT_CAMERA,
+    LIDAR_NOISE_M,
+    STEREO,
+    STEREO_GREY_WEIGHTS,
+    MountedLidar,
+    Sensors,
+    mounted_lidar,
+)
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
-from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS, CarProfile
+from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS, TICKS_PER_SECOND, CarProfile
+from racecraft.formats.aws.lidar_config import BEAMS
 from racecraft.tracks.track import Track
 
-CAMERA_NAME = "FRONT_FACING_CAMERA"
+CAMERA_NAME = FRONT
 CRITIC_NAME = "track_state"
 
 RewardFunction = Callable[[dict[str, Any]], float]
@@ -60,6 +73,7 @@ class RaceWorld:
         start_shares: Where each world's first car first starts, share of the lap, (N,); spread evenly by default.
         laps: An episode ends after so many complete laps.
         mount: Where the camera sits.
+        sensors: What every car sees with.
         cars_per_world: M.
         profiles: How each car of a world answers steering and throttle, (M,); by default all as RaceConfig.car says.
 
@@ -79,6 +93,7 @@ class RaceWorld:
         start_shares: Sequence[float] | Array | None = None,
         laps: int = 1,
         mount: CameraMount = MOUNT_V3,
+        sensors: Sensors = FRONT_CAMERA,
         cars_per_world: int = 1,
         profiles: Sequence[CarProfile] | None = None,
     ) -> None:
@@ -97,13 +112,19 @@ class RaceWorld:
         self.camera = Camera(scene, camera_config.width, camera_config.height, mount)
         self.reports = np.zeros((num_cars, cars_per_world), race.TICK_REPORT)
         """What was written down of every car in the tick just taken, TICK_REPORT (N, M)."""
-        self._eyes = (self.camera.scene, self.camera.optics)
-        self._palettes = np.tile(np.asarray(self.camera.scene.grey_palette, np.float64), (num_cars, 1))
+        self.sensors = sensors
+        self._palettes = np.tile(_grey_levels(self.camera.scene, sensors), (num_cars, 1))
+        self._boxes = np.zeros((num_cars, 0, 6))
+        self._ranges = np.zeros((*self.reports.shape, BEAMS))
+        self._no_lidar = np.zeros((*self.reports.shape, 0), np.float32)
         self._arrays = self.track.arrays()
         self.profiles = _profiles(profiles or [PROFILES[race_config.car]] * cars_per_world, self.reports.shape)
         """How each car answers steering and throttle, PROFILE (N, M); may be written to between ticks."""
         self.habits = habits(race_config.fidelity)
         """Which of the original's bugs this world has."""
+        self.lidar = self._mounted()
+        """The LiDAR as it sits on every car; without one on board it is never asked."""
+        self._sight = (self.camera.scene, self.camera.optics, sensors.eyes_left_m, self.lidar)
         self._rules = race.Rules(
             _max_ticks(race_config),
             laps,
@@ -129,7 +150,7 @@ class RaceWorld:
         self._keys = _keys(0, self._cars.shape)
         self._reward_sums = np.zeros(self._cars.shape)
         self._finished: list[EpisodeRecord] = []
-        self._spec = world_spec(actions, camera_config, num_cars, f"DeepRacer {track.name}", cars_per_world)
+        self._spec = world_spec(actions, camera_config, num_cars, f"DeepRacer {track.name}", cars_per_world, sensors)
 
     @property
     def spec(self) -> WorldSpec:
@@ -171,7 +192,10 @@ class RaceWorld:
         self._parked[:] = False
         self._reward_sums[:] = 0.0
         self._finished.clear()
-        kernels.line_up(self._arrays, *self._eyes, self._palettes, self._cars, *self._views(buffers.observations))
+        kernels.line_up(
+            self._arrays, *self._sight, self._palettes, self._boxes, self._keys, self._cars, self._ranges,
+            *self._views(buffers.observations),
+        )  # fmt: skip
         self._show_active(buffers)
 
     def park(self, rows: Array) -> None:
@@ -201,8 +225,8 @@ class RaceWorld:
             )
         told = self.actions.commands(actions.reshape(self._action_shape))
         kernels.tick(
-            self._arrays, self.profiles, self._rules, *self._eyes, self._palettes, told.numbers, told.chosen, told.sent,
-            self._parked, self._keys, self._cars, self.reports,
+            self._arrays, self.profiles, self._rules, *self._sight, self._palettes, self._boxes,
+            told.numbers, told.chosen, told.sent, self._parked, self._keys, self._cars, self.reports, self._ranges,
             *self._views(buffers.observations), *self._views(buffers.final_observations),
         )  # fmt: skip
         buffers.terminated[:] = self.reports["terminated"]
@@ -219,8 +243,10 @@ class RaceWorld:
         return finished
 
     def save_state(self) -> dict[str, Array]:
-        """Return every car, field by field, (N, M) each."""
+        """Return every car, field by field, (N, M) each, and what its LiDAR last read."""
         state = {f"car.{name}": self._cars[name].copy() for name in race.CAR_STATE.names or ()}
+        if self.sensors.lidar is not None:
+            state["ranges"] = self._ranges.copy()
         return {**state, "reward_sums": self._reward_sums.copy(), "keys": self._keys.copy()}
 
     def load_state(self, state: Mapping[str, Array], buffers: StepBuffers) -> None:
@@ -233,7 +259,11 @@ class RaceWorld:
         self._parked[:] = False
         self._reward_sums[:] = state["reward_sums"].reshape(self._cars.shape)
         self._finished.clear()
-        kernels.look_again(self._arrays, *self._eyes, self._palettes, self._cars, *self._views(buffers.observations))
+        if self.sensors.lidar is not None:
+            self._ranges[:] = state["ranges"]
+        kernels.look_again(
+            self._arrays, *self._sight, self._palettes, self._cars, self._ranges, *self._views(buffers.observations)
+        )
         self._show_active(buffers)
 
     def close(self) -> None:
@@ -242,8 +272,19 @@ class RaceWorld:
     def _show_active(self, buffers: StepBuffers) -> None:
         buffers.active[:] = self.habits.prepare_is_learned | ~self._cars["preparing"]
 
-    def _views(self, observations: Mapping[str, Array]) -> tuple[Array, Array]:
-        return observations[CAMERA_NAME], observations[CRITIC_NAME]
+    def _views(self, observations: Mapping[str, Array]) -> tuple[Array, Array, Array]:
+        """Return views of what is shown as kernels want it: frames (N, M, E, H, W), the critic's numbers, the LiDAR."""
+        frames, lidar = observations[self.sensors.camera_name], self.sensors.lidar
+        by_eye = np.moveaxis(frames, -1, 2) if self.sensors.camera == STEREO else frames[:, :, None]
+        return by_eye, observations[CRITIC_NAME], self._no_lidar if lidar is None else observations[lidar.name]
+
+    def _mounted(self) -> MountedLidar:
+        return mounted_lidar(
+            self.sensors.lidar,
+            backward=self.habits.lidar_faces_backward,
+            hertz=AWS_HERTZ if self.habits.lidar_is_slow else round(TICKS_PER_SECOND),
+            noise=LIDAR_NOISE_M if self.habits.lidar_is_noisy else 0.0,
+        )
 
     def _call_reward(self, rewards: Array) -> None:
         assert self.reward is not None
@@ -277,6 +318,7 @@ def world_spec(
     num_cars: int = 1,
     name: str = "DeepRacer",
     cars_per_world: int = 1,
+    sensors: Sensors = FRONT_CAMERA,
 ) -> WorldSpec:
     """Return the promise of a race world; the same on every track."""
     return WorldSpec(
@@ -284,9 +326,7 @@ def world_spec(
         num_worlds=num_cars,
         num_agents=cars_per_world,
         observations={
-            CAMERA_NAME: ArraySpec(
-                (camera_config.height, camera_config.width), np.uint8, 0, 255, doc="Front camera, grey."
-            ),
+            **sensors.specs(camera_config.width, camera_config.height),
             CRITIC_NAME: ArraySpec(
                 (race.CRITIC_NUMBERS,), np.float32, privileged=True, doc="Place, speed and the road ahead."
             ),
@@ -294,6 +334,13 @@ def world_spec(
         actions=actions.spec,
         tick_seconds=TICK_SECONDS,
     )
+
+
+def _grey_levels(scene: Scene, sensors: Sensors) -> Array:
+    """Return the grey level of each material (M,) as this camera tells it."""
+    if sensors.camera == STEREO:
+        return np.asarray(scene.palette @ STEREO_GREY_WEIGHTS, np.float64)
+    return np.asarray(scene.grey_palette, np.float64)
 
 
 def _keys(seed: int, shape: tuple[int, ...]) -> Array:

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from racecraft.envs.deepracer.kernels.camera import render_frame
+from racecraft.envs.deepracer.kernels.lidar import look_around, tell
 from racecraft.envs.deepracer.kernels.vehicle import drive
 from racecraft.envs.deepracer.race import (
     CRITIC_LOOKS_AHEAD_M,
@@ -48,28 +49,36 @@ FRONT_X, FRONT_Y = FRONT_WHEELS_M
 
 
 @parallel_kernel
-def line_up(track, scene, optics, palettes, cars, frames, critic_views):
+def line_up(
+    track, scene, optics, eyes, lidar, palettes, boxes, keys, cars, ranges, frames, critic_views, lidar_views
+):  # fmt: skip
     """Put the cars of every world at the start of their episode, clear of one another, and look."""
     for n in prange(cars.shape[0]):
         for m in range(cars.shape[1]):
             take_start(track, cars[n, m])
             make_room(track, cars, n, m, m)
         for m in range(cars.shape[1]):
-            look(track, scene, optics, palettes[n], cars[n, m], frames[n, m], critic_views[n, m])
+            look(track, scene, optics, eyes, palettes[n], cars[n, m], frames[n, m], critic_views[n, m])
+            if lidar_views.shape[2] > 0:
+                look_around(
+                    lidar, scene, boxes[n], cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m]
+                )  # fmt: skip
 
 
 @parallel_kernel
-def look_again(track, scene, optics, palettes, cars, frames, critic_views):
-    """Look from where every car is, as after loading a saved race."""
+def look_again(track, scene, optics, eyes, lidar, palettes, cars, ranges, frames, critic_views, lidar_views):
+    """Look from where every car is, as after loading a saved race; a LiDAR's newest reading was saved with it."""
     for n in prange(cars.shape[0]):
         for m in range(cars.shape[1]):
-            look(track, scene, optics, palettes[n], cars[n, m], frames[n, m], critic_views[n, m])
+            look(track, scene, optics, eyes, palettes[n], cars[n, m], frames[n, m], critic_views[n, m])
+            if lidar_views.shape[2] > 0:
+                tell(lidar, ranges[n, m], lidar_views[n, m])
 
 
 @parallel_kernel
 def tick(
-    track, profiles, rules, scene, optics, palettes, numbers, chosen, sent, parked, keys,
-    cars, reports, frames, critic_views, last_frames, last_critic_views,
+    track, profiles, rules, scene, optics, eyes, lidar, palettes, boxes, numbers, chosen, sent, parked, keys,
+    cars, reports, ranges, frames, critic_views, lidar_views, last_frames, last_critic_views, last_lidar_views,
 ):  # fmt: skip
     """Advance N worlds of M cars by one tick.
 
@@ -79,7 +88,10 @@ def tick(
         rules: Rules.
         scene: Scene, for `render_frame`.
         optics: Optics, likewise.
+        eyes: float64 (E,), how far left of the car's middle each eye sits, m.
+        lidar: MountedLidar; without one the views of it are empty.
         palettes: Colours of each world, first axis N.
+        boxes: (N, K, 6) of each world: x, y (m), yaw (rad), half length, half width, height (m).
         numbers: (N, M) int64, each action's number in its table, for the reports.
         chosen: (N, M, 2) commanded steering in rad and speed in m/s, as the policy chose them.
         sent: (N, M, 2) the same as sent to the cars.
@@ -87,10 +99,13 @@ def tick(
         keys: (N, M) uint64, each car's own stream of chance.
         cars: CAR_STATE (N, M), advanced in place.
         reports: TICK_REPORT (N, M), written.
-        frames: uint8 (N, M, H, W), what is seen after the tick.
+        ranges: float64 (N, M, 64), each LiDAR's newest reading, m; stands until the next.
+        frames: uint8 (N, M, E, H, W), what is seen after the tick.
         critic_views: float32 (N, M, CRITIC_NUMBERS), likewise.
+        lidar_views: float32 (N, M, L), likewise; L is 0 without a LiDAR.
         last_frames: As `frames`, written for cars whose episode ended: its last observation.
         last_critic_views: As `critic_views`, likewise.
+        last_lidar_views: As `lidar_views`, likewise.
     """
     for n in prange(cars.shape[0]):
         for m in range(cars.shape[1]):
@@ -107,13 +122,21 @@ def tick(
                 locate(track, cars[n, m])
         for m in range(cars.shape[1]):
             if reports[n, m].terminated or reports[n, m].truncated:
-                look(track, scene, optics, palettes[n], cars[n, m], last_frames[n, m], last_critic_views[n, m])
+                look(track, scene, optics, eyes, palettes[n], cars[n, m], last_frames[n, m], last_critic_views[n, m])
+                if lidar_views.shape[2] > 0:
+                    look_around(
+                        lidar, scene, boxes[n], cars, n, m, keys[n, m], ranges[n, m], last_lidar_views[n, m]
+                    )  # fmt: skip
         for m in range(cars.shape[1]):
             if reports[n, m].terminated or reports[n, m].truncated:
                 restart(track, profiles[n, m], rules, cars[n, m])
                 make_room(track, cars, n, m, cars.shape[1])
         for m in range(cars.shape[1]):
-            look(track, scene, optics, palettes[n], cars[n, m], frames[n, m], critic_views[n, m])
+            look(track, scene, optics, eyes, palettes[n], cars[n, m], frames[n, m], critic_views[n, m])
+            if lidar_views.shape[2] > 0:
+                look_around(
+                    lidar, scene, boxes[n], cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m]
+                )  # fmt: skip
 
 
 @kernel
@@ -307,14 +330,18 @@ def start_pose(track, share, left):
 
 
 @kernel
-def look(track, scene, optics, palette, car, frame, critic_view):
-    """Draw the frame, and write what only a critic may see.
+def look(track, scene, optics, eyes, palette, car, frame, critic_view):
+    """Draw what each eye sees, and write what only a critic may see.
 
     The critic's numbers: offset from the centre line over half the road's width (left positive), sine and cosine of the
     heading error, speed in m/s, steering in rad, then for each distance of CRITIC_LOOKS_AHEAD_M sine and cosine of the
     road's direction there against the car's.
     """
-    render_frame(scene, optics, car.x, car.y, car.yaw, palette, frame)
+    cos, sin = math.cos(car.yaw), math.sin(car.yaw)
+    for eye in range(eyes.shape[0]):
+        render_frame(
+            scene, optics, car.x - sin * eyes[eye], car.y + cos * eyes[eye], car.yaw, palette, frame[eye]
+        )  # fmt: skip
     left = (car.border_inner < car.border_outer) == track.is_ccw
     _, _, road_yaw = pose_on_line(track.centre, track.arc, track.closed, car.arc)
     offset = car.centre_distance / (0.5 * car.track_width) if car.track_width > 0.0 else 0.0
