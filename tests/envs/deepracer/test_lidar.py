@@ -127,7 +127,7 @@ def test_what_stands_ahead_is_seen_ahead_where_sane_and_behind_at_aws():
         first_view(world)
     seen = first_view(with_box(sane, 0.5))[0]
     assert seen[31:33] == pytest.approx(0.5, abs=1e-3), "the middle beams point ahead"
-    assert (seen[:20] == 1.0).all() and (seen[44:] == 1.0).all()
+    assert (np.delete(seen, range(20, 44)) == 1.0).all()
     assert (first_view(with_box(aws, 0.5))[0] == 1.0).all(), "what is straight ahead lies in the blind sector"
     assert first_view(with_box(aws, -0.5))[0, 31:33] == pytest.approx(0.5, abs=4 * LIDAR_NOISE_M)
     assert (first_view(with_box(sane, -0.5))[0] == 1.0).all()

@@ -26,7 +26,7 @@ import numpy as np
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.contract.world import Array, ArraySpec
 from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
-from racecraft.formats.aws.lidar_config import BEAMS, LIDARS
+from racecraft.formats.aws.lidar_config import BEAMS, DEFAULTS, LIDARS
 from racecraft.formats.aws.model_metadata import CAMERAS
 
 FRONT, LEFT, STEREO, OBSERVATION = CAMERAS
@@ -51,9 +51,8 @@ AWS_HERTZ = 10
 
 LIDAR_CLIP_M, SECTOR_CLIP_M = 1.0, 0.5
 """What the policy is told of a LIDAR and of a SECTOR_LIDAR ends here."""
-DEFAULT_SECTORS = 8
-LIDAR_CONFIG: Mapping[str, float] = {"num_sectors": DEFAULT_SECTORS, "num_values_per_sector": 8, "clipping_dist": 2.0}
-"""What a DISCRETIZED_SECTOR_LIDAR has where the metadata's `lidar_config` says nothing else."""
+SECTORS = 8
+"""Of a SECTOR_LIDAR."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +124,7 @@ def car_sensors(names: Sequence[str], lidar_config: Mapping[str, float] | None =
     Args:
         names: One of `CAMERAS`, and at most one of `LIDARS`, in any order.
         lidar_config: `num_sectors`, `num_values_per_sector` and `clipping_dist` (m) of a DISCRETIZED_SECTOR_LIDAR; what
-            is left out is as in LIDAR_CONFIG.
+            is left out is as in `lidar_config.DEFAULTS`.
 
     Raises:
         SettingError: A name is unknown, there is not exactly one camera, or more than one LiDAR.
@@ -148,8 +147,8 @@ def lidar_view(name: str, lidar_config: Mapping[str, float] | None = None) -> Li
     if name == LIDAR:
         return LidarView(name, LIDAR_CLIP_M)
     if name == SECTOR_LIDAR:
-        return LidarView(name, SECTOR_CLIP_M, DEFAULT_SECTORS)
-    told = {**LIDAR_CONFIG, **(lidar_config or {})}
+        return LidarView(name, SECTOR_CLIP_M, SECTORS)
+    told = {**DEFAULTS, **(lidar_config or {})}
     return LidarView(name, told["clipping_dist"], int(told["num_sectors"]), int(told["num_values_per_sector"]))
 
 

@@ -11,6 +11,7 @@ from racecraft.contract.errors import TrackError
 from racecraft.envs.deepracer.actions import ActionSpace, action_space
 from racecraft.envs.deepracer.camera import CameraMount
 from racecraft.envs.deepracer.light import light_for
+from racecraft.envs.deepracer.sensors import Sensors, car_sensors
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
 from racecraft.formats.aws.model_metadata import action_space_from_aws
@@ -39,6 +40,8 @@ class TrainedCar:
     actions: ActionSpace
     version: str | None
     """Version in its metadata; decides where the camera sits."""
+    sensors: Sensors
+    """What it sees with."""
     trained_on: Track
     """Track it was trained on."""
 
@@ -65,6 +68,7 @@ class TrainedCar:
             start_shares=start_shares,
             laps=laps,
             mount=self.mount,
+            sensors=self.sensors,
         )
 
 
@@ -90,6 +94,7 @@ def load_trained_car(path: str | Path, which: str = "best") -> TrainedCar:
         settings=from_dictionary(Settings(race=RaceConfig(), camera=CameraConfig()), told["settings"]),
         actions=actions_of(told["model_metadata"]),
         version=told["model_metadata"]["version"],
+        sensors=sensors_of(told["model_metadata"]),
         trained_on=track_of_run(run),
     )
 
@@ -107,6 +112,11 @@ def track_of_run(run: RunFolder) -> Track:
             run.track, "there is no such file", f"the run's own copy of its track {name!r}", "Put it back."
         )
     return import_track(run.track, name) if run.track.is_file() else load_track(name)
+
+
+def sensors_of(metadata: Mapping[str, Any]) -> Sensors:
+    """Return what a car sees with, from AWS's metadata as plain values."""
+    return car_sensors(metadata["sensor"], metadata.get("lidar_config"))
 
 
 def actions_of(metadata: Mapping[str, Any]) -> ActionSpace:

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from racecraft.algorithms.registry import Algorithm, find_algorithm
 from racecraft.contract.errors import RunFolderError, SettingError, TrackError
 from racecraft.envs.deepracer.actions import ActionSpace, action_space
+from racecraft.envs.deepracer.sensors import Sensors, car_sensors
 from racecraft.envs.deepracer.vehicle import PROFILES
 from racecraft.formats.aws.model_metadata import as_aws_dict
 from racecraft.formats.aws.reward_source import RewardSource
@@ -78,6 +79,12 @@ class CarPlan:
     def actions(self) -> ActionSpace:
         """What the car can be told."""
         return action_space(self.model.metadata.action_space)
+
+    @property
+    def sensors(self) -> Sensors:
+        """What the car sees with."""
+        metadata = self.model.metadata
+        return car_sensors(metadata.sensors, metadata.lidar_config)
 
 
 def plan_car(request: RaceRequest) -> CarPlan:

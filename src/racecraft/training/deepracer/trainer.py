@@ -154,6 +154,7 @@ def race_world(
         start_shares=start_shares,
         laps=laps,
         mount=mount_for_version(planned.model.metadata.version),
+        sensors=planned.sensors,
     )
 
 

@@ -44,7 +44,8 @@ def look_around(lidar, scene, boxes, cars, n, m, key, ranges, view):
         scene: Scene; its field's corners and the height of its walls.
         boxes: (K, 6) of this world: x, y (m), yaw (rad), half length, half width, height (m).
         cars: CAR_STATE (N, M); the others of the world are in the way.
-        n, m: Which car looks.
+        n: World of the car that looks.
+        m: Its number in the world.
         key: Its own stream of chance.
         ranges: float64 (64,), its newest reading, m; stands between readings.
         view: float32, what the policy is told.
