@@ -87,6 +87,13 @@ def draw_track(
     return figure
 
 
+def paint_ground(axes: Any, track: Track) -> None:
+    """Paint field, road, lines and start line into somebody else's axes, in metres."""
+    _draw_ground(axes, track)
+    _draw_lines(axes, track, quiet=False)
+    _draw_start(axes, track)
+
+
 def _sheet(track: Track, has_bar: bool) -> tuple[Figure, Any]:
     """Return a figure cut to the circuit's shape, and its axes over the field around it."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg

@@ -127,7 +127,7 @@ def test_a_car_without_sensor_and_version_is_the_oldest_kind(tmp_path):
         (
             "DISCRETIZED_SECTOR_LIDAR",
             None,
-            "there is no lidar_config; num_sectors 8, num_values_per_sector 8, clipping",
+            "no lidar_config; num_sectors 8, num_values_per_sector 8, clipping",
         ),
         ("DISCRETIZED_SECTOR_LIDAR", {"num_sectors": 16, "clipping_dist": 3}, "leaves out num_values_per_sector 8,"),
         ("DISCRETIZED_SECTOR_LIDAR", {"num_sector": 16}, "unknown key 'num_sector' in lidar_config"),

@@ -163,6 +163,11 @@ class RaceWorld:
         return self._cars.copy()
 
     @property
+    def lidar_ranges(self) -> Array:
+        """What each car's LiDAR read last, m, before it is told to the policy, float64 (N, M, 64); a copy."""
+        return self._ranges.copy()
+
+    @property
     def start_shares(self) -> Array:
         """Where each world's first car first starts, share of the lap (N,)."""
         return self._start_shares.copy()
