@@ -9,7 +9,7 @@ import shapely
 
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer.actions import ActionTable
-from racecraft.envs.deepracer.kernels.lidar import scan_poses
+from racecraft.envs.deepracer.kernels.lidar import look_around, scan_poses
 from racecraft.envs.deepracer.scene import build_scene
 from racecraft.envs.deepracer.sensors import (
     FARTHEST_M,
@@ -21,7 +21,7 @@ from racecraft.envs.deepracer.sensors import (
     lidar_view,
     mounted_lidar,
 )
-from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
+from racecraft.envs.deepracer.settings import BoxesConfig, CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.tracks.catalogue import load_track
 
@@ -95,50 +95,62 @@ def test_low_walls_are_looked_over_and_walls_from_outside_looked_through():
     assert (ranges == FARTHEST_M).all()
 
 
-def race(sensors=("FRONT_FACING_CAMERA", "LIDAR"), lidar_config=None, **options):
-    config = RaceConfig(**{name: options.pop(name) for name in ("fidelity", "car") if name in options})
+def race(sensors=("FRONT_FACING_CAMERA", "LIDAR"), lidar_config=None, boxes=1, **options):
+    config = RaceConfig(**{name: options.pop(name) for name in ("fidelity",) if name in options})
     return RaceWorld(
         load_track("reinvent_base"), ACTIONS, sensors=car_sensors(sensors, lidar_config), race_config=config,
-        camera_config=CameraConfig(16, 12), **options,
+        camera_config=CameraConfig(16, 12), objects=BoxesConfig(number=boxes), **options,
     )  # fmt: skip
 
 
-def with_box(world, ahead_m, height=0.3):
-    """Put a box, 20 cm square, so far ahead of every car's LiDAR where it stands now (negative: behind)."""
-    cars = world.cars
-    world._boxes = np.zeros((len(cars), 1, 6))
-    yaw, ahead = cars["yaw"][:, 0], LIDAR_X_M + ahead_m + math.copysign(0.1, ahead_m)
-    world._boxes[:, 0, 0] = cars["x"][:, 0] + ahead * np.cos(yaw)
-    world._boxes[:, 0, 1] = cars["y"][:, 0] + ahead * np.sin(yaw)
-    world._boxes[:, 0, 2] = yaw
-    world._boxes[:, 0, 3:] = 0.1, 0.1, height
-    return world
-
-
-def first_view(world, seed=0):
+def lined_up(world, seed=0):
+    """Return buffers in which every car has just been lined up."""
     buffers = allocate(world.spec)
     world.reset(buffers, seed)
-    return buffers.observations[world.sensors.lidar.name][:, 0]
+    return buffers
 
 
-def test_what_stands_ahead_is_seen_ahead_where_sane_and_behind_at_aws():
+def put_box(world, ahead_m, left_m=0.0):
+    """Put every world's box, 20 cm square, so that its near face lies so far from the LiDAR of the world's car."""
+    cars = world.cars[:, 0]
+    cos, sin = np.cos(cars["yaw"]), np.sin(cars["yaw"])
+    ahead = LIDAR_X_M + ahead_m + math.copysign(0.1, ahead_m)
+    places = cars["x"] + ahead * cos - left_m * sin, cars["y"] + ahead * sin + left_m * cos
+    world._objects.boxes[:, 0, :3] = np.column_stack([*places, cars["yaw"]])
+    world._objects.boxes[:, 0, 3:] = 0.1, 0.1, 0.3
+
+
+def looked(world):
+    """Return what the first car of every world is told after looking round where it stands, (N, L)."""
+    view = np.empty((len(world.cars), *world.sensors.lidar.spec.shape), np.float32)
+    for n in range(len(view)):
+        look_around(
+            world.lidar, world.camera.scene, world._objects, world._cars, n, 0, world._keys[n, 0], world._ranges[n, 0],
+            view[n],
+        )  # fmt: skip
+    return view
+
+
+def test_what_stands_ahead_is_seen_ahead_where_sane_and_lies_in_the_blind_sector_at_aws():
     sane, aws = race(fidelity="sane"), race(fidelity="aws")
     for world in (sane, aws):
-        first_view(world)
-    seen = first_view(with_box(sane, 0.5))[0]
+        lined_up(world)
+        put_box(world, 0.5)
+    seen = looked(sane)[0]
     assert seen[31:33] == pytest.approx(0.5, abs=1e-3), "the middle beams point ahead"
     assert (np.delete(seen, range(20, 44)) == 1.0).all()
-    assert (first_view(with_box(aws, 0.5))[0] == 1.0).all(), "what is straight ahead lies in the blind sector"
-    assert first_view(with_box(aws, -0.5))[0, 31:33] == pytest.approx(0.5, abs=4 * LIDAR_NOISE_M)
-    assert (first_view(with_box(sane, -0.5))[0] == 1.0).all()
+    assert (looked(aws) == 1.0).all(), "what is straight ahead lies in the blind sector"
+    for world in (sane, aws):
+        put_box(world, -0.5)
+    assert looked(aws)[0, 31:33] == pytest.approx(0.5, abs=4 * LIDAR_NOISE_M), "the middle beams point backward"
+    assert (looked(sane) == 1.0).all()
 
 
 @pytest.mark.parametrize("fidelity", ["sane", "aws"])
 def test_readings_come_15_times_a_second_where_sane_and_10_times_at_aws(fidelity):
     world = race(fidelity=fidelity)
-    buffers = allocate(world.spec)
-    world.reset(buffers, 0)
-    with_box(world, 0.7 if fidelity == "sane" else -0.3)
+    buffers = lined_up(world)
+    put_box(world, 0.3, left_m=0.4)
     seen = []
     for _ in range(13):
         world.step(np.zeros((1, 1), np.int64), buffers)
@@ -149,18 +161,21 @@ def test_readings_come_15_times_a_second_where_sane_and_10_times_at_aws(fidelity
 
 def test_noise_is_of_one_centimetre_and_the_cars_own():
     world = race(fidelity="aws", num_cars=2)
-    first_view(world)
-    exact = race(fidelity="sane", num_cars=2)
-    first_view(exact)
-    exact.lidar = exact.lidar._replace(yaw=math.pi)
-    exact._sight = (*exact._sight[:3], exact.lidar)
-    noisy, true = first_view(with_box(world, -0.5), seed=3), first_view(with_box(exact, -0.5))
-    hit = (true > 0.3) & (true < 0.9)
-    strayed = (noisy - true)[hit]
-    assert 0.5 * LIDAR_NOISE_M < strayed.std() < 2 * LIDAR_NOISE_M
-    assert (noisy[0] != noisy[1])[hit[0]].any()
-    assert (first_view(world, seed=3) == noisy).all()
-    assert (first_view(world, seed=4) != noisy).any()
+
+    def told(seed):
+        lined_up(world, seed)
+        put_box(world, -0.5)
+        return looked(world)
+
+    noisy = told(3)
+    exact = np.empty((2, 64))
+    poses = np.column_stack([world.cars[part][:, 0] for part in ("x", "y", "yaw")])
+    scan_poses(FAR._replace(yaw=math.pi), world.camera.scene, poses, world.boxes, exact)
+    hit = (exact > 0.3) & (exact < 0.9)
+    assert 0.5 * LIDAR_NOISE_M < (noisy - exact)[hit].std() < 2 * LIDAR_NOISE_M
+    assert ((noisy - exact)[0] != (noisy - exact)[1])[hit[0]].all()
+    assert (told(3) == noisy).all()
+    assert (told(4) != noisy).any()
 
 
 def sector_by_hand(ranges, sectors, values, clip):
@@ -183,18 +198,17 @@ def sector_by_hand(ranges, sectors, values, clip):
     ],
 )
 def test_sectors_are_told_as_in_the_original(name, config, sectors, values, clip):
-    world = race(("FRONT_FACING_CAMERA", name), config, num_cars=40)
-    first_view(world)
+    world = race(("FRONT_FACING_CAMERA", name), config, num_cars=40, boxes=3)
+    lined_up(world)
     rng = np.random.default_rng(2)
-    cars = world.cars
-    world._boxes = np.zeros((40, 3, 6))
-    world._boxes[..., 0] = cars["x"] + rng.normal(0, 0.8, (40, 3))
-    world._boxes[..., 1] = cars["y"] + rng.normal(0, 0.8, (40, 3))
-    world._boxes[..., 2:] = rng.uniform((0, 0.1, 0.1, 0.1), (3, 0.2, 0.2, 0.4), (40, 3, 4))
-    told = first_view(world)
+    cars, boxes = world.cars, world._objects.boxes
+    boxes[..., 0] = cars["x"] + rng.normal(0, 0.8, (40, 3))
+    boxes[..., 1] = cars["y"] + rng.normal(0, 0.8, (40, 3))
+    boxes[..., 2:] = rng.uniform((0, 0.1, 0.1, 0.1), (3, 0.2, 0.2, 0.4), (40, 3, 4))
+    told = looked(world)
     poses = np.column_stack([cars[part][:, 0] for part in ("x", "y", "yaw")])
     ranges = np.empty((40, 64))
-    scan_poses(FAR, world.camera.scene, poses, world._boxes, ranges)
+    scan_poses(FAR, world.camera.scene, poses, boxes, ranges)
     assert told.shape == (40, sectors * values)
     assert 0 < told.sum() < 40 * sectors
     for row in range(40):
@@ -208,9 +222,8 @@ def body_of(car):
 
 
 def test_the_cars_of_a_world_see_each_other():
-    world = race(cars_per_world=2)
-    buffers = allocate(world.spec)
-    world.reset(buffers, 0)
+    world = race(cars_per_world=2, boxes=0)
+    buffers = lined_up(world)
     pair = world.cars[0]
     for mine, other in ((0, 1), (1, 0)):
         pose = tuple(pair[mine][["x", "y", "yaw"]])
@@ -221,9 +234,8 @@ def test_the_cars_of_a_world_see_each_other():
 
 def test_a_loaded_race_shows_the_reading_that_stood():
     world = race(("STEREO_CAMERAS", "LIDAR"), fidelity="aws", num_cars=3)
-    buffers = allocate(world.spec)
-    world.reset(buffers, 0)
-    with_box(world, -0.4)
+    buffers = lined_up(world)
+    put_box(world, -0.4)
     for _ in range(10):  # after ten ticks the LiDAR stands still for a tick
         world.step(np.zeros((3, 1), np.int64), buffers)
     state, shown = world.save_state(), {name: part.copy() for name, part in buffers.observations.items()}

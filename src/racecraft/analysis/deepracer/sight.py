@@ -1,4 +1,4 @@
-"""What a car's policy is shown, as a picture: frames pixel by pixel, LiDAR beams on the map. Begin with `draw_sight`."""
+"""What a car's policy is shown, as a picture: frames pixel by pixel, beams on the map. Begin with `draw_sight`."""
 
 from __future__ import annotations
 
@@ -46,15 +46,15 @@ def draw_sight(world: RaceWorld, seen: Mapping[str, Array], title: str, path: Pa
     if lidar is not None:
         _draw_told(told, lidar, seen[lidar.name][0, 0])
     _draw_map(ground, world)
-    figure.text(0.02, 0.965, title, fontsize=15, fontweight="bold", color=INK, va="top")
-    figure.text(0.02, 0.905, _facts(world), fontsize=9, color=QUIET, va="top")
+    figure.text(0.05, 0.965, title, fontsize=15, fontweight="bold", color=INK, va="top")
+    figure.text(0.05, 0.905, _facts(world), fontsize=9, color=QUIET, va="top")
     if path is not None:
         save_figure(figure, path, dpi=130)
     return figure
 
 
 def _sheet(world: RaceWorld) -> tuple[Figure, list[Axes], Axes, Axes]:
-    """Return a figure with axes for each eye's frame, for what the LiDAR tells (hidden without one), and for the map."""
+    """Return a figure, and axes for each eye's frame, for what the LiDAR tells (hidden without one), for the map."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -63,7 +63,7 @@ def _sheet(world: RaceWorld) -> tuple[Figure, list[Axes], Axes, Axes]:
     FigureCanvasAgg(figure)
     grid = figure.add_gridspec(
         2, 3, width_ratios=(1, 1, 1.15), height_ratios=(1.5, 1) if has_lidar else (1, 0.001),
-        left=0.03, right=0.985, top=0.82, bottom=0.09 if has_lidar else 0.03, wspace=0.06, hspace=0.2,
+        left=0.05, right=0.985, top=0.82, bottom=0.09 if has_lidar else 0.03, wspace=0.06, hspace=0.2,
     )  # fmt: skip
     frames = [figure.add_subplot(grid[0, eye]) for eye in range(2)] if eyes == 2 else [
         figure.add_subplot(grid[0, :2])
@@ -116,7 +116,7 @@ def _draw_told(axes: Any, lidar: LidarView, view: Array) -> None:
 
 
 def _draw_map(axes: Any, world: RaceWorld) -> None:
-    """Draw the road around the car, the beams as far as the policy is told of them, and the edges of what is in frame."""
+    """Draw the road around the car, what is in frame, and the beams as far as the policy is told of them."""
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Polygon
 
@@ -127,6 +127,8 @@ def _draw_map(axes: Any, world: RaceWorld) -> None:
     paint_ground(axes, world.track)
     axes.set(xlim=(x - half, x + half), ylim=(y - half, y + half), xticks=[], yticks=[])
     axes.set_title("where it stands", fontsize=10, color=INK, loc="left")
+    for box in world.boxes[0]:
+        axes.add_patch(Polygon(_corners(*box[:3], _rectangle(box[3], box[4])), fc="#a9825f", ec=INK, lw=0.8, zorder=6))
     _draw_view(axes, world, x, y, yaw)
     if world.sensors.lidar is not None:
         eye = np.array([x + world.lidar.x * math.cos(yaw), y + world.lidar.x * math.sin(yaw)])
@@ -137,8 +139,18 @@ def _draw_map(axes: Any, world: RaceWorld) -> None:
         lines = [(eye, end) for end in ends]
         axes.add_collection(LineCollection(lines, colors=np.where(met, DARK_RED, FREE), linewidths=0.7, zorder=8))
         axes.scatter(*ends[met].T, s=14, c=DARK_RED, zorder=9)
+    axes.add_patch(Polygon(_corners(x, y, yaw, BODY), fc=BLUE, ec=FREE, lw=1.0, zorder=10))
+
+
+def _rectangle(half_length: float, half_width: float) -> Array:
+    return np.array([(1, 1), (1, -1), (-1, -1), (-1, 1)]) * (half_length, half_width)
+
+
+def _corners(x: float, y: float, yaw: float, outline: Array) -> Array:
+    """Return the points (P, 2) of an outline that was drawn ahead and left of where something stands."""
     turn = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]])
-    axes.add_patch(Polygon(BODY @ turn + (x, y), fc=BLUE, ec=FREE, lw=1.0, zorder=10))
+    placed: Array = outline @ turn + (x, y)
+    return placed
 
 
 def _draw_view(axes: Any, world: RaceWorld, x: float, y: float, yaw: float) -> None:

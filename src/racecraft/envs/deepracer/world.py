@@ -35,6 +35,8 @@ from racecraft.envs.deepracer.camera import MOUNT_V1, MOUNT_V2, MOUNT_V3, Camera
 from racecraft.envs.deepracer.fidelity import AWS_MAX_TICKS, SANE_MAX_SECONDS, TICK_JITTER, WHEEL_KICK, habits
 from racecraft.envs.deepracer.kernels import race as kernels
 from racecraft.envs.deepracer.light import light_for
+from racecraft.envs.deepracer.objects import OBJECT_STATE, new_objects
+from racecraft.envs.deepracer.placing import plan_objects
 from racecraft.envs.deepracer.reward_params import RewardParams
 from racecraft.envs.deepracer.scene import Scene, build_scene
 from racecraft.envs.deepracer.sensors import (
@@ -48,7 +50,7 @@ from racecraft.envs.deepracer.sensors import (
     Sensors,
     mounted_lidar,
 )
-from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
+from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig, default_objects
 from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS, TICKS_PER_SECOND, CarProfile
 from racecraft.formats.aws.lidar_config import BEAMS
 from racecraft.tracks.track import Track
@@ -76,8 +78,10 @@ class RaceWorld:
         sensors: What every car sees with.
         cars_per_world: M.
         profiles: How each car of a world answers steering and throttle, (M,); by default all as RaceConfig.car says.
+        objects: What stands or drives on the road besides; None: what RaceConfig.type has by default.
 
     Raises:
+        SettingError: So many objects do not fit on the track.
         ContractError: `start_shares` or `profiles` have the wrong length, or M cars do not fit on the lap.
     """
 
@@ -96,6 +100,7 @@ class RaceWorld:
         sensors: Sensors = FRONT_CAMERA,
         cars_per_world: int = 1,
         profiles: Sequence[CarProfile] | None = None,
+        objects: BoxesConfig | BotsConfig | None = None,
     ) -> None:
         counted = track.as_filed() if race_config.waypoints == "as_filed" else track
         self.track = counted.reversed() if race_config.reverse else counted
@@ -114,7 +119,6 @@ class RaceWorld:
         """What was written down of every car in the tick just taken, TICK_REPORT (N, M)."""
         self.sensors = sensors
         self._palettes = np.tile(_grey_levels(self.camera.scene, sensors), (num_cars, 1))
-        self._boxes = np.zeros((num_cars, 0, 6))
         self._ranges = np.zeros((*self.reports.shape, BEAMS))
         self._no_lidar = np.zeros((*self.reports.shape, 0), np.float32)
         self._arrays = self.track.arrays()
@@ -134,8 +138,14 @@ class RaceWorld:
             WHEEL_KICK if self.habits.wheels_wander else 0.0,
             self.habits.wheels_keep_their_angle,
         )
+        self._plan = plan_objects(self.track, objects or default_objects(race_config), self.habits, cars_per_world)
+        self._objects = new_objects(self._plan, num_cars)
         self._action_shape = (num_cars, cars_per_world, *actions.spec.shape)
         self._action_count = math.prod(self._action_shape)
+        self.seen_objects = np.zeros(self._objects.boxes.shape[:2], OBJECT_STATE)
+        """How objects stood when the tick just taken was written down, OBJECT_STATE (N, K)."""
+        self.seen_boxes = np.zeros_like(self._objects.boxes)
+        """And where, (N, K, 6), as `boxes`."""
         self._params = RewardParams(self.track, race_config.reverse)
         self._start_shares = np.arange(num_cars) / num_cars if start_shares is None else np.asarray(start_shares, float)
         if self._start_shares.shape != (num_cars,):
@@ -168,6 +178,16 @@ class RaceWorld:
         return self._ranges.copy()
 
     @property
+    def boxes(self) -> Array:
+        """Boxes and bots as they stand now, (N, K, 6): x, y (m), yaw (rad), half length, half width, height (m)."""
+        return self._objects.boxes.copy()
+
+    @property
+    def kinds(self) -> Array:
+        """Which of `objects.KINDS` each of them is, int64 (N, K)."""
+        return self._objects.kinds.copy()
+
+    @property
     def start_shares(self) -> Array:
         """Where each world's first car first starts, share of the lap (N,)."""
         return self._start_shares.copy()
@@ -189,6 +209,9 @@ class RaceWorld:
     def reset(self, buffers: StepBuffers, seed: int) -> None:
         """Line every car up at its first start; `seed` is of what chance does to them, where it does."""
         self._keys = _keys(seed, self._cars.shape)
+        if self._objects.kinds.size:
+            self._objects.states["changes"] = 0
+            self._objects.keys[:] = _object_keys(seed, self._spec.num_worlds)
         self._cars = race.new_cars(self.track, self._spec.num_agents, self._start_shares)
         self.begin_episodes(buffers)
 
@@ -198,8 +221,8 @@ class RaceWorld:
         self._reward_sums[:] = 0.0
         self._finished.clear()
         kernels.line_up(
-            self._arrays, *self._sight, self._palettes, self._boxes, self._keys, self._cars, self._ranges,
-            *self._views(buffers.observations),
+            self._arrays, self._plan, self._objects, *self._sight, self._palettes, self._keys, self._cars,
+            self._ranges, *self._views(buffers.observations),
         )  # fmt: skip
         self._show_active(buffers)
 
@@ -229,8 +252,10 @@ class RaceWorld:
                 f"expected shape {self._action_shape}"
             )
         told = self.actions.commands(actions.reshape(self._action_shape))
+        if self._objects.kinds.size:
+            self.seen_objects[:], self.seen_boxes[:] = self._objects.states, self._objects.boxes
         kernels.tick(
-            self._arrays, self.profiles, self._rules, *self._sight, self._palettes, self._boxes,
+            self._arrays, self._plan, self._objects, self.profiles, self._rules, *self._sight, self._palettes,
             told.numbers, told.chosen, told.sent, self._parked, self._keys, self._cars, self.reports, self._ranges,
             *self._views(buffers.observations), *self._views(buffers.final_observations),
         )  # fmt: skip
@@ -252,6 +277,10 @@ class RaceWorld:
         state = {f"car.{name}": self._cars[name].copy() for name in race.CAR_STATE.names or ()}
         if self.sensors.lidar is not None:
             state["ranges"] = self._ranges.copy()
+        if self._objects.kinds.size:
+            state["object.boxes"], state["object.keys"] = self._objects.boxes.copy(), self._objects.keys.copy()
+            for name in OBJECT_STATE.names or ():
+                state[f"object.{name}"] = self._objects.states[name].copy()
         return {**state, "reward_sums": self._reward_sums.copy(), "keys": self._keys.copy()}
 
     def load_state(self, state: Mapping[str, Array], buffers: StepBuffers) -> None:
@@ -261,14 +290,19 @@ class RaceWorld:
                 self._cars[name] = state[f"car.{name}"].reshape(self._cars.shape)
         if "keys" in state:  # one saved before chance had a hand in it has none
             self._keys = state["keys"].reshape(self._cars.shape).copy()
+        if self._objects.kinds.size:
+            self._objects.boxes[:], self._objects.keys[:] = state["object.boxes"], state["object.keys"]
+            for name in OBJECT_STATE.names or ():
+                self._objects.states[name] = state[f"object.{name}"]
         self._parked[:] = False
         self._reward_sums[:] = state["reward_sums"].reshape(self._cars.shape)
         self._finished.clear()
         if self.sensors.lidar is not None:
             self._ranges[:] = state["ranges"]
         kernels.look_again(
-            self._arrays, *self._sight, self._palettes, self._cars, self._ranges, *self._views(buffers.observations)
-        )
+            self._arrays, self._objects, *self._sight, self._palettes, self._cars, self._ranges,
+            *self._views(buffers.observations),
+        )  # fmt: skip
         self._show_active(buffers)
 
     def close(self) -> None:
@@ -353,6 +387,11 @@ def _keys(seed: int, shape: tuple[int, ...]) -> Array:
     worlds, cars = shape
     purposes = ["ticks of a car", *(f"ticks of car {m}" for m in range(1, cars))]
     return np.column_stack([stream_keys(seed, purpose, worlds) for purpose in purposes])
+
+
+def _object_keys(seed: int, num_worlds: int) -> Array:
+    """Return each world's streams of chance for its objects, uint64 (N, 2): their places, their changes of lanes."""
+    return np.column_stack([stream_keys(seed, what, num_worlds) for what in ("places of objects", "lanes of bots")])
 
 
 def _profiles(profiles: Sequence[CarProfile], shape: tuple[int, ...]) -> Array:

@@ -36,24 +36,26 @@ def scan_poses(lidar, scene, poses, boxes, ranges):
 
 
 @kernel
-def look_around(lidar, scene, boxes, cars, n, m, key, ranges, view):
-    """Take a reading for car m of world n where one is due, and tell the policy of the newest.
+def look_around(lidar, scene, objects, cars, n, m, key, ranges, view):
+    """Take a reading for car m of world n where one is due, and tell the policy of the newest; nothing without LiDAR.
 
     Args:
         lidar: MountedLidar.
         scene: Scene; its field's corners and the height of its walls.
-        boxes: (K, 6) of this world: x, y (m), yaw (rad), half length, half width, height (m).
+        objects: Objects of the N worlds.
         cars: CAR_STATE (N, M); the others of the world are in the way.
         n: World of the car that looks.
         m: Its number in the world.
         key: Its own stream of chance.
         ranges: float64 (64,), its newest reading, m; stands between readings.
-        view: float32, what the policy is told.
+        view: float32 (L,), what the policy is told; L is 0 where there is no LiDAR.
     """
+    if view.shape[0] == 0:
+        return
     if is_due(lidar, cars[n, m]):
         car = cars[n, m]
         begin_scan(lidar, scene, car.x, car.y, car.yaw, ranges)
-        add_boxes(lidar, car.x, car.y, car.yaw, boxes, ranges)
+        add_boxes(lidar, car.x, car.y, car.yaw, objects.boxes[n], ranges)
         for other in range(cars.shape[1]):
             if other != m:
                 add_car(lidar, car, cars[n, other], ranges)
@@ -177,6 +179,8 @@ def add_noise(lidar, car, key, ranges):
 @kernel
 def tell(lidar, ranges, view):
     """Write what the policy is told of a reading (facts 2.2): beams cut to a range, or the nearest in each sector."""
+    if view.shape[0] == 0:
+        return
     if lidar.sectors == 0:
         for beam in range(BEAMS):
             view[beam] = min(max(ranges[beam], NEAREST_M), lidar.clip)
