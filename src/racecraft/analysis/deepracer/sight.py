@@ -128,7 +128,11 @@ def _draw_map(axes: Any, world: RaceWorld) -> None:
     axes.set(xlim=(x - half, x + half), ylim=(y - half, y + half), xticks=[], yticks=[])
     axes.set_title("where it stands", fontsize=10, color=INK, loc="left")
     for box in world.boxes[0]:
-        axes.add_patch(Polygon(_corners(*box[:3], _rectangle(box[3], box[4])), fc="#a9825f", ec=INK, lw=0.8, zorder=6))
+        axes.add_patch(
+            Polygon(
+                _corners(box[0], box[1], box[2], _rectangle(box[3], box[4])), fc="#a9825f", ec=INK, lw=0.8, zorder=6
+            )
+        )
     _draw_view(axes, world, x, y, yaw)
     if world.sensors.lidar is not None:
         eye = np.array([x + world.lidar.x * math.cos(yaw), y + world.lidar.x * math.sin(yaw)])

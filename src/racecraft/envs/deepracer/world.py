@@ -34,6 +34,7 @@ from racecraft.envs.deepracer.actions import ActionSpace
 from racecraft.envs.deepracer.camera import MOUNT_V1, MOUNT_V2, MOUNT_V3, Camera, CameraMount
 from racecraft.envs.deepracer.fidelity import AWS_MAX_TICKS, SANE_MAX_SECONDS, TICK_JITTER, WHEEL_KICK, habits
 from racecraft.envs.deepracer.kernels import race as kernels
+from racecraft.envs.deepracer.kernels.eyes import join_eyes
 from racecraft.envs.deepracer.light import light_for
 from racecraft.envs.deepracer.objects import OBJECT_STATE, new_objects
 from racecraft.envs.deepracer.placing import plan_objects
@@ -57,6 +58,8 @@ from racecraft.tracks.track import Track
 
 CAMERA_NAME = FRONT
 CRITIC_NAME = "track_state"
+EYE_PAIR = np.dtype("<u2")
+"""Two eyes' grey levels of one pixel, left before right in memory, as one number."""
 
 RewardFunction = Callable[[dict[str, Any]], float]
 
@@ -121,6 +124,8 @@ class RaceWorld:
         self._palettes = np.tile(_grey_levels(self.camera.scene, sensors), (num_cars, 1))
         self._ranges = np.zeros((*self.reports.shape, BEAMS))
         self._no_lidar = np.zeros((*self.reports.shape, 0), np.float32)
+        self._every_car = np.ones(self.reports.shape, bool)
+        self._frames, self._last_frames = (self._room_for_eyes() for _ in range(2))
         self._arrays = self.track.arrays()
         self.profiles = _profiles(profiles or [PROFILES[race_config.car]] * cars_per_world, self.reports.shape)
         """How each car answers steering and throttle, PROFILE (N, M); may be written to between ticks."""
@@ -222,8 +227,9 @@ class RaceWorld:
         self._finished.clear()
         kernels.line_up(
             self._arrays, self._plan, self._objects, *self._sight, self._palettes, self._keys, self._cars,
-            self._ranges, *self._views(buffers.observations),
+            self._ranges, *self._views(buffers.observations, self._frames),
         )  # fmt: skip
+        self._join_eyes(self._frames, self._every_car, buffers.observations)
         self._show_active(buffers)
 
     def park(self, rows: Array) -> None:
@@ -257,10 +263,13 @@ class RaceWorld:
         kernels.tick(
             self._arrays, self._plan, self._objects, self.profiles, self._rules, *self._sight, self._palettes,
             told.numbers, told.chosen, told.sent, self._parked, self._keys, self._cars, self.reports, self._ranges,
-            *self._views(buffers.observations), *self._views(buffers.final_observations),
+            *self._views(buffers.observations, self._frames),
+            *self._views(buffers.final_observations, self._last_frames),
         )  # fmt: skip
         buffers.terminated[:] = self.reports["terminated"]
         buffers.truncated[:] = self.reports["truncated"]
+        self._join_eyes(self._frames, self._every_car, buffers.observations)
+        self._join_eyes(self._last_frames, buffers.terminated | buffers.truncated, buffers.final_observations)
         self._show_active(buffers)
         buffers.reward[:] = 0.0
         if self.reward is not None:
@@ -301,8 +310,9 @@ class RaceWorld:
             self._ranges[:] = state["ranges"]
         kernels.look_again(
             self._arrays, self._objects, *self._sight, self._palettes, self._cars, self._ranges,
-            *self._views(buffers.observations),
+            *self._views(buffers.observations, self._frames),
         )  # fmt: skip
+        self._join_eyes(self._frames, self._every_car, buffers.observations)
         self._show_active(buffers)
 
     def close(self) -> None:
@@ -311,11 +321,24 @@ class RaceWorld:
     def _show_active(self, buffers: StepBuffers) -> None:
         buffers.active[:] = self.habits.prepare_is_learned | ~self._cars["preparing"]
 
-    def _views(self, observations: Mapping[str, Array]) -> tuple[Array, Array, Array]:
-        """Return views of what is shown as kernels want it: frames (N, M, E, H, W), the critic's numbers, the LiDAR."""
-        frames, lidar = observations[self.sensors.camera_name], self.sensors.lidar
-        by_eye = np.moveaxis(frames, -1, 2) if self.sensors.camera == STEREO else frames[:, :, None]
-        return by_eye, observations[CRITIC_NAME], self._no_lidar if lidar is None else observations[lidar.name]
+    def _views(self, observations: Mapping[str, Array], own: Array) -> tuple[Array, Array, Array]:
+        """Return what kernels write: frames (N, M, E, H, W), the critic's numbers, what the LiDAR tells.
+
+        One eye is drawn where its observation lies; two are drawn into a room of our `own`, see `_join_eyes`.
+        """
+        lidar = self.sensors.lidar
+        frames = own if self.sensors.camera == STEREO else observations[self.sensors.camera_name][:, :, None]
+        return frames, observations[CRITIC_NAME], self._no_lidar if lidar is None else observations[lidar.name]
+
+    def _room_for_eyes(self) -> Array:
+        """Return room for the frames of two eyes, (N, M, 2, H, W); one eye needs none."""
+        count = 2 if self.sensors.camera == STEREO else 0
+        return np.zeros((*self.reports.shape, count, self.camera.height, self.camera.width), np.uint8)
+
+    def _join_eyes(self, own: Array, cars: Array, observations: Mapping[str, Array]) -> None:
+        """Show the frames of two eyes as one of two channels, for cars (bool (N, M))."""
+        if self.sensors.camera == STEREO:
+            join_eyes(own, cars, observations[STEREO].view(EYE_PAIR)[..., 0])
 
     def _mounted(self) -> MountedLidar:
         return mounted_lidar(

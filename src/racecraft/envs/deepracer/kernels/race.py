@@ -14,6 +14,7 @@ import numpy as np
 from racecraft.envs.deepracer.kernels.bots import drive_bots
 from racecraft.envs.deepracer.kernels.boxes import draw_boxes, is_in_frame
 from racecraft.envs.deepracer.kernels.camera import render_frame
+from racecraft.envs.deepracer.kernels.eyes import render_pair
 from racecraft.envs.deepracer.kernels.lidar import look_around, tell
 from racecraft.envs.deepracer.kernels.objects import car_touches, is_to_blame, object_hit, object_near, objects_around
 from racecraft.envs.deepracer.kernels.placing import place_objects
@@ -395,11 +396,14 @@ def look(track, objects, scene, optics, eyes, palette, car, n, frame, critic_vie
     heading error, speed in m/s, steering in rad, then for each distance of CRITIC_LOOKS_AHEAD_M sine and cosine of the
     road's direction there against the car's.
     """
-    cos, sin = math.cos(car.yaw), math.sin(car.yaw)
-    for eye in range(eyes.shape[0]):
-        x, y = car.x - sin * eyes[eye], car.y + cos * eyes[eye]
-        render_frame(scene, optics, x, y, car.yaw, palette, frame[eye])
-        if objects.boxes.shape[1] > 0:
+    if eyes.shape[0] == 1:
+        render_frame(scene, optics, car.x, car.y, car.yaw, palette, frame[0])
+    else:
+        render_pair(scene, optics, car.x, car.y, car.yaw, eyes[0], palette, frame)
+    if objects.boxes.shape[1] > 0:
+        cos, sin = math.cos(car.yaw), math.sin(car.yaw)
+        for eye in range(eyes.shape[0]):
+            x, y = car.x - sin * eyes[eye], car.y + cos * eyes[eye]
             draw_boxes(optics, objects.boxes[n], objects.kinds[n], x, y, car.yaw, palette, frame[eye])
     left = (car.border_inner < car.border_outer) == track.is_ccw
     _, _, road_yaw = pose_on_line(track.centre, track.arc, track.closed, car.arc)
