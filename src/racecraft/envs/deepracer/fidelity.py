@@ -146,21 +146,21 @@ DEPARTURES = (
         "The least distance between boxes that are placed at random, in metres by its documents, is taken per cent of "
         "the lap, and per cent of that again at each placing: on laps under 100 m it soon is nothing.",
         "It is metres along the centre line, always; every arrangement that keeps it is as likely.",
-        "envs/deepracer/objects.py",
+        "envs/deepracer/placing.py",
     ),
     Departure(
         "corners_collide",
         "A car has hit a box where one of the car's corners lies in the box's rectangle, 0.1 m longer and wider than "
         "the box: a box between two corners is not felt, and air beside it is.",
         "They have hit each other where their rectangles touch.",
-        "envs/deepracer/objects.py",
+        "envs/deepracer/placing.py",
     ),
     Departure(
         "blame_is_by_lap",
         "Who ran into whom is told by the place on the lap: a bot that has crossed the start line is behind a car that "
         "has not.",
         "By who is ahead, wherever the start line lies.",
-        "envs/deepracer/objects.py",
+        "envs/deepracer/placing.py",
     ),
 )
 """Facts: section 11, points 6, 31, 19, 20, 21, 8, 13, 15 and 18; sections 2.2 and 5.4."""
@@ -169,6 +169,7 @@ KEPT_IN_BOTH = (
     "Reward and ending speak of the pose the action was chosen at, one tick before the action shows.",
     "`steps` is a float that a racer first sees as 2.0, so that a reward which waits for 1 (or 0) waits for ever; "
     "`x`, `y` are the front of the car; `speed` and `steering_angle` are commands.",
+    "`objects_heading` is in rad, 0 of what stands; `objects_speed` is what bots were told, penalty or not.",
     "In a time trial the lists of objects are empty and `closest_objects` is [0, 0].",
     "Globals, class state and function attributes of a reward belong to one car, as they did to one worker, and last "
     "over its episodes.",

@@ -61,7 +61,6 @@ OBJECT_STATE = np.dtype(
         ("arc", "f8"),  # m from the start line along the centre line
         ("centre_distance", "f8"),  # m, never negative
         ("is_left", "b1"),  # of the centre line, in driving direction
-        ("speed", "f8"),  # m/s, of a bot; 0 for what stands
         ("lane", "f8"),  # share of the half road it stands or drives beside the centre line, left positive
         ("driven", "f8"),  # of a bot: m along the centre line that its lane's spline is at
         ("next_lane", "f8"),  # of a bot that changes lanes: where to; else as `lane`

@@ -41,11 +41,12 @@ def plan_objects(track: Track, asked: BoxesConfig | BotsConfig | None, habits: H
         num_cars: Cars of a world; random places leave room for their starts.
 
     Raises:
-        SettingError: So many do not fit, or two listed places overlap.
+        SettingError: So many do not fit, two listed places overlap, or times are the wrong way round.
     """
     if asked is None:
         return no_objects()
-    places = read_positions(getattr(asked, "positions", ""))
+    positions = asked.positions if isinstance(asked, BoxesConfig) else ""
+    places = read_positions(positions)
     count = len(places) or asked.number
     if places:
         arcs = np.array([share * track.length for share, _ in places])
@@ -54,7 +55,7 @@ def plan_objects(track: Track, asked: BoxesConfig | BotsConfig | None, habits: H
         arcs = np.linspace(asked.min_distance, track.length - FIXED_END_M, count)
         inner = [k % 2 == 0 for k in range(count)]
     moves = isinstance(asked, BotsConfig)
-    kind = BOT_CAR if moves or asked.as_cars else BOX_TYPES.index(asked.type)
+    kind = BOX_TYPES.index(asked.type) if isinstance(asked, BoxesConfig) and not asked.as_cars else BOT_CAR
     built = KINDS[kind]
     plan = no_objects()._replace(
         sizes=np.tile([built.length / 2, built.width / 2, built.height], (count, 1)),
@@ -68,6 +69,11 @@ def plan_objects(track: Track, asked: BoxesConfig | BotsConfig | None, habits: H
         least_distance=asked.min_distance,
     )
     if isinstance(asked, BotsConfig):
+        if asked.lane_change_after_low > asked.lane_change_after_high:
+            raise SettingError(
+                f"bots.lane_change_after_low is {asked.lane_change_after_low:g} s, bots.lane_change_after_high "
+                f"{asked.lane_change_after_high:g} s; expected the least time to be no longer than the most."
+            )
         knots, cubics = lane_splines(track)
         plan = plan._replace(
             knots=knots,
@@ -80,7 +86,7 @@ def plan_objects(track: Track, asked: BoxesConfig | BotsConfig | None, habits: H
             penalty=asked.penalty,
         )
     if places:
-        _require_apart(track, plan, asked.positions)
+        _require_apart(track, plan, positions)
     else:
         _require_room(track, plan, num_cars, "bots" if moves else "boxes")
     return plan

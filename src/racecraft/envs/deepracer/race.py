@@ -72,6 +72,15 @@ CRITIC_LOOKS_AHEAD_M = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
 CRITIC_NUMBERS = 5 + 2 * len(CRITIC_LOOKS_AHEAD_M)
 """Length of the privileged observation; see `look` in kernels/race.py."""
 
+CRITIC_OBJECTS = 2
+"""So many objects next ahead the critic is told of, in a race that has any."""
+CRITIC_OBJECT_REACH_M = 3.0
+"""Along the centre line; what lies farther ahead is not told."""
+CRITIC_OBJECT_BEHIND_M = 0.4
+"""An object counts as ahead until the car's nose is so far past its middle."""
+CRITIC_OBJECT_NUMBERS = 2 * CRITIC_OBJECTS
+"""How much longer the privileged observation then is; see `tell_objects` in kernels/race.py."""
+
 CAR_STATE = np.dtype(
     [
         ("x", "f8"), ("y", "f8"), ("yaw", "f8"),  # base_link, m and rad

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from racecraft.contract.errors import SettingError
 from racecraft.envs.deepracer.objects import BOX_TYPES, read_positions
+from racecraft.settings.composition import Settings
 from racecraft.settings.table import check_group, setting
 
 TIME_TRIAL, OBJECT_AVOIDANCE, HEAD_TO_BOT = RACE_TYPES = ("TIME_TRIAL", "OBJECT_AVOIDANCE", "HEAD_TO_BOT")
@@ -104,11 +104,6 @@ class BotsConfig:
 
     def __post_init__(self) -> None:
         check_group(self)
-        if self.lane_change_after_low > self.lane_change_after_high:
-            raise SettingError(
-                f"lane_change_after_low is {self.lane_change_after_low:g} s and lane_change_after_high "
-                f"{self.lane_change_after_high:g} s; expected the least time to be no longer than the most."
-            )
 
 
 @dataclass(frozen=True)
@@ -128,6 +123,27 @@ class CameraConfig:
         check_group(self)
 
 
-def default_objects(race: RaceConfig) -> BoxesConfig | BotsConfig | None:
-    """Return what a race of a type has in its way where nothing else is said."""
-    return {OBJECT_AVOIDANCE: BoxesConfig(), HEAD_TO_BOT: BotsConfig()}.get(race.type)
+def race_groups(race_type: str) -> dict[str, BoxesConfig | BotsConfig]:
+    """Return the groups of settings that a type of race brings along, with their defaults.
+
+    >>> list(race_groups("OBJECT_AVOIDANCE")), list(race_groups("TIME_TRIAL"))
+    (['boxes'], [])
+    """
+    if race_type == TIME_TRIAL:
+        return {}
+    return {"boxes": BoxesConfig()} if race_type == OBJECT_AVOIDANCE else {"bots": BotsConfig()}
+
+
+def objects_of(settings: Settings) -> BoxesConfig | BotsConfig | None:
+    """Return what stands or drives in the way of a race with these settings."""
+    asked: BoxesConfig | BotsConfig | None = next(
+        (getattr(settings, name) for name in race_groups(settings.race.type) if name in settings), None
+    )
+    return asked
+
+
+def with_race_groups(settings: Settings) -> Settings:
+    """Return the settings with the groups that their type of race brings along."""
+    for name, group in race_groups(settings.race.type).items():
+        settings = settings.with_group(name, group)
+    return settings

@@ -1,6 +1,6 @@
 """DeepRacer cars as a `World`: N worlds of M cars, each world on its own copy of the track.
 
-What it is       1/18-scale cars with cameras and LiDAR on an AWS DeepRacer track, time trial
+What it is       1/18-scale cars with cameras and LiDAR on an AWS DeepRacer track: time trial, boxes or bots in the way
 Acts             15 times a second: one of the action table's (steering, speed) pairs, or a pair within two ranges,
                  steering in rad, positive left, speed in m/s
 Sees             one camera, uint8 grey (H, W), 160x120 or any smaller size by the same optics, of STEREO_CAMERAS
@@ -9,7 +9,7 @@ Sees             one camera, uint8 grey (H, W), 160x120 or any smaller size by t
 Rewarded by      the user's reward_function(params); every key in `reward_params.py`
 Begins           at rest on the centre line, nose along it; one prepare tick; each episode a little further round.
                  Several cars of a world begin in two lanes, 0.75 m behind one another, and never within each other
-Terminates       lap complete, off track (all four wheels), immobilised, driving backwards
+Terminates       lap complete, crashed into an object, off track (all four wheels), immobilised, driving backwards
 Truncates        after RaceConfig.max_episode_seconds of simulated time
 Settings         RaceConfig, CameraConfig
 Departs from AWS as `fidelity.py` says line by line: RaceConfig.fidelity `aws` brings the original's habits back
@@ -38,7 +38,7 @@ from racecraft.envs.deepracer.kernels.eyes import join_eyes
 from racecraft.envs.deepracer.light import light_for
 from racecraft.envs.deepracer.objects import OBJECT_STATE, new_objects
 from racecraft.envs.deepracer.placing import plan_objects
-from racecraft.envs.deepracer.reward_params import RewardParams
+from racecraft.envs.deepracer.reward_params import ObjectReports, RewardParams
 from racecraft.envs.deepracer.scene import Scene, build_scene
 from racecraft.envs.deepracer.sensors import (
     AWS_HERTZ,
@@ -51,7 +51,7 @@ from racecraft.envs.deepracer.sensors import (
     Sensors,
     mounted_lidar,
 )
-from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig, default_objects
+from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig, race_groups
 from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS, TICKS_PER_SECOND, CarProfile
 from racecraft.formats.aws.lidar_config import BEAMS
 from racecraft.tracks.track import Track
@@ -143,7 +143,8 @@ class RaceWorld:
             WHEEL_KICK if self.habits.wheels_wander else 0.0,
             self.habits.wheels_keep_their_angle,
         )
-        self._plan = plan_objects(self.track, objects or default_objects(race_config), self.habits, cars_per_world)
+        asked = objects or next(iter(race_groups(race_config.type).values()), None)
+        self._plan = plan_objects(self.track, asked, self.habits, cars_per_world)
         self._objects = new_objects(self._plan, num_cars)
         self._action_shape = (num_cars, cars_per_world, *actions.spec.shape)
         self._action_count = math.prod(self._action_shape)
@@ -165,7 +166,9 @@ class RaceWorld:
         self._keys = _keys(0, self._cars.shape)
         self._reward_sums = np.zeros(self._cars.shape)
         self._finished: list[EpisodeRecord] = []
-        self._spec = world_spec(actions, camera_config, num_cars, f"DeepRacer {track.name}", cars_per_world, sensors)
+        self._spec = world_spec(
+            actions, camera_config, num_cars, f"DeepRacer {track.name}", cars_per_world, sensors, asked is not None
+        )
 
     @property
     def spec(self) -> WorldSpec:
@@ -353,8 +356,15 @@ class RaceWorld:
         reports, paid = self.reports.reshape(-1), rewards.flat
         called = ~np.isin(reports["status"], (race.PREPARE, race.PARK))
         of_car = [self.reward] * called.size if callable(self.reward) else self.reward
-        for car, params in zip(np.flatnonzero(called).tolist(), self._params.of(reports[called]), strict=True):
+        objects = self._object_reports() if self._objects.kinds.size else None
+        cars = np.flatnonzero(called)
+        worlds = cars // self._spec.num_agents
+        for car, params in zip(cars.tolist(), self._params.of(reports[called], objects, worlds), strict=True):
             paid[car] = of_car[car](params)
+
+    def _object_reports(self) -> ObjectReports:
+        drive = bool(self._plan.knots.size)
+        return ObjectReports(self.seen_boxes, self.seen_objects, drive, self._plan.speed)
 
     def _keep_episodes(self, rewards: Array) -> None:
         self._reward_sums += rewards
@@ -381,8 +391,10 @@ def world_spec(
     name: str = "DeepRacer",
     cars_per_world: int = 1,
     sensors: Sensors = FRONT_CAMERA,
+    has_objects: bool = False,
 ) -> WorldSpec:
     """Return the promise of a race world; the same on every track."""
+    critic_numbers = race.CRITIC_NUMBERS + (race.CRITIC_OBJECT_NUMBERS if has_objects else 0)
     return WorldSpec(
         name=name,
         num_worlds=num_cars,
@@ -390,7 +402,7 @@ def world_spec(
         observations={
             **sensors.specs(camera_config.width, camera_config.height),
             CRITIC_NAME: ArraySpec(
-                (race.CRITIC_NUMBERS,), np.float32, privileged=True, doc="Place, speed and the road ahead."
+                (critic_numbers,), np.float32, privileged=True, doc="Place, speed and the road ahead."
             ),
         },
         actions=actions.spec,

@@ -12,7 +12,7 @@ from racecraft.envs.deepracer.actions import ActionSpace, action_space
 from racecraft.envs.deepracer.camera import CameraMount
 from racecraft.envs.deepracer.light import light_for
 from racecraft.envs.deepracer.sensors import Sensors, car_sensors
-from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
+from racecraft.envs.deepracer.settings import TIME_TRIAL, CameraConfig, RaceConfig, objects_of, race_groups
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
 from racecraft.formats.aws.model_metadata import action_space_from_aws
 from racecraft.formats.checkpoint import CheckpointEntry
@@ -36,7 +36,7 @@ class TrainedCar:
     checkpoint: CheckpointEntry
     policy: TrainedPolicy
     settings: Settings
-    """Its race and its camera: the groups `race` and `camera`."""
+    """Its race, what is in its way, and its camera: the groups `race`, `boxes` or `bots`, and `camera`."""
     actions: ActionSpace
     version: str | None
     """Version in its metadata; decides where the camera sits."""
@@ -69,6 +69,7 @@ class TrainedCar:
             laps=laps,
             mount=self.mount,
             sensors=self.sensors,
+            objects=objects_of(self.settings),
         )
 
 
@@ -87,11 +88,14 @@ def load_trained_car(path: str | Path, which: str = "best") -> TrainedCar:
     run.read_job_of(KIND)
     policy = load_policy(run, which)
     told = policy.metadata
+    race_type = told["settings"]["race"].get("type", TIME_TRIAL)
     return TrainedCar(
         run=run,
         checkpoint=policy.checkpoint,
         policy=policy,
-        settings=from_dictionary(Settings(race=RaceConfig(), camera=CameraConfig()), told["settings"]),
+        settings=from_dictionary(
+            Settings(race=RaceConfig(), camera=CameraConfig(), **race_groups(race_type)), told["settings"]
+        ),
         actions=actions_of(told["model_metadata"]),
         version=told["model_metadata"]["version"],
         sensors=sensors_of(told["model_metadata"]),

@@ -19,7 +19,7 @@ from racecraft.algorithms.sac import SacConfig
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.envs.deepracer.fidelity import FIDELITIES, habits
 from racecraft.envs.deepracer.sensors import STEREO
-from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
+from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig, with_race_groups
 from racecraft.formats.aws.hyperparameters import Hyperparameters
 from racecraft.formats.aws.lidar_config import LIDARS
 from racecraft.formats.aws.model_metadata import NETWORKS, ModelMetadata
@@ -166,7 +166,10 @@ def settings_for(
     settings, notes = preset_settings(preset, metadata, algorithm)
     settings = with_fidelity(settings, fidelity or FIDELITY_OF[preset], network_of(metadata))
     settings = _with_json(settings, hyperparameters, notes)
-    settings = apply_overrides(copy_critics_as_aws(settings) if preset == "aws" else settings, overrides)
+    overrides = tuple(overrides)
+    settings = apply_overrides(settings, (one for one in overrides if one.split("=")[0].strip() == "race.type"))
+    settings = with_race_groups(copy_critics_as_aws(settings) if preset == "aws" else settings)
+    settings = apply_overrides(settings, overrides)
     settings = fit_exploration(settings, metadata, notes)
     return fit_worlds_to_episodes(settle_precision(settings, notes), notes), notes
 

@@ -32,9 +32,7 @@ def drive_bots(track, plan, objects, reports, n):
             state.pause = plan.penalty
         if state.pause > 0.0:
             state.pause -= TICK_SECONDS
-            state.speed = 0.0
         else:
-            state.speed = plan.speed
             drive_bot(track, plan, state, objects.keys[n, 1], k)
             take_pose(track, plan, objects.boxes[n, k], state)
 
@@ -72,7 +70,6 @@ def line_up_bot(track, plan, box, state, key, k):
     """Put a bot where it begins an episode: at `state.arc`, in `state.lane`, about to drive."""
     state.driven = state.arc
     state.next_lane, state.change_driven, state.pause = state.lane, -1.0, 0.0
-    state.speed = plan.speed
     state.change_in = time_to_change(plan, state, key, k) if plan.changes_lanes else 0.0
     take_pose(track, plan, box, state)
 

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from racecraft.envs.deepracer.kernels.camera import LEVEL, add_edge
-from racecraft.kernels import kernel
+from racecraft.kernels import kernel, parallel_kernel, prange
 
 FIRST_OBJECT = 10
 """Material of the first kind of object (`scene.MATERIALS`)."""
@@ -22,8 +22,22 @@ FULL = 16384
 """A pixel that is wholly covered, in the sheet of coverage."""
 SUN_X, SUN_Y = 0.6, -0.8
 """Where light comes from, over the ground; tops have all of it."""
-SIDE_LIGHT, SUN_SHARE = 0.72, 0.14
-"""A side has this share of a top's light, more where it faces the sun and less where it is turned away."""
+SIDE_LIGHT, SUN_SHARE = 0.92, 0.12
+"""A side has this share of a top's light, more where it faces the sun and less where it is turned away: in the
+original a lit wall is as bright as lit ground (`light.py`), and an edge between two sides can be seen."""
+
+
+@parallel_kernel
+def paint_boxes(optics, boxes, kinds, poses, palettes, frames):
+    """Paint boxes (R, K, 6) of kinds (R, K) over R frames (R, H, W, C), as `camera.render_frames` has made them."""
+    one_each = np.int64(palettes.shape[0] > 1)
+    for row in prange(poses.shape[0]):
+        palette = palettes[np.int64(row) * one_each]
+        for channel in range(palettes.shape[2]):
+            draw_boxes(
+                optics, boxes[row], kinds[row], poses[row, 0], poses[row, 1], poses[row, 2], palette[:, channel],
+                frames[row, :, :, channel],
+            )  # fmt: skip
 
 
 @kernel
@@ -61,29 +75,28 @@ def may_be_seen(optics, box, eye_x, eye_y, cosine, sine):
 
 @kernel
 def sort_back_to_front(boxes, seen, eye_x, eye_y):
-    """Order boxes so that none is painted before one that it hides: of those that are left, one that hides none."""
+    """Order boxes so that none is painted before one that it hides: of those left, the farthest that hides none."""
     count = seen.shape[0]
     for place in range(count - 1):
-        chosen, farthest = -1, -1.0
+        chosen, farthest = place, -1.0
         for index in range(place, count):
             box = boxes[seen[index]]
             distance = math.hypot(box[0] - eye_x, box[1] - eye_y)
             if distance <= farthest:
                 continue
-            hides_another = False
+            hides_none = True
             for other in range(place, count):
-                if other != index and is_before(box, boxes[seen[other]], eye_x, eye_y):
-                    hides_another = True
+                if other != index and not stands_before(boxes[seen[other]], box, eye_x, eye_y):
+                    hides_none = False
                     break
-            if not hides_another:
+            if hides_none:
                 chosen, farthest = index, distance
-        if chosen > place:
-            seen[place], seen[chosen] = seen[chosen], seen[place]
+        seen[place], seen[chosen] = seen[chosen], seen[place]
 
 
 @kernel
-def is_before(box, other, eye_x, eye_y):
-    """Tell whether a box may hide another from an eye: the line along a side of one of them parts them that way."""
+def stands_before(box, other, eye_x, eye_y):
+    """Tell whether the other cannot hide a box: a line along a side of one of the two has eye and box on one side."""
     return parts(box, other, eye_x, eye_y, True) or parts(other, box, eye_x, eye_y, False)
 
 
@@ -133,7 +146,7 @@ def add_box(coverage, colours, optics, box, eye_x, eye_y, cosine, sine, level):
         # Seen from outside the face's left end comes first, clockwise on the picture: up, across, down.
         for corner in range(4):
             at_left_end = corner < 2
-            turns = face if at_left_end else face + 3
+            turns = face + 3 if at_left_end else face
             along = box[3] if turns % 4 == 0 or turns % 4 == 3 else -box[3]
             across = box[4] if turns % 4 < 2 else -box[4]
             corners[corner, 0] = box[0] + along * cos - across * sin
@@ -206,7 +219,7 @@ def lay_over(frame, coverage, colours, top, bottom, left, right):
             level = (
                 np.int32(frame[row, column]) * (FULL - share) + np.int32(colour) * (FULL // LEVEL) + FULL // 2
             ) >> 14
-            frame[row, column] = np.uint8(min(max(level, 0), 255))
+            frame[row, column] = min(max(level, 0), 255)
     coverage[top : bottom + 1, left:right] = 0
     colours[top : bottom + 1, left:right] = 0
 

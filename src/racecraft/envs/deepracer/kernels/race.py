@@ -22,6 +22,10 @@ from racecraft.envs.deepracer.kernels.vehicle import drive
 from racecraft.envs.deepracer.race import (
     CRASHED,
     CRITIC_LOOKS_AHEAD_M,
+    CRITIC_NUMBERS,
+    CRITIC_OBJECT_BEHIND_M,
+    CRITIC_OBJECT_REACH_M,
+    CRITIC_OBJECTS,
     IMMOBILISED,
     IMMOBILISED_M,
     IMMOBILISED_TICKS,
@@ -415,3 +419,27 @@ def look(track, objects, scene, optics, eyes, palette, car, n, frame, critic_vie
         _, _, ahead_yaw = pose_on_line(track.centre, track.arc, track.closed, car.arc + CRITIC_LOOKS_AHEAD_M[k])
         critic_view[5 + 2 * k] = math.sin(ahead_yaw - car.yaw)
         critic_view[6 + 2 * k] = math.cos(ahead_yaw - car.yaw)
+    if critic_view.shape[0] > CRITIC_NUMBERS:
+        tell_objects(track, objects.states[n], car, critic_view[CRITIC_NUMBERS:])
+
+
+@kernel
+def tell_objects(track, states, car, numbers):
+    """Write of each of the CRITIC_OBJECTS objects next ahead how near it is, 0 to 1, and how far beside the line.
+
+    The latter is a share of half the road's width where the car is, left positive; both are 0 where nothing is near.
+    """
+    last_gap, last = -1.0, -1
+    for place in range(CRITIC_OBJECTS):
+        nearest, found = CRITIC_OBJECT_REACH_M, -1
+        for k in range(states.shape[0]):
+            gap = (states[k].arc - car.arc + CRITIC_OBJECT_BEHIND_M) % track.length
+            is_later = gap > last_gap or (gap == last_gap and k > last)
+            if is_later and gap < nearest:
+                nearest, found = gap, k
+        numbers[2 * place] = numbers[2 * place + 1] = 0.0
+        if found >= 0:
+            beside = states[found].centre_distance / (0.5 * car.track_width)
+            numbers[2 * place] = 1.0 - nearest / CRITIC_OBJECT_REACH_M
+            numbers[2 * place + 1] = beside if states[found].is_left else -beside
+        last_gap, last = nearest, found
