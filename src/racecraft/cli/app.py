@@ -14,7 +14,7 @@ import typer
 
 from racecraft.cli import algorithms, bench, run, settings
 from racecraft.cli.battlesnake import snakes
-from racecraft.cli.deepracer import evaluate, logs, new, replay, tracks, train
+from racecraft.cli.deepracer import evaluate, logs, new, replay, sensors, tracks, train
 from racecraft.cli.gym import gym
 from racecraft.cli.runs import export, record, report, stop
 from racecraft.cli.unity import unity
@@ -37,6 +37,7 @@ app.command(name="stop")(stop.stop)
 app.command(name="replay")(replay.replay)
 app.command(name="logs")(logs.logs)
 app.command(name="new")(new.new)
+app.command(name="sensors")(sensors.sensors)
 app.add_typer(tracks.app, name="tracks")
 app.add_typer(gym.app, name="gym")
 app.add_typer(snakes.app, name="snakes")
