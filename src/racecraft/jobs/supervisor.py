@@ -105,9 +105,7 @@ class Supervisor:
     def close(self) -> None:
         """End what it works at; whoever comes next goes on with it."""
         for name, work in self._work.items():
-            work.child.kill()
-            work.child.process.wait()
-            work.child.ended()
+            work.child.end()
             self._change(name, lambda job: job.interrupted(self._clock(), "its supervisor ended", progressed=True))
         self._work.clear()
 
@@ -168,8 +166,7 @@ class Supervisor:
         held = {job.name: job for job in jobs}
         for name, work in list(self._work.items()):
             if name not in held or held[name].owner != self._name:
-                work.child.kill()
-                work.child.process.wait()
+                work.child.end()
                 del self._work[name]
 
     def _take_up_silent(self, jobs: list[Job]) -> None:
