@@ -39,6 +39,7 @@ GRACE_SECONDS = 120.0
 IDLE_SECONDS = 20.0
 """A supervisor without work goes home after so long."""
 LOCK_PATIENCE_SECONDS = 2.0
+SIGKILL = 9
 
 
 @dataclass
@@ -126,6 +127,8 @@ class Supervisor:
             return job.interrupted(now, "made room for a job that goes before it", progressed=True)
         if code == 0:
             return job.finished(State.COMPLETED, now)
+        if 128 - code in (-signal.SIGTERM, -SIGKILL):  # as a shell tells it, or a script that was heard out
+            code = 128 - code
         if code < 0:
             progressed = progress_mark(self._home, work.spec) > work.progress
             return job.interrupted(now, f"ended by {children.signal_name(code)}", progressed)
