@@ -1,7 +1,9 @@
 """A home of jobs of its own for a test, whose supervisor is ended afterwards."""
 
+import contextlib
 import os
 import signal
+from pathlib import Path
 
 import pytest
 from tests.jobs.makers import wait_until
@@ -22,25 +24,15 @@ def home(tmp_path, monkeypatch):
 def supervisor_of(home):
     """Return the numbers of the processes that supervise a home."""
     found = []
-    for folder in os.listdir("/proc"):
-        try:
-            words = open(f"/proc/{folder}/cmdline", "rb").read().split(b"\0")
-            told = open(f"/proc/{folder}/environ", "rb").read().split(b"\0")
-        except OSError:
-            continue
-        if b"supervise" in words and f"RACECRAFT_JOBS={home.path}".encode() in told:
-            found.append(int(folder))
+    for folder in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            words, told = ((folder / name).read_bytes().split(b"\0") for name in ("cmdline", "environ"))
+            if b"supervise" in words and f"RACECRAFT_JOBS={home.path}".encode() in told:
+                found.append(int(folder.name))
     return found
 
 
 def end_supervisor(home):
     for number in supervisor_of(home):
         os.kill(number, signal.SIGTERM)
-    wait_until(lambda: not [one for one in supervisor_of(home) if not _is_zombie(one)], 20.0)
-
-
-def _is_zombie(number):
-    try:
-        return open(f"/proc/{number}/stat").read().rpartition(")")[2].split()[0] == "Z"
-    except OSError:
-        return True
+    wait_until(lambda: not supervisor_of(home), 20.0)  # one that has ended has no words any more

@@ -68,11 +68,8 @@ def test_a_script_finds_what_it_would_find_at_sagemaker(source, capsys):
     assert told["inputs"] == ["map.json"]
     variables = told["variables"]
     assert json.loads(variables["SM_HPS"]) == {"num_iters": 3, "e": 0.5}
-    assert (variables["SM_HP_NUM_ITERS"], variables["SM_NUM_CPUS"], variables["SM_CURRENT_HOST"]) == (
-        "3",
-        "1",
-        "algo-1",
-    )
+    names = ("SM_HP_NUM_ITERS", "SM_NUM_CPUS", "SM_CURRENT_HOST")
+    assert [variables[name] for name in names] == ["3", "1", "algo-1"]
     assert json.loads(variables["SM_CHANNELS"]) == ["train"]
     assert variables["SM_MODEL_DIR"] == os.path.join(variables["SAGEMAKER_BASE_DIR"], "model")
 

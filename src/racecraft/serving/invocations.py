@@ -229,9 +229,10 @@ def _picture(body: bytes, part: ArraySpec) -> Array:
     """Return a picture as the policy sees it: its size by averaging areas, its channels as many as it has."""
     from PIL import Image, UnidentifiedImageError
 
-    if len(part.shape) != 3 or part.shape[-1] not in (1, 3):
+    if not (len(part.shape) == 2 or (len(part.shape) == 3 and part.shape[2] in (1, 3))):
         raise _bad(f"this policy sees numbers of shape {part.shape}, no picture; expected {JSON} or {NPY}.")
-    height, width, channels = part.shape
+    height, width = part.shape[:2]
+    channels = part.shape[2] if len(part.shape) == 3 else 1
     try:
         with Image.open(io.BytesIO(body)) as opened:
             picture = opened.convert("L" if channels == 1 else "RGB")
@@ -239,7 +240,7 @@ def _picture(body: bytes, part: ArraySpec) -> Array:
                 picture = picture.resize((width, height), Image.Resampling.BOX)
     except (UnidentifiedImageError, OSError, ValueError, Image.DecompressionBombError) as error:
         raise _bad(f"no picture ({error}); expected PNG or JPEG.") from None
-    return np.asarray(picture, np.uint8).reshape(1, height, width, channels)
+    return np.asarray(picture, np.uint8).reshape(1, *part.shape)
 
 
 def _shape(part: ArraySpec) -> str:
