@@ -17,7 +17,7 @@ from racecraft.cli.battlesnake import snakes
 from racecraft.cli.deepracer import evaluate, logs, new, replay, sensors, tracks, train
 from racecraft.cli.gym import gym
 from racecraft.cli.jobs import jobs
-from racecraft.cli.runs import export, record, report, serve, stop
+from racecraft.cli.runs import export, import_model, record, report, serve, stop
 from racecraft.cli.unity import unity
 from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.jobs import lifeline
@@ -46,6 +46,7 @@ app.add_typer(snakes.app, name="snakes")
 app.add_typer(unity.app, name="unity")
 app.add_typer(jobs.app, name="jobs")
 app.command(name="serve")(serve.serve)
+app.command(name="import")(import_model.import_)
 app.command(name="export")(export.export)
 app.command(name="run", context_settings=run.CONTEXT)(run.run)
 app.command(name="record")(record.record)

@@ -25,6 +25,7 @@ from racecraft.contract.errors import RacecraftError, RunFolderError
 from racecraft.contract.world import World
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
+from racecraft.players.deepracer.foreign_model import IMPORTED, borrowed_run
 from racecraft.players.trained import SPEC, split_source
 from racecraft.rollout.collector import Collector
 from racecraft.rollout.episodes import StepObserver
@@ -265,7 +266,7 @@ def checkpoint_metadata(experiment: Experiment, learner: Learner) -> dict[str, A
 
 
 def begin_with(learner: Learner, source: str, experiment: Experiment) -> tuple[str, ...]:
-    """Give a learner the weights of an earlier run; its optimiser starts from zero, and so do all counts.
+    """Give a learner the weights of an earlier run, or of a model of AWS's; its optimiser and all counts start from zero.
 
     Returns:
         What is worth saying about them, a clause each.
@@ -275,10 +276,10 @@ def begin_with(learner: Learner, source: str, experiment: Experiment) -> tuple[s
         CheckpointError: No such checkpoint, or a damaged one.
     """
     path, which = split_source(source)
-    run = RunFolder.open(path)
+    run = borrowed_run(path)
     run.read_job_of(experiment.kind)
     weights, metadata = Checkpoints(run.checkpoints).load_policy(which)
-    notes = experiment.same_shape(path, metadata)
+    notes = (*experiment.same_shape(path, metadata), *metadata.get(IMPORTED, ()))
     mine = learner.state_dict()["network"]
     for name in sorted(set(mine) | set(weights)):
         here = tuple(mine[name].shape) if name in mine else "absent"
