@@ -52,6 +52,10 @@ class Question:
     """Of a choice: which option; None: the one that is taken."""
 
 
+TAKEN = Question()
+"""The first number, or the option that is taken."""
+
+
 @dataclass(frozen=True)
 class Confidence:
     """How sure a policy is of R rows."""
@@ -130,10 +134,37 @@ class Seen:
         return Seen({**self.fed, **{name: fed[name] for name in observations}}, self.pictures)
 
 
+class SeeingPolicy:
+    """A policy that plays on as ever and keeps what it was fed, tick by tick, with its memory of that moment.
+
+    Args:
+        policy: Whose it is.
+    """
+
+    def __init__(self, policy: Any) -> None:
+        self.policy = policy
+        self._ticks: list[Seen] = []
+
+    def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
+        """Return the policy's actions (R, …)."""
+        self._ticks.append(Seen.now(self.policy, observations))
+        actions: Array = self.policy.act(observations, action_mask)
+        return actions
+
+    def forget(self, rows: Array) -> None:
+        """Begin anew for the rows whose episode ended."""
+        self.policy.forget(rows)
+
+    @property
+    def seen(self) -> Seen:
+        """All that was fed so far, the ticks' rows end to end."""
+        return Seen.joined(self._ticks)
+
+
 def attend(
     policy: Any,
     observations: Mapping[str, Array] | Seen,
-    question: Question = Question(),  # noqa: B008 (frozen)
+    question: Question = TAKEN,
     steps: int = STEPS,
     action_mask: Array | None = None,
 ) -> Attention:
