@@ -18,13 +18,14 @@ from typing import Any, cast
 
 import numpy as np
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from racecraft.algorithms.learner import REPLAY, Anneals, Decision, Learner, StateDict, greedy_policy_of
 from racecraft.algorithms.networks import is_image
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.replay_sampler import ReplayLearner
 from racecraft.algorithms.rollout_batch import RolloutBatch
+from racecraft.algorithms.transparent import Scores
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
 
@@ -148,6 +149,23 @@ class StackedPolicy:
         """Begin anew for the rows whose episode ended."""
         self.frames.forget(rows)
         self.policy.forget(rows)
+
+    @property
+    def eyes(self) -> nn.Module:
+        """The network from stacks to features."""
+        eyes: nn.Module = self.policy.eyes
+        return eyes
+
+    def fed(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
+        """Return the stacks that the network would be fed; see `Transparent`."""
+        stacks, _ = self.frames.push(observations, keep=False)
+        fed: dict[str, Tensor] = self.policy.fed({**observations, **stacks})
+        return fed
+
+    def scores(self, fed: Mapping[str, Tensor]) -> Scores:
+        """Return what it makes of what it is fed; see `Transparent`."""
+        scores: Scores = self.policy.scores(fed)
+        return scores
 
 
 class FrameStack:
