@@ -17,7 +17,7 @@ from racecraft.cli.battlesnake import snakes
 from racecraft.cli.deepracer import evaluate, logs, new, replay, sensors, tracks, train
 from racecraft.cli.gym import gym
 from racecraft.cli.jobs import jobs
-from racecraft.cli.runs import export, import_model, look, record, report, serve, stop
+from racecraft.cli.runs import export, import_model, look, record, report, serve, stop, watch
 from racecraft.cli.unity import unity
 from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.jobs import lifeline
@@ -36,6 +36,7 @@ app.command(name="train")(train.train)
 app.command(name="evaluate")(evaluate.evaluate)
 app.command(name="report")(report.report)
 app.command(name="look")(look.look)
+app.command(name="watch")(watch.watch)
 app.command(name="stop")(stop.stop)
 app.command(name="replay")(replay.replay)
 app.command(name="logs")(logs.logs)

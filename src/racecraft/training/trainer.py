@@ -32,7 +32,7 @@ from racecraft.rollout.episodes import StepObserver
 from racecraft.rollout.replay import Replay
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import as_dictionary
-from racecraft.training.callbacks import Callbacks, TrainingCallback
+from racecraft.training.callbacks import Callbacks, KnowsRun, TrainingCallback
 from racecraft.training.loop import Evaluator, Outcome, TrainingLoop
 from racecraft.training.named_files import as_in_run, asked_in_run, found_in_run, lay_named_files, named_files
 from racecraft.training.processor import prepare_processor
@@ -186,6 +186,8 @@ class TrainingSession:
         self._experiment, self._run, self._say, self._learner = experiment, run, say, learner
         if settings.runtime.tensorboard:
             callback = Callbacks(TensorBoard(run.path / FOLDER), callback)
+        if isinstance(callback, KnowsRun):
+            callback.run_made(run.path)
         experiment.warm_up(say)
         observers = [*attendants.observers]
         self._collector = Collector(experiment.world, learner, settings.rollout.horizon, experiment.seed, observers)

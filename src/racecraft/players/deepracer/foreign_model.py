@@ -36,7 +36,7 @@ from racecraft.formats.aws.model_metadata import (
     refuse_unbuilt,
     write_model_metadata,
 )
-from racecraft.formats.aws.policy_graph import input_name, policy_output_in, read_policy_graph, strides_in
+from racecraft.formats.aws.policy_graph import policy_output_in, read_policy_graph, strides_in
 from racecraft.formats.aws.policy_layers import DISCRETE, IMAGE, SAC, PolicyLayers, PolicyLayersError, layers_from
 from racecraft.formats.aws.trained_model import (
     ForeignModel,
@@ -206,9 +206,7 @@ def _observations(car: ModelMetadata, layers: PolicyLayers) -> dict[str, ArraySp
     return dict(world_spec(action_space(car.action_space), camera).observations)
 
 
-def _require_same_answers(
-    path: Path, layers: PolicyLayers, function: GraphFunction, policy: ForeignPolicy
-) -> None:
+def _require_same_answers(path: Path, layers: PolicyLayers, function: GraphFunction, policy: ForeignPolicy) -> None:
     """Ask graph and network about frames of noise.
 
     Raises:
