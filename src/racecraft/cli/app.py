@@ -14,11 +14,11 @@ import typer
 
 from racecraft.cli import algorithms, bench, explain, run, settings
 from racecraft.cli.battlesnake import snakes
-from racecraft.cli.deepracer import evaluate, init, logs, new, replay, tracks, train
+from racecraft.cli.deepracer import evaluate, init, logs, new, replay, sensors, tracks, train
 from racecraft.cli.deepracer.dr import group
 from racecraft.cli.gym import gym
 from racecraft.cli.jobs import jobs
-from racecraft.cli.runs import checkpoints, export, import_model, record, report, stop, watch
+from racecraft.cli.runs import checkpoints, export, import_model, look, record, report, serve, stop, watch
 from racecraft.cli.unity import unity
 from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.jobs import lifeline
@@ -37,6 +37,7 @@ app.command(name="train")(train.train)
 app.command(name="evaluate")(evaluate.evaluate)
 app.command(name="report")(report.report)
 app.command(name="checkpoints")(checkpoints.checkpoints)
+app.command(name="look")(look.look)
 app.command(name="watch")(watch.watch)
 app.command(name="stop")(stop.stop)
 app.command(name="replay")(replay.replay)
@@ -44,11 +45,13 @@ app.command(name="logs")(logs.logs)
 app.command(name="new")(new.new)
 app.command(name="init")(init.init)
 app.add_typer(group.app, name="dr")
+app.command(name="sensors")(sensors.sensors)
 app.add_typer(tracks.app, name="tracks")
 app.add_typer(gym.app, name="gym")
 app.add_typer(snakes.app, name="snakes")
 app.add_typer(unity.app, name="unity")
 app.add_typer(jobs.app, name="jobs")
+app.command(name="serve")(serve.serve)
 app.command(name="import")(import_model.import_)
 app.command(name="export")(export.export)
 app.command(name="run", context_settings=run.CONTEXT)(run.run)

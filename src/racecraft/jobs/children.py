@@ -40,6 +40,12 @@ class Child:
                 self.process.stdin.close()
         return code
 
+    def end(self) -> None:
+        """End it at once, and wait until it has."""
+        self.kill()
+        self.process.wait()
+        self.ended()
+
     def ask_to_end(self) -> None:
         """Ask it to end (SIGTERM)."""
         with contextlib.suppress(OSError):

@@ -39,6 +39,7 @@ GRACE_SECONDS = 120.0
 IDLE_SECONDS = 20.0
 """A supervisor without work goes home after so long."""
 LOCK_PATIENCE_SECONDS = 2.0
+SIGKILL = 9
 
 
 @dataclass
@@ -105,9 +106,7 @@ class Supervisor:
     def close(self) -> None:
         """End what it works at; whoever comes next goes on with it."""
         for name, work in self._work.items():
-            work.child.kill()
-            work.child.process.wait()
-            work.child.ended()
+            work.child.end()
             self._change(name, lambda job: job.interrupted(self._clock(), "its supervisor ended", progressed=True))
         self._work.clear()
 
@@ -128,6 +127,8 @@ class Supervisor:
             return job.interrupted(now, "made room for a job that goes before it", progressed=True)
         if code == 0:
             return job.finished(State.COMPLETED, now)
+        if 128 - code in (-signal.SIGTERM, -SIGKILL):  # as a shell tells it, or a script that was heard out
+            code = 128 - code
         if code < 0:
             progressed = progress_mark(self._home, work.spec) > work.progress
             return job.interrupted(now, f"ended by {children.signal_name(code)}", progressed)
@@ -168,8 +169,7 @@ class Supervisor:
         held = {job.name: job for job in jobs}
         for name, work in list(self._work.items()):
             if name not in held or held[name].owner != self._name:
-                work.child.kill()
-                work.child.process.wait()
+                work.child.end()
                 del self._work[name]
 
     def _take_up_silent(self, jobs: list[Job]) -> None:

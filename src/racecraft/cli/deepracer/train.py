@@ -80,18 +80,16 @@ def train(
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
-    if detach:
-        begun = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1") if resume else None
+    if resume:
+        begun, request = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1"), None
+    else:
         request = RaceRequest(folder, track, car, preset, fidelity, **asked(algorithm, stop, run, seed, set_, from_))
-        return detach_training(context, begun or run, None if resume else request, json)
+    if detach:
+        return detach_training(context, run, request, json)
     with watched(watcher(sys.stderr if json else sys.stdout), watch, tell, stays=not json) as watching:
-        if resume:
-            begun = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1")
+        if request is None:
             trained = resume_run(begun, tuple(stop or ()), watching, tell, "deepracer")
         else:
-            request = RaceRequest(
-                folder, track, car, preset, fidelity, **asked(algorithm, stop, run, seed, set_, from_)
-            )
             trained = train_world(request, watching, tell)
         files = _paint(trained, tell) if pictures else {}
         if json:

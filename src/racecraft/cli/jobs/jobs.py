@@ -217,6 +217,16 @@ def supervise() -> None:
     work(JobHome.of_user())
 
 
+@app.command(hidden=True)
+def enter(folder: Annotated[Path, typer.Argument(help="A job's own folder.")]) -> None:
+    """Run an estimator's script in the rooms of its job; started by a supervisor."""
+    from racecraft.compat.foreign import run_script
+    from racecraft.jobs.container import entered
+
+    with entered(folder) as (script, arguments):
+        run_script(script, arguments)
+
+
 def _submit_file(path: Path, name: str) -> Job:
     from dataclasses import replace
 

@@ -10,6 +10,7 @@ from typing import Any
 from racecraft.envs.deepracer.actions import ActionSpace, action_space
 from racecraft.envs.deepracer.camera import CameraMount
 from racecraft.envs.deepracer.light import light_for
+from racecraft.envs.deepracer.sensors import Sensors, car_sensors
 from racecraft.envs.deepracer.settings import TIME_TRIAL, CameraConfig, RaceConfig, objects_of, race_groups
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
 from racecraft.formats.aws.model_metadata import action_space_from_aws
@@ -34,6 +35,8 @@ class TrainedCar:
     actions: ActionSpace
     version: str | None
     """Version in its metadata; decides where the camera sits."""
+    sensors: Sensors
+    """What it sees with."""
     trained_on: Track
     """Track it was trained on."""
 
@@ -60,6 +63,7 @@ class TrainedCar:
             start_shares=start_shares,
             laps=laps,
             mount=self.mount,
+            sensors=self.sensors,
             objects=objects_of(self.settings),
         )
 
@@ -89,8 +93,14 @@ def load_trained_car(path: str | Path, which: str = "best") -> TrainedCar:
         ),
         actions=actions_of(told["model_metadata"]),
         version=told["model_metadata"]["version"],
+        sensors=sensors_of(told["model_metadata"]),
         trained_on=track_of_run(run),
     )
+
+
+def sensors_of(metadata: Mapping[str, Any]) -> Sensors:
+    """Return what a car sees with, from AWS's metadata as plain values."""
+    return car_sensors(metadata["sensor"], metadata.get("lidar_config"))
 
 
 def actions_of(metadata: Mapping[str, Any]) -> ActionSpace:

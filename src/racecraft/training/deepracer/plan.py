@@ -12,6 +12,7 @@ from racecraft.contract.errors import RunFolderError, SettingError, TrackError
 from racecraft.envs.deepracer.actions import ActionSpace, action_space
 from racecraft.envs.deepracer.fidelity import habits
 from racecraft.envs.deepracer.placing import plan_objects
+from racecraft.envs.deepracer.sensors import Sensors, car_sensors
 from racecraft.envs.deepracer.settings import TIME_TRIAL, objects_of, with_race_groups
 from racecraft.envs.deepracer.vehicle import PROFILES
 from racecraft.formats.aws.drfc_folder import DrfcFolder
@@ -89,6 +90,12 @@ class CarPlan:
         """What the car can be told."""
         return action_space(self.model.metadata.action_space)
 
+    @property
+    def sensors(self) -> Sensors:
+        """What the car sees with."""
+        metadata = self.model.metadata
+        return car_sensors(metadata.sensors, metadata.lidar_config)
+
 
 def plan_car(request: RaceRequest) -> CarPlan:
     """Read and check everything a request names; nothing is written.
@@ -150,8 +157,8 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
     job = run.read_job_of(KIND)
     if IMPORTED in job:
         raise RunFolderError(
-            f"{path}: was imported from {job[IMPORTED]}, which holds nothing of its trainer's state; expected a run that "
-            f"was trained here. Begin a new one with its weights: --from {path}."
+            f"{path}: was imported from {job[IMPORTED]}, which holds nothing of its trainer's state; expected a run "
+            f"that was trained here. Begin a new one with its weights: --from {path}."
         )
     _require_copies(run)
     asked = job["asked"]

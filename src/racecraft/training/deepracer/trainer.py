@@ -182,6 +182,7 @@ def race_world(
         start_shares=start_shares,
         laps=laps,
         mount=mount_for_version(planned.model.metadata.version),
+        sensors=planned.sensors,
         objects=objects_of(course.settings),
     )
 
