@@ -184,11 +184,11 @@ def run_env_page() -> str:
 
     def table(status: str) -> str:
         rows = [
-            (f"`{one.name}`", f"`{one.file}.env`", f"`{one.default}`" if one.default else "", one.effect)
+            (f"`{one.name}`", one.effect + (f" In a new {one.file}.env: `{one.default}`." if one.default else ""))
             for one in BY_NAME.values()
             if one.status == status
         ]
-        return _table(("variable", "file", "in a new file", "what it does here"), rows)
+        return _table(("variable", "what it does here"), rows)
 
     tables = "\n\n".join(f"## {title}\n\n{table(status)}" for status, title in STATUSES.items())
     spellings = [(f"`{other}`", f"`{name}`") for other, name in OTHER_SPELLINGS.items()]
@@ -209,12 +209,16 @@ Documents, older versions and slips of the original's code use these names; they
 
 def glossary_page() -> str:
     """Return the words of the console, the JSON files and run.env beside ours."""
-    from racecraft.training.deepracer.glossary import GLOSSARY
+    from racecraft.training.deepracer.glossary import GLOSSARY, Term
 
     def code(names: str) -> str:
         return ", ".join(f"`{name.strip()}`" for name in names.split(",") if name.strip())
 
-    rows = [(term.console, code(term.json), code(term.variable), code(term.ours), term.meaning) for term in GLOSSARY]
+    def elsewhere(term: Term) -> str:
+        worlds = {"JSON": term.json, "run.env": term.variable, "racecraft": term.ours}
+        return "; ".join(f"{world} {code(names)}" for world, names in worlds.items() if names)
+
+    rows = [(term.console, term.meaning, elsewhere(term)) for term in GLOSSARY]
     return f"""# Glossary
 
 One idea, four names: that of the AWS DeepRacer console, that of the JSON files (or of the dictionary that a reward
@@ -224,7 +228,7 @@ function is given), the variable of DeepRacer for Cloud, and ours. `racecraft ex
     racecraft explain lr
     racecraft explain gradient descent batch size
 
-{_table(("console", "JSON", "run.env", "racecraft", "meaning"), rows)}"""
+{_table(("in the console", "what it is", "elsewhere"), rows)}"""
 
 
 def track_pictures() -> dict[str, str]:
