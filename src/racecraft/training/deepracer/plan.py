@@ -20,6 +20,7 @@ from racecraft.formats.aws.reward_source import RewardSource
 from racecraft.formats.aws.run_env import RunEnv
 from racecraft.formats.run_folder import TRACK as RUN_TRACK
 from racecraft.formats.run_folder import RunFolder
+from racecraft.players.deepracer.foreign_model import IMPORTED
 from racecraft.players.deepracer.trained_car import KIND, track_of_run
 from racecraft.players.trained import split_source
 from racecraft.settings.composition import Settings
@@ -133,6 +134,11 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
     """
     run = RunFolder.open(path)
     job = run.read_job_of(KIND)
+    if IMPORTED in job:
+        raise RunFolderError(
+            f"{path}: was imported from {job[IMPORTED]}, which holds nothing of its trainer's state; expected a run "
+            f"that was trained here. Begin a new one with its weights: --from {path}."
+        )
     _require_copies(run)
     asked = job["asked"]
     track = track_of_run(run)
