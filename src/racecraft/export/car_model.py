@@ -16,10 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.algorithms.plain_layers import layers_of
+from racecraft.algorithms.plain_layers import NoPlainLayersError, layers_of
 from racecraft.algorithms.weights import to_arrays
 from racecraft.contract.errors import RacecraftError
 from racecraft.contract.world import Array
+from racecraft.envs.deepracer.sensors import STEREO
 from racecraft.envs.deepracer.world import CAMERA_NAME
 from racecraft.export.car_frames import Frames, drive_for_frames
 from racecraft.formats.aws.car_archive import write_car_archive
@@ -90,7 +91,16 @@ def export_to_car(
 
 
 def car_layers(car: TrainedCar) -> PolicyLayers:
-    """Return a trained car's layers, under the names of the sensors in its metadata."""
+    """Return a trained car's layers, under the names of the sensors in its metadata.
+
+    Raises:
+        NoPlainLayersError: A car's software does not know such a policy, or the car has other inputs than one frame.
+    """
+    if car.sensors.lidar is not None or car.sensors.camera == STEREO:
+        seen = " and ".join(car.sensors.specs(1, 1))
+        raise NoPlainLayersError(
+            f"{car.run.path}: its car sees with {seen}; expected one camera of one eye: others are not exported yet."
+        )
     weights, _ = Checkpoints(car.run.checkpoints).load_policy(str(car.checkpoint.iteration))
     return layers_of(car.policy.spec, to_arrays(weights), sorted(car.policy.metadata["model_metadata"]["sensor"]))
 

@@ -110,7 +110,7 @@ def test_every_sensor_has_the_layers_of_the_original(network, lidar):
         (("FRONT_FACING_CAMERA", "LIDAR"), ("FRONT_FACING_CAMERA", "LIDAR")),
         (("FRONT_FACING_CAMERA", "DISCRETIZED_SECTOR_LIDAR"), ("DISCRETIZED_SECTOR_LIDAR", "FRONT_FACING_CAMERA")),
         (("STEREO_CAMERAS", "SECTOR_LIDAR"), ("SECTOR_LIDAR", "STEREO_CAMERAS")),
-        (("LEFT_CAMERA", "LIDAR"), ("LEFT_CAMERA", "LIDAR")),
+        (("LEFT_CAMERA", "LIDAR"), ("FRONT_FACING_CAMERA", "LIDAR")),
         (("observation", "LIDAR"), ("LIDAR", "observation")),
     ],
 )
