@@ -6,6 +6,7 @@ are matplotlib's, made without its global state.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from racecraft.analysis.deepracer.drive import LAP_COMPLETE, OFF_TRACK, Drive, as_drive
+from racecraft.analysis.deepracer.drive import CRASHED, LAP_COMPLETE, OFF_TRACK, Drive, as_drive
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import Array
 from racecraft.formats.whole import whole_file
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 BLUE, ORANGE, GREEN, RED = "#0072b2", "#e69f00", "#009e73", "#d55e00"
 DARK_RED = "#8f1d00"
 """For many small marks on a green field."""
+BOX_COLOUR = "#d6aa78"
 KINDS = ("png", "svg", "pdf")
 
 MetricRows = Sequence[Mapping[str, Any]]
@@ -84,8 +86,11 @@ def draw_path(
     *,
     title: str | None = None,
     dpi: int = 160,
+    objects: tuple[Array, Array] | None = None,
 ) -> Figure:
     """Draw what was driven on the circuit, coloured by driven speed; where the car left the road stands a cross.
+
+    Boxes stand where the last lap met them, bots where it ended.
 
     Args:
         path: File to write: .png, .svg or .pdf.
@@ -93,6 +98,7 @@ def draw_path(
         drive: T ticks of one car: a drive, TICK_REPORT (T,) or rows of an episode file; laps are laid over each other.
         title: Headline; the circuit and how it ended when None.
         dpi: Points per inch of a .png.
+        objects: Boxes and bots in every tick, (T, K, 6) and their kinds (T, K), as `objects.Objects` has them.
 
     Returns:
         The figure.
@@ -105,6 +111,8 @@ def draw_path(
     drive = as_drive(drive)
     words = title if title is not None else story(track.title or track.name, drive)
     figure = path_figure(track, drive, words)
+    if objects is not None:
+        draw_boxes(figure, objects[0][-1])
     save_figure(figure, path, dpi)
     return figure
 
@@ -115,8 +123,20 @@ def path_figure(track: Track, drive: Drive, title: str) -> Figure:
     limits = speed_limits(drive)
     painted = [PaintedPath(lap.xy, lap.driven_mps, "driven speed (m/s)", limits) for lap in laps if len(lap) > 1]
     figure = draw_track(track, paths=painted, number_every=0, title=title)
-    mark_exits(figure, drive.xy[drive.status == OFF_TRACK])
+    mark_exits(figure, drive.xy[np.isin(drive.status, (OFF_TRACK, CRASHED))])
     return figure
+
+
+def draw_boxes(figure: Figure, boxes: Array) -> None:
+    """Draw boxes (K, 6) on a circuit's picture, from above."""
+    from matplotlib.patches import Rectangle
+
+    for x, y, yaw, half_length, half_width, _ in boxes:
+        outline = Rectangle(
+            (x - half_length, y - half_width), 2 * half_length, 2 * half_width, angle=math.degrees(yaw),
+            rotation_point="center", facecolor=BOX_COLOUR, edgecolor=PAPER, linewidth=1.0, zorder=9,
+        )  # fmt: skip
+        figure.axes[0].add_patch(outline)
 
 
 def speed_limits(drive: Drive) -> tuple[float, float]:
