@@ -123,7 +123,9 @@ def path_figure(track: Track, drive: Drive, title: str) -> Figure:
     limits = speed_limits(drive)
     painted = [PaintedPath(lap.xy, lap.driven_mps, "driven speed (m/s)", limits) for lap in laps if len(lap) > 1]
     figure = draw_track(track, paths=painted, number_every=0, title=title)
-    mark_exits(figure, drive.xy[np.isin(drive.status, (OFF_TRACK, CRASHED))])
+    ways = {OFF_TRACK: "left the road", CRASHED: "crashed"}
+    words = " or ".join(way for status, way in ways.items() if (drive.status == status).any())
+    mark_exits(figure, drive.xy[np.isin(drive.status, tuple(ways))], words=words)
     return figure
 
 
@@ -145,7 +147,7 @@ def speed_limits(drive: Drive) -> tuple[float, float]:
     return float(min(low, high - 0.1)), float(high)
 
 
-def mark_exits(figure: Figure, xy: Array, in_all: int | None = None) -> None:
+def mark_exits(figure: Figure, xy: Array, in_all: int | None = None, words: str = "left the road") -> None:
     """Put a cross where cars left the road, (E, 2) m, and say in a corner what it means and how many there were."""
     if not len(xy):
         return
@@ -157,9 +159,9 @@ def mark_exits(figure: Figure, xy: Array, in_all: int | None = None) -> None:
         xy[:, 0], xy[:, 1], s=48 if few else 26, c=RED if few else DARK_RED, marker="X", linewidths=0,
         alpha=1.0 if few else 0.6, zorder=9.1,
     )  # fmt: skip
-    places = "left the road" if len(xy) == 1 else f"left the road, {len(xy):,} times"
+    places = words if len(xy) == 1 else f"{words}, {len(xy):,} times"
     if in_all is not None and in_all > len(xy):
-        places = f"left the road, the latest {len(xy):,} of {in_all:,} times"
+        places = f"{words}, the latest {len(xy):,} of {in_all:,} times"
     legend = axes.legend(
         [crosses], [places], loc="lower left", fontsize=10, borderaxespad=1.4, facecolor=PAPER, framealpha=0.9
     )

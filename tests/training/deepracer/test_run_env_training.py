@@ -133,7 +133,9 @@ def test_an_older_model_is_found_by_prefix_uri_or_path(tmp_path, monkeypatch, wr
 
 
 WRONG = [  # line, what the letter holds
-    ("DR_RACE_TYPE=OBJECT_AVOIDANCE", "DR_RACE_TYPE: 'OBJECT_AVOIDANCE' is valid and not built yet; expected"),
+    ("DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_NUMBER_OF_OBSTACLES=-2", "2: DR_OA_NUMBER_OF_OBSTACLES: '-2'; expected"),
+    ("DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_OBJECT_POSITIONS=1.4,1", "DR_OA_OBJECT_POSITIONS: '1.4,1' lies off"),
+    ("DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_OBSTACLE_TYPE=crate", "DR_OA_OBSTACLE_TYPE: 'crate'; expected box_obstacle"),
     ("DR_RACE_TYPE=HEAD_TO_MODEL", "DR_RACE_TYPE: 'HEAD_TO_MODEL' is valid and not built yet"),
     ("DR_RACE_TYPE=TIME_TRAIL", "DR_RACE_TYPE: 'TIME_TRAIL'; expected TIME_TRIAL or"),
     ("DR_TRAIN_REVERSE_DIRECTION=left", "DR_TRAIN_REVERSE_DIRECTION: 'left'; expected True or False"),
