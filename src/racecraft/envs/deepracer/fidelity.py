@@ -49,6 +49,9 @@ class Habits:
     ticks_jitter: bool
     wheels_wander: bool
     wheels_keep_their_angle: bool
+    lidar_faces_backward: bool
+    lidar_is_slow: bool
+    lidar_is_noisy: bool
     box_distance_slips: bool
     corners_collide: bool
     blame_is_by_lap: bool
@@ -121,6 +124,24 @@ DEPARTURES = (
         "envs/deepracer/world.py",
     ),
     Departure(
+        "lidar_faces_backward",
+        "The LiDAR is mounted with its nose to the car's tail: its blind 60 degrees lie straight ahead.",
+        "Its nose points ahead; the blind 60 degrees lie behind.",
+        "envs/deepracer/world.py",
+    ),
+    Departure(
+        "lidar_is_slow",
+        "It reads 10 times a second: every third tick is told of what was read the tick before.",
+        "It reads 15 times a second, once for every frame.",
+        "envs/deepracer/world.py",
+    ),
+    Departure(
+        "lidar_is_noisy",
+        "Readings stray by 1 cm (standard deviation).",
+        "Readings are exact.",
+        "envs/deepracer/world.py",
+    ),
+    Departure(
         "box_distance_slips",
         "The least distance between boxes that are placed at random, in metres by its documents, is taken per cent of "
         "the lap, and per cent of that again at each placing: on laps under 100 m it soon is nothing.",
@@ -142,7 +163,7 @@ DEPARTURES = (
         "envs/deepracer/placing.py",
     ),
 )
-"""Facts: section 11, points 6, 31, 19, 20, 21, 8, 13 and 15; section 5.4."""
+"""Facts: section 11, points 6, 31, 19, 20, 21, 8, 13, 15 and 18; sections 2.2 and 5.4."""
 
 KEPT_IN_BOTH = (
     "Reward and ending speak of the pose the action was chosen at, one tick before the action shows.",

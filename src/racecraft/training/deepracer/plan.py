@@ -12,6 +12,7 @@ from racecraft.contract.errors import RunFolderError, SettingError, TrackError
 from racecraft.envs.deepracer.actions import ActionSpace, action_space
 from racecraft.envs.deepracer.fidelity import habits
 from racecraft.envs.deepracer.placing import plan_objects
+from racecraft.envs.deepracer.sensors import Sensors, car_sensors
 from racecraft.envs.deepracer.settings import objects_of, with_race_groups
 from racecraft.envs.deepracer.vehicle import PROFILES
 from racecraft.formats.aws.model_metadata import as_aws_dict
@@ -19,6 +20,7 @@ from racecraft.formats.aws.reward_source import RewardSource
 from racecraft.formats.aws.run_env import RunEnv
 from racecraft.formats.run_folder import TRACK as RUN_TRACK
 from racecraft.formats.run_folder import RunFolder
+from racecraft.players.deepracer.foreign_model import IMPORTED
 from racecraft.players.deepracer.trained_car import KIND, track_of_run
 from racecraft.players.trained import split_source
 from racecraft.settings.composition import Settings
@@ -82,6 +84,12 @@ class CarPlan:
         """What the car can be told."""
         return action_space(self.model.metadata.action_space)
 
+    @property
+    def sensors(self) -> Sensors:
+        """What the car sees with."""
+        metadata = self.model.metadata
+        return car_sensors(metadata.sensors, metadata.lidar_config)
+
 
 def plan_car(request: RaceRequest) -> CarPlan:
     """Read and check everything a request names; nothing is written.
@@ -126,6 +134,11 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
     """
     run = RunFolder.open(path)
     job = run.read_job_of(KIND)
+    if IMPORTED in job:
+        raise RunFolderError(
+            f"{path}: was imported from {job[IMPORTED]}, which holds nothing of its trainer's state; expected a run "
+            f"that was trained here. Begin a new one with its weights: --from {path}."
+        )
     _require_copies(run)
     asked = job["asked"]
     track = track_of_run(run)

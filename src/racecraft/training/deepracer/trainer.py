@@ -36,6 +36,7 @@ from racecraft.training.deepracer.aws.files import AwsFiles
 from racecraft.training.deepracer.aws.setup import aws_setup
 from racecraft.training.deepracer.cloning import require_same_shape
 from racecraft.training.deepracer.evaluator import FLYING_LAPS, CarEvaluator
+from racecraft.training.deepracer.live import LivePublisher
 from racecraft.training.deepracer.plan import (
     KIND,
     CarPlan,
@@ -125,7 +126,7 @@ def attended(planned: CarPlan, reward: RewardFunction, run: RunFolder, notes: Se
         log.writelines(f"{note}\n" for note in notes)
         recorder = EpisodeRecorder()
         setup = aws_setup(planned.track.name, planned.settings, metadata, hyperparameters, run.path.name, planned.env)
-        yield RunAttendants(recorder, AwsFiles(run.path, setup), [recorder])
+        yield RunAttendants(recorder, AwsFiles(run.path, setup), [recorder, LivePublisher(run)])
 
 
 def lay_files(planned: CarPlan, reward: RewardFunction, run: RunFolder) -> None:
@@ -155,6 +156,7 @@ def race_world(
         start_shares=start_shares,
         laps=laps,
         mount=mount_for_version(planned.model.metadata.version),
+        sensors=planned.sensors,
         objects=objects_of(planned.settings),
     )
 

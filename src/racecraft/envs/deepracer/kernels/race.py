@@ -14,6 +14,8 @@ import numpy as np
 from racecraft.envs.deepracer.kernels.bots import drive_bots
 from racecraft.envs.deepracer.kernels.boxes import draw_boxes, is_in_frame
 from racecraft.envs.deepracer.kernels.camera import render_frame
+from racecraft.envs.deepracer.kernels.eyes import render_pair
+from racecraft.envs.deepracer.kernels.lidar import look_around, tell
 from racecraft.envs.deepracer.kernels.objects import car_touches, is_to_blame, object_hit, object_near, objects_around
 from racecraft.envs.deepracer.kernels.placing import place_objects
 from racecraft.envs.deepracer.kernels.vehicle import drive
@@ -60,7 +62,9 @@ FRONT_X, FRONT_Y = FRONT_WHEELS_M
 
 
 @parallel_kernel
-def line_up(track, plan, objects, scene, optics, palettes, cars, frames, critic_views):
+def line_up(
+    track, plan, objects, scene, optics, eyes, lidar, palettes, keys, cars, ranges, frames, critic_views, lidar_views
+):  # fmt: skip
     """Put objects in their places and the cars at the start of their episode, clear of one another, and look."""
     for n in prange(cars.shape[0]):
         for m in range(cars.shape[1]):
@@ -69,21 +73,25 @@ def line_up(track, plan, objects, scene, optics, palettes, cars, frames, critic_
         for m in range(cars.shape[1]):
             make_room(track, objects, cars, n, m, m)
         for m in range(cars.shape[1]):
-            look(track, objects, scene, optics, palettes[n], cars[n, m], n, frames[n, m], critic_views[n, m])
+            look(track, objects, scene, optics, eyes, palettes[n], cars[n, m], n, frames[n, m], critic_views[n, m])
+            look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m])
 
 
 @parallel_kernel
-def look_again(track, plan, objects, scene, optics, palettes, cars, frames, critic_views):
-    """Look from where every car is, as after loading a saved race."""
+def look_again(
+    track, objects, scene, optics, eyes, lidar, palettes, cars, ranges, frames, critic_views, lidar_views
+):  # fmt: skip
+    """Look from where every car is, as after loading a saved race; a LiDAR's newest reading was saved with it."""
     for n in prange(cars.shape[0]):
         for m in range(cars.shape[1]):
-            look(track, objects, scene, optics, palettes[n], cars[n, m], n, frames[n, m], critic_views[n, m])
+            look(track, objects, scene, optics, eyes, palettes[n], cars[n, m], n, frames[n, m], critic_views[n, m])
+            tell(lidar, ranges[n, m], lidar_views[n, m])
 
 
 @parallel_kernel
 def tick(
-    track, plan, objects, profiles, rules, scene, optics, palettes, numbers, chosen, sent, parked, keys,
-    cars, reports, frames, critic_views, last_frames, last_critic_views,
+    track, plan, objects, profiles, rules, scene, optics, eyes, lidar, palettes, numbers, chosen, sent, parked, keys,
+    cars, reports, ranges, frames, critic_views, lidar_views, last_frames, last_critic_views, last_lidar_views,
 ):  # fmt: skip
     """Advance N worlds of M cars by one tick.
 
@@ -95,6 +103,8 @@ def tick(
         rules: Rules.
         scene: Scene, for `render_frame`.
         optics: Optics, likewise.
+        eyes: float64 (E,), how far left of the car's middle each eye sits, m.
+        lidar: MountedLidar; without one the views of it are empty.
         palettes: Colours of each world, first axis N.
         numbers: (N, M) int64, each action's number in its table, for the reports.
         chosen: (N, M, 2) commanded steering in rad and speed in m/s, as the policy chose them.
@@ -103,10 +113,13 @@ def tick(
         keys: (N, M) uint64, each car's own stream of chance.
         cars: CAR_STATE (N, M), advanced in place.
         reports: TICK_REPORT (N, M), written.
-        frames: uint8 (N, M, H, W), what is seen after the tick.
+        ranges: float64 (N, M, 64), each LiDAR's newest reading, m; stands until the next.
+        frames: uint8 (N, M, E, H, W), what is seen after the tick.
         critic_views: float32 (N, M, CRITIC_NUMBERS), likewise.
+        lidar_views: float32 (N, M, L), likewise; L is 0 without a LiDAR.
         last_frames: As `frames`, written for cars whose episode ended: its last observation.
         last_critic_views: As `critic_views`, likewise.
+        last_lidar_views: As `lidar_views`, likewise.
     """
     for n in prange(cars.shape[0]):
         for m in range(cars.shape[1]):
@@ -126,16 +139,10 @@ def tick(
         for m in range(cars.shape[1]):
             if reports[n, m].terminated or reports[n, m].truncated:
                 look(
-                    track,
-                    objects,
-                    scene,
-                    optics,
-                    palettes[n],
-                    cars[n, m],
-                    n,
-                    last_frames[n, m],
-                    last_critic_views[n, m],
-                )
+                    track, objects, scene, optics, eyes, palettes[n], cars[n, m], n,
+                    last_frames[n, m], last_critic_views[n, m],
+                )  # fmt: skip
+                look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], last_lidar_views[n, m])
         for m in range(cars.shape[1]):
             if reports[n, m].terminated or reports[n, m].truncated:
                 restart(track, profiles[n, m], rules, cars[n, m])
@@ -143,7 +150,8 @@ def tick(
                     place_objects(track, plan, objects, cars, n)
                 make_room(track, objects, cars, n, m, cars.shape[1])
         for m in range(cars.shape[1]):
-            look(track, objects, scene, optics, palettes[n], cars[n, m], n, frames[n, m], critic_views[n, m])
+            look(track, objects, scene, optics, eyes, palettes[n], cars[n, m], n, frames[n, m], critic_views[n, m])
+            look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m])
 
 
 @kernel
@@ -386,16 +394,22 @@ def start_pose(track, share, left):
 
 
 @kernel
-def look(track, objects, scene, optics, palette, car, n, frame, critic_view):
-    """Draw the frame, and write what only a critic may see.
+def look(track, objects, scene, optics, eyes, palette, car, n, frame, critic_view):
+    """Draw what each eye sees, and write what only a critic may see.
 
     The critic's numbers: offset from the centre line over half the road's width (left positive), sine and cosine of the
     heading error, speed in m/s, steering in rad, then for each distance of CRITIC_LOOKS_AHEAD_M sine and cosine of the
     road's direction there against the car's.
     """
-    render_frame(scene, optics, car.x, car.y, car.yaw, palette, frame)
+    if eyes.shape[0] == 1:
+        render_frame(scene, optics, car.x, car.y, car.yaw, palette, frame[0])
+    else:
+        render_pair(scene, optics, car.x, car.y, car.yaw, eyes[0], palette, frame)
     if objects.boxes.shape[1] > 0:
-        draw_boxes(optics, objects.boxes[n], objects.kinds[n], car.x, car.y, car.yaw, palette, frame)
+        cos, sin = math.cos(car.yaw), math.sin(car.yaw)
+        for eye in range(eyes.shape[0]):
+            x, y = car.x - sin * eyes[eye], car.y + cos * eyes[eye]
+            draw_boxes(optics, objects.boxes[n], objects.kinds[n], x, y, car.yaw, palette, frame[eye])
     left = (car.border_inner < car.border_outer) == track.is_ccw
     _, _, road_yaw = pose_on_line(track.centre, track.arc, track.closed, car.arc)
     offset = car.centre_distance / (0.5 * car.track_width) if car.track_width > 0.0 else 0.0
