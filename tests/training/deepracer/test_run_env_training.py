@@ -33,6 +33,7 @@ def test_each_used_variable_changes_something_and_no_other_does(tmp_path):
         "DR_OA_OBSTACLE_TYPE": "amazon_box_obstacle",
         "DR_OA_OBJECT_POSITIONS": "0.2,-1",
         "DR_H2B_IS_LANE_CHANGE": "True",
+        "DR_H2B_BOT_CAR_SPEED": "1.5",
         "DR_H2B_RANDOMIZE_BOT_CAR_LOCATIONS": "True",
         "DR_TRAIN_CHANGE_START_POSITION": "False",
         "DR_TRAIN_REVERSE_DIRECTION": "True",
