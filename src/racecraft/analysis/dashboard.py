@@ -28,12 +28,14 @@ GOOD: RGB = (46, 144, 214)
 """Blue of what went well: told from BAD by colour-blind eyes too."""
 BAD: RGB = (226, 112, 34)
 STEER: RGB = (86, 190, 170)
+BOX: RGB = (214, 170, 120)
+"""What stands or drives on the road besides."""
 
 MARGIN = 16
 MAP_HEIGHT = 176
 MAP_TOP, LAP_TOP, SPEED_TOP, STEERING_TOP = 66, 264, 370, 464
 BAR_HEIGHT = 12
-TRAIL_RADIUS, CAR_RADIUS = 1.7, 4.6
+TRAIL_RADIUS, CAR_RADIUS, BOX_RADIUS = 1.7, 4.6, 3.8
 JUMP_M = 0.6
 """A car that moved further in a tick was set down elsewhere; its trail has a gap there."""
 BANNER_HEIGHT = 84
@@ -49,10 +51,14 @@ class Dashboard:
         drive: What the car did.
         title: Headline; the track's name when empty.
         width, height: Pixels of the panel.
+        boxes: Boxes and bots in every tick, (T, K, 6), as `objects.Objects` has them; None: an empty road.
     """
 
-    def __init__(self, track: Track, drive: Drive, title: str, width: int, height: int) -> None:
+    def __init__(
+        self, track: Track, drive: Drive, title: str, width: int, height: int, boxes: Array | None = None
+    ) -> None:
         self._drive = drive
+        self._boxes = boxes
         self._inside = width - 2 * MARGIN
         self._map = TrackMap.of(track, self._inside, MAP_HEIGHT, GROUND)
         self._map_left = MARGIN + (self._inside - self._map.picture.shape[1]) // 2
@@ -80,6 +86,9 @@ class Dashboard:
         height, width = self._trail.shape[:2]
         place = panel[self._map_top : self._map_top + height, self._map_left : self._map_left + width]
         place[:] = self._trail
+        for box in () if self._boxes is None else self._map.pixels(self._boxes[tick, :, :2]):
+            dab(place, box[0], box[1], BOX_RADIUS, GROUND)
+            dab(place, box[0], box[1], BOX_RADIUS - 1.0, BOX)
         x, y = self._places[tick]
         dab(place, x, y, CAR_RADIUS, GROUND)
         dab(place, x, y, CAR_RADIUS - 1.4, WHITE)

@@ -6,6 +6,7 @@ are matplotlib's, made without its global state.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from racecraft.analysis.deepracer.drive import LAP_COMPLETE, OFF_TRACK, Drive, as_drive
+from racecraft.analysis.deepracer.drive import CRASHED, LAP_COMPLETE, OFF_TRACK, Drive, as_drive
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import Array
 from racecraft.formats.whole import whole_file
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 BLUE, ORANGE, GREEN, RED = "#0072b2", "#e69f00", "#009e73", "#d55e00"
 DARK_RED = "#8f1d00"
 """For many small marks on a green field."""
+BOX_COLOUR = "#d6aa78"
 KINDS = ("png", "svg", "pdf")
 
 MetricRows = Sequence[Mapping[str, Any]]
@@ -84,8 +86,11 @@ def draw_path(
     *,
     title: str | None = None,
     dpi: int = 160,
+    objects: tuple[Array, Array] | None = None,
 ) -> Figure:
     """Draw what was driven on the circuit, coloured by driven speed; where the car left the road stands a cross.
+
+    Boxes stand where the last lap met them, bots where it ended.
 
     Args:
         path: File to write: .png, .svg or .pdf.
@@ -93,6 +98,7 @@ def draw_path(
         drive: T ticks of one car: a drive, TICK_REPORT (T,) or rows of an episode file; laps are laid over each other.
         title: Headline; the circuit and how it ended when None.
         dpi: Points per inch of a .png.
+        objects: Boxes and bots in every tick, (T, K, 6) and their kinds (T, K), as `objects.Objects` has them.
 
     Returns:
         The figure.
@@ -105,6 +111,8 @@ def draw_path(
     drive = as_drive(drive)
     words = title if title is not None else story(track.title or track.name, drive)
     figure = path_figure(track, drive, words)
+    if objects is not None:
+        draw_boxes(figure, objects[0][-1])
     save_figure(figure, path, dpi)
     return figure
 
@@ -115,8 +123,22 @@ def path_figure(track: Track, drive: Drive, title: str) -> Figure:
     limits = speed_limits(drive)
     painted = [PaintedPath(lap.xy, lap.driven_mps, "driven speed (m/s)", limits) for lap in laps if len(lap) > 1]
     figure = draw_track(track, paths=painted, number_every=0, title=title)
-    mark_exits(figure, drive.xy[drive.status == OFF_TRACK])
+    ways = {OFF_TRACK: "left the road", CRASHED: "crashed"}
+    words = " or ".join(way for status, way in ways.items() if (drive.status == status).any())
+    mark_exits(figure, drive.xy[np.isin(drive.status, tuple(ways))], words=words)
     return figure
+
+
+def draw_boxes(figure: Figure, boxes: Array) -> None:
+    """Draw boxes (K, 6) on a circuit's picture, from above."""
+    from matplotlib.patches import Rectangle
+
+    for x, y, yaw, half_length, half_width, _ in boxes:
+        outline = Rectangle(
+            (x - half_length, y - half_width), 2 * half_length, 2 * half_width, angle=math.degrees(yaw),
+            rotation_point="center", facecolor=BOX_COLOUR, edgecolor=PAPER, linewidth=1.0, zorder=9,
+        )  # fmt: skip
+        figure.axes[0].add_patch(outline)
 
 
 def speed_limits(drive: Drive) -> tuple[float, float]:
@@ -125,7 +147,7 @@ def speed_limits(drive: Drive) -> tuple[float, float]:
     return float(min(low, high - 0.1)), float(high)
 
 
-def mark_exits(figure: Figure, xy: Array, in_all: int | None = None) -> None:
+def mark_exits(figure: Figure, xy: Array, in_all: int | None = None, words: str = "left the road") -> None:
     """Put a cross where cars left the road, (E, 2) m, and say in a corner what it means and how many there were."""
     if not len(xy):
         return
@@ -137,9 +159,9 @@ def mark_exits(figure: Figure, xy: Array, in_all: int | None = None) -> None:
         xy[:, 0], xy[:, 1], s=48 if few else 26, c=RED if few else DARK_RED, marker="X", linewidths=0,
         alpha=1.0 if few else 0.6, zorder=9.1,
     )  # fmt: skip
-    places = "left the road" if len(xy) == 1 else f"left the road, {len(xy):,} times"
+    places = words if len(xy) == 1 else f"{words}, {len(xy):,} times"
     if in_all is not None and in_all > len(xy):
-        places = f"left the road, the latest {len(xy):,} of {in_all:,} times"
+        places = f"{words}, the latest {len(xy):,} of {in_all:,} times"
     legend = axes.legend(
         [crosses], [places], loc="lower left", fontsize=10, borderaxespad=1.4, facecolor=PAPER, framealpha=0.9
     )

@@ -66,6 +66,7 @@ def write_video(
     mount: CameraMount = MOUNT_V3,
     title: str = "",
     light: str = "2026",
+    objects: tuple[Array, Array] | None = None,
 ) -> Path:
     """Film a drive.
 
@@ -76,6 +77,7 @@ def write_video(
         mount: Where the camera sits on the car.
         title: Headline of the panel; the track's title when empty.
         light: Year of the simulator whose light falls on the circuit.
+        objects: Boxes and bots in every tick, (T, K, 6) and their kinds (T, K), as `objects.Objects` has them.
 
     Returns:
         The path. The film has T pictures, and HELD_PICTURES more of the last one where the drive ended there.
@@ -87,7 +89,7 @@ def write_video(
         MissingExtraError: PyAV is not installed.
     """
     path = film_path(path)
-    encode_film(path, film(as_drive(drive), track, mount, title, light), PICTURES_PER_SECOND, title)
+    encode_film(path, film(as_drive(drive), track, mount, title, light, objects), PICTURES_PER_SECOND, title)
     return path
 
 
@@ -157,11 +159,16 @@ def film_path(path: str | Path) -> Path:
 
 
 def film(
-    drive: Drive, track: Track, mount: CameraMount = MOUNT_V3, title: str = "", light: str = "2026"
+    drive: Drive,
+    track: Track,
+    mount: CameraMount = MOUNT_V3,
+    title: str = "",
+    light: str = "2026",
+    objects: tuple[Array, Array] | None = None,
 ) -> Iterator[Array]:
     """Yield the pictures of a film one by one, (HEIGHT, WIDTH, 3) uint8: the same array, painted anew."""
     camera = Camera(build_scene(track, light, for_people=True), VIEW_WIDTH, VIEW_HEIGHT, mount)
-    dashboard = Dashboard(track, drive, title, PANEL_WIDTH, HEIGHT)
+    dashboard = Dashboard(track, drive, title, PANEL_WIDTH, HEIGHT, objects[0] if objects else None)
     poses, endings = drive.poses, drive.endings
     views = np.empty((min(AT_ONCE, len(drive)), VIEW_HEIGHT, VIEW_WIDTH, 3), np.uint8)
     picture = np.empty((HEIGHT, WIDTH, 3), np.uint8)
@@ -169,8 +176,9 @@ def film(
     banners = {row: dashboard.banner(row, VIEW_WIDTH) for row in endings.tolist()}
     for tick in range(len(drive)):
         if tick % len(views) == 0:
-            batch = poses[tick : tick + len(views)]
-            camera.render_rgb(batch, views[: len(batch)])
+            batch = slice(tick, tick + len(views))
+            boxes = (objects[0][batch], objects[1][batch]) if objects else None
+            camera.render_rgb(poses[batch], views[: len(poses[batch])], boxes=boxes)
         view[:] = views[tick % len(views)]
         dashboard.draw(tick, panel)
         ended = endings[(endings <= tick) & (endings > tick - HELD_PICTURES)]

@@ -28,6 +28,8 @@ class Drive:
     report: LapReport
     ticks: Array
     """TICK_REPORT (T,)."""
+    objects: tuple[Array, Array] | None = None
+    """What stood or drove on the road, (T, K, 6) and their kinds (T, K)."""
 
 
 def drive_laps(car: TrainedCar, track: Track, laps: int) -> Drive:
@@ -35,7 +37,7 @@ def drive_laps(car: TrainedCar, track: Track, laps: int) -> Drive:
     keeper = DriveKeeper()
     world = car.world(track, num_cars=1, start_shares=[0.0], laps=laps)
     report = judge_laps(car.policy, world, laps, [keeper])
-    return Drive(car, world.track, report, keeper.drive)
+    return Drive(car, world.track, report, keeper.drive, keeper.objects)
 
 
 def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
@@ -83,8 +85,14 @@ def _headline(car: TrainedCar) -> str:
 def show_drive(drive: Drive, *, video: Path | None = None, picture: Path | None = None) -> None:
     """Write the film and the path of a drive, whichever is asked for."""
     if picture is not None:
-        draw_path(picture, drive.track, drive.ticks)
+        draw_path(picture, drive.track, drive.ticks, objects=drive.objects)
     if video is not None:
         write_video(
-            video, drive.ticks, drive.track, mount=drive.car.mount, title=_headline(drive.car), light=drive.car.light
+            video,
+            drive.ticks,
+            drive.track,
+            mount=drive.car.mount,
+            title=_headline(drive.car),
+            light=drive.car.light,
+            objects=drive.objects,
         )

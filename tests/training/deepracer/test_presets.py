@@ -11,6 +11,7 @@ from racecraft.algorithms.ppo import PpoLearner
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
 from racecraft.envs.deepracer.sensors import car_sensors
+from racecraft.envs.deepracer.settings import with_race_groups
 from racecraft.formats.aws.hyperparameters import Hyperparameters
 from racecraft.formats.aws.model_metadata import NETWORKS, ActionRanges, default_model_metadata
 from racecraft.training.deepracer.presets import AWS_NETWORKS, default_settings, settings_for, stops_given
@@ -225,7 +226,7 @@ def test_fidelity_follows_the_preset_unless_given():
 
 def test_the_fast_preset_is_the_defaults():
     settings, notes = settings_for("fast", Hyperparameters(), (), None, car(DEEP))
-    assert settings == default_settings()
+    assert settings == with_race_groups(default_settings())
     assert any(DEEP in note for note in notes), "the network that is not used is named"
 
 

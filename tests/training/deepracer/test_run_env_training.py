@@ -7,6 +7,7 @@ from racecraft.formats.aws.run_env_variables import BY_NAME
 from racecraft.settings.overrides import apply_overrides
 from racecraft.training.deepracer.presets import default_settings
 from racecraft.training.deepracer.race_environment import OBEYED, RaceEnvironment, race_environment
+from racecraft.training.deepracer.race_objects import PREFIXES
 from racecraft.training.stopping import KINDS
 
 
@@ -27,6 +28,13 @@ def test_each_used_variable_changes_something_and_no_other_does(tmp_path):
     (tmp_path / "my-car" / "mine").mkdir(parents=True)
     values = {
         "DR_WORLD_NAME": "Oval_track",
+        "DR_OA_RANDOMIZE_OBSTACLE_LOCATIONS": "False",
+        "DR_OA_IS_OBSTACLE_BOT_CAR": "True",
+        "DR_OA_OBSTACLE_TYPE": "amazon_box_obstacle",
+        "DR_OA_OBJECT_POSITIONS": "0.2,-1",
+        "DR_H2B_IS_LANE_CHANGE": "True",
+        "DR_H2B_BOT_CAR_SPEED": "1.5",
+        "DR_H2B_RANDOMIZE_BOT_CAR_LOCATIONS": "True",
         "DR_TRAIN_CHANGE_START_POSITION": "False",
         "DR_TRAIN_REVERSE_DIRECTION": "True",
         "DR_TRAIN_START_POSITION_OFFSET": "0.25",
@@ -62,8 +70,7 @@ def test_each_used_variable_changes_something_and_no_other_does(tmp_path):
             continue
         lines = ["DR_LOCAL_S3_PRETRAINED=True", "DR_LOCAL_S3_PRETRAINED_PREFIX=old"] if name in only_together else []
         lines += {"DR_WORKERS": ["DR_TRAIN_MULTI_CONFIG=True"], "DR_TRAIN_MULTI_CONFIG": ["DR_WORKERS=2"]}.get(name, [])
-        race = {"DR_OA_": "OBJECT_AVOIDANCE", "DR_H2B": "HEAD_TO_BOT"}.get(name[:6], "TIME_TRIAL")
-        lines += [f"DR_RACE_TYPE={race}"]
+        lines += [f"DR_RACE_TYPE={race}" for prefix, race in PREFIXES.items() if name.startswith(prefix)]
         before = race_environment(folder_with(tmp_path, *lines, "DR_WORLD_NAME=x"))
         after = race_environment(folder_with(tmp_path, *lines, "DR_WORLD_NAME=x", f"{name}={values.get(name, '7')}"))
         if name == "DR_LOCAL_S3_PRETRAINED_PREFIX":
@@ -157,6 +164,9 @@ def test_an_older_model_is_found_by_prefix_uri_or_path(tmp_path, monkeypatch, wr
 
 
 WRONG = [  # line, what the letter holds
+    ("DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_NUMBER_OF_OBSTACLES=-2", ":3: DR_OA_NUMBER_OF_OBSTACLES: '-2'; expected"),
+    ("DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_OBJECT_POSITIONS=1.4,1", "'1.4,1' lies off the track"),
+    ("DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_OBSTACLE_TYPE=crate", "DR_OA_OBSTACLE_TYPE: 'crate'; expected box_obstacle"),
     ("DR_RACE_TYPE=HEAD_TO_MODEL", "DR_RACE_TYPE: 'HEAD_TO_MODEL' is valid and not built yet"),
     ("DR_RACE_TYPE=TIME_TRAIL", "DR_RACE_TYPE: 'TIME_TRAIL'; expected TIME_TRIAL or"),
     ("DR_TRAIN_REVERSE_DIRECTION=left", "DR_TRAIN_REVERSE_DIRECTION: 'left'; expected True or False"),

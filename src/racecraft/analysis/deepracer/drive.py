@@ -18,14 +18,14 @@ from racecraft.envs.deepracer.vehicle import FRONT_POINT_M, TICK_SECONDS
 if TYPE_CHECKING:
     import polars as pl
 
-LAP_COMPLETE, OFF_TRACK = "lap_complete", "off_track"
+LAP_COMPLETE, OFF_TRACK, CRASHED = "lap_complete", "off_track", "crashed"
 STILL_DRIVING = ("in_progress", "prepare")
 """Words of `status` that end nothing."""
 
 WORDS = {
     LAP_COMPLETE: "lap complete",
     OFF_TRACK: "off track",
-    "crashed": "crashed",
+    CRASHED: "crashed",
     "immobilized": "stood still",
     "reversed": "drove backwards",
     "time_up": "out of time",

@@ -51,7 +51,7 @@ LANE = 0.5
 """Objects stand or drive so far beside the centre line, share of the half road (facts 6.1: the middle of a lane)."""
 CLEAR_AHEAD_M = 1.5
 """Random places leave so much of the centre line free before a car's start, middle to middle."""
-CLEAR_BEHIND_M = 0.75
+CLEAR_BEHIND_M = 1.1
 """And so much behind it, for every car of the world."""
 FIXED_END_M = 1.0
 """The last of the fixed places lies so far before the end of the lap (facts 6.1)."""

@@ -143,7 +143,12 @@ def objects_of(settings: Settings) -> BoxesConfig | BotsConfig | None:
 
 
 def with_race_groups(settings: Settings) -> Settings:
-    """Return the settings with the groups that their type of race brings along."""
-    for name, group in race_groups(settings.race.type).items():
-        settings = settings.with_group(name, group)
+    """Return the settings without the groups of other types of race, and with those of its own."""
+    wanted = race_groups(settings.race.type)
+    for race_type in RACE_TYPES:
+        for name, group in race_groups(race_type).items():
+            if name not in wanted:
+                settings = settings.without(name)
+            elif name not in settings:
+                settings = settings.with_group(name, group)
     return settings

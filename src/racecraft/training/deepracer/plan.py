@@ -13,7 +13,7 @@ from racecraft.envs.deepracer.actions import ActionSpace, action_space
 from racecraft.envs.deepracer.fidelity import habits
 from racecraft.envs.deepracer.placing import plan_objects
 from racecraft.envs.deepracer.sensors import Sensors, car_sensors
-from racecraft.envs.deepracer.settings import TIME_TRIAL, objects_of, with_race_groups
+from racecraft.envs.deepracer.settings import objects_of, with_race_groups
 from racecraft.envs.deepracer.vehicle import PROFILES
 from racecraft.formats.aws.drfc_folder import DrfcFolder
 from racecraft.formats.aws.model_metadata import as_aws_dict
@@ -25,7 +25,7 @@ from racecraft.players.deepracer.foreign_model import IMPORTED
 from racecraft.players.deepracer.trained_car import KIND, track_of_run
 from racecraft.players.trained import split_source
 from racecraft.settings.composition import Settings
-from racecraft.settings.overrides import from_dictionary, with_values
+from racecraft.settings.overrides import from_dictionary
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.importer import travels
 from racecraft.tracks.track import Track
@@ -184,9 +184,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
     if job["versions"] != versions():
         notes.append(f"versions differ from those the run began with ({job['versions']}): the curve may differ")
     algorithm = find_algorithm(request.algorithm or DEFAULT_ALGORITHM)
-    race_type = job["settings"]["race"].get("type", TIME_TRIAL)
-    defaults = with_race_groups(with_values(default_settings(algorithm), "race", {"type": race_type}))
-    settings = from_dictionary(defaults, job["settings"])
+    settings = with_race_groups(from_dictionary(default_settings(algorithm), job["settings"]))
     return CarPlan(
         request,
         model,

@@ -19,7 +19,7 @@ from racecraft.algorithms.sac import SacConfig
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.envs.deepracer.fidelity import FIDELITIES, habits
 from racecraft.envs.deepracer.sensors import STEREO
-from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig, with_race_groups
+from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig, with_race_groups
 from racecraft.formats.aws.hyperparameters import Hyperparameters
 from racecraft.formats.aws.lidar_config import LIDARS
 from racecraft.formats.aws.model_metadata import NETWORKS, ModelMetadata
@@ -175,9 +175,14 @@ def settings_for(
 
 
 def default_settings(algorithm: Algorithm = PPO) -> Settings:
-    """Return the settings of the preset `fast`, which seeks the least wall time to skill on two cores."""
+    """Return the settings of the preset `fast`, which seeks the least wall time to skill on two cores.
+
+    The groups of every type of race are in it; `settings_for` leaves those of others out.
+    """
     world = Settings(
         race=RaceConfig(),
+        boxes=BoxesConfig(),
+        bots=BotsConfig(),
         camera=CameraConfig(),
         rollout=RolloutConfig(),
         network=NetworkConfig(),

@@ -158,6 +158,7 @@ def tick(
 def report_parked(report):
     """Write down a car that takes no part."""
     report.status, report.terminated, report.truncated = PARK, False, False
+    report.object_hit, report.is_crashed = -1, False
 
 
 @kernel

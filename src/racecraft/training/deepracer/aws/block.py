@@ -45,6 +45,7 @@ class Block:
         columns["time_s"] = np.round(clock / TICKS_PER_SECOND, 6)
         columns["status"] = np.array(STATUSES)[ticks["status"]]
         columns["track_length_m"] = np.where(ticks["track_length_m"] > 0, ticks["track_length_m"], track_length_m)
+        columns["obstacle_crashes"] = (columns["status"] == "crashed").astype(np.int32)  # the first ends the episode
         trace = trace_from_episodes(columns)
         del trace["wall_clock"]
         return trace

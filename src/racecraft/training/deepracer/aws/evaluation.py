@@ -79,6 +79,7 @@ def _row(trial: int, first: int, last: int, ticks: Array, statuses: Array) -> Ev
         progress_share=float(ticks["progress"][last]) / 100,
         status=str(ended),
         immobilized=int(ended == "immobilized"),
+        crashes=int(ended == "crashed"),
         off_track=int(ended == "off_track"),
         reversed_=int(ended == "reversed"),
     )
@@ -103,6 +104,7 @@ def _trace(ticks: Array, statuses: Array, stopped: Array, lengths: Array, track_
             "progress_share": ticks["progress"] / 100,
             "closest_waypoint": ticks["waypoint_nearest"],
             "track_length_m": np.full(len(ticks), track_length_m),
+            "obstacle_crashes": (statuses == "crashed").astype(np.int32),
         }
     )
     del trace["wall_clock"]
