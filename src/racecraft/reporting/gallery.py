@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from racecraft.analysis.deepracer.drive import as_drive
+from racecraft.analysis.deepracer.films.film import FilmStyle, write_film
+from racecraft.analysis.deepracer.films.shells import DEEPRACER
+from racecraft.analysis.deepracer.films.views import AWS_FOLDERS
 from racecraft.analysis.figures import draw_curves, draw_path
 from racecraft.analysis.report import write_report
 from racecraft.analysis.video import film_title, small_film, write_video
@@ -13,6 +17,7 @@ from racecraft.contract.world import Array
 from racecraft.evaluation.deepracer.drive import DriveKeeper
 from racecraft.evaluation.deepracer.laps import LapReport, judge_laps
 from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.whole import make_folder
 from racecraft.players.deepracer.trained_car import KIND, TrainedCar, load_trained_car
 from racecraft.tracks.track import Track
 
@@ -80,11 +85,57 @@ def _headline(car: TrainedCar) -> str:
     return f"checkpoint {car.checkpoint.iteration}"
 
 
-def show_drive(drive: Drive, *, video: Path | None = None, picture: Path | None = None) -> None:
-    """Write the film and the path of a drive, whichever is asked for."""
+def show_drive(
+    drive: Drive, *, video: Path | None = None, picture: Path | None = None, style: FilmStyle | None = None
+) -> dict[str, Path]:
+    """Write the film and the path of a drive, whichever is asked for; return the files by kind.
+
+    Args:
+        drive: What was driven.
+        video: Where the film goes.
+        picture: Where the path goes.
+        style: The camera it is filmed with; None: the car's own view beside a panel of figures.
+    """
+    files = {}
     if picture is not None:
         draw_path(picture, drive.track, drive.ticks)
-    if video is not None:
+        files["picture"] = picture
+    if video is not None and style is None:
         write_video(
             video, drive.ticks, drive.track, mount=drive.car.mount, title=_headline(drive.car), light=drive.car.light
         )
+        files["video"] = video
+    elif video is not None and style is not None:
+        files["video"], files["strip"] = film_drive(drive, video, style)
+    return files
+
+
+def film_drive(drive: Drive, video: Path, style: FilmStyle) -> tuple[Path, Path]:
+    """Film a drive with one of the cameras of `analysis/deepracer/films/views.py`; return the film and its strip."""
+    shown, car = as_drive(drive.ticks), drive.car
+    return write_film(video, shown, drive.track, style, car.mount, car.light, title=_headline(car))
+
+
+def film_as_aws(drive: Drive, style: FilmStyle, number: int) -> dict[str, Path]:
+    """Film a drive with the original's three cameras into mp4/ of its run folder; return the files by view."""
+    films = {}
+    for view, folder in AWS_FOLDERS.items():
+        place = drive.car.run.path / "mp4" / folder / f"{number}-video.mp4"
+        make_folder(place.parent)
+        films[view], _ = film_drive(drive, place, replace(style, view=view))
+    return films
+
+
+def style_of(car: TrainedCar, view: str, size: str, fps: int) -> FilmStyle:
+    """Return how a car is filmed: shell, colour and name as its run.env had them.
+
+    The view "dashboard" has a size and a pace of its own; here it stands for no view in particular.
+
+    Raises:
+        SettingError: An unknown view, size, shell or colour.
+        VideoError: Pictures a second outside the range.
+    """
+    env = car.run.read_job().get("env", {})
+    name = env.get("DR_RACER_NAME") or env.get("DR_CAR_NAME") or car.run.path.resolve().name
+    shell, colour = env.get("DR_CAR_BODY_SHELL_TYPE", DEEPRACER), env.get("DR_CAR_COLOR", "Red")
+    return FilmStyle("pip" if view == "dashboard" else view, size, fps, shell, colour, name)

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from racecraft.evaluation.deepracer.laps import LapReport
 
 MAX_LAPS = 1000
+DASHBOARD, FILM_SIZE, FILM_FPS = "dashboard", "720p", 30
 LAPS, CHECKPOINT = 3, "best"
 """Where neither the command nor the run's run.env says."""
 
@@ -36,6 +37,23 @@ def evaluate(
         int | None, typer.Option(min=1, help="Of another run than a car's: how many count; of a snake: games.")
     ] = None,
     video: Annotated[Path | None, typer.Option(help="Film the drive into this MP4 file.")] = None,
+    view: Annotated[
+        str,
+        typer.Option(
+            help="Camera of the film: dashboard (the car's own view and a panel of figures), car, chase, top, or pip "
+            "(chase with top in its corner)."
+        ),
+    ] = DASHBOARD,
+    size: Annotated[
+        str, typer.Option(help="Of the film, in any view but dashboard: 480p, 540p, 720p or 1080p.")
+    ] = FILM_SIZE,
+    fps: Annotated[int, typer.Option(help="Its pictures a second, in any view but dashboard: 15 to 60.")] = FILM_FPS,
+    save_mp4: Annotated[
+        bool,
+        typer.Option(
+            "--save-mp4", help="Film it with the original's three cameras into the run's mp4/ (DR_EVAL_SAVE_MP4)."
+        ),
+    ] = False,
     picture: Annotated[
         Path | None, typer.Option(help="Draw the path into this PNG; by default into the run's evaluations folder.")
     ] = None,
@@ -47,6 +65,8 @@ def evaluate(
 
         racecraft evaluate runs/reinvent_base-1 --video lap.mp4
 
+        racecraft evaluate runs/reinvent_base-1 --video race.mp4 --view pip --size 1080p --fps 60
+
         racecraft evaluate runs/reinvent_base-1 --checkpoint last --track Oval_track --laps 5 --json
 
         racecraft evaluate runs/CartPole-v1-1 --episodes 100
@@ -56,7 +76,7 @@ def evaluate(
     from racecraft.cli.runs.judge import judge, refuse_words
     from racecraft.formats.run_folder import RunFolder
     from racecraft.players.deepracer.trained_car import KIND, load_trained_car
-    from racecraft.reporting.gallery import drive_laps, show_drive
+    from racecraft.reporting.gallery import drive_laps, film_as_aws, show_drive, style_of
     from racecraft.tracks.catalogue import load_track
     from racecraft.training.deepracer.aws.evaluation import write_aws_evaluation
 
@@ -70,12 +90,15 @@ def evaluate(
     refuse_words(KIND, {"--episodes": episodes})
     asked = job.get("evaluate", {})
     car = load_trained_car(run, checkpoint or asked.get("checkpoint", CHECKPOINT))
+    style = None if view == DASHBOARD and not save_mp4 else style_of(car, view, size, fps)
     circuit = load_track(track) if track else car.trained_on
     drive = drive_laps(car, circuit, laps or asked.get("laps", LAPS))
     picture = picture or car.run.evaluations / f"{circuit.name}-{car.checkpoint.iteration}.png"
-    if video is not None:
+    if video is not None or save_mp4:
         say(f"Filming {len(drive.ticks)} ticks …", quiet_stdout=json)
-    show_drive(drive, video=video, picture=picture)
+    files = show_drive(drive, video=video, picture=picture, style=None if view == DASHBOARD else style)
+    if save_mp4 and style is not None:
+        files |= film_as_aws(drive, style, car.checkpoint.iteration)
     stamp = write_aws_evaluation(car.run.path, drive.ticks, len(drive.report.laps), drive.track.length)
     facts: dict[str, Any] = {
         "run": str(run),
@@ -83,17 +106,16 @@ def evaluate(
         "track": circuit.name,
         **drive.report.as_dictionary(),
         "aws_files": f"evaluation-{stamp}",
-        "picture": str(picture),
-        "video": None if video is None else str(video),
+        "video": None,
+        **{kind: str(path) for kind, path in files.items()},
     }
     if json:
         print_json(facts)
         return
     print(f"{run}, checkpoint {car.checkpoint.iteration}, on {circuit.title or circuit.name}:")
     _print_table(drive.report)
-    for kind in ("picture", "video"):
-        if facts[kind]:
-            print(f"{kind}: {facts[kind]}")
+    for kind, path in files.items():
+        print(f"{kind}: {path}")
 
 
 def _print_table(report: LapReport) -> None:
