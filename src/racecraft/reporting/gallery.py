@@ -6,7 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from racecraft.analysis.deepracer.drive import as_drive
+import numpy as np
+
+from racecraft.analysis.deepracer.drive import PAUSE, as_drive
+from racecraft.analysis.deepracer.drive import Drive as CarDrive
 from racecraft.analysis.deepracer.films.film import FilmStyle, write_film
 from racecraft.analysis.deepracer.films.shells import DEEPRACER
 from racecraft.analysis.deepracer.films.views import AWS_FOLDERS
@@ -15,6 +18,7 @@ from racecraft.analysis.report import write_report
 from racecraft.analysis.video import film_title, small_film, write_video
 from racecraft.contract.world import Array
 from racecraft.evaluation.deepracer.drive import DriveKeeper
+from racecraft.evaluation.deepracer.judged_race import JudgedRace, RaceRecord, judge_race
 from racecraft.evaluation.deepracer.laps import LapReport, judge_laps
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import make_folder
@@ -30,9 +34,25 @@ class Drive:
 
     car: TrainedCar
     track: Track
-    report: LapReport
+    report: LapReport | RaceRecord
     ticks: Array
     """TICK_REPORT (T,)."""
+
+    @property
+    def shown(self) -> CarDrive:
+        """What the car did, as films take it; of a judged race with its trials, resets and penalties."""
+        drive = as_drive(self.ticks)
+        if isinstance(self.report, LapReport):
+            return drive
+        race = self.report
+        return replace(
+            drive,
+            status=np.where(np.isin(race.status, ("lap_complete", PAUSE)), race.status, drive.status),
+            lap=race.trial,
+            trial=race.trial,
+            resets=race.resets,
+            penalty_seconds=race.penalty_seconds,
+        )
 
 
 def drive_laps(car: TrainedCar, track: Track, laps: int) -> Drive:
@@ -41,6 +61,21 @@ def drive_laps(car: TrainedCar, track: Track, laps: int) -> Drive:
     world = car.world(track, num_cars=1, start_shares=[0.0], laps=laps)
     report = judge_laps(car.policy, world, laps, [keeper])
     return Drive(car, world.track, report, keeper.drive)
+
+
+def drive_race(car: TrainedCar, track: Track, rules: JudgedRace, reverse: bool | None) -> tuple[RaceRecord, Drive]:
+    """Let a trained car drive a judged race, greedily; return the race, and the drive to be shown.
+
+    Args:
+        car: Who drives.
+        track: Where.
+        rules: How it is judged.
+        reverse: In the opposite direction to the track's own; None: as it was trained.
+    """
+    config = rules.race_config(car.settings.race, reverse)
+    world = car.world(track, num_cars=1, start_shares=[0.0], laps=rules.laps_in_one, race=config)
+    record = judge_race(car.policy, world, rules)
+    return record, Drive(car, world.track, record, record.ticks)
 
 
 def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
@@ -98,11 +133,11 @@ def show_drive(
     """
     files = {}
     if picture is not None:
-        draw_path(picture, drive.track, drive.ticks)
+        draw_path(picture, drive.track, drive.shown)
         files["picture"] = picture
     if video is not None and style is None:
         write_video(
-            video, drive.ticks, drive.track, mount=drive.car.mount, title=_headline(drive.car), light=drive.car.light
+            video, drive.shown, drive.track, mount=drive.car.mount, title=_headline(drive.car), light=drive.car.light
         )
         files["video"] = video
     elif video is not None and style is not None:
@@ -112,8 +147,8 @@ def show_drive(
 
 def film_drive(drive: Drive, video: Path, style: FilmStyle) -> tuple[Path, Path]:
     """Film a drive with one of the cameras of `analysis/deepracer/films/views.py`; return the film and its strip."""
-    shown, car = as_drive(drive.ticks), drive.car
-    return write_film(video, shown, drive.track, style, car.mount, car.light, title=_headline(car))
+    car = drive.car
+    return write_film(video, drive.shown, drive.track, style, car.mount, car.light, title=_headline(car))
 
 
 def film_as_aws(drive: Drive, style: FilmStyle, number: int) -> dict[str, Path]:

@@ -9,6 +9,9 @@ import typer
 
 if TYPE_CHECKING:
     from racecraft.evaluation.deepracer.laps import LapReport
+    from racecraft.players.deepracer.trained_car import TrainedCar
+    from racecraft.reporting.gallery import Drive
+    from racecraft.tracks.track import Track
 
 MAX_LAPS = 1000
 DASHBOARD, FILM_SIZE, FILM_FPS = "dashboard", "720p", 30
@@ -31,6 +34,32 @@ def evaluate(
             min=1,
             max=MAX_LAPS,
             help=f"One from standstill, then flying; by default what run.env asked for, else {LAPS}.",
+        ),
+    ] = None,
+    number_of_trials: Annotated[
+        int | None,
+        typer.Option(help="Judge a race of so many trials, with resets and penalties (DR_EVAL_NUMBER_OF_TRIALS)."),
+    ] = None,
+    is_continuous: Annotated[
+        bool | None,
+        typer.Option(
+            "--is-continuous/--no-is-continuous",
+            help="Of a race: trials are laps of one drive, as usual, or each begins at rest (DR_EVAL_IS_CONTINUOUS).",
+        ),
+    ] = None,
+    max_resets: Annotated[
+        int | None,
+        typer.Option(help="Of a race: how often the car is set back, 100 where nobody says (DR_EVAL_MAX_RESETS)."),
+    ] = None,
+    off_track_penalty: Annotated[
+        float | None,
+        typer.Option(help="Of a race: seconds it waits then, 5 where nobody says (DR_EVAL_OFF_TRACK_PENALTY)."),
+    ] = None,
+    reverse_direction: Annotated[
+        bool | None,
+        typer.Option(
+            "--reverse-direction/--no-reverse-direction",
+            help="Of a race: its direction, by default as it was trained (DR_EVAL_REVERSE_DIRECTION).",
         ),
     ] = None,
     episodes: Annotated[
@@ -69,37 +98,55 @@ def evaluate(
 
         racecraft evaluate runs/reinvent_base-1 --checkpoint last --track Oval_track --laps 5 --json
 
+        racecraft evaluate runs/reinvent_base-1 --number-of-trials 3 --off-track-penalty 2
+
         racecraft evaluate runs/CartPole-v1-1 --episodes 100
     """
     from racecraft.analysis.video import film_path
+    from racecraft.cli.deepracer.judged_race import print_race, race_car, rules_asked
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.judge import judge, refuse_words
+    from racecraft.contract.errors import SettingError
+    from racecraft.evaluation.deepracer.laps import LapReport
     from racecraft.formats.run_folder import RunFolder
     from racecraft.players.deepracer.trained_car import KIND, load_trained_car
-    from racecraft.reporting.gallery import drive_laps, film_as_aws, show_drive, style_of
+    from racecraft.reporting.gallery import film_as_aws, show_drive, style_of
     from racecraft.tracks.catalogue import load_track
-    from racecraft.training.deepracer.aws.evaluation import write_aws_evaluation
 
     if video is not None:
         film_path(video)  # refused before the drive, not after it
     job = RunFolder.open(run).read_job()
+    race_options = {
+        "number_of_trials": number_of_trials,
+        "is_continuous": is_continuous,
+        "max_resets": max_resets,
+        "off_track_penalty": off_track_penalty,
+    }
     if job.get("kind") != KIND:
-        refuse_words(job["kind"], {"--track": track, "--laps": laps, "--video": video, "--picture": picture})
+        of_cars: dict[str, Any] = {"--track": track, "--laps": laps, "--video": video, "--picture": picture}
+        of_cars |= {f"--{name.replace('_', '-')}": value for name, value in race_options.items()}
+        of_cars |= {"--reverse-direction": reverse_direction, "--save-mp4": save_mp4 or None}
+        refuse_words(job["kind"], of_cars)
         judge(run, checkpoint, episodes, json)
         return
     refuse_words(KIND, {"--episodes": episodes})
+    rules = rules_asked(reverse_direction, **race_options)
+    if rules is not None and laps is not None:
+        raise SettingError("--laps and a race's own options were given; expected one of them: --number-of-trials.")
     asked = job.get("evaluate", {})
     car = load_trained_car(run, checkpoint or asked.get("checkpoint", CHECKPOINT))
     style = None if view == DASHBOARD and not save_mp4 else style_of(car, view, size, fps)
     circuit = load_track(track) if track else car.trained_on
-    drive = drive_laps(car, circuit, laps or asked.get("laps", LAPS))
+    if rules is None:
+        drive, stamp = _drive_laps(car, circuit, laps or asked.get("laps", LAPS))
+    else:
+        drive, stamp = race_car(car, circuit, rules, reverse_direction)
     picture = picture or car.run.evaluations / f"{circuit.name}-{car.checkpoint.iteration}.png"
     if video is not None or save_mp4:
         say(f"Filming {len(drive.ticks)} ticks …", quiet_stdout=json)
     files = show_drive(drive, video=video, picture=picture, style=None if view == DASHBOARD else style)
     if save_mp4 and style is not None:
         files |= film_as_aws(drive, style, car.checkpoint.iteration)
-    stamp = write_aws_evaluation(car.run.path, drive.ticks, len(drive.report.laps), drive.track.length)
     facts: dict[str, Any] = {
         "run": str(run),
         "checkpoint": car.checkpoint.iteration,
@@ -113,9 +160,21 @@ def evaluate(
         print_json(facts)
         return
     print(f"{run}, checkpoint {car.checkpoint.iteration}, on {circuit.title or circuit.name}:")
-    _print_table(drive.report)
+    if isinstance(drive.report, LapReport):
+        _print_table(drive.report)
+    else:
+        print_race(drive.report)
     for kind, path in files.items():
         print(f"{kind}: {path}")
+
+
+def _drive_laps(car: TrainedCar, circuit: Track, laps: int) -> tuple[Drive, str]:
+    """Let a car drive laps; return the drive, and the digits under which its AWS files stand."""
+    from racecraft.reporting.gallery import drive_laps
+    from racecraft.training.deepracer.aws.evaluation import write_aws_evaluation
+
+    drive = drive_laps(car, circuit, laps)
+    return drive, write_aws_evaluation(car.run.path, drive.ticks, len(drive.report), drive.track.length)
 
 
 def _print_table(report: LapReport) -> None:

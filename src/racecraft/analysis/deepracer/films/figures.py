@@ -16,6 +16,9 @@ from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
 STRIP_SHARE, STRIP_OF_WIDTH, VEIL = 0.115, 0.07, 0.68
 """Height of the strip at the foot, share of the picture's height, at most this share of its width; how dark it is."""
 
+BANNER_SHARE = 0.66
+"""Width of the banner, share of the picture's: the rest is the small picture's."""
+
 
 class Overlay:
     """Lays a drive's figures over pictures of one size.
@@ -54,10 +57,8 @@ class Overlay:
     def words(self, tick: int) -> Sequence[tuple[str, str]]:
         """Return the figures of a tick: what it is, how much."""
         drive = self._drive
-        told = [("LAP", str(int(drive.lap[tick])))]
-        if drive.trial is not None:
-            told = [("TRIAL", str(int(drive.trial[tick]))), *told] if drive.trial.max() > 1 else told
-        told += [
+        told = [
+            ("LAP", str(int(drive.lap[tick]))) if drive.trial is None else ("TRIAL", str(int(drive.trial[tick]))),
             ("TIME", f"{drive.lap_seconds[tick]:.1f} s"),
             ("SPEED", f"{drive.driven_mps[tick]:.2f} m/s"),
             ("PROGRESS", f"{drive.progress_percent[tick]:.0f} %"),
@@ -67,7 +68,7 @@ class Overlay:
         return told
 
     def _lay_banner(self, tick: int, picture: Array) -> None:
-        """Say above the strip what has just ended, or that the car waits."""
+        """Say at the top what has just ended, or that the car waits; a small picture in the corner stays free."""
         drive = self._drive
         ended = drive.endings[(drive.endings <= tick) & (drive.endings > tick - HELD_SECONDS * TICKS_PER_SECOND)]
         if not len(ended):
@@ -82,8 +83,8 @@ class Overlay:
     def _paint_banner(self, picture: Array, words: str, colour: Any) -> None:
         from PIL import Image, ImageDraw
 
-        bottom = len(picture) - self._strip
-        band = picture[bottom - self._strip : bottom]
+        top = self._strip // 2
+        band = picture[top : top + self._strip, : round(BANNER_SHARE * self._width)]
         sheet = Image.new("RGB", (band.shape[1], band.shape[0]), colour)
         ImageDraw.Draw(sheet).text((band.shape[1] / 2, band.shape[0] / 2), words, WHITE, self._banner, anchor="mm")
         band[:] = np.asarray(sheet)
