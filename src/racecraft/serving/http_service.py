@@ -29,7 +29,8 @@ MOST_CONNECTIONS = 2000
 
 _REASONS = {
     200: "OK", 400: "Bad Request", 404: "Not Found", 405: "Method Not Allowed", 408: "Request Timeout",
-    411: "Length Required", 413: "Content Too Large", 422: "Unprocessable Content", 426: "Upgrade Required",
+    411: "Length Required", 413: "Content Too Large", 415: "Unsupported Media Type",
+    422: "Unprocessable Content", 426: "Upgrade Required",
     431: "Request Header Fields Too Large", 500: "Internal Server Error", 503: "Service Unavailable",
 }  # fmt: skip
 
@@ -152,7 +153,7 @@ class HttpService:
                     await _agree(request, writer)
             except HttpError as error:
                 answer = _error(error.status, error.name, error.letter)
-                keep_open = keep_open and error.status in (404, 422)
+                keep_open = keep_open and error.status in (404, 405, 415, 422)
             except TimeoutError:
                 answer, keep_open = _error(408, "too_slow", "the request did not arrive in time."), False
             except (ConnectionError, asyncio.IncompleteReadError):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from racecraft.cli.options import DEFAULT, AlgorithmName, From, Json, Overrides, Resume, asked
+from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 
 if TYPE_CHECKING:
@@ -46,6 +46,7 @@ def train(
     set_: Overrides = None,
     from_: From = None,
     resume: Resume = False,
+    detach: Detach = False,
     pictures: Annotated[
         bool, typer.Option(help="Leave a film, the path, the curves and the report in the run folder.")
     ] = True,
@@ -68,6 +69,7 @@ def train(
 
         racecraft train --run runs/reinvent_base-1 --resume --stop minutes=10
     """
+    from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.watch_beside import watched
     from racecraft.training.deepracer.plan import RaceRequest
@@ -78,14 +80,16 @@ def train(
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
+    if resume:
+        begun, request = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1"), None
+    else:
+        request = RaceRequest(folder, track, car, preset, fidelity, **asked(algorithm, stop, run, seed, set_, from_))
+    if detach:
+        return detach_training(context, run, request, json)
     with watched(watcher(sys.stderr if json else sys.stdout), watch, tell, stays=not json) as watching:
-        if resume:
-            begun = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1")
+        if request is None:
             trained = resume_run(begun, tuple(stop or ()), watching, tell, "deepracer")
         else:
-            request = RaceRequest(
-                folder, track, car, preset, fidelity, **asked(algorithm, stop, run, seed, set_, from_)
-            )
             trained = train_world(request, watching, tell)
         files = _paint(trained, tell) if pictures else {}
         if json:
