@@ -41,7 +41,7 @@ class Driver:
             self.mistakes.pop(0)
 
 
-def drive(rules, driver, seconds=60.0, reverse=None):
+def drive(rules, driver, seconds=60.0, reverse=None, objects=None):
     config = rules.race_config(replace(RACE, car="kinematic", max_episode_seconds=seconds), reverse)
     actions = [{**action, "speed": 1.0} for action in ACTIONS]
     world = RaceWorld(
@@ -51,6 +51,7 @@ def drive(rules, driver, seconds=60.0, reverse=None):
         camera_config=CAMERA,
         start_shares=[0.0],
         laps=rules.laps_in_one,
+        objects=objects,
     )
     return judge_race(driver, world, rules), world
 
@@ -123,6 +124,22 @@ def test_the_other_direction_is_another_race():
     (one, _), (other, _) = drive(JudgedRace(1), Driver()), drive(JudgedRace(1), Driver(), reverse=True)
     assert other.trials[0].status == "lap_complete"
     assert abs(one.ticks["yaw"][0] - other.ticks["yaw"][0]) == pytest.approx(math.pi, abs=0.2)
+
+
+def test_a_crash_costs_its_own_penalty_and_is_gone_round():
+    """Facts 5.5: a metre behind the box, in the lane that it does not stand in."""
+    from racecraft.envs.deepracer.settings import BoxesConfig
+
+    rules = JudgedRace(1, max_resets=1, collision_penalty=2.0, reset_behind_dist=1.2)
+    record, world = drive(rules, Driver(), objects=BoxesConfig(positions="0.2,1"), seconds=30.0)
+    hit = np.flatnonzero(record.status == "crashed")[0]
+    waits = np.flatnonzero(record.status == "pause")
+    assert (len(waits), record.trials[0].crash_count) == (30, record.status.tolist().count("crashed"))
+    back, box = record.ticks[waits[-1] + 1], world.boxes[0, 0]
+    place = world.track.locate(np.array([[box[0], box[1]], [back["x"], back["y"]]]))
+    assert place.arc[0] - place.arc[1] == pytest.approx(1.2, abs=0.05)
+    assert place.is_left[0] != place.is_left[1]
+    assert back["lap_seconds"] == pytest.approx(record.ticks[hit]["lap_seconds"] + 2.0 + 1 / 15)
 
 
 @pytest.mark.parametrize(

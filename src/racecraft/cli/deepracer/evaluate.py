@@ -60,6 +60,14 @@ def evaluate(
         float | None,
         typer.Option(help="Of a race: seconds it waits then, 5 where nobody says (DR_EVAL_OFF_TRACK_PENALTY)."),
     ] = None,
+    collision_penalty: Annotated[
+        float | None,
+        typer.Option(help="Of a race: seconds it waits after hitting an object, 5 (DR_EVAL_COLLISION_PENALTY)."),
+    ] = None,
+    reset_behind_dist: Annotated[
+        float | None,
+        typer.Option(help="Of a race: metres behind an object that it is set down, 1 (DR_EVAL_RESET_BEHIND_DIST)."),
+    ] = None,
     reverse_direction: Annotated[
         bool | None,
         typer.Option(
@@ -129,6 +137,8 @@ def evaluate(
         "is_continuous": is_continuous,
         "max_resets": max_resets,
         "off_track_penalty": off_track_penalty,
+        "collision_penalty": collision_penalty,
+        "reset_behind_dist": reset_behind_dist,
     }
     if job.get("kind") != KIND:
         of_cars: dict[str, Any] = {"--track": track, "--laps": laps, "--video": video, "--picture": picture}

@@ -1,9 +1,10 @@
 """A race judged as the original judges it: trials, resets and penalties in simulated time. Begin with `judge_race`.
 
-A car that leaves the road, stands still or drives backwards is set back on the road where it was and waits there while
-the clock runs (facts: deepracer.md 5.2, 5.3, 5.5, 5.6). It is set down in the nearer of two lanes, at the progress of
-the tick before, nose along the road. Where its resets are used up, the trial ends as it stands. Continuous: the trials
-are laps of one drive, the first from standstill; else each trial begins at rest on the start line.
+A car that leaves the road, stands still, drives backwards or hits an object is set back on the road where it was and
+waits there while the clock runs (facts: deepracer.md 5.2, 5.3, 5.5, 5.6). It is set down in the nearer of two lanes, at
+the progress of the tick before, nose along the road; where an object is too near, behind that and in the other lane.
+Where its resets are used up, the trial ends as it stands. Continuous: the trials are laps of one drive, the first from
+standstill; else each trial begins at rest on the start line.
 
 The world knows none of this: it ends the episode, and is told to go on from another state.
 """
@@ -27,7 +28,14 @@ from racecraft.envs.deepracer.vehicle import TICK_SECONDS, TICKS_PER_SECOND
 from racecraft.envs.deepracer.world import RaceWorld
 
 PAUSE = "pause"
-MISHAPS = {race.OFF_TRACK: "off_track", race.REVERSED: "reversed", race.IMMOBILISED: "immobilized"}
+MISHAPS = {
+    race.CRASHED: "crashed",
+    race.OFF_TRACK: "off_track",
+    race.REVERSED: "reversed",
+    race.IMMOBILISED: "immobilized",
+}
+CLOSEST_OBJECT_M = 1.0
+"""A car is not set down so near to an object (facts: deepracer.md 5.5, CLOSEST_OBJ_GAP)."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +50,10 @@ class JudgedRace:
     """How often a trial's car is set back; the next mishap ends it. Continuous: of all trials together."""
     off_track_penalty: float = 5.0
     """s that it waits after leaving the road or driving backwards; after standing still it does not."""
+    collision_penalty: float = 5.0
+    """s that it waits after hitting an object."""
+    reset_behind_dist: float = 1.0
+    """m behind an object that a car is set down, in the other lane, where its own place would be too near to it."""
 
     def __post_init__(self) -> None:
         """Refuse what no race can be.
@@ -53,6 +65,8 @@ class JudgedRace:
             ("number_of_trials", 1, 1000),
             ("max_resets", 0, 10_000),
             ("off_track_penalty", 0.0, 600.0),
+            ("collision_penalty", 0.0, 600.0),
+            ("reset_behind_dist", 0.0, 10.0),
         ):
             value = getattr(self, name)
             if not least <= value <= most:
@@ -95,6 +109,7 @@ class Trial:
     """Its first tick of the race, counted from 0."""
     end: int
     """Its last tick."""
+    crash_count: int
     off_track_count: int
     reversed_count: int
     immobilized_count: int
@@ -104,7 +119,7 @@ class Trial:
     @property
     def reset_count(self) -> int:
         """Mishaps of every kind, as the original's metrics count them."""
-        return self.off_track_count + self.reversed_count + self.immobilized_count
+        return self.crash_count + self.off_track_count + self.reversed_count + self.immobilized_count
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,17 +188,27 @@ def judge_race(policy: Policy, world: RaceWorld, rules: JudgedRace, seed: int = 
             actions = np.asarray(policy.act(seen))
             world.step(actions.reshape(1, 1, *world.spec.actions.shape), buffers)
             if marshal.judge(world.reports[0, 0]):
-                set_back(world, before, marshal.wait(), buffers)
+                crashed = int(world.reports[0, 0]["status"]) == race.CRASHED
+                set_back(world, before, crashed, rules.reset_behind_dist, marshal.wait(), buffers)
                 policy.forget(np.ones(1, bool))
     return marshal.record()
 
 
-def set_back(world: RaceWorld, before: Mapping[str, Array], waited_ticks: int, buffers: StepBuffers) -> None:
-    """Put the only car back on the road where it was, at rest, in the nearer lane, with its lap's clock run on.
+def set_back(
+    world: RaceWorld,
+    before: Mapping[str, Array],
+    crashed: bool,
+    behind_m: float,
+    waited_ticks: int,
+    buffers: StepBuffers,
+) -> None:
+    """Put the only car back on the road, at rest, with its lap's clock run on; objects stay where they were.
 
     Args:
         world: One car; the episode that its mishap ended goes on.
         before: The world's state before the tick of the mishap.
+        crashed: It hit an object: its own place is where it is, not where it was a tick ago.
+        behind_m: How far behind an object it is set down that is too near to its own place.
         waited_ticks: How long it waits there.
         buffers: What it sees from there is written.
     """
@@ -191,22 +216,37 @@ def set_back(world: RaceWorld, before: Mapping[str, Array], waited_ticks: int, b
     for name in race.CAR_STATE.names or ():
         car[name] = before[f"car.{name}"].reshape(1)
     one = car[0]
-    share = float((one["start_share"] + one["last_progress"] / 100.0) % 1.0)
-    lanes = [kernels.start_pose(arrays, share, side) for side in (race.START_LANE, -race.START_LANE)]
-    x, y = float(one["x"]), float(one["y"])
-    car["x"], car["y"], car["yaw"] = min(lanes, key=lambda lane: math.hypot(lane[0] - x, lane[1] - y))
+    progress = float(one["progress"] if crashed else one["last_progress"])
+    share = float((one["start_share"] + progress / 100.0) % 1.0)
+    car["x"], car["y"], car["yaw"] = _place(world, share, (float(one["x"]), float(one["y"])), behind_m)
     for name in ("speed", "steering", "old_steering", "old_speed"):
         car[name] = 0.0
     for name in ("ticks", "lap_ticks", "total_ticks"):  # the tick of the mishap counts, and so does waiting
         car[name] += 1 + waited_ticks
     car["preparing"] = False
-    car["progress"] = car["last_progress"]
+    car["progress"] = progress
     kernels.locate(arrays, car[0])
     car["still_ticks"] = car["backward_ticks"] = 0
     state = {name: array.copy() for name, array in before.items()}
     for name in race.CAR_STATE.names or ():
         state[f"car.{name}"] = car[name].reshape(1, 1)
     world.load_state(state, buffers)
+
+
+def _place(world: RaceWorld, share: float, was: tuple[float, float], behind_m: float) -> tuple[float, float, float]:
+    """Return the pose at which a car is set down: the lane nearer to where it was, or away from an object."""
+    arrays, boxes = world.track.arrays(), world.boxes[0]
+    x, y, _ = kernels.start_pose(arrays, share, 0.0)
+    gaps = np.hypot(boxes[:, 0] - x, boxes[:, 1] - y)
+    blocked = len(gaps) > 0 and float(gaps.min()) <= CLOSEST_OBJECT_M
+    if blocked:
+        x, y = boxes[int(gaps.argmin()), :2]
+        share = (float(world.track.locate(np.array([[x, y]])).arc[0]) - behind_m) / world.track.length % 1.0
+    lanes = [kernels.start_pose(arrays, share, side) for side in (race.START_LANE, -race.START_LANE)]
+    left, right = (
+        math.hypot(lane[0] - (x if blocked else was[0]), lane[1] - (y if blocked else was[1])) for lane in lanes
+    )
+    return lanes[0] if (left > right) == blocked else lanes[1]
 
 
 @dataclass
@@ -252,7 +292,8 @@ class _Marshal:
     def wait(self) -> int:
         """Let the clock run for what the last mishap costs; return how many ticks."""
         report, status = self._rows[-1][0].copy(), self._rows[-1][1]
-        ticks = 0 if status == "immobilized" else round(self.rules.off_track_penalty * TICKS_PER_SECOND)
+        costs = {"immobilized": 0.0, "crashed": self.rules.collision_penalty}
+        ticks = round(costs.get(status, self.rules.off_track_penalty) * TICKS_PER_SECOND)
         report["terminated"] = report["truncated"] = False
         report["speed"] = report["steering"] = report["driven_speed"] = report["driven_steering"] = 0.0
         for waited in range(1, ticks + 1):
@@ -291,6 +332,7 @@ class _Marshal:
                 status=status,
                 begin=self._begin,
                 end=len(self._rows) - 1,
+                crash_count=self._counts["crashed"],
                 off_track_count=self._counts["off_track"],
                 reversed_count=self._counts["reversed"],
                 immobilized_count=self._counts["immobilized"],

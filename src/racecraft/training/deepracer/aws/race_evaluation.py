@@ -49,6 +49,7 @@ def _row(trial: Trial, record: RaceRecord) -> EvaluationRow:
         trial=trial.trial,
         progress_share=trial.progress_percent / 100.0,
         status=str(_statuses(record)[trial.end]),
+        crashes=trial.crash_count,
         immobilized=trial.immobilized_count,
         off_track=trial.off_track_count,
         reversed_=trial.reversed_count,
