@@ -51,6 +51,9 @@ class LapReport:
 
     laps: tuple[Lap, ...]
 
+    def __len__(self) -> int:
+        return len(self.laps)
+
     @property
     def full_laps(self) -> int:
         """How many laps were driven to the end."""
