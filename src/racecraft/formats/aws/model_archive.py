@@ -162,7 +162,8 @@ def _untar(path: Path, into: Path) -> list[Path]:
     written: list[Path] = []
     with open(path, "rb") as raw:
         stream: IO[bytes] = gzip.GzipFile(fileobj=raw) if _kind_of(path) == "gzip" else raw
-        with tarfile.open(fileobj=_Guard(stream, path), mode="r:") as tar:
+        guard = _Guard(stream, path)
+        with tarfile.open(fileobj=guard, mode="r:") as tar:
             for count, member in enumerate(tar):
                 if count >= MOST_MEMBERS:
                     raise ArchiveError(path, f"it holds more than {MOST_MEMBERS} members", KIND)
@@ -179,6 +180,8 @@ def _untar(path: Path, into: Path) -> list[Path]:
                 source = tar.extractfile(member)
                 assert source is not None
                 written.append(_write(source, into / place, path, member.size))
+        while guard.read(PIECE):  # gzip's checksum stands at its very end
+            pass
     return written
 
 
