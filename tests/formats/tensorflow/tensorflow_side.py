@@ -1,8 +1,8 @@
 """The other side of `test_against_tensorflow.py`: a script for a Python that has TensorFlow and none of racecraft.
 
-    train KIND NETWORK FOLDER    build AWS's network as Coach does, save it, freeze it, answer about frames.npy
-    answer FOLDER OUTPUT         import model.pb, answer about frames.npy
-    read FOLDER                  read x.ckpt into x.npz
+train KIND NETWORK FOLDER    build AWS's network as Coach does, save it, freeze it, answer about frames.npy
+answer FOLDER OUTPUT         import model.pb, answer about frames.npy
+read FOLDER                  read x.ckpt into x.npz
 """
 
 import sys

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.formats.tensorflow.policies import LISTED, METADATA, RANGES, layers_for
 
 from racecraft.contract.world import ArraySpec
 from racecraft.envs.deepracer.world import CAMERA_NAME
@@ -18,7 +19,6 @@ from racecraft.formats.tensorflow.checkpoint import write_checkpoint
 from racecraft.formats.tensorflow.graph import write_graph
 from racecraft.players.deepracer.foreign_model import import_model
 from racecraft.players.trained import load_policy
-from tests.formats.tensorflow.policies import LISTED, METADATA, RANGES, layers_for
 
 PYTHON = os.environ.get("RACECRAFT_TENSORFLOW_PYTHON", "")
 SIDE = Path(__file__).with_name("tensorflow_side.py")

@@ -1,4 +1,4 @@
-"""Graphs and checkpoints that are none, are damaged, or were made to do harm: each refused by a letter, none survives."""
+"""Graphs and checkpoints that are none, are damaged, or were made to do harm: each is refused by a letter."""
 
 import shutil
 from pathlib import Path
@@ -15,6 +15,10 @@ from racecraft.formats.tensorflow.wire import bytes_field, read_varint, varint, 
 
 SPECIMENS = Path(__file__).with_name("specimens") / "discrete"
 PLACEHOLDER = Node("x", "Placeholder", (), {"dtype": NumberType(1), "shape": Shape((-1, 2))})
+
+ZERO = b"\x2d\0\0\0\0"
+"""A single number of an array."""
+FAR_HANDLE = b"\0\0" + varint(2**60) + b"\1\0"
 
 
 def node(name, op, inputs=(), **attributes):
@@ -51,7 +55,7 @@ BAD_GRAPHS = {
     "an array of complex numbers": (const(tensor((1,), b"\0" * 8, code=8)), "type 8"),
     "an array of nine dimensions": (const(tensor((1,) * 9, b"")), "more than 8 dimensions"),
     "an array filled by one number into gigabytes": (
-        const(bytes_field(8, varint_field(1, 1) + bytes_field(2, bytes_field(2, varint_field(1, 2**40))) + b"\x2d\0\0\0\0")),
+        const(bytes_field(8, varint_field(1, 1) + bytes_field(2, bytes_field(2, varint_field(1, 2**40))) + ZERO)),
         "at most 2 GiB",
     ),
 }  # fmt: skip
@@ -190,7 +194,7 @@ BAD_CHECKPOINTS = {
     "a flipped bit in the weights": (_edited(DATA, _flip(6000)), "the checksum of"),
     "weights cut short": (_edited(DATA, lambda data: data.__delitem__(slice(9000, None))), "ends before"),
     "a block beyond the end": (
-        _edited(INDEX, lambda data: data.__setitem__(slice(-48, -35), b"\0\0" + varint(2**60) + b"\1\0")), "beyond the end"
+        _edited(INDEX, lambda data: data.__setitem__(slice(-48, -35), FAR_HANDLE)), "beyond the end"
     ),
     "a block packed by snappy": (
         lambda folder: _pack_by_snappy(folder / INDEX), "compressed in way 1"

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.formats.tensorflow.policies import METADATA, RANGES
 
 from racecraft.envs.deepracer.world import CAMERA_NAME
 from racecraft.formats.aws.policy_graph import input_name, policy_output_in
@@ -13,7 +14,6 @@ from racecraft.formats.tensorflow.checkpoint import read_checkpoint
 from racecraft.formats.tensorflow.graph import read_graph, read_meta_graph
 from racecraft.players.deepracer.foreign_model import import_model
 from racecraft.players.trained import load_policy
-from tests.formats.tensorflow.policies import METADATA, RANGES
 
 SPECIMENS = Path(__file__).with_name("specimens")
 
@@ -38,9 +38,7 @@ def test_a_checkpoint_and_its_meta_graph_compute_it_too():
     prefix = SPECIMENS / "discrete" / "3_Step-700.ckpt"
     graph = read_meta_graph(f"{prefix}.meta")
     function = GraphFunction(graph, policy_output_in(graph, prefix), read_checkpoint(prefix))
-    np.testing.assert_allclose(
-        asked(function, "discrete"), np.load(SPECIMENS / "discrete" / "answers.npy"), atol=1e-6
-    )
+    np.testing.assert_allclose(asked(function, "discrete"), np.load(SPECIMENS / "discrete" / "answers.npy"), atol=1e-6)
 
 
 @pytest.mark.parametrize("lone_graph", [False, True])

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.formats.tensorflow.policies import METADATA, layers_for, write_listed
 
 from racecraft.contract.errors import MetadataError, RunFolderError, TrackError, UserInputError
 from racecraft.envs.deepracer.world import CAMERA_NAME
@@ -20,7 +21,6 @@ from racecraft.players.deepracer.foreign_model import borrowed_run, import_model
 from racecraft.players.deepracer.trained_car import load_trained_car
 from racecraft.players.trained import load_policy
 from racecraft.training.deepracer.plan import plan_resume
-from tests.formats.tensorflow.policies import METADATA, layers_for, write_listed
 
 FRAMES = np.random.default_rng(2).integers(0, 256, (4, 120, 160)).astype(np.uint8)
 
@@ -82,9 +82,7 @@ def test_a_policy_is_loaded_from_any_form_of_it(model, tmp_path, form):
     with tarfile.open(sources["archive"], "w:gz", compresslevel=1) as archive:
         archive.add(folder, "my-model")
     assert is_foreign(sources[form])
-    np.testing.assert_allclose(
-        load_policy(sources[form]).probabilities({CAMERA_NAME: FRAMES}), likely, atol=1e-5
-    )
+    np.testing.assert_allclose(load_policy(sources[form]).probabilities({CAMERA_NAME: FRAMES}), likely, atol=1e-5)
 
 
 def test_a_run_of_ours_is_opened_as_it_is(model, tmp_path):

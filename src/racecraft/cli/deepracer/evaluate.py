@@ -18,7 +18,9 @@ LAPS, CHECKPOINT = 3, "best"
 def evaluate(
     run: Annotated[
         Path,
-        typer.Argument(help="A run folder, such as runs/reinvent_base-1, or a model of AWS's, which is imported first."),
+        typer.Argument(
+            help="A run folder, such as runs/reinvent_base-1, or a model of AWS's, which is imported first."
+        ),
     ],
     checkpoint: Annotated[
         str | None,

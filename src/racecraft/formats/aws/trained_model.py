@@ -149,6 +149,7 @@ def _weights(files: Iterable[Path]) -> tuple[ForeignWeights, ...]:
 
 def _nearest(files: Iterable[Path], names: set[str], weights: Path) -> Path | None:
     """Return the file of a name that lies nearest to the weights; of equals, the shallowest."""
+
     def distance(file: Path) -> tuple[int, int]:
         shared = len(os.path.commonpath([file.parent, weights.parent]))
         return -shared, len(file.parts)

@@ -36,7 +36,7 @@ from racecraft.formats.aws.model_metadata import (
     refuse_unbuilt,
     write_model_metadata,
 )
-from racecraft.formats.aws.policy_graph import input_name, policy_output_in, read_policy_graph, strides_in
+from racecraft.formats.aws.policy_graph import policy_output_in, read_policy_graph, strides_in
 from racecraft.formats.aws.policy_layers import DISCRETE, IMAGE, SAC, PolicyLayers, PolicyLayersError, layers_from
 from racecraft.formats.aws.trained_model import (
     ForeignModel,
@@ -185,7 +185,8 @@ def _read(weights: ForeignWeights) -> tuple[PolicyLayers, GraphFunction | None, 
     arrays = read_checkpoint(weights.path)
     meta = Path(str(weights.path).removesuffix(INDEX) + ".meta")
     strides: Mapping[str, int] = {}
-    function, notes = None, ()
+    function: GraphFunction | None = None
+    notes: tuple[str, ...] = ()
     try:
         if meta.is_file():
             graph = read_meta_graph(meta)
@@ -206,9 +207,7 @@ def _observations(car: ModelMetadata, layers: PolicyLayers) -> dict[str, ArraySp
     return dict(world_spec(action_space(car.action_space), camera).observations)
 
 
-def _require_same_answers(
-    path: Path, layers: PolicyLayers, function: GraphFunction, policy: ForeignPolicy
-) -> None:
+def _require_same_answers(path: Path, layers: PolicyLayers, function: GraphFunction, policy: ForeignPolicy) -> None:
     """Ask graph and network about frames of noise.
 
     Raises:
@@ -250,7 +249,7 @@ def _settings(car: ModelMetadata, layers: PolicyLayers, policy: ForeignPolicy) -
     camera = CameraConfig(
         width=IMAGE[1] // shrink, height=IMAGE[0] // shrink, light="2019" if car.version in ("1", "2") else "car"
     )
-    groups = {"race": RaceConfig(car=car.car, fidelity="aws"), "camera": camera, "network": network}
+    groups: dict[str, Any] = {"race": RaceConfig(car=car.car, fidelity="aws"), "camera": camera, "network": network}
     return {name: {key: _plain(value) for key, value in asdict(group).items()} for name, group in groups.items()}
 
 

@@ -125,8 +125,8 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
     job = run.read_job_of(KIND)
     if IMPORTED in job:
         raise RunFolderError(
-            f"{path}: was imported from {job[IMPORTED]}, which holds nothing of its trainer's state; expected a run that "
-            f"was trained here. Begin a new one with its weights: --from {path}."
+            f"{path}: was imported from {job[IMPORTED]}, which holds nothing of its trainer's state; expected a run "
+            f"that was trained here. Begin a new one with its weights: --from {path}."
         )
     _require_copies(run)
     asked = job["asked"]
