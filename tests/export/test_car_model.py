@@ -5,6 +5,7 @@ import tarfile
 
 import numpy as np
 import pytest
+from tests.formats.tensorflow.policies import METADATA, layers_for
 
 from racecraft.algorithms.plain_layers import NoPlainLayersError, layers_of
 from racecraft.algorithms.policy_spec import PolicySpec
@@ -20,7 +21,6 @@ from racecraft.formats.tensorflow.checkpoint import write_checkpoint
 from racecraft.formats.tensorflow.graph import Graph, Node, write_graph
 from racecraft.players.deepracer.foreign_model import import_model
 from racecraft.players.trained import load_policy
-from tests.formats.tensorflow.policies import METADATA, layers_for
 
 FRAMES = np.random.default_rng(2).integers(0, 256, (4, 120, 160)).astype(np.uint8)
 
@@ -98,7 +98,7 @@ def test_aws_trainers_folder_comes_back_whole(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("kind", "network", "words"), [("sac", "tiny", "learned by sac"), ("discrete", "small", "critic")]
+    ("kind", "network", "words"), [("sac", "tiny", "learned by sac"), ("discrete", "small", "none of AWS's three")]
 )
 def test_what_awss_trainer_could_not_go_on_with_is_refused(tmp_path, kind, network, words):
     run = run_of(tmp_path, kind, network)
@@ -127,8 +127,8 @@ def test_a_policy_that_no_car_knows_is_refused_by_the_setting_that_made_it(case)
 
 def test_frames_that_do_not_divide_are_refused(tmp_path):
     spec = PolicySpec("ppo", {CAMERA_NAME: ArraySpec((50, 70), np.uint8)}, DiscreteActions(3), {"convolutions": []})
-    weights = {f"{layer}.{part}": np.zeros((1, 1)) for layer in ("policy_head", "policy_body.trunk.0", "policy_body.trunk.2")
-               for part in ("weight", "bias")}  # fmt: skip
+    layers = ("policy_head", "policy_body.trunk.0", "policy_body.trunk.2")
+    weights = {f"{layer}.{part}": np.zeros((1, 1)) for layer in layers for part in ("weight", "bias")}
     with pytest.raises(NoPlainLayersError, match="sees 70 x 50 px; expected 160 x 120"):
         layers_of(spec, weights)
 

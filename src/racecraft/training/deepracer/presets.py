@@ -44,9 +44,8 @@ class AwsNetwork:
     """One of the networks a racer's `neural_network` names, for the front camera."""
 
     convolutions: tuple[tuple[int, int, int], ...]
-    """(filters, kernel px, stride px) of each."""
-    image_units: tuple[int, ...]
-    """Dense layers after the convolutions."""
+    """(filters, kernel px, stride px) of each. AWS's dense layers behind an image's convolutions stand before anything
+    is flattened, so they work on each place by itself: convolutions of one pixel."""
     hidden_units: tuple[int, ...]
     """The "middleware"."""
     memory_steps: int
@@ -54,11 +53,12 @@ class AwsNetwork:
 
 
 AWS_NETWORKS: Mapping[str, AwsNetwork] = {
-    SHALLOW: AwsNetwork(((32, 8, 4), (64, 4, 2), (64, 3, 1)), (), (512,), 10_000),
-    NORMAL: AwsNetwork(((32, 5, 2), (32, 3, 1), (64, 3, 2), (64, 3, 1)), (64,), (512,), 3_000),
-    DEEP: AwsNetwork(((32, 8, 4), (32, 4, 2), (64, 4, 2), (64, 3, 1)), (512, 512), (256, 128), 3_000),
+    SHALLOW: AwsNetwork(((32, 8, 4), (64, 4, 2), (64, 3, 1)), (512,), 10_000),
+    NORMAL: AwsNetwork(((32, 5, 2), (32, 3, 1), (64, 3, 2), (64, 3, 1), (64, 1, 1)), (512,), 3_000),
+    DEEP: AwsNetwork(((32, 8, 4), (32, 4, 2), (64, 4, 2), (64, 3, 1), (512, 1, 1), (512, 1, 1)), (256, 128), 3_000),
 }
-"""Facts: simapp `sensors/utils.py`, `deepracer_memory.py`; its batch norm, tanh and dropout entries were never used."""
+"""Facts: simapp `sensors/utils.py`, `deepracer_memory.py`; Coach `embedder.py` (flattens last). Its batch norm, tanh and
+dropout entries were never used."""
 
 TUNED: Mapping[str, Any] = {
     "dqn": DqnConfig(
@@ -198,7 +198,7 @@ def preset_settings(
         "conv_filters": filters,
         "conv_kernels": kernels,
         "conv_strides": strides,
-        "image_units": row.image_units or None,
+        "image_units": None,
         "hidden_units": row.hidden_units,
     }
     notes = [] if name == asked else [f"{asked} with the sensor 'observation' is {name}, as at AWS"]
