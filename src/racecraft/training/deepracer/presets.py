@@ -57,8 +57,8 @@ AWS_NETWORKS: Mapping[str, AwsNetwork] = {
     NORMAL: AwsNetwork(((32, 5, 2), (32, 3, 1), (64, 3, 2), (64, 3, 1), (64, 1, 1)), (512,), 3_000),
     DEEP: AwsNetwork(((32, 8, 4), (32, 4, 2), (64, 4, 2), (64, 3, 1), (512, 1, 1), (512, 1, 1)), (256, 128), 3_000),
 }
-"""Facts: simapp `sensors/utils.py`, `deepracer_memory.py`; Coach `embedder.py` (flattens last). Its batch norm, tanh and
-dropout entries were never used."""
+"""Facts: simapp `sensors/utils.py`, `deepracer_memory.py`; Coach `embedder.py` (flattens last). Its batch norm, tanh
+and dropout entries were never used."""
 
 TUNED: Mapping[str, Any] = {
     "dqn": DqnConfig(
