@@ -33,7 +33,6 @@ from racecraft.formats.aws.model_metadata import (
     ModelMetadata,
     as_aws_dict,
     read_model_metadata,
-    refuse_unbuilt,
     write_model_metadata,
 )
 from racecraft.formats.aws.policy_graph import policy_output_in, read_policy_graph, strides_in
@@ -126,10 +125,12 @@ def borrowed_run(source: str | Path) -> RunFolder:
 
 def _import(model: ForeignModel, source: Path, place: str | Path | None, track: str | None) -> Import:
     car = read_model_metadata(model.metadata)
-    refuse_unbuilt(car, model.metadata)
+    _require_one_camera(car, model.metadata)
     circuit, notes = _track_of(model, track)
-    policies = {one.iteration: (one, *_policy(one, car)) for one in model.weights}
-    _, layers, last = policies[max(policies)]
+    policies: dict[int, tuple[ForeignWeights, ForeignPolicy]] = {}
+    for one in model.weights:  # by iteration; of the layers only the last ones are kept, for memory's sake
+        layers, last = _policy(one, car)
+        policies[one.iteration] = one, last
     notes = list(dict.fromkeys([*car.notes, *notes, *last.notes]))
     settings = _settings(car, layers, last)
     told = {"model_metadata": as_aws_dict(car), "track": circuit.name}
@@ -158,7 +159,7 @@ def _import(model: ForeignModel, source: Path, place: str | Path | None, track: 
         run = RunFolder.create(place, job, fill)
     best = model.best if model.best is not None else max(policies)
     shelf = Checkpoints(run.checkpoints)
-    for number, (one, _, policy) in policies.items():
+    for number, (one, policy) in policies.items():
         card = {"kind": KIND, "policy_spec": policy.spec.as_dictionary(), **told, "settings": settings,
                 IMPORTED: list(policy.notes)}  # fmt: skip
         shelf.save(number, one.steps, policy.weights, card, score=one.score, best=number == best)
@@ -268,6 +269,18 @@ def _track_of(model: ForeignModel, asked: str | None) -> tuple[Track, list[str]]
         return load_track(named), []
     except TrackError:
         return load_track(DEFAULT_TRACK), [f"its track {named!r} is not known here; {DEFAULT_TRACK} is taken"]
+
+
+def _require_one_camera(car: ModelMetadata, path: Path) -> None:
+    """Refuse a car that sees with more than one eye: its networks have inputs that are not mapped yet.
+
+    Raises:
+        ForeignModelError: It carries a pair of cameras, or a LiDAR.
+    """
+    if len(car.sensors) > 1 or car.sensors[0] == "STEREO_CAMERAS":
+        raise ForeignModelError(
+            path, f"its car sees with {', '.join(car.sensors)}", "one camera of one eye; others are not imported yet"
+        )
 
 
 def _filler(model: ForeignModel, car: ModelMetadata, circuit: Track) -> Callable[[RunFolder], None]:
