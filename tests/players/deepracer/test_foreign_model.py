@@ -16,7 +16,7 @@ from racecraft.formats.aws.policy_layers import arrays_of
 from racecraft.formats.aws.trained_model import ForeignModelError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.tensorflow.checkpoint import write_checkpoint
-from racecraft.formats.tensorflow.graph import Graph, GraphError, Node, write_graph
+from racecraft.formats.tensorflow.graph import Graph, GraphError, Node, write_graph, write_meta_graph
 from racecraft.players.deepracer.foreign_model import borrowed_run, import_model, is_foreign
 from racecraft.players.deepracer.trained_car import load_trained_car
 from racecraft.players.trained import load_policy
@@ -31,9 +31,10 @@ def model(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bucket") / "rl-deepracer-sagemaker"
     for name in ("model", "ip"):
         (folder / name).mkdir(parents=True)
-    layers, policy = layers_for("discrete", "shallow")
+    layers, policy = layers_for("discrete", "tiny")  # none of AWS's: its strides are told by the .meta file alone
     for name in ("7_Step-900.ckpt", "9_Step-1200.ckpt"):
         write_checkpoint(folder / "model" / name, arrays_of(layers))
+        (folder / "model" / f"{name}.meta").write_bytes(write_meta_graph(graph_of(layers)))
     (folder / "model" / "model_9.pb").write_bytes(write_graph(graph_of(layers)))
     write_listed(folder / "model" / "model_metadata.json")
     marks = {

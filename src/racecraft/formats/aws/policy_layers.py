@@ -225,7 +225,9 @@ def layers_from(arrays: Mapping[str, Array], strides: Mapping[str, int], shrink:
         value_scope = scope.removesuffix("network_1") + "network_0"
         critic = None
         if f"{value_scope}/{VALUE_LAYER}/kernel" in arrays:
-            critic = _network(arrays, value_scope, _dense_at(arrays, f"{value_scope}/{VALUE_LAYER}"), strides, shrink)
+            twins = {name.replace(scope, value_scope, 1): stride for name, stride in strides.items()}
+            head = _dense_at(arrays, f"{value_scope}/{VALUE_LAYER}")
+            critic = _network(arrays, value_scope, head, twins | strides, shrink)
         policy = PolicyLayers(kind, network, None if log_std is None else _numbers(log_std).reshape(-1), None, critic)
     else:
         inner = _unnamed(arrays, head_scope)
