@@ -227,7 +227,7 @@ def layers_from(arrays: Mapping[str, Array], strides: Mapping[str, int], shrink:
         if f"{value_scope}/{VALUE_LAYER}/kernel" in arrays:
             twins = {name.replace(scope, value_scope, 1): stride for name, stride in strides.items()}
             head = _dense_at(arrays, f"{value_scope}/{VALUE_LAYER}")
-            critic = _network(arrays, value_scope, head, twins | strides, shrink)
+            critic = _network(arrays, value_scope, head, {**twins, **strides}, shrink)
         policy = PolicyLayers(kind, network, None if log_std is None else _numbers(log_std).reshape(-1), None, critic)
     else:
         inner = _unnamed(arrays, head_scope)
