@@ -94,12 +94,13 @@ def car_layers(car: TrainedCar) -> PolicyLayers:
     """Return a trained car's layers, under the names of the sensors in its metadata.
 
     Raises:
-        NoPlainLayersError: A car's software does not know such a policy, or the car has other inputs than one frame.
+        NoPlainLayersError: It sees by more than its front camera, or a car's software does not know such a policy.
     """
-    if car.sensors.lidar is not None or car.sensors.camera == STEREO:
-        seen = " and ".join(car.sensors.specs(1, 1))
+    seen = sorted(car.policy.spec.visible)
+    if seen != [CAMERA_NAME]:
         raise NoPlainLayersError(
-            f"{car.run.path}: its car sees with {seen}; expected one camera of one eye: others are not exported yet."
+            f"{car.run.path}: the policy sees by {', '.join(seen)}; expected {CAMERA_NAME} alone. Graphs of several "
+            "sensors are not written yet."
         )
     weights, _ = Checkpoints(car.run.checkpoints).load_policy(str(car.checkpoint.iteration))
     return layers_of(car.policy.spec, to_arrays(weights), sorted(car.policy.metadata["model_metadata"]["sensor"]))

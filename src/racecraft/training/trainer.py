@@ -269,7 +269,7 @@ def checkpoint_metadata(experiment: Experiment, learner: Learner) -> dict[str, A
 
 
 def begin_with(learner: Learner, source: str, experiment: Experiment) -> tuple[str, ...]:
-    """Give a learner the weights of an earlier run, or of a model of AWS's; optimiser and all counts start from zero.
+    """Give a learner the weights of an earlier run or of a model of AWS's; optimiser and counts start from zero.
 
     Returns:
         What is worth saying about them, a clause each.
