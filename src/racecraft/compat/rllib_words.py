@@ -75,6 +75,8 @@ STOPS: Mapping[str, str] = {
     "episode_reward_mean": "score",
 }
 """RLlib's stops, and ours; seconds become minutes."""
+JUDGED_EPISODES = 4
+"""Episodes of one evaluation, each in an environment of its own: scripts' environments may be whole programs."""
 MODEL_WORDS = ("fcnet_hiddens", "fcnet_activation", "vf_share_layers", "free_log_std")
 
 
@@ -106,7 +108,7 @@ def translated(experiment: Mapping[str, Any]) -> Translated:
     ...     }
     ... )
     >>> told.settings, told.stops
-    (('rollout.num_worlds=2', 'rollout.horizon=250', 'ppo.discount=0.995'), ('steps=10000',))
+    (('rollout.num_worlds=2', 'rollout.horizon=250', 'evaluation.episodes=4', 'ppo.discount=0.995'), ('steps=10000',))
     >>> told.said
     ('kl_coeff: this PPO clips and has no KL penalty beside it',)
     """
@@ -116,7 +118,7 @@ def translated(experiment: Mapping[str, Any]) -> Translated:
     environment = config.get("env") or experiment.get("env")
     if not isinstance(environment, str):
         raise SettingError(f"config.env is {environment!r}; expected a name given to register_env, or a Gymnasium id.")
-    settings, said = _worlds(config), []
+    settings, said = [*_worlds(config), f"evaluation.episodes={JUDGED_EPISODES}"], []
     for name, value in config.items():
         if name not in WORDS:
             raise SettingError(f"config has no '{name}' that is understood here. {nearest(name, WORDS)}")
