@@ -14,6 +14,7 @@ from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
+from urllib.parse import parse_qsl
 
 from racecraft.serving.web_socket import GOING_AWAY, WebSocket, accept_key, is_key
 
@@ -60,6 +61,8 @@ class Request:
     keep_open: bool
     headers: dict[str, str] = field(default_factory=dict)
     """Names in small letters."""
+    query: dict[str, str] = field(default_factory=dict)
+    """What stands behind the ? of the address; of two with one name the last."""
 
     def json(self) -> Any:
         """Return the body's value, or raise an `HttpError` (bad_json)."""
@@ -186,7 +189,8 @@ async def _read(reader: asyncio.StreamReader) -> Request | None:
         headers = await _read_headers(reader)
         body = await _read_body(reader, headers, method)
     keep_open = version == "HTTP/1.1" and headers.get("connection", "").lower() != "close"
-    return Request(method, target.split("?", 1)[0], body, arrived, keep_open, headers)
+    path, _, query = target.partition("?")
+    return Request(method, path, body, arrived, keep_open, headers, dict(parse_qsl(query)))
 
 
 async def _read_headers(reader: asyncio.StreamReader) -> dict[str, str]:
