@@ -200,3 +200,24 @@ def test_a_file_that_is_no_store_is_said_and_left_alone(tmp_path):
     with pytest.raises(JobStoreError, match="no store of jobs"):
         SqlStore(f"sqlite:///{path}")
     assert "my notes" in path.read_text()
+
+
+def add_many(store):
+    for number in range(200):
+        store.add(job(f"more-{number}", recorded={"much": "x" * 4000}))
+
+
+def test_a_full_disk_is_said_and_loses_nothing(tmp_path):
+    """SQLite's own limit of pages stands for the disk: it answers as on a full one."""
+    import sqlalchemy as sql
+
+    store = SqlStore(f"sqlite:///{tmp_path / 'jobs.sqlite'}")
+    store.add(job("kept"))
+    sql.event.listen(store._engine, "connect", lambda connection, _: connection.execute("pragma max_page_count = 1"))
+    store.close()  # the next connection finds no room
+    with pytest.raises(JobStoreError, match="the disk is full .* nothing was changed"):
+        add_many(store)
+    assert store.find("kept") == job("kept")
+    held = store.find("kept")
+    assert store.replace(held, held.claimed("me", 2.0)), "what fits is still taken"
+    store.close()
