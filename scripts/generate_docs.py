@@ -293,6 +293,39 @@ In neither, because it would be dishonest or of no use to rebuild:
 {_list(NOT_EMULATED)}"""
 
 
+def rllib_page() -> str:
+    """Return what RLlib's words mean here."""
+    from racecraft.compat.rllib_words import ELSEWHERE, STOPS, WORDS
+
+    rows = [
+        f"| `{name}` | {'' if word.setting in ('', ELSEWHERE) else f'`{word.setting}`'} | "
+        f"{word.doc if word.setting else f'nothing: {word.doc}'} |"
+        for name, word in WORDS.items()
+    ]
+    stops = [
+        f"| `{name}` | `--stop {ours}=…`{', seconds become minutes' if ours == 'minutes' else ''} |"
+        for name, ours in STOPS.items()
+    ]
+    return "\n".join(
+        [
+            "# RLlib's words",
+            "",
+            "What the words of a launcher script's `config` mean here; see [your old SageMaker "
+            "notebook](../jobs/sagemaker.md).",
+            "",
+            "| RLlib | setting | what it means here |",
+            "|---|---|---|",
+            *rows,
+            "",
+            "Words of `stop`:",
+            "",
+            "| RLlib | here |",
+            "|---|---|",
+            *stops,
+        ]
+    )
+
+
 PAGES: dict[str, Callable[[], str]] = {
     "reference/settings.md": settings_page,
     "reference/cli.md": command_page,
@@ -305,6 +338,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/gallery.md": gallery_page,
     "reference/worlds.md": worlds_page,
     "reference/fidelity.md": fidelity_page,
+    "reference/rllib.md": rllib_page,
 }
 """Every generated page and the function that writes it."""
 
