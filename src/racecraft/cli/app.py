@@ -16,7 +16,7 @@ from racecraft.cli import algorithms, bench, run, settings
 from racecraft.cli.battlesnake import snakes
 from racecraft.cli.deepracer import evaluate, logs, new, replay, tracks, train
 from racecraft.cli.gym import gym
-from racecraft.cli.runs import export, look, record, report, stop
+from racecraft.cli.runs import export, look, notebooks, record, report, stop
 from racecraft.cli.unity import unity
 from racecraft.contract.errors import RacecraftError, UserInputError
 
@@ -34,6 +34,7 @@ app.command(name="train")(train.train)
 app.command(name="evaluate")(evaluate.evaluate)
 app.command(name="report")(report.report)
 app.command(name="look")(look.look)
+app.command(name="notebooks")(notebooks.notebooks)
 app.command(name="stop")(stop.stop)
 app.command(name="replay")(replay.replay)
 app.command(name="logs")(logs.logs)
