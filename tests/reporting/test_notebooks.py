@@ -133,7 +133,7 @@ def test_training_and_looking_notebooks_run(tmp_path, monkeypatch):
     (run,) = (tmp_path / "runs").iterdir()
     write_notebooks(tmp_path / "nb", run=str(run))
     shown = run_cells(tmp_path / "nb" / "Visual_Analysis.ipynb", monkeypatch)
-    assert any(isinstance(one, list) and one and "chosen_share" in one[0] for one in shown if one)
+    assert any(isinstance(one, list) and isinstance(one[0], dict) and "chosen_share" in one[0] for one in shown)
 
 
 # --- the old names ------------------------------------------------------------------------------------------------
