@@ -40,6 +40,10 @@ RULES = {
     ),
     "forgetting": ("It forgot", {"evaluation_score": FELL}, {"evaluation_score": np.sort(FELL)}),
     "far steps": ("go too far", {"approx_kl": np.full(COUNT, 0.2)}, {"approx_kl": np.full(COUNT, 0.02)}),
+    "blind critic, though it laps": (
+        "critic learns nothing", {"explained_variance": np.full(COUNT, 0.05)},
+        {"explained_variance": np.full(COUNT, 0.05), "evaluation_score": 5.2 * np.arange(COUNT)},
+    ),
     "blind critic": (
         "critic learns nothing", {"explained_variance": np.full(COUNT, 0.05)},
         {"explained_variance": np.linspace(0, 0.9, COUNT)},

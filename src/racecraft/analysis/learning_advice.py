@@ -37,7 +37,7 @@ def learning_advice(metrics: MetricRows, top_score: float | None = None) -> list
     """
     if len(metrics) < FEWEST:
         return []
-    return [*_entropy(metrics, top_score), *_forgetting(metrics), *_steps(metrics), *_critic(metrics)]
+    return [*_entropy(metrics, top_score), *_forgetting(metrics), *_steps(metrics), *_critic(metrics, top_score)]
 
 
 def _entropy(metrics: MetricRows, top_score: float | None) -> Iterator[Advice]:
@@ -50,7 +50,7 @@ def _entropy(metrics: MetricRows, top_score: float | None) -> Iterator[Advice]:
     if not len(gone) or gone[0] > SOON * len(metrics):
         return
     best = np.nanmax(score) if np.isfinite(score).any() else np.nan
-    if top_score is not None and best >= SOLVED * top_score:
+    if _is_solved(metrics, top_score):
         return
     yield Advice(
         f"The entropy fell from {start:.2f} to {entropy[gone[0]]:.2f} nat by iteration "
@@ -90,8 +90,10 @@ def _steps(metrics: MetricRows) -> Iterator[Advice]:
         )
 
 
-def _critic(metrics: MetricRows) -> Iterator[Advice]:
+def _critic(metrics: MetricRows, top_score: float | None) -> Iterator[Advice]:
     explained = _last_third(metrics, "explained_variance")
+    if _is_solved(metrics, top_score):
+        return  # episodes that all go well hardly vary, and what does not vary cannot be explained
     if len(explained) >= 3 and float(np.mean(explained)) < BLIND:
         yield Advice(
             f"The critic explains {100 * np.mean(explained):.0f} % of how returns vary in the last third.",
@@ -100,6 +102,12 @@ def _critic(metrics: MetricRows) -> Iterator[Advice]:
             _panel(metrics, Panel("explained variance", (Curve("explained_variance", "explained", figures.GREEN),))),
             "racecraft train --set rollout.horizon=256",
         )
+
+
+def _is_solved(metrics: MetricRows, top_score: float | None) -> bool:
+    """Tell whether a score came near the best there can be."""
+    score = column(metrics, "evaluation_score")
+    return top_score is not None and bool((score[np.isfinite(score)] >= SOLVED * top_score).any())
 
 
 def column(metrics: MetricRows, name: str) -> Array:

@@ -49,6 +49,9 @@ def train(
     pictures: Annotated[
         bool, typer.Option(help="Leave a film, the path, the curves and the report in the run folder.")
     ] = True,
+    metrics_port: Annotated[
+        int | None, typer.Option(help="Serve Prometheus metrics on this port of this machine; 0 takes a free one.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Train a car from its camera until it laps.
@@ -64,7 +67,9 @@ def train(
         racecraft train --run runs/reinvent_base-1 --resume --stop minutes=10
     """
     from racecraft.cli.output import print_json, say
+    from racecraft.training.callbacks import Callbacks
     from racecraft.training.deepracer.plan import RaceRequest
+    from racecraft.training.live_metrics import LiveMetrics
     from racecraft.training.progress import watcher
     from racecraft.training.worlds import resume as resume_run
     from racecraft.training.worlds import train as train_world
@@ -73,6 +78,10 @@ def train(
         say(text, quiet_stdout=json)
 
     watching = watcher(sys.stderr if json else sys.stdout)
+    live = None if metrics_port is None else LiveMetrics(metrics_port, (run or folder or Path("racecraft")).name)
+    if live is not None:
+        tell(f"metrics: {live.address}")
+        watching = Callbacks(watching, live)
     if resume:
         begun = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1")
         trained = resume_run(begun, tuple(stop or ()), watching, tell, "deepracer")
