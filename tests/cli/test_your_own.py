@@ -60,13 +60,13 @@ def test_a_broken_run_goes_on_bit_for_bit(racecraft, folder, algorithm):
         }
 
 
-def test_recorded_episodes_are_cloned_and_gone_on_from(racecraft, folder):
+def test_recorded_episodes_are_cloned_and_gone_on_from(racecraft, folder, monkeypatch):
     more = ("--set", "evaluation.episodes=2", "--set", "evaluation.every=100", "--json")
     told(racecraft("gym", "train", "CartPole-v1", "--run", "expert", "--stop", "steps=6000", *more))
     shown = told(racecraft("record", "expert", "-o", "demos.safetensors", "--episodes", "10", "--json"))
     assert shown["episodes"] == 10
     assert shown["mean_return"] > 40
-    demos = ("--set", "bc.demonstrations=demos.safetensors", "--set", "bc.learning_rate=1e-2")
+    demos = ("--set", f"bc.demonstrations={folder / 'demos.safetensors'}", "--set", "bc.learning_rate=1e-2")
     clone = ("--algorithm", "bc", "--run", "clone", "--stop", "iterations=10")
     cloned = told(racecraft("gym", "train", "CartPole-v1", *clone, *demos, *more))
     assert cloned["evaluation"]["mean_return"] > 40  # a pole left to chance falls after 22
@@ -74,6 +74,13 @@ def test_recorded_episodes_are_cloned_and_gone_on_from(racecraft, folder):
     assert figures[-1]["held_out_agreement"] > 0.8
     assert figures[-1]["held_out_loss"] < 0.8 * figures[0]["held_out_loss"]
     assert load_policy("clone").spec.algorithm == "bc"
+    (folder / "demos.safetensors").unlink()  # what it learns from went along
+    (folder / "elsewhere").mkdir()
+    monkeypatch.chdir(folder / "elsewhere")
+    on = told(racecraft("gym", "train", "--run", "../clone", "--resume", "--stop", "iterations=11", "--json"))
+    assert on["iterations"] == 11
+    assert str(folder) not in (folder / "clone" / "job.json").read_text()
+    monkeypatch.chdir(folder)
     went_on = told(
         racecraft("gym", "train", "CartPole-v1", "--from", "clone:last", "--run", "on", "--stop", "iterations=1", *more)
     )

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from toy_world import Walk
 
-from racecraft.contract.exam import WorldExam
+from racecraft.contract.exam import WorldExam, legal_actions
+from racecraft.contract.world import ContinuousActions
 
 
 class TestWalk(WorldExam):
@@ -119,3 +120,44 @@ def test_the_exam_says_what_it_could_not_reach():
 
     with pytest.raises(pytest.skip.Exception, match="no episode ended"):
         examine(Endless, "test_an_ending_shows_its_own_last_observation")
+
+
+class Strict(Walk):
+    """Cannot be stepped before it was begun, as a Gymnasium environment cannot; counts who is open."""
+
+    opened = []
+
+    def __init__(self, *words, **more):
+        super().__init__(*words, **more)
+        self.begun = False
+        self.opened.append(self)
+
+    def reset(self, buffers, seed):
+        self.begun = True
+        super().reset(buffers, seed)
+
+    def load_state(self, state, buffers):
+        self.begun = True
+        super().load_state(state, buffers)
+
+    def step(self, actions, buffers):
+        assert self.begun, "stepped before it was begun"
+        super().step(actions, buffers)
+
+
+@pytest.mark.parametrize("question", [name for name in vars(WorldExam) if name.startswith("test_")])
+def test_every_question_begins_its_worlds_and_closes_them(question):
+    Strict.opened.clear()
+    examine(Strict, question)
+    assert Strict.opened
+    assert all(world.closed for world in Strict.opened)
+
+
+def test_numbers_without_bounds_are_drawn_from_a_thousand_on_either_side():
+    unbounded = ContinuousActions((-np.inf, -2.0), (np.inf, 3.0))
+    drawn = legal_actions(unbounded, (500, 4), None, np.random.default_rng(0))
+    assert drawn.shape == (500, 4, 2)
+    assert 990 < drawn[..., 0].max() <= 1000
+    assert -1000 <= drawn[..., 0].min() < -990
+    assert -2 <= drawn[..., 1].min() < -1.9
+    assert 2.9 < drawn[..., 1].max() <= 3

@@ -33,10 +33,10 @@ class Walk:
         return told
 
 
-def play(choices, **words):
+def play(choices, world=None, **words):
     policy = SimpleNamespace(act=lambda seen, mask: np.array(choices), forget=lambda rows: None)
     ticks = []
-    told = play_episodes(policy, Walk(), seed=0, observers=[lambda *_: ticks.append(1)], **words)
+    told = play_episodes(policy, world or Walk(), seed=0, observers=[lambda *_: ticks.append(1)], **words)
     return [(one.world, one.steps, one.reward, one.status) for one in told], len(ticks)
 
 
@@ -61,3 +61,34 @@ def test_spare_episodes_do_not_count():
 def test_who_does_not_even_end_the_spare_episode_is_still_judged():
     told, _ = play([0, 1], episodes_each=1, spare=1, max_ticks=20)
     assert told[0] == (0, 20, -20.0, CUT)
+
+
+class Absent(Walk):
+    """The second walker comes late, or never."""
+
+    def __init__(self, comes_at):
+        self.comes_at = comes_at
+
+    def reset(self, buffers, seed):
+        super().reset(buffers, seed)
+        self.tick = 0
+        buffers.active[1] = False
+
+    def step(self, actions, buffers):
+        super().step(actions * (self.tick >= np.array([[0], [self.comes_at]])), buffers)
+        self.tick += 1
+        buffers.active[1] = self.tick >= self.comes_at
+
+
+def play_absent(comes_at, max_ticks):
+    told, ticks = play([1, 1], Absent(comes_at), episodes_each=2, spare=0, max_ticks=max_ticks)
+    return [world for world, *_ in told], ticks
+
+
+def test_who_never_comes_is_not_waited_for_where_ticks_are_counted():
+    assert play_absent(comes_at=1000, max_ticks=50) == ([0, 0], 6)
+
+
+def test_who_comes_late_is_waited_for():
+    assert play_absent(comes_at=4, max_ticks=50) == ([0, 0, 1, 1], 10)
+    assert play_absent(comes_at=8, max_ticks=None) == ([0, 0, 1, 1], 14)

@@ -179,3 +179,59 @@ def test_episodes_are_summed_up():
     assert (summary.episodes, summary.mean_reward, summary.std_reward, summary.mean_steps) == (2, 2.0, 1.0, 20.0)
     assert summary.status_share == {"crash": 0.5, "lap": 0.5}
     assert np.isnan(summarise([]).mean_reward)
+
+
+def test_room_is_made_for_the_ticks_and_the_row_that_opens_the_next_rollout():
+    buffer = Collector(Walk(2, masked=True), Always(2), horizon=5, seed=1).buffer
+    for ticks in (5, 9):
+        assert [len(part) for part in buffer.observations.values()] == [ticks + 1] * 2
+        assert (len(buffer.active), len(buffer.action_mask), len(buffer.views)) == (ticks + 1,) * 3
+        assert (len(buffer.actions), len(buffer.reward), len(buffer.learn)) == (ticks,) * 3
+        buffer.grow(9)
+
+
+def test_each_beginning_has_chance_of_its_own_before_and_after_a_restore():
+    class Noting(Walk):
+        def reset(self, buffers, seed):
+            seeds.append(seed)
+            super().reset(buffers, seed)
+
+    seeds = []
+    collector = Collector(Noting(2), Always(2), horizon=5, seed=3)
+    collector.collect_episodes(1)
+    collector.collect_episodes(1)
+    resumed = Collector(Noting(2), Always(2), horizon=5, seed=3)
+    del seeds[-1]  # it began once to be there at all
+    resumed.restore(collector.state(), anew=True)
+    assert seeds == [3 + 1_000_003 * number for number in range(4)]
+
+
+def test_an_episode_that_a_quota_broke_off_is_not_counted_in_the_next():
+    class Beginning(Walk):
+        """Tells its episodes from the start that `begin_episodes` gave them."""
+
+        def begin_episodes(self, buffers):
+            self.episode += 1
+            self._begin(np.ones_like(self.square, bool))
+            self._show(buffers.observations)
+            self._allow(buffers)
+
+    collector = Collector(Beginning(2), Always(2), horizon=7, seed=1)
+    collector.collect()
+    collector.collect_episodes(1)
+    assert [told.steps for told in collector.take_episodes()] == [LIMIT, LIMIT]
+
+
+def test_a_world_that_shows_not_a_number_is_restored_all_the_same():
+    class Blind(Walk):
+        """Sees nothing of its square, as a scene does where a sensor has no answer."""
+
+        def _show(self, named, rows=True):
+            super()._show(named, rows)
+            named["square"][:] = np.nan
+
+    collector = Collector(Blind(2), Always(2), horizon=5, seed=1)
+    collector.collect()
+    resumed = Collector(Blind(2), Always(2), horizon=5, seed=1)
+    resumed.restore(collector.state())
+    assert_array_equal(resumed.collect().observations["clock"], collector.collect().observations["clock"])

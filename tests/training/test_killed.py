@@ -1,31 +1,79 @@
-"""A run that is killed at any moment goes on as if it had never stopped. Real processes, real kill -9."""
+"""A run that is killed at any moment goes on as if it had never stopped. Real processes, real kill -9, every kind."""
 
 import json
+import multiprocessing
 import random
-import signal
-import subprocess
 import sys
 import time
+from dataclasses import dataclass
+from pathlib import Path
 
+import numpy as np
 import pytest
 from tests.cli.conftest import TINY
 
-ITERATIONS = 12
+from racecraft.cli.app import main
+from racecraft.formats.checkpoint import load_state
+
+SMALL = ("--set", "network.hidden_units=16", "--set", "evaluation.every=2")
 
 
-def start(run, *more):
-    command = [sys.executable, "-m", "racecraft", "train", "--run", str(run), "--no-pictures", *more]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+@dataclass(frozen=True)
+class Kind:
+    """One kind of training, short enough to be killed thirty times."""
+
+    verb: tuple[str, ...]
+    begun_with: tuple[str, ...]
+    iterations: int
+    seconds: float
+    """Within which it is killed, from its first tick on; a little longer than it lasts."""
 
 
-def begin(run):
-    return start(run, "--stop", f"iterations={ITERATIONS}", *TINY)
+CARS = Kind(("train",), ("--no-pictures", *TINY), 12, 1.2)
+GYMNASIUM = Kind(
+    ("gym", "train"),
+    ("CartPole-v1", "--set", "rollout.num_worlds=2", "--set", "rollout.horizon=64", *SMALL),
+    12,
+    1.2,
+)
+SNAKES = Kind(
+    ("snakes", "train"),
+    ("--size", "7", "--snakes", "2", "--set", "rollout.num_worlds=8", "--set", "rollout.horizon=16", *SMALL)
+    + ("--set", "evaluation.episodes=1"),
+    12,
+    3.0,
+)
+KINDS = {"cars": CARS, "gymnasium": GYMNASIUM, "snakes": SNAKES}
 
 
-def finish(process):
-    said, _ = process.communicate(timeout=120)
-    assert process.returncode == 0, said
-    return said
+PROCESSES = multiprocessing.get_context("forkserver")
+PROCESSES.set_forkserver_preload(["racecraft.api.training", "racecraft.training.battlesnake.trainer", "torch"])
+"""A hundred processes are begun here; a server that has imported everything forks them in no time."""
+
+
+def work(words, told):
+    """Be `racecraft …` in this process; what it says goes to a file."""
+    with Path(told).open("w", buffering=1) as file:
+        sys.stdout = sys.stderr = file
+        sys.argv = ["racecraft", *words]
+        main()
+
+
+def start(kind, run, *more):
+    told = run.with_suffix(".log")
+    process = PROCESSES.Process(target=work, args=([*kind.verb, "--run", str(run), *more], str(told)))
+    told.unlink(missing_ok=True)
+    process.start()
+    return process, told
+
+
+def begin(kind, run):
+    return start(kind, run, "--stop", f"iterations={kind.iterations}", *kind.begun_with)
+
+
+def finish(process, told):
+    process.join(600)
+    assert process.exitcode == 0, told.read_text()
 
 
 def curve(run):
@@ -35,39 +83,57 @@ def curve(run):
 
 
 def files(run):
-    """The AWS files, which shall be the same bytes too."""
-    return {path.name: path.read_bytes() for path in sorted((run / "training-simtrace").glob("*.csv"))}
+    """What shall be the same bytes too: every policy and the AWS files."""
+    kept = [*(run / "checkpoints").glob("*.policy.safetensors"), *(run / "training-simtrace").glob("*.csv")]
+    return {path.name: path.read_bytes() for path in sorted(kept)}
 
 
-def kill_and_resume(run, moment):
+def state(run):
+    """What the next iteration would begin with: optimiser, chance, worlds, opponents, counts; but not the clock."""
+    whole = load_state(run / "checkpoints" / f"{len(curve(run))}.state.safetensors")
+    whole["loop"] = {name: value for name, value in whole["loop"].items() if not name.startswith("seconds")}
+    return {name: whole[name] for name in ("learner", "collector", "loop", "parts") if name in whole}
+
+
+def kill_and_resume(kind, run, moment):
     """Kill the first training `moment` s after its first tick is due; go on to the end."""
-    process = begin(run)
-    for line in process.stdout:
-        if "; stops at " in line:
-            break
-    time.sleep(moment)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    process.stdout.close()
-    return finish(start(run, "--resume"))
+    process, told = begin(kind, run)
+    while process.is_alive() and "; stops at " not in (told.read_text() if told.exists() else ""):
+        time.sleep(0.005)
+    process.join(moment)
+    process.kill()
+    process.join()
+    finish(*start(kind, run, "--resume", *(("--no-pictures",) if kind is CARS else ())))
 
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    run = tmp_path_factory.mktemp("runs") / "whole"
-    finish(begin(run))
-    return run
+    """Return the run of a kind that nobody killed."""
+    runs = tmp_path_factory.mktemp("runs")
+
+    def run_of(name):
+        if not (runs / name).exists():
+            finish(*begin(KINDS[name], runs / name))
+        return runs / name
+
+    return run_of
 
 
-def test_a_kill_in_the_middle_leaves_no_trace_in_the_curve(whole, tmp_path):
-    kill_and_resume(tmp_path / "killed", 0.25)
-    assert curve(tmp_path / "killed") == curve(whole)
-    assert files(tmp_path / "killed") == files(whole)
+def assert_same_bits(killed, whole):
+    assert curve(killed) == curve(whole)
+    assert files(killed) == files(whole)
+    np.testing.assert_equal(state(killed), state(whole))
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_a_kill_in_the_middle_leaves_no_trace(whole, tmp_path, name):
+    kill_and_resume(KINDS[name], tmp_path / "killed", 0.25)
+    assert_same_bits(tmp_path / "killed", whole(name))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(30))
-def test_thirty_kills_at_random_moments(whole, tmp_path, seed):
-    kill_and_resume(tmp_path / "killed", random.Random(seed).uniform(0.0, 1.2))
-    assert curve(tmp_path / "killed") == curve(whole)
-    assert files(tmp_path / "killed") == files(whole)
+@pytest.mark.parametrize("name", KINDS)
+def test_thirty_kills_at_random_moments(whole, tmp_path, name, seed):
+    kill_and_resume(KINDS[name], tmp_path / "killed", random.Random(seed).uniform(0.0, KINDS[name].seconds))
+    assert_same_bits(tmp_path / "killed", whole(name))

@@ -1,8 +1,9 @@
 """Compile kernels and keep them: decorators, the cache on disk and its key.
 
 Numba keeps compiled code beside a hash of the *one* file a function stands in; a kernel that calls a kernel of another
-file would go on with the old body after an edit there. So the cache folder's name holds a hash of every kernel source
-of the package, of Numba's version and of ours: an edit anywhere starts a fresh folder.
+file, or that froze a number of one, would go on with the old one after an edit there. So the cache folder's name holds
+a hash of every kernel source of the package and of whatever those import from it (`sources`), of Numba's version and of
+ours: an edit anywhere a kernel looks starts a fresh folder.
 
 Importing this module points Numba's cache at that folder (unless `NUMBA_CACHE_DIR` is set); it compiles nothing.
 """
@@ -11,8 +12,9 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -68,10 +70,38 @@ def _cache_root() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
 
 
+def sources(package: Path) -> list[Path]:
+    """Return the files that compiled code is made of: every `kernels/*.py`, and what they import at their top, onward.
+
+    Kernels freeze the globals they use. A number that `kernels/race.py` takes from `envs/deepracer/vehicle.py` stands
+    in the machine code, so that an edit there is an edit of the kernel.
+    """
+    found: set[Path] = set()
+    waiting = list(package.rglob("kernels/*.py"))
+    while waiting:
+        source = waiting.pop()
+        if source not in found:
+            found.add(source)
+            waiting += _imported(source.read_text(encoding="utf-8"), package)
+    return sorted(found)
+
+
+_IMPORT = re.compile(r"^(?:from racecraft\.?([\w.]*) import (\([^)]*\)|.*)|import racecraft\.([\w.]+))", re.MULTILINE)
+"""An import at the top of a file; read by its look, since to parse thirty files takes longer than to hash them."""
+
+
+def _imported(text: str, package: Path) -> Iterator[Path]:
+    """Yield the files of the package that a module's text imports."""
+    for parent, names, module in _IMPORT.findall(text):
+        place = package.joinpath(*(parent or module).split("."))
+        for path in (place, *(place / name for name in re.findall(r"\w+", names))):
+            yield from (file for file in (path.with_suffix(".py"), path / "__init__.py") if file.is_file())
+
+
 def _sources_hash() -> str:
     digest = hashlib.sha256(f"{racecraft.__version__} numba {numba.__version__} {sys.version_info[:2]}".encode())
     package = Path(racecraft.__file__).parent
-    for source in sorted(package.rglob("kernels/*.py")):
+    for source in sources(package):
         digest.update(source.relative_to(package).as_posix().encode())
         digest.update(source.read_bytes())
     return digest.hexdigest()[:12]

@@ -25,14 +25,16 @@ from racecraft.contract.errors import RacecraftError, RunFolderError
 from racecraft.contract.world import World
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
+from racecraft.players.deepracer.foreign_model import IMPORTED, borrowed_run
 from racecraft.players.trained import SPEC, split_source
 from racecraft.rollout.collector import Collector
 from racecraft.rollout.episodes import StepObserver
 from racecraft.rollout.replay import Replay
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import as_dictionary
-from racecraft.training.callbacks import Callbacks, TrainingCallback
+from racecraft.training.callbacks import Callbacks, KnowsRun, TrainingCallback
 from racecraft.training.loop import Evaluator, Outcome, TrainingLoop
+from racecraft.training.named_files import as_in_run, asked_in_run, found_in_run, lay_named_files, named_files
 from racecraft.training.processor import prepare_processor
 from racecraft.training.resume import Say, restore_run, tell_resumed
 from racecraft.training.run_writer import EpisodeFiles, RunWriter, Stateful, TickRecorder
@@ -140,12 +142,13 @@ def train(
     """
     if experiment.settings.runtime.tensorboard:
         summary_writer()
-    learner = _learner(experiment)
+    learner = _learner(experiment, experiment.settings)
     feed = feed_for(learner, experiment)
     if source is not None:
         experiment = replace(experiment, notes=(*experiment.notes, *begin_with(learner, source, experiment)))
     _say_notes(experiment, say)
     run = _make_run(experiment, place)
+    experiment = replace(experiment, settings=as_in_run(experiment.settings))
     with run.lock(), experiment.attend(run, experiment.notes) as attendants:
         session = TrainingSession(experiment, run, learner, feed, callback, attendants, say)
         return run, session.run()
@@ -157,7 +160,7 @@ def resume(experiment: Experiment, run: RunFolder, callback: TrainingCallback, s
     Raises:
         RunFolderError: The folder is taken by a running training.
     """
-    learner = _learner(experiment)
+    learner = _learner(experiment, found_in_run(experiment.settings, run))
     feed = feed_for(learner, experiment)
     _say_notes(experiment, say)
     with run.lock(), experiment.attend(run, experiment.notes) as attendants:
@@ -183,6 +186,8 @@ class TrainingSession:
         self._experiment, self._run, self._say, self._learner = experiment, run, say, learner
         if settings.runtime.tensorboard:
             callback = Callbacks(TensorBoard(run.path / FOLDER), callback)
+        if isinstance(callback, KnowsRun):
+            callback.run_made(run.path)
         experiment.warm_up(say)
         observers = [*attendants.observers]
         self._collector = Collector(experiment.world, learner, settings.rollout.horizon, experiment.seed, observers)
@@ -247,7 +252,8 @@ def feed_for(learner: Learner, experiment: Experiment) -> Replay | None:
         return None
     eater = cast(ReplayLearner, learner)
     settings = experiment.settings.replay
-    return Replay(experiment.world.spec, settings, eater.discount, eater.n_step, learner.columns)
+    stack_size = experiment.settings.network.stack_size
+    return Replay(experiment.world.spec, settings, eater.discount, eater.n_step, learner.columns, stack_size)
 
 
 def checkpoint_metadata(experiment: Experiment, learner: Learner) -> dict[str, Any]:
@@ -262,7 +268,7 @@ def checkpoint_metadata(experiment: Experiment, learner: Learner) -> dict[str, A
 
 
 def begin_with(learner: Learner, source: str, experiment: Experiment) -> tuple[str, ...]:
-    """Give a learner the weights of an earlier run; its optimiser starts from zero, and so do all counts.
+    """Give a learner the weights of an earlier run, or of a model of AWS's; optimiser and all counts start from zero.
 
     Returns:
         What is worth saying about them, a clause each.
@@ -272,10 +278,10 @@ def begin_with(learner: Learner, source: str, experiment: Experiment) -> tuple[s
         CheckpointError: No such checkpoint, or a damaged one.
     """
     path, which = split_source(source)
-    run = RunFolder.open(path)
+    run = borrowed_run(path)
     run.read_job_of(experiment.kind)
     weights, metadata = Checkpoints(run.checkpoints).load_policy(which)
-    notes = experiment.same_shape(path, metadata)
+    notes = (*experiment.same_shape(path, metadata), *metadata.get(IMPORTED, ()))
     mine = learner.state_dict()["network"]
     for name in sorted(set(mine) | set(weights)):
         here = tuple(mine[name].shape) if name in mine else "absent"
@@ -307,8 +313,7 @@ def summary_of(outcome: Outcome, run: RunFolder, seed: int) -> dict[str, Any]:
     }
 
 
-def _learner(experiment: Experiment) -> Learner:
-    settings = experiment.settings
+def _learner(experiment: Experiment, settings: Settings) -> Learner:
     prepare_processor(settings.runtime.threads, settings.runtime.device)
     require_fit(experiment.algorithm, experiment.world.spec.actions, experiment.title)
     if experiment.learner is not None:
@@ -341,13 +346,22 @@ def _say_notes(experiment: Experiment, say: Say) -> None:
 
 def _make_run(experiment: Experiment, place: Path | None) -> RunFolder:
     """Make the run folder and lay copies of the user's files into it."""
+    named = named_files(experiment.settings)
+    asked = dict(experiment.asked)
+    if "set" in asked:
+        asked["set"] = asked_in_run(asked["set"], experiment.settings)
+
+    def lay_files(run: RunFolder) -> None:
+        experiment.lay_files(run)
+        lay_named_files(named, run)
+
     job = {
         "kind": experiment.kind,
         "title": experiment.title,
         "algorithm": experiment.algorithm.name,
-        "asked": {**experiment.asked, "stops": [str(stop) for stop in experiment.stops]},
+        "asked": {**asked, "stops": [str(stop) for stop in experiment.stops]},
         **experiment.job,
-        "settings": as_dictionary(experiment.settings),
+        "settings": as_dictionary(as_in_run(experiment.settings)),
         "notes": list(experiment.notes),
         "seed": experiment.seed,
         "versions": versions(),
@@ -356,5 +370,5 @@ def _make_run(experiment: Experiment, place: Path | None) -> RunFolder:
         "started": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
     }
     if place is None:
-        return RunFolder.create_numbered(Path("runs"), experiment.folder_name, job, experiment.lay_files)
-    return RunFolder.create(place, job, experiment.lay_files)
+        return RunFolder.create_numbered(Path("runs"), experiment.folder_name, job, lay_files)
+    return RunFolder.create(place, job, lay_files)

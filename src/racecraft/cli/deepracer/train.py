@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from racecraft.cli.options import DEFAULT, AlgorithmName, From, Json, Overrides, Resume, asked
+from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
+from racecraft.contract.errors import SettingError
 
 if TYPE_CHECKING:
+    from racecraft.training.callbacks import TrainingCallback
     from racecraft.training.trainer import Trained
 
 STOP_HELP = "laps, minutes=10, iterations=50, steps=200000; may be repeated; the first that holds ends it."
@@ -46,12 +48,16 @@ def train(
     set_: Overrides = None,
     from_: From = None,
     resume: Resume = False,
+    detach: Detach = False,
     pictures: Annotated[
         bool, typer.Option(help="Leave a film, the path, the curves and the report in the run folder.")
     ] = True,
     metrics_port: Annotated[
         int | None, typer.Option(help="Serve Prometheus metrics on this port of this machine; 0 takes a free one.")
     ] = None,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Open a page that shows it while it trains, as `racecraft watch` does.")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Train a car from its camera until it laps.
@@ -60,16 +66,18 @@ def train(
 
         racecraft train
 
+        racecraft train --watch
+
         racecraft train my-car --track Oval_track --stop laps --stop minutes=5
 
         racecraft train my-car --set ppo.learning_rate=1e-4 --seed 3 --json
 
         racecraft train --run runs/reinvent_base-1 --resume --stop minutes=10
     """
+    from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
-    from racecraft.training.callbacks import Callbacks
+    from racecraft.cli.runs.watch_beside import watched
     from racecraft.training.deepracer.plan import RaceRequest
-    from racecraft.training.live_metrics import LiveMetrics
     from racecraft.training.progress import watcher
     from racecraft.training.worlds import resume as resume_run
     from racecraft.training.worlds import train as train_world
@@ -77,22 +85,45 @@ def train(
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
-    watching = watcher(sys.stderr if json else sys.stdout)
-    live = None if metrics_port is None else LiveMetrics(metrics_port, (run or folder or Path("racecraft")).name)
-    if live is not None:
-        tell(f"metrics: {live.address}")
-        watching = Callbacks(watching, live)
     if resume:
-        begun = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1")
-        trained = resume_run(begun, tuple(stop or ()), watching, tell, "deepracer")
+        begun, request = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1"), None
     else:
         request = RaceRequest(folder, track, car, preset, fidelity, **asked(algorithm, stop, run, seed, set_, from_))
-        trained = train_world(request, watching, tell)
-    files = _paint(trained, tell) if pictures else {}
-    if json:
-        print_json({**trained.summary(), **files})
-    else:
-        _say_what_came_of_it(trained, files)
+    if detach:
+        _refuse_detached(metrics_port)
+        return detach_training(context, run, request, json)
+    shown = _measured(watcher(sys.stderr if json else sys.stdout), metrics_port, run or folder, tell)
+    with watched(shown, watch, tell, stays=not json) as watching:
+        if request is None:
+            trained = resume_run(begun, tuple(stop or ()), watching, tell, "deepracer")
+        else:
+            trained = train_world(request, watching, tell)
+        files = _paint(trained, tell) if pictures else {}
+        if json:
+            print_json({**trained.summary(), **files})
+        else:
+            _say_what_came_of_it(trained, files)
+
+
+def _measured(
+    shown: TrainingCallback, port: int | None, named: Path | None, tell: Callable[[str], None]
+) -> TrainingCallback:
+    """Return who watches, with the metrics served beside where a port was asked for."""
+    if port is None:
+        return shown
+    from racecraft.training.callbacks import Callbacks
+    from racecraft.training.live_metrics import LiveMetrics
+
+    live = LiveMetrics(port, named.name if named is not None else "racecraft")
+    tell(f"metrics: {live.address}")
+    return Callbacks(shown, live)
+
+
+def _refuse_detached(metrics_port: int | None) -> None:
+    if metrics_port is not None:
+        raise SettingError(
+            "--metrics-port serves a training of this terminal, and --detach lets it go; expected one of them."
+        )
 
 
 def _paint(trained: Trained, tell: Callable[[str], None]) -> dict[str, str]:
@@ -122,6 +153,7 @@ def _say_what_came_of_it(trained: Trained, files: dict[str, Any]) -> None:
     print("\nWhat to try next:")
     if stable is None:
         print(f"  racecraft train --run {path} --resume --stop minutes=10      # go on")
+    print(f"  racecraft watch {path}          # every drive again, and every car's camera")
     print(f"  racecraft evaluate {path} --laps 3 --video three-laps.mp4")
     print("  racecraft new my-car          # a folder with a reward function of your own")
     print("  racecraft train --track Oval_track")

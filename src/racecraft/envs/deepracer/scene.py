@@ -14,13 +14,15 @@ from typing import NamedTuple
 import numpy as np
 
 from racecraft.envs.deepracer.light import palette_under
+from racecraft.envs.deepracer.objects import KINDS
 from racecraft.tracks.track import Track
 
 MATERIALS = (
     "field", "road", "line", "dash", "start", "wall south", "wall east", "wall north", "wall west", "sky",
+    *(kind.name for kind in KINDS),
 )  # fmt: skip
 """Names of the materials; a palette has one row for each."""
-FIELD, ROAD, LINE, DASH, START, WALL_SOUTH, WALL_EAST, WALL_NORTH, WALL_WEST, SKY = range(len(MATERIALS))
+FIELD, ROAD, LINE, DASH, START, WALL_SOUTH, WALL_EAST, WALL_NORTH, WALL_WEST, SKY = range(10)
 
 GREY_WEIGHTS = np.array([0.2989, 0.587, 0.114])
 """Of red, green and blue in the grey level that policies see (facts: simapp observation filter)."""

@@ -1,0 +1,67 @@
+"""Files that settings name travel with the run: what is learned from is found again wherever one stands.
+
+A group that learns from recorded episodes calls its file `demonstrations` (`bc.demonstrations`). A new run takes a copy
+of it along and names the copy; whoever goes on with the run, in another folder or on another machine, reads that one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.whole import write_whole
+from racecraft.settings.composition import Settings
+
+SETTING = "demonstrations"
+"""The setting that names a file, in whatever group."""
+
+
+def named_files(settings: Settings) -> dict[str, Path]:
+    """Return the files that settings name, each under the name of its copy: "bc-demonstrations.safetensors"."""
+    named = {group: getattr(getattr(settings, group), SETTING, None) for group in settings}
+    paths = {group: Path(path) for group, path in named.items() if path is not None}
+    return {f"{group}-{SETTING}{path.suffix}": path for group, path in paths.items() if path.is_file()}
+
+
+def lay_named_files(files: Mapping[str, Path], run: RunFolder) -> None:
+    """Copy them into a new run folder.
+
+    Raises:
+        OutputFileError: There is no room for them.
+    """
+    for name, path in files.items():
+        write_whole(run.path / name, path.read_bytes())
+
+
+def as_in_run(settings: Settings) -> Settings:
+    """Return the settings with the copies' names in the place of the files': what a run says of itself."""
+    for name in named_files(settings):
+        settings = _with_path(settings, name, name)
+    return settings
+
+
+def asked_in_run(asked: Iterable[str], settings: Settings) -> list[str]:
+    """Return `group.name=value` as given, with the copies' names in the place of the files'."""
+    copies = {f"{_group(name)}.{SETTING}={path}": name for name, path in named_files(settings).items()}
+    return [f"{_group(copies[one])}.{SETTING}={copies[one]}" if one in copies else one for one in asked]
+
+
+def found_in_run(settings: Settings, run: RunFolder) -> Settings:
+    """Return the settings with the paths of the copies that a run has; a file that it has no copy of stays named."""
+    for group in settings:
+        path = getattr(getattr(settings, group), SETTING, None)
+        copy = run.path / f"{group}-{SETTING}{Path(path).suffix}" if path is not None else None
+        if copy is not None and copy.is_file():
+            settings = _with_path(settings, copy.name, str(copy))
+    return settings
+
+
+def _with_path(settings: Settings, name: str, path: str) -> Settings:
+    group = _group(name)
+    return settings.with_group(group, replace(getattr(settings, group), **{SETTING: path}))
+
+
+def _group(name: str) -> str:
+    return name.partition(f"-{SETTING}")[0]

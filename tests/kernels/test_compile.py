@@ -1,0 +1,80 @@
+"""Compiled code on disk follows the sources it was made of, whichever file they stand in."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import racecraft
+from racecraft.kernels.compile import sources
+
+HOUSE = Path(racecraft.__file__).parent
+FROZEN = "WHEELBASE_M = 0.163974\n"
+"""A number of `envs/deepracer/vehicle.py` that a kernel of another file has in its machine code."""
+ASKED = """
+from racecraft.envs.deepracer.kernels.vehicle import driven_curvature
+from racecraft.envs.deepracer.vehicle import PROFILES
+print(driven_curvature(PROFILES["v6"], 1.0, 0.3))
+"""
+
+
+@pytest.fixture
+def house(tmp_path):
+    """A copy of the package that may be edited."""
+    leave = shutil.ignore_patterns("__pycache__", "catalogue", "names")
+    return shutil.copytree(HOUSE, tmp_path / "src" / "racecraft", ignore=leave)
+
+
+def curvature(house, **more):
+    """Return what a fresh process says, with kernels kept beside the copy."""
+    own = {"PYTHONPATH": str(house.parent), "RACECRAFT_CACHE": str(house.parent / "cache"), **more}
+    given = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
+    done = subprocess.run([sys.executable, "-c", ASKED], env={**given, **own}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return float(done.stdout)
+
+
+def compiled(house):
+    return {path: path.stat().st_mtime_ns for path in (house.parent / "cache").rglob("*.nbc")}
+
+
+def test_a_number_edited_in_another_file_is_the_kernels_at_once_and_a_warm_start_compiles_nothing(house):
+    before = curvature(house)
+    first = compiled(house)
+    assert first
+    assert curvature(house) == before
+    assert compiled(house) == first
+    vehicle = house / "envs" / "deepracer" / "vehicle.py"
+    assert FROZEN in vehicle.read_text(encoding="utf-8")
+    vehicle.write_text(vehicle.read_text(encoding="utf-8").replace(FROZEN, "WHEELBASE_M = 0.327948\n"))
+    after = curvature(house)
+    assert after == pytest.approx(curvature(house, NUMBA_DISABLE_JIT="1"), rel=1e-12)
+    assert after < 0.6 * before
+
+
+def test_what_no_kernel_looks_at_compiles_nothing_anew():
+    """An edit of a command or of a page must not cost a minute."""
+    made_of = {path.relative_to(HOUSE).as_posix() for path in sources(HOUSE)}
+    assert {"envs/deepracer/kernels/race.py", "envs/deepracer/race.py", "envs/deepracer/vehicle.py"} <= made_of
+    assert {path.relative_to(HOUSE).as_posix() for path in HOUSE.rglob("kernels/*.py")} <= made_of
+    assert not {path for path in made_of if path.startswith(("cli/", "api/", "training/", "reporting/", "analysis/"))}
+
+
+def test_imports_are_followed_however_they_are_written(tmp_path):
+    written = {
+        "kernels/__init__.py": "",
+        "kernels/sums.py": "from racecraft.a import (\n    ONE,\n)\nimport racecraft.b\nfrom racecraft import c\n",
+        "a/__init__.py": "from racecraft.a.deep import ONE\n",
+        "a/deep.py": "ONE = 1\n",
+        "b.py": "def late():\n    from racecraft.d import FOUR\n",
+        "c.py": "import numpy\n",
+        "d.py": "FOUR = 4\n",
+    }
+    for name, text in written.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    found = [path.relative_to(tmp_path).as_posix() for path in sources(tmp_path)]
+    assert found == ["a/__init__.py", "a/deep.py", "b.py", "c.py", "kernels/__init__.py", "kernels/sums.py"]
