@@ -16,7 +16,7 @@ FLOOR = {
     "evaluation": 3, "analysis": 3, "export": 3, "logs": 3,
     "training": 4, "reporting": 4,
     "jobs": 5, "league": 5,
-    "console": 6, "serving": 6, "lessons": 6, "compat": 6, "api": 6,
+    "console": 6, "serving": 6, "lessons": 6, "compat": 6, "api": 6, "estimator": 6,
     "cli": 7,
 }  # fmt: skip
 
@@ -35,7 +35,7 @@ HEAVY = {
     "nicegui": {"console"},
     "matplotlib": {"analysis", "tracks"},
     "av": {"analysis"},
-    "pandas": {"analysis", "logs"},
+    "pandas": {"analysis", "jobs", "logs"},
 }
 
 

@@ -138,7 +138,7 @@ class Fixed:
 class ClockModel:
     """Finds late clocks new."""
 
-    name, strength, figures = "clock", 0.5, {}
+    name, strength, is_novelty, figures = "clock", 0.5, True, {}
 
     def bonus(self, before, actions, after):
         self.pairs = before["clock"][:, 0], after["clock"][:, 0]

@@ -5,19 +5,24 @@ import copy
 import numpy as np
 import pytest
 import torch
-from toy_world import Walk
+from toy_world import LIMIT, Walk
 
 from racecraft.algorithms.building import build_learner
-from racecraft.algorithms.learner import REPLAY, ROLLOUT, Decision
+from racecraft.algorithms.dqn import DqnConfig
+from racecraft.algorithms.learner import ROLLOUT, Decision, greedy_policy_of
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.ppo import PpoConfig
 from racecraft.algorithms.registry import find_algorithm
-from racecraft.algorithms.stacking import FrameStack, StackedLearner, StackedPolicy, joined
-from racecraft.contract.errors import SettingError
-from racecraft.contract.world import ArraySpec
+from racecraft.algorithms.stacking import AGE, FrameStack, StackedLearner, StackedPolicy, joined
+from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
 from racecraft.players.trained import GreedyPolicy, policy_from
 from racecraft.rollout.collector import Collector
+from racecraft.rollout.episodes import play_episodes
+from racecraft.rollout.replay import Replay
+from racecraft.rollout.replay_settings import ReplayConfig
+from racecraft.rollout.statistics import summarise
+from racecraft.rollout.transition_ring import COLUMN, NOBODY, TransitionRing
 from racecraft.settings.composition import Settings
 from racecraft.training.settings import RuntimeConfig
 
@@ -155,9 +160,71 @@ def test_the_policy_of_a_checkpoint_stacks_by_itself():
             policy.forget(odd), greedy.forget(odd)
 
 
-def test_a_learner_of_a_replay_is_refused():
-    class Eater(Notes):
-        eats = REPLAY
+def test_what_is_drawn_from_a_replay_is_what_was_seen():
+    """In every place of a ring that has gone round, but for what it has forgotten; afterwards, and at the last."""
+    world, size = Walk(5, num_agents=2), 3
+    learner = stacked(world, size)
+    collector = Collector(world, learner, horizon=7, seed=1)
+    ring = TransitionRing(world.spec, 20, learner.columns, size)
+    for _ in range(6):
+        ring.put(collector.collect())
+    saw, stale, finals = ring.flat(COLUMN + "clocks"), 0, 0
+    for tick in range(ring.oldest, ring.head - 2):
+        index = ring.places(tick, tick + 1)
+        for n_step in (1, 2):
+            drawn = ring.gather(index, n_step, 0.9)
+            _, _, then, cut = ring.look_ahead(index, n_step, 0.9)
+            reach = ring.flat(COLUMN + AGE)[index] <= tick - ring.oldest
+            np.testing.assert_array_equal(drawn.observations["clock"][reach], saw[index][reach])
+            if not reach.all():  # the oldest that is remembered stands in for what is not
+                oldest = saw[index][~reach, -1 - (tick - ring.oldest)]
+                np.testing.assert_array_equal(drawn.observations["clock"][~reach, 0], oldest)
+            goes_on = (cut == NOBODY) & (drawn.discount > 0) & reach
+            np.testing.assert_array_equal(drawn.next_observations["clock"][goes_on], saw[then][goes_on])
+            last = drawn.next_observations["clock"][(cut != NOBODY) & reach]
+            np.testing.assert_array_equal(last, np.tile([LIMIT - 2, LIMIT - 1, LIMIT], (len(last), 1)))
+            stale, finals = stale + (~reach).sum(), finals + len(last)
+    assert stale
+    assert finals
 
-    with pytest.raises(SettingError, match="network.stack_size is 2"):
-        StackedLearner(Walk(2).spec, 2, Eater)
+
+class Recall:
+    """Shows a number from 0 to 2 and wants the one shown a tick before; an episode is cut after eight ticks."""
+
+    def __init__(self, num_worlds):
+        seen = {"number": ArraySpec((3,), np.float32, 0, 1, doc="one-hot")}
+        self.spec = WorldSpec("recall", num_worlds, 1, seen, DiscreteActions(3))
+        self.rng = np.random.default_rng(1)
+
+    def reset(self, buffers, seed):
+        self.clock = 0
+        self.before = self.shown = self.rng.integers(0, 3, (self.spec.num_worlds, 1))
+        buffers.observations["number"][:], buffers.active[:] = np.eye(3)[self.shown], True
+
+    def step(self, actions, buffers):
+        buffers.reward[:] = actions == self.before
+        self.before, self.shown = self.shown, self.rng.integers(0, 3, self.shown.shape)
+        self.clock += 1
+        buffers.truncated[:] = self.clock == 8
+        if self.clock == 8:
+            buffers.final_observations["number"][:] = np.eye(3)[self.shown]
+            self.clock, self.before = 0, self.shown
+        buffers.observations["number"][:] = np.eye(3)[self.shown]
+
+    def close(self):
+        pass
+
+
+@pytest.mark.parametrize(("size", "right"), [(1, False), (2, True)])
+def test_dqn_recalls_what_only_a_stack_shows(size, right):
+    world = Recall(8)
+    groups = settings(stack_size=size).with_group("dqn", DqnConfig(discount=0.0, learning_rate=3e-3, batch_size=64))
+    learner = build_learner(find_algorithm("dqn"), world.spec, groups, seed=1)
+    replay = Replay(world.spec, ReplayConfig(capacity=4096, learning_starts=64), 0.0, 1, learner.columns, size)
+    collector = Collector(world, learner, horizon=32, seed=1)
+    for _ in range(12):
+        if (fed := replay.take(collector.collect())) is not None:
+            learner.update(fed)
+    policy = greedy_policy_of(learner)
+    reward = summarise(play_episodes(policy, Recall(8), episodes_each=4, seed=2)).mean_reward
+    assert (reward > 7.5) == right, reward

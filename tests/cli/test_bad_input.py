@@ -122,13 +122,21 @@ CASES = {
         ["FRONT_FACING_CAMRA", "Did you mean"],
         lambda t: ["train", folder(t, model_metadata__json=changed(sensor=["FRONT_FACING_CAMRA"]))],
     ),
-    "a stereo car, valid but not built": (
-        ["STEREO_CAMERAS", "not built yet"],
-        lambda t: ["train", folder(t, model_metadata__json=changed(sensor=["STEREO_CAMERAS"]))],
+    "two cameras": (
+        ["model_metadata.json:", "sensor", "2 camera(s)", "exactly one camera"],
+        lambda t: ["train", folder(t, model_metadata__json=changed(sensor=["FRONT_FACING_CAMERA", "STEREO_CAMERAS"]))],
     ),
-    "a LiDAR car, valid but not built": (
-        ["'LIDAR'", "not built yet"],
-        lambda t: ["train", folder(t, model_metadata__json=changed(sensor=["FRONT_FACING_CAMERA", "LIDAR"]))],
+    "LiDAR sectors that do not divide the beams": (
+        ["model_metadata.json:", "lidar_config.num_sectors", "10", "1, 2, 4, 8, 16, 32, 64"],
+        lambda t: [
+            "train",
+            folder(
+                t,
+                model_metadata__json=changed(
+                    sensor=["FRONT_FACING_CAMERA", "DISCRETIZED_SECTOR_LIDAR"], lidar_config={"num_sectors": 10}
+                ),
+            ),
+        ],
     ),
     "SAC for a car with a list of actions": (
         ["--algorithm sac decides numbers", "one choice", "ppo"],

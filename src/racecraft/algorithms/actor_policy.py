@@ -8,10 +8,11 @@ import torch
 from torch import Tensor
 
 from racecraft.algorithms.distributions import GAUSSIAN, Categorical, Distribution, distribution_for
-from racecraft.algorithms.networks import ActorCritic, Architecture, architecture_from
+from racecraft.algorithms.networks import ActorCritic, Architecture, Encoder, OwnEncoder, architecture_from
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.recurrent_network import NONE, RecurrentActorCritic
 from racecraft.algorithms.recurrent_policy import RecurrentPolicy
+from racecraft.algorithms.transparent import Scores, as_floats, scores_of
 from racecraft.contract.world import Array
 
 
@@ -47,6 +48,19 @@ class ActorPolicy:
 
     def forget(self, rows: Array) -> None:
         """Nothing is remembered from tick to tick."""
+
+    @property
+    def eyes(self) -> Encoder | OwnEncoder:
+        """The network from observations to features."""
+        return self.network.policy_body
+
+    def fed(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
+        """Return what the network would be fed; see `Transparent`."""
+        return as_floats(self.eyes, observations, self._device)
+
+    def scores(self, fed: Mapping[str, Tensor]) -> Scores:
+        """Return what it makes of what it is fed; see `Transparent`."""
+        return scores_of(self.distribution, self.network.policy(fed), self.network.log_std)
 
     @property
     def _device(self) -> torch.device:

@@ -12,7 +12,7 @@ algorithm from its weights (`--from`), which fit every learner with such a netwo
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from torch import Tensor
 
 from racecraft.algorithms.actor_policy import ActorPolicy, load_actor_policy
 from racecraft.algorithms.adam import Adam
+from racecraft.algorithms.demonstrations import Shown, read_shown, shown_tensors
 from racecraft.algorithms.distributions import DiagGaussian, Distribution, distribution_for
 from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError, StateDict
 from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
@@ -37,7 +38,7 @@ from racecraft.contract.world import (
     HybridActions,
     WorldSpec,
 )
-from racecraft.formats.demonstrations import Demonstrations, read_demonstrations
+from racecraft.formats.demonstrations import Demonstrations
 from racecraft.settings.composition import Settings
 from racecraft.settings.table import check_group, setting
 
@@ -59,7 +60,10 @@ NEAR = 0.2
 class BcConfig:
     """Behavioural cloning: recorded actions grow likelier where they were taken."""
 
-    demonstrations: str | None = setting(None, "File of recorded episodes; `racecraft record RUN` writes one.")
+    demonstrations: str | None = setting(
+        None,
+        "File of recorded episodes (`racecraft record RUN` writes one), or ML-Agents' `.demo` files: one, or a folder.",
+    )
     learning_rate: float = setting(1e-3, "Adam's step size.", low=1e-8, high=1.0)
     batch_size: int = setting(256, "Recorded ticks in one minibatch.", low=1)
     held_out: float = setting(
@@ -73,23 +77,6 @@ class BcConfig:
         check_group(self)
 
 
-@dataclass(frozen=True)
-class Shown:
-    """B recorded ticks, as tensors."""
-
-    observations: dict[str, Tensor]
-    raw_actions: Tensor
-    action_mask: Tensor | None
-
-    def take(self, rows: Tensor) -> Shown:
-        """Return the chosen rows (int64 (B,))."""
-        return Shown(
-            {name: part[rows] for name, part in self.observations.items()},
-            self.raw_actions[rows],
-            None if self.action_mask is None else self.action_mask[rows],
-        )
-
-
 class BcLearner:
     """A policy that learns from recorded episodes.
 
@@ -101,8 +88,6 @@ class BcLearner:
         seed: Of the first weights and the order of minibatches.
         device: "cpu" or "cuda".
 
-    Raises:
-        SettingError: The recorded episodes are of another world.
     """
 
     eats = ROLLOUT
@@ -128,13 +113,8 @@ class BcLearner:
         self.optimiser = Adam(self.network.parameters(), config.learning_rate, 1e-8)
         self.policy = ActorPolicy(self.network, self.distribution)
         self.columns: dict[str, ArraySpec] = {}
-        require_same_world(spec, shown)
-        names = self.network.policy_body.names
-        self.shown = Shown(
-            {name: torch.from_numpy(shown.observations[name]).to(self.device) for name in names},
-            to_raw(torch.from_numpy(shown.actions), spec.actions).to(self.device),
-            None if shown.action_mask is None else torch.from_numpy(shown.action_mask).to(self.device),
-        )
+        told = shown_tensors(shown, spec, self.network.policy_body.names, self.device, "bc.demonstrations")
+        self.shown = replace(told, actions=to_raw(told.actions, spec.actions))
         first_held = shown.num_episodes - int(config.held_out * shown.num_episodes)
         held = torch.from_numpy(shown.episode >= first_held)
         self.taught, self.held = (part.nonzero().squeeze(1).to(self.device) for part in (~held, held))
@@ -153,7 +133,7 @@ class BcLearner:
                 "bc learns from recorded episodes and none are named; expected --set bc.demonstrations=FILE, such as "
                 "`racecraft record RUN --output demos.safetensors` writes."
             )
-        shown = read_demonstrations(path)
+        shown = read_shown(path)
         return cls(spec, settings.network, settings.bc, shown, seed, settings.runtime.device)
 
     @classmethod
@@ -230,12 +210,15 @@ class BcLearner:
 
 
 def cloning_loss(network: ActorCritic, distribution: Distribution, batch: Shown) -> tuple[Tensor, Tensor]:
-    """Return the mean -log probability of what was shown, and the share in which the clone would do the same."""
+    """Return the mean -log probability of what was shown, and the share in which the clone would do the same.
+
+    The actions of the batch are raw ones (`to_raw`).
+    """
     params = network.policy(batch.observations)
-    log_prob, _ = distribution.log_prob_and_entropy(params, network.log_std, batch.action_mask, batch.raw_actions)
+    log_prob, _ = distribution.log_prob_and_entropy(params, network.log_std, batch.action_mask, batch.actions)
     with torch.no_grad():
         likeliest, _ = distribution.mode(params, network.log_std, batch.action_mask)
-        away = (likeliest - batch.raw_actions).abs().float().reshape(len(params), -1).amax(dim=1)
+        away = (likeliest - batch.actions).abs().float().reshape(len(params), -1).amax(dim=1)
     return -log_prob.mean(), (away < NEAR).float().mean()
 
 
@@ -248,24 +231,3 @@ def to_raw(actions: Tensor, spec: ActionSpec) -> Tensor:
         return actions.long() if isinstance(spec, DiscreteActions) else actions
     bounds = DiagGaussian(spec)
     return (actions.float() - bounds.centre) / bounds.scale
-
-
-def require_same_world(spec: WorldSpec, shown: Demonstrations) -> None:
-    """Refuse episodes that were recorded in another world.
-
-    Raises:
-        SettingError: The letter says what differs.
-    """
-    there = PolicySpec.from_dictionary(shown.spec)
-    if there.actions != spec.actions:
-        raise SettingError(
-            f"bc.demonstrations: the recorded actions are {there.actions}, those of {spec.name} are {spec.actions}; "
-            "expected the same. Record in this world."
-        )
-    for name, part in spec.observations.items():
-        found = there.observations.get(name)
-        if not part.privileged and (found is None or found.shape != part.shape or found.dtype != part.dtype):
-            raise SettingError(
-                f"bc.demonstrations: the observation '{name}' is {found or 'not recorded'}; {spec.name} shows {part}; "
-                "expected the same. Record in this world."
-            )

@@ -2,6 +2,7 @@
 
 network.stack_size → stacking.py      sees the last k observations
 curiosity, rnd     → intrinsic.py     is also rewarded for what it has not seen
+gail               → intrinsic.py     is also rewarded for what passes for what was shown
 """
 
 from __future__ import annotations
@@ -14,10 +15,11 @@ from racecraft.contract.world import GroupedActions, WorldSpec
 from racecraft.settings.composition import Settings
 
 if TYPE_CHECKING:  # torch is imported when something is built, not by whoever asks for settings
+    from racecraft.algorithms.intrinsic import RewardModel
     from racecraft.algorithms.learner import Learner
     from racecraft.algorithms.networks import NetworkConfig
 
-SIGNALS = ("curiosity", "rnd")
+SIGNALS = ("curiosity", "rnd", "gail")
 """Groups of settings that add to what is rewarded."""
 NOT_EVERYBODYS = {"memory": "none", "normalise": False, "encoder": None}
 """Settings of `network` that only some learners follow (their `follows`), with the value that asks for nothing."""
@@ -74,37 +76,52 @@ def _require_followed(algorithm: Algorithm, network: NetworkConfig, follows: tup
 
 
 def with_reward_signals(learner: Learner, settings: Settings, seed: int) -> Learner:
-    """Return the learner, rewarded for what is new where the settings give `curiosity` or `rnd` a strength.
+    """Return the learner, rewarded also by each of `curiosity`, `rnd` and `gail` that the settings give a strength.
 
     Raises:
-        SettingError: The learner does not learn from rollouts.
+        SettingError: The learner does not learn from rollouts; demonstrations are missing, or of another world.
+        CheckpointError: The file of demonstrations is none.
+        DemonstrationError: A `.demo` file cannot be used.
     """
-    spec = learner.spec
-    for name in SIGNALS:
+    for place, name in enumerate(SIGNALS):
         config = getattr(settings, name) if name in settings else None
-        if config is None or not config.strength:
-            continue
-        from racecraft.algorithms.intrinsic import IntrinsicReward
-        from racecraft.algorithms.networks import architecture_of
+        if config is not None and config.strength:
+            from racecraft.algorithms.intrinsic import IntrinsicReward
 
-        assert not isinstance(spec.actions, GroupedActions), "agents of each kind have a learner of their own"
-        architecture, device = architecture_of(settings.network), settings.runtime.device
-        if name == "curiosity":
-            from racecraft.algorithms.curiosity import CuriosityModel
-
-            curious = CuriosityModel(spec.observations, spec.actions, architecture, config, seed + SEED_APART, device)
-            learner = IntrinsicReward(learner, curious)
-        else:
-            from racecraft.algorithms.rnd import RndModel
-
-            model = RndModel(spec.observations, architecture, config, seed + 2 * SEED_APART, device)
+            model = _reward_model(name, learner.spec, settings, seed + (place + 1) * SEED_APART)
             learner = IntrinsicReward(learner, model)
     return learner
+
+
+def _reward_model(name: str, spec: WorldSpec, settings: Settings, seed: int) -> RewardModel:
+    from racecraft.algorithms.networks import architecture_of
+
+    assert not isinstance(spec.actions, GroupedActions), "agents of each kind have a learner of their own"
+    architecture, device = architecture_of(settings.network), settings.runtime.device
+    if name == "curiosity":
+        from racecraft.algorithms.curiosity import CuriosityModel
+
+        return CuriosityModel(spec.observations, spec.actions, architecture, settings.curiosity, seed, device)
+    if name == "rnd":
+        from racecraft.algorithms.rnd import RndModel
+
+        return RndModel(spec.observations, architecture, settings.rnd, seed, device)
+    from racecraft.algorithms.demonstrations import read_shown
+    from racecraft.algorithms.gail import GailModel
+
+    if settings.gail.demonstrations is None:
+        raise SettingError(
+            f"gail.strength is {settings.gail.strength:g} and no demonstrations are named; expected "
+            "--set gail.demonstrations=FILE, such as `racecraft record RUN` writes, or Unity's .demo files."
+        )
+    shown = read_shown(settings.gail.demonstrations)
+    return GailModel(spec, spec.actions, architecture, settings.gail, shown, seed, device)
 
 
 def signal_groups() -> dict[str, Any]:
     """Return the groups of settings of the reward signals, each at strength 0."""
     from racecraft.algorithms.curiosity import CuriosityConfig
+    from racecraft.algorithms.gail import GailConfig
     from racecraft.algorithms.rnd import RndConfig
 
-    return {"curiosity": CuriosityConfig(), "rnd": RndConfig()}
+    return {"curiosity": CuriosityConfig(), "rnd": RndConfig(), "gail": GailConfig()}

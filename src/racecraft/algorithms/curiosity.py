@@ -61,6 +61,7 @@ class CuriosityModel:
     """
 
     name = "curiosity"
+    is_novelty = True
     figures: Mapping[str, str] = {
         "curiosity_forward_loss": "Half the squared error of the foretold features, summed, mean over transitions.",
         "curiosity_inverse_loss": "Error in telling the action: cross-entropy in nats, or mean squared error.",

@@ -8,8 +8,8 @@ Source: Mnih et al., "Human-level control through deep reinforcement learning", 
 * `n_step`: so many rewards are summed before a value is asked for (Sutton, 1988);
 * `replay.prioritised`: what was foreseen badly is drawn oftener (Schaul et al., 2016).
 
-The paper's reward clipping and frame stacking belong to its world and are not done here. Results are bit-identical on
-the same machine, threads and versions: all chance is in generators that are saved.
+The paper's reward clipping belongs to its world and is not done here; its stacked frames are `network.stack_size`.
+Results are bit-identical on the same machine, threads and versions: all chance is in generators that are saved.
 """
 
 from __future__ import annotations

@@ -1,11 +1,12 @@
-"""Reward for what is new: a bonus laid on the world's reward before a learner learns. Begin with `IntrinsicReward`.
+"""A bonus laid on the world's reward before a learner learns. Begin with `IntrinsicReward`.
 
-    reward + strength * bonus / running deviation of the bonus's discounted sum
+    reward + strength * bonus / running deviation of the bonus's discounted sum      for what is new
+    reward + strength * bonus                                                        for what is like what was shown
 
-What a bonus is, a `NoveltyModel` says: `curiosity.py` and `rnd.py` have one each. The bonus is plainly added and meets
-the learner's own discount and critic; the two heads with two discounts of Burda et al. are left out. A tick that ends
-the story earns none: what is shown after it belongs to another episode. What the training tells as reward stays the
-world's own.
+What a bonus is, a `RewardModel` says: `curiosity.py`, `rnd.py` and `gail.py` have one each. The bonus is plainly added
+and meets the learner's own discount and critic; the two heads with two discounts of Burda et al. are left out. A tick
+that ends the story earns none for novelty: what is shown after it belongs to another episode. What the training tells
+as reward stays the world's own.
 """
 
 from __future__ import annotations
@@ -29,20 +30,23 @@ BONUS_DISCOUNT = 0.99
 """Of the sums whose deviation the bonus is measured by, as in Burda et al."""
 
 
-class NoveltyModel(Protocol):
-    """Says how new a transition is, and gets used to it."""
+class RewardModel(Protocol):
+    """Says what a transition is worth beside the world's reward, and learns from it."""
 
     name: str
     """Of its group of settings, and of its figures and its state."""
     strength: float
+    is_novelty: bool
+    """Whether the bonus is for what is new after an action: it is measured by its own deviation then, and a tick with
+    nothing after it earns none."""
     figures: Mapping[str, str]
 
     def bonus(self, before: Mapping[str, Array], actions: Array, after: Mapping[str, Array]) -> Array:
-        """Return how new each of B transitions is, float32 (B,), 0 or more."""
+        """Return the bonus of each of B transitions, float32 (B,), 0 or more."""
         ...
 
     def learn(self, before: Mapping[str, Array], actions: Array, after: Mapping[str, Array]) -> dict[str, float]:
-        """Get used to B transitions; return figures."""
+        """Learn from B transitions; return figures."""
         ...
 
     def state_dict(self) -> dict[str, Tensor]:
@@ -55,17 +59,17 @@ class NoveltyModel(Protocol):
 
 
 class IntrinsicReward:
-    """A learner that is rewarded for what is new, too. Towards everybody it is that learner.
+    """A learner that is rewarded by more than the world. Towards everybody it is that learner.
 
     Args:
         inner: Learns from rollouts.
-        model: Says what is new.
+        model: Says for what.
 
     Raises:
         SettingError: The learner eats from a replay, whose rewards were laid down long ago.
     """
 
-    def __init__(self, inner: Learner, model: NoveltyModel) -> None:
+    def __init__(self, inner: Learner, model: RewardModel) -> None:
         if inner.eats == REPLAY:
             raise SettingError(
                 f"{model.name}.strength is {model.strength:g}; its bonus is of the latest rollout, and this algorithm "
@@ -114,13 +118,14 @@ class IntrinsicReward:
         return greedy_policy_of(self.inner)
 
     def update(self, experience: RolloutBatch) -> dict[str, float]:
-        """Add the bonus to what is rewarded, have the learner learn, then get used to what was new."""
-        chosen = np.flatnonzero((experience.active & ~experience.terminated).reshape(-1))
+        """Add the bonus to what is rewarded, have the learner learn, then the model."""
+        worth = experience.active & ~experience.terminated if self.model.is_novelty else experience.active
+        chosen = np.flatnonzero(worth.reshape(-1))
         before, actions, after = transitions(experience, chosen)
         raw = np.zeros(experience.reward.shape, np.float32)
         if len(chosen):
             raw.reshape(-1)[chosen] = self.model.bonus(before, actions, after)
-        added = self.model.strength * raw / self.scale.measured(raw)
+        added = self.model.strength * raw / (self.scale.measured(raw) if self.model.is_novelty else 1.0)
         told: Mapping[str, Any] = self.inner.update(replace(experience, reward=experience.reward + added))
         learned = self.model.learn(before, actions, after) if len(chosen) else {}
         mean = float(added[experience.active].mean()) if experience.num_active else 0.0
@@ -209,7 +214,7 @@ def transitions(batch: RolloutBatch, chosen: Array) -> tuple[dict[str, Array], A
 
     Args:
         batch: A rollout.
-        chosen: int64 (B,), rising: t * R + r of ticks that did not end the story.
+        chosen: int64 (B,), rising: t * R + r. What is seen after a tick that ended the story is another's beginning.
     """
     before, after = {}, {}
     cut = np.isin(batch.final_index, chosen)

@@ -52,6 +52,9 @@ class NetworkConfig:
     image_units: tuple[int, ...] | None = setting(
         None, "Units of each dense layer between an image's convolutions and what all observations share.", low=1
     )
+    vector_units: tuple[int, ...] | None = setting(
+        None, "Units of each dense layer between a vector, such as a LiDAR's, and what all observations share.", low=1
+    )
     hidden_units: tuple[int, ...] = setting((128,), "Units of each dense layer.", low=1)
     activation: str = setting("relu", "Non-linearity between layers.", choices=("relu", "tanh"))
     privileged_critic: bool = setting(
@@ -127,6 +130,7 @@ def architecture_of(config: NetworkConfig) -> Architecture:
     return Architecture(
         convolutions=tuple(zip(config.conv_filters, config.conv_kernels, config.conv_strides, strict=True)),
         image_units=config.image_units or (),
+        vector_units=config.vector_units or (),
         trunk_units=config.hidden_units,
         activation=config.activation,
         separate_networks=config.separate_networks,

@@ -18,6 +18,7 @@ from racecraft.algorithms.networks import (
     dense,
 )
 from racecraft.algorithms.policy_spec import PolicySpec
+from racecraft.algorithms.transparent import Scores, as_floats
 from racecraft.contract.world import Array, ArraySpec, DiscreteActions
 
 FORBIDDEN_VALUE = -1e9
@@ -110,6 +111,21 @@ class QPolicy:
 
     def forget(self, rows: Array) -> None:
         """Nothing is remembered from tick to tick."""
+
+    @property
+    def eyes(self) -> Encoder:
+        """The network from observations to features."""
+        return self.network.body
+
+    def fed(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
+        """Return what the network would be fed; see `Transparent`."""
+        return as_floats(self.eyes, observations, self._device)
+
+    def scores(self, fed: Mapping[str, Tensor]) -> Scores:
+        """Return what each choice is worth; see `Transparent`."""
+        worth: Tensor = self.network(fed)
+        none = worth[:, :0]
+        return Scores(none, none, (worth,), are_worths=True)
 
     @property
     def _device(self) -> torch.device:

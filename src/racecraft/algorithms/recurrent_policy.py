@@ -8,7 +8,9 @@ import torch
 from torch import Tensor
 
 from racecraft.algorithms.distributions import Categorical, Distribution
+from racecraft.algorithms.networks import Encoder, OwnEncoder
 from racecraft.algorithms.recurrent_network import RecurrentActorCritic, RowStates
+from racecraft.algorithms.transparent import MEMORY, Scores, as_floats, scores_of
 from racecraft.contract.world import Array
 
 
@@ -50,6 +52,22 @@ class RecurrentPolicy:
     def forget(self, rows: Array) -> None:
         """Begin anew for the rows whose episode ended."""
         self.states.forget(rows)
+
+    @property
+    def eyes(self) -> Encoder | OwnEncoder:
+        """The network from observations to features."""
+        return self.network.policy_body
+
+    def fed(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
+        """Return what the network would be fed, its state under `MEMORY`; see `Transparent`."""
+        fed = as_floats(self.eyes, observations, self._device)
+        states = self.states.of(None, len(next(iter(fed.values()))))
+        return fed | {MEMORY: states.clone()}  # a copy from outside inference mode, through which gradients may pass
+
+    def scores(self, fed: Mapping[str, Tensor]) -> Scores:
+        """Return what it makes of what it is fed; see `Transparent`."""
+        params, _ = self.network.policy_carry(fed, fed[MEMORY])
+        return scores_of(self.distribution, params, self.network.log_std)
 
     @property
     def _device(self) -> torch.device:

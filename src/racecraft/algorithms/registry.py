@@ -51,7 +51,8 @@ class Algorithm:
     replay_values: Mapping[str, Any] = field(default_factory=dict, hash=False)
     """What that group has otherwise than by default."""
     reward_signals: bool = False
-    """Whether it learns from rollouts that `curiosity` and `rnd` may add to (`building.py`); it has their settings."""
+    """Whether it learns from rollouts that `curiosity`, `rnd` and `gail` may add to (`building.py`); it has their
+    settings."""
     critic: bool = True
     """Whether it has a critic beside its policy, which `network.separate_networks` gives layers of its own."""
     several_groups: bool = False

@@ -52,6 +52,7 @@ class RndModel:
     """
 
     name = "rnd"
+    is_novelty = True
     figures: Mapping[str, str] = {"rnd_loss": "Mean squared error of what was foretold, over the rollout."}
 
     def __init__(

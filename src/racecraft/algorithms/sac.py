@@ -32,9 +32,10 @@ from torch.nn import functional
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.distributions import HALF_LOG_TAU, SquashedGaussian, squeeze
 from racecraft.algorithms.learner import REPLAY, Decision, DivergedError, StateDict
-from racecraft.algorithms.networks import Architecture, NetworkConfig, architecture_from, architecture_of
+from racecraft.algorithms.networks import Architecture, Encoder, NetworkConfig, architecture_from, architecture_of
 from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
 from racecraft.algorithms.replay_sampler import ReplaySampler, Transitions
+from racecraft.algorithms.transparent import Scores, as_floats, scores_of
 from racecraft.algorithms.twin_critics import SoftActorCritic
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array, ArraySpec, ContinuousActions, WorldSpec
@@ -386,6 +387,20 @@ class SacPolicy:
     def tensors(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
         """Return what the policy reads, as tensors."""
         return {name: torch.from_numpy(observations[name]).to(self.device) for name in self.network.eyes.names}
+
+    @property
+    def eyes(self) -> Encoder:
+        """The network from observations to features."""
+        return self.network.eyes
+
+    def fed(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
+        """Return what the network would be fed; see `Transparent`."""
+        return as_floats(self.eyes, observations, self.device)
+
+    def scores(self, fed: Mapping[str, Tensor]) -> Scores:
+        """Return what it makes of what it is fed; see `Transparent`."""
+        mean, log_std = self.network.policy(fed)
+        return scores_of(self.kind, mean, log_std)
 
 
 def drawn(mean: Tensor, log_std: Tensor, noise: Tensor) -> tuple[Tensor, Tensor]:

@@ -2,7 +2,8 @@
 
 The world, its storage and its files know nothing of it: they hold every frame once. The learner's side lays frames on
 each other when it decides (it keeps k - 1 of them for each row) and again when it learns, from the rollout's own
-frames; the policy that is loaded does so by itself and takes what the world shows. Before an episode has shown k
+frames; a replay does so for those who draw from it (`rollout/transition_ring.py`), by the column `AGE`. The policy that
+is loaded stacks by itself and takes what the world shows. Before an episode has shown k
 observations, its first one stands in for those that are missing.
 
 All that is visible is stacked, oldest first: images along their channels, everything else end to end. What is
@@ -13,17 +14,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from racecraft.algorithms.learner import REPLAY, Anneals, Decision, Learner, StateDict, greedy_policy_of
 from racecraft.algorithms.networks import is_image
 from racecraft.algorithms.policy_spec import PolicySpec
+from racecraft.algorithms.replay_sampler import ReplayLearner
 from racecraft.algorithms.rollout_batch import RolloutBatch
-from racecraft.contract.errors import SettingError
+from racecraft.algorithms.transparent import Scores
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
 
@@ -39,25 +41,27 @@ class StackedLearner:
         spec: The world's promise, of single observations.
         size: k, how many observations are seen at once; 2 or more.
         build: Makes the learner that sees the stacks.
-
-    Raises:
-        SettingError: The learner eats from a replay, whose transitions are single ones.
     """
 
     def __init__(self, spec: WorldSpec, size: int, build: Callable[[WorldSpec], Learner]) -> None:
         self.spec, self.size = spec, size
         self.inner = build(replace(spec, observations=stacked_specs(spec.observations, size)))
-        if self.inner.eats == REPLAY:
-            raise SettingError(
-                f"network.stack_size is {size}; an algorithm that learns from a replay sees one observation at a time "
-                "so far. Leave it at 1, or use ppo."
-            )
         self.eats, self.device = self.inner.eats, self.inner.device
         self.figures: Mapping[str, str] = getattr(self.inner, "figures", {})
         self.columns = {**self.inner.columns, AGE: ArraySpec((), np.int16, 0, size - 1, doc="observations before")}
         self.frames = FrameStack(spec.observations, size)
         self._tail: dict[str, Array] = {}
         """The k - 1 observations before the next rollout, (k - 1, R, ...)."""
+
+    @property
+    def discount(self) -> float:
+        """Weight of the next tick's value (gamma), of a learner that eats from a replay."""
+        return cast(ReplayLearner, self.inner).discount
+
+    @property
+    def n_step(self) -> int:
+        """Steps of reward before a value is asked for, likewise."""
+        return cast(ReplayLearner, self.inner).n_step
 
     @property
     def policy_spec(self) -> PolicySpec:
@@ -90,8 +94,10 @@ class StackedLearner:
         """Return the greedy policy, with a past of its own; it follows what is learned."""
         return StackedPolicy(self.spec.observations, self.size, greedy_policy_of(self.inner))
 
-    def update(self, experience: RolloutBatch) -> Mapping[str, float]:
-        """Learn from a rollout of single observations."""
+    def update(self, experience: Any) -> Mapping[str, float]:
+        """Learn from a rollout of single observations, or from a replay, which stacks what is drawn."""
+        if self.eats == REPLAY:
+            return self.inner.update(experience)
         stacked, self._tail = stacked_batch(experience, self.spec.observations, self.size, self._tail)
         return self.inner.update(stacked)
 
@@ -143,6 +149,23 @@ class StackedPolicy:
         """Begin anew for the rows whose episode ended."""
         self.frames.forget(rows)
         self.policy.forget(rows)
+
+    @property
+    def eyes(self) -> nn.Module:
+        """The network from stacks to features."""
+        eyes: nn.Module = self.policy.eyes
+        return eyes
+
+    def fed(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
+        """Return the stacks that the network would be fed; see `Transparent`."""
+        stacks, _ = self.frames.push(observations, keep=False)
+        fed: dict[str, Tensor] = self.policy.fed({**observations, **stacks})
+        return fed
+
+    def scores(self, fed: Mapping[str, Tensor]) -> Scores:
+        """Return what it makes of what it is fed; see `Transparent`."""
+        scores: Scores = self.policy.scores(fed)
+        return scores
 
 
 class FrameStack:

@@ -126,6 +126,24 @@ def small_film(path: str | Path) -> bytes:
         return small.read_bytes()
 
 
+def read_film(path: str | Path) -> Iterator[Array]:
+    """Yield the pictures of a film of anybody's, (H, W, 3) uint8.
+
+    Raises:
+        VideoError: There is no film that can be read.
+        MissingExtraError: PyAV is not installed.
+    """
+    _encoder()
+    import av
+
+    try:
+        with av.open(str(path)) as container:
+            for one in container.decode(video=0):
+                yield one.to_ndarray(format="rgb24")
+    except (OSError, IndexError, av.error.FFmpegError) as error:
+        raise VideoError(f"{path}: is no film that can be read ({error}); expected an MP4.") from error
+
+
 def film_path(path: str | Path) -> Path:
     """Return the path of a film that is yet to be made.
 

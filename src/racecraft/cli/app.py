@@ -14,11 +14,13 @@ import typer
 
 from racecraft.cli import algorithms, bench, run, settings
 from racecraft.cli.battlesnake import snakes
-from racecraft.cli.deepracer import evaluate, logs, new, replay, tracks, train
+from racecraft.cli.deepracer import evaluate, logs, new, replay, sensors, tracks, train
 from racecraft.cli.gym import gym
-from racecraft.cli.runs import export, record, report, stop
+from racecraft.cli.jobs import jobs
+from racecraft.cli.runs import export, import_model, look, record, report, serve, stop, watch
 from racecraft.cli.unity import unity
 from racecraft.contract.errors import RacecraftError, UserInputError
+from racecraft.jobs import lifeline
 
 app = typer.Typer(
     name="racecraft",
@@ -33,14 +35,20 @@ app = typer.Typer(
 app.command(name="train")(train.train)
 app.command(name="evaluate")(evaluate.evaluate)
 app.command(name="report")(report.report)
+app.command(name="look")(look.look)
+app.command(name="watch")(watch.watch)
 app.command(name="stop")(stop.stop)
 app.command(name="replay")(replay.replay)
 app.command(name="logs")(logs.logs)
 app.command(name="new")(new.new)
+app.command(name="sensors")(sensors.sensors)
 app.add_typer(tracks.app, name="tracks")
 app.add_typer(gym.app, name="gym")
 app.add_typer(snakes.app, name="snakes")
 app.add_typer(unity.app, name="unity")
+app.add_typer(jobs.app, name="jobs")
+app.command(name="serve")(serve.serve)
+app.command(name="import")(import_model.import_)
 app.command(name="export")(export.export)
 app.command(name="run", context_settings=run.CONTEXT)(run.run)
 app.command(name="record")(record.record)
@@ -64,6 +72,7 @@ def main() -> None:
     # Threads that wait shall spin briefly and then sleep: beside another busy program long spinning costs many times
     # what it saves. OpenMP reads this when torch and Numba load it, which no import has done yet.
     os.environ.setdefault("GOMP_SPINCOUNT", "5000")
+    lifeline.hold()
     try:
         app()
     except UserInputError as error:

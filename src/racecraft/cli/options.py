@@ -14,6 +14,9 @@ From = Annotated[
     str | None, typer.Option("--from", help="RUN[:best|last|N]: begin with the weights of an earlier run.")
 ]
 Resume = Annotated[bool, typer.Option("--resume", help="Go on with the run that --run names.")]
+Detach = Annotated[
+    bool, typer.Option("--detach", help="Go on as a job: the terminal is free, `racecraft jobs` looks after it.")
+]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")]
 AlgorithmName = Annotated[
     str | None,

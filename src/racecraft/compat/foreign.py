@@ -27,9 +27,9 @@ from typing import Any
 from racecraft.contract.errors import InputFileError
 
 HOME = "racecraft.compat.names"
-NAMES = ("mlagents_envs", "gym_unity", "gym")
+NAMES = ("mlagents_envs", "gym_unity", "gym", "sagemaker", "boto3")
 """The packages whose names are lent."""
-STANDS_ASIDE = ("gym",)
+STANDS_ASIDE = ("gym", "boto3")
 """Lent only where no package of that name is installed."""
 _BEFORE, _BEHIND = (str(Path(__file__).parent / "lent" / place) for place in ("before", "behind"))
 """Where children find the names: the modules in these folders are the doors of `take_over`."""

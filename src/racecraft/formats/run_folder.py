@@ -15,6 +15,8 @@ Begin with `RunFolder.create` (a new one) or `RunFolder.open` (one that stands).
     episodes/              see episodes.py
     evaluations/           one JSON file for each evaluation
     run.lock               held by the process that trains; the system frees it when that process dies
+    watched                touched while somebody watches; see live_ticks.py
+    live.safetensors       the latest ticks, while somebody watches
 
 Processes meet only here; they hand no objects to each other.
 """
@@ -31,7 +33,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from racecraft.contract.errors import RunFolderError
-from racecraft.formats.run_lock import LOCK, RunLock, unwritable
+from racecraft.formats.run_lock import LOCK, RunLock, holder, unwritable
 from racecraft.formats.whole import OutputFileError, output_letter, write_whole
 
 FORMAT = "racecraft run"
@@ -41,6 +43,8 @@ JOB = "job.json"
 METRICS = "metrics.jsonl"
 LOG = "log.txt"
 STOP = "stop"
+WATCHED = "watched"
+LIVE = "live.safetensors"
 REWARD_FUNCTION = "reward_function.py"
 MODEL_METADATA = "model_metadata.json"
 HYPERPARAMETERS = "hyperparameters.json"
@@ -197,6 +201,16 @@ class RunFolder:
         """Folder of the evaluations."""
         return self.path / EVALUATIONS
 
+    @property
+    def watched(self) -> Path:
+        """Touched while somebody watches."""
+        return self.path / WATCHED
+
+    @property
+    def live(self) -> Path:
+        """The latest ticks, while somebody watches."""
+        return self.path / LIVE
+
     def write_job(self, job: Mapping[str, Any]) -> None:
         """Write what was asked; the format's name and version are added.
 
@@ -312,6 +326,10 @@ class RunFolder:
     def forget_stop(self) -> None:
         """Take the asking back, so that the training can go on."""
         (self.path / STOP).unlink(missing_ok=True)
+
+    def is_training(self) -> bool:
+        """Tell whether a process of this machine trains here."""
+        return holder(self.path) is not None
 
     def lock(self) -> RunLock:
         """Take the folder for this process until `release`, the end of a `with`, or the end of the process.

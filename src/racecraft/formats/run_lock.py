@@ -121,6 +121,35 @@ def _holder(path: Path) -> str:
         return "a process that has just begun"
 
 
+def holder(folder: Path) -> int | None:
+    """Return the process that holds a folder; None where nobody does. Looking takes nothing from anybody.
+
+    A holder that was killed leaves its number behind, so it is asked whether such a process lives on this machine.
+    """
+    try:
+        pid = int(json.loads((folder / LOCK).read_text(encoding="utf-8"))["pid"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return pid if _is_alive(pid) else None
+
+
+def _is_alive(pid: int) -> bool:
+    if sys.platform == "win32":
+        import ctypes
+
+        handle = ctypes.windll.kernel32.OpenProcess(0x1000, False, pid)  # PROCESS_QUERY_LIMITED_INFORMATION
+        if handle:
+            ctypes.windll.kernel32.CloseHandle(handle)
+        return bool(handle)
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True  # somebody else's, and alive
+    return True
+
+
 def unwritable(path: Path, error: OSError) -> RunFolderError:
     """Return the letter about a place that cannot be written to."""
     return RunFolderError(

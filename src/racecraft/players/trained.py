@@ -20,6 +20,7 @@ from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array
 from racecraft.formats.checkpoint import CheckpointEntry, Checkpoints
 from racecraft.formats.run_folder import RunFolder
+from racecraft.players.deepracer.foreign_model import borrowed_run
 from racecraft.players.older_runs import older_spec, refuse_older_heads
 
 SPEC = "policy_spec"
@@ -85,10 +86,10 @@ def split_source(source: str) -> tuple[str, str]:
 
 
 def load_policy(run: str | Path | RunFolder, which: str = "") -> TrainedPolicy:
-    """Return the policy of a run folder.
+    """Return the policy of a run folder, or of a model that AWS's trainer made.
 
     Args:
-        run: The folder; RUN:best, RUN:last and RUN:N name a checkpoint.
+        run: The folder; RUN:best, RUN:last and RUN:N name a checkpoint. A model: an archive, folder, graph, checkpoint.
         which: "best", "last" or the number of an iteration; "": what `run` says, else the best.
 
     Raises:
@@ -133,4 +134,4 @@ def policy_from(spec: PolicySpec, weights: Mapping[str, Any]) -> Policy:
 
 def _opened(run: str) -> tuple[RunFolder, str]:
     path, which = split_source(run)
-    return RunFolder.open(path), which
+    return borrowed_run(path), which

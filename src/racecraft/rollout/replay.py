@@ -19,6 +19,7 @@ import torch
 
 from racecraft.algorithms.replay_sampler import VALUE_BEST, VALUE_TAKEN, Transitions
 from racecraft.algorithms.rollout_batch import RolloutBatch
+from racecraft.algorithms.stacking import AGE
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
 from racecraft.rollout.priorities import Priorities
@@ -41,7 +42,8 @@ class Replay:
         discount: Weight of the next tick's value (gamma).
         n_step: Steps of reward that are summed, 1 or more.
         columns: What the learner notes of its decisions; with `VALUE_TAKEN` and `VALUE_BEST` among it, what is new has
-            a priority of its own.
+            a priority of its own; with `AGE`, what is drawn can be stacked.
+        stack_size: How many observations what is drawn shows at once; each is kept once all the same.
 
     One thread may take in while another draws.
 
@@ -56,18 +58,20 @@ class Replay:
         discount: float,
         n_step: int = 1,
         columns: Mapping[str, ArraySpec] | None = None,
+        stack_size: int = 1,
     ) -> None:
         self.config, self.discount, self.n_step = config, discount, n_step
         self.rows = spec.num_worlds * spec.num_agents
         ticks = max(-(-config.capacity // self.rows), n_step + 1)
         self._foreseen = config.prioritised and {VALUE_TAKEN, VALUE_BEST} <= set(columns or {})
         """Whether the actors' own values give what is new its priority."""
-        noted = {name: (columns or {})[name] for name in (VALUE_TAKEN, VALUE_BEST)} if self._foreseen else {}
+        wanted = (*((VALUE_TAKEN, VALUE_BEST) if self._foreseen else ()), *((AGE,) if stack_size > 1 else ()))
+        noted = {name: (columns or {})[name] for name in wanted}
         self.bytes = ring_bytes(spec, ticks, noted) + (
             TREE_BYTES * (ticks + 1) * self.rows if config.prioritised else 0
         )
         _require_room(self.bytes, ticks * self.rows, config)
-        self.ring = TransitionRing(spec, ticks, noted)
+        self.ring = TransitionRing(spec, ticks, noted, stack_size)
         self._lock = threading.RLock()
         self.prioritised = config.prioritised
         self.priorities: Priorities | None = None

@@ -9,6 +9,9 @@ A story of n steps stops early, in this order:
 * before a tick that is not to be learned from: value follows from what was seen there;
 * with a tick that ended the episode: nothing follows (terminated), or value from its final observation (truncated).
 
+What is drawn may be shown as stacks of the last k observations: what came before lies in the slots before, as far back
+as the column `AGE` says that the episode reaches and the ring remembers.
+
 Where a rollout does not begin with what the one before ended with (worlds begun anew, a resumed run), the rows that
 differ count as cut there.
 """
@@ -23,6 +26,7 @@ from numpy.typing import DTypeLike
 
 from racecraft.algorithms.replay_sampler import Transitions
 from racecraft.algorithms.rollout_batch import RolloutBatch
+from racecraft.algorithms.stacking import AGE, joined
 from racecraft.contract.world import Array, ArraySpec, WorldSpec, mask_width
 
 GOES_ON, TERMINATED, TRUNCATED = 0, 1, 2
@@ -40,9 +44,15 @@ class TransitionRing:
         spec: The world's promise; R = worlds times agents.
         ticks: How many are kept, 1 or more.
         columns: What else is kept of each transition.
+        stack_size: k, how many observations what is drawn shows at once; more than 1 needs the column `AGE`.
     """
 
-    def __init__(self, spec: WorldSpec, ticks: int, columns: Mapping[str, ArraySpec] | None = None) -> None:
+    def __init__(
+        self, spec: WorldSpec, ticks: int, columns: Mapping[str, ArraySpec] | None = None, stack_size: int = 1
+    ) -> None:
+        self.stack_size = stack_size
+        self.stacked = {name: part for name, part in spec.observations.items() if not part.privileged}
+        """What is stacked, where anything is."""
         self.rows, self.ticks, self.slots = spec.num_worlds * spec.num_agents, ticks, ticks + 1
         layout = ring_layout(spec, ticks, columns or {})
         self.arrays = {name: np.zeros(shape, dtype) for name, (shape, dtype) in layout.items()}
@@ -134,15 +144,21 @@ class TransitionRing:
         cuts = np.flatnonzero(cut != NOBODY)
         final = self.flat("final_at")[cut[cuts]]
         names = [name.removeprefix(SEEN) for name in self.arrays if name.startswith(SEEN)]
+        seen = {name: self.flat(SEEN + name).take(index, axis=0) for name in names}
         following = {name: self.flat(SEEN + name).take(then, axis=0) for name in names}
         for name, array in following.items():
             array[cuts] = self.arrays[FINAL + name][final]
+        if self.stack_size > 1:
+            age = self._age(index)
+            seen |= self._stacks(seen, index, age)
+            last = self._before(then, 1)  # of the steps looked ahead: `then` is seen behind it
+            following |= self._stacks(following, then, np.minimum(self._age(last) + 1, self.stack_size - 1))
         mask, next_mask = None, None
         if "mask" in self.arrays:
             mask, next_mask = self.flat("mask")[index], self.flat("mask")[then]
             next_mask[cuts] = True
         return Transitions(
-            observations={name: self.flat(SEEN + name).take(index, axis=0) for name in names},
+            observations=seen,
             actions=self.flat("actions").take(index, axis=0),
             reward=total,
             discount=weight,
@@ -167,6 +183,30 @@ class TransitionRing:
         self.head, self.finals_put = (int(count) for count in state["counts"])
         for name, array in self.arrays.items():
             array[: len(state[name])] = state[name]
+
+    def _age(self, places: Array) -> Array:
+        """Return how many observations of the same episode came before and are remembered, k - 1 at most."""
+        slots = places // self.rows
+        remembered = (slots - self.oldest) % self.slots
+        age: Array = np.minimum(self.flat(COLUMN + AGE).take(places), remembered)
+        return age
+
+    def _stacks(self, newest: Mapping[str, Array], places: Array, age: Array) -> dict[str, Array]:
+        """Return stacks (B, ...) of what was seen before `places`, `age` observations of it, under the newest."""
+        found = {}
+        past = [np.minimum(back, age) for back in range(self.stack_size - 1, 0, -1)]
+        for name, part in self.stacked.items():
+            flat = self.flat(SEEN + name)
+            frames = [flat.take(self._before(places, back), axis=0) for back in past]
+            for frame, back in zip(frames, past, strict=True):
+                frame[back == 0] = newest[name][back == 0]
+            found[name] = joined(np.stack([*frames, newest[name]], axis=1), part)
+        return found
+
+    def _before(self, places: Array, ticks: int | Array) -> Array:
+        """Return the places so many ticks earlier."""
+        before: Array = (places - ticks * self.rows) % (self.slots * self.rows)
+        return before
 
     def _after(self, places: Array) -> Array:
         """Return the places one tick later."""

@@ -14,6 +14,7 @@ from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
+from urllib.parse import parse_qsl
 
 from racecraft.serving.web_socket import GOING_AWAY, WebSocket, accept_key, is_key
 
@@ -28,7 +29,8 @@ MOST_CONNECTIONS = 2000
 
 _REASONS = {
     200: "OK", 400: "Bad Request", 404: "Not Found", 405: "Method Not Allowed", 408: "Request Timeout",
-    411: "Length Required", 413: "Content Too Large", 422: "Unprocessable Content", 426: "Upgrade Required",
+    411: "Length Required", 413: "Content Too Large", 415: "Unsupported Media Type",
+    422: "Unprocessable Content", 426: "Upgrade Required",
     431: "Request Header Fields Too Large", 500: "Internal Server Error", 503: "Service Unavailable",
 }  # fmt: skip
 
@@ -59,6 +61,8 @@ class Request:
     keep_open: bool
     headers: dict[str, str] = field(default_factory=dict)
     """Names in small letters."""
+    query: dict[str, str] = field(default_factory=dict)
+    """What stands behind the ? of the address; of two with one name the last."""
 
     def json(self) -> Any:
         """Return the body's value, or raise an `HttpError` (bad_json)."""
@@ -149,7 +153,7 @@ class HttpService:
                     await _agree(request, writer)
             except HttpError as error:
                 answer = _error(error.status, error.name, error.letter)
-                keep_open = keep_open and error.status in (404, 422)
+                keep_open = keep_open and error.status in (404, 405, 415, 422)
             except TimeoutError:
                 answer, keep_open = _error(408, "too_slow", "the request did not arrive in time."), False
             except (ConnectionError, asyncio.IncompleteReadError):
@@ -185,7 +189,8 @@ async def _read(reader: asyncio.StreamReader) -> Request | None:
         headers = await _read_headers(reader)
         body = await _read_body(reader, headers, method)
     keep_open = version == "HTTP/1.1" and headers.get("connection", "").lower() != "close"
-    return Request(method, target.split("?", 1)[0], body, arrived, keep_open, headers)
+    path, _, query = target.partition("?")
+    return Request(method, path, body, arrived, keep_open, headers, dict(parse_qsl(query)))
 
 
 async def _read_headers(reader: asyncio.StreamReader) -> dict[str, str]:

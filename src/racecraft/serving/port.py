@@ -1,13 +1,22 @@
-"""What is said of an address that cannot be listened on."""
+"""Addresses to listen on: what is said of one that cannot be, and how the next free one is found."""
 
 from __future__ import annotations
 
 import os
+import socket
 
-from racecraft.players.battlesnake.protocol import PlayerError
+from racecraft.contract.errors import UserInputError
+
+LOOPBACK = "127.0.0.1"
+FURTHER = 20
+"""So many ports behind a taken one are tried."""
 
 
-def port_error(host: str, port: int, error: OSError | OverflowError) -> PlayerError:
+class PortError(UserInputError):
+    """An address cannot be listened on."""
+
+
+def port_error(host: str, port: int, error: OSError | OverflowError) -> PortError:
     """Return the letter about an address that cannot be listened on.
 
     >>> import errno
@@ -15,4 +24,41 @@ def port_error(host: str, port: int, error: OSError | OverflowError) -> PlayerEr
     127.0.0.1:8000: cannot be listened on (Address already in use); choose another --port.
     """
     why = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
-    return PlayerError(f"{host}:{port}: cannot be listened on ({why}); choose another --port.")
+    return PortError(f"{host}:{port}: cannot be listened on ({why}); choose another --port.")
+
+
+def is_free(port: int, host: str = LOOPBACK) -> bool:
+    """Tell whether a port can be listened on just now."""
+    with socket.socket() as probe:
+        if os.name != "nt":
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((host, port))
+        except (OSError, OverflowError):
+            return False
+    return True
+
+
+def next_free(port: int, host: str = LOOPBACK) -> int | None:
+    """Return the next free port behind one that is taken; None where none of the next FURTHER is."""
+    return next((one for one in range(port + 1, min(port + FURTHER, 65535) + 1) if is_free(one, host)), None)
+
+
+def choose_port(asked: int | None, usual: int) -> tuple[int, str]:
+    """Return the port to listen on, and what is worth saying about it.
+
+    Args:
+        asked: What somebody insists on; None: the usual one, or where it is taken the next free.
+        usual: The port where nobody says.
+
+    Raises:
+        PortError: The one insisted on is taken, or none is free; the letter names the next free one.
+    """
+    port = usual if asked is None else asked
+    if port == 0 or is_free(port):
+        return port, ""
+    free = next_free(port) if 0 < port < 65536 else None
+    if asked is not None or free is None:
+        offer = f"--port {free} is free" if free else "choose another --port, such as 0 for any free one"
+        raise PortError(f"{LOOPBACK}:{port}: is taken or not allowed; {offer}.")
+    return free, f"port {usual} is taken; the page stands on {free}"

@@ -18,6 +18,7 @@ import time
 from collections import OrderedDict, deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Protocol
 
 from racecraft.envs.battlesnake.board import MOVES, BoardError
 from racecraft.players.battlesnake.messages import LOOKS, Letter, read_message
@@ -95,7 +96,7 @@ class SnakeServer:
         self._most_games = most_games
         self._complain = complain or (lambda sentence: None)
         self._pool = WorkerPool(threads or os.cpu_count() or 1)
-        self._queue = BatchingQueue(player) if isinstance(player, ManyPlayer) else None
+        self._queue = BatchingQueue(player.choose_many) if isinstance(player, ManyPlayer) else None
         self._thinking = 0
         self._heard: OrderedDict[tuple[str, str], float] = OrderedDict()
         self._service = HttpService(self._answer)
@@ -163,7 +164,7 @@ class SnakeServer:
         try:
             if self._queue is not None:
                 question = Question(letter.board, letter.you, letter.settings)
-                word = await self._queue.choose(question, deadline)
+                word = await self._queue.ask(question, deadline)
             else:
                 word = await self._wait(lambda: self._ask(letter, message, deadline), deadline - time.monotonic())
             if word not in MOVES:
@@ -260,7 +261,19 @@ def settle() -> None:
     gc.freeze()
 
 
-async def serve_until_cancelled(server: SnakeServer, host: str, port: int, ready: Callable[[int], None]) -> None:
+class Listens(Protocol):
+    """Whoever answers at an address."""
+
+    async def listen(self, host: str, port: int) -> int:
+        """Begin to listen; return the port."""
+        ...
+
+    async def close(self) -> None:
+        """Stop."""
+        ...
+
+
+async def serve_until_cancelled(server: Listens, host: str, port: int, ready: Callable[[int], None]) -> None:
     """Listen until the task is cancelled or the process is told to end (SIGTERM); `ready` is told the port.
 
     Raises:

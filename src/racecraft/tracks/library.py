@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from racecraft.contract.errors import TrackError
+from racecraft.formats.user_folder import data_folder
 from racecraft.formats.whole import make_folder, write_whole
 from racecraft.tracks.catalogue import TrackSummary, known_name
 from racecraft.tracks.importer import import_track, read_rows
@@ -38,7 +39,7 @@ def library_folder(environment: Mapping[str, str] = os.environ, system: str = sy
     """
     if named := environment.get(FOLDER_VARIABLE):
         return Path(named)
-    return _data_folder(environment, system) / "racecraft" / "tracks"
+    return data_folder(environment, system) / "tracks"
 
 
 def add_track(path: str | Path, name: str = "", *, replace: bool = False) -> Track:
@@ -105,15 +106,6 @@ def own_summary(name: str) -> TrackSummary:
         track.name, "", round(track.length, 4), round(track.width_mean, 4), len(track.centre), track.direction,
         (OWN_TAG,),
     )  # fmt: skip
-
-
-def _data_folder(environment: Mapping[str, str], system: str) -> Path:
-    home = Path(environment["HOME"]) if "HOME" in environment else Path.home()
-    if system == "win32":
-        return Path(environment.get("LOCALAPPDATA") or home / "AppData" / "Local")
-    if system == "darwin":
-        return home / "Library" / "Application Support"
-    return Path(environment.get("XDG_DATA_HOME") or home / ".local" / "share")
 
 
 def _spelt(name: str) -> str | None:

@@ -87,6 +87,17 @@ def draw_track(
     return figure
 
 
+def paint_ground(axes: Any, track: Track) -> None:
+    """Paint the whole field, the road, its lines and the start line into somebody else's axes, in metres."""
+    from matplotlib.patches import PathPatch, Rectangle
+
+    x0, y0, x1, y1 = track.field_bounds
+    axes.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fc=_lit(track.look.field), ec=INK, lw=1.0, zorder=0))
+    axes.add_patch(PathPatch(_road_path(track), fc=_lit(track.look.road), ec="none", zorder=1))
+    _draw_lines(axes, track, quiet=False)
+    _draw_start(axes, track)
+
+
 def _sheet(track: Track, has_bar: bool) -> tuple[Figure, Any]:
     """Return a figure cut to the circuit's shape, and its axes over the field around it."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg

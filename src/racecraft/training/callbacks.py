@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from pathlib import Path
+from typing import Any, Protocol, runtime_checkable
 
 
 @dataclass(frozen=True)
@@ -76,6 +77,15 @@ class TrainingCallback(Protocol):
         ...
 
 
+@runtime_checkable
+class KnowsRun(Protocol):
+    """A callback that wants to know where the run lies, before the training begins."""
+
+    def run_made(self, path: Path) -> None:
+        """The run folder stands."""
+        ...
+
+
 class Silent:
     """Watches and says nothing."""
 
@@ -98,6 +108,12 @@ class Callbacks:
 
     def __init__(self, *watching: TrainingCallback) -> None:
         self._watching = watching
+
+    def run_made(self, path: Path) -> None:
+        """Tell those that want to know."""
+        for one in self._watching:
+            if isinstance(one, KnowsRun):
+                one.run_made(path)
 
     def begin(self, title: str, stops: str, score_name: str) -> None:
         """Tell all of them."""

@@ -25,13 +25,14 @@ from racecraft.contract.errors import RacecraftError, RunFolderError
 from racecraft.contract.world import World
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
+from racecraft.players.deepracer.foreign_model import IMPORTED, borrowed_run
 from racecraft.players.trained import SPEC, split_source
 from racecraft.rollout.collector import Collector
 from racecraft.rollout.episodes import StepObserver
 from racecraft.rollout.replay import Replay
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import as_dictionary
-from racecraft.training.callbacks import Callbacks, TrainingCallback
+from racecraft.training.callbacks import Callbacks, KnowsRun, TrainingCallback
 from racecraft.training.loop import Evaluator, Outcome, TrainingLoop
 from racecraft.training.named_files import as_in_run, asked_in_run, found_in_run, lay_named_files, named_files
 from racecraft.training.processor import prepare_processor
@@ -185,6 +186,8 @@ class TrainingSession:
         self._experiment, self._run, self._say, self._learner = experiment, run, say, learner
         if settings.runtime.tensorboard:
             callback = Callbacks(TensorBoard(run.path / FOLDER), callback)
+        if isinstance(callback, KnowsRun):
+            callback.run_made(run.path)
         experiment.warm_up(say)
         observers = [*attendants.observers]
         self._collector = Collector(experiment.world, learner, settings.rollout.horizon, experiment.seed, observers)
@@ -249,7 +252,8 @@ def feed_for(learner: Learner, experiment: Experiment) -> Replay | None:
         return None
     eater = cast(ReplayLearner, learner)
     settings = experiment.settings.replay
-    return Replay(experiment.world.spec, settings, eater.discount, eater.n_step, learner.columns)
+    stack_size = experiment.settings.network.stack_size
+    return Replay(experiment.world.spec, settings, eater.discount, eater.n_step, learner.columns, stack_size)
 
 
 def checkpoint_metadata(experiment: Experiment, learner: Learner) -> dict[str, Any]:
@@ -264,7 +268,7 @@ def checkpoint_metadata(experiment: Experiment, learner: Learner) -> dict[str, A
 
 
 def begin_with(learner: Learner, source: str, experiment: Experiment) -> tuple[str, ...]:
-    """Give a learner the weights of an earlier run; its optimiser starts from zero, and so do all counts.
+    """Give a learner the weights of an earlier run, or of a model of AWS's; optimiser and all counts start from zero.
 
     Returns:
         What is worth saying about them, a clause each.
@@ -274,10 +278,10 @@ def begin_with(learner: Learner, source: str, experiment: Experiment) -> tuple[s
         CheckpointError: No such checkpoint, or a damaged one.
     """
     path, which = split_source(source)
-    run = RunFolder.open(path)
+    run = borrowed_run(path)
     run.read_job_of(experiment.kind)
     weights, metadata = Checkpoints(run.checkpoints).load_policy(which)
-    notes = experiment.same_shape(path, metadata)
+    notes = (*experiment.same_shape(path, metadata), *metadata.get(IMPORTED, ()))
     mine = learner.state_dict()["network"]
     for name in sorted(set(mine) | set(weights)):
         here = tuple(mine[name].shape) if name in mine else "absent"

@@ -10,7 +10,7 @@ from tests.browser import Browser, needs_chromium
 from tests.logs import makers
 
 from racecraft.analysis.deepracer import logs as analysis
-from racecraft.analysis.deepracer.logs.page import write_logs_page
+from racecraft.analysis.deepracer.logs.page import Extras, write_logs_page
 from racecraft.analysis.deepracer.logs.page_data import _start_line, page_data
 from racecraft.logs import read
 from racecraft.tracks.catalogue import load_track
@@ -29,7 +29,7 @@ def ticks(tmp_path_factory):
 @pytest.fixture(scope="module")
 def address(ticks, tmp_path_factory):
     path = tmp_path_factory.mktemp("page") / "log.html"
-    write_logs_page(path, ticks, load_track("reinvent_base"), "a <b> log", ("a.csv:7: X is 'east'",))
+    write_logs_page(path, ticks, load_track("reinvent_base"), "a <b> log", Extras(("a.csv:7: X is 'east'",)))
     return path.as_uri()
 
 
@@ -61,7 +61,7 @@ def test_of_many_steps_the_fast_and_the_late_ones_travel(ticks, monkeypatch):
 
 
 def test_titles_and_damage_are_escaped_and_told(ticks, tmp_path):
-    path = write_logs_page(tmp_path / "p.html", ticks, None, "a <b> log", ("x.csv:7: X is '<script>'",))
+    path = write_logs_page(tmp_path / "p.html", ticks, None, "a <b> log", Extras(("x.csv:7: X is '<script>'",)))
     text = path.read_text()
     assert "a &lt;b&gt; log" in text
     assert "X is &#x27;&lt;script&gt;&#x27;" in text

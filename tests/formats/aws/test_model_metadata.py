@@ -15,7 +15,6 @@ from racecraft.formats.aws.model_metadata import (
     car_for_version,
     default_model_metadata,
     read_model_metadata,
-    refuse_unbuilt,
     write_model_metadata,
 )
 
@@ -66,7 +65,6 @@ def test_the_default_car_is_the_consoles():
     assert len(metadata.actions) == 10
     assert metadata.sensors == ("FRONT_FACING_CAMERA",)
     assert metadata.car == "v6", "its actions are the console's, and it drives as cars do today"
-    refuse_unbuilt(metadata, "model_metadata.json")
 
 
 def test_minus_thirty_degrees_is_to_the_right_and_is_written_as_minus_thirty(tmp_path):
@@ -116,26 +114,31 @@ def test_a_car_without_sensor_and_version_is_the_oldest_kind(tmp_path):
     metadata = read_model_metadata(car_file(tmp_path, sensor=None, version=None, neural_network=None))
     assert metadata.sensors == ("observation",)
     assert metadata.neural_network == "DEEP_CONVOLUTIONAL_NETWORK_SHALLOW"
-    refuse_unbuilt(metadata, "m.json")
-
-
-CONTINUOUS = {"steering_angle": {"low": -30, "high": 30}, "speed": {"low": 1, "high": 2}}
 
 
 @pytest.mark.parametrize(
-    ("changes", "named"),
+    ("lidar", "config", "told"),
     [
-        ({"sensor": ["STEREO_CAMERAS"]}, "STEREO_CAMERAS"),
-        ({"sensor": ["LEFT_CAMERA"]}, "LEFT_CAMERA"),
-        ({"sensor": ["FRONT_FACING_CAMERA", "SECTOR_LIDAR"]}, "SECTOR_LIDAR"),
+        (
+            "DISCRETIZED_SECTOR_LIDAR",
+            None,
+            "no lidar_config; num_sectors 8, num_values_per_sector 8, clipping",
+        ),
+        ("DISCRETIZED_SECTOR_LIDAR", {"num_sectors": 16, "clipping_dist": 3}, "leaves out num_values_per_sector 8,"),
+        ("DISCRETIZED_SECTOR_LIDAR", {"num_sector": 16}, "unknown key 'num_sector' in lidar_config"),
+        ("DISCRETIZED_SECTOR_LIDAR", {"num_sector": 16}, "Did you mean 'num_sectors'?"),
+        ("SECTOR_LIDAR", {"num_sectors": 16}, "does nothing: SECTOR_LIDAR has its own figures"),
     ],
 )
-def test_what_is_not_built_yet_is_refused_by_name(tmp_path, changes, named):
-    path = car_file(tmp_path, **changes)
-    with pytest.raises(MetadataError, match="valid and not built yet") as letter:
-        refuse_unbuilt(read_model_metadata(path), path)
-    assert named in str(letter.value)
-    assert str(path) in str(letter.value)
+def test_what_is_odd_about_a_lidar_is_said(tmp_path, lidar, config, told):
+    changes = {"sensor": ["STEREO_CAMERAS", lidar], **({} if config is None else {"lidar_config": config})}
+    metadata = read_model_metadata(car_file(tmp_path, **changes))
+    assert told in " | ".join(metadata.notes)
+    assert metadata.lidar_config == config
+    assert metadata.sensors == ("STEREO_CAMERAS", lidar)
+
+
+CONTINUOUS = {"steering_angle": {"low": -30, "high": 30}, "speed": {"low": 1, "high": 2}}
 
 
 def test_what_aws_took_is_taken_and_said_once(tmp_path):
@@ -165,7 +168,6 @@ def test_a_continuous_car_is_read_and_written_as_aws_has_it(tmp_path, angles, sp
     low, high = math.radians(angles[0]), math.radians(angles[1])
     assert metadata.action_space == ActionRanges(low, high, *map(float, speeds))
     assert bool(metadata.notes) is noted
-    refuse_unbuilt(metadata, "m.json")
     write_model_metadata(metadata, tmp_path / "again.json")
     written = json.loads((tmp_path / "again.json").read_text())
     assert written["action_space"] == space
@@ -199,13 +201,20 @@ WRONG = [  # changes, what the letter must hold: line (None where there can be n
     ({"action_space": {"speed": {"low": 1, "high": 2}}}, 2, "action_space.steering_angle", "no 'steering", '"low"'),
     ({"sensor": ["FRONT_FACING_CAM"]}, 12, "sensor", "FRONT_FACING_CAM", "Did you mean 'FRONT_FACING_CAMERA'"),
     ({"sensor": ["LIDAR"]}, 12, "sensor", "0 camera", "exactly one camera"),
+    ({"sensor": ["FRONT_FACING_CAMERA", "STEREO_CAMERAS"]}, 12, "sensor", "2 camera", "exactly one camera"),
+    ({"sensor": ["FRONT_FACING_CAMERA", "LIDAR", "SECTOR_LIDAR"]}, 12, "sensor", "2 LiDAR", "at most one LiDAR"),
     ({"sensor": 7}, 12, "sensor", "7", "list of names"),
     ({"neural_network": "BIG"}, 15, "neural_network", "BIG", "DEEP_CONVOLUTIONAL_NETWORK_DEEP"),
     ({"version": "9"}, 16, "version", "'9'", '"1" to "6"'),
     ({"training_algorithm": "dqn"}, 17, "training_algorithm", "dqn", "clipped_ppo or sac"),
     ({"training_algorithm": "sac"}, 17, "training_algorithm", "list of actions", "continuous"),
     ({"action_space_type": "continuous"}, 17, "action_space_type", "a list of actions", "discrete"),
-    ({"lidar_config": {"num_sectors": 7}}, 18, "lidar_config.num_sectors", "7", "divisor of 64"),
+    ({"lidar_config": {"num_sectors": 7}}, 18, "lidar_config.num_sectors", "7", "divisor of its 64 beams"),
+    ({"lidar_config": {"num_sectors": 1e300}}, 18, "lidar_config.num_sectors", "1e+300", "divisor of its 64 beams"),
+    ({"lidar_config": {"num_values_per_sector": 2.5}}, 18, "lidar_config.num_values_per_sector", "2.5", "whole number"),
+    ({"lidar_config": {"num_values_per_sector": 0}}, 18, "lidar_config.num_values_per_sector", "0", "whole number"),
+    ({"lidar_config": {"clipping_dist": "far"}}, 18, "lidar_config.clipping_dist", "'far'", "a number"),
+    ({"lidar_config": [8, 8]}, 17, "lidar_config", "a list", "an object"),
     ({"lidar_config": {"clipping_dist": 99}}, 18, "lidar_config.clipping_dist", "99", "0.15 to 12"),
 ]
 

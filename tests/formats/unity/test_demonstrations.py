@@ -226,3 +226,27 @@ def test_ml_agents_own_demonstrations_are_read():
         goes_on &= np.abs(np.diff(seen[:, 2:5], axis=0)).max(axis=1) < 0.5  # the ball was not thrown in again
         turned = np.diff(seen[:, 0])[goes_on]
         assert np.corrcoef(turned, steps.continuous[:-1, 0][goes_on])[0, 1] > 0.99, name
+
+
+def test_a_learner_is_shown_what_was_recorded(write, tmp_path):
+    """Steps, not records: the action of the record after; the last record of an episode begins none."""
+    from racecraft.algorithms.demonstrations import read_shown, shown_tensors
+    from racecraft.contract.errors import SettingError
+    from racecraft.contract.world import ArraySpec, ContinuousActions, HybridActions, MultiDiscreteActions, WorldSpec
+
+    write(TWO_EPISODES)
+    write(TWO_EPISODES, name="second.demo")
+    shown = read_shown(tmp_path)
+    assert shown.observations["place"][:, 0].tolist() == [0, 1, 3] * 2
+    assert shown.actions.tolist() == [
+        pytest.approx(row) for row in [[0.1, -0.1, 1], [0.2, -0.2, 2], [0.4, -0.4, 1]] * 2
+    ]
+    assert (shown.reward.tolist(), shown.episode.tolist()) == ([1, 2, 5] * 2, [0, 0, 1, 2, 2, 3])
+    assert shown.action_mask.tolist() == [[True] * 3, [True, False, True], [True] * 3] * 2
+
+    actions = HybridActions(ContinuousActions((-1.0,) * 2, (1.0,) * 2), MultiDiscreteActions((3,)))
+    fits = WorldSpec("unity", 1, 1, {"place": ArraySpec((3,), np.float32)}, actions, has_action_mask=True)
+    assert len(shown_tensors(shown, fits, ["place"], "cpu", "bc.demonstrations")) == 6
+    other = WorldSpec("unity", 1, 1, {"place": ArraySpec((4,), np.float32)}, actions, has_action_mask=True)
+    with pytest.raises(SettingError, match=r"gail\.demonstrations: the observation 'place'"):
+        shown_tensors(shown, other, ["place"], "cpu", "gail.demonstrations")

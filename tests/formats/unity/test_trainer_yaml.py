@@ -153,7 +153,7 @@ def test_the_environment_engine_and_parameters_are_read(read):
         ("trainer_type: poca", "trainer_type"),
         ("hyperparameters: {tau: 0.005}", "hyperparameters.tau"),
         ("network_settings: {vis_encode_type: resnet}", "network_settings.vis_encode_type"),
-        ("reward_signals: {gail: {strength: 0.1}}", "reward_signals.gail"),
+        ("reward_signals: {gail: {demo_path: a.demo, use_vail: true}}", "reward_signals.gail.use_vail"),
         ("reward_signals: {curiosity: {gamma: 0.9}}", "reward_signals.curiosity.gamma"),
         ("reward_signals: {extrinsic: {strength: 2}}", "reward_signals.extrinsic.strength"),
         ("self_play: {window: 10}", "self_play"),
@@ -183,6 +183,18 @@ def test_a_memory_becomes_an_lstm_of_half_its_size(read):
         read("behaviors: {A: {network_settings: {memory: {memory_size: 3}}}}")
     with pytest.raises(TrainerConfigError, match="memory_size"):
         read("behaviors: {A: {network_settings: {memory: {memory_sise: 4}}}}")
+
+
+def test_gail_becomes_settings_and_needs_what_was_shown(read):
+    behavior = read(
+        "behaviors: {A: {reward_signals: {gail: {demo_path: demos/a.demo, strength: 0.5, use_actions: true, "
+        "encoding_size: 32}}}}"
+    ).behavior("A")
+    assert besides_schedules(behavior) == (
+        "gail.strength=0.5", "gail.units=32", "gail.demonstrations=demos/a.demo", "gail.use_actions=true",
+    )  # fmt: skip
+    with pytest.raises(TrainerConfigError, match=r"behaviors\.A\.reward_signals\.gail\.demo_path"):
+        read("behaviors: {A: {reward_signals: {gail: {strength: 1}}}}")
 
 
 def test_curiosity_and_rnd_become_settings(read):

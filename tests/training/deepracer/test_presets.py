@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 import torch
 
-from racecraft.algorithms.networks import ActorCritic, architecture_of
+from racecraft.algorithms.networks import ActorCritic, architecture_of, encoder_for
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
+from racecraft.envs.deepracer.sensors import car_sensors
 from racecraft.formats.aws.hyperparameters import Hyperparameters
 from racecraft.formats.aws.model_metadata import NETWORKS, ActionRanges, default_model_metadata
 from racecraft.training.deepracer.presets import AWS_NETWORKS, default_settings, settings_for, stops_given
@@ -63,6 +64,61 @@ def test_each_aws_network_has_the_layers_of_the_original(network):
         layers = [layer for layer in part.modules() if isinstance(layer, torch.nn.Conv2d | torch.nn.Linear)]
         sizes += [sum(numbers.numel() for numbers in layer.parameters()) for layer in layers]
     assert sizes == WEIGHTS[network]
+
+
+STEREO_MAPS = {
+    SHALLOW: MAPS[SHALLOW],
+    NORMAL: [(118, 158, 32), (58, 78, 64), (56, 76, 64), (27, 37, 128), (25, 35, 128)],
+}
+STEREO_MAPS[DEEP] = STEREO_MAPS[NORMAL]
+
+
+@pytest.mark.parametrize(
+    ("network", "lidar"),
+    [
+        (SHALLOW, None), (SHALLOW, "SECTOR_LIDAR"), (SHALLOW, "DISCRETIZED_SECTOR_LIDAR"),
+        (NORMAL, None), (DEEP, "LIDAR"),
+    ],
+)  # fmt: skip
+def test_every_sensor_has_the_layers_of_the_original(network, lidar):
+    """Two eyes have convolutions and no dense layers of their own, a LiDAR two of 256; the trunk reads both."""
+    names = ("STEREO_CAMERAS",) if lidar is None else ("STEREO_CAMERAS", lidar)
+    metadata = dataclasses.replace(car(network), sensors=names)
+    settings, _ = settings_for("aws", NOTHING_GIVEN, (), None, metadata)
+    specs, architecture = car_sensors(names).specs(160, 120), architecture_of(settings.network)
+    shapes, dense = [], []
+    body = encoder_for(specs, architecture, torch.Generator().manual_seed(1))
+    for module in body.modules():
+        if isinstance(module, torch.nn.Conv2d):
+            module.register_forward_hook(lambda _, __, out: shapes.append(tuple(out.shape[i] for i in (2, 3, 1))))
+        if isinstance(module, torch.nn.Linear):
+            dense.append((module.in_features, module.out_features))
+    assert body.names == tuple(sorted(names)), "inputs are laid end to end in the order of their sorted names"
+    body({name: torch.from_numpy(np.zeros((1, *part.shape), part.dtype)) for name, part in specs.items()})
+    assert shapes == STEREO_MAPS[network]
+    height, width, filters = shapes[-1]
+    of_lidar = [] if lidar is None else [(specs[lidar].shape[0], 256), (256, 256)]
+    trunk = [(height * width * filters + (256 if lidar else 0), 512)]
+    if network == DEEP:
+        trunk = [(trunk[0][0], 256), (256, 128)]
+    assert dense == of_lidar + trunk
+
+
+@pytest.mark.parametrize(
+    ("sensors", "order"),
+    [
+        (("FRONT_FACING_CAMERA", "LIDAR"), ("FRONT_FACING_CAMERA", "LIDAR")),
+        (("FRONT_FACING_CAMERA", "DISCRETIZED_SECTOR_LIDAR"), ("DISCRETIZED_SECTOR_LIDAR", "FRONT_FACING_CAMERA")),
+        (("STEREO_CAMERAS", "SECTOR_LIDAR"), ("SECTOR_LIDAR", "STEREO_CAMERAS")),
+        (("LEFT_CAMERA", "LIDAR"), ("LEFT_CAMERA", "LIDAR")),
+        (("observation", "LIDAR"), ("LIDAR", "observation")),
+    ],
+)
+def test_inputs_are_joined_in_the_order_of_aws(sensors, order):
+    settings, _ = settings_for("fast", NOTHING_GIVEN, (), None, default_model_metadata())
+    specs = car_sensors(sensors).specs(40, 30)
+    body = encoder_for(specs, architecture_of(settings.network), torch.Generator().manual_seed(1))
+    assert body.names == order
 
 
 @pytest.mark.parametrize("network", NETWORKS)

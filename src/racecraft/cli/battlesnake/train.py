@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from racecraft.cli.battlesnake.options import JSON
-from racecraft.cli.options import DEFAULT, AlgorithmName, From, Overrides, Resume, asked
+from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ def train(
     set_: Overrides = None,
     from_: From = None,
     resume: Resume = False,
+    detach: Detach = False,
     json: JSON = False,
 ) -> None:
     """Train a snake by self-play; its rating against the built-in players is shown as it learns.
@@ -54,6 +55,7 @@ def train(
 
         racecraft snakes train --run runs/snakes-1 --resume --stop minutes=20
     """
+    from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.report import leave_report
     from racecraft.envs.battlesnake.settings import GameSettings
@@ -68,10 +70,14 @@ def train(
     stops, watching = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
     if resume:
         begun = refuse_changes(context, run, UNCHANGEABLE, "runs/snakes-1")
+        if detach:
+            return detach_training(context, run, None, json)
         trained = resume_run(begun, stops, watching, tell, "battlesnake")
     else:
         game = GameSettings(width or size, height or size, snakes, ruleset, map_)
         request = SnakeRequest(game, **asked(algorithm, stop, run, seed, set_, from_))
+        if detach:
+            return detach_training(context, run, request, json)
         trained = train_world(request, watching, tell)
     summary, files = trained.summary(), leave_report(trained.run.path, tell)
     if json:

@@ -16,7 +16,12 @@ LAPS, CHECKPOINT = 3, "best"
 
 
 def evaluate(
-    run: Annotated[Path, typer.Argument(help="A run folder, such as runs/reinvent_base-1.")],
+    run: Annotated[
+        Path,
+        typer.Argument(
+            help="A run folder, such as runs/reinvent_base-1, or a model of AWS's, which is imported first."
+        ),
+    ],
     checkpoint: Annotated[
         str | None,
         typer.Option(help="best, last, or the number of an iteration; by default what run.env asked for, else best."),
@@ -50,6 +55,8 @@ def evaluate(
         racecraft evaluate runs/reinvent_base-1 --checkpoint last --track Oval_track --laps 5 --json
 
         racecraft evaluate runs/CartPole-v1-1 --episodes 100
+
+        racecraft evaluate ~/Downloads/my-model.tar.gz --track Oval_track
     """
     from racecraft.analysis.video import film_path
     from racecraft.cli.output import print_json, say
@@ -62,6 +69,7 @@ def evaluate(
 
     if video is not None:
         film_path(video)  # refused before the drive, not after it
+    run = _imported(run, json)
     job = RunFolder.open(run).read_job()
     if job.get("kind") != KIND:
         refuse_words(job["kind"], {"--track": track, "--laps": laps, "--video": video, "--picture": picture})
@@ -94,6 +102,20 @@ def evaluate(
     for kind in ("picture", "video"):
         if facts[kind]:
             print(f"{kind}: {facts[kind]}")
+
+
+def _imported(run: Path, json: bool) -> Path:
+    """Return a run folder as it is, and a new one for a model of AWS's."""
+    from racecraft.cli.output import say
+    from racecraft.players.deepracer.foreign_model import import_model, is_foreign
+
+    if not is_foreign(run):
+        return run
+    done = import_model(run)
+    for note in done.notes:
+        say(f"- {note}", quiet_stdout=json)
+    say(f"{run} was imported as {done.run.path}", quiet_stdout=json)
+    return done.run.path
 
 
 def _print_table(report: LapReport) -> None:

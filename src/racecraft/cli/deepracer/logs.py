@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from racecraft.contract.errors import SettingError
+
 if TYPE_CHECKING:
     import polars as pl
 
@@ -33,6 +35,12 @@ def logs(
     phase: Annotated[
         str | None, typer.Option(help="training, evaluation or leaderboard, where a loose file does not tell.")
     ] = None,
+    reward: Annotated[
+        Path | None, typer.Option(help="On the page: what this reward_function.py would have paid for the same laps.")
+    ] = None,
+    plots: Annotated[
+        list[Path] | None, typer.Option(help="On the page: your own plots, a Python file or a folder of them.")
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
 ) -> None:
     """Tell what a log holds, whoever wrote it, and what to change before the next training.
@@ -46,6 +54,8 @@ def logs(
         racecraft logs deepracer-downloads/model.tar.gz --json
 
         racecraft logs round-1 round-2 --parquet both.parquet
+
+        racecraft logs my-model --page my-model.html --reward new_reward.py --plots my_plots.py
     """
     from racecraft.cli.output import print_json, say
     from racecraft.logs import read
@@ -60,7 +70,11 @@ def logs(
         say(clause, quiet_stdout=True)
     if len(found.damaged) > MOST_DAMAGE:
         say(f"and {len(found.damaged) - MOST_DAMAGE} more; --json names them all", quiet_stdout=True)
-    facts |= _written(found, ticks, circuit, page, csv, parquet, paths)
+    if page is None and (reward is not None or plots):
+        raise SettingError("--reward and --plots are of the page; expected --page with them, such as --page logs.html.")
+    if page is not None:
+        facts["page"] = _page(found, circuit, page, ", ".join(path.resolve().name for path in paths), reward, plots)
+    facts |= _written(found, csv, parquet)
     if json:
         print_json(facts)
         return
@@ -125,20 +139,29 @@ def _metrics(found: Logs) -> list[dict[str, Any]]:
     return table.with_columns(pl.col("phase").cast(pl.String)).collect().to_dicts()
 
 
-def _written(
-    found: Logs, ticks: pl.DataFrame, circuit: Track | None, page: Path | None, csv: Path | None, parquet: Path | None,
-    paths: list[Path],
-) -> dict[str, Any]:  # fmt: skip
-    """Write what was asked for; return where it lies."""
+def _page(
+    found: Logs, circuit: Track | None, page: Path, title: str, reward: Path | None, plots: list[Path] | None
+) -> str:
+    """Write the page; return where it lies."""
+    from racecraft.analysis.deepracer.logs import own_plots
+    from racecraft.analysis.deepracer.logs.page import Extras, write_logs_page
+    from racecraft.formats.aws.reward_file import load_reward_function
+
+    metrics = found.metrics.collect()
+    extras = Extras(
+        damaged=tuple(str(damage) for damage in found.damaged),
+        metrics=metrics if metrics.height else None,
+        reward=None if reward is None else load_reward_function(reward, sys.stderr).call,
+        own=own_plots(plots or ()),
+    )
+    return str(write_logs_page(page, found.require_ticks(), circuit, title, extras))
+
+
+def _written(found: Logs, csv: Path | None, parquet: Path | None) -> dict[str, Any]:
+    """Write the tables that were asked for; return where they lie."""
     from racecraft.logs.take_away import write_csv, write_parquet
 
     written: dict[str, Any] = {}
-    if page is not None:
-        from racecraft.analysis.deepracer.logs.page import write_logs_page
-
-        title = ", ".join(path.resolve().name for path in paths)
-        damaged = tuple(str(damage) for damage in found.damaged)
-        written["page"] = str(write_logs_page(page, found.require_ticks(), circuit, title, damaged))
     if csv is not None:
         written["csv"] = str(write_csv(csv, found.require_ticks()))
     if parquet is not None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from racecraft.cli.options import DEFAULT, AlgorithmName, From, Json, Overrides, Resume, asked
+from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 
 if TYPE_CHECKING:
@@ -46,9 +46,13 @@ def train(
     set_: Overrides = None,
     from_: From = None,
     resume: Resume = False,
+    detach: Detach = False,
     pictures: Annotated[
         bool, typer.Option(help="Leave a film, the path, the curves and the report in the run folder.")
     ] = True,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Open a page that shows it while it trains, as `racecraft watch` does.")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Train a car from its camera until it laps.
@@ -57,13 +61,17 @@ def train(
 
         racecraft train
 
+        racecraft train --watch
+
         racecraft train my-car --track Oval_track --stop laps --stop minutes=5
 
         racecraft train my-car --set ppo.learning_rate=1e-4 --seed 3 --json
 
         racecraft train --run runs/reinvent_base-1 --resume --stop minutes=10
     """
+    from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
+    from racecraft.cli.runs.watch_beside import watched
     from racecraft.training.deepracer.plan import RaceRequest
     from racecraft.training.progress import watcher
     from racecraft.training.worlds import resume as resume_run
@@ -72,18 +80,22 @@ def train(
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
-    watching = watcher(sys.stderr if json else sys.stdout)
     if resume:
-        begun = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1")
-        trained = resume_run(begun, tuple(stop or ()), watching, tell, "deepracer")
+        begun, request = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1"), None
     else:
         request = RaceRequest(folder, track, car, preset, fidelity, **asked(algorithm, stop, run, seed, set_, from_))
-        trained = train_world(request, watching, tell)
-    files = _paint(trained, tell) if pictures else {}
-    if json:
-        print_json({**trained.summary(), **files})
-    else:
-        _say_what_came_of_it(trained, files)
+    if detach:
+        return detach_training(context, run, request, json)
+    with watched(watcher(sys.stderr if json else sys.stdout), watch, tell, stays=not json) as watching:
+        if request is None:
+            trained = resume_run(begun, tuple(stop or ()), watching, tell, "deepracer")
+        else:
+            trained = train_world(request, watching, tell)
+        files = _paint(trained, tell) if pictures else {}
+        if json:
+            print_json({**trained.summary(), **files})
+        else:
+            _say_what_came_of_it(trained, files)
 
 
 def _paint(trained: Trained, tell: Callable[[str], None]) -> dict[str, str]:
@@ -113,6 +125,7 @@ def _say_what_came_of_it(trained: Trained, files: dict[str, Any]) -> None:
     print("\nWhat to try next:")
     if stable is None:
         print(f"  racecraft train --run {path} --resume --stop minutes=10      # go on")
+    print(f"  racecraft watch {path}          # every drive again, and every car's camera")
     print(f"  racecraft evaluate {path} --laps 3 --video three-laps.mp4")
     print("  racecraft new my-car          # a folder with a reward function of your own")
     print("  racecraft train --track Oval_track")

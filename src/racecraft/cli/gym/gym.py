@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from racecraft.cli.options import DEFAULT, AlgorithmName, From, Json, Overrides, Resume, asked
+from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 from racecraft.contract.errors import SettingError
 
@@ -38,6 +38,7 @@ def train(
     set_: Overrides = None,
     from_: From = None,
     resume: Resume = False,
+    detach: Detach = False,
     json: Json = False,
 ) -> None:
     """Train until the environment is solved.
@@ -50,6 +51,7 @@ def train(
 
         racecraft gym train --run runs/CartPole-v1-1 --resume --stop minutes=5
     """
+    from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.report import leave_report
     from racecraft.training.gymnasium.trainer import GymRequest
@@ -63,11 +65,15 @@ def train(
     stops, watching = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
     if resume:
         begun = refuse_changes(context, run, UNCHANGEABLE, "runs/CartPole-v1-1")
+        if detach:
+            return detach_training(context, run, None, json)
         trained = resume_run(begun, stops, watching, tell, "gymnasium")
     elif environment is None:
         raise SettingError("no environment is named; expected ID, such as: racecraft gym train CartPole-v1")
     else:
         request = GymRequest(environment, **asked(algorithm, stop, run, seed, set_, from_))
+        if detach:
+            return detach_training(context, run, request, json)
         trained = train_world(request, watching, tell)
     summary, files = trained.summary(), leave_report(trained.run.path, tell)
     if json:

@@ -1,4 +1,4 @@
-"""`racecraft export`: hand a trained policy over to another program."""
+"""`racecraft export`: hand a trained policy over to another program, or to a car."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ import typer
 from racecraft.contract.errors import SettingError, nearest
 
 if TYPE_CHECKING:
+    from racecraft.export.car_model import CarExport
     from racecraft.export.unity_run import UnityExport
 
-TARGETS = ("unity",)
+TARGETS = ("unity", "car")
 
 
 def export(
@@ -20,24 +21,82 @@ def export(
     to: Annotated[str, typer.Option(help=f"Whom it is for: {', '.join(TARGETS)}.")],
     checkpoint: Annotated[str, typer.Option(help="best, last, or the number of an iteration.")] = "best",
     output: Annotated[
-        Path | None, typer.Option(help="A file, or a folder; by default RUN/export/BEHAVIOR.onnx.")
+        Path | None,
+        typer.Option(help="A file, or a folder; by default RUN/export/BEHAVIOR.onnx or RUN/export/carfile.tar.gz."),
     ] = None,
+    check: Annotated[
+        bool, typer.Option("--check/--no-check", help="Ask checkpoint and exported file side by side before writing.")
+    ] = True,
     json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
 ) -> None:
     """Write a trained policy as a file that another program loads, and check that it acts alike.
 
-    Example: racecraft export runs/Basic-1 --to unity
-    """
-    from racecraft.cli.output import print_json
+    Examples:
 
+        racecraft export runs/Basic-1 --to unity
+
+        racecraft export runs/reinvent_base-1 --to car
+    """
     if to not in TARGETS:
         raise SettingError(f"--to {to!r} is not known. {nearest(to, TARGETS)}")
+    if to == "car":
+        _export_car(run, checkpoint, output, check, json)
+        return
+    if not check:
+        raise SettingError("--no-check says nothing of --to unity, which is always checked; expected it left out.")
+    _export_unity(run, checkpoint, output, json)
+
+
+def _export_car(run: Path, checkpoint: str, output: Path | None, check: bool, json: bool) -> None:
+    from racecraft.cli.output import print_json
+    from racecraft.export.car_model import export_to_car
+
+    exported = export_to_car(run, checkpoint, output, check)
+    if json:
+        print_json({"run": str(run), "to": "car", **_car_figures(exported)})
+        return
+    print(f"{exported.path}: checkpoint {exported.checkpoint}, a graph as AWS's trainer freezes it.")
+    print(_told_of_car(exported))
+    print("Upload it in the car's own console (Models, Upload).")
+
+
+def _car_figures(exported: CarExport) -> dict[str, Any]:
+    agreement = exported.agreement
+    return {
+        "checkpoint": exported.checkpoint,
+        "file": str(exported.path),
+        "pixels_averaged": exported.shrink,
+        "checked_on": agreement.frames if agreement else None,
+        "largest_difference": agreement.largest_difference if agreement else None,
+        "small_frames_alike": agreement.small_frames_share if agreement else None,
+    }
+
+
+def _told_of_car(exported: CarExport) -> str:
+    agreement = exported.agreement
+    if agreement is None:
+        return "It was not checked."
+    told = (
+        f"Asked beside the checkpoint on {agreement.frames} frames of its own track: every action agrees, answers lie "
+        f"at most {agreement.largest_difference:g} apart."
+    )
+    if agreement.small_frames_share is None:
+        return told
+    return (
+        f"{told}\nThe graph averages {exported.shrink} x {exported.shrink} of the car's 160 x 120 pixels to one; on "
+        f"{agreement.small_frames_share:.0%} of the frames it decides as the checkpoint does on the simulator's own "
+        "small ones."
+    )
+
+
+def _export_unity(run: Path, checkpoint: str, output: Path | None, json: bool) -> None:
+    from racecraft.cli.output import print_json
     from racecraft.export.unity_run import export_to_unity
 
     exported = export_to_unity(run, checkpoint, output)
     if json:
         first, *others = [_figures(one) for one in exported]
-        print_json({"run": str(run), "to": to, **first, **({"others": others} if others else {})})
+        print_json({"run": str(run), "to": "unity", **first, **({"others": others} if others else {})})
         return
     for one in exported:
         print(f"{one.path}: {one.behavior}, checkpoint {one.checkpoint}; the ONNX checker is content.")

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from racecraft.cli.options import DEFAULT, AlgorithmName, From, Json, Overrides, Resume, asked
+from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 
 UNCHANGEABLE = (
@@ -91,6 +91,7 @@ def train(
     ] = None,
     from_: From = None,
     resume: Resume = False,
+    detach: Detach = False,
     json: Json = False,
 ) -> None:
     """Train the agents of a Unity scene.
@@ -107,6 +108,7 @@ def train(
 
         racecraft unity train --from runs/Basic-1 --inference
     """
+    from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.report import leave_report
     from racecraft.export.unity_run import can_export_to_unity
@@ -141,9 +143,14 @@ def train(
     stops, watching = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
     if resume:
         begun = refuse_changes(context, run, UNCHANGEABLE, "runs/Basic-1")
+        if detach:
+            return detach_training(context, run, None, json)
         trained = resume_run(begun, stops, watching, tell, "unity")
     else:
-        trained = train_world(request(from_), watching, tell)
+        asked_for = request(from_)
+        if detach:
+            return detach_training(context, run, asked_for, json)
+        trained = train_world(asked_for, watching, tell)
     summary, files = trained.summary(), leave_report(trained.run.path, tell)
     if json:
         print_json({**summary, **files})

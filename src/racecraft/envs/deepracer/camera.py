@@ -15,6 +15,7 @@ import numpy as np
 
 from racecraft.contract.errors import RacecraftError
 from racecraft.envs.deepracer.kernels import camera as kernels
+from racecraft.envs.deepracer.kernels.boxes import paint_boxes
 from racecraft.envs.deepracer.scene import MATERIALS, Scene
 
 HORIZONTAL_VIEW_RAD = 1.13
@@ -103,12 +104,23 @@ class Camera:
         kernels.render_grey_frames(self.scene, self.optics, poses, levels, out)
         return out
 
-    def render_rgb(self, poses: np.ndarray, out: np.ndarray | None = None, palettes: np.ndarray | None = None):
-        """Render for people: as `render_grey`, with `out` (R, H, W, 3) and `palettes` (M, 3) or (R, M, 3)."""
+    def render_rgb(
+        self,
+        poses: np.ndarray,
+        out: np.ndarray | None = None,
+        palettes: np.ndarray | None = None,
+        boxes: tuple[np.ndarray, np.ndarray] | None = None,
+    ):
+        """Render for people: as `render_grey`, with `out` (R, H, W, 3) and `palettes` (M, 3) or (R, M, 3).
+
+        `boxes` are what stands on the road, (R, K, 6) and their kinds (R, K), as `objects.Objects` has them.
+        """
         poses = _checked_poses(poses)
         out = self._checked_out(out, (len(poses), self.height, self.width, 3))
         levels = _checked_palettes(self.scene.palette if palettes is None else palettes, len(poses), 2)
         kernels.render_frames(self.scene, self.optics, poses, levels, out)
+        if boxes is not None:
+            paint_boxes(self.optics, *boxes, poses, levels, out)
         return out
 
     def _checked_out(self, out: np.ndarray | None, shape: tuple[int, ...]) -> np.ndarray:

@@ -49,6 +49,12 @@ class Habits:
     ticks_jitter: bool
     wheels_wander: bool
     wheels_keep_their_angle: bool
+    lidar_faces_backward: bool
+    lidar_is_slow: bool
+    lidar_is_noisy: bool
+    box_distance_slips: bool
+    corners_collide: bool
+    blame_is_by_lap: bool
 
 
 class Departure(NamedTuple):
@@ -117,13 +123,53 @@ DEPARTURES = (
         "Every episode begins with the wheels straight.",
         "envs/deepracer/world.py",
     ),
+    Departure(
+        "lidar_faces_backward",
+        "The LiDAR is mounted with its nose to the car's tail: its blind 60 degrees lie straight ahead.",
+        "Its nose points ahead; the blind 60 degrees lie behind.",
+        "envs/deepracer/world.py",
+    ),
+    Departure(
+        "lidar_is_slow",
+        "It reads 10 times a second: every third tick is told of what was read the tick before.",
+        "It reads 15 times a second, once for every frame.",
+        "envs/deepracer/world.py",
+    ),
+    Departure(
+        "lidar_is_noisy",
+        "Readings stray by 1 cm (standard deviation).",
+        "Readings are exact.",
+        "envs/deepracer/world.py",
+    ),
+    Departure(
+        "box_distance_slips",
+        "The least distance between boxes that are placed at random, in metres by its documents, is taken per cent of "
+        "the lap, and per cent of that again at each placing: on laps under 100 m it soon is nothing.",
+        "It is metres along the centre line, always; every arrangement that keeps it is as likely.",
+        "envs/deepracer/placing.py",
+    ),
+    Departure(
+        "corners_collide",
+        "A car has hit a box where one of the car's corners lies in the box's rectangle, 0.1 m longer and wider than "
+        "the box: a box between two corners is not felt, and air beside it is.",
+        "They have hit each other where their rectangles touch.",
+        "envs/deepracer/placing.py",
+    ),
+    Departure(
+        "blame_is_by_lap",
+        "Who ran into whom is told by the place on the lap: a bot that has crossed the start line is behind a car that "
+        "has not.",
+        "By who is ahead, wherever the start line lies.",
+        "envs/deepracer/placing.py",
+    ),
 )
-"""Facts: section 11, points 6, 31, 19, 20 and 21; section 5.4."""
+"""Facts: section 11, points 6, 31, 19, 20, 21, 8, 13, 15 and 18; sections 2.2 and 5.4."""
 
 KEPT_IN_BOTH = (
     "Reward and ending speak of the pose the action was chosen at, one tick before the action shows.",
     "`steps` is a float that a racer first sees as 2.0, so that a reward which waits for 1 (or 0) waits for ever; "
     "`x`, `y` are the front of the car; `speed` and `steering_angle` are commands.",
+    "`objects_heading` is in rad, 0 of what stands; `objects_speed` is what bots were told, penalty or not.",
     "In a time trial the lists of objects are empty and `closest_objects` is [0, 0].",
     "Globals, class state and function attributes of a reward belong to one car, as they did to one worker, and last "
     "over its episodes.",
@@ -138,6 +184,9 @@ NOT_EMULATED = (
     "code of simapp 6.0.5 does not. Ours counts it; `race.waypoints=distinct` does not.",
     "Cars of a metadata version 5 that were driven by the ROS 2 build: the file does not say so. Ours drive as the "
     "console's did, `v5-classic`, unless the racer's folder holds recordings that another car replays better.",
+    "Cars that start inside a box, because starts are chosen before boxes are placed: ours start in the other lane or "
+    "further back.",
+    "`object_in_camera` that speaks of another object than the next, because the car itself is counted among them.",
     "Textures, but for the grain of grass (`camera.grass`). Colours are their means in the light of the car's years.",
     "An evaluation of as many episodes as fit into the trainer's wait. Ours has a fixed number.",
     "A whole job lost to one reward error, one not-a-number or a missing frame. Ours stops and keeps what was learned.",

@@ -3,7 +3,8 @@
 Textures are the same in all years; the sun is not. A light says what share of a texture's RGB is seen on the ground, on
 painted lines and on the inner face of each wall, and what colour stands above the walls. The shares are fitted to grey
 levels read from real camera frames (docs/fidelity.md has the table); red, green and blue within a grey level follow the
-sun, which gives a little less blue. re:Invent 2018 lies on a carpet that shines less, in a hall with three dark walls.
+sun, which gives a little less blue. Objects have the light of the ground. re:Invent 2018
+lies on a carpet that shines less, in a hall with three dark walls.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from racecraft.envs.deepracer.objects import KINDS
 from racecraft.tracks.look import TrackLook
 
 CARPETED = ("reinvent_base",)
@@ -79,4 +81,5 @@ def palette_under(light: str, look: TrackLook, name: str = "", for_people: bool 
         sky = wall if name in CARPETED else wall * LIGHTS[light].walls[0]
     else:
         sky = np.full(3, shares.sky)
-    return np.clip(np.array([*ground, *paint, *(wall * share for share in walls), sky]), 0.0, 255.0)
+    objects = [np.array(kind.colour) * shares.ground for kind in KINDS]
+    return np.clip(np.array([*ground, *paint, *(wall * share for share in walls), sky, *objects]), 0.0, 255.0)

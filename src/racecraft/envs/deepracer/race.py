@@ -3,16 +3,19 @@
 A tick is what happens between two camera frames, 1/15 s. There are N worlds side by side, which never meet, and M cars
 in each. A world does one act after the other, each for all its cars in turn (`kernels/race.py` has the bodies)::
 
-    report      write down pose, place on the track and the command that was chosen here: the reward's parameters; and
-                name how the car stands: lap complete, off track, immobilised, reversed, out of time, in this order
+    report      write down pose, place on the track, objects near and touched, and the command that was chosen here: the
+                reward's parameters; and name how the car stands: lap complete, crashed, off track, immobilised,
+                reversed, out of time, in this order
     move        steering and throttle act for one tick; then, where the car lies along the track, how far from the
-                centre, which wheels are on the road
+                centre, which wheels are on the road; bots drive on
     look last   a car whose episode ended sees its last frame
-    restart     and goes to its next start, clear of the others, in the same tick
+    restart     and goes to its next start, clear of cars and objects, in the same tick; with the world's first car its
+                objects go to their next places
     look        every car sees the frame by which its next action is chosen, and a critic what only it may see
 
 Nobody moves before all are written down, and nobody looks before all have moved: what a world's cars see and feel of
-one another is of one moment. They do not touch yet: a car drives through another and does not see it.
+one another is of one moment. What stands in their way are objects (`objects.py`): a car that touches one has crashed.
+Cars do not touch one another yet: a car drives through another and does not see it.
 
 So a row is (pose, action, reward): the reward speaks of the pose the action was chosen at, as in the original
 (simapp `deepracer_racetrack_env.py`). The first tick of an episode is *prepare*: the car is held at the start, its
@@ -39,9 +42,19 @@ IMMOBILISED_M = 0.0003
 REVERSED_TICKS = 15
 """A car whose progress fell for so many ticks in a row drives backwards (simapp NUMBER_OF_REVERSE_COUNTS)."""
 
-STATUSES = ("in_progress", "lap_complete", "off_track", "immobilized", "reversed", "time_up", "prepare", "park")
+STATUSES = (
+    "in_progress",
+    "lap_complete",
+    "off_track",
+    "immobilized",
+    "reversed",
+    "time_up",
+    "prepare",
+    "park",
+    "crashed",
+)
 """How a row stands; the code is the index. Spelling is the original's, which racers' tools look for."""
-IN_PROGRESS, LAP_COMPLETE, OFF_TRACK, IMMOBILISED, REVERSED, TIME_UP, PREPARE, PARK = range(len(STATUSES))
+IN_PROGRESS, LAP_COMPLETE, OFF_TRACK, IMMOBILISED, REVERSED, TIME_UP, PREPARE, PARK, CRASHED = range(len(STATUSES))
 
 START_GAP_M = 0.75
 """Cars of one world start so far behind one another along the centre line (simapp START_POS_OFFSET)."""
@@ -49,11 +62,24 @@ START_LANE = 0.5
 """And this far beside it, share of the half road: even cars in the outer lane, odd ones in the inner (facts 5.4)."""
 START_CLEAR_M = 0.4
 """A start is free where no other car's base_link lies nearer: a car's corners reach 0.19 m from its middle."""
+START_OBJECT_M = 1.0
+"""Where an object lies so near along the centre line, a car starts in the lane beside it (facts 5.4)."""
+START_MARGIN_M = 0.1
+"""And never with less than this between its sides and an object's."""
 
 CRITIC_LOOKS_AHEAD_M = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
 """Distances along the centre line at which the critic is told the road's direction."""
 CRITIC_NUMBERS = 5 + 2 * len(CRITIC_LOOKS_AHEAD_M)
 """Length of the privileged observation; see `look` in kernels/race.py."""
+
+CRITIC_OBJECTS = 2
+"""So many objects next ahead the critic is told of, in a race that has any."""
+CRITIC_OBJECT_REACH_M = 3.0
+"""Along the centre line; what lies farther ahead is not told."""
+CRITIC_OBJECT_BEHIND_M = 0.4
+"""An object counts as ahead until the car's nose is so far past its middle."""
+CRITIC_OBJECT_NUMBERS = 2 * CRITIC_OBJECTS
+"""How much longer the privileged observation then is; see `tell_objects` in kernels/race.py."""
 
 CAR_STATE = np.dtype(
     [
@@ -92,6 +118,10 @@ TICK_REPORT = np.dtype(
         ("progress", "f8"), ("arc", "f8"), ("centre_distance", "f8"), ("track_width", "f8"),
         ("waypoint_before", "i8"), ("waypoint_after", "i8"), ("waypoint_nearest", "i8"),
         ("is_left", "b1"), ("all_wheels_on", "b1"), ("is_off", "b1"),
+        ("object_before", "i8"), ("object_after", "i8"),  # along the centre line; 0 without objects
+        ("object_hit", "i8"),  # which object the car touches; -1 none
+        ("is_crashed", "b1"),  # it touches one, and not because a bot ran into it
+        ("object_in_camera", "b1"),  # the next object is in the frame, or a part of it
         ("terminated", "b1"), ("truncated", "b1"),
         ("time", "f8"), ("lap_seconds", "f8"),  # s of simulated time; lap_seconds counts from the lap's start
         ("start_share", "f8"), ("laps", "i8"),

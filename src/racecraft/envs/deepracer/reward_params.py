@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 from racecraft.contract.world import Array
 from racecraft.tracks.track import Track
@@ -47,6 +47,31 @@ REWARD_PARAMETERS: dict[str, str] = {
 """Every key, with type, unit and meaning."""
 
 
+class ObjectReports(NamedTuple):
+    """How the objects of N worlds stood at the moment that is told of."""
+
+    boxes: Array
+    """(N, K, 6), as `Objects.boxes`."""
+    states: Array
+    """OBJECT_STATE (N, K)."""
+    drive: bool
+    """Whether they are bots that drive."""
+    speed: float
+    """m/s that bots were told to drive, standing in penalty or not; 0 of what never drives."""
+
+    def params(self, n: int) -> dict[str, Any]:
+        """Return what world n's objects are in the dictionary; fresh lists."""
+        states = self.states[n]
+        return {
+            "objects_location": self.boxes[n, :, :2].tolist(),
+            "objects_left_of_center": states["is_left"].tolist(),
+            "objects_distance": states["arc"].tolist(),
+            "objects_distance_from_center": states["centre_distance"].tolist(),
+            "objects_heading": self.boxes[n, :, 2].tolist() if self.drive else [0.0] * len(states),
+            "objects_speed": [self.speed] * len(states),
+        }
+
+
 class RewardParams:
     """Makes the dictionaries of one track."""
 
@@ -55,8 +80,29 @@ class RewardParams:
         self._track_length = float(track.length)
         self._is_reversed = is_reversed
 
-    def of(self, reports: Array) -> Iterator[dict[str, Any]]:
-        """Yield one dictionary for each TICK_REPORT row, in order."""
+    def of(
+        self, reports: Array, objects: ObjectReports | None = None, worlds: Array | None = None
+    ) -> Iterator[dict[str, Any]]:
+        """Yield one dictionary for each TICK_REPORT row, in order.
+
+        Args:
+            reports: TICK_REPORT (R,).
+            objects: What stands or drives in the worlds; None: nothing.
+            worlds: (R,) the world of each row; needed where there are objects.
+        """
+        if objects is None or worlds is None:
+            yield from self._of_cars(reports)
+            return
+        told = zip(*(reports[name].tolist() for name in _OBJECT_COLUMNS), strict=True)
+        for params, n, (before, after, seen, crashed) in zip(
+            self._of_cars(reports), worlds.tolist(), told, strict=True
+        ):
+            params.update(objects.params(n))
+            params["closest_objects"] = [before, after]
+            params["object_in_camera"], params["is_crashed"] = seen, crashed
+            yield params
+
+    def _of_cars(self, reports: Array) -> Iterator[dict[str, Any]]:
         columns = (reports[name].tolist() for name in _COLUMNS)
         for (
             on,
@@ -112,6 +158,7 @@ _COLUMNS = (
     "all_wheels_on", "front_x", "front_y", "yaw", "centre_distance", "arc", "progress", "steps", "speed", "steering",
     "track_width", "waypoint_before", "waypoint_after", "is_left", "is_off", "time",
 )  # fmt: skip
+_OBJECT_COLUMNS = ("object_before", "object_after", "object_in_camera", "is_crashed")
 
 
 def _tidy(degrees: float) -> float:

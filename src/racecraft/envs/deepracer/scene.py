@@ -14,13 +14,15 @@ from typing import NamedTuple
 import numpy as np
 
 from racecraft.envs.deepracer.light import palette_under
+from racecraft.envs.deepracer.objects import KINDS
 from racecraft.tracks.track import Track
 
 MATERIALS = (
     "field", "road", "line", "dash", "start", "wall south", "wall east", "wall north", "wall west", "sky",
+    *(kind.name for kind in KINDS),
 )  # fmt: skip
 """Names of the materials; a palette has one row for each."""
-FIELD, ROAD, LINE, DASH, START, WALL_SOUTH, WALL_EAST, WALL_NORTH, WALL_WEST, SKY = range(len(MATERIALS))
+FIELD, ROAD, LINE, DASH, START, WALL_SOUTH, WALL_EAST, WALL_NORTH, WALL_WEST, SKY = range(10)
 
 GREY_WEIGHTS = np.array([0.2989, 0.587, 0.114])
 """Of red, green and blue in the grey level that policies see (facts: simapp observation filter)."""
@@ -92,7 +94,7 @@ def road_rings(track: Track) -> list[Ring]:
     shift = side * look.line_width  # towards the road
     if not track.closed:
         return _open_road_rings(track, shift)
-    outer, inner = track.outer[:-1], track.inner[:-1]
+    outer, inner = _distinct(track.outer[:-1]), _distinct(track.inner[:-1])
     if shift == 0.0:
         return [(_clockwise(outer), ROAD, FIELD), (_clockwise(inner), FIELD, ROAD)]
     outer_shifted, inner_shifted = set_in(outer, shift), set_in(inner, -shift)
@@ -101,6 +103,11 @@ def road_rings(track: Track) -> list[Ring]:
     else:
         steps = [(outer_shifted, LINE, FIELD), (outer, ROAD, LINE), (inner, LINE, ROAD), (inner_shifted, FIELD, LINE)]
     return [(_clockwise(ring), inside, outside) for ring, inside, outside in steps]
+
+
+def _distinct(ring: np.ndarray) -> np.ndarray:
+    """Return a ring without the rows that a route file repeats (`Track.as_filed` has them)."""
+    return ring[np.hypot(*(ring - np.roll(ring, 1, axis=0)).T) > 0.0]
 
 
 def _open_road_rings(track: Track, shift: float) -> list[Ring]:

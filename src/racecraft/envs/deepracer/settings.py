@@ -1,16 +1,26 @@
-"""Settings of a race and of the frame that a car's policy sees."""
+"""Settings of a race, of what stands or drives in its way, and of the frame that a car's policy sees."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from racecraft.envs.deepracer.objects import BOX_TYPES, read_positions
+from racecraft.settings.composition import Settings
 from racecraft.settings.table import check_group, setting
+
+TIME_TRIAL, OBJECT_AVOIDANCE, HEAD_TO_BOT = RACE_TYPES = ("TIME_TRIAL", "OBJECT_AVOIDANCE", "HEAD_TO_BOT")
+"""What a race is about, in AWS's words."""
 
 
 @dataclass(frozen=True)
 class RaceConfig:
     """The race: which car, how episodes start and end."""
 
+    type: str = setting(
+        TIME_TRIAL,
+        "What the race is about: an empty road, boxes to drive round (the group boxes), or bots to overtake (bots).",
+        choices=RACE_TYPES,
+    )
     car: str = setting(
         "v6",
         "Vehicle profile: the console's car until mid-2022, its later one, today's (ROS 2), or the ideal bicycle.",
@@ -54,6 +64,49 @@ class RaceConfig:
 
 
 @dataclass(frozen=True)
+class BoxesConfig:
+    """What stands on the road in a race of OBJECT_AVOIDANCE."""
+
+    number: int = setting(6, "Boxes on the lap; where positions are listed, they say how many.", low=0, high=100)
+    min_distance: float = setting(
+        2.0, "Least distance between boxes along the centre line; with fidelity aws it slips.", unit="m", low=0.0
+    )
+    random: bool = setting(True, "Every episode has places of its own; otherwise they are spread evenly, lane by lane.")
+    type: str = setting("box_obstacle", "How a box is built and painted.", choices=BOX_TYPES)
+    as_cars: bool = setting(False, "Cars that stand instead of boxes.")
+    positions: str = setting(
+        "",
+        'Listed places "share,lane;share,lane": share of the lap from 0 to 1, lane -1 is the outer, 1 the inner one.',
+    )
+
+    def __post_init__(self) -> None:
+        check_group(self)
+        read_positions(self.positions)
+
+
+@dataclass(frozen=True)
+class BotsConfig:
+    """The cars that drive on rails in a race of HEAD_TO_BOT."""
+
+    number: int = setting(3, "Bots on the lap.", low=0, high=100)
+    min_distance: float = setting(
+        2.0, "Least distance between bots along the centre line where they begin.", unit="m", low=0.0
+    )
+    random: bool = setting(False, "Every episode has places of its own; otherwise bots begin spread evenly.")
+    speed: float = setting(0.2, "How fast bots drive along the centre line.", unit="m/s", low=0.0, high=6.0)
+    lane_change: bool = setting(False, "Bots change lanes.")
+    lane_change_after_low: float = setting(3.0, "Least time that a bot keeps a lane.", unit="s", low=0.0)
+    lane_change_after_high: float = setting(5.0, "Most time that a bot keeps a lane.", unit="s", low=0.0)
+    lane_change_distance: float = setting(1.0, "Way that a change of lanes takes.", unit="m", low=0.1)
+    penalty: float = setting(
+        5.0, "All bots stand for so long after one of them ran into a car from behind.", unit="s", low=0.0
+    )
+
+    def __post_init__(self) -> None:
+        check_group(self)
+
+
+@dataclass(frozen=True)
 class CameraConfig:
     """The frame the policy sees; same optics at every size."""
 
@@ -68,3 +121,29 @@ class CameraConfig:
 
     def __post_init__(self) -> None:
         check_group(self)
+
+
+def race_groups(race_type: str) -> dict[str, BoxesConfig | BotsConfig]:
+    """Return the groups of settings that a type of race brings along, with their defaults.
+
+    >>> list(race_groups("OBJECT_AVOIDANCE")), list(race_groups("TIME_TRIAL"))
+    (['boxes'], [])
+    """
+    if race_type == TIME_TRIAL:
+        return {}
+    return {"boxes": BoxesConfig()} if race_type == OBJECT_AVOIDANCE else {"bots": BotsConfig()}
+
+
+def objects_of(settings: Settings) -> BoxesConfig | BotsConfig | None:
+    """Return what stands or drives in the way of a race with these settings."""
+    asked: BoxesConfig | BotsConfig | None = next(
+        (getattr(settings, name) for name in race_groups(settings.race.type) if name in settings), None
+    )
+    return asked
+
+
+def with_race_groups(settings: Settings) -> Settings:
+    """Return the settings with the groups that their type of race brings along."""
+    for name, group in race_groups(settings.race.type).items():
+        settings = settings.with_group(name, group)
+    return settings

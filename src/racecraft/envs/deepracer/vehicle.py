@@ -33,6 +33,9 @@ REAR_WHEELS_M = (-0.081663, 0.08105)
 FRONT_WHEELS_M = (0.082311, 0.079601)
 """Centres of the front wheels in base_link: (x, ±y)."""
 
+BODY_HALF_LENGTH_M, BODY_HALF_WIDTH_M = 0.5 * 0.32352, 0.5 * 0.1961
+"""Half of the rectangle round base_link that touches other things (`track_geom/constants.py`)."""
+
 MAX_STEERING_RAD = 0.5235987755982988
 """30 degrees: commands are clipped to it (`rollout_agent_ctrl.py`)."""
 MIN_SPEED_MPS, MAX_SPEED_MPS = 0.1, 4.0

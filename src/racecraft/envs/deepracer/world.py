@@ -1,14 +1,15 @@
 """DeepRacer cars as a `World`: N worlds of M cars, each world on its own copy of the track.
 
-What it is       1/18-scale cars with a front camera on an AWS DeepRacer track, time trial
+What it is       1/18-scale cars with cameras and LiDAR on an AWS DeepRacer track: time trial, boxes or bots in the way
 Acts             15 times a second: one of the action table's (steering, speed) pairs, or a pair within two ranges,
                  steering in rad, positive left, speed in m/s
-Sees             FRONT_FACING_CAMERA, uint8 grey (H, W), 160x120 or any smaller size by the same optics;
+Sees             one camera, uint8 grey (H, W), 160x120 or any smaller size by the same optics, of STEREO_CAMERAS
+                 (H, W, 2); perhaps a LiDAR, float32; `sensors.py` has the names and what each is told;
                  track_state, float32, privileged: for a critic while training, never for a policy
 Rewarded by      the user's reward_function(params); every key in `reward_params.py`
 Begins           at rest on the centre line, nose along it; one prepare tick; each episode a little further round.
                  Several cars of a world begin in two lanes, 0.75 m behind one another, and never within each other
-Terminates       lap complete, off track (all four wheels), immobilised, driving backwards
+Terminates       lap complete, crashed into an object, off track (all four wheels), immobilised, driving backwards
 Truncates        after RaceConfig.max_episode_seconds of simulated time
 Settings         RaceConfig, CameraConfig
 Departs from AWS as `fidelity.py` says line by line: RaceConfig.fidelity `aws` brings the original's habits back
@@ -33,15 +34,32 @@ from racecraft.envs.deepracer.actions import ActionSpace
 from racecraft.envs.deepracer.camera import MOUNT_V1, MOUNT_V2, MOUNT_V3, Camera, CameraMount
 from racecraft.envs.deepracer.fidelity import AWS_MAX_TICKS, SANE_MAX_SECONDS, TICK_JITTER, WHEEL_KICK, habits
 from racecraft.envs.deepracer.kernels import race as kernels
+from racecraft.envs.deepracer.kernels.eyes import join_eyes
 from racecraft.envs.deepracer.light import light_for
-from racecraft.envs.deepracer.reward_params import RewardParams
-from racecraft.envs.deepracer.scene import build_scene
-from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
-from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS, CarProfile
+from racecraft.envs.deepracer.objects import OBJECT_STATE, new_objects
+from racecraft.envs.deepracer.placing import plan_objects
+from racecraft.envs.deepracer.reward_params import ObjectReports, RewardParams
+from racecraft.envs.deepracer.scene import Scene, build_scene
+from racecraft.envs.deepracer.sensors import (
+    AWS_HERTZ,
+    FRONT,
+    FRONT_CAMERA,
+    LIDAR_NOISE_M,
+    STEREO,
+    STEREO_GREY_WEIGHTS,
+    MountedLidar,
+    Sensors,
+    mounted_lidar,
+)
+from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig, race_groups
+from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS, TICKS_PER_SECOND, CarProfile
+from racecraft.formats.aws.lidar_config import BEAMS
 from racecraft.tracks.track import Track
 
-CAMERA_NAME = "FRONT_FACING_CAMERA"
+CAMERA_NAME = FRONT
 CRITIC_NAME = "track_state"
+EYE_PAIR = np.dtype("<u2")
+"""Two eyes' grey levels of one pixel, left before right in memory, as one number."""
 
 RewardFunction = Callable[[dict[str, Any]], float]
 
@@ -60,10 +78,13 @@ class RaceWorld:
         start_shares: Where each world's first car first starts, share of the lap, (N,); spread evenly by default.
         laps: An episode ends after so many complete laps.
         mount: Where the camera sits.
+        sensors: What every car sees with.
         cars_per_world: M.
         profiles: How each car of a world answers steering and throttle, (M,); by default all as RaceConfig.car says.
+        objects: What stands or drives on the road besides; None: what RaceConfig.type has by default.
 
     Raises:
+        SettingError: So many objects do not fit on the track.
         ContractError: `start_shares` or `profiles` have the wrong length, or M cars do not fit on the lap.
     """
 
@@ -79,8 +100,10 @@ class RaceWorld:
         start_shares: Sequence[float] | Array | None = None,
         laps: int = 1,
         mount: CameraMount = MOUNT_V3,
+        sensors: Sensors = FRONT_CAMERA,
         cars_per_world: int = 1,
         profiles: Sequence[CarProfile] | None = None,
+        objects: BoxesConfig | BotsConfig | None = None,
     ) -> None:
         counted = track.as_filed() if race_config.waypoints == "as_filed" else track
         self.track = counted.reversed() if race_config.reverse else counted
@@ -97,13 +120,20 @@ class RaceWorld:
         self.camera = Camera(scene, camera_config.width, camera_config.height, mount)
         self.reports = np.zeros((num_cars, cars_per_world), race.TICK_REPORT)
         """What was written down of every car in the tick just taken, TICK_REPORT (N, M)."""
-        self._eyes = (self.camera.scene, self.camera.optics)
-        self._palettes = np.tile(np.asarray(self.camera.scene.grey_palette, np.float64), (num_cars, 1))
+        self.sensors = sensors
+        self._palettes = np.tile(_grey_levels(self.camera.scene, sensors), (num_cars, 1))
+        self._ranges = np.zeros((*self.reports.shape, BEAMS))
+        self._no_lidar = np.zeros((*self.reports.shape, 0), np.float32)
+        self._every_car = np.ones(self.reports.shape, bool)
+        self._frames, self._last_frames = (self._room_for_eyes() for _ in range(2))
         self._arrays = self.track.arrays()
         self.profiles = _profiles(profiles or [PROFILES[race_config.car]] * cars_per_world, self.reports.shape)
         """How each car answers steering and throttle, PROFILE (N, M); may be written to between ticks."""
         self.habits = habits(race_config.fidelity)
         """Which of the original's bugs this world has."""
+        self.lidar = self._mounted()
+        """The LiDAR as it sits on every car; without one on board it is never asked."""
+        self._sight = (self.camera.scene, self.camera.optics, sensors.eyes_left_m, self.lidar)
         self._rules = race.Rules(
             _max_ticks(race_config),
             laps,
@@ -113,8 +143,15 @@ class RaceWorld:
             WHEEL_KICK if self.habits.wheels_wander else 0.0,
             self.habits.wheels_keep_their_angle,
         )
+        asked = objects or next(iter(race_groups(race_config.type).values()), None)
+        self._plan = plan_objects(self.track, asked, self.habits, cars_per_world)
+        self._objects = new_objects(self._plan, num_cars)
         self._action_shape = (num_cars, cars_per_world, *actions.spec.shape)
         self._action_count = math.prod(self._action_shape)
+        self.seen_objects = np.zeros(self._objects.boxes.shape[:2], OBJECT_STATE)
+        """How objects stood when the tick just taken was written down, OBJECT_STATE (N, K)."""
+        self.seen_boxes = np.zeros_like(self._objects.boxes)
+        """And where, (N, K, 6), as `boxes`."""
         self._params = RewardParams(self.track, race_config.reverse)
         self._start_shares = np.arange(num_cars) / num_cars if start_shares is None else np.asarray(start_shares, float)
         if self._start_shares.shape != (num_cars,):
@@ -129,7 +166,9 @@ class RaceWorld:
         self._keys = _keys(0, self._cars.shape)
         self._reward_sums = np.zeros(self._cars.shape)
         self._finished: list[EpisodeRecord] = []
-        self._spec = world_spec(actions, camera_config, num_cars, f"DeepRacer {track.name}", cars_per_world)
+        self._spec = world_spec(
+            actions, camera_config, num_cars, f"DeepRacer {track.name}", cars_per_world, sensors, asked is not None
+        )
 
     @property
     def spec(self) -> WorldSpec:
@@ -140,6 +179,21 @@ class RaceWorld:
     def cars(self) -> Array:
         """The cars as they stand now, CAR_STATE (N, M); a copy."""
         return self._cars.copy()
+
+    @property
+    def lidar_ranges(self) -> Array:
+        """What each car's LiDAR read last, m, before it is told to the policy, float64 (N, M, 64); a copy."""
+        return self._ranges.copy()
+
+    @property
+    def boxes(self) -> Array:
+        """Boxes and bots as they stand now, (N, K, 6): x, y (m), yaw (rad), half length, half width, height (m)."""
+        return self._objects.boxes.copy()
+
+    @property
+    def kinds(self) -> Array:
+        """Which of `objects.KINDS` each of them is, int64 (N, K)."""
+        return self._objects.kinds.copy()
 
     @property
     def start_shares(self) -> Array:
@@ -163,6 +217,9 @@ class RaceWorld:
     def reset(self, buffers: StepBuffers, seed: int) -> None:
         """Line every car up at its first start; `seed` is of what chance does to them, where it does."""
         self._keys = _keys(seed, self._cars.shape)
+        if self._objects.kinds.size:
+            self._objects.states["changes"] = 0
+            self._objects.keys[:] = _object_keys(seed, self._spec.num_worlds)
         self._cars = race.new_cars(self.track, self._spec.num_agents, self._start_shares)
         self.begin_episodes(buffers)
 
@@ -171,7 +228,11 @@ class RaceWorld:
         self._parked[:] = False
         self._reward_sums[:] = 0.0
         self._finished.clear()
-        kernels.line_up(self._arrays, *self._eyes, self._palettes, self._cars, *self._views(buffers.observations))
+        kernels.line_up(
+            self._arrays, self._plan, self._objects, *self._sight, self._palettes, self._keys, self._cars,
+            self._ranges, *self._views(buffers.observations, self._frames),
+        )  # fmt: skip
+        self._join_eyes(self._frames, self._every_car, buffers.observations)
         self._show_active(buffers)
 
     def park(self, rows: Array) -> None:
@@ -200,13 +261,18 @@ class RaceWorld:
                 f"expected shape {self._action_shape}"
             )
         told = self.actions.commands(actions.reshape(self._action_shape))
+        if self._objects.kinds.size:
+            self.seen_objects[:], self.seen_boxes[:] = self._objects.states, self._objects.boxes
         kernels.tick(
-            self._arrays, self.profiles, self._rules, *self._eyes, self._palettes, told.numbers, told.chosen, told.sent,
-            self._parked, self._keys, self._cars, self.reports,
-            *self._views(buffers.observations), *self._views(buffers.final_observations),
+            self._arrays, self._plan, self._objects, self.profiles, self._rules, *self._sight, self._palettes,
+            told.numbers, told.chosen, told.sent, self._parked, self._keys, self._cars, self.reports, self._ranges,
+            *self._views(buffers.observations, self._frames),
+            *self._views(buffers.final_observations, self._last_frames),
         )  # fmt: skip
         buffers.terminated[:] = self.reports["terminated"]
         buffers.truncated[:] = self.reports["truncated"]
+        self._join_eyes(self._frames, self._every_car, buffers.observations)
+        self._join_eyes(self._last_frames, buffers.terminated | buffers.truncated, buffers.final_observations)
         self._show_active(buffers)
         buffers.reward[:] = 0.0
         if self.reward is not None:
@@ -219,8 +285,14 @@ class RaceWorld:
         return finished
 
     def save_state(self) -> dict[str, Array]:
-        """Return every car, field by field, (N, M) each."""
+        """Return every car, field by field, (N, M) each, and what its LiDAR last read."""
         state = {f"car.{name}": self._cars[name].copy() for name in race.CAR_STATE.names or ()}
+        if self.sensors.lidar is not None:
+            state["ranges"] = self._ranges.copy()
+        if self._objects.kinds.size:
+            state["object.boxes"], state["object.keys"] = self._objects.boxes.copy(), self._objects.keys.copy()
+            for name in OBJECT_STATE.names or ():
+                state[f"object.{name}"] = self._objects.states[name].copy()
         return {**state, "reward_sums": self._reward_sums.copy(), "keys": self._keys.copy()}
 
     def load_state(self, state: Mapping[str, Array], buffers: StepBuffers) -> None:
@@ -230,10 +302,20 @@ class RaceWorld:
                 self._cars[name] = state[f"car.{name}"].reshape(self._cars.shape)
         if "keys" in state:  # one saved before chance had a hand in it has none
             self._keys = state["keys"].reshape(self._cars.shape).copy()
+        if self._objects.kinds.size:
+            self._objects.boxes[:], self._objects.keys[:] = state["object.boxes"], state["object.keys"]
+            for name in OBJECT_STATE.names or ():
+                self._objects.states[name] = state[f"object.{name}"]
         self._parked[:] = False
         self._reward_sums[:] = state["reward_sums"].reshape(self._cars.shape)
         self._finished.clear()
-        kernels.look_again(self._arrays, *self._eyes, self._palettes, self._cars, *self._views(buffers.observations))
+        if self.sensors.lidar is not None:
+            self._ranges[:] = state["ranges"]
+        kernels.look_again(
+            self._arrays, self._objects, *self._sight, self._palettes, self._cars, self._ranges,
+            *self._views(buffers.observations, self._frames),
+        )  # fmt: skip
+        self._join_eyes(self._frames, self._every_car, buffers.observations)
         self._show_active(buffers)
 
     def close(self) -> None:
@@ -242,16 +324,47 @@ class RaceWorld:
     def _show_active(self, buffers: StepBuffers) -> None:
         buffers.active[:] = self.habits.prepare_is_learned | ~self._cars["preparing"]
 
-    def _views(self, observations: Mapping[str, Array]) -> tuple[Array, Array]:
-        return observations[CAMERA_NAME], observations[CRITIC_NAME]
+    def _views(self, observations: Mapping[str, Array], own: Array) -> tuple[Array, Array, Array]:
+        """Return what kernels write: frames (N, M, E, H, W), the critic's numbers, what the LiDAR tells.
+
+        One eye is drawn where its observation lies; two are drawn into a room of our `own`, see `_join_eyes`.
+        """
+        lidar = self.sensors.lidar
+        frames = own if self.sensors.camera == STEREO else observations[self.sensors.camera_name][:, :, None]
+        return frames, observations[CRITIC_NAME], self._no_lidar if lidar is None else observations[lidar.name]
+
+    def _room_for_eyes(self) -> Array:
+        """Return room for the frames of two eyes, (N, M, 2, H, W); one eye needs none."""
+        count = 2 if self.sensors.camera == STEREO else 0
+        return np.zeros((*self.reports.shape, count, self.camera.height, self.camera.width), np.uint8)
+
+    def _join_eyes(self, own: Array, cars: Array, observations: Mapping[str, Array]) -> None:
+        """Show the frames of two eyes as one of two channels, for cars (bool (N, M))."""
+        if self.sensors.camera == STEREO:
+            join_eyes(own, cars, observations[STEREO].view(EYE_PAIR)[..., 0])
+
+    def _mounted(self) -> MountedLidar:
+        return mounted_lidar(
+            self.sensors.lidar,
+            backward=self.habits.lidar_faces_backward,
+            hertz=AWS_HERTZ if self.habits.lidar_is_slow else round(TICKS_PER_SECOND),
+            noise=LIDAR_NOISE_M if self.habits.lidar_is_noisy else 0.0,
+        )
 
     def _call_reward(self, rewards: Array) -> None:
         assert self.reward is not None
         reports, paid = self.reports.reshape(-1), rewards.flat
         called = ~np.isin(reports["status"], (race.PREPARE, race.PARK))
         of_car = [self.reward] * called.size if callable(self.reward) else self.reward
-        for car, params in zip(np.flatnonzero(called).tolist(), self._params.of(reports[called]), strict=True):
+        objects = self._object_reports() if self._objects.kinds.size else None
+        cars = np.flatnonzero(called)
+        worlds = cars // self._spec.num_agents
+        for car, params in zip(cars.tolist(), self._params.of(reports[called], objects, worlds), strict=True):
             paid[car] = of_car[car](params)
+
+    def _object_reports(self) -> ObjectReports:
+        drive = bool(self._plan.knots.size)
+        return ObjectReports(self.seen_boxes, self.seen_objects, drive, self._plan.speed)
 
     def _keep_episodes(self, rewards: Array) -> None:
         self._reward_sums += rewards
@@ -277,18 +390,19 @@ def world_spec(
     num_cars: int = 1,
     name: str = "DeepRacer",
     cars_per_world: int = 1,
+    sensors: Sensors = FRONT_CAMERA,
+    has_objects: bool = False,
 ) -> WorldSpec:
     """Return the promise of a race world; the same on every track."""
+    critic_numbers = race.CRITIC_NUMBERS + (race.CRITIC_OBJECT_NUMBERS if has_objects else 0)
     return WorldSpec(
         name=name,
         num_worlds=num_cars,
         num_agents=cars_per_world,
         observations={
-            CAMERA_NAME: ArraySpec(
-                (camera_config.height, camera_config.width), np.uint8, 0, 255, doc="Front camera, grey."
-            ),
+            **sensors.specs(camera_config.width, camera_config.height),
             CRITIC_NAME: ArraySpec(
-                (race.CRITIC_NUMBERS,), np.float32, privileged=True, doc="Place, speed and the road ahead."
+                (critic_numbers,), np.float32, privileged=True, doc="Place, speed and the road ahead."
             ),
         },
         actions=actions.spec,
@@ -296,11 +410,23 @@ def world_spec(
     )
 
 
+def _grey_levels(scene: Scene, sensors: Sensors) -> Array:
+    """Return the grey level of each material (M,) as this camera tells it."""
+    if sensors.camera == STEREO:
+        return np.asarray(scene.palette @ STEREO_GREY_WEIGHTS, np.float64)
+    return np.asarray(scene.grey_palette, np.float64)
+
+
 def _keys(seed: int, shape: tuple[int, ...]) -> Array:
     """Return each car's stream of chance, uint64 (N, M), which depends on no other world and no other car."""
     worlds, cars = shape
     purposes = ["ticks of a car", *(f"ticks of car {m}" for m in range(1, cars))]
     return np.column_stack([stream_keys(seed, purpose, worlds) for purpose in purposes])
+
+
+def _object_keys(seed: int, num_worlds: int) -> Array:
+    """Return each world's streams of chance for its objects, uint64 (N, 2): their places, their changes of lanes."""
+    return np.column_stack([stream_keys(seed, what, num_worlds) for what in ("places of objects", "lanes of bots")])
 
 
 def _profiles(profiles: Sequence[CarProfile], shape: tuple[int, ...]) -> Array:

@@ -6,19 +6,24 @@ the most turns. (`match.py` plays one game between any players, and `tournament.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from racecraft.contract.policy import Policy
-from racecraft.contract.world import Array, allocate
+from racecraft.contract.world import Array
 from racecraft.envs.battlesnake.world import BattlesnakeWorld, WorldSettings
 from racecraft.evaluation.battlesnake.rating import Result
 from racecraft.players.battlesnake.anchors import AnchorSeats
+from racecraft.rollout.episodes import play_episodes
 
 MOST_TURNS = 1000
 """A longer game is a draw of all who live, as in a tournament."""
+OUTLIVED = 1 << 30
+"""Turns of whoever was still there at the end: more than anybody's who was not."""
+STAYED = ("won", "truncated")
+"""Statuses of episodes at whose end the snake lived."""
 NOBODY_LOOKS = 3
 """Side of the window where only anchors play, who see the board itself."""
 Player = str | Policy
@@ -48,41 +53,54 @@ def play_batch(
     played = replace(settings, game=game, num_games=games, max_turns=most_turns)
     if all(isinstance(player, str) for player in players):
         played = replace(played, view=NOBODY_LOOKS, outlook=False)
+    sitting = (np.arange(seats) + np.arange(games)[:, None]) % seats
     world = BattlesnakeWorld(played)
     try:
-        sitting = (np.arange(seats) + np.arange(games)[:, None]) % seats
-        lasted = _last(world, players, sitting, seed)
+        told = play_episodes(SeatedPlayers(players, sitting, world, seed), world, seed=seed)
     finally:
         world.close()
+    lasted = np.array([OUTLIVED if one.status in STAYED else one.steps for one in told]).reshape(sitting.shape)
     at = np.zeros_like(lasted)
     np.put_along_axis(at, sitting, lasted, axis=1)
     return [Result(tuple(range(seats)), tuple(int((row > own).sum()) for own in row)) for row in at]
 
 
-def _last(world: BattlesnakeWorld, players: Sequence[Player], sitting: Array, seed: int) -> Array:
-    """Play the first game in each place and return how many turns each seat lasted (N, M); beyond all for the last."""
-    names = [[player if isinstance(player := players[one], str) else "" for one in row] for row in sitting]
-    anchors = AnchorSeats(names, world)
-    anchors.begin(seed)
-    buffers, moves = allocate(world.spec), np.zeros(sitting.shape, np.int64)
-    lasted = np.zeros(sitting.shape, np.int64)
-    going = np.ones(len(sitting), bool)
-    policies = ~(anchors.who > 0)
-    world.looks[...] = policies
-    world.reset(buffers, seed)
-    while going.any():
-        anchors.choose(moves)
-        for number, player in enumerate(players):
-            asked = (sitting == number) & going[:, None] & buffers.active
-            if not isinstance(player, str) and asked.any():
-                seen = {name: array[asked] for name, array in buffers.observations.items()}
-                mask = None if buffers.action_mask is None else buffers.action_mask[asked]
-                moves[asked] = player.act(seen, mask)
-        world.step(moves, buffers)
-        for one in world.take_episodes():
-            if going[one.world]:
-                outlived = one.status in ("won", "truncated")
-                lasted[one.world, one.agent] = 1 << 30 if outlived else one.steps
-        going &= ~((lasted > 0).all(axis=1))
-        world.looks[...] = policies & going[:, None]
-    return lasted
+class SeatedPlayers:
+    """Several players as one policy over all seats of N games; whose game is over is asked, and shown, no more.
+
+    Args:
+        players: Who meets.
+        sitting: Who sits where: numbers of `players`, (N, M).
+        world: The games; not yet begun.
+        seed: Chance of the anchors.
+    """
+
+    def __init__(self, players: Sequence[Player], sitting: Array, world: BattlesnakeWorld, seed: int) -> None:
+        names = [[player if isinstance(player := players[one], str) else "" for one in row] for row in sitting]
+        self._policies = {number: player for number, player in enumerate(players) if not isinstance(player, str)}
+        self._sitting, self._world = sitting, world
+        self._anchors = AnchorSeats(names, world)
+        self._anchors.begin(seed)
+        self._sees = ~(self._anchors.who > 0)
+        self._moves = np.zeros(sitting.shape, np.int64)
+        self._playing = np.zeros(sitting.shape, bool)
+        world.looks[...] = self._sees
+
+    def forget(self, rows: Array) -> None:
+        """Begin, when nobody plays yet; then tell whose episode has ended."""
+        if not self._playing.any():
+            self._playing[...] = True
+            return
+        self._playing &= ~rows.reshape(self._playing.shape)
+        self._world.looks[...] = self._sees & self._playing.any(axis=1, keepdims=True)
+
+    def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
+        """Return a move for every seat, int64 (N * M,)."""
+        self._anchors.choose(self._moves)
+        moves = self._moves.reshape(-1)
+        for number, policy in self._policies.items():
+            asked = ((self._sitting == number) & self._playing).reshape(-1)
+            if asked.any():
+                seen = {name: part[asked] for name, part in observations.items()}
+                moves[asked] = policy.act(seen, None if action_mask is None else action_mask[asked])
+        return moves

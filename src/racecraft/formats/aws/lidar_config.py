@@ -5,13 +5,22 @@ Source: facts: simapp `model_metadata.py`.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
+from racecraft.contract.errors import nearest
 from racecraft.formats.json_text import JsonDocument, as_number, kind_of
 
 LIDARS = ("LIDAR", "SECTOR_LIDAR", "DISCRETIZED_SECTOR_LIDAR")
 """Names of LiDARs among the sensors."""
+CONFIGURABLE = LIDARS[2]
+"""The only one that asks `lidar_config`."""
 BEAMS = 64
 CLIPPING_M = (0.15, 12.0)
 """Nearest and farthest distance at which a beam may be cut."""
+DEFAULTS: Mapping[str, float] = {"num_sectors": 8, "num_values_per_sector": 8, "clipping_dist": 2.0}
+"""What stands for a key that is left out."""
+MAX_VALUES = 1000
+"""More steps of distance than millimetres in a metre tell nothing."""
 
 
 def read_lidar_config(document: JsonDocument) -> dict[str, float] | None:
@@ -31,13 +40,37 @@ def read_lidar_config(document: JsonDocument) -> dict[str, float] | None:
         if number is None:
             raise document.letter("lidar_config", key, found=repr(value), expected="a number")
         config[key] = number
-    if not CLIPPING_M[0] <= config.get("clipping_dist", 2.0) <= CLIPPING_M[1]:
+    told = {**DEFAULTS, **config}
+    if not CLIPPING_M[0] <= told["clipping_dist"] <= CLIPPING_M[1]:
         raise document.letter(
             "lidar_config", "clipping_dist", found=f"{config['clipping_dist']:g}", expected="0.15 to 12 m"
         )
-    sectors = config.get("num_sectors", 8)
-    if sectors < 1 or sectors % 1 or BEAMS % sectors:
-        raise document.letter("lidar_config", "num_sectors", found=f"{sectors:g}", expected="a divisor of 64")
-    if config.get("num_values_per_sector", 1) < 1:
-        raise document.letter("lidar_config", "num_values_per_sector", found="less than 1", expected="1 or more")
+    sectors, values = told["num_sectors"], told["num_values_per_sector"]
+    if not 1 <= sectors <= BEAMS or sectors % 1 or BEAMS % sectors:
+        divisors = ", ".join(str(part) for part in range(1, BEAMS + 1) if BEAMS % part == 0)
+        expected = f"a divisor of its {BEAMS} beams: {divisors}"
+        raise document.letter("lidar_config", "num_sectors", found=f"{sectors:g}", expected=expected)
+    if not 1 <= values <= MAX_VALUES or values % 1:
+        expected = f"a whole number from 1 to {MAX_VALUES}"
+        raise document.letter("lidar_config", "num_values_per_sector", found=f"{values:g}", expected=expected)
     return config
+
+
+def lidar_notes(sensors: Sequence[str], config: Mapping[str, float] | None) -> list[str]:
+    """Return what is worth telling of a LiDAR and its config, a clause each."""
+    if config is None:
+        return [f"there is no lidar_config; {_told(DEFAULTS)} is taken"] if CONFIGURABLE in sensors else []
+    if CONFIGURABLE not in sensors:
+        lidar = next((name for name in sensors if name in LIDARS), None)
+        why = f"{lidar} has its own figures" if lidar else "there is no LiDAR among the sensors"
+        return [f"lidar_config is kept and does nothing: {why}"]
+    unknown = [key for key in config if key not in DEFAULTS]
+    absent = {key: value for key, value in DEFAULTS.items() if key not in config}
+    notes = [
+        f"unknown key '{key}' in lidar_config is kept and does nothing. {nearest(key, DEFAULTS)}" for key in unknown
+    ]
+    return [*notes, f"lidar_config leaves out {_told(absent)}, which is taken"] if absent else notes
+
+
+def _told(config: Mapping[str, float]) -> str:
+    return ", ".join(f"{key} {value:g}" for key, value in config.items())

@@ -1,8 +1,7 @@
 """`model_metadata.json`: what a car can do, what it sees, and by what network and algorithm it learns.
 
 Begin with `read_model_metadata`. AWS writes degrees; here are radians, a positive angle turns left. The order of the
-list is the number of the action; a written index changes nothing. What is valid but not built yet is read like
-anything else, and refused by name in `refuse_unbuilt`.
+list is the number of the action; a written index changes nothing.
 
 Source: facts: simapp `model_metadata.py`; limits of the DeepRacer-on-AWS model (`model.smithy`).
 """
@@ -18,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import MetadataError, nearest
-from racecraft.formats.aws.lidar_config import LIDARS, read_lidar_config
+from racecraft.formats.aws.lidar_config import LIDARS, lidar_notes, read_lidar_config
 from racecraft.formats.json_text import JsonDocument, Step, as_number, kind_of, read_json
 from racecraft.formats.whole import write_whole
 
@@ -46,7 +45,6 @@ KEYS = (
 )
 
 _KIND = "a JSON object with the keys action_space, sensor, neural_network, version"
-_BUILT_SENSORS = ("FRONT_FACING_CAMERA", "observation")
 
 
 @dataclass(frozen=True)
@@ -167,8 +165,7 @@ def read_model_metadata(path: str | Path) -> ModelMetadata:
         unknown={key: value for key, value in document.value.items() if key not in KEYS},
     )
     _check_type(document, metadata)
-    if metadata.lidar_config is not None and not any(sensor in LIDARS for sensor in metadata.sensors):
-        notes.append("lidar_config is kept and does nothing: there is no LiDAR among the sensors")
+    notes += lidar_notes(metadata.sensors, metadata.lidar_config)
     for key in metadata.unknown:
         hint = nearest(key, KEYS)
         near = f". {hint}" if hint.startswith("Did you mean") else ""
@@ -223,23 +220,6 @@ def action_space_from_aws(written: Any) -> tuple[CarAction, ...] | ActionRanges:
             math.radians(angle["low"]), math.radians(angle["high"]), float(speed["low"]), float(speed["high"])
         )
     return tuple(CarAction(math.radians(entry["steering_angle"]), float(entry["speed"])) for entry in written)
-
-
-def refuse_unbuilt(metadata: ModelMetadata, path: str | Path) -> None:
-    """Refuse a car that is valid but that racecraft cannot train yet.
-
-    Raises:
-        MetadataError: A sensor is not the front camera.
-    """
-
-    def refuse(key: str, what: str, built: str) -> None:
-        raise MetadataError(
-            path, f"{what} is valid and not built yet", built, "Change this key, or wait for a later version.", key=key
-        )
-
-    for sensor in metadata.sensors:
-        if sensor not in _BUILT_SENSORS:
-            refuse("sensor", f"'{sensor}'", '["FRONT_FACING_CAMERA"]')
 
 
 def _read_action_space(document: JsonDocument, notes: list[str]) -> tuple[CarAction, ...] | ActionRanges:

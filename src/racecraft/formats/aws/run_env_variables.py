@@ -50,7 +50,7 @@ _RUN = _rows(
     """
 RUN_ID | 0 | known | Number of a run beside others.
 WORLD_NAME | reinvent_base | used | Track.
-RACE_TYPE | TIME_TRIAL | used | TIME_TRIAL; OBJECT_AVOIDANCE, HEAD_TO_BOT, HEAD_TO_MODEL are not built yet.
+RACE_TYPE | TIME_TRIAL | used | TIME_TRIAL, OBJECT_AVOIDANCE or HEAD_TO_BOT; HEAD_TO_MODEL is not built yet.
 CAR_NAME | FastCar | known | Name shown on the video.
 CAR_BODY_SHELL_TYPE | deepracer | known | Shell of the car on the video.
 CAR_COLOR | Red | known | Colour of the car on the video.
@@ -96,21 +96,21 @@ LOCAL_S3_HYPERPARAMETERS_KEY | $DR_LOCAL_S3_CUSTOM_FILES_PREFIX/hyperparameters.
 LOCAL_S3_REWARD_KEY | $DR_LOCAL_S3_CUSTOM_FILES_PREFIX/reward_function.py | known | What it is paid for.
 LOCAL_S3_METRICS_PREFIX | $DR_LOCAL_S3_MODEL_PREFIX/metrics | known | Folder of the metrics.
 UPLOAD_S3_PREFIX | $DR_LOCAL_S3_MODEL_PREFIX-1 | known | Folder for uploads.
-OA_NUMBER_OF_OBSTACLES | 6 | known | Obstacles on the track.
-OA_MIN_DISTANCE_BETWEEN_OBSTACLES | 2.0 | known | Metres between them.
-OA_RANDOMIZE_OBSTACLE_LOCATIONS | False | known | Other places in each episode.
-OA_IS_OBSTACLE_BOT_CAR | False | known | Obstacles that look like cars.
-OA_OBSTACLE_TYPE | box_obstacle | known | box_obstacle, deepracer_box_obstacle or amazon_box_obstacle.
-OA_OBJECT_POSITIONS |  | known | Places as "progress,lane;progress,lane".
-H2B_IS_LANE_CHANGE | False | known | Whether bot cars change lanes.
-H2B_LOWER_LANE_CHANGE_TIME | 3.0 | known | Seconds between changes, at least.
-H2B_UPPER_LANE_CHANGE_TIME | 5.0 | known | Seconds between changes, at most.
-H2B_LANE_CHANGE_DISTANCE | 1.0 | known | Metres a change takes.
-H2B_NUMBER_OF_BOT_CARS | 3 | known | Bot cars on the track.
-H2B_MIN_DISTANCE_BETWEEN_BOT_CARS | 2.0 | known | Metres between them.
-H2B_RANDOMIZE_BOT_CAR_LOCATIONS | False | known | Other places in each episode.
-H2B_BOT_CAR_SPEED | 0.2 | known | Their speed in m/s.
-H2B_BOT_CAR_PENALTY | 5.0 | known | Seconds for hitting one.
+OA_NUMBER_OF_OBSTACLES | 6 | used | Obstacles on the track.
+OA_MIN_DISTANCE_BETWEEN_OBSTACLES | 2.0 | used | Metres between them.
+OA_RANDOMIZE_OBSTACLE_LOCATIONS | False | used | Other places in each episode.
+OA_IS_OBSTACLE_BOT_CAR | False | used | Obstacles that look like cars.
+OA_OBSTACLE_TYPE | box_obstacle | used | box_obstacle, deepracer_box_obstacle or amazon_box_obstacle.
+OA_OBJECT_POSITIONS |  | used | Places as "progress,lane;progress,lane", 0 to 1, lane -1 is the outer one.
+H2B_IS_LANE_CHANGE | False | used | Whether bot cars change lanes.
+H2B_LOWER_LANE_CHANGE_TIME | 3.0 | used | Seconds between changes, at least.
+H2B_UPPER_LANE_CHANGE_TIME | 5.0 | used | Seconds between changes, at most.
+H2B_LANE_CHANGE_DISTANCE | 1.0 | used | Metres a change takes.
+H2B_NUMBER_OF_BOT_CARS | 3 | used | Bot cars on the track.
+H2B_MIN_DISTANCE_BETWEEN_BOT_CARS | 2.0 | used | Metres between them.
+H2B_RANDOMIZE_BOT_CAR_LOCATIONS | False | used | Other places in each episode.
+H2B_BOT_CAR_SPEED | 0.2 | used | Their speed in m/s.
+H2B_BOT_CAR_PENALTY | 5.0 | used | Seconds for which they stand after one of them ran into a car.
 """,
 )
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -54,8 +55,9 @@ class BehaviorConfig:
     """Numbers an LSTM carries from step to step, h and c together; None: no memory."""
     sequence_length: int | None = None
     """Steps that gradients flow back through; with a memory."""
-    signals: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    """Of `curiosity` and `rnd`, where asked for: strength, learning_rate, units."""
+    signals: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    """Of `curiosity`, `rnd` and `gail`, where asked for: strength, learning_rate, units; of GAIL also demonstrations
+    and use_actions."""
 
     def overrides(self, num_agents: int = 1) -> tuple[str, ...]:
         """Return the settings as "group.name=value", for `apply_overrides`.

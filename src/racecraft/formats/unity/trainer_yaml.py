@@ -2,7 +2,7 @@
 
 Begin with `read_trainer_yaml`. What the file gives is kept as it stands; what stands in for the rest is the caller's
 choice. `BehaviorConfig.overrides` says it in the names of our settings. What we read but do not follow (other trainers,
-GAIL, self-play …) is named in `notes`, each with its key; so is what is done as ML-Agents does it where the file is
+self-play …) is named in `notes`, each with its key; so is what is done as ML-Agents does it where the file is
 silent (schedules that fall, 500,000 steps). A key that ML-Agents itself would not know is refused with the nearest
 known one.
 
@@ -53,6 +53,8 @@ _NETWORK = (
     "hidden_units", "num_layers", "normalize", "vis_encode_type", "memory", "goal_conditioning_type", "deterministic",
     "conditioning_type",
 )  # fmt: skip
+_SIGNAL = ("strength", "gamma", "learning_rate", "network_settings", "encoding_size")
+_IMITATION = ("demo_path", "use_actions", "use_vail")
 _ENV = (
     "env_path", "env_args", "base_port", "num_envs", "num_areas", "timeout_wait", "seed", "max_lifetime_restarts",
     "restarts_rate_limit_n", "restarts_rate_limit_period_s",
@@ -231,22 +233,20 @@ class _Reader:
 
     def _gamma(self, signals: dict[str, Any], at: tuple[str, ...]) -> float | None:
         self._know(signals, ("extrinsic", "curiosity", "gail", "rnd"), at)
-        if "gail" in signals:
-            self._note((*at, "gail"), "demonstrations are not imitated; the other reward signals are followed")
         extrinsic = self._group(signals, "extrinsic", at)
         if self._number(extrinsic, "strength", (*at, "extrinsic")) not in (None, 1.0):
             self._note((*at, "extrinsic", "strength"), "rewards keep their size")
         return self._number(extrinsic, "gamma", (*at, "extrinsic"), 0.0, 1.0)
 
-    def _signals(self, signals: dict[str, Any], at: tuple[str, ...]) -> dict[str, dict[str, float]]:
-        """Return what is asked of curiosity and RND."""
-        found: dict[str, dict[str, float]] = {}
-        for name in ("curiosity", "rnd"):
+    def _signals(self, signals: dict[str, Any], at: tuple[str, ...]) -> dict[str, dict[str, Any]]:
+        """Return what is asked of curiosity, RND and GAIL."""
+        found: dict[str, dict[str, Any]] = {}
+        for name in ("curiosity", "rnd", "gail"):
             if name not in signals:
                 continue
             here = (*at, name)
             told = self._group(signals, name, at)
-            self._know(told, ("strength", "gamma", "learning_rate", "network_settings", "encoding_size"), here)
+            self._know(told, (*_SIGNAL, *(_IMITATION if name == "gail" else ())), here)
             inner = (*here, "network_settings")
             network = self._group(told, "network_settings", here)
             self._know(network, _NETWORK, inner)
@@ -256,12 +256,24 @@ class _Reader:
                 "learning_rate": self._number(told, "learning_rate", here, 1e-8, 1.0),
                 "units": self._whole(network, "hidden_units", inner, 1) or self._whole(told, "encoding_size", here, 1),
             }
+            if name == "gail":
+                values |= self._imitation(told, here)
+            else:
+                why = "the bonus is measured in its own deviations, then times its strength added to the reward"
+                self._note(here, why)
             found[name] = {key: value for key, value in values.items() if value is not None}
-            self._note(here, "the bonus is measured in its own deviations, then times its strength added to the reward")
             if "gamma" in told:
                 self._number(told, "gamma", here, 0.0, 1.0)
                 self._note((*here, "gamma"), "the bonus meets the discount of the extrinsic reward")
         return found
+
+    def _imitation(self, told: dict[str, Any], here: tuple[str, ...]) -> dict[str, Any]:
+        """Return what GAIL has beyond the other signals."""
+        if not isinstance(told.get("demo_path"), str):
+            self._refuse((*here, "demo_path"), repr(told.get("demo_path")), "a .demo file, or a folder of them")
+        if told.get("use_vail"):
+            self._note((*here, "use_vail"), "the discriminator has no bottleneck")
+        return {"demonstrations": told["demo_path"], "use_actions": "true" if told.get("use_actions") else None}
 
     def _memory(self, network: dict[str, Any], at: tuple[str, ...]) -> tuple[int | None, int | None]:
         """Return what an LSTM carries, and how far back it is taught."""

@@ -7,24 +7,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from racecraft.contract.errors import TrackError
 from racecraft.envs.deepracer.actions import ActionSpace, action_space
 from racecraft.envs.deepracer.camera import CameraMount
 from racecraft.envs.deepracer.light import light_for
-from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
+from racecraft.envs.deepracer.sensors import Sensors, car_sensors
+from racecraft.envs.deepracer.settings import TIME_TRIAL, CameraConfig, RaceConfig, objects_of, race_groups
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
 from racecraft.formats.aws.model_metadata import action_space_from_aws
 from racecraft.formats.checkpoint import CheckpointEntry
 from racecraft.formats.run_folder import RunFolder
+from racecraft.players.deepracer.run_track import KIND, track_of_run
 from racecraft.players.trained import TrainedPolicy, load_policy
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import from_dictionary
-from racecraft.tracks.catalogue import load_track
-from racecraft.tracks.importer import import_track
 from racecraft.tracks.track import Track
-
-KIND = "deepracer"
-"""What job.json calls a run of a car."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +31,12 @@ class TrainedCar:
     checkpoint: CheckpointEntry
     policy: TrainedPolicy
     settings: Settings
-    """Its race and its camera: the groups `race` and `camera`."""
+    """Its race, what is in its way, and its camera: the groups `race`, `boxes` or `bots`, and `camera`."""
     actions: ActionSpace
     version: str | None
     """Version in its metadata; decides where the camera sits."""
+    sensors: Sensors
+    """What it sees with."""
     trained_on: Track
     """Track it was trained on."""
 
@@ -65,6 +63,8 @@ class TrainedCar:
             start_shares=start_shares,
             laps=laps,
             mount=self.mount,
+            sensors=self.sensors,
+            objects=objects_of(self.settings),
         )
 
 
@@ -83,30 +83,24 @@ def load_trained_car(path: str | Path, which: str = "best") -> TrainedCar:
     run.read_job_of(KIND)
     policy = load_policy(run, which)
     told = policy.metadata
+    race_type = told["settings"]["race"].get("type", TIME_TRIAL)
     return TrainedCar(
         run=run,
         checkpoint=policy.checkpoint,
         policy=policy,
-        settings=from_dictionary(Settings(race=RaceConfig(), camera=CameraConfig()), told["settings"]),
+        settings=from_dictionary(
+            Settings(race=RaceConfig(), camera=CameraConfig(), **race_groups(race_type)), told["settings"]
+        ),
         actions=actions_of(told["model_metadata"]),
         version=told["model_metadata"]["version"],
+        sensors=sensors_of(told["model_metadata"]),
         trained_on=track_of_run(run),
     )
 
 
-def track_of_run(run: RunFolder) -> Track:
-    """Return the track a car was trained on: the run's own copy of it, or the catalogue's.
-
-    Raises:
-        TrackError: It is gone, or no longer makes a circuit.
-    """
-    job = run.read_job_of(KIND)
-    name = job["asked"]["track"]
-    if job["track"].get("copy") and not run.track.is_file():
-        raise TrackError(
-            run.track, "there is no such file", f"the run's own copy of its track {name!r}", "Put it back."
-        )
-    return import_track(run.track, name) if run.track.is_file() else load_track(name)
+def sensors_of(metadata: Mapping[str, Any]) -> Sensors:
+    """Return what a car sees with, from AWS's metadata as plain values."""
+    return car_sensors(metadata["sensor"], metadata.get("lidar_config"))
 
 
 def actions_of(metadata: Mapping[str, Any]) -> ActionSpace:

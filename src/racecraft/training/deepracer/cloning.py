@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from racecraft.contract.errors import RunFolderError
+from racecraft.envs.deepracer.sensors import Sensors
 from racecraft.formats.aws.model_metadata import as_aws_dict
+from racecraft.players.deepracer.trained_car import sensors_of
 from racecraft.settings.overrides import as_dictionary, from_dictionary
 from racecraft.training.deepracer.plan import CarPlan
 
@@ -27,6 +29,7 @@ def require_same_shape(plan: CarPlan, path: str, metadata: Mapping[str, Any]) ->
     Raises:
         RunFolderError: A car of another shape; the letter says what may not change.
     """
+    _require_same_sensors(plan, path, metadata["model_metadata"])
     mine = as_dictionary(plan.settings)
     theirs = as_dictionary(from_dictionary(plan.settings, metadata["settings"]))  # what an older one lacks is as here
     for group in MUST_MATCH:
@@ -46,6 +49,25 @@ def require_same_shape(plan: CarPlan, path: str, metadata: Mapping[str, Any]) ->
             "run's model_metadata.json."
         )
     return _notes_on_ranges(here, there) if isinstance(here, dict) else _notes_on_actions(here, there)
+
+
+def _require_same_sensors(plan: CarPlan, path: str, metadata: Mapping[str, Any]) -> None:
+    """Refuse weights that were trained on other inputs: other sensors, or a LiDAR that is summed up otherwise."""
+    here, there = plan.sensors, sensors_of(metadata)
+    if here == there or here.specs(1, 1) == there.specs(1, 1):
+        return
+    raise RunFolderError(
+        f"{path}: was trained with {_seen_by(there)}, now the car sees with {_seen_by(here)}; expected the same, since "
+        "the network has one input for each. Begin with that run's model_metadata.json, or train afresh."
+    )
+
+
+def _seen_by(sensors: Sensors) -> str:
+    lidar = sensors.lidar
+    if lidar is None:
+        return sensors.camera
+    sectors = f" of {lidar.sectors} sectors by {lidar.values} up to {lidar.clip_m:g} m" if lidar.sectors else ""
+    return f"{sensors.camera} and {lidar.name}{sectors}"
 
 
 def _notes_on_actions(here: list[dict[str, float]], there: list[dict[str, float]]) -> tuple[str, ...]:

@@ -7,12 +7,7 @@ from pathlib import Path
 
 from racecraft.contract.errors import UserInputError
 from racecraft.formats.aws.hyperparameters import Hyperparameters, read_hyperparameters
-from racecraft.formats.aws.model_metadata import (
-    ModelMetadata,
-    default_model_metadata,
-    read_model_metadata,
-    refuse_unbuilt,
-)
+from racecraft.formats.aws.model_metadata import ModelMetadata, default_model_metadata, read_model_metadata
 from racecraft.formats.aws.racer_files import METADATA, REWARD, RacerFiles, find_racer_files
 from racecraft.formats.aws.reward_source import RewardSource, read_reward_source
 from racecraft.formats.run_folder import HYPERPARAMETERS
@@ -65,7 +60,6 @@ def read_model_folder(folder: Path | None) -> ModelFolder:
     else:
         metadata = read_model_metadata(files.metadata)
         notes += [f"{METADATA}: {note}" for note in metadata.notes]
-        refuse_unbuilt(metadata, files.metadata)
     given = Hyperparameters()
     if files.hyperparameters is None:
         notes.append(f"no {HYPERPARAMETERS}: the preset's values")

@@ -10,16 +10,21 @@ from typing import Any, ClassVar
 from racecraft.algorithms.registry import Algorithm, find_algorithm
 from racecraft.contract.errors import RunFolderError, SettingError, TrackError
 from racecraft.envs.deepracer.actions import ActionSpace, action_space
+from racecraft.envs.deepracer.fidelity import habits
+from racecraft.envs.deepracer.placing import plan_objects
+from racecraft.envs.deepracer.sensors import Sensors, car_sensors
+from racecraft.envs.deepracer.settings import TIME_TRIAL, objects_of, with_race_groups
 from racecraft.envs.deepracer.vehicle import PROFILES
 from racecraft.formats.aws.model_metadata import as_aws_dict
 from racecraft.formats.aws.reward_source import RewardSource
 from racecraft.formats.aws.run_env import RunEnv
 from racecraft.formats.run_folder import TRACK as RUN_TRACK
 from racecraft.formats.run_folder import RunFolder
+from racecraft.players.deepracer.foreign_model import IMPORTED
 from racecraft.players.deepracer.trained_car import KIND, track_of_run
 from racecraft.players.trained import split_source
 from racecraft.settings.composition import Settings
-from racecraft.settings.overrides import from_dictionary
+from racecraft.settings.overrides import from_dictionary, with_values
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.importer import travels
 from racecraft.tracks.track import Track
@@ -79,6 +84,12 @@ class CarPlan:
         """What the car can be told."""
         return action_space(self.model.metadata.action_space)
 
+    @property
+    def sensors(self) -> Sensors:
+        """What the car sees with."""
+        metadata = self.model.metadata
+        return car_sensors(metadata.sensors, metadata.lidar_config)
+
 
 def plan_car(request: RaceRequest) -> CarPlan:
     """Read and check everything a request names; nothing is written.
@@ -106,6 +117,7 @@ def plan_car(request: RaceRequest) -> CarPlan:
     is_set = any(override.startswith("race.car=") for override in request.overrides)
     settings, car_notes = choose_car(settings, model.metadata, request.car, is_set, request.folder)
     track = _load_track(request, asked.env)
+    plan_objects(track, objects_of(settings), habits(settings.race.fidelity))  # refuses what does not fit
     notes = [*asked.notes, *model.notes, *notes, *car_notes, *waypoint_notes(settings, track)]
     return CarPlan(request, model, algorithm, settings, track, stops, tuple(notes), asked.env.values, asked.judging)
 
@@ -122,6 +134,11 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
     """
     run = RunFolder.open(path)
     job = run.read_job_of(KIND)
+    if IMPORTED in job:
+        raise RunFolderError(
+            f"{path}: was imported from {job[IMPORTED]}, which holds nothing of its trainer's state; expected a run "
+            f"that was trained here. Begin a new one with its weights: --from {path}."
+        )
     _require_copies(run)
     asked = job["asked"]
     track = track_of_run(run)
@@ -146,7 +163,9 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
     if job["versions"] != versions():
         notes.append(f"versions differ from those the run began with ({job['versions']}): the curve may differ")
     algorithm = find_algorithm(request.algorithm or DEFAULT_ALGORITHM)
-    settings = from_dictionary(default_settings(algorithm), job["settings"])
+    race_type = job["settings"]["race"].get("type", TIME_TRIAL)
+    defaults = with_race_groups(with_values(default_settings(algorithm), "race", {"type": race_type}))
+    settings = from_dictionary(defaults, job["settings"])
     return CarPlan(
         request,
         model,

@@ -6,7 +6,7 @@ used is said.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,8 +18,10 @@ from racecraft.algorithms.registry import Algorithm, find_algorithm
 from racecraft.algorithms.sac import SacConfig
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.envs.deepracer.fidelity import FIDELITIES, habits
-from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
+from racecraft.envs.deepracer.sensors import STEREO
+from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig, with_race_groups
 from racecraft.formats.aws.hyperparameters import Hyperparameters
+from racecraft.formats.aws.lidar_config import LIDARS
 from racecraft.formats.aws.model_metadata import NETWORKS, ModelMetadata
 from racecraft.rollout.settings import RolloutConfig
 from racecraft.settings.composition import Settings
@@ -41,24 +43,29 @@ SHALLOW, NORMAL, DEEP = NETWORKS
 
 @dataclass(frozen=True)
 class AwsNetwork:
-    """One of the networks a racer's `neural_network` names, for the front camera."""
+    """One of the networks a racer's `neural_network` names."""
 
     convolutions: tuple[tuple[int, int, int], ...]
-    """(filters, kernel px, stride px) of each."""
+    """(filters, kernel px, stride px) of each, over a camera of one eye."""
     image_units: tuple[int, ...]
-    """Dense layers after the convolutions."""
+    """Dense layers after these."""
+    stereo_convolutions: tuple[tuple[int, int, int], ...]
+    """The same over two eyes, with no dense layers behind."""
     hidden_units: tuple[int, ...]
     """The "middleware"."""
     memory_steps: int
     """What the original's trainer could remember of an iteration."""
 
 
+FEW, MANY = ((32, 8, 4), (64, 4, 2), (64, 3, 1)), ((32, 3, 1), (64, 3, 2), (64, 3, 1), (128, 3, 2), (128, 3, 1))
 AWS_NETWORKS: Mapping[str, AwsNetwork] = {
-    SHALLOW: AwsNetwork(((32, 8, 4), (64, 4, 2), (64, 3, 1)), (), (512,), 10_000),
-    NORMAL: AwsNetwork(((32, 5, 2), (32, 3, 1), (64, 3, 2), (64, 3, 1)), (64,), (512,), 3_000),
-    DEEP: AwsNetwork(((32, 8, 4), (32, 4, 2), (64, 4, 2), (64, 3, 1)), (512, 512), (256, 128), 3_000),
+    SHALLOW: AwsNetwork(FEW, (), FEW, (512,), 10_000),
+    NORMAL: AwsNetwork(((32, 5, 2), (32, 3, 1), (64, 3, 2), (64, 3, 1)), (64,), MANY, (512,), 3_000),
+    DEEP: AwsNetwork(((32, 8, 4), (32, 4, 2), (64, 4, 2), (64, 3, 1)), (512, 512), MANY, (256, 128), 3_000),
 }
 """Facts: simapp `sensors/utils.py`, `deepracer_memory.py`; its batch norm, tanh and dropout entries were never used."""
+AWS_LIDAR_UNITS = (256, 256)
+"""Dense layers over any LiDAR, whatever the network's name."""
 
 TUNED: Mapping[str, Any] = {
     "dqn": DqnConfig(
@@ -159,7 +166,10 @@ def settings_for(
     settings, notes = preset_settings(preset, metadata, algorithm)
     settings = with_fidelity(settings, fidelity or FIDELITY_OF[preset], network_of(metadata))
     settings = _with_json(settings, hyperparameters, notes)
-    settings = apply_overrides(copy_critics_as_aws(settings) if preset == "aws" else settings, overrides)
+    overrides = tuple(overrides)
+    settings = apply_overrides(settings, (one for one in overrides if one.split("=")[0].strip() == "race.type"))
+    settings = with_race_groups(copy_critics_as_aws(settings) if preset == "aws" else settings)
+    settings = apply_overrides(settings, overrides)
     settings = fit_exploration(settings, metadata, notes)
     return fit_worlds_to_episodes(settle_precision(settings, notes), notes), notes
 
@@ -192,17 +202,23 @@ def preset_settings(
     if not algorithm.critic:
         settings = with_values(settings, "network", {"separate_networks": False})
     name = network_of(metadata)
-    row = AWS_NETWORKS[name]
-    filters, kernels, strides = zip(*row.convolutions, strict=True)
-    shape = {
+    notes = [] if name == asked else [f"{asked} with the sensor 'observation' is {name}, as at AWS"]
+    sensors = () if metadata is None else metadata.sensors
+    return with_values(settings, "network", aws_network_values(AWS_NETWORKS[name], sensors)), notes
+
+
+def aws_network_values(row: AwsNetwork, sensors: Collection[str]) -> dict[str, Any]:
+    """Return the settings of a network with an embedder for every sensor on board."""
+    is_stereo = STEREO in sensors
+    filters, kernels, strides = zip(*(row.stereo_convolutions if is_stereo else row.convolutions), strict=True)
+    return {
         "conv_filters": filters,
         "conv_kernels": kernels,
         "conv_strides": strides,
-        "image_units": row.image_units or None,
+        "image_units": (None if is_stereo else row.image_units) or None,
+        "vector_units": AWS_LIDAR_UNITS if any(name in LIDARS for name in sensors) else None,
         "hidden_units": row.hidden_units,
     }
-    notes = [] if name == asked else [f"{asked} with the sensor 'observation' is {name}, as at AWS"]
-    return with_values(settings, "network", shape), notes
 
 
 def network_of(metadata: ModelMetadata | None) -> str:

@@ -12,13 +12,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from racecraft.contract.errors import SettingError
+from racecraft.envs.deepracer.settings import RACE_TYPES, TIME_TRIAL
 from racecraft.formats.aws.run_env import RunEnv, read_env_folder
 from racecraft.formats.aws.run_env_variables import BY_NAME
+from racecraft.training.deepracer.race_objects import belongs_to, objects_overrides
 from racecraft.training.stopping import parse_stops
 
 FILE = "run.env"
 TRACK_VARIABLE = "DR_WORLD_NAME"
-RACE_TYPES = ("TIME_TRIAL", "OBJECT_AVOIDANCE", "HEAD_TO_BOT", "HEAD_TO_MODEL")
 BEST_METRICS = ("progress", "reward", "laptime")
 USED = tuple(name for name, variable in BY_NAME.items() if variable.status == "used")
 """Variables that are obeyed here."""
@@ -67,26 +68,27 @@ def race_environment(folder: Path | None, clones: bool = True) -> RaceEnvironmen
         return RaceEnvironment()
     whole = read_env_folder(folder)
     env = whole.run
-    _require_time_trial(env)
+    race = _race_type(env)
     return RaceEnvironment(
         env=env,
         track=env.values.get(TRACK_VARIABLE),
-        overrides=_overrides(env),
+        overrides=(*_overrides(env), *objects_overrides(env, race)),
         start_offset=_share(env, "DR_TRAIN_START_POSITION_OFFSET"),
         stops=_stops(env),
         clone_from=_clone_source(env, folder) if clones else None,
         judging=_judging(env),
         files=_files(env, folder),
-        notes=(*env.notes, *_unused_notes(env, bool(whole.workers))),
+        notes=(*env.notes, *_unused_notes(env, race, bool(whole.workers))),
     )
 
 
-def _require_time_trial(env: RunEnv) -> None:
-    """Refuse a race that is not built yet: training another one instead would be no favour."""
-    race = env.choice("DR_RACE_TYPE", "TIME_TRIAL", RACE_TYPES)
-    if race != "TIME_TRIAL":
+def _race_type(env: RunEnv) -> str:
+    """Return the race; one that is not built yet is refused: training another one instead would be no favour."""
+    race = env.choice("DR_RACE_TYPE", TIME_TRIAL, (*RACE_TYPES, "HEAD_TO_MODEL"))
+    if race not in RACE_TYPES:
         cure = "Change this variable, or wait for a later version."
-        raise env.letter("DR_RACE_TYPE", "TIME_TRIAL", cure, found=f"'{race}' is valid and not built yet")
+        raise env.letter("DR_RACE_TYPE", " or ".join(RACE_TYPES), cure, found=f"'{race}' is valid and not built yet")
+    return race
 
 
 def _overrides(env: RunEnv) -> tuple[str, ...]:
@@ -169,9 +171,10 @@ def _files(env: RunEnv, folder: Path) -> Path | None:
     return place if place != folder and place.is_dir() else None
 
 
-def _unused_notes(env: RunEnv, has_workers: bool) -> list[str]:
+def _unused_notes(env: RunEnv, race: str, has_workers: bool) -> list[str]:
     """Name every known variable that asks for something else than its default and changes nothing here."""
-    unused = [name for name in env.values if name in BY_NAME and name not in USED and not _is_default(env, name)]
+    used = [name for name in USED if belongs_to(name, race)]
+    unused = [name for name in env.values if name in BY_NAME and name not in used and not _is_default(env, name)]
     notes = [f"{FILE}: kept and not used yet: {', '.join(unused)}"] if unused else []
     if has_workers:
         notes.append("worker-N.env: kept and not used yet; every car races as run.env says")

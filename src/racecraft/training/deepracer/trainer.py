@@ -16,6 +16,7 @@ import numpy as np
 from racecraft.algorithms.learner import Learner
 from racecraft.contract.errors import RunFolderError
 from racecraft.contract.world import Array, allocate
+from racecraft.envs.deepracer.settings import TIME_TRIAL, objects_of
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
 from racecraft.formats.aws.hyperparameters import write_hyperparameters
 from racecraft.formats.aws.model_metadata import as_aws_dict, write_model_metadata
@@ -35,6 +36,7 @@ from racecraft.training.deepracer.aws.files import AwsFiles
 from racecraft.training.deepracer.aws.setup import aws_setup
 from racecraft.training.deepracer.cloning import require_same_shape
 from racecraft.training.deepracer.evaluator import FLYING_LAPS, CarEvaluator
+from racecraft.training.deepracer.live import LivePublisher
 from racecraft.training.deepracer.plan import (
     KIND,
     CarPlan,
@@ -65,7 +67,7 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
         RewardFileError: The reward function cannot be loaded.
     """
     settings, seed = planned.settings, planned.seed
-    reward = load_reward(planned.model.reward, settings.race.reward_seconds)
+    reward = load_reward(planned.model.reward, settings.race.reward_seconds, settings.race.type)
     cars = settings.rollout.num_worlds
     starts = (settings.race.start_offset + np.arange(cars) / cars) % 1.0
     world, judged = race_world(planned, cars, one_for_each(reward, cars), starts), judged_world(planned, reward)
@@ -124,7 +126,7 @@ def attended(planned: CarPlan, reward: RewardFunction, run: RunFolder, notes: Se
         log.writelines(f"{note}\n" for note in notes)
         recorder = EpisodeRecorder()
         setup = aws_setup(planned.track.name, planned.settings, metadata, hyperparameters, run.path.name, planned.env)
-        yield RunAttendants(recorder, AwsFiles(run.path, setup), [recorder])
+        yield RunAttendants(recorder, AwsFiles(run.path, setup), [recorder, LivePublisher(run)])
 
 
 def lay_files(planned: CarPlan, reward: RewardFunction, run: RunFolder) -> None:
@@ -154,6 +156,8 @@ def race_world(
         start_shares=start_shares,
         laps=laps,
         mount=mount_for_version(planned.model.metadata.version),
+        sensors=planned.sensors,
+        objects=objects_of(planned.settings),
     )
 
 
@@ -169,13 +173,15 @@ def one_for_each(reward: RewardFunction, num_cars: int) -> list[Callable[[dict[s
     return [copy.call for copy in reward.copies(num_cars)]
 
 
-def load_reward(source: RewardSource | None, seconds: float = CALL_SECONDS) -> RewardFunction:
-    """Load the racer's reward function, or the default one where there is none."""
+def load_reward(
+    source: RewardSource | None, seconds: float = CALL_SECONDS, race_type: str = TIME_TRIAL
+) -> RewardFunction:
+    """Load the racer's reward function, or the default one of the race where there is none."""
     if source is not None:
         return load_reward_function(source, seconds=seconds)
     with tempfile.TemporaryDirectory() as folder:
         default = Path(folder) / "reward_function.py"
-        default.write_text(default_reward_source(), encoding="utf-8")
+        default.write_text(default_reward_source(race_type != TIME_TRIAL), encoding="utf-8")
         return load_reward_function(default, seconds=seconds)
 
 

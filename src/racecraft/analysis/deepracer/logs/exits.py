@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from racecraft.analysis.deepracer.logs.circuit import on_track
 from racecraft.analysis.deepracer.logs.episodes import simulation_agg
-from racecraft.analysis.deepracer.logs.plot import RED, Plot, PlotError, map_sheet, values
+from racecraft.analysis.deepracer.logs.plot import RED, Plot, PlotError, map_sheet, name_axes, sheet, values
 from racecraft.analysis.deepracer.logs.segments import find_segments, in_segments
 from racecraft.tracks.track import Track
 
@@ -65,6 +65,16 @@ def exits_by_segment(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> pl.Dat
     )
 
 
+def exits_by_segment_plot(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> Plot:
+    """Return `exits_by_segment` as bars.
+
+    Raises:
+        PlotError: No car left the road.
+    """
+    data = exits_by_segment(ticks, track)
+    return Plot("exits_by_segment", "Exits by segment", data, lambda: _draw_segments(data))
+
+
 def endings(ticks: pl.DataFrame | pl.LazyFrame) -> pl.DataFrame:
     """Return how episodes ended, most frequent first: `status`, `episodes`, `share`."""
     import polars as pl
@@ -74,6 +84,16 @@ def endings(ticks: pl.DataFrame | pl.LazyFrame) -> pl.DataFrame:
     return counted.with_columns((pl.col("episodes") / episodes.height).alias("share")).sort(
         "episodes", "status", descending=[True, False]
     )
+
+
+def _draw_segments(data: pl.DataFrame) -> Any:
+    figure, (axes,) = sheet(1, 1, ["Exits in each segment"], (7.0, 1.0 + 0.34 * data.height))
+    axes.barh(range(data.height), values(data, "exits")[0], color=RED, height=0.7)
+    words = [f"{name}, {100 * share:.0f} % pass" for name, share in data.select("name", "passed_share").rows()]
+    axes.set_yticks(range(data.height), words, fontsize=9)
+    axes.invert_yaxis()
+    name_axes(axes, "exits", "")
+    return figure
 
 
 def _draw(data: pl.DataFrame, track: Track) -> Any:

@@ -138,6 +138,16 @@ def sector_correlations(ticks: pl.DataFrame | pl.LazyFrame, track: Track, parts:
     return pl.DataFrame(rows, schema=list(names), orient="row").sort("lost_seconds", descending=True)
 
 
+def sector_losses(ticks: pl.DataFrame | pl.LazyFrame, track: Track, parts: int | None = None) -> Plot:
+    """Return `sector_correlations` as bars: what full laps lose in each sector to the best.
+
+    Raises:
+        PlotError: There is no full lap.
+    """
+    data = sector_correlations(ticks, track, parts)
+    return Plot("sector_losses", "Time lost in each sector", data, lambda: _draw_losses(data))
+
+
 def correlation(a: Any, b: Any) -> float | None:
     """Return Pearson's correlation; None where one of them does not vary."""
     there = np.isfinite(a) & np.isfinite(b)
@@ -155,6 +165,19 @@ def _sectors(track: Track, parts: int | None) -> tuple[Any, list[str]]:
         return np.arange(parts) / parts, [f"sector {k + 1}" for k in range(parts)]
     segments = sorted(find_segments(track).all, key=lambda segment: segment.begin)
     return np.array([segment.begin for segment in segments]), [segment.name for segment in segments]
+
+
+def _draw_losses(data: pl.DataFrame) -> Any:
+    figure, (axes,) = sheet(1, 1, ["Lost to the best, mean of full laps"], (7.0, 1.0 + 0.34 * data.height))
+    axes.barh(range(data.height), values(data, "lost_seconds")[0], color=ORANGE, height=0.7)
+    words = [
+        name if told is None else f"{name}, goes with the lap's time by {told:+.2f}"
+        for name, told in data.select("name", "correlation").rows()
+    ]
+    axes.set_yticks(range(data.height), words, fontsize=9)
+    axes.invert_yaxis()
+    name_axes(axes, "s", "")
+    return figure
 
 
 def _draw_times(data: pl.DataFrame) -> Any:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from racecraft.analysis.deepracer.logs.circuit import on_track
+from racecraft.analysis.deepracer.logs.episodes import simulation_agg
 from racecraft.analysis.deepracer.logs.plot import (
     BLUE,
     ORANGE,
@@ -67,6 +68,14 @@ def episode_distributions(ticks: pl.DataFrame | pl.LazyFrame, unique_episode: in
     return Plot(
         "episode_distributions", f"Episode {unique_episode}, step by step", require(data), lambda: _draw_episode(data)
     )
+
+
+def best_episode_distributions(ticks: pl.DataFrame | pl.LazyFrame) -> Plot:
+    """Return `episode_distributions` of the fastest full lap, or else of the episode that came farthest."""
+    episodes = simulation_agg(ticks)
+    full = episodes.filter(episodes["complete"])
+    best = full.sort("seconds") if full.height else episodes.sort("progress_share", descending=True)
+    return episode_distributions(ticks, int(best["unique_episode"][0]))
 
 
 def _draw_slides(data: pl.DataFrame, track: Track) -> Any:

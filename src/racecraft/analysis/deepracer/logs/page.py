@@ -6,7 +6,8 @@ The page is one file that works without a network: the data and a script of our 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,22 +16,28 @@ from racecraft.analysis.deepracer.logs import (
     actions,
     evaluations,
     exits,
+    fitting,
     heat,
     laps,
     motion,
     paths,
     progress,
+    rescoring,
     rewards,
+    rounds,
     scatter,
+    sequences,
     step_times,
     straights,
     waypoints,
 )  # fmt: skip
 from racecraft.analysis.deepracer.logs.advice import advice
 from racecraft.analysis.deepracer.logs.episodes import simulation_agg
+from racecraft.analysis.deepracer.logs.own import OwnPlot
 from racecraft.analysis.deepracer.logs.page_data import page_data
 from racecraft.analysis.deepracer.logs.plot import Plot, PlotError
 from racecraft.analysis.deepracer.logs.segments import segments_plot
+from racecraft.contract.errors import UserInputError
 from racecraft.formats.whole import write_whole
 from racecraft.tracks.track import Track
 
@@ -57,8 +64,26 @@ ol.advice li { margin: 10px 0; } ol.advice b { display: block; }
 </style>"""
 
 
+@dataclass(frozen=True)
+class Extras:
+    """What may stand on a page beside the ticks."""
+
+    damaged: tuple[str, ...] = ()
+    """A line for each thing in the files that could not be taken."""
+    metrics: pl.DataFrame | None = None
+    """The table of AWS's metrics files."""
+    reward: Callable[[dict[str, Any]], Any] | None = None
+    """Another reward function, to be tried on the same laps."""
+    own: Sequence[OwnPlot] = ()
+    """The racer's own plots."""
+
+
 def write_logs_page(
-    path: str | Path, ticks: pl.DataFrame, track: Track | None, title: str, damaged: tuple[str, ...] = ()
+    path: str | Path,
+    ticks: pl.DataFrame,
+    track: Track | None,
+    title: str,
+    extras: Extras = Extras(),  # noqa: B008 (frozen)
 ) -> Path:
     """Write the page of a log.
 
@@ -67,7 +92,7 @@ def write_logs_page(
         ticks: The table of `racecraft.logs`.
         track: The circuit, turned as it was driven; None: what needs a map is left out, and that is said.
         title: Whose log it is.
-        damaged: A line for each thing in the files that could not be taken.
+        extras: What else shall stand on it.
 
     Returns:
         The path.
@@ -76,12 +101,12 @@ def write_logs_page(
         PlotError: There are no ticks.
         OutputFileError: The page cannot be written.
     """
-    parts = [STYLE, *_parts(ticks, track, title, damaged)]
+    parts = [STYLE, *_parts(ticks, track, title, extras)]
     write_whole(path, page.page(f"{title} – logs", parts))
     return Path(path)
 
 
-def _parts(ticks: pl.DataFrame, track: Track | None, title: str, damaged: tuple[str, ...]) -> Iterator[str]:
+def _parts(ticks: pl.DataFrame, track: Track | None, title: str, extras: Extras) -> Iterator[str]:
     """Yield the page from top to bottom."""
     import polars as pl
 
@@ -94,12 +119,14 @@ def _parts(ticks: pl.DataFrame, track: Track | None, title: str, damaged: tuple[
     else:
         yield page.card("<p>No track of the catalogue fits this log, so maps are left out. Name it with --track.</p>")
     yield from _section("How it learned", training, _learning())
+    yield from _section("What the metrics files say", extras.metrics, _metrics())
     yield from _section("On the track", main, _on_the_track(track))
     yield from _section("What it chose", main, _choices(track))
-    yield from _section("What was paid", main, _paid(track))
+    yield from _section("What was paid", main, _paid(track, extras.reward))
     yield from _section("Laps and sectors", main, _laps(track))
     yield from _evaluations(ticks, track)
-    yield from _damage(damaged)
+    yield from _own(ticks, track, extras.own)
+    yield from _damage(extras.damaged)
 
 
 def _headline(ticks: pl.DataFrame, track: Track | None, title: str) -> Iterator[str]:
@@ -176,7 +203,17 @@ Made = Callable[[Any], Plot]
 
 
 def _learning() -> list[Made]:
-    return [progress.training_progress, scatter.quintiles, scatter.scatter_of_laps, step_times.stability]
+    return [
+        progress.training_progress,
+        scatter.quintiles,
+        scatter.scatter_of_laps,
+        lambda ticks: scatter.scatter_of_laps(ticks, complete=True),
+        step_times.stability,
+    ]
+
+
+def _metrics() -> list[Made]:
+    return [rounds.completion_progress, rounds.lap_time_progress, rounds.lap_scatter]
 
 
 def _on_the_track(track: Track | None) -> list[Made]:
@@ -185,7 +222,10 @@ def _on_the_track(track: Track | None) -> list[Made]:
     return [
         lambda ticks: heat.reward_heat_map(ticks, track),
         lambda ticks: exits.exit_points(ticks, track),
+        lambda ticks: exits.exits_by_segment_plot(ticks, track),
         lambda ticks: paths.top_iterations(ticks, track),
+        lambda ticks: paths.last_iteration(ticks, track),
+        lambda ticks: fitting.fitted_line(ticks, track),
         lambda ticks: motion.slides(ticks, track),
         lambda _: segments_plot(track),
         lambda ticks: straights.straights_and_curves(ticks, track),
@@ -193,7 +233,7 @@ def _on_the_track(track: Track | None) -> list[Made]:
 
 
 def _choices(track: Track | None) -> list[Made]:
-    made: list[Made] = [actions.action_space, actions.action_histogram]
+    made: list[Made] = [actions.action_space, actions.action_histogram, sequences.action_sequences]
     if track is not None:
         made += [
             lambda ticks: actions.action_breakdown(ticks, track),
@@ -203,18 +243,26 @@ def _choices(track: Track | None) -> list[Made]:
     return made
 
 
-def _paid(track: Track | None) -> list[Made]:
+def _paid(track: Track | None, reward: Callable[[dict[str, Any]], Any] | None) -> list[Made]:
     made: list[Made] = [rewards.common_rewards, rewards.reward_distribution, rewards.discount_tester]
-    return made if track is None else [lambda ticks: waypoints.reward_per_waypoint(ticks, track), *made]
+    if track is None:
+        return made
+    if reward is not None:
+        made.insert(0, lambda ticks: rescoring.new_reward(ticks, track, reward))
+    return [lambda ticks: waypoints.reward_per_waypoint(ticks, track), *made]
 
 
 def _laps(track: Track | None) -> list[Made]:
-    made: list[Made] = [laps.lap_times, laps.lap_correlations]
-    return made if track is None else [*made, lambda ticks: laps.sector_times(ticks, track)]
+    made: list[Made] = [laps.lap_times, laps.lap_correlations, motion.best_episode_distributions]
+    if track is None:
+        return made
+    return [*made, lambda ticks: laps.sector_times(ticks, track), lambda ticks: laps.sector_losses(ticks, track)]
 
 
-def _section(title: str, ticks: pl.DataFrame, made: list[Made]) -> Iterator[str]:
+def _section(title: str, ticks: pl.DataFrame | None, made: list[Made]) -> Iterator[str]:
     """Yield plots under a heading; those that the ticks do not carry are left out."""
+    if ticks is None:
+        return
     cards = []
     for make in made:
         try:
@@ -273,6 +321,21 @@ def _evaluations(ticks: pl.DataFrame, track: Track | None) -> Iterator[str]:
     if track is not None:
         plot = evaluations.evaluation_grid(ticks, track)
         yield page.card(page.photograph(plot.figure, plot.title, dpi=100))
+
+
+def _own(ticks: pl.DataFrame, track: Track | None, own: Sequence[OwnPlot]) -> Iterator[str]:
+    """Yield the racer's own plots; one that fails says why, and the page stands."""
+    cards = []
+    for one in own:
+        try:
+            plot = one(ticks, track)
+            picture = page.photograph(plot.figure, plot.title, dpi=100)
+            cards.append(page.card(f"<b>{page.escaped(plot.title)}</b>{picture}{_data(plot)}"))
+        except UserInputError as error:
+            cards.append(page.card(f"<b>{page.escaped(one.name)}</b><p>{page.escaped(error)}</p>"))
+    if cards:
+        yield "<h2>Your own</h2>"
+        yield from cards
 
 
 def _damage(damaged: tuple[str, ...]) -> Iterator[str]:

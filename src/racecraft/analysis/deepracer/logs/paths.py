@@ -40,6 +40,12 @@ def one_episode(
     return Plot("one_episode", title, data, lambda: _draw(track, [data], [title], value))
 
 
+def last_iteration(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> Plot:
+    """Return `one_iteration` of the last one, coloured by the reward."""
+    round_, iteration = require(ticks, "round", "iteration").select("round", "iteration").row(-1)
+    return one_iteration(ticks, track, iteration, "reward", round_)
+
+
 def one_iteration(
     ticks: pl.DataFrame | pl.LazyFrame, track: Track, iteration: int, value: str = "speed_mps", round_: int = 1
 ) -> Plot:

@@ -11,10 +11,21 @@ import math
 
 import numpy as np
 
+from racecraft.envs.deepracer.kernels.bots import drive_bots
+from racecraft.envs.deepracer.kernels.boxes import draw_boxes, is_in_frame
 from racecraft.envs.deepracer.kernels.camera import render_frame
+from racecraft.envs.deepracer.kernels.eyes import render_pair
+from racecraft.envs.deepracer.kernels.lidar import look_around, tell
+from racecraft.envs.deepracer.kernels.objects import car_touches, is_to_blame, object_hit, object_near, objects_around
+from racecraft.envs.deepracer.kernels.placing import place_objects
 from racecraft.envs.deepracer.kernels.vehicle import drive
 from racecraft.envs.deepracer.race import (
+    CRASHED,
     CRITIC_LOOKS_AHEAD_M,
+    CRITIC_NUMBERS,
+    CRITIC_OBJECT_BEHIND_M,
+    CRITIC_OBJECT_REACH_M,
+    CRITIC_OBJECTS,
     IMMOBILISED,
     IMMOBILISED_M,
     IMMOBILISED_TICKS,
@@ -27,6 +38,9 @@ from racecraft.envs.deepracer.race import (
     REVERSED_TICKS,
     START_CLEAR_M,
     START_GAP_M,
+    START_LANE,
+    START_MARGIN_M,
+    START_OBJECT_M,
     TIME_UP,
 )
 from racecraft.envs.deepracer.vehicle import FRONT_POINT_M, FRONT_WHEELS_M, REAR_WHEELS_M, TICK_SECONDS
@@ -48,37 +62,49 @@ FRONT_X, FRONT_Y = FRONT_WHEELS_M
 
 
 @parallel_kernel
-def line_up(track, scene, optics, palettes, cars, frames, critic_views):
-    """Put the cars of every world at the start of their episode, clear of one another, and look."""
+def line_up(
+    track, plan, objects, scene, optics, eyes, lidar, palettes, keys, cars, ranges, frames, critic_views, lidar_views
+):  # fmt: skip
+    """Put objects in their places and the cars at the start of their episode, clear of one another, and look."""
     for n in prange(cars.shape[0]):
         for m in range(cars.shape[1]):
             take_start(track, cars[n, m])
-            make_room(track, cars, n, m, m)
+        place_objects(track, plan, objects, cars[:, :1], n)
         for m in range(cars.shape[1]):
-            look(track, scene, optics, palettes[n], cars[n, m], frames[n, m], critic_views[n, m])
+            make_room(track, objects, cars, n, m, m)
+        for m in range(cars.shape[1]):
+            look(track, objects, scene, optics, eyes, palettes[n], cars[n, m], n, frames[n, m], critic_views[n, m])
+            look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m])
 
 
 @parallel_kernel
-def look_again(track, scene, optics, palettes, cars, frames, critic_views):
-    """Look from where every car is, as after loading a saved race."""
+def look_again(
+    track, objects, scene, optics, eyes, lidar, palettes, cars, ranges, frames, critic_views, lidar_views
+):  # fmt: skip
+    """Look from where every car is, as after loading a saved race; a LiDAR's newest reading was saved with it."""
     for n in prange(cars.shape[0]):
         for m in range(cars.shape[1]):
-            look(track, scene, optics, palettes[n], cars[n, m], frames[n, m], critic_views[n, m])
+            look(track, objects, scene, optics, eyes, palettes[n], cars[n, m], n, frames[n, m], critic_views[n, m])
+            tell(lidar, ranges[n, m], lidar_views[n, m])
 
 
 @parallel_kernel
 def tick(
-    track, profiles, rules, scene, optics, palettes, numbers, chosen, sent, parked, keys,
-    cars, reports, frames, critic_views, last_frames, last_critic_views,
+    track, plan, objects, profiles, rules, scene, optics, eyes, lidar, palettes, numbers, chosen, sent, parked, keys,
+    cars, reports, ranges, frames, critic_views, lidar_views, last_frames, last_critic_views, last_lidar_views,
 ):  # fmt: skip
     """Advance N worlds of M cars by one tick.
 
     Args:
         track: TrackArrays.
+        plan: ObjectPlan.
+        objects: Objects of the N worlds, driven on and placed anew in place.
         profiles: PROFILE (N, M).
         rules: Rules.
         scene: Scene, for `render_frame`.
         optics: Optics, likewise.
+        eyes: float64 (E,), how far left of the car's middle each eye sits, m.
+        lidar: MountedLidar; without one the views of it are empty.
         palettes: Colours of each world, first axis N.
         numbers: (N, M) int64, each action's number in its table, for the reports.
         chosen: (N, M, 2) commanded steering in rad and speed in m/s, as the policy chose them.
@@ -87,10 +113,13 @@ def tick(
         keys: (N, M) uint64, each car's own stream of chance.
         cars: CAR_STATE (N, M), advanced in place.
         reports: TICK_REPORT (N, M), written.
-        frames: uint8 (N, M, H, W), what is seen after the tick.
+        ranges: float64 (N, M, 64), each LiDAR's newest reading, m; stands until the next.
+        frames: uint8 (N, M, E, H, W), what is seen after the tick.
         critic_views: float32 (N, M, CRITIC_NUMBERS), likewise.
+        lidar_views: float32 (N, M, L), likewise; L is 0 without a LiDAR.
         last_frames: As `frames`, written for cars whose episode ended: its last observation.
         last_critic_views: As `critic_views`, likewise.
+        last_lidar_views: As `lidar_views`, likewise.
     """
     for n in prange(cars.shape[0]):
         for m in range(cars.shape[1]):
@@ -98,6 +127,7 @@ def tick(
                 report_parked(reports[n, m])
             else:
                 report_moment(track, cars[n, m], reports[n, m], numbers[n, m], chosen[n, m, 0], chosen[n, m, 1])
+                report_objects(track, plan, objects, optics, cars[n, m], reports[n, m], n)
                 call_endings(rules, cars[n, m], reports[n, m])
         for m in range(cars.shape[1]):
             if not parked[n, m]:
@@ -105,15 +135,23 @@ def tick(
                 push_wheels(rules, cars[n, m], keys[n, m])
                 obey(profiles[n, m], cars[n, m], sent[n, m, 0], sent[n, m, 1], seconds)
                 locate(track, cars[n, m])
+        drive_bots(track, plan, objects, reports, n)
         for m in range(cars.shape[1]):
             if reports[n, m].terminated or reports[n, m].truncated:
-                look(track, scene, optics, palettes[n], cars[n, m], last_frames[n, m], last_critic_views[n, m])
+                look(
+                    track, objects, scene, optics, eyes, palettes[n], cars[n, m], n,
+                    last_frames[n, m], last_critic_views[n, m],
+                )  # fmt: skip
+                look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], last_lidar_views[n, m])
         for m in range(cars.shape[1]):
             if reports[n, m].terminated or reports[n, m].truncated:
                 restart(track, profiles[n, m], rules, cars[n, m])
-                make_room(track, cars, n, m, cars.shape[1])
+                if m == 0:
+                    place_objects(track, plan, objects, cars, n)
+                make_room(track, objects, cars, n, m, cars.shape[1])
         for m in range(cars.shape[1]):
-            look(track, scene, optics, palettes[n], cars[n, m], frames[n, m], critic_views[n, m])
+            look(track, objects, scene, optics, eyes, palettes[n], cars[n, m], n, frames[n, m], critic_views[n, m])
+            look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m])
 
 
 @kernel
@@ -145,6 +183,22 @@ def report_moment(track, car, report, action, steering, speed):
 
 
 @kernel
+def report_objects(track, plan, objects, optics, car, report, n):
+    """Write down which objects are near, touched and seen at this moment."""
+    boxes, states = objects.boxes[n], objects.states[n]
+    report.object_before, report.object_after, report.object_hit = 0, 0, -1
+    report.is_crashed = report.object_in_camera = False
+    if boxes.shape[0] == 0:
+        return
+    report.object_before, report.object_after = objects_around(states, car.arc, track.length)
+    report.object_in_camera = is_in_frame(optics, boxes[report.object_after], car.x, car.y, car.yaw)
+    if not car.preparing:
+        report.object_hit = object_hit(plan, boxes, car.x, car.y, car.yaw)
+        if report.object_hit >= 0:
+            report.is_crashed = is_to_blame(plan, states[report.object_hit], car.arc, track.length)
+
+
+@kernel
 def call_endings(rules, car, report):
     """Name how the row stands, in the marshal's order, and whether the episode ends with it."""
     report.terminated = False
@@ -155,6 +209,8 @@ def call_endings(rules, car, report):
         car.laps += 1
         report.laps = car.laps
         report.terminated = car.laps >= rules.laps
+    elif report.is_crashed:
+        report.status, report.terminated = CRASHED, True
     elif car.wheels_on == 0:
         report.status, report.terminated = OFF_TRACK, True
     elif car.preparing:
@@ -267,21 +323,51 @@ def restart(track, profile, rules, car):
 
 
 @kernel
-def make_room(track, cars, n, m, count):
-    """Move the start of car m of world n back, a gap at a time, until it is clear of the world's first `count` cars."""
+def make_room(track, objects, cars, n, m, count):
+    """See that the start of car m of world n is clear of the world's first `count` cars and of its objects.
+
+    Near an object the car starts in the lane beside it; where neither lane is clear, further back, a gap at a time.
+    """
     car = cars[n, m]
-    for _ in range(4 * cars.shape[1]):  # one car may stand near two or three such places, where the road bends back
-        is_clear = True
-        for other in range(count):
-            gap = math.hypot(cars[n, other].x - car.x, cars[n, other].y - car.y)
-            if other != m and gap < START_CLEAR_M:
-                is_clear = False
-        if is_clear:
-            return
-        wheels = car.steering
+    boxes = objects.boxes[n]
+    own_lane = car.start_left
+    # One car may stand near two or three such places, where the road bends back.
+    for _ in range(4 * cars.shape[1] + boxes.shape[0]):
+        near = object_near(objects.states[n], car.start_share * track.length, track.length, START_OBJECT_M)
+        if near < 0:
+            if is_start_clear(cars, boxes, n, m, count):
+                return
+        else:
+            for side in (-1.0, 1.0):
+                lane = START_LANE if side * objects.states[n, near].lane > 0.0 else -START_LANE
+                restart_in_lane(track, car, lane)
+                if is_start_clear(cars, boxes, n, m, count):
+                    car.start_left = own_lane
+                    return
         car.start_share = (car.start_share - START_GAP_M / track.length) % 1.0
-        take_start(track, car)
-        car.steering = wheels
+        restart_in_lane(track, car, own_lane)
+
+
+@kernel
+def restart_in_lane(track, car, lane):
+    """Take the start in a lane; the wheels keep the angle they have."""
+    wheels = car.steering
+    car.start_left = lane
+    take_start(track, car)
+    car.steering = wheels
+
+
+@kernel
+def is_start_clear(cars, boxes, n, m, count):
+    """Tell whether car m of world n stands clear of the world's first `count` cars and of its boxes."""
+    car = cars[n, m]
+    for other in range(count):
+        if other != m and math.hypot(cars[n, other].x - car.x, cars[n, other].y - car.y) < START_CLEAR_M:
+            return False
+    is_clear = True
+    for k in range(boxes.shape[0]):
+        is_clear = is_clear and not car_touches(car.x, car.y, car.yaw, START_MARGIN_M, boxes[k])
+    return is_clear
 
 
 @kernel
@@ -307,14 +393,22 @@ def start_pose(track, share, left):
 
 
 @kernel
-def look(track, scene, optics, palette, car, frame, critic_view):
-    """Draw the frame, and write what only a critic may see.
+def look(track, objects, scene, optics, eyes, palette, car, n, frame, critic_view):
+    """Draw what each eye sees, and write what only a critic may see.
 
     The critic's numbers: offset from the centre line over half the road's width (left positive), sine and cosine of the
     heading error, speed in m/s, steering in rad, then for each distance of CRITIC_LOOKS_AHEAD_M sine and cosine of the
     road's direction there against the car's.
     """
-    render_frame(scene, optics, car.x, car.y, car.yaw, palette, frame)
+    if eyes.shape[0] == 1:
+        render_frame(scene, optics, car.x, car.y, car.yaw, palette, frame[0])
+    else:
+        render_pair(scene, optics, car.x, car.y, car.yaw, eyes[0], palette, frame)
+    if objects.boxes.shape[1] > 0:
+        cos, sin = math.cos(car.yaw), math.sin(car.yaw)
+        for eye in range(eyes.shape[0]):
+            x, y = car.x - sin * eyes[eye], car.y + cos * eyes[eye]
+            draw_boxes(optics, objects.boxes[n], objects.kinds[n], x, y, car.yaw, palette, frame[eye])
     left = (car.border_inner < car.border_outer) == track.is_ccw
     _, _, road_yaw = pose_on_line(track.centre, track.arc, track.closed, car.arc)
     offset = car.centre_distance / (0.5 * car.track_width) if car.track_width > 0.0 else 0.0
@@ -325,3 +419,27 @@ def look(track, scene, optics, palette, car, frame, critic_view):
         _, _, ahead_yaw = pose_on_line(track.centre, track.arc, track.closed, car.arc + CRITIC_LOOKS_AHEAD_M[k])
         critic_view[5 + 2 * k] = math.sin(ahead_yaw - car.yaw)
         critic_view[6 + 2 * k] = math.cos(ahead_yaw - car.yaw)
+    if critic_view.shape[0] > CRITIC_NUMBERS:
+        tell_objects(track, objects.states[n], car, critic_view[CRITIC_NUMBERS:])
+
+
+@kernel
+def tell_objects(track, states, car, numbers):
+    """Write of each of the CRITIC_OBJECTS objects next ahead how near it is, 0 to 1, and how far beside the line.
+
+    The latter is a share of half the road's width where the car is, left positive; both are 0 where nothing is near.
+    """
+    last_gap, last = -1.0, -1
+    for place in range(CRITIC_OBJECTS):
+        nearest, found = CRITIC_OBJECT_REACH_M, -1
+        for k in range(states.shape[0]):
+            gap = (states[k].arc - car.arc + CRITIC_OBJECT_BEHIND_M) % track.length
+            is_later = gap > last_gap or (gap == last_gap and k > last)
+            if is_later and gap < nearest:
+                nearest, found = gap, k
+        numbers[2 * place] = numbers[2 * place + 1] = 0.0
+        if found >= 0:
+            beside = states[found].centre_distance / (0.5 * car.track_width)
+            numbers[2 * place] = 1.0 - nearest / CRITIC_OBJECT_REACH_M
+            numbers[2 * place + 1] = beside if states[found].is_left else -beside
+        last_gap, last = nearest, found

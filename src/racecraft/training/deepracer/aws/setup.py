@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from racecraft.envs.deepracer.objects import read_positions
+from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, objects_of
 from racecraft.formats.aws.hyperparameters import Hyperparameters
 from racecraft.formats.aws.model_metadata import ModelMetadata
 from racecraft.formats.aws.run_env_variables import BY_NAME
@@ -34,7 +36,6 @@ FROM_ENV = {
     "CAR_NAME": "DR_CAR_NAME",
     "DISPLAY_NAME": "DR_DISPLAY_NAME",
     "RACER_NAME": "DR_RACER_NAME",
-    "RACE_TYPE": "DR_RACE_TYPE",
     "CAMERA_MAIN_ENABLE": "DR_CAMERA_MAIN_ENABLE",
     "CAMERA_SUB_ENABLE": "DR_CAMERA_SUB_ENABLE",
     "ENABLE_EXTRA_KVS_OVERLAY": "DR_ENABLE_EXTRA_KVS_OVERLAY",
@@ -150,4 +151,33 @@ def training_params(world_name: str, settings: Settings, model_name: str, env: M
         "ROUND_ROBIN_ADVANCE_DIST": f"{race.start_advance:g}",
         "MIN_EVAL_TRIALS": str(settings.evaluation.episodes),
         "BEST_MODEL_METRIC": settings.evaluation.best_by,
+        "RACE_TYPE": race.type,
+        **objects_params(objects_of(settings)),
     }
+
+
+def objects_params(asked: BoxesConfig | BotsConfig | None) -> dict[str, str]:
+    """Return what the simulator is told of boxes or bots."""
+    if isinstance(asked, BoxesConfig):
+        places = {"OBJECT_POSITIONS": asked.positions} if asked.positions else {}
+        return {
+            "NUMBER_OF_OBSTACLES": str(len(read_positions(asked.positions)) or asked.number),
+            "MIN_DISTANCE_BETWEEN_OBSTACLES": str(asked.min_distance),
+            "RANDOMIZE_OBSTACLE_LOCATIONS": str(asked.random),
+            "IS_OBSTACLE_BOT_CAR": str(asked.as_cars),
+            "OBSTACLE_TYPE": asked.type,
+            **places,
+        }
+    if isinstance(asked, BotsConfig):
+        return {
+            "NUMBER_OF_BOT_CARS": str(asked.number),
+            "MIN_DISTANCE_BETWEEN_BOT_CARS": str(asked.min_distance),
+            "RANDOMIZE_BOT_CAR_LOCATIONS": str(asked.random),
+            "BOT_CAR_SPEED": str(asked.speed),
+            "IS_LANE_CHANGE": str(asked.lane_change),
+            "LOWER_LANE_CHANGE_TIME": str(asked.lane_change_after_low),
+            "UPPER_LANE_CHANGE_TIME": str(asked.lane_change_after_high),
+            "LANE_CHANGE_DISTANCE": str(asked.lane_change_distance),
+            "PENALTY_SECONDS": str(asked.penalty),
+        }
+    return {}

@@ -1,0 +1,291 @@
+"""Between our policies and plain layers under AWS's names: what goes to a car, and what comes from AWS's trainer.
+
+Begin with `layers_of`, which tells a policy's layers, and `policy_of`, which makes a policy of them. A convolution's
+weights lie (filters, channels, rows, columns) here and (rows, columns, channels, filters) there, a dense layer's
+transposed; flattened images are counted channel fastest in both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import torch
+
+from racecraft.algorithms.networks import ActorCritic, Architecture, architecture_from
+from racecraft.algorithms.policy_spec import PolicySpec, architecture_values
+from racecraft.algorithms.recurrent_network import NONE
+from racecraft.algorithms.twin_critics import SoftActorCritic
+from racecraft.algorithms.weights import to_arrays
+from racecraft.contract.errors import UserInputError
+from racecraft.contract.world import Array, ArraySpec, ContinuousActions, DiscreteActions
+from racecraft.formats.aws.policy_layers import (
+    CONTINUOUS,
+    DISCRETE,
+    IMAGE,
+    SAC,
+    Convolution,
+    DenseLayer,
+    NetworkLayers,
+    PolicyLayers,
+    PolicyLayersError,
+    SensorLayers,
+)
+
+PROBABILITY_FLOOR = 1e-8
+"""AWS's: no choice is ever less likely (facts: deepracer.md 8.2)."""
+ALGORITHMS = {DISCRETE: "ppo", CONTINUOUS: "ppo", SAC: "sac"}
+
+
+class NoPlainLayersError(UserInputError):
+    """A policy is made of more than convolutions and dense layers, or of others than AWS's files can name."""
+
+
+@dataclass(frozen=True)
+class ForeignPolicy:
+    """A policy made of a file's layers."""
+
+    spec: PolicySpec
+    weights: dict[str, Array]
+    notes: tuple[str, ...]
+    """What the file did not hold and begins anew, a clause each."""
+
+
+def layers_of(spec: PolicySpec, weights: Mapping[str, Any], sensors: Sequence[str] = ()) -> PolicyLayers:
+    """Return the layers of a policy, and of its critic where that sees what the policy sees.
+
+    Args:
+        spec: What the weights are.
+        weights: Arrays by name, as a checkpoint holds them.
+        sensors: AWS's names of what is seen, in the order of our sorted ones; empty: ours.
+
+    Raises:
+        NoPlainLayersError: The letter says what of it no car's file can hold.
+    """
+    kind = _kind_of(spec)
+    architecture = architecture_from(spec.network)
+    names = tuple(sensors) or tuple(sorted(spec.visible))
+    body, trunk, last = ("policy_body", "policy_body.trunk", "policy_head")
+    if kind == SAC:
+        count = 2 * len(architecture.trunk_units)
+        body, trunk, last = "eyes", "actor", f"actor.{count}"
+    network = _network_of(spec, architecture, weights, names, (body, trunk, last))
+    if kind == SAC:
+        actions = network.head.bias.shape[0] // 2
+        mean, spread = (
+            DenseLayer(network.head.kernel[:, part], network.head.bias[part])
+            for part in (slice(None, actions), slice(actions, None))
+        )
+        return PolicyLayers(SAC, replace(network, head=mean), None, spread)
+    log_std = np.asarray(weights["log_std"], np.float32) if kind == CONTINUOUS else None
+    critic = None
+    if "critic_body.trunk.0.weight" in weights and architecture.separate_networks and not _is_privileged(spec):
+        critic = _network_of(spec, architecture, weights, names, ("critic_body", "critic_body.trunk", "value_head"))
+    return PolicyLayers(kind, network, log_std, None, critic)
+
+
+def policy_of(
+    layers: PolicyLayers, observations: Mapping[str, ArraySpec], actions: DiscreteActions | ContinuousActions
+) -> ForeignPolicy:
+    """Return the policy that layers make up, for what a world shows.
+
+    What the file does not hold (a lone graph has no critic) begins anew, from a seed of its own.
+
+    Args:
+        layers: As a file told them.
+        observations: What the world shows, privileged parts included, by the names of the layers' sensors.
+        actions: What the world obeys.
+
+    Raises:
+        PolicyLayersError: The layers see or decide something else.
+    """
+    _require_same_world(layers, observations, actions)
+    architecture = _architecture_of(layers.network)
+    told = architecture_values(architecture)
+    if layers.kind != SAC:
+        told |= {"distribution": "gaussian", "probability_floor": PROBABILITY_FLOOR}
+    spec = PolicySpec(ALGORITHMS[layers.kind], dict(observations), actions, told)
+    chance = torch.Generator().manual_seed(0)
+    network_class: Any = SoftActorCritic if layers.kind == SAC else ActorCritic
+    network = network_class(spec.observations, actions, architecture, chance)
+    anew = to_arrays(dict(network.state_dict()))
+    weights = {name: np.array(array) for name, array in anew.items()}
+    weights |= _weights_of(layers)
+    for name, array in weights.items():
+        if name not in anew or array.shape != anew[name].shape:
+            raise PolicyLayersError(
+                f"{name} of shape {array.shape} has no place in the network; expected AWS's layers."
+            )
+    return ForeignPolicy(spec, weights, _what_begins_anew(layers))
+
+
+def _kind_of(spec: PolicySpec) -> str:
+    kinds = {"ppo": CONTINUOUS if isinstance(spec.actions, ContinuousActions) else DISCRETE, "sac": SAC}
+    if spec.algorithm not in kinds:
+        raise NoPlainLayersError(
+            f"the policy learned by {spec.algorithm}; expected ppo or sac, the two whose networks a car's software "
+            "knows. Train with one of them."
+        )
+    architecture = architecture_from(spec.network)
+    beyond = {
+        f"network.stack_size={spec.stack_size}": spec.stack_size > 1,
+        f"network.memory={architecture.memory}": architecture.memory != NONE,
+        f"network.encoder={architecture.encoder}": architecture.encoder is not None,
+        "network.normalise=true": architecture.normalise,
+        f"ppo.distribution={spec.network.get('distribution')}": spec.network.get("distribution", "gaussian")
+        != "gaussian",
+    }
+    for setting, is_so in beyond.items():
+        if is_so:
+            raise NoPlainLayersError(
+                f"the policy was trained with {setting}; expected convolutions and dense layers over one frame, which "
+                "is all that a car's software knows. Train without it."
+            )
+    return kinds[spec.algorithm]
+
+
+def _is_privileged(spec: PolicySpec) -> bool:
+    return architecture_from(spec.network).privileged_critic and len(spec.visible) < len(spec.observations)
+
+
+def _network_of(
+    spec: PolicySpec,
+    architecture: Architecture,
+    weights: Mapping[str, Any],
+    names: Sequence[str],
+    places: tuple[str, str, str],
+) -> NetworkLayers:
+    body, trunk, last = places
+    sensors = []
+    for number, (ours, theirs) in enumerate(zip(sorted(spec.visible), names, strict=True)):
+        part, place = spec.visible[ours], f"{body}.embedders.{number}"
+        layers = []
+        is_seen = len(part.shape) > 1
+        shape = (*part.shape, 1) if len(part.shape) == 2 else part.shape
+        for layer, (_, _, stride) in enumerate(architecture.convolutions if is_seen else ()):
+            kernel = np.asarray(weights[f"{place}.{1 + 2 * layer}.weight"], np.float32).transpose(2, 3, 1, 0)
+            layers.append(Convolution(kernel, np.asarray(weights[f"{place}.{1 + 2 * layer}.bias"]), stride))
+        first = 2 + 2 * len(architecture.convolutions) if is_seen else 1
+        units = architecture.image_units if is_seen else architecture.vector_units
+        dense = tuple(_dense(weights, f"{place}.{first + 2 * layer}") for layer in range(len(units)))
+        sensors.append(SensorLayers(theirs, shape, tuple(layers), dense, _shrink_of(shape) if is_seen else 1))
+    middle = tuple(_dense(weights, f"{trunk}.{2 * layer}") for layer in range(len(architecture.trunk_units)))
+    seen = tuple(replace(one, shape=(*IMAGE, one.shape[2])) if one.is_image else one for one in sensors)
+    return NetworkLayers(seen, middle, _dense(weights, last), architecture.activation)
+
+
+def _shrink_of(shape: tuple[int, ...]) -> int:
+    """Return how many of the car's pixels, across and down, one of these is.
+
+    Raises:
+        NoPlainLayersError: The car's image does not divide into them.
+    """
+    rows, columns = shape[:2]
+    if IMAGE[0] % rows or IMAGE[1] % columns or IMAGE[0] // rows != IMAGE[1] // columns:
+        raise NoPlainLayersError(
+            f"the policy sees {columns} x {rows} px; expected {IMAGE[1]} x {IMAGE[0]} as the car's camera gives, or a "
+            "size that this divides into squares, such as 80 x 60 or 40 x 30. Train with such camera.width and "
+            "camera.height."
+        )
+    return IMAGE[0] // rows
+
+
+def _dense(weights: Mapping[str, Any], place: str) -> DenseLayer:
+    kernel = np.asarray(weights[f"{place}.weight"], np.float32)
+    return DenseLayer(np.ascontiguousarray(kernel.T), np.asarray(weights[f"{place}.bias"], np.float32))
+
+
+def _architecture_of(network: NetworkLayers) -> Architecture:
+    """Return the row of figures of a file's layers.
+
+    Raises:
+        PolicyLayersError: Its sensors are not alike, as one row must serve all images.
+    """
+    images = [sensor for sensor in network.sensors if sensor.is_image]
+    vectors = [sensor for sensor in network.sensors if not sensor.is_image]
+    if len(images) > 1 or len(vectors) > 1:
+        raise PolicyLayersError("there is more than one camera or LiDAR; expected at most one of each.")
+    return Architecture(
+        convolutions=tuple(
+            (layer.kernel.shape[3], layer.kernel.shape[0], layer.stride) for one in images for layer in one.convolutions
+        ),
+        image_units=tuple(layer.kernel.shape[1] for one in images for layer in one.dense),
+        vector_units=tuple(layer.kernel.shape[1] for one in vectors for layer in one.dense),
+        trunk_units=tuple(layer.kernel.shape[1] for layer in network.trunk),
+        activation=network.activation,
+        separate_networks=True,
+        privileged_critic=False,
+        initialisation="glorot",
+    )
+
+
+def _weights_of(layers: PolicyLayers) -> dict[str, Array]:
+    """Return the weights that a file told, by our names."""
+    if layers.kind == SAC:
+        head, spread = layers.network.head, layers.log_std_head
+        if spread is None:
+            spread = DenseLayer(np.zeros_like(head.kernel), np.full_like(head.bias, -1.0))
+        both = DenseLayer(np.hstack([head.kernel, spread.kernel]), np.hstack([head.bias, spread.bias]))
+        last = f"actor.{2 * len(layers.network.trunk)}"
+        return _named(replace(layers.network, head=both), "eyes", "actor", last)
+    weights = _named(layers.network, "policy_body", "policy_body.trunk", "policy_head")
+    if layers.log_std is not None:
+        weights["log_std"] = np.asarray(layers.log_std, np.float32)
+    if layers.critic is not None:
+        weights |= _named(layers.critic, "critic_body", "critic_body.trunk", "value_head")
+    return weights
+
+
+def _named(network: NetworkLayers, body: str, trunk: str, last: str) -> dict[str, Array]:
+    weights: dict[str, Array] = {}
+    for number, sensor in enumerate(network.sensors):
+        place = f"{body}.embedders.{number}"
+        for layer, convolution in enumerate(sensor.convolutions):
+            weights[f"{place}.{1 + 2 * layer}.weight"] = np.ascontiguousarray(convolution.kernel.transpose(3, 2, 0, 1))
+            weights[f"{place}.{1 + 2 * layer}.bias"] = np.array(convolution.bias)
+        first = 2 + 2 * len(sensor.convolutions) if sensor.is_image else 1
+        for layer, dense in enumerate(sensor.dense):
+            weights |= _named_dense(dense, f"{place}.{first + 2 * layer}")
+    for layer, dense in enumerate(network.trunk):
+        weights |= _named_dense(dense, f"{trunk}.{2 * layer}")
+    return weights | _named_dense(network.head, last)
+
+
+def _named_dense(layer: DenseLayer, place: str) -> dict[str, Array]:
+    return {f"{place}.weight": np.ascontiguousarray(layer.kernel.T), f"{place}.bias": np.array(layer.bias)}
+
+
+def _require_same_world(
+    layers: PolicyLayers, observations: Mapping[str, ArraySpec], actions: DiscreteActions | ContinuousActions
+) -> None:
+    seen = sorted(name for name, part in observations.items() if not part.privileged)
+    there = [sensor.name for sensor in layers.network.sensors]
+    if len(seen) != len(there):
+        raise PolicyLayersError(
+            f"its network sees {', '.join(there)}; expected {', '.join(seen)}, as model_metadata.json says."
+        )
+    is_box = isinstance(actions, ContinuousActions)
+    width = len(actions.low) if is_box else actions.count
+    outputs = layers.network.head.bias.shape[0]
+    if is_box != (layers.kind != DISCRETE) or width != outputs:
+        here = f"{width} numbers of two ranges" if is_box else f"{width} actions of a list"
+        whose = {DISCRETE: f"chooses among {outputs}", CONTINUOUS: f"gives {outputs} numbers", SAC: f"gives {outputs}"}
+        raise PolicyLayersError(
+            f"its network {whose[layers.kind]} ({layers.kind}); expected {here}, as model_metadata.json says. Give the "
+            "metadata that it was trained with."
+        )
+
+
+def _what_begins_anew(layers: PolicyLayers) -> tuple[str, ...]:
+    notes = []
+    if layers.kind == SAC:
+        notes.append("the critics begin anew: AWS's SAC judges states as well as actions, ours actions alone")
+        if layers.log_std_head is None:
+            notes.append("how widely it explores begins anew: a frozen graph holds only what it is sure of")
+    elif layers.critic is None:
+        notes.append("the critic begins anew: a frozen graph holds the policy alone")
+    if layers.kind == CONTINUOUS and layers.log_std is None:
+        notes.append("how widely it explores begins anew: a frozen graph holds only what it is sure of")
+    return tuple(notes)

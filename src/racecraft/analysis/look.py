@@ -1,0 +1,168 @@
+"""What a policy saw, made of it and decided, picture after picture: what films, pages and tables of a look are made of.
+
+Begin with `look_at`. A lap, a film and a folder of pictures all end as a `Look`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from racecraft.analysis.attention import STEPS, TAKEN, AttentionError, Confidence, Question, Seen, attend
+from racecraft.contract.world import Array, ContinuousActions, DiscreteActions
+
+SHARPEST = 99.5
+"""Heat of this percentile of all pixels is drawn brightest: one spark does not darken a whole lap."""
+CAR_NUMBERS = ("steering", "speed")
+"""What the numbers of a car's actions are, in order."""
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """T pictures that a policy decided by."""
+
+    name: str
+    """Of the observation."""
+    frames: Array
+    """(T, H, W) uint8 grey, as it saw them; of a stack the newest."""
+    heat: Array
+    """(T, H, W), never negative: integrated gradients of every pixel, without sign."""
+    cam: Array | None
+    """(T, H, W), never negative: Grad-CAM; None for networks without convolutions."""
+    confidence: Confidence
+    """Of each picture."""
+    actions: Any
+    """What it decides."""
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """What the options are called; numbers where nobody named them."""
+        if not isinstance(self.actions, DiscreteActions):
+            return ()
+        return self.actions.labels or tuple(str(k) for k in range(self.actions.count))
+
+    @property
+    def sureness(self) -> tuple[Array, str]:
+        """How sure it was, (T,), and what that number is; higher is surer but for a spread."""
+        told = self.confidence
+        if np.isfinite(told.gap).all() and len(told.gap):
+            return 100.0 * told.gap, "best above second best (% of probability)"
+        if np.isfinite(told.margin).all():
+            return told.margin, "best above second best (worth, in reward)"
+        return told.deviations[:, 0], f"spread of {self.number_name(0)} (of its range, -1 to 1)"
+
+    @property
+    def doubtful(self) -> Array:
+        """Pictures in the order of doubt, the least sure first, (T,)."""
+        values, name = self.sureness
+        return np.argsort(-values if name.startswith("spread") else values, kind="stable")
+
+    def number_name(self, which: int) -> str:
+        """Return what a number of the actions is called."""
+        return CAR_NUMBERS[which] if which < len(CAR_NUMBERS) else f"number {which}"
+
+    def told(self, row: int) -> list[tuple[str, float, str]]:
+        """Return what it decided at a picture: (what, share of a bar 0 to 1, in words), two lines."""
+        one = self.confidence
+        if self.labels:
+            first, second = int(one.best[row]), int(one.second[row])
+            if np.isfinite(one.share[row]):
+                shares = float(one.share[row]), float(one.second_share[row])
+                words = [f"{100 * share:.0f} %" for share in shares]
+            else:
+                shares, words = (1.0, 0.0), ["best", f"worth {one.margin[row]:.2g} less"]
+            return [
+                (self.labels[k], share, word) for k, share, word in zip((first, second), shares, words, strict=True)
+            ]
+        return [self._number(row, which) for which in range(min(2, one.numbers.shape[1]))]
+
+    def facts(self, row: int) -> dict[str, Any]:
+        """Return what it decided at a picture as plain values: numbers in bounds, -1 to 1; shares from 0 to 1."""
+        one = self.confidence
+        if not self.labels:
+            return {self.number_name(k): float(value) for k, value in enumerate(one.numbers[row])}
+        return {
+            "chosen": self.labels[int(one.best[row])], "chosen_share": float(one.share[row]),
+            "second": self.labels[int(one.second[row])], "second_share": float(one.second_share[row]),
+            "margin": float(one.margin[row]),
+        }  # fmt: skip
+
+    def _number(self, row: int, which: int) -> tuple[str, float, str]:
+        middle = float(np.clip(self.confidence.numbers[row, which], -1.0, 1.0))
+        words = f"{middle:+.2f}"
+        if isinstance(self.actions, ContinuousActions):
+            low, high = self.actions.low[which], self.actions.high[which]
+            if np.isfinite([low, high]).all():
+                words = f"{low + (high - low) * (middle + 1.0) / 2.0:+.2f}"
+        return self.number_name(which), 0.5 + 0.5 * middle, words
+
+
+def look_at(
+    policy: Any,
+    seen: Seen,
+    actions: Any,
+    question: Question = TAKEN,
+    steps: int = STEPS,
+) -> Look:
+    """Explain all that a policy was fed.
+
+    Args:
+        policy: Who looks.
+        seen: What it was fed.
+        actions: The spec of what it decides.
+        question: Which part of the action.
+        steps: Of the integrated gradients.
+
+    Raises:
+        AttentionError: It sees no picture, or has no such part.
+    """
+    if not seen.pictures:
+        raise AttentionError(
+            f"this policy sees {', '.join(seen.fed)}, no picture; expected a camera. `analysis.attention.attend` tells "
+            "how much every number counts."
+        )
+    name = seen.pictures[0]
+    told = attend(policy, seen, question, steps)
+    return Look(
+        name, grey(seen.fed[name].cpu().numpy()), told.heat(name), told.maps.get(name), told.confidence, actions
+    )
+
+
+def grey(fed: Array) -> Array:
+    """Return pictures as they were fed, (T, H, W) or (T, H, W, C) of 0 to 1 or 0 to 255, as uint8 (T, H, W).
+
+    Of several channels the last stands for all: of a stack it is the newest.
+    """
+    plain = fed[..., -1] if fed.ndim == 4 else fed
+    scale = 255.0 if plain.max(initial=0.0) <= 1.0 else 1.0
+    return np.clip(np.rint(scale * plain), 0, 255).astype(np.uint8)
+
+
+def shining(heat: Array) -> Array:
+    """Return heat (T, H, W) from 0 to 1, one scale for all pictures."""
+    top = float(np.percentile(heat, SHARPEST)) if heat.size else 0.0
+    return np.clip(heat / (top or float(heat.max(initial=0.0)) or 1.0), 0.0, 1.0)
+
+
+def glowing(frame: Array, heat: Array, size: tuple[int, int]) -> Array:
+    """Return a picture (H, W) with its heat (H, W), 0 to 1, laid over it, uint8 (height, width, 3).
+
+    Args:
+        frame: uint8 grey.
+        heat: From `shining`.
+        size: (width, height), pixels of the result; pixels of the frame stay squares, heat is smooth.
+    """
+    from matplotlib import colormaps
+    from PIL import Image
+
+    below = np.asarray(Image.fromarray(frame).resize(size, Image.Resampling.NEAREST), np.float32)
+    smooth = Image.fromarray(heat.astype(np.float32)).resize(size, Image.Resampling.BILINEAR)
+    above = np.clip(np.asarray(smooth, np.float32), 0.0, 1.0)
+    cover = (0.85 * above**0.6)[..., None]
+    colour = 255.0 * colormaps["inferno"](0.25 + 0.75 * above)[..., :3]
+    return (0.75 * below[..., None] * (1.0 - cover) + colour * cover).astype(np.uint8)

@@ -1,0 +1,1 @@
+"""Commands for trainings that outlive their terminal."""

@@ -1,0 +1,127 @@
+"""`--detach`, for every command that trains: the training goes on as a job, and the terminal is free."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from racecraft.jobs.job import Job
+    from racecraft.training.request import TrainRequest
+
+NOT_FOR_THE_JOB = ("detach", "resume", "run", "json")
+"""Parameters of a training command that its job is not told, or told otherwise."""
+KEPT_ON_RESUME = ("--stop", "--pictures", "--no-pictures")
+
+
+def detach_training(context: typer.Context, run: Path | None, request: TrainRequest | None, json: bool) -> None:
+    """Begin a training, or go on with one, as a job; say how to look after it.
+
+    Args:
+        context: How the command was typed.
+        run: What --run named.
+        request: What is to be trained, read and checked here so that a letter comes now; None: `run` goes on.
+        json: Whether standard output belongs to one JSON object.
+
+    Raises:
+        UserInputError: Whatever was asked for and cannot be used.
+    """
+    from racecraft.training import worlds
+
+    verb = _verb(context)
+    words = typed_words(context, NOT_FOR_THE_JOB)
+    if request is not None:
+        worlds.plan(request)
+    job = submit_training(verb, words, run, goes_on=request is None)
+    tell_submitted(job, json)
+
+
+def submit_training(
+    verb: tuple[str, ...], words: Sequence[str], run: Path | None, goes_on: bool = False, **more: Any
+) -> Job:
+    """Put a training into the store.
+
+    Args:
+        verb: ("gym", "train").
+        words: Its arguments and options, --run left out.
+        run: The run folder; None: runs/ and the job's name.
+        goes_on: Whether the run is there, and is gone on with.
+        more: Further fields of `JobSpec`.
+
+    Raises:
+        RunFolderError: A run stands there already, or none where one should.
+    """
+    from racecraft.contract.errors import RunFolderError
+    from racecraft.formats.job_spec import JobSpec
+    from racecraft.formats.run_folder import JOB, RunFolder
+    from racecraft.jobs.home import JobHome
+    from racecraft.jobs.submit import environment_here, submit, submit_numbered
+
+    name = more.pop("name", "")
+    if goes_on and run is not None:
+        RunFolder.open(run)
+    elif run is not None and (run / JOB).exists():
+        raise RunFolderError(f"{run}: a run stands here already; expected a new place. Give another, or --resume.")
+
+    def spec(name: str) -> JobSpec | None:
+        place = run or Path("runs", name)
+        if run is None and place.exists():
+            return None
+        at = f"--run={place}"
+        again = (*verb, at, "--resume", *(word for word in words if word.partition("=")[0] in KEPT_ON_RESUME))
+        return JobSpec(
+            command=again if goes_on else (*verb, *words, at),
+            name=name,
+            resume=again,
+            run=str(place),
+            folder=str(Path.cwd()),
+            environment=environment_here(),
+            **more,
+        )
+
+    home = JobHome.of_user()
+    if name and (made := spec(name)) is not None:
+        return submit(home, made)
+    return submit_numbered(home, name or ("-".join(verb[:-1]) or "car"), spec)
+
+
+def tell_submitted(job: Job, json: bool) -> None:
+    """Say that a job is on its way, and what can be done with it."""
+    from racecraft.cli.output import print_json
+
+    if json:
+        print_json({"job": job.name, "run": str(job.spec.run_folder() or ""), "status": job.status})
+        return
+    where = f", run {job.spec.run}" if job.spec.run else ""
+    print(f"job {job.name} goes on by itself{where}; this terminal may be closed")
+    print(f"  racecraft jobs logs -f {job.name}     # watch it")
+    print(f"  racecraft jobs stop {job.name}        # end it; `jobs resume` goes on later")
+
+
+def _verb(context: typer.Context) -> tuple[str, ...]:
+    """Return a command's words behind `racecraft`, such as ("gym", "train")."""
+    parent = context.parent
+    return () if parent is None else (*_verb(parent), str(context.info_name))  # type: ignore[arg-type]
+
+
+def typed_words(context: typer.Context, leave_out: Sequence[str]) -> tuple[str, ...]:
+    """Return what was typed behind a command, said again: options first, arguments behind them."""
+    options: list[str] = []
+    arguments: list[str] = []
+    for part in context.command.params:
+        source = context.get_parameter_source(str(part.name))
+        if part.name in leave_out or source is None or source.name != "COMMANDLINE":
+            continue
+        value = context.params[str(part.name)]
+        values = value if isinstance(value, list | tuple) else [value]
+        if part.param_type_name == "argument":
+            arguments += [str(one) for one in values]
+        elif isinstance(value, bool):
+            options.append(part.opts[0] if value else part.secondary_opts[0])
+        else:
+            long = next(name for name in part.opts if name.startswith("--"))
+            options += [f"{long}={one}" for one in values]
+    return (*options, *arguments)

@@ -1,0 +1,74 @@
+"""`racecraft serve RUN`: any trained policy behind HTTP."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from racecraft.cli.options import Json
+
+if TYPE_CHECKING:
+    from racecraft.serving.endpoint_server import EndpointServer
+
+
+def serve(
+    run: Annotated[str, typer.Argument(metavar="RUN[:best|last|N]", help="A run folder of any world.")],
+    port: Annotated[int, typer.Option(help="0: any free one.")] = 8080,
+    host: Annotated[str, typer.Option(help="Who may ask; 0.0.0.0: other machines too.")] = "127.0.0.1",
+    policy: Annotated[str, typer.Option(help="Whose rows, where groups have policies of their own.")] = "",
+    ready: Annotated[Path | None, typer.Option(hidden=True, help="File that is told the address.")] = None,
+    json: Json = False,
+) -> None:
+    """Answer GET /ping and POST /invocations for a trained policy, until Ctrl-C or SIGTERM.
+
+    Observations come as JSON ({"instances": […]} or {"inputs": {…}}), as .npy or .npz, or as a PNG or JPEG picture.
+
+    Examples:
+
+        racecraft serve runs/CartPole-v1-1
+
+        racecraft serve runs/reinvent_base-1:last --port 0 --json
+
+        curl -H 'Content-Type: image/png' --data-binary @frame.png http://127.0.0.1:8080/invocations
+    """
+    from racecraft.cli.output import say
+    from racecraft.players.trained import load_policy
+    from racecraft.serving.endpoint_server import EndpointServer
+    from racecraft.serving.snake_server import answer_before_thinking, settle
+
+    answer_before_thinking()
+    server = EndpointServer(load_policy(run), policy)
+    server.warm_up()
+    settle()
+    _answer_until_interrupted(server, host, port, ready, json)
+    say(
+        f"{server.requests} answers in {server.batches} batches, {server.refused} refused, "
+        f"p99 {server.p99_ms():.1f} ms",
+        quiet_stdout=json,
+    )
+
+
+def _answer_until_interrupted(server: EndpointServer, host: str, port: int, ready: Path | None, json: bool) -> None:
+    import asyncio
+    import contextlib
+    from json import dumps
+
+    from racecraft.cli.output import print_json, say
+    from racecraft.formats.whole import write_whole
+    from racecraft.serving.snake_server import serve_until_cancelled
+
+    def tell(port: int) -> None:
+        url = f"http://{host}:{port}"
+        if ready is not None:
+            write_whole(ready, dumps({"url": url}) + "\n")
+        if json:
+            print_json(
+                {"url": url, "run": str(server.policy.run.path), "iteration": server.policy.checkpoint.iteration}
+            )
+        else:
+            say(f"{server.policy.run.path} answers at {url}/invocations (Ctrl-C ends)", quiet_stdout=False)
+
+    with contextlib.suppress(KeyboardInterrupt, asyncio.CancelledError):
+        asyncio.run(serve_until_cancelled(server, host, port, tell))

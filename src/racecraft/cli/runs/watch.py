@@ -1,0 +1,90 @@
+"""`racecraft watch RUN`: a training on a page of this machine, live and after it."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+import webbrowser
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from racecraft.cli.options import Json
+
+PORT = 8100
+"""Where the original's viewer stood (facts: deepracer-systems.md A2, DR_WEBVIEWER_PORT)."""
+
+BEHIND = 5
+"""Niceness of whoever serves a page: a training comes first."""
+
+Port = Annotated[
+    int | None,
+    typer.Option(min=0, max=65535, help=f"By default {PORT} or, where it is taken, the next free; 0: any free one."),
+]
+Open = Annotated[bool, typer.Option("--open/--no-open", help="Open it in the browser.")]
+
+
+def watch(
+    run: Annotated[Path, typer.Argument(help="A run folder, such as runs/reinvent_base-1; it may be training.")],
+    port: Port = None,
+    open_it: Open = True,
+    json: Json = False,
+) -> None:
+    """Watch a run in the browser, while it trains or after; until Ctrl-C.
+
+    Every car on the map with its camera, the curves beside; after the training every kept episode. A training that
+    is not looked at writes nothing for this page.
+
+    Examples:
+
+        racecraft watch runs/reinvent_base-1
+
+        racecraft watch runs/reinvent_base-1 --port 9000
+    """
+    from racecraft.cli.output import print_json, say
+
+    def tell(text: str) -> None:
+        say(text, quiet_stdout=json)
+
+    close, address = serve(run, port, tell)
+    try:
+        if json:
+            print_json({"url": address, "run": str(run)})
+        else:
+            tell(f"{run}: {address}  (Ctrl-C ends)")
+        if open_it:
+            open_page(address)
+        with suppress(KeyboardInterrupt):
+            while True:
+                time.sleep(3600)
+    finally:
+        close()
+
+
+def open_page(address: str) -> None:
+    """Open a page aside: a browser of the terminal keeps its caller waiting until it is closed."""
+    threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+
+
+def serve(run: Path, port: int | None, tell: Callable[[str], None]) -> tuple[Callable[[], None], str]:
+    """Begin to serve a run; return what ends it, and the address.
+
+    Raises:
+        RunFolderError: No run folder.
+        PortError: The port asked for cannot be listened on.
+    """
+    from racecraft.formats.run_folder import RunFolder
+    from racecraft.serving.port import choose_port
+    from racecraft.serving.watch_server import WatchServer
+
+    if hasattr(os, "nice"):
+        os.nice(BEHIND)
+    server = WatchServer(RunFolder.open(run))
+    chosen, note = choose_port(port, PORT)
+    if note:
+        tell(note)
+    return server.close, server.start(chosen)

@@ -1,0 +1,23 @@
+"""`sagemaker`, as the notebooks of SageMaker RL use it: jobs of this machine instead of AWS's.
+
+Both versions of the SDK's names are understood. What is not here trains no agent.
+"""
+
+from racecraft.compat.names.sagemaker import analytics, estimator, exceptions, inputs, predictor, rl, session
+from racecraft.compat.names.sagemaker import serializers as serializers
+from racecraft.jobs.session import Session, TrainingInput, get_execution_role
+
+s3_input = TrainingInput
+
+__all__ = [
+    "Session",
+    "analytics",
+    "estimator",
+    "exceptions",
+    "get_execution_role",
+    "inputs",
+    "predictor",
+    "rl",
+    "s3_input",
+    "session",
+]

@@ -1,0 +1,5 @@
+"""`sagemaker.analytics`."""
+
+from racecraft.jobs.estimator import TrainingJobAnalytics
+
+__all__ = ["TrainingJobAnalytics"]

@@ -1,0 +1,5 @@
+"""`sagemaker.deserializers`."""
+
+from racecraft.jobs.endpoint import JSONDeserializer, NumpyDeserializer
+
+__all__ = ["JSONDeserializer", "NumpyDeserializer"]

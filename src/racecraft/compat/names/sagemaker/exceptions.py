@@ -1,0 +1,5 @@
+"""`sagemaker.exceptions`."""
+
+from racecraft.jobs.estimator import UnexpectedStatusException
+
+__all__ = ["UnexpectedStatusException"]

@@ -1,0 +1,5 @@
+"""`sagemaker.inputs`."""
+
+from racecraft.jobs.session import TrainingInput
+
+__all__ = ["TrainingInput"]

@@ -1,0 +1,7 @@
+"""`sagemaker.session`."""
+
+from racecraft.jobs.session import Session, TrainingInput, get_execution_role
+
+s3_input = TrainingInput
+
+__all__ = ["Session", "get_execution_role", "s3_input"]

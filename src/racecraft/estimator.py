@@ -1,0 +1,22 @@
+"""SageMaker's estimator for reinforcement learning, on this machine; `racecraft.jobs.estimator` tells how it works.
+
+from racecraft.estimator import RLEstimator, RLFramework, RLToolkit
+"""
+
+from racecraft.jobs.endpoint import Predictor
+from racecraft.jobs.estimator import RLEstimator, TrainingJob, TrainingJobAnalytics, UnexpectedStatusException
+from racecraft.jobs.estimator_words import RLFramework, RLToolkit
+from racecraft.jobs.session import Session, TrainingInput, get_execution_role
+
+__all__ = [
+    "Predictor",
+    "RLEstimator",
+    "RLFramework",
+    "RLToolkit",
+    "Session",
+    "TrainingInput",
+    "TrainingJob",
+    "TrainingJobAnalytics",
+    "UnexpectedStatusException",
+    "get_execution_role",
+]

@@ -1,0 +1,53 @@
+"""The archive that a physical car takes: `carfile.tar.gz` with `agent/model.pb` and `model_metadata.json`.
+
+Source: facts: deepracer.md 9.6, deepracer-systems.md A8.
+"""
+
+from __future__ import annotations
+
+import gzip
+import io
+import tarfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from racecraft.formats.whole import make_folder, whole_file
+
+CAR_ARCHIVE = "carfile.tar.gz"
+GRAPH, METADATA = "agent/model.pb", "model_metadata.json"
+
+
+def write_car_archive(path: str | Path, graph: bytes, metadata: str) -> Path:
+    """Write what a car takes; the same policy gives the same bytes.
+
+    Args:
+        path: The archive, or a folder for one called `carfile.tar.gz`.
+        graph: The frozen graph.
+        metadata: Text of model_metadata.json.
+
+    Raises:
+        OutputFileError: The place cannot be written.
+    """
+    target = Path(path)
+    target = target if target.name.endswith((".tar.gz", ".tgz")) else target / CAR_ARCHIVE
+    make_folder(target.parent)
+    write_archive(target, {GRAPH: graph, METADATA: metadata.encode()})
+    return target
+
+
+def write_archive(path: Path, files: Mapping[str, bytes]) -> None:
+    """Write files by name as a .tar.gz, without times and owners."""
+    with (
+        whole_file(path) as part,
+        open(part, "wb") as raw,
+        _without_time(raw) as packed,
+        tarfile.open(fileobj=packed, mode="w") as tar,
+    ):
+        for name, data in files.items():
+            entry = tarfile.TarInfo(name)
+            entry.size, entry.mode = len(data), 0o644
+            tar.addfile(entry, io.BytesIO(data))
+
+
+def _without_time(raw: io.BufferedWriter) -> gzip.GzipFile:
+    return gzip.GzipFile(filename="", fileobj=raw, mode="wb", compresslevel=1, mtime=0)

@@ -1,0 +1,12 @@
+"""TensorFlow's files without TensorFlow: graphs and checkpoints, read and written. Begin in `graph.py`.
+
+    wire.py         protocol-buffer messages as fields: the alphabet of the other files
+    tensors.py      an array in a message
+    graph.py        a graph of named nodes: `model.pb`, and what a `.meta` file holds
+    table.py        sorted tables of keys and values: what a `.index` file is
+    checkpoint.py   named arrays: `.index` and `.data-00000-of-00001`
+    crc32c.py       the checksum over both
+    arithmetic.py   what a graph computes, in NumPy
+
+Everything read is a stranger's: sizes are checked before anything is made of them, and nothing that is read runs.
+"""

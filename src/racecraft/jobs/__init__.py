@@ -1,0 +1,18 @@
+"""Trainings that outlive the terminal they were begun in. Begin with `submit.py`, then `supervisor.py`.
+
+    states.py       the map of a job's life, in SageMaker's words
+    job.py          one job as it stands, and every legal change of it
+    store.py        what a store of jobs promises; one in memory
+    sql_store.py    the same on any database that SQLAlchemy knows
+    home.py         where the jobs of this account lie: store, logs, folders
+    submit.py       put a job into the store, and see to it that somebody works there
+    supervisor.py   takes jobs, starts them, restarts what a signal ended, queues the rest
+    children.py     a job's process, and how it dies with its supervisor
+    lifeline.py     the other end of that, in the job's process
+    capacity.py     cores and memory of this machine
+    follow.py       a job's log as it grows
+    metrics.py      figures read out of a log, as series
+
+A job is a command of racecraft's. It knows of other rooms only by the words of that command, and of what was trained
+only by its run folder.
+"""

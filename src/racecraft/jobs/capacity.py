@@ -1,0 +1,78 @@
+"""Cores and memory of this machine, as far as this process may use them."""
+
+from __future__ import annotations
+
+import os
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from racecraft.formats.job_spec import JobSpec
+from racecraft.jobs.states import JobError
+
+CGROUP_LIMIT = Path("/sys/fs/cgroup/memory.max")
+
+
+@dataclass(frozen=True)
+class Capacity:
+    """What a machine has, or what is left of it."""
+
+    cores: int
+    memory_mib: int
+
+    @classmethod
+    def of_machine(cls) -> Capacity:
+        """Return what this process may use; a container's limit counts."""
+        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        return cls(cores, _memory_bytes() // 2**20)
+
+    def taken_by(self, spec: JobSpec) -> Capacity:
+        """Return what a job takes of it."""
+        return Capacity(self.cores if spec.cores is None else spec.cores, spec.memory_mib)
+
+    def without(self, taken: Capacity) -> Capacity:
+        """Return what is left."""
+        return Capacity(self.cores - taken.cores, self.memory_mib - taken.memory_mib)
+
+    def has(self, wanted: Capacity) -> bool:
+        """Tell whether that much is here."""
+        return wanted.cores <= self.cores and wanted.memory_mib <= self.memory_mib
+
+    def require(self, spec: JobSpec) -> None:
+        """Refuse a job that this machine could never start.
+
+        Raises:
+            JobError: It takes more than all there is.
+        """
+        wanted = self.taken_by(spec)
+        if not self.has(wanted):
+            raise JobError(
+                f"Job {spec.name} takes {wanted.cores} cores and {wanted.memory_mib} MiB; this machine has "
+                f"{self.cores} and {self.memory_mib}. Ask for less with --cores and --memory."
+            )
+
+
+def _memory_bytes() -> int:
+    if sys.platform == "win32":
+        return _memory_on_windows()
+    total = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    try:
+        limit = CGROUP_LIMIT.read_text().strip()
+    except OSError:
+        return total
+    return min(total, int(limit)) if limit.isdigit() else total
+
+
+def _memory_on_windows() -> int:
+    import ctypes
+
+    class Status(ctypes.Structure):
+        _fields_ = (
+            ("length", ctypes.c_ulong),
+            ("load", ctypes.c_ulong),
+            *((name, ctypes.c_ulonglong) for name in ("total", "free", "pages", "free_pages", "all", "rest", "more")),
+        )
+
+    status = Status(length=ctypes.sizeof(Status))
+    ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status))  # type: ignore[attr-defined]
+    return int(status.total)

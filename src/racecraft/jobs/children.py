@@ -1,0 +1,111 @@
+"""A job's process: started apart from every terminal, ended with all it has started. Begin with `start`."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from racecraft.formats.job_spec import JobSpec
+from racecraft.formats.run_folder import JOB
+from racecraft.jobs import lifeline
+
+THREADS = "OMP_NUM_THREADS"
+"""Tells most libraries how many cores are theirs."""
+
+
+@dataclass
+class Child:
+    """A job's process."""
+
+    process: subprocess.Popen[bytes]
+
+    @property
+    def pid(self) -> int:
+        """Its number."""
+        return self.process.pid
+
+    def ended(self) -> int | None:
+        """Return what it ended with, negative for a signal; None while it lives. What it left running is ended, too."""
+        code = self.process.poll()
+        if code is not None:
+            self.kill()
+            if self.process.stdin:
+                self.process.stdin.close()
+        return code
+
+    def end(self) -> None:
+        """End it at once, and wait until it has."""
+        self.kill()
+        self.process.wait()
+        self.ended()
+
+    def ask_to_end(self) -> None:
+        """Ask it to end (SIGTERM)."""
+        with contextlib.suppress(OSError):
+            self.process.terminate()
+
+    def kill(self) -> None:
+        """End it at once, and all it has started."""
+        if sys.platform == "win32":
+            if self.process.poll() is None:
+                tree = ["taskkill", "/F", "/T", "/PID", str(self.pid)]
+                subprocess.run(tree, capture_output=True, check=False)
+            return
+        with contextlib.suppress(OSError):
+            os.killpg(self.pid, signal.SIGKILL)
+
+
+def start(spec: JobSpec, log: Path) -> Child:
+    """Start a job's process; where its run folder holds a run, it goes on with it.
+
+    Raises:
+        OSError: The interpreter or the folder is gone, or the log cannot be written.
+    """
+    words = words_now(spec)
+    environment = {**os.environ, **spec.environment, lifeline.VARIABLE: "1", "PYTHONUNBUFFERED": "1"}
+    if spec.cores:
+        environment[THREADS] = str(spec.cores)
+    with open(log, "ab") as said:
+        process = subprocess.Popen(
+            [spec.python or sys.executable, "-m", "racecraft", *words],
+            cwd=spec.folder,
+            env=environment,
+            stdin=subprocess.PIPE,
+            stdout=said,
+            stderr=subprocess.STDOUT,
+            **apart(),
+        )
+    return Child(process)
+
+
+def words_now(spec: JobSpec) -> Sequence[str]:
+    """Return the words behind `racecraft` with which a job is begun, or gone on with."""
+    run = spec.run_folder()
+    begun = run is not None and (run / JOB).exists()
+    return spec.resume if begun and spec.resume else spec.command
+
+
+def apart() -> dict[str, Any]:
+    """Return how a process is started that no terminal takes with it."""
+    if sys.platform == "win32":
+        return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
+    return {"start_new_session": True}
+
+
+def signal_name(code: int) -> str:
+    """Return the name of the signal that a process ended with.
+
+    >>> signal_name(-9)
+    'SIGKILL'
+    """
+    try:
+        return signal.Signals(-code).name
+    except ValueError:
+        return f"signal {-code}"

@@ -1,0 +1,132 @@
+"""The words of SageMaker's `RLEstimator`: old names and new ones, toolkits and frameworks, and what is only recorded.
+
+Facts: battlesnake-and-sagemaker-rl.md C.1.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from enum import Enum
+from typing import Any
+
+from racecraft.contract.errors import SettingError, nearest
+
+
+class RLToolkit(Enum):
+    """Toolkits that scripts were written for."""
+
+    COACH = "coach"
+    RAY = "ray"
+
+
+class RLFramework(Enum):
+    """Frameworks that scripts were written for."""
+
+    TENSORFLOW = "tensorflow"
+    MXNET = "mxnet"
+    PYTORCH = "pytorch"
+
+
+TOOLKIT_VERSIONS: Mapping[str, tuple[str, ...]] = {
+    "coach": ("0.10.1", "0.10", "0.11.0", "0.11.1", "0.11", "1.0.0"),
+    "ray": ("0.5.3", "0.5", "0.6.5", "0.6", "0.8.2", "0.8.5", "1.6.0"),
+}
+FIRST_NAMES: Mapping[str, str] = {
+    "train_instance_count": "instance_count",
+    "train_instance_type": "instance_type",
+    "train_max_run": "max_run",
+    "train_max_wait": "max_wait",
+    "train_use_spot_instances": "use_spot_instances",
+    "train_volume_size": "volume_size",
+    "train_volume_kms_key": "volume_kms_key",
+    "image_name": "image_uri",
+}
+"""Names of the SDK's first version, and what its second calls them."""
+ONLY_RECORDED = (
+    "role", "instance_count", "instance_type", "volume_size", "volume_kms_key", "input_mode", "output_path",
+    "output_kms_key", "tags", "subnets", "security_group_ids", "model_uri", "model_channel_name",
+    "encrypt_inter_container_traffic", "checkpoint_s3_uri", "checkpoint_local_path", "enable_network_isolation",
+    "instance_groups", "keep_alive_period_in_seconds", "code_location", "git_config", "sagemaker_session",
+    "container_log_level", "py_version", "debugger_hook_config", "rules", "enable_sagemaker_metrics",
+    "profiler_config", "disable_profiler", "max_retry_attempts",
+)  # fmt: skip
+"""Words that are accepted and written down; on one machine they change nothing."""
+FLOAT = r"[-+]?[0-9]*[.]?[0-9]+(?:[eE][-+]?[0-9]+)?"
+
+
+def second_names(words: Mapping[str, Any]) -> dict[str, Any]:
+    """Return an estimator's words in the SDK's second spelling.
+
+    Raises:
+        SettingError: Both spellings of one word are given.
+    """
+    renamed: dict[str, Any] = {}
+    for name, value in words.items():
+        new = FIRST_NAMES.get(name, name)
+        if new in renamed:
+            raise SettingError(f"RLEstimator: {name} and {new} are one word; give it once.")
+        renamed[new] = value
+    return renamed
+
+
+def require_known(words: Mapping[str, Any], known: tuple[str, ...]) -> None:
+    """Refuse words that no version of the SDK has.
+
+    Raises:
+        SettingError: An unknown word; the nearest known one is told.
+    """
+    for name in words:
+        if name not in known:
+            raise SettingError(f"RLEstimator has no '{name}'. {nearest(name, [*known, *FIRST_NAMES])}")
+
+
+def check_image(image_uri: Any, toolkit: Any, version: Any, framework: Any) -> dict[str, Any]:
+    """Return which image a script was written for; it is recorded, no image is run.
+
+    Raises:
+        AttributeError: Neither an image nor all of toolkit, toolkit_version and framework, as at SageMaker.
+        SettingError: There is no such toolkit, version or framework.
+    """
+    told = {"toolkit": _word(toolkit), "toolkit_version": version, "framework": _word(framework)}
+    if image_uri is not None:
+        if any(value is not None for value in told.values()):
+            warnings.warn("image_uri is given, so toolkit, toolkit_version and framework are passed over", stacklevel=3)
+        return {"image_uri": image_uri}
+    missing = [name for name, value in told.items() if value is None]
+    if missing:
+        raise AttributeError(f"RLEstimator: {', '.join(missing)} missing; expected them all, or image_uri.")
+    for name, known in (("toolkit", RLToolkit), ("framework", RLFramework)):
+        values = [str(one.value) for one in known]
+        if told[name] not in values:
+            raise SettingError(f"RLEstimator: there is no {name} '{told[name]}'. {nearest(told[name], values)}")
+    versions = TOOLKIT_VERSIONS[told["toolkit"]]
+    if version not in versions:
+        raise SettingError(
+            f"RLEstimator: there was no {told['toolkit']} {version} at SageMaker; expected {', '.join(versions)}."
+        )
+    return told
+
+
+def default_metric_definitions(toolkit: RLToolkit | str) -> list[dict[str, str]]:
+    """Return the metrics that a toolkit's log is searched for.
+
+    Raises:
+        SettingError: There is no such toolkit.
+    """
+    name = _word(toolkit)
+    if name == RLToolkit.COACH.value:
+        return [
+            {"Name": "reward-training", "Regex": "(?m)^Training>.*Total reward=(.*?),"},
+            {"Name": "reward-testing", "Regex": "(?m)^Testing>.*Total reward=(.*?),"},
+        ]
+    if name == RLToolkit.RAY.value:
+        return [
+            {"Name": metric, "Regex": f"{metric}: ({FLOAT})"}
+            for metric in ("episode_reward_mean", "episode_reward_max")
+        ]
+    raise SettingError(f"There is no toolkit '{name}'. {nearest(str(name), ['coach', 'ray'])}")
+
+
+def _word(value: Any) -> Any:
+    return value.value if isinstance(value, Enum) else value

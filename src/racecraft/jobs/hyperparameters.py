@@ -1,0 +1,131 @@
+"""Hyperparameters of a SageMaker job: how they travel to a script, and which `rl.…` names mean something.
+
+Overrides such as `rl.training.config.lr` change the experiment that a launcher script describes (facts:
+battlesnake-and-sagemaker-rl.md C.5). A misspelt one would only be noticed after minutes, or never; so it is checked
+when the estimator is made.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from racecraft.contract.errors import SettingError, nearest
+
+PREFIX = "rl."
+EXPERIMENT_WORDS = (
+    "run", "env", "stop", "config", "checkpoint_freq", "checkpoint_at_end", "local_dir", "num_samples", "restore",
+    "max_failures", "keep_checkpoints_num", "resources_per_trial", "verbose", "name",
+)  # fmt: skip
+"""Words of one experiment, `rl.training.WORD`."""
+STOP_WORDS = (
+    "time_total_s", "timesteps_total", "episodes_total", "training_iteration", "episode_reward_mean",
+    "episode_reward_max", "episode_reward_min", "episode_len_mean",
+)  # fmt: skip
+"""Words behind `rl.training.stop.`"""
+CONFIG_WORDS = (
+    "env", "env_config", "num_workers", "num_gpus", "num_gpus_per_worker", "num_cpus_per_worker",
+    "num_cpus_for_driver", "num_envs_per_worker", "framework", "eager", "use_pytorch", "seed", "monitor", "log_level",
+    "ignore_worker_failures", "gamma", "lambda", "lr", "lr_schedule", "kl_coeff", "kl_target", "clip_param",
+    "vf_clip_param", "vf_loss_coeff", "vf_share_layers", "entropy_coeff", "entropy_coeff_schedule", "grad_clip",
+    "num_sgd_iter", "sgd_minibatch_size", "train_batch_size", "sample_batch_size", "rollout_fragment_length",
+    "batch_mode", "horizon", "soft_horizon", "clip_rewards", "clip_actions", "normalize_actions",
+    "observation_filter", "use_gae", "use_critic", "shuffle_sequences", "simple_optimizer", "model", "multiagent",
+    "evaluation_interval", "evaluation_num_episodes", "evaluation_config", "callbacks", "compress_observations",
+    "no_done_at_end", "synchronize_filters", "tf_session_args", "buffer_size", "learning_starts", "prioritized_replay",
+    "prioritized_replay_alpha", "prioritized_replay_beta", "prioritized_replay_eps", "target_network_update_freq",
+    "n_step", "double_q", "dueling", "noisy", "num_atoms", "v_min", "v_max", "hiddens", "exploration_config",
+    "exploration_fraction", "exploration_final_eps", "final_prioritized_replay_beta", "per_worker_exploration",
+    "worker_side_prioritization", "min_iter_time_s", "timesteps_per_iteration", "optimizer", "adam_epsilon",
+    "input", "output", "preprocessor_pref", "num_aggregation_workers", "create_env_on_driver",
+)  # fmt: skip
+"""Words of RLlib's configuration, `rl.training.config.WORD` (Ray 0.5 to 1.6)."""
+OWN_KEYS = (
+    "sagemaker_program", "sagemaker_submit_directory", "sagemaker_job_name", "sagemaker_region",
+    "sagemaker_container_log_level", "sagemaker_estimator",
+)  # fmt: skip
+"""What the SDK adds for its containers; a script is not told."""
+
+
+def check_overrides(hyperparameters: Mapping[str, Any]) -> tuple[str, ...]:
+    """Look at every `rl.…` name; return what is worth saying, a sentence each.
+
+    Raises:
+        SettingError: A name that no launcher would find; the nearest known one is told.
+
+    >>> check_overrides({"rl.training.config.lr": 1e-4, "num_agents": 5})
+    ()
+    >>> check_overrides({"rl.training.config.num_sgd_itr": 3})
+    Traceback (most recent call last):
+    racecraft.contract.errors.SettingError: hyperparameter 'rl.training.config.num_sgd_itr': RLlib's configuration has \
+no 'num_sgd_itr'. Did you mean 'num_sgd_iter'?
+    """
+    said = []
+    for name in hyperparameters:
+        if not name.startswith(PREFIX):
+            continue
+        steps = name.removeprefix(PREFIX).split(".")
+        if any("__" in step for step in steps):
+            raise SettingError(f"hyperparameter '{name}': names with '__' are refused, here as by the launcher.")
+        if steps[0] != "training":
+            continue  # Coach presets have names of their own: rl.agent_params.…
+        if steps == ["training", "config", "num_cpus"]:
+            said.append(
+                "rl.training.config.num_cpus means nothing to RLlib, though the AWS blog prints it; how many workers "
+                "there are is rl.training.config.num_workers, and it is taken as that."
+            )
+            continue
+        _require(name, steps, 1, EXPERIMENT_WORDS, "an experiment")
+        if steps[1:2] == ["stop"]:
+            _require(name, steps, 2, STOP_WORDS, "RLlib's stop")
+        if steps[1:2] == ["config"]:
+            _require(name, steps, 2, CONFIG_WORDS, "RLlib's configuration")
+    return tuple(said)
+
+
+def as_arguments(hyperparameters: Mapping[str, Any]) -> list[str]:
+    """Return the words a script is started with, as SageMaker's toolkit makes them.
+
+    >>> as_arguments({"num_iters": 10, "e": 0.5, "greedy": True, "sagemaker_program": "x.py"})
+    ['-e', '0.5', '--greedy', 'True', '--num_iters', '10']
+    """
+    words: list[str] = []
+    for name in sorted(hyperparameters):
+        if name not in OWN_KEYS:
+            words += [f"-{name}" if len(name) == 1 else f"--{name}", _text(hyperparameters[name])]
+    return words
+
+
+def encoded(hyperparameters: Mapping[str, Any]) -> dict[str, str]:
+    """Return hyperparameters as `hyperparameters.json` holds them: every value as JSON in a text.
+
+    Raises:
+        SettingError: A value that JSON cannot hold.
+    """
+    try:
+        return {str(name): json.dumps(value) for name, value in hyperparameters.items()}
+    except (TypeError, ValueError) as error:
+        raise SettingError(f"hyperparameters: {error}; expected numbers, words, lists and objects.") from None
+
+
+def decoded(told: Mapping[str, str]) -> dict[str, Any]:
+    """Return what `encoded` was given; a text that is no JSON stands for itself."""
+    values: dict[str, Any] = {}
+    for name, text in told.items():
+        try:
+            values[name] = json.loads(text)
+        except ValueError:
+            values[name] = text
+    return values
+
+
+def _require(name: str, steps: list[str], at: int, known: tuple[str, ...], whose: str) -> None:
+    if len(steps) <= at:
+        raise SettingError(f"hyperparameter '{name}' stops too early; expected a word behind it: {', '.join(known)}.")
+    if steps[at] not in known:
+        raise SettingError(f"hyperparameter '{name}': {whose} has no '{steps[at]}'. {nearest(steps[at], known)}")
+
+
+def _text(value: Any) -> str:
+    return value if isinstance(value, str) else json.dumps(value) if isinstance(value, dict | list) else str(value)

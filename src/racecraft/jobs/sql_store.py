@@ -1,0 +1,170 @@
+"""A store of jobs on any database that SQLAlchemy knows; SQLite by default. It promises what `store.py` says.
+
+One table, one row a job. Every write is one statement that names the revision it changes, so that the database itself
+decides who was first; nothing is locked between two statements.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import sqlalchemy as sql
+from sqlalchemy.exc import ArgumentError, DBAPIError, IntegrityError, NoSuchModuleError, SQLAlchemyError
+
+from racecraft.contract.errors import UserInputError
+from racecraft.jobs.job import Job, job_of
+from racecraft.jobs.store import name_taken
+
+VERSION = 1
+PATIENCE_SECONDS = 30.0
+"""How long a statement waits for others that write."""
+
+_tables = sql.MetaData()
+_about = sql.Table(
+    "racecraft_store",
+    _tables,
+    sql.Column("name", sql.String(32), primary_key=True),
+    sql.Column("value", sql.String(255), nullable=False),
+)
+_jobs = sql.Table(
+    "racecraft_jobs",
+    _tables,
+    sql.Column("name", sql.String(63), primary_key=True),
+    sql.Column("created", sql.Float(53), nullable=False, index=True),
+    sql.Column("state", sql.String(32), nullable=False),
+    sql.Column("revision", sql.Integer, nullable=False),
+    sql.Column("told", sql.Text, nullable=False),
+)
+
+
+class JobStoreError(UserInputError):
+    """A store of jobs cannot be opened, read or written."""
+
+
+class SqlStore:
+    """Holds jobs in a database.
+
+    Args:
+        url: SQLAlchemy's, such as "sqlite:////home/me/jobs.sqlite" or "postgresql://host/jobs".
+
+    Raises:
+        JobStoreError: No such database, one that cannot be written, or one of another version.
+    """
+
+    def __init__(self, url: str) -> None:
+        self.url = url
+        with self._letters():
+            self._engine = _engine(url)
+            _tables.create_all(self._engine)
+            with self._engine.connect() as connection, contextlib.suppress(IntegrityError):
+                connection.execute(_about.insert().values(name="version", value=str(VERSION)))
+        self._require_version()
+
+    def add(self, job: Job) -> None:
+        """Take a new job."""
+        try:
+            with self._letters(), self._engine.connect() as connection:
+                connection.execute(_jobs.insert().values(name=job.name, created=job.created, **_row(job)))
+        except IntegrityError:
+            raise name_taken(job.name) from None
+
+    def find(self, name: str) -> Job | None:
+        """Return the job of a name."""
+        with self._letters(), self._engine.connect() as connection:
+            told = connection.execute(sql.select(_jobs.c.told).where(_jobs.c.name == name)).scalar()
+        return None if told is None else job_of(json.loads(told))
+
+    def jobs(self) -> list[Job]:
+        """Return all jobs, the oldest first."""
+        with self._letters(), self._engine.connect() as connection:
+            rows = connection.execute(sql.select(_jobs.c.told).order_by(_jobs.c.created, _jobs.c.name)).scalars().all()
+        return [job_of(json.loads(told)) for told in rows]
+
+    def replace(self, before: Job, after: Job) -> bool:
+        """Put `after` in the place of `before`."""
+        after = replace(after, revision=before.revision + 1)
+        held = (_jobs.c.name == before.name) & (_jobs.c.revision == before.revision)
+        return self._changes_one(_jobs.update().where(held).values(**_row(after)))
+
+    def remove(self, job: Job) -> bool:
+        """Take a job out."""
+        return self._changes_one(_jobs.delete().where((_jobs.c.name == job.name) & (_jobs.c.revision == job.revision)))
+
+    def close(self) -> None:
+        """Let go of the database."""
+        self._engine.dispose()
+
+    def _changes_one(self, statement: Any) -> bool:
+        with self._letters(), self._engine.connect() as connection:
+            return bool(connection.execute(statement).rowcount == 1)
+
+    def _require_version(self) -> None:
+        with self._letters(), self._engine.connect() as connection:
+            version = connection.execute(sql.select(_about.c.value).where(_about.c.name == "version")).scalar()
+        if version != str(VERSION):
+            raise JobStoreError(
+                f"{self._place()}: a store of version {version}; expected {VERSION}. Another racecraft made it: use "
+                "that one, or begin a new store with RACECRAFT_JOB_STORE."
+            )
+
+    @contextlib.contextmanager
+    def _letters(self) -> Iterator[None]:
+        """Turn what a database raises into letters."""
+        try:
+            yield
+        except IntegrityError:
+            raise
+        except NoSuchModuleError as error:
+            raise JobStoreError(
+                f"{self._place()}: SQLAlchemy knows no such database; expected an address such as "
+                "sqlite:////home/me/jobs.sqlite or postgresql://host/jobs."
+            ) from error
+        except ArgumentError as error:
+            raise JobStoreError(
+                f"{self._place()}: no address of a database; expected one such as sqlite:////home/me/jobs.sqlite."
+            ) from error
+        except ModuleNotFoundError as error:
+            raise JobStoreError(
+                f"{self._place()}: this database needs the package {error.name}; expected it installed. "
+                f"pip install {error.name}"
+            ) from error
+        except DBAPIError as error:
+            raise JobStoreError(f"{self._place()}: {_what_happened(error)}") from error
+        except SQLAlchemyError as error:
+            raise JobStoreError(f"{self._place()}: {error}") from error
+
+    def _place(self) -> str:
+        try:
+            return sql.make_url(self.url).render_as_string(hide_password=True)
+        except SQLAlchemyError:
+            return self.url
+
+
+def _engine(url: str) -> sql.Engine:
+    address = sql.make_url(url)
+    options: dict[str, Any] = {"isolation_level": "AUTOCOMMIT"}
+    if address.get_backend_name() == "sqlite":
+        if address.database and address.database != ":memory:":
+            Path(address.database).parent.mkdir(parents=True, exist_ok=True)
+        options["connect_args"] = {"timeout": PATIENCE_SECONDS}
+    return sql.create_engine(address, **options)
+
+
+def _row(job: Job) -> dict[str, Any]:
+    return {"state": job.state.value, "revision": job.revision, "told": json.dumps(job.as_dictionary())}
+
+
+def _what_happened(error: DBAPIError) -> str:
+    said = str(error.orig)
+    if "full" in said:
+        return f"the disk is full ({said}); nothing was changed there. Free some space and run the same command again."
+    if "not a database" in said:
+        return f"no store of jobs ({said}); expected one that racecraft made. Move it away, and a new one is made."
+    if "readonly" in said or "unable to open" in said:
+        return f"cannot be written ({said}); expected a place that you may write to."
+    return f"the database refuses ({said}); expected one that answers."

@@ -1,0 +1,157 @@
+"""Put a job into the store, and see to it that somebody works there. Begin with `submit`."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+from racecraft.formats.job_spec import JobSpec, require_legal_name, write_job_spec
+from racecraft.formats.whole import make_folder
+from racecraft.jobs.capacity import Capacity
+from racecraft.jobs.children import apart
+from racecraft.jobs.home import JobHome
+from racecraft.jobs.job import Job, new_job
+from racecraft.jobs.states import JobError
+from racecraft.jobs.store import JobStore, NameTakenError, change, get
+from racecraft.jobs.supervisor import is_supervised
+
+TOLD_FROM_HERE = ("PYTHONPATH", "OMP_NUM_THREADS", "CUDA_VISIBLE_DEVICES")
+"""Variables that a job takes along from where it was begun, beside those named RACECRAFT_… and DR_…"""
+LOOK_SECONDS = 0.2
+_started: list[subprocess.Popen[bytes]] = []
+"""Supervisors that this process started; it does not wait for them."""
+
+
+def submit(home: JobHome, spec: JobSpec) -> Job:
+    """Put a job into the store; a supervisor on this machine is started where there is none.
+
+    Raises:
+        NameTakenError: There is a job of that name.
+        JobError: This machine could never start it.
+        JobStoreError: The store cannot be opened or written.
+    """
+    require_legal_name(spec.name)
+    if not home.is_shared:
+        Capacity.of_machine().require(spec)
+    store = home.store()
+    store.add(new_job(spec, time.time()))
+    make_folder(home.folder(spec.name))
+    write_job_spec(home.spec(spec.name), spec)
+    ensure_supervisor(home)
+    return get(store, spec.name)
+
+
+def submit_numbered(home: JobHome, base: str, spec: Callable[[str], JobSpec | None]) -> Job:
+    """Put a job into the store under the next free `<base>-<number>`.
+
+    Args:
+        home: Where it is put.
+        base: What its name begins with.
+        spec: Makes the job of a name; None: the name does not do.
+    """
+    store = home.store()
+    for number in itertools.count(1):
+        name = f"{base}-{number}"
+        if store.find(name) is None and (made := spec(name)) is not None:
+            try:
+                return submit(home, made)
+            except NameTakenError:
+                continue  # somebody was quicker
+    raise AssertionError("numbers do not end")
+
+
+def environment_here() -> dict[str, str]:
+    """Return the variables that a job takes along from where it is begun."""
+    return {
+        name: value
+        for name, value in os.environ.items()
+        if name in TOLD_FROM_HERE or name.startswith(("RACECRAFT_", "DR_"))
+    }
+
+
+def ensure_supervisor(home: JobHome) -> None:
+    """Start a supervisor that outlives this process, where nobody works at the jobs of this home."""
+    make_folder(home.path)
+    if is_supervised(home):
+        return
+    with open(home.path / "supervisor.log", "ab") as said:
+        _started.append(
+            subprocess.Popen(
+                [sys.executable, "-m", "racecraft", "jobs", "supervise"],
+                stdin=subprocess.DEVNULL,
+                stdout=said,
+                stderr=said,
+                env={**os.environ, "RACECRAFT_JOBS": str(home.path), "RACECRAFT_JOB_STORE": home.store_url},
+                **apart(),
+            )
+        )
+
+
+def ask_to_stop(home: JobHome, store: JobStore, name: str) -> Job:
+    """Ask a job to end; what it has learned until then stays, and it can go on later."""
+    job = change(store, name, lambda job: job.asked_to_stop(time.time(), "asked to stop"))
+    if not job.ended:
+        ensure_supervisor(home)
+    return job
+
+
+def resume(home: JobHome, store: JobStore, name: str, stops: tuple[str, ...] = ()) -> Job:
+    """Have a job that has ended go on from where its run folder stands.
+
+    Args:
+        home: Where it lies.
+        store: Where it is held.
+        name: Which one.
+        stops: New stop conditions for its training; none: those it has.
+
+    Raises:
+        JobError: It has not ended, or new stops are given and it has no training to go on with.
+    """
+
+    def again(job: Job) -> Job:
+        spec = job.spec
+        if stops and not spec.resume:
+            raise JobError(f"Job {name} is no training of racecraft's, so it has no --stop; resume it without.")
+        if stops:
+            kept = tuple(word for word in spec.resume if not word.startswith("--stop="))
+            spec = replace(spec, resume=(*kept, *(f"--stop={stop}" for stop in stops)))
+        return job.resumed(time.time(), spec)
+
+    job = change(store, name, again)
+    ensure_supervisor(home)
+    return job
+
+
+def wait(home: JobHome, store: JobStore, name: str, seconds: float | None = None) -> Job:
+    """Wait until a job has ended; return it.
+
+    Raises:
+        JobError: There is no such job, or it has not ended after so many seconds.
+    """
+    until = None if seconds is None else time.monotonic() + seconds
+    looked = 0.0
+    while not (job := get(store, name)).ended:
+        if until is not None and time.monotonic() > until:
+            raise JobError(f"Job {name} is {job.state} after {seconds:g} s; expected its end. It goes on.")
+        if time.monotonic() - looked > 5.0:  # a supervisor may have been killed
+            ensure_supervisor(home)
+            looked = time.monotonic()
+        time.sleep(LOOK_SECONDS)
+    return job
+
+
+def delete(home: JobHome, store: JobStore, name: str) -> None:
+    """Take a job and its log away; its run folder stays.
+
+    Raises:
+        JobError: It has not ended.
+    """
+    job = get(store, name)
+    if not job.ended or not store.remove(job):
+        raise JobError(f"Job {name} is {job.state}; expected one that has ended. `racecraft jobs stop {name}` ends it.")
+    home.forget(name)

@@ -1,0 +1,152 @@
+"""Imitation by reward: by hand, by law, and by what is learned where the world itself pays nothing."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+from toy_world import CopyTheNumber, Walk
+
+from racecraft.algorithms.building import build_learner, signal_groups
+from racecraft.algorithms.gail import GailConfig, GailModel
+from racecraft.algorithms.networks import Architecture, NetworkConfig
+from racecraft.algorithms.ppo import PpoConfig
+from racecraft.algorithms.registry import find_algorithm
+from racecraft.contract.errors import SettingError
+from racecraft.formats.demonstrations import write_demonstrations
+from racecraft.formats.tensor_file import CheckpointError
+from racecraft.players.trained import GreedyPolicy
+from racecraft.rollout.collector import Collector
+from racecraft.rollout.demonstrate import demonstrate
+from racecraft.rollout.episodes import play_episodes
+from racecraft.rollout.statistics import summarise
+from racecraft.settings.composition import Settings
+from racecraft.training.settings import RuntimeConfig
+
+SMALL = Architecture(trunk_units=(8,))
+
+
+class Expert:
+    """Says the number it sees."""
+
+    def act(self, observations, action_mask=None):
+        return observations["number"].argmax(axis=1)
+
+    def forget(self, rows):
+        pass
+
+
+class Unpaid(CopyTheNumber):
+    """The same world, and nobody pays."""
+
+    def step(self, actions, buffers):
+        super().step(actions, buffers)
+        buffers.reward[:] = 0.0
+
+
+def model(config=None, shown=None, world=None):
+    world = world or CopyTheNumber(4)
+    config = config or GailConfig(strength=1.0, use_actions=True)
+    return GailModel(world.spec, world.spec.actions, SMALL, config, shown or demonstrate(Expert(), world, 4), 1, "cpu")
+
+
+def learner(path, world, **values):
+    groups = signal_groups() | {"gail": GailConfig(demonstrations=path and str(path), **values)}
+    ppo = PpoConfig(learning_rate=3e-3, batch_size=64, entropy_weight=0.01)
+    network = NetworkConfig(hidden_units=(32,), activation="tanh")
+    return build_learner(
+        find_algorithm("ppo"), world.spec, Settings(network=network, ppo=ppo, runtime=RuntimeConfig(), **groups), 1
+    )
+
+
+def test_the_reward_is_minus_the_log_of_being_found_out():
+    judge = model()
+    with torch.no_grad():
+        for part in judge.networks["judge"].parameters():
+            part.zero_()
+        for bias, expected in (
+            (0.0, math.log(2.0)),
+            (3.0, math.log(1.0 + math.exp(3.0))),
+            (100.0, -math.log(1.192093e-07)),
+        ):
+            judge.networks["judge"][-1].bias.fill_(bias)
+            rows = judge.bonus({"number": np.eye(4, dtype=np.float32)}, np.arange(4), {})
+            assert rows == pytest.approx([expected] * 4, rel=1e-5)
+
+
+def test_it_learns_to_tell_and_says_what_it_knows():
+    judge = model(GailConfig(strength=1.0, use_actions=True, learning_rate=1e-2, gradient_penalty=0.1))
+    seen, wrong = {"number": np.tile(np.eye(4, dtype=np.float32), (32, 1))}, np.tile([1, 2, 3, 0], 32)
+    first = judge.learn(seen, wrong, {})
+    for _ in range(150):
+        last = judge.learn(seen, wrong, {})
+    assert last["gail_loss"] < 0.5 < first["gail_loss"]
+    assert last["gail_shown"] > 0.8 > 0.2 > last["gail_own"]
+    right, not_right = judge.bonus(seen, np.tile(np.arange(4), 32), {}), judge.bonus(seen, wrong, {})
+    assert right.min() > 3 * not_right.max() > 0
+
+
+def test_without_actions_only_what_is_seen_counts():
+    judge = model(GailConfig(strength=1.0))
+    seen = {"number": np.eye(4, dtype=np.float32)}
+    assert (judge.bonus(seen, np.arange(4), {}) == judge.bonus(seen, np.array([1, 2, 3, 0]), {})).all()
+
+
+def test_the_penalty_is_the_departure_of_the_slope_from_one():
+    judge = model(GailConfig(strength=1.0))
+    judge._logits = lambda inputs: 3.0 * inputs["number"].sum(dim=1)  # a slope of 3 in each of four directions
+    rows = {"number": torch.eye(4)}
+    assert judge._roughness(rows, rows).item() == pytest.approx((3.0 * 2.0 - 1.0) ** 2)
+
+
+def test_what_nobody_pays_for_is_learned_from_what_was_shown(tmp_path):
+    path = tmp_path / "shown.safetensors"
+    write_demonstrations(path, demonstrate(Expert(), CopyTheNumber(4), 40, seed=1))
+    found = {}
+    for strength in (1.0, 0.0):
+        world = Unpaid(8)
+        pupil = learner(
+            path, world, strength=strength, use_actions=True, learning_rate=1e-2, batch_size=32, gradient_penalty=0.1
+        )
+        collector = Collector(world, pupil, 32, seed=1)
+        for _ in range(28):
+            told = pupil.update(collector.collect())
+        greedy = play_episodes(GreedyPolicy(pupil), CopyTheNumber(4), episodes_each=4, seed=2)
+        found[strength] = summarise(greedy).mean_reward
+        assert ("gail_reward" in told) == bool(strength)
+    assert found[1.0] > 7.5 > 5.0 > found[0.0], found
+
+
+def test_the_last_tick_of_an_episode_is_judged_too(tmp_path):
+    path = tmp_path / "shown.safetensors"
+    write_demonstrations(path, demonstrate(Expert(), CopyTheNumber(4), 4, seed=1))
+    pupil = learner(path, CopyTheNumber(4), strength=1.0)
+    judged = []
+    pupil.model.bonus = lambda before, actions, after: judged.append(len(actions)) or np.zeros(len(actions), np.float32)
+    batch = Collector(CopyTheNumber(4), pupil, 32, seed=1).collect()
+    assert batch.terminated.any() or batch.truncated.any()
+    pupil.update(batch)
+    assert judged == [batch.num_active]
+
+
+def test_what_is_restored_goes_on_bit_for_bit(tmp_path):
+    path = tmp_path / "shown.safetensors"
+    write_demonstrations(path, demonstrate(Expert(), CopyTheNumber(4), 8, seed=1))
+    batch = Collector(CopyTheNumber(4), learner(path, CopyTheNumber(4), strength=1.0), 16, seed=1).collect()
+    one, two = (learner(path, CopyTheNumber(4), strength=1.0) for _ in range(2))
+    one.update(batch)
+    two.load_state_dict(one.state_dict())
+    assert one.update(batch) == two.update(batch)
+
+
+def test_missing_and_foreign_demonstrations_are_refused(tmp_path):
+    with pytest.raises(SettingError, match=r"gail\.demonstrations=FILE"):
+        learner(None, CopyTheNumber(4), strength=1.0)
+    with pytest.raises(CheckpointError, match="nowhere"):
+        learner(tmp_path / "nowhere.safetensors", CopyTheNumber(4), strength=1.0)
+    with pytest.raises(SettingError, match=r"gail\.demonstrations: the recorded actions"):
+        model(shown=demonstrate(Expert(), CopyTheNumber(4), 4), world=Walk(4))
+
+
+def test_strength_nought_builds_nothing_and_reads_nothing(tmp_path):
+    assert not hasattr(learner(tmp_path / "nowhere", CopyTheNumber(4), strength=0.0), "model")

@@ -1,0 +1,186 @@
+"""Metrics without ticks, sequences of actions, fitted lines, a racer's own plots: by hand on made-up laps."""
+
+import math
+
+import numpy as np
+import polars as pl
+import pytest
+from tests.logs import makers
+from tests.logs.makers import DATA
+
+from racecraft.analysis.deepracer import logs as analysis
+from racecraft.analysis.deepracer.logs.fitting import fit
+from racecraft.analysis.deepracer.logs.own import OwnPlotError
+from racecraft.analysis.deepracer.logs.page import Extras, write_logs_page
+from racecraft.analysis.deepracer.logs.plot import PlotError
+from racecraft.logs import read
+from racecraft.logs.columns import METRIC_COLUMNS, schema
+from racecraft.tracks.catalogue import load_track
+
+
+def metrics_of(*rows):
+    """Return metrics of (round, phase, iteration, progress, seconds, reward)."""
+    told = [
+        {"round": r, "phase": phase, "stream": "", "worker": 0, "iteration": i, "episode": k, "trial": k + 1,
+         "reward": reward, "start_s": 0.0, "seconds": seconds, "progress_share": share, "status": None, "resets": 0,
+         "file": 0}
+        for k, (r, phase, i, share, seconds, reward) in enumerate(rows)
+    ]  # fmt: skip
+    return pl.DataFrame(told, schema=schema(METRIC_COLUMNS))
+
+
+METRICS = metrics_of(
+    (1, "training", 0, 0.2, 2.0, 10.0), (1, "training", 0, 0.6, 6.0, 30.0), (1, "training", 0, 1.0, 12.0, 80.0),
+    (1, "evaluation", 0, 0.5, 5.0, None), (1, "training", 1, 1.0, 10.0, 90.0), (1, "training", 1, 1.0, 14.0, 70.0),
+    (2, "training", 0, 0.9, 9.0, 60.0),
+)  # fmt: skip
+
+
+def test_metrics_of_rounds_are_summed_up_iteration_by_iteration():
+    table = analysis.metrics_summary(METRICS)
+    assert table["round"].to_list() == [1, 1, 2]
+    assert table["training_progress_share"].to_list() == pytest.approx([0.6, 1.0, 0.9])
+    assert table["training_complete_share"].to_list() == pytest.approx([1 / 3, 1.0, 0.0])
+    assert table["training_lap_seconds"].to_list() == [12.0, 12.0, None]
+    assert table["training_best_lap_seconds"].to_list() == [12.0, 10.0, None]
+    assert table["evaluation_progress_share"].to_list() == [0.5, None, None]
+    assert analysis.metrics_summary(METRICS, "median")["training_reward"].to_list() == [30.0, 80.0, 60.0]
+    assert analysis.metrics_summary(METRICS, "max")["training_seconds"].to_list() == [12.0, 14.0, 9.0]
+    smooth = analysis.metrics_summary(METRICS, rolling=2)["training_progress_share"].to_list()
+    assert smooth == pytest.approx([0.6, 0.8, 0.9])  # a round begins anew
+    assert analysis.metrics_best_laps(METRICS)["seconds"].to_list() == [10.0, 12.0, 14.0]
+    with pytest.raises(PlotError, match="'modus' is not known; expected one of mean"):
+        analysis.metrics_summary(METRICS, "modus")
+
+
+@pytest.mark.parametrize("make", [analysis.completion_progress, analysis.lap_time_progress, analysis.lap_scatter])
+def test_charts_of_metrics_are_drawn(make, tmp_path):
+    assert make(METRICS).save(tmp_path / "a.png").stat().st_size > 3000
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason="the reference logs are not here")
+def test_real_metrics_agree_with_real_ticks():
+    """AWS cuts progress to whole percent and counts the same episodes."""
+    logs = read(DATA / "drfc-1-worker")
+    told = analysis.metrics_summary(logs.metrics)
+    ticks = analysis.per_iteration(analysis.simulation_agg(logs.training))
+    both = told.join(ticks, on=["round", "iteration"])
+    assert both.height == ticks.height > 3
+    away = (both["training_progress_share"] - both["progress_share"]).abs()
+    assert away.max() < 0.011
+    assert both["training_episodes"].to_list() == both["episodes"].to_list()
+
+
+def test_sequences_of_actions_by_hand(tmp_path):
+    """Actions 0 1 0 1 0 1 in one episode, 1 1 in another: 0 1 three times, 1 0 twice, 1 1 once."""
+    first, second = makers.episode(0, 0.3, ticks=7), makers.episode(1, 0.3, ticks=3)
+    first["action"], second["action"] = np.array([0, 0, 1, 0, 1, 0, 1]), np.array([1, 1, 1])
+    ticks = read(makers.write(tmp_path / "0-iteration.csv", makers.joined(first, second))).ticks
+    data = analysis.action_sequences(ticks, 2).data
+    assert dict(data.select("sequence", "count").rows()) == {"0 1": 3, "1 0": 2, "1 1": 1}
+    assert data["share"].to_list() == pytest.approx([3 / 6, 2 / 6, 1 / 6])
+    assert data["mean_reward"].to_list() == [1.0, 1.0, 1.0]
+    with pytest.raises(PlotError, match="No episode has 50 actions"):
+        analysis.action_sequences(ticks, 50)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_an_arc_is_fitted_by_its_radius_and_a_straight_by_its_heading(side):
+    angle = np.linspace(0.2, 1.4, 12)
+    arc = np.column_stack([5.0 + 2.0 * np.cos(angle), side * 2.0 * np.sin(angle)])
+    radius, heading, stray = fit(arc)
+    assert (radius, heading, stray) == (pytest.approx(2.0 * side), None, pytest.approx(0.0, abs=1e-9))
+    straight = np.column_stack([np.linspace(0.0, -3.0, 9), side * np.linspace(0.0, 3.0, 9)])
+    straight[::2, 0] += 0.01
+    radius, heading, stray = fit(straight)
+    assert radius is None
+    assert heading == pytest.approx(side * 0.75 * math.pi, abs=0.02)
+    assert 0.0 < stray < 0.01
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_lap_on_the_centre_line_turns_as_the_track_does(tmp_path, backwards):
+    track = load_track("reinvent_base")
+    track = track.reversed() if backwards else track
+    columns = makers.episode(0, 1.0, ticks=240, status="lap_complete", track=track)
+    ticks = read(makers.write(tmp_path / "0-iteration.csv", columns)).ticks
+    plot = analysis.fitted_line(ticks, track)
+    kinds = {segment.number: segment.kind for segment in analysis.find_segments(track).all}
+    for number, radius in plot.data.drop_nulls("radius_m").select("segment", "radius_m").rows():
+        if kinds[number] != "straight":
+            assert (radius > 0) == (kinds[number] == "left")
+    assert plot.save(tmp_path / "a.png").stat().st_size > 3000
+    with pytest.raises(PlotError, match="no episode 7"):
+        analysis.fitted_line(ticks, track, 7)
+
+
+# --- a racer's own ----------------------------------------------------------------------------------------------------
+
+OWN = '''
+import polars as pl
+from racecraft.analysis.deepracer.logs import simulation_agg
+
+def plot_mean_speed(ticks, track):
+    """Mean speed of each episode."""
+    return simulation_agg(ticks).select("unique_episode", "speed_mps")
+
+def plot_figure(ticks, track):
+    from matplotlib.figure import Figure
+    figure = Figure()
+    figure.add_subplot().plot(ticks["x_m"], ticks["y_m"])
+    return figure
+
+def plot_broken(ticks, track):
+    return 1 / 0
+
+def helper():
+    raise AssertionError("not a plot")
+'''
+
+
+@pytest.fixture
+def laps(tmp_path):
+    return read(makers.write(tmp_path / "0-iteration.csv", makers.iteration(range(3)))).ticks.collect()
+
+
+def test_own_plots_stand_on_the_page_and_a_broken_one_says_where(tmp_path, laps):
+    (tmp_path / "mine.py").write_text(OWN)
+    own = analysis.own_plots([tmp_path / "mine.py"])
+    assert [one.name for one in own] == ["plot_mean_speed", "plot_figure", "plot_broken"]
+    assert own[0](laps, None).title == "Mean speed of each episode."
+    assert own[0](laps, None).data.height == 3
+    page = write_logs_page(tmp_path / "p.html", laps, load_track("reinvent_base"), "log", Extras(own=own)).read_text()
+    assert page.index("Your own") < page.index("Mean speed of each episode.") < page.index("mine.py:16: plot_broken")
+    assert "ZeroDivisionError" in page
+
+
+def test_own_plots_come_from_packages_too(monkeypatch, laps):
+    from racecraft.analysis.deepracer.logs import own
+
+    class Entry:
+        name, value = "speed", "their_package:speed"
+
+        def load(self):
+            return lambda ticks, track: ticks.select("speed_mps")
+
+    monkeypatch.setattr(own, "entry_points", lambda group: [Entry()] if group == "racecraft.plots" else [])
+    (found,) = analysis.own_plots()
+    assert found(laps, None).data.columns == ["speed_mps"]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [("x = 1", "holds no plot"), ("def plot_a(:", "own.py:1: cannot be imported"), (None, "is not there")],
+)
+def test_a_file_without_plots_is_refused(tmp_path, text, said):
+    if text is not None:
+        (tmp_path / "own.py").write_text(text)
+    with pytest.raises(OwnPlotError, match=said):
+        analysis.own_plots([tmp_path / "own.py"])
+
+
+def test_a_plot_that_gives_something_else_is_refused(tmp_path, laps):
+    (tmp_path / "own.py").write_text("def plot_a(ticks, track):\n    return 3\n")
+    (one,) = analysis.own_plots([tmp_path / "own.py"])
+    with pytest.raises(OwnPlotError, match="gave int; expected a Plot"):
+        one(laps, None)

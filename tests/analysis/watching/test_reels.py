@@ -1,0 +1,99 @@
+"""Reels say of every car and tick what the episode files say, whole episodes across iterations among them."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from racecraft.analysis.watching.facts import curves, run_facts
+from racecraft.analysis.watching.reels import ReelError, episode_reel, iteration_reel, kept_iterations, track_shape
+from racecraft.formats.run_folder import RunFolder
+from racecraft.tracks.catalogue import load_track
+
+sys.path.append(str(Path(__file__).resolve().parents[2]))
+from kept_run import make_run  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    return make_run(tmp_path_factory.mktemp("runs") / "r")
+
+
+def test_an_iteration_is_told_car_by_car(run):
+    reel = iteration_reel(run, 2)
+    kept = pl.read_parquet(run.episodes / "2.parquet")
+    assert (reel["ticks"], [car["name"] for car in reel["cars"]]) == (40, ["0", "1", "2"])
+    for car in reel["cars"]:
+        rows = kept.filter(pl.col("world") == car["world"])
+        np.testing.assert_allclose(car["x"], rows["x_m"], atol=5.1e-4)
+        np.testing.assert_allclose(car["progress"], 100.0 * rows["progress_share"], atol=5.1e-3)
+        assert car["tick"] == rows["tick"].to_list()
+    ended = kept.with_columns(row=pl.int_range(pl.len()).over("world")).filter(pl.col("done"))
+    assert len(ended) > 3, "cars that steer by chance leave the road"
+    told = [(one["car"], one["tick"], one["status"]) for one in reel["endings"]]
+    assert sorted(told) == sorted(ended.select("world", "row", "status").rows())
+    json.dumps(reel, allow_nan=False)
+
+
+def test_the_list_of_episodes_adds_up(run):
+    reel = iteration_reel(run, 1)
+    kept = pl.read_parquet(run.episodes / "1.parquet")
+    sums = kept.group_by("world", "episode").agg(pl.col("reward").sum(), pl.len(), pl.col("status").last())
+    for one in reel["episodes"]:
+        row = sums.row(
+            by_predicate=(pl.col("world") == one["world"]) & (pl.col("episode") == one["episode"]), named=True
+        )
+        assert one["reward"] == pytest.approx(row["reward"], abs=0.01)
+        assert one["to"] - one["from"] + 1 == row["len"]
+        assert one["status"] in (row["status"], "in_progress")
+    assert len(reel["episodes"]) == len(sums)
+
+
+def test_an_episode_over_two_iterations_is_whole(run):
+    part = next(one for one in iteration_reel(run, 1)["episodes"] if one["status"] == "in_progress")
+    reel = episode_reel(run, 1, part["world"], part["agent"], part["episode"])
+    (car,) = reel["cars"]
+    assert car["tick"] == list(range(1, reel["ticks"] + 1)), "from its first tick to its last"
+    assert reel["endings"][-1]["tick"] == reel["ticks"] - 1
+    again = next(one for one in iteration_reel(run, 2)["episodes"] if one["world"] == part["world"])
+    assert again["episode"] == part["episode"]
+    assert episode_reel(run, 2, again["world"], 0, again["episode"])["cars"] == reel["cars"], "asked from either side"
+
+
+def test_worlds_of_several_cars_name_each(tmp_path):
+    reel = iteration_reel(make_run(tmp_path / "r", 1, 10, worlds=2, cars=2), 1)
+    assert [car["name"] for car in reel["cars"]] == ["0.0", "0.1", "1.0", "1.1"]
+    one = reel["episodes"][-1]
+    assert episode_reel(RunFolder.open(tmp_path / "r"), 1, one["world"], 1, one["episode"])["cars"][0]["name"] == "1.1"
+
+
+def test_what_is_not_kept_is_named(run):
+    with pytest.raises(ReelError, match="iteration 1 has no episode 999"):
+        episode_reel(run, 1, 0, 0, 999)
+
+
+def test_the_facts_and_the_curves(run):
+    facts = run_facts(run, run.read_job())
+    assert (facts["has_map"], facts["score_name"], facts["training"], facts["best"]) == (
+        True,
+        "progress %",
+        False,
+        None,
+    )
+    assert [row["iteration"] for row in curves(run, after=1)] == [2, 3]
+    assert kept_iterations(run) == [1, 2, 3]
+    with run.lock():
+        assert run_facts(run, run.read_job())["training"], "who holds the folder trains"
+    assert not run.is_training()
+
+
+def test_the_circuit_lies_within_its_picture():
+    shape = track_shape(load_track("reinvent_base"))
+    west, south, east, north = shape["bounds"]
+    outer = np.array(shape["outer"])
+    assert (outer > (west, south)).all()
+    assert (outer < (east, north)).all()
+    assert shape["colours"]["line"].startswith("#")

@@ -1,0 +1,67 @@
+"""`racecraft watch` and `train --watch`, as a user types them."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+from tests.cli.conftest import TINY  # noqa: E402
+
+from kept_run import make_run  # noqa: E402
+
+RUN = [sys.executable, "-m", "racecraft"]
+NO_BROWSER = {**os.environ, "BROWSER": "true"}
+
+
+def told(url):
+    with urllib.request.urlopen(url, timeout=5) as answer:
+        return json.load(answer)
+
+
+def test_a_run_is_served_until_it_is_interrupted(tmp_path):
+    make_run(tmp_path / "r", iterations=1, ticks=5)
+    command = [*RUN, "watch", "r", "--port", "0", "--json"]
+    with subprocess.Popen(command, cwd=tmp_path, env=NO_BROWSER, stdout=subprocess.PIPE, text=True) as served:
+        said = json.loads(served.stdout.readline())
+        assert told(said["url"] + "api/run")["name"] == "r"
+        served.send_signal(signal.SIGINT)
+        assert served.wait(10) == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["watch", "nowhere"], "nowhere: there is no such folder"),
+        (["watch", "."], "holds no job.json"),
+    ],
+)
+def test_what_is_no_run_is_named(racecraft, arguments, words):
+    said = racecraft(*arguments)
+    assert said.code == 2
+    assert words in said.err
+
+
+def test_a_training_opens_its_page_and_closes_it(tmp_path):
+    command = [*RUN, "train", "--watch", "--no-pictures", "--run", "r", "--json", *TINY, "--stop", "minutes=1"]
+    with subprocess.Popen(command, cwd=tmp_path, env=NO_BROWSER, stderr=subprocess.PIPE, text=True) as training:
+        line = next(line for line in training.stderr if line.startswith("watch: "))
+        url, end = line.split()[1], time.monotonic() + 60
+        while True:
+            try:
+                if told(url + "api/live?after=0")["reel"]:
+                    break
+            except OSError:
+                pass  # the page is on its way
+            assert time.monotonic() < end
+            time.sleep(0.2)
+        training.send_signal(signal.SIGINT)
+        training.communicate(timeout=60)
+    with pytest.raises(OSError, match="refused"):
+        told(url + "api/run")

@@ -1,0 +1,67 @@
+"""Policies of AWS's shapes for these tests, drawn from a seed: layers, and the policy of ours that they are."""
+
+import json
+import math
+
+import numpy as np
+import torch
+
+from racecraft.algorithms.networks import ActorCritic, Architecture
+from racecraft.algorithms.plain_layers import layers_of
+from racecraft.algorithms.policy_spec import PolicySpec, architecture_values
+from racecraft.algorithms.registry import find_algorithm
+from racecraft.algorithms.twin_critics import SoftActorCritic
+from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions
+from racecraft.envs.deepracer.world import CAMERA_NAME
+
+LISTED = DiscreteActions(5)
+RANGES = ContinuousActions((-math.radians(30), 0.5), (math.radians(30), 2.0))
+ROWS = {
+    "shallow": Architecture(((32, 8, 4), (64, 4, 2), (64, 3, 1)), (), (), (512,)),
+    "small": Architecture(((4, 6, 3), (8, 4, 2)), (), (), (16,)),
+    "tiny": Architecture(((2, 24, 16), (3, 3, 2)), (4,), (), (6,)),
+}
+SIZES = {"small": (30, 40)}
+
+
+def layers_for(kind, network):
+    """Return (layers, greedy policy) with every weight drawn, heads and biases too."""
+    row = Architecture(**{**vars_of(ROWS[network]), "separate_networks": True, "privileged_critic": False,
+                          "initialisation": "glorot"})  # fmt: skip
+    seen = {CAMERA_NAME: ArraySpec(SIZES.get(network, (120, 160)), np.uint8)}
+    actions = LISTED if kind == "discrete" else RANGES
+    chance = torch.Generator().manual_seed(7)
+    made = (SoftActorCritic if kind == "sac" else ActorCritic)(seen, actions, row, chance)
+    weights = {
+        name: value + 0.05 * torch.randn(value.shape, generator=chance) for name, value in made.state_dict().items()
+    }
+    told = {**architecture_values(row), "distribution": "gaussian", "probability_floor": 1e-8}
+    spec = PolicySpec("sac" if kind == "sac" else "ppo", seen, actions, told)
+    policy = find_algorithm(spec.algorithm).learner_class().load_policy(spec, weights)
+    return layers_of(spec, {name: value.numpy() for name, value in weights.items()}), policy
+
+
+def vars_of(row):
+    return {name: getattr(row, name) for name in row.__dataclass_fields__}
+
+
+def _write(path, **told):
+    base = {"sensor": ["FRONT_FACING_CAMERA"], "neural_network": "DEEP_CONVOLUTIONAL_NETWORK_SHALLOW", "version": "5"}
+    path.write_text(json.dumps({**base, **told}))
+
+
+def write_listed(path, count=5):
+    space = [{"steering_angle": 30 - 10 * number, "speed": 1.0} for number in range(count)]
+    _write(path, action_space=space, training_algorithm="clipped_ppo", action_space_type="discrete")
+
+
+def write_ranges(path, algorithm="clipped_ppo"):
+    space = {"steering_angle": {"low": -30, "high": 30}, "speed": {"low": 0.5, "high": 2.0}}
+    _write(path, action_space=space, training_algorithm=algorithm, action_space_type="continuous")
+
+
+METADATA = {
+    "discrete": write_listed,
+    "continuous": write_ranges,
+    "sac": lambda path: write_ranges(path, "sac"),
+}

@@ -1,0 +1,201 @@
+"""What a store of jobs promises, asked of every backend."""
+
+import sqlite3
+import threading
+from dataclasses import replace
+
+import pytest
+from tests.jobs.makers import python
+
+from racecraft.formats.job_spec import JobSpec
+from racecraft.jobs.job import new_job
+from racecraft.jobs.sql_store import JobStoreError, SqlStore
+from racecraft.jobs.states import JobError, State
+from racecraft.jobs.store import MemoryStore, NameTakenError, change, get
+
+
+@pytest.fixture(params=["memory", "sqlite"])
+def store(request, tmp_path):
+    if request.param == "memory":
+        yield MemoryStore()
+        return
+    opened = SqlStore(f"sqlite:///{tmp_path / 'jobs.sqlite'}")
+    yield opened
+    opened.close()
+
+
+def job(name="a-1", created=1.0, **more):
+    return new_job(JobSpec(("gym", "train"), name, **more), created)
+
+
+def test_what_was_added_is_found_as_it_was(store):
+    told = job(environment={"A": "b"}, metric_definitions=({"Name": "n", "Regex": "r"},), cores=2, recorded={"x": [1]})
+    store.add(told)
+    assert store.find("a-1") == told
+    assert store.find("a-2") is None
+
+
+def test_no_two_jobs_have_one_name(store):
+    store.add(job())
+    with pytest.raises(NameTakenError, match="jobs delete a-1"):
+        store.add(job(created=2.0))
+    assert [one.created for one in store.jobs()] == [1.0]
+
+
+def test_jobs_come_the_oldest_first(store):
+    for name, created in (("b", 2.0), ("c", 1.0), ("a", 3.0)):
+        store.add(job(name, created))
+    assert [one.name for one in store.jobs()] == ["c", "b", "a"]
+
+
+def test_a_change_of_what_stands_is_taken_and_counted(store):
+    store.add(job())
+    held = store.find("a-1")
+    assert store.replace(held, held.claimed("me", 2.0))
+    now = store.find("a-1")
+    assert (now.state, now.owner, now.revision) == (State.STARTING, "me", held.revision + 1)
+
+
+def test_a_change_of_what_stood_is_refused(store):
+    store.add(job())
+    held = store.find("a-1")
+    assert store.replace(held, held.claimed("me", 2.0))
+    assert not store.replace(held, held.claimed("you", 2.0))
+    assert store.find("a-1").owner == "me"
+
+
+def test_what_is_gone_is_neither_changed_nor_removed_again(store):
+    store.add(job())
+    held = store.find("a-1")
+    assert store.remove(held)
+    assert not store.remove(held)
+    assert not store.replace(held, held.claimed("me", 2.0))
+    assert store.jobs() == []
+
+
+def test_what_has_changed_is_not_removed(store):
+    store.add(job())
+    held = store.find("a-1")
+    store.replace(held, held.claimed("me", 2.0))
+    assert not store.remove(held)
+    assert store.find("a-1") is not None
+
+
+def test_of_many_threads_that_claim_at_once_one_gets_it(store):
+    names = [f"j-{number}" for number in range(10)]
+    for name in names:
+        store.add(job(name))
+    begin, got = threading.Barrier(4), []
+
+    def claim(owner):
+        begin.wait()
+        for name in names:
+            held = store.find(name)
+            if held.waits and store.replace(held, held.claimed(owner, 2.0)):
+                got.append(name)
+
+    threads = [threading.Thread(target=claim, args=(f"owner {number}",)) for number in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sorted(got) == sorted(names)
+
+
+def test_of_many_changes_at_once_none_is_lost(store):
+    store.add(job())
+
+    def count():
+        for _ in range(25):
+            change(store, "a-1", lambda held: replace(held, attempts=held.attempts + 1))
+
+    threads = [threading.Thread(target=count) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert store.find("a-1").attempts == 100
+
+
+def test_an_unknown_name_is_told_the_nearest(store):
+    with pytest.raises(JobError, match="none yet"):
+        get(store, "gym-1")
+    store.add(job("gym-1"))
+    with pytest.raises(JobError, match="Did you mean 'gym-1'"):
+        get(store, "gmy-1")
+
+
+CLAIM = """
+import sys, time
+from racecraft.jobs.sql_store import SqlStore
+store = SqlStore(sys.argv[1])
+while time.time() < float(sys.argv[3]): pass
+for number in range(40):
+    held = store.find(f"j-{number}")
+    if held.waits and store.replace(held, held.claimed(sys.argv[2], 2.0)):
+        print(held.name)
+"""
+
+
+def test_of_several_processes_that_claim_at_once_one_gets_it(tmp_path):
+    import subprocess
+    import time
+
+    url = f"sqlite:///{tmp_path / 'jobs.sqlite'}"
+    store = SqlStore(url)
+    for number in range(40):
+        store.add(job(f"j-{number}"))
+    begin = time.time() + 3.0
+    claimers = [python(CLAIM, url, f"p{one}", begin, stdout=subprocess.PIPE, text=True) for one in range(3)]
+    told = [one.communicate(timeout=60)[0].split() for one in claimers]
+    assert sorted(name for names in told for name in names) == sorted(f"j-{number}" for number in range(40))
+    assert {one.name: one.owner for one in store.jobs()} == {
+        name: f"p{at}" for at, names in enumerate(told) for name in names
+    }
+    store.close()
+
+
+def test_a_store_survives_the_process(tmp_path):
+    url = f"sqlite:///{tmp_path / 'jobs.sqlite'}"
+    python(
+        "import sys; from racecraft.jobs.sql_store import SqlStore; from racecraft.jobs.job import new_job;"
+        "from racecraft.formats.job_spec import JobSpec; import os, signal;"
+        "SqlStore(sys.argv[1]).add(new_job(JobSpec(('gym',), 'kept'), 1.0)); os.kill(os.getpid(), signal.SIGKILL)",
+        url,
+    ).wait()
+    store = SqlStore(url)
+    assert store.find("kept") is not None
+    store.close()
+
+
+def test_a_store_of_another_version_is_refused_and_left_alone(tmp_path):
+    path = tmp_path / "jobs.sqlite"
+    SqlStore(f"sqlite:///{path}").close()
+    with sqlite3.connect(path) as base:
+        base.execute("update racecraft_store set value = '2'")
+    base.close()
+    before = path.read_bytes()
+    with pytest.raises(JobStoreError, match="version 2; expected 1.*RACECRAFT_JOB_STORE"):
+        SqlStore(f"sqlite:///{path}")
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("url", "letter"),
+    [
+        ("nonsense", "no address of a database"),
+        ("ducks://here/jobs", "knows no such database"),
+        ("sqlite:////proc/jobs.sqlite", "cannot be written"),
+    ],
+)
+def test_an_address_that_cannot_be_used_is_said(url, letter):
+    with pytest.raises(JobStoreError, match=letter):
+        SqlStore(url)
+
+
+def test_a_file_that_is_no_store_is_said_and_left_alone(tmp_path):
+    path = tmp_path / "jobs.sqlite"
+    path.write_text("these are my notes, no database at all\n" * 100)
+    with pytest.raises(JobStoreError, match="no store of jobs"):
+        SqlStore(f"sqlite:///{path}")
+    assert "my notes" in path.read_text()

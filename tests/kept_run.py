@@ -1,0 +1,78 @@
+"""A car's run folder for tests: driven by chance, kept by the real recorder, and never trained. See `make_run`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from racecraft.contract.world import allocate
+from racecraft.envs.deepracer.actions import action_space
+from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
+from racecraft.envs.deepracer.world import RaceWorld
+from racecraft.formats.aws.model_metadata import action_space_from_aws
+from racecraft.formats.episodes import write_episodes
+from racecraft.formats.run_folder import RunFolder
+from racecraft.tracks.catalogue import load_track
+from racecraft.training.deepracer.recorder import EpisodeRecorder
+
+ACTIONS = [{"steering_angle": angle, "speed": 2.0, "index": k} for k, angle in enumerate((-20.0, 0.0, 20.0))]
+RACE, CAMERA = RaceConfig(), CameraConfig(width=16, height=12)
+
+
+def make_world(worlds=3, cars=1):
+    """Return a race world of the run's cars, without a reward."""
+    return RaceWorld(
+        load_track("reinvent_base"),
+        action_space(action_space_from_aws(ACTIONS)),
+        race_config=RACE,
+        camera_config=CAMERA,
+        num_cars=worlds,
+        cars_per_world=cars,
+    )
+
+
+def drive(world, ticks, observers, seed=0, buffers=None):
+    """Drive by chance; return the buffers, to go on with."""
+    dice = np.random.default_rng(seed)
+    if buffers is None:
+        buffers = allocate(world.spec)
+        world.reset(buffers, seed)
+    for _ in range(ticks):
+        actions = dice.integers(0, 3, buffers.reward.shape)
+        world.step(actions, buffers)
+        for observe in observers:
+            observe(world, buffers, actions)
+    return buffers
+
+
+def make_run(path, iterations=3, ticks=40, worlds=3, cars=1):
+    """Make a run folder with so many kept iterations of so many ticks."""
+    job = {
+        "kind": "deepracer",
+        "title": "re:Invent 2018, car v6",
+        "algorithm": "ppo",
+        "asked": {"track": "reinvent_base", "stops": ["minutes=1"]},
+        "track": {"name": "reinvent_base", "copy": None},
+        "model_metadata": {"action_space": ACTIONS, "version": "5"},
+        "settings": {"race": {"car": RACE.car}, "camera": {"width": 16, "height": 12}},
+        "seed": 1,
+    }
+    run = RunFolder.create(path, job)
+    world, recorder, buffers = make_world(worlds, cars), EpisodeRecorder(), None
+    for iteration in range(1, iterations + 1):
+        buffers = drive(world, ticks, [recorder], iteration, buffers)
+        write_episodes(run.episodes / f"{iteration}.parquet", recorder.take(iteration))
+        score = 50.0 + iteration if iteration % 2 else None
+        run.append_metrics(
+            {
+                "iteration": iteration,
+                "steps": iteration * ticks * worlds,
+                "seconds": float(iteration),
+                "steps_per_second": 120.0,
+                "mean_reward": float(iteration),
+                "training_score": 10.0 * iteration,
+                "evaluation_score": score,
+                "best_lap_seconds": None,
+                "entropy": 1.0,
+            }
+        )
+    return run

@@ -1,0 +1,136 @@
+"""Looking at a lap: a car that goes by the walls is found out before it races."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+
+from racecraft.algorithms.actor_policy import ActorPolicy
+from racecraft.algorithms.distributions import distribution_for
+from racecraft.algorithms.networks import ActorCritic, Architecture
+from racecraft.analysis.attention import AttentionError
+from racecraft.analysis.deepracer.look_page import findings, write_look_page
+from racecraft.analysis.deepracer.surfaces import SURFACES, surface_shares
+from racecraft.contract.world import ArraySpec
+from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
+from racecraft.envs.deepracer.world import CAMERA_NAME, RaceWorld
+from racecraft.reporting.looking import as_seen, look_at_lap, look_at_pictures
+from racecraft.tracks.catalogue import load_track
+
+ACTIONS = ActionTable.of([(math.radians(angle), 1.0) for angle in (20, -20)])
+SIGHT = (30, 40)
+
+
+class Car:
+    """What `look_at_lap` asks of a trained car."""
+
+    trained_on = load_track("reinvent_base")
+
+    def __init__(self, policy):
+        self.policy = policy
+        policy.spec = type("Spec", (), {"actions": ACTIONS.spec, "visible": {CAMERA_NAME: ArraySpec(SIGHT, np.uint8)}})
+
+    def world(self, track, num_cars, start_shares, laps):
+        return RaceWorld(
+            track, ACTIONS, num_cars=num_cars, start_shares=start_shares, laps=laps,
+            race_config=RaceConfig(max_episode_seconds=2.0), camera_config=CameraConfig(*SIGHT[::-1]),
+        )  # fmt: skip
+
+
+def policy_reading(rows):
+    """Return a policy that reads some rows of pixels and nothing else: the brighter half of them decides."""
+    row = Architecture(convolutions=(), trunk_units=())
+    network = ActorCritic(
+        {CAMERA_NAME: ArraySpec(SIGHT, np.uint8)}, ACTIONS.spec, row, torch.Generator().manual_seed(0)
+    )
+    with torch.no_grad():
+        weights = torch.zeros(2, *SIGHT)
+        half = SIGHT[1] // 2
+        weights[0, rows, :half], weights[1, rows, half:] = 1.0, 1.0
+        network.policy_head.weight[:] = weights.flatten(1)
+        network.policy_head.bias[:] = 0.0
+    return ActorPolicy(network, distribution_for(ACTIONS.spec))
+
+
+@pytest.fixture(scope="module")
+def wall_rows():
+    """Rows of pixels above every road: walls and sky only, along the whole lap."""
+    car = Car(policy_reading(slice(0, 1)))
+    track = car.trained_on
+    world = car.world(track, 1, [0.0], 1)
+    poses = np.array([track.pose_at(float(arc)) for arc in np.linspace(0.0, 0.95 * track.length, 40)])
+    shares = surface_shares(world.camera, poses)
+    off = shares[:, [SURFACES.index("wall"), SURFACES.index("sky")]].sum(axis=1).min(axis=(0, 2))
+    rows = int((off > 0.99).sum())
+    assert rows >= 3
+    return slice(0, rows)
+
+
+def test_a_car_that_goes_by_the_walls_is_found_out(wall_rows, tmp_path):
+    car = Car(policy_reading(wall_rows))
+    lap = look_at_lap(car, car.trained_on)
+    told = {row.surface: row for row in lap.surfaces}
+    assert told["wall"].attention + told["sky"].attention > 0.99
+    assert told["grass"].changed == told["border line"].changed == 0.0
+    assert max(told["wall"].changed, told["sky"].changed) > 0.2
+    assert "what is not the track" in " ".join(findings(lap.surfaces, lap.look))
+    text = write_look_page(tmp_path / "look.html", lap, "wall reader").read_text()
+    assert "what is not the track" in text
+    assert "http" not in text.replace("http://www.w3.org", "")
+
+
+def test_a_car_that_goes_by_the_road_is_not_accused(wall_rows):
+    car = Car(policy_reading(slice(15, 30)))
+    lap = look_at_lap(car, car.trained_on)
+    told = {row.surface: row for row in lap.surfaces}
+    assert told["wall"].attention < 0.01
+    assert "what is not the track" not in " ".join(findings(lap.surfaces, lap.look))
+
+
+def test_what_is_explained_is_what_was_driven(wall_rows):
+    """The frames of the look are those of the lap, tick by tick, rendered from where the car was."""
+    car = Car(policy_reading(slice(15, 30)))
+    lap = look_at_lap(car, car.trained_on)
+    world = car.world(car.trained_on, 1, [0.0], 1)
+    x, y, yaw = car.trained_on.pose_at(0.0)
+    assert len(lap.look) == len(lap.place.xy) == len(lap.progress_percent)
+    first = world.camera.render_grey(np.array([[x, y, yaw]]))[0]
+    assert np.abs(lap.look.frames[0].astype(int) - first).mean() < 12.0
+    assert np.abs(lap.look.frames[0].astype(int) - lap.look.frames[-1]).mean() > 0.5
+
+
+def test_pictures_and_folders_are_looked_at(tmp_path):
+    from PIL import Image
+
+    car = Car(policy_reading(slice(0, 30)))
+    bright_left = np.zeros((120, 160, 3), np.uint8)
+    bright_left[:, :80] = 200
+    Image.fromarray(bright_left).save(tmp_path / "a.png")
+    Image.fromarray(bright_left[:, ::-1].copy()).save(tmp_path / "b.jpg")
+    look = look_at_pictures(car.policy, tmp_path)
+    assert look.confidence.best.tolist() == [0, 1]
+    assert look_at_pictures(car.policy, tmp_path / "b.jpg").confidence.best.tolist() == [1]
+    assert look.facts(0)["chosen"] == ACTIONS.spec.labels[0]
+
+
+def test_a_wide_picture_is_cut_and_keeps_its_shape():
+    wide = np.zeros((60, 200, 3), np.uint8)
+    wide[:, 60:140] = 255  # the middle 80 x 60 is 4 : 3
+    assert as_seen(wide, 40, 30, ArraySpec(SIGHT, np.uint8)).min() == 255
+
+
+@pytest.mark.parametrize("name", ["nowhere.png", "words.png", "empty"])
+def test_what_is_no_picture_is_refused_by_name(tmp_path, name):
+    (tmp_path / "words.png").write_text("no picture")
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(AttentionError, match=name):
+        look_at_pictures(Car(policy_reading(slice(0, 1))).policy, tmp_path / name)
+
+
+def test_a_car_that_sees_more_than_a_picture_tells_is_refused(tmp_path):
+    policy = Car(policy_reading(slice(0, 1))).policy
+    policy.spec.visible = {"STEREO_CAMERAS": ArraySpec((30, 40, 2), np.uint8), "LIDAR": ArraySpec((8,), np.float32)}
+    with pytest.raises(AttentionError, match="STEREO_CAMERAS .30, 40, 2., LIDAR"):
+        look_at_pictures(policy, tmp_path)

@@ -1,0 +1,197 @@
+"""A run served to browsers: every door of the API, and the page in a real browser."""
+
+import io
+import json
+import sys
+import threading
+import time
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from racecraft.contract.errors import UserInputError
+from racecraft.formats.run_folder import RunFolder
+from racecraft.serving.port import choose_port, is_free
+from racecraft.serving.watch_server import WatchServer
+from racecraft.training.deepracer import live
+from racecraft.training.deepracer.live import LivePublisher
+
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+from browser import Browser, needs_chromium  # noqa: E402
+from kept_run import drive, make_run, make_world  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    return make_run(tmp_path_factory.mktemp("runs") / "my-run")
+
+
+@pytest.fixture
+def address(run):
+    server = WatchServer(run)
+    yield server.start()
+    server.close()
+
+
+def ask(address, way):
+    with urllib.request.urlopen(address + way, timeout=5) as answer:
+        return answer.headers["Content-Type"], answer.read()
+
+
+def told(address, way):
+    return json.loads(ask(address, way)[1])
+
+
+def test_every_door_answers(address):
+    kind, page = ask(address, "")
+    assert kind.startswith("text/html")
+    assert b"<title>my-run" in page
+    assert b"http://" not in page.replace(b"http://www.w3.org", b""), "nothing is fetched from elsewhere"
+    assert b"https://" not in page
+    assert told(address, "api/run")["name"] == "my-run"
+    assert [row["iteration"] for row in told(address, "api/curves?after=2")["rows"]] == [3]
+    assert told(address, "api/iterations") == {"iterations": [1, 2, 3]}
+    reel = told(address, "api/iteration?number=3")
+    one = reel["episodes"][0]
+    way = f"api/episode?iteration=3&world={one['world']}&agent=0&episode={one['episode']}"
+    assert told(address, way)["cars"][0]["tick"][0] == 1
+    assert told(address, "api/live?after=0") == {"training": False, "reel": None}
+    assert told(address, "api/track")["name"] == "reinvent_base"
+
+
+def test_the_camera_looks_from_where_the_car_stands(address):
+    world = make_world(1)
+    buffers = drive(world, 12, [])
+    x, y, yaw = (float(world.cars[name][0, 0]) for name in ("front_x", "front_y", "yaw"))
+    kind, data = ask(address, f"policy.png?x={x}&y={y}&yaw={yaw}")
+    seen = np.asarray(Image.open(io.BytesIO(data)))
+    assert kind == "image/png"
+    np.testing.assert_array_equal(seen, buffers.observations["FRONT_FACING_CAMERA"][0, 0])
+    kind, data = ask(address, f"camera.jpg?x={x}&y={y}&yaw={yaw}")
+    assert (kind, Image.open(io.BytesIO(data)).size) == ("image/jpeg", (320, 240))
+
+
+@pytest.mark.parametrize(
+    ("way", "status", "words"),
+    [
+        ("nowhere", 404, "there is no /nowhere"),
+        ("api/iteration?number=99", 404, "99.parquet: there is no such file"),
+        ("api/iteration?number=-1", 400, "number is '-1'"),
+        ("api/iteration", 400, "number is ''"),
+        ("api/episode?iteration=1&world=0&agent=0&episode=77", 404, "has no episode 77"),
+        ("camera.jpg?x=nan&y=0&yaw=0", 400, "x is 'nan'"),
+        ("camera.jpg?x=1&y=1", 400, "yaw is ''"),
+    ],
+)
+def test_what_cannot_be_answered_is_named(address, way, status, words):
+    with pytest.raises(urllib.error.HTTPError) as refused:
+        ask(address, way)
+    assert refused.value.code == status
+    assert words in json.loads(refused.value.read())["message"]
+
+
+def test_other_runs_show_their_curves(tmp_path):
+    other = RunFolder.create(tmp_path / "r", {"kind": "gymnasium", "title": "CartPole-v1", "asked": {"stops": []}})
+    other.append_metrics({"iteration": 1, "mean_reward": 20.0})
+    server = WatchServer(other)
+    address = server.start()
+    try:
+        facts = told(address, "api/run")
+        assert (facts["has_map"], facts["score_name"]) == (False, "return")
+        assert "Gymnasium" in facts["instead"]
+        assert told(address, "api/curves")["rows"] == [{"iteration": 1, "mean_reward": 20.0}]
+        with pytest.raises(urllib.error.HTTPError):
+            ask(address, "api/track")
+    finally:
+        server.close()
+
+
+def test_a_taken_port_is_named_and_the_next_one_offered(run):
+    server = WatchServer(run)
+    taken = int(server.start().rsplit(":", 1)[1].strip("/"))
+    try:
+        assert not is_free(taken)
+        port, note = choose_port(None, taken)
+        assert port > taken
+        assert note == f"port {taken} is taken; the page stands on {port}"
+        with pytest.raises(UserInputError, match=f"127.0.0.1:{taken}: is taken or not allowed; --port {port} is free"):
+            choose_port(taken, 8100)
+    finally:
+        server.close()
+
+
+@pytest.fixture
+def browser(tmp_path):
+    page = Browser(tmp_path / "browser", 1200, 1000)
+    yield page
+    assert page.complaints == []
+    page.close()
+
+
+@needs_chromium
+def test_a_run_that_ended_is_played_in_a_browser(address, browser):
+    browser.open(address)
+    browser.until(
+        "at.mode === 'iteration' && at.iteration === 3 && document.getElementById('eye').naturalWidth === 320"
+    )
+    assert browser.value("document.getElementById('live').disabled")
+    assert browser.value("document.querySelectorAll('#cars button').length") == 3
+    browser.until("at.head > 1")
+    browser.press(" ")
+    at = browser.value("at.head")
+    browser.press("ArrowRight")
+    assert browser.value("at.head") == int(at) + 1
+    browser.press(",")
+    browser.until("at.iteration === 2")
+    browser.press("ArrowDown")
+    assert browser.value("document.getElementById('driver').textContent") in ("Car 0", "Car 1")
+    browser.value("document.querySelector('#episodes tr').click()")
+    browser.until("at.mode === 'episode' && at.reel.cars.length === 1")
+    browser.click("eyes")
+    browser.until("document.getElementById('eye').naturalWidth === 16")
+    painted = "new Set(pen.getImageData(0, 0, canvas.width, canvas.height).data).size"
+    assert browser.value(painted) > 50, "the map is painted"
+    assert browser.value("document.querySelectorAll('#scores polyline').length") == 2
+
+
+@needs_chromium
+def test_the_page_is_read_on_a_phone(address, browser):
+    browser.say("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=1, mobile=True)
+    browser.open(address)
+    browser.until("at.mode === 'iteration'")
+    assert browser.value("document.documentElement.scrollWidth") == 390
+
+
+@needs_chromium
+def test_a_training_is_watched_live(tmp_path, browser, monkeypatch):
+    monkeypatch.setattr(live, "EVERY_SECONDS", 0.1)
+    run = make_run(tmp_path / "r", iterations=1)
+    server = WatchServer(run)
+    over = threading.Event()
+
+    def train():
+        with run.lock():
+            world, publisher, buffers = make_world(), LivePublisher(run), None
+            while not over.is_set():
+                buffers = drive(world, 1, [publisher], int(time.time()), buffers)
+                time.sleep(0.01)
+
+    training = threading.Thread(target=train)
+    training.start()
+    try:
+        browser.open(server.start())
+        browser.until("at.mode === 'live' && at.reel !== null")
+        first = browser.value("at.last")
+        browser.until(f"at.last > {first} + 20 && at.head > 5")
+        assert browser.value("document.getElementById('state-text').textContent") == "training"
+        over.set()
+        training.join()
+        browser.until("at.mode === 'iteration' && document.getElementById('state-text').textContent === 'ended'")
+    finally:
+        over.set()
+        training.join()
+        server.close()
