@@ -20,7 +20,6 @@ from racecraft.algorithms.plain_layers import NoPlainLayersError, layers_of
 from racecraft.algorithms.weights import to_arrays
 from racecraft.contract.errors import RacecraftError
 from racecraft.contract.world import Array
-from racecraft.envs.deepracer.sensors import STEREO
 from racecraft.envs.deepracer.world import CAMERA_NAME
 from racecraft.export.car_frames import Frames, drive_for_frames
 from racecraft.formats.aws.car_archive import write_car_archive

@@ -53,13 +53,6 @@ def test_each_used_variable_changes_something_and_no_other_does(tmp_path):
         "DR_LOCAL_S3_MODEL_METADATA_KEY": "mine/a.json",
         "DR_LOCAL_S3_HYPERPARAMETERS_KEY": "mine/b.json",
         "DR_WORKERS": "2",
-        "DR_OA_OBSTACLE_TYPE": "amazon_box_obstacle",
-        "DR_OA_OBJECT_POSITIONS": "0.2,1",
-        "DR_OA_RANDOMIZE_OBSTACLE_LOCATIONS": "True",
-        "DR_OA_IS_OBSTACLE_BOT_CAR": "True",
-        "DR_H2B_IS_LANE_CHANGE": "True",
-        "DR_H2B_RANDOMIZE_BOT_CAR_LOCATIONS": "True",
-        "DR_H2B_BOT_CAR_SPEED": "0.5",
     }
     for name in ("a.py", "a.json", "b.json"):
         (tmp_path / "my-car" / "mine" / name).touch()
