@@ -180,36 +180,55 @@ closed, lines cross, the road is too narrow or too wide, or rows are out of orde
 
 def run_env_page() -> str:
     """Return every variable of run.env, and whether it is obeyed."""
-    from racecraft.formats.aws.run_env_variables import BY_NAME, OTHER_SPELLINGS
+    from racecraft.formats.aws.run_env_variables import BY_NAME, OTHER_SPELLINGS, STATUSES
 
-    def rows(status: str) -> list[tuple[str, str, str]]:
-        return [
-            (f"`{one.name}`", f"`{one.default}`" if one.default else "", one.doc)
+    def table(status: str) -> str:
+        rows = [
+            (f"`{one.name}`", one.effect + (f" In a new {one.file}.env: `{one.default}`." if one.default else ""))
             for one in BY_NAME.values()
             if one.status == status
         ]
+        return _table(("variable", "what it does here"), rows)
 
+    tables = "\n\n".join(f"## {title}\n\n{table(status)}" for status, title in STATUSES.items())
     spellings = [(f"`{other}`", f"`{name}`") for other, name in OTHER_SPELLINGS.items()]
     return f"""# run.env
 
-The variables of DeepRacer for Cloud, as they stand in `run.env` or `system.env` of a [racer's
-folder](../racing/your_folder.md#runenv). `RACECRAFT_STOP` is ours; DeepRacer for Cloud passes it over.
+The variables of DeepRacer for Cloud, as they stand in `run.env`, `system.env` or `worker-N.env` of a [racer's
+folder](../racing/your_folder.md#runenv); any file may hold any of them. `racecraft settings FOLDER` prints this table
+with the values of one folder. Those that begin with `RACECRAFT_` are ours; DeepRacer for Cloud passes them over.
 
-## Obeyed
-
-{_table(("variable", "in a new file", "meaning"), rows("used"))}
-
-## Kept, and not used yet
-
-They belong to Docker, to AWS, to the simulator's window, or to races that are not built yet.
-
-{_table(("variable", "in a new file", "meaning"), rows("known"))}
+{tables}
 
 ## Other spellings
 
 Documents, older versions and slips of the original's code use these names; they are read and said.
 
 {_table(("written", "read as"), spellings)}"""
+
+
+def glossary_page() -> str:
+    """Return the words of the console, the JSON files and run.env beside ours."""
+    from racecraft.training.deepracer.glossary import GLOSSARY, Term
+
+    def code(names: str) -> str:
+        return ", ".join(f"`{name.strip()}`" for name in names.split(",") if name.strip())
+
+    def elsewhere(term: Term) -> str:
+        worlds = {"JSON": term.json, "run.env": term.variable, "racecraft": term.ours}
+        return "; ".join(f"{world} {code(names)}" for world, names in worlds.items() if names)
+
+    rows = [(term.console, term.meaning, elsewhere(term)) for term in GLOSSARY]
+    return f"""# Glossary
+
+One idea, four names: that of the AWS DeepRacer console, that of the JSON files (or of the dictionary that a reward
+function is given), the variable of DeepRacer for Cloud, and ours. `racecraft explain WORD` searches it, and all of
+[run.env](run_env.md) with it.
+
+    racecraft explain lr
+    racecraft explain gradient descent batch size
+
+{_table(("in the console", "what it is", "elsewhere"), rows)}"""
 
 
 def track_pictures() -> dict[str, str]:
@@ -274,6 +293,39 @@ In neither, because it would be dishonest or of no use to rebuild:
 {_list(NOT_EMULATED)}"""
 
 
+def rllib_page() -> str:
+    """Return what RLlib's words mean here."""
+    from racecraft.compat.rllib_words import ELSEWHERE, STOPS, WORDS
+
+    rows = [
+        f"| `{name}` | {'' if word.setting in ('', ELSEWHERE) else f'`{word.setting}`'} | "
+        f"{word.doc if word.setting else f'nothing: {word.doc}'} |"
+        for name, word in WORDS.items()
+    ]
+    stops = [
+        f"| `{name}` | `--stop {ours}=…`{', seconds become minutes' if ours == 'minutes' else ''} |"
+        for name, ours in STOPS.items()
+    ]
+    return "\n".join(
+        [
+            "# RLlib's words",
+            "",
+            "What the words of a launcher script's `config` mean here; see [your old SageMaker "
+            "notebook](../jobs/sagemaker.md).",
+            "",
+            "| RLlib | setting | what it means here |",
+            "|---|---|---|",
+            *rows,
+            "",
+            "Words of `stop`:",
+            "",
+            "| RLlib | here |",
+            "|---|---|",
+            *stops,
+        ]
+    )
+
+
 PAGES: dict[str, Callable[[], str]] = {
     "reference/settings.md": settings_page,
     "reference/cli.md": command_page,
@@ -281,10 +333,12 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/episode_columns.md": episode_page,
     "reference/metrics.md": metrics_page,
     "reference/run_env.md": run_env_page,
+    "reference/glossary.md": glossary_page,
     "reference/tracks.md": tracks_page,
     "reference/gallery.md": gallery_page,
     "reference/worlds.md": worlds_page,
     "reference/fidelity.md": fidelity_page,
+    "reference/rllib.md": rllib_page,
 }
 """Every generated page and the function that writes it."""
 

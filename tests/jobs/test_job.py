@@ -63,6 +63,11 @@ def test_a_job_that_waits_stops_at_once_one_that_trains_is_asked():
     assert asked.asked_to_stop(104.0, "again") is asked
 
 
+def test_a_job_that_is_stopped_before_its_process_could_begin_may_still_fail():
+    job = begun().claimed("me", 101.0).asked_to_stop(102.0, "asked to stop")
+    assert job.finished(State.FAILED, 103.0, "its folder is gone").status == "Failed"
+
+
 def test_only_what_has_ended_is_resumed():
     with pytest.raises(JobError, match="gym-1 is Training; expected one that has ended"):
         training().resumed(110.0)

@@ -1,11 +1,12 @@
 """What a store of jobs promises, asked of every backend."""
 
 import sqlite3
+import subprocess
 import threading
 from dataclasses import replace
 
 import pytest
-from tests.jobs.makers import python
+from tests.jobs.makers import python, wait_until
 
 from racecraft.formats.job_spec import JobSpec
 from racecraft.jobs.job import new_job
@@ -127,31 +128,31 @@ def test_an_unknown_name_is_told_the_nearest(store):
 
 CLAIM = """
 import sys, time
+from pathlib import Path
 from racecraft.jobs.sql_store import SqlStore
-store = SqlStore(sys.argv[1])
-while time.time() < float(sys.argv[3]): pass
-for number in range(40):
-    held = store.find(f"j-{number}")
-    if held.waits and store.replace(held, held.claimed(sys.argv[2], 2.0)):
-        print(held.name)
+store, owner, folder = SqlStore(sys.argv[1]), sys.argv[2], Path(sys.argv[3])
+seen = store.jobs()
+(folder / owner).touch()
+while not (folder / "go").exists():
+    time.sleep(0.001)
+print(*[held.name for held in seen if store.replace(held, held.claimed(owner, 2.0))])
 """
 
 
 def test_of_several_processes_that_claim_at_once_one_gets_it(tmp_path):
-    import subprocess
-    import time
-
+    """All have seen all jobs waiting before the first of them claims one."""
     url = f"sqlite:///{tmp_path / 'jobs.sqlite'}"
     store = SqlStore(url)
-    for number in range(40):
-        store.add(job(f"j-{number}"))
-    begin = time.time() + 3.0
-    claimers = [python(CLAIM, url, f"p{one}", begin, stdout=subprocess.PIPE, text=True) for one in range(3)]
-    told = [one.communicate(timeout=60)[0].split() for one in claimers]
-    assert sorted(name for names in told for name in names) == sorted(f"j-{number}" for number in range(40))
-    assert {one.name: one.owner for one in store.jobs()} == {
-        name: f"p{at}" for at, names in enumerate(told) for name in names
-    }
+    names = [f"j-{number}" for number in range(40)]
+    for name in names:
+        store.add(job(name))
+    owners = ("p0", "p1", "p2")
+    claimers = [python(CLAIM, url, owner, tmp_path, stdout=subprocess.PIPE, text=True) for owner in owners]
+    wait_until(lambda: all((tmp_path / owner).exists() for owner in owners))
+    (tmp_path / "go").touch()
+    told = {owner: one.communicate(timeout=60)[0].split() for owner, one in zip(owners, claimers, strict=True)}
+    assert sorted(name for got in told.values() for name in got) == sorted(names)
+    assert {one.name: one.owner for one in store.jobs()} == {name: owner for owner in owners for name in told[owner]}
     store.close()
 
 
@@ -199,3 +200,24 @@ def test_a_file_that_is_no_store_is_said_and_left_alone(tmp_path):
     with pytest.raises(JobStoreError, match="no store of jobs"):
         SqlStore(f"sqlite:///{path}")
     assert "my notes" in path.read_text()
+
+
+def add_many(store):
+    for number in range(200):
+        store.add(job(f"more-{number}", recorded={"much": "x" * 4000}))
+
+
+def test_a_full_disk_is_said_and_loses_nothing(tmp_path):
+    """SQLite's own limit of pages stands for the disk: it answers as on a full one."""
+    import sqlalchemy as sql
+
+    store = SqlStore(f"sqlite:///{tmp_path / 'jobs.sqlite'}")
+    store.add(job("kept"))
+    sql.event.listen(store._engine, "connect", lambda connection, _: connection.execute("pragma max_page_count = 1"))
+    store.close()  # the next connection finds no room
+    with pytest.raises(JobStoreError, match="the disk is full .* nothing was changed"):
+        add_many(store)
+    assert store.find("kept") == job("kept")
+    held = store.find("kept")
+    assert store.replace(held, held.claimed("me", 2.0)), "what fits is still taken"
+    store.close()

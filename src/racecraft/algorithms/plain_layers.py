@@ -267,7 +267,7 @@ def _require_same_world(
             f"its network sees {', '.join(there)}; expected {', '.join(seen)}, as model_metadata.json says."
         )
     is_box = isinstance(actions, ContinuousActions)
-    width = len(actions.low) if is_box else actions.count
+    width = len(actions.low) if isinstance(actions, ContinuousActions) else actions.count
     outputs = layers.network.head.bias.shape[0]
     if is_box != (layers.kind != DISCRETE) or width != outputs:
         here = f"{width} numbers of two ranges" if is_box else f"{width} actions of a list"

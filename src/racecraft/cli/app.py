@@ -12,12 +12,13 @@ import sys
 
 import typer
 
-from racecraft.cli import algorithms, bench, run, settings
+from racecraft.cli import algorithms, bench, explain, run, settings
 from racecraft.cli.battlesnake import snakes
-from racecraft.cli.deepracer import evaluate, logs, new, replay, sensors, tracks, train
+from racecraft.cli.deepracer import evaluate, init, logs, new, replay, sensors, tracks, train
+from racecraft.cli.deepracer.dr import group
 from racecraft.cli.gym import gym
 from racecraft.cli.jobs import jobs
-from racecraft.cli.runs import export, import_model, look, record, report, serve, stop, watch
+from racecraft.cli.runs import checkpoints, export, import_model, look, record, report, serve, stop, watch
 from racecraft.cli.unity import unity
 from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.jobs import lifeline
@@ -35,12 +36,15 @@ app = typer.Typer(
 app.command(name="train")(train.train)
 app.command(name="evaluate")(evaluate.evaluate)
 app.command(name="report")(report.report)
+app.command(name="checkpoints")(checkpoints.checkpoints)
 app.command(name="look")(look.look)
 app.command(name="watch")(watch.watch)
 app.command(name="stop")(stop.stop)
 app.command(name="replay")(replay.replay)
 app.command(name="logs")(logs.logs)
 app.command(name="new")(new.new)
+app.command(name="init")(init.init)
+app.add_typer(group.app, name="dr")
 app.command(name="sensors")(sensors.sensors)
 app.add_typer(tracks.app, name="tracks")
 app.add_typer(gym.app, name="gym")
@@ -54,6 +58,7 @@ app.command(name="run", context_settings=run.CONTEXT)(run.run)
 app.command(name="record")(record.record)
 app.command(name="algorithms")(algorithms.algorithms)
 app.command(name="settings")(settings.settings)
+app.command(name="explain")(explain.explain)
 app.add_typer(bench.app, name="bench")
 
 

@@ -15,7 +15,7 @@ def run(
     script: Annotated[Path, typer.Argument(metavar="SCRIPT", help="A Python script.")],
     args: Annotated[list[str] | None, typer.Argument(metavar="[ARGS]...", help="Its own arguments.")] = None,
 ) -> None:
-    """Run a script with foreign names on the path: mlagents_envs, gym_unity and an old-style gym.
+    """Run a script with foreign names on the path: mlagents_envs, gym_unity, an old gym, sagemaker and its launchers.
 
     Example: racecraft run train-unity.py
     """

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 
 def settings(
+    folder: Annotated[
+        Path | None, typer.Argument(help="A racer's folder: its run.env, variable by variable, and what each does.")
+    ] = None,
     world: Annotated[
         str, typer.Option(help="Whose defaults: deepracer, battlesnake, gymnasium or unity.")
     ] = "deepracer",
@@ -16,8 +20,19 @@ def settings(
 ) -> None:
     """List every setting that `--set group.name=value` takes in one kind of training, with its default there.
 
-    Example: racecraft settings --world gymnasium --algorithm ppo
+    Of a folder of DeepRacer for Cloud: every variable, its value, its default, and what it does here or why not.
+
+    Examples:
+
+        racecraft settings --world gymnasium --algorithm ppo
+
+        racecraft settings my-folder
     """
+    if folder is not None:
+        from racecraft.cli.deepracer.folder_settings import print_folder_settings
+
+        print_folder_settings(folder, json)
+        return
     from rich.console import Console
     from rich.table import Table
 

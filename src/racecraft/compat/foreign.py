@@ -27,10 +27,18 @@ from typing import Any
 from racecraft.contract.errors import InputFileError
 
 HOME = "racecraft.compat.names"
-NAMES = ("mlagents_envs", "gym_unity", "gym", "sagemaker", "boto3")
+NAMES = ("mlagents_envs", "gym_unity", "gym", "sagemaker", "sagemaker_rl", "ray", "boto3")
 """The packages whose names are lent."""
 STANDS_ASIDE = ("gym", "boto3")
 """Lent only where no package of that name is installed."""
+SLIPS = {
+    "secondary_cluster_instance_count": "its variable above is called secondary_instance_count",
+    "secondary_max_run_tim": "secondary_max_run_time is meant; set it, in seconds",
+    "secondary_max_run_time": "set it, in seconds",
+    "primary_max_run_time": "set it, in seconds",
+    "secondary_cpus_count": "set it: cores of a secondary machine, times how many there are",
+}
+"""Names that AWS's article on distributed training prints (facts: battlesnake-and-sagemaker-rl.md D.1)."""
 _BEFORE, _BEHIND = (str(Path(__file__).parent / "lent" / place) for place in ("before", "behind"))
 """Where children find the names: the modules in these folders are the doors of `take_over`."""
 
@@ -62,6 +70,10 @@ def foreign_names() -> Iterator[None]:
         yield
     except (ImportError, AttributeError) as error:
         _explain(error)
+        raise
+    except NameError as error:
+        if error.name in SLIPS:
+            error.add_note(f"{error.name}: the article prints this name and never sets it; {SLIPS[error.name]}.")
         raise
     finally:
         sys.meta_path.remove(finder)

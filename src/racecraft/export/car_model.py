@@ -16,10 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.algorithms.plain_layers import layers_of
+from racecraft.algorithms.plain_layers import NoPlainLayersError, layers_of
 from racecraft.algorithms.weights import to_arrays
 from racecraft.contract.errors import RacecraftError
 from racecraft.contract.world import Array
+from racecraft.envs.deepracer.sensors import STEREO
 from racecraft.envs.deepracer.world import CAMERA_NAME
 from racecraft.export.car_frames import Frames, drive_for_frames
 from racecraft.formats.aws.car_archive import write_car_archive
@@ -90,7 +91,17 @@ def export_to_car(
 
 
 def car_layers(car: TrainedCar) -> PolicyLayers:
-    """Return a trained car's layers, under the names of the sensors in its metadata."""
+    """Return a trained car's layers, under the names of the sensors in its metadata.
+
+    Raises:
+        NoPlainLayersError: It sees by more than its front camera, or a car's software does not know such a policy.
+    """
+    seen = sorted(car.policy.spec.visible)
+    if seen != [CAMERA_NAME]:
+        raise NoPlainLayersError(
+            f"{car.run.path}: the policy sees by {', '.join(seen)}; expected {CAMERA_NAME} alone. Graphs of several "
+            "sensors are not written yet."
+        )
     weights, _ = Checkpoints(car.run.checkpoints).load_policy(str(car.checkpoint.iteration))
     return layers_of(car.policy.spec, to_arrays(weights), sorted(car.policy.metadata["model_metadata"]["sensor"]))
 

@@ -103,10 +103,11 @@ class Checkpoints:
     Args:
         folder: Where it stands.
         weights_budget: Bytes that all weights together may take; beyond it the oldest are taken away.
+        keep_every: Only the weights of every so many iterations stay, beside those that always do.
     """
 
-    def __init__(self, folder: str | Path, weights_budget: int = WEIGHTS_BUDGET_BYTES) -> None:
-        self.folder, self._weights_budget = Path(folder), weights_budget
+    def __init__(self, folder: str | Path, weights_budget: int = WEIGHTS_BUDGET_BYTES, keep_every: int = 1) -> None:
+        self.folder, self._weights_budget, self._keep_every = Path(folder), weights_budget, keep_every
 
     def save(
         self,
@@ -120,8 +121,8 @@ class Checkpoints:
     ) -> CheckpointEntry:
         """Put a checkpoint on the shelf; it is the last from now on, and the best if `best` says so.
 
-        Older states than those of the last two are taken away. So are the oldest weights once all of them together
-        are too large, but never the untrained, the best and the last two.
+        Older states than those of the last two are taken away. So are weights between those that are kept, and the
+        oldest once all of them together are too large, but never the untrained, the best and the last two.
 
         Raises:
             OutputFileError: A file cannot be written; the shelf is then as it was.
@@ -228,8 +229,9 @@ class Checkpoints:
         spared = {0, best, *(entry["iteration"] for entry in entries[-STATES_KEPT:])}
         gone: list[str] = []
         for entry in [entry for entry in entries if entry["iteration"] not in spared]:
-            if sum(sizes.values()) <= self._weights_budget:
-                break
+            is_between = entry["iteration"] % self._keep_every != 0
+            if not is_between and sum(sizes.values()) <= self._weights_budget:
+                continue
             entries.remove(entry)
             sizes.pop(entry["policy"])
             gone.append(entry["policy"])

@@ -32,7 +32,7 @@ from types import FrameType
 from typing import Any
 
 from racecraft.contract.errors import InputFileError, UserInputError
-from racecraft.formats.whole import make_folder, whole_file, write_whole
+from racecraft.formats.whole import OutputFileError, make_folder, output_letter, whole_file, write_whole
 from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.hyperparameters import OWN_KEYS, as_arguments, decoded, encoded
 
@@ -105,6 +105,22 @@ def lay_out(
     Raises:
         OutputFileError: The disk is full, or the place cannot be written.
     """
+    try:
+        return _laid_out(folder, entry_point, source_dir, dependencies, hyperparameters, channels)
+    except shutil.Error as error:  # several files at once
+        raise OutputFileError(f"{folder}: the code cannot be copied there ({str(error)[:200]}).") from error
+    except OSError as error:
+        raise OutputFileError(output_letter(folder, error)) from error
+
+
+def _laid_out(
+    folder: Path,
+    entry_point: str,
+    source_dir: str | None,
+    dependencies: Sequence[str],
+    hyperparameters: Mapping[str, Any],
+    channels: Mapping[str, Path],
+) -> Container:
     container = container_in(folder)
     for name in FOLDERS:
         make_folder(container.root / name)

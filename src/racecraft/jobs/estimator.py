@@ -31,7 +31,7 @@ from racecraft.jobs.hyperparameters import check_overrides
 from racecraft.jobs.job import Job
 from racecraft.jobs.metrics import MetricPoint, check_definitions, read_metrics
 from racecraft.jobs.session import Session, buckets_of
-from racecraft.jobs.store import get
+from racecraft.jobs.store import NameTakenError, get, name_taken
 from racecraft.jobs.submit import ask_to_stop, environment_here, submit
 
 if TYPE_CHECKING:
@@ -273,8 +273,14 @@ class RLEstimator:
         channels = channels_of(inputs, buckets_of(self._home))
         self._require_name_free(name)
         told = {**self.hyperparameters(), "sagemaker_program": self._program(), "sagemaker_job_name": name}
-        lay_out(self._home.folder(name), self.entry_point, self.source_dir, self.dependencies, told, channels)
-        submit(self._home, self._spec(name, channels, experiment_config))
+        try:
+            lay_out(self._home.folder(name), self.entry_point, self.source_dir, self.dependencies, told, channels)
+            submit(self._home, self._spec(name, channels, experiment_config))
+        except NameTakenError:
+            raise  # somebody was quicker, and the folder is theirs
+        except BaseException:
+            self._home.forget(name)
+            raise
         self.latest_training_job = TrainingJob(name, self._home)
         if wait and self._waits_for_a_second():
             warnings.warn(
@@ -383,8 +389,6 @@ class RLEstimator:
         store = self._home.store()
         try:
             if store.find(name) is not None:
-                from racecraft.jobs.store import name_taken
-
                 raise name_taken(name)
         finally:
             store.close()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import itertools
 import os
 import subprocess
@@ -79,17 +80,22 @@ def ensure_supervisor(home: JobHome) -> None:
     make_folder(home.path)
     if is_supervised(home):
         return
+    environment = {**os.environ, "RACECRAFT_JOBS": str(home.path), "RACECRAFT_JOB_STORE": home.store_url}
     with open(home.path / "supervisor.log", "ab") as said:
-        _started.append(
-            subprocess.Popen(
-                [sys.executable, "-m", "racecraft", "jobs", "supervise"],
-                stdin=subprocess.DEVNULL,
-                stdout=said,
-                stderr=said,
-                env={**os.environ, "RACECRAFT_JOBS": str(home.path), "RACECRAFT_JOB_STORE": home.store_url},
-                **apart(),
-            )
+        command = [sys.executable, "-m", "racecraft", "jobs", "supervise"]
+        process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=said, stderr=said, env=environment, **apart()
         )
+    if not _started:
+        atexit.register(_leave_them)
+    _started.append(process)
+
+
+def _leave_them() -> None:
+    """Have nobody complain that supervisors outlive us: that is what they are for."""
+    for process in _started:
+        process.poll()
+        process.returncode = process.returncode or 0
 
 
 def ask_to_stop(home: JobHome, store: JobStore, name: str) -> Job:

@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
+from racecraft.analysis.deepracer.drive import PAUSE, as_drive
+from racecraft.analysis.deepracer.drive import Drive as CarDrive
+from racecraft.analysis.deepracer.films.film import FilmStyle, write_film
+from racecraft.analysis.deepracer.films.shells import DEEPRACER
+from racecraft.analysis.deepracer.films.views import AWS_FOLDERS
 from racecraft.analysis.figures import draw_curves, draw_path
 from racecraft.analysis.report import write_report
 from racecraft.analysis.video import film_title, small_film, write_video
 from racecraft.contract.world import Array
 from racecraft.evaluation.deepracer.drive import DriveKeeper
+from racecraft.evaluation.deepracer.judged_race import JudgedRace, RaceRecord, judge_race
 from racecraft.evaluation.deepracer.laps import LapReport, judge_laps
 from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.whole import make_folder
 from racecraft.players.deepracer.trained_car import KIND, TrainedCar, load_trained_car
 from racecraft.tracks.track import Track
 
@@ -25,11 +34,27 @@ class Drive:
 
     car: TrainedCar
     track: Track
-    report: LapReport
+    report: LapReport | RaceRecord
     ticks: Array
     """TICK_REPORT (T,)."""
     objects: tuple[Array, Array] | None = None
     """What stood or drove on the road, (T, K, 6) and their kinds (T, K)."""
+
+    @property
+    def shown(self) -> CarDrive:
+        """What the car did, as films take it; of a judged race with its trials, resets and penalties."""
+        drive = as_drive(self.ticks)
+        if isinstance(self.report, LapReport):
+            return drive
+        race = self.report
+        return replace(
+            drive,
+            status=np.where(np.isin(race.status, ("lap_complete", PAUSE)), race.status, drive.status),
+            lap=race.trial,
+            trial=race.trial,
+            resets=race.resets,
+            penalty_seconds=race.penalty_seconds,
+        )
 
 
 def drive_laps(car: TrainedCar, track: Track, laps: int) -> Drive:
@@ -38,6 +63,21 @@ def drive_laps(car: TrainedCar, track: Track, laps: int) -> Drive:
     world = car.world(track, num_cars=1, start_shares=[0.0], laps=laps)
     report = judge_laps(car.policy, world, laps, [keeper])
     return Drive(car, world.track, report, keeper.drive, keeper.objects)
+
+
+def drive_race(car: TrainedCar, track: Track, rules: JudgedRace, reverse: bool | None) -> tuple[RaceRecord, Drive]:
+    """Let a trained car drive a judged race, greedily; return the race, and the drive to be shown.
+
+    Args:
+        car: Who drives.
+        track: Where.
+        rules: How it is judged.
+        reverse: In the opposite direction to the track's own; None: as it was trained.
+    """
+    config = rules.race_config(car.settings.race, reverse)
+    world = car.world(track, num_cars=1, start_shares=[0.0], laps=rules.laps_in_one, race=config)
+    record = judge_race(car.policy, world, rules)
+    return record, Drive(car, world.track, record, record.ticks)
 
 
 def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
@@ -82,17 +122,63 @@ def _headline(car: TrainedCar) -> str:
     return f"checkpoint {car.checkpoint.iteration}"
 
 
-def show_drive(drive: Drive, *, video: Path | None = None, picture: Path | None = None) -> None:
-    """Write the film and the path of a drive, whichever is asked for."""
+def show_drive(
+    drive: Drive, *, video: Path | None = None, picture: Path | None = None, style: FilmStyle | None = None
+) -> dict[str, Path]:
+    """Write the film and the path of a drive, whichever is asked for; return the files by kind.
+
+    Args:
+        drive: What was driven.
+        video: Where the film goes.
+        picture: Where the path goes.
+        style: The camera it is filmed with; None: the car's own view beside a panel of figures.
+    """
+    files = {}
     if picture is not None:
-        draw_path(picture, drive.track, drive.ticks, objects=drive.objects)
-    if video is not None:
+        draw_path(picture, drive.track, drive.shown, objects=drive.objects)
+        files["picture"] = picture
+    if video is not None and style is None:
         write_video(
             video,
-            drive.ticks,
+            drive.shown,
             drive.track,
             mount=drive.car.mount,
             title=_headline(drive.car),
             light=drive.car.light,
             objects=drive.objects,
         )
+        files["video"] = video
+    elif video is not None and style is not None:
+        files["video"], files["strip"] = film_drive(drive, video, style)
+    return files
+
+
+def film_drive(drive: Drive, video: Path, style: FilmStyle) -> tuple[Path, Path]:
+    """Film a drive with one of the cameras of `analysis/deepracer/films/views.py`; return the film and its strip."""
+    car = drive.car
+    return write_film(video, drive.shown, drive.track, style, car.mount, car.light, title=_headline(car))
+
+
+def film_as_aws(drive: Drive, style: FilmStyle, number: int) -> dict[str, Path]:
+    """Film a drive with the original's three cameras into mp4/ of its run folder; return the files by view."""
+    films = {}
+    for view, folder in AWS_FOLDERS.items():
+        place = drive.car.run.path / "mp4" / folder / f"{number}-video.mp4"
+        make_folder(place.parent)
+        films[view], _ = film_drive(drive, place, replace(style, view=view))
+    return films
+
+
+def style_of(car: TrainedCar, view: str, size: str, fps: int) -> FilmStyle:
+    """Return how a car is filmed: shell, colour and name as its run.env had them.
+
+    The view "dashboard" has a size and a pace of its own; here it stands for no view in particular.
+
+    Raises:
+        SettingError: An unknown view, size, shell or colour.
+        VideoError: Pictures a second outside the range.
+    """
+    env = car.run.read_job().get("env", {})
+    name = env.get("DR_RACER_NAME") or env.get("DR_CAR_NAME") or car.run.path.resolve().name
+    shell, colour = env.get("DR_CAR_BODY_SHELL_TYPE", DEEPRACER), env.get("DR_CAR_COLOR", "Red")
+    return FilmStyle("pip" if view == "dashboard" else view, size, fps, shell, colour, name)

@@ -102,6 +102,10 @@ class LatestRollout:
         return batch
 
 
+WHEN_ASKED = "Ctrl-C or `racecraft stop`"
+"""What ends a training that was given no stop."""
+
+
 @dataclass(frozen=True)
 class Outcome:
     """What a training came to."""
@@ -179,7 +183,7 @@ class TrainingLoop:
         """
         if self._iteration == 0:
             self._writer.write_start()
-        self._callback.begin(title, " or ".join(map(str, self._stops)), self._evaluator.score_name)
+        self._callback.begin(title, " or ".join(map(str, self._stops)) or WHEN_ASKED, self._evaluator.score_name)
         self._began = self._looked = time.perf_counter()
         reason = "an error"
         try:

@@ -77,6 +77,7 @@ class RunWriter:
         recorder: The ticks of each iteration, where they are kept.
         episode_files: Writes them in another form, too; needs a recorder.
         parts: Further parts of the training whose state is kept, by name.
+        checkpoints: Where they are put, and which of them stay; None: on the run's own shelf, all of them.
     """
 
     def __init__(
@@ -88,11 +89,12 @@ class RunWriter:
         recorder: TickRecorder | None = None,
         episode_files: EpisodeFiles | None = None,
         parts: Mapping[str, Stateful] | None = None,
+        checkpoints: Checkpoints | None = None,
     ) -> None:
         self._run, self._learner, self._collector = run, learner, collector
         self._metadata, self._recorder, self._episode_files = metadata, recorder, episode_files
         self._parts = dict(parts or {})
-        self._checkpoints = Checkpoints(run.checkpoints)
+        self._checkpoints = checkpoints or Checkpoints(run.checkpoints)
         self._background = Background()
 
     def write_start(self) -> None:

@@ -36,6 +36,15 @@ class RuntimeConfig:
 
     threads: int | None = setting(None, "CPU threads for worlds and learner; none takes every core.", low=1)
     device: str = setting("cpu", "Device of the learner.", choices=("cpu", "cuda"))
+    keep_every: int = setting(
+        1,
+        "Weights of every so many iterations stay on the disk, beside the untrained, the best and the last two.",
+        unit="iterations",
+        low=1,
+    )
+    keep_mib: int = setting(
+        3814, "Weights of one run take at most so much of the disk; the oldest go first.", unit="MiB", low=1
+    )
     tensorboard: bool = setting(
         False, "Whether curves are also written for TensorBoard, into the run folder's `tensorboard`."
     )

@@ -201,6 +201,7 @@ class TrainingSession:
             attendants.recorder,
             attendants.episode_files,
             parts,
+            Checkpoints(run.checkpoints, settings.runtime.keep_mib * 2**20, settings.runtime.keep_every),
         )
         evaluator = experiment.evaluator(learner, run)
         parse_stops(map(str, experiment.stops), evaluator.stop_kinds)
@@ -268,7 +269,7 @@ def checkpoint_metadata(experiment: Experiment, learner: Learner) -> dict[str, A
 
 
 def begin_with(learner: Learner, source: str, experiment: Experiment) -> tuple[str, ...]:
-    """Give a learner the weights of an earlier run, or of a model of AWS's; optimiser and all counts start from zero.
+    """Give a learner the weights of an earlier run or of a model of AWS's; optimiser and counts start from zero.
 
     Returns:
         What is worth saying about them, a clause each.

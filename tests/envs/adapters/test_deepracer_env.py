@@ -105,3 +105,26 @@ class TestRaceWorld(WorldExam):
 
     def make_world(self, num_worlds):
         return race_world(num_cars=num_worlds, width=16, height=12, max_episode_seconds=1.5)
+
+
+class TestCarWithSensors(WorldExam):
+    """Two eyes and a LiDAR sit the exam."""
+
+    ticks = 60
+
+    def make_world(self, num_worlds):
+        return race_world(
+            num_cars=num_worlds, width=16, height=12, max_episode_seconds=1.5,
+            sensors=("STEREO_CAMERAS", "DISCRETIZED_SECTOR_LIDAR"), lidar_config={"num_sectors": 4},
+        )  # fmt: skip
+
+
+def test_several_sensors_are_a_dictionary_by_their_names():
+    env = gymnasium.make("racecraft/DeepRacer-v0", width=16, height=12, sensors=("STEREO_CAMERAS", "LIDAR"))
+    seen, _ = env.reset(seed=0)
+    assert {name: (part.dtype, part.shape) for name, part in seen.items()} == {
+        "STEREO_CAMERAS": (np.uint8, (12, 16, 2)),
+        "LIDAR": (np.float32, (64,)),
+    }
+    assert env.observation_space.contains(seen)
+    env.close()

@@ -6,7 +6,7 @@ from racecraft.formats.aws.run_env import RunEnvError, run_env_text
 from racecraft.formats.aws.run_env_variables import BY_NAME
 from racecraft.settings.overrides import apply_overrides
 from racecraft.training.deepracer.presets import default_settings
-from racecraft.training.deepracer.race_environment import USED, RaceEnvironment, race_environment
+from racecraft.training.deepracer.race_environment import OBEYED, RaceEnvironment, race_environment
 from racecraft.training.deepracer.race_objects import PREFIXES
 from racecraft.training.stopping import KINDS
 
@@ -46,12 +46,30 @@ def test_each_used_variable_changes_something_and_no_other_does(tmp_path):
         "DR_LOCAL_S3_CUSTOM_FILES_PREFIX": "mine",
         "DR_LOCAL_S3_PRETRAINED_PREFIX": "old",
         "DR_LOCAL_S3_PRETRAINED_CHECKPOINT": "best",
+        "RACECRAFT_SET": "ppo.clip=0.1",
+        "DR_TRAIN_ALTERNATE_DRIVING_DIRECTION": "True",
+        "DR_TRAIN_MULTI_CONFIG": "True",
+        "DR_LOCAL_S3_REWARD_KEY": "mine/a.py",
+        "DR_LOCAL_S3_MODEL_METADATA_KEY": "mine/a.json",
+        "DR_LOCAL_S3_HYPERPARAMETERS_KEY": "mine/b.json",
+        "DR_WORKERS": "2",
+        "DR_OA_OBSTACLE_TYPE": "amazon_box_obstacle",
+        "DR_OA_OBJECT_POSITIONS": "0.2,1",
+        "DR_OA_RANDOMIZE_OBSTACLE_LOCATIONS": "True",
+        "DR_OA_IS_OBSTACLE_BOT_CAR": "True",
+        "DR_H2B_IS_LANE_CHANGE": "True",
+        "DR_H2B_RANDOMIZE_BOT_CAR_LOCATIONS": "True",
+        "DR_H2B_BOT_CAR_SPEED": "0.5",
     }
+    for name in ("a.py", "a.json", "b.json"):
+        (tmp_path / "my-car" / "mine" / name).touch()
+    (tmp_path / "my-car" / "worker-2.env").write_text("DR_WORLD_NAME=Oval_track\n")
     only_together = ("DR_LOCAL_S3_PRETRAINED_PREFIX", "DR_LOCAL_S3_PRETRAINED_CHECKPOINT")
     for name, variable in BY_NAME.items():
         if name in ("DR_RACE_TYPE", "DR_LOCAL_S3_PRETRAINED"):  # refused; tested below
             continue
         lines = ["DR_LOCAL_S3_PRETRAINED=True", "DR_LOCAL_S3_PRETRAINED_PREFIX=old"] if name in only_together else []
+        lines += {"DR_WORKERS": ["DR_TRAIN_MULTI_CONFIG=True"], "DR_TRAIN_MULTI_CONFIG": ["DR_WORKERS=2"]}.get(name, [])
         lines += [f"DR_RACE_TYPE={race}" for prefix, race in PREFIXES.items() if name.startswith(prefix)]
         before = race_environment(folder_with(tmp_path, *lines, "DR_WORLD_NAME=x"))
         after = race_environment(folder_with(tmp_path, *lines, "DR_WORLD_NAME=x", f"{name}={values.get(name, '7')}"))
@@ -59,14 +77,16 @@ def test_each_used_variable_changes_something_and_no_other_does(tmp_path):
             assert after.clone_from == f"{tmp_path / 'old'}:last"
             continue
         assert (meaning(before) != meaning(after)) == (variable.status == "used"), name
-        assert (f" {name}" in "".join(after.notes).replace(",", "")) == (variable.status == "known"), name
-    assert len(USED) > 10
+        said = "".join(after.notes).replace(",", "").replace(";", "")
+        assert (f"not used yet: {name}" in said) == (variable.status == "later"), name
+        assert (f"not applicable here: {name}" in said) == (variable.status == "without"), name
+    assert len(OBEYED) > 15
 
 
 def meaning(asked):
-    telling = [note for note in asked.notes if "not used yet" not in note]
     settings = (asked.track, asked.overrides, asked.start_offset, asked.stops, asked.judging)
-    return (*settings, asked.clone_from, asked.files, telling)
+    courses = [(course.worker, course.track, course.other_way) for course in asked.courses]
+    return (*settings, asked.clone_from, asked.files, asked.keys, courses)
 
 
 def test_a_file_as_racers_write_it_becomes_settings(tmp_path):
@@ -86,7 +106,7 @@ def test_a_file_as_racers_write_it_becomes_settings(tmp_path):
     notes = "\n".join(asked.notes)
     assert "DR_COLLISION_PENALTY is read as DR_EVAL_COLLISION_PENALTY" in notes
     assert "unknown variable DR_WORLD_NAM is kept and does nothing. Did you mean 'DR_WORLD_NAME'?" in notes
-    assert "kept and not used yet: DR_CAR_NAME, DR_EVAL_COLLISION_PENALTY" in notes
+    assert "kept and not used yet: DR_EVAL_COLLISION_PENALTY" in notes
 
 
 def test_a_new_file_asks_for_what_is_the_default_anyway(tmp_path):
@@ -98,11 +118,13 @@ def test_a_new_file_asks_for_what_is_the_default_anyway(tmp_path):
 @pytest.mark.parametrize(
     ("line", "named"),
     [
-        ("DR_CAR_COLOR=Red", False), ("DR_CAR_COLOR=red", False), ("DR_CAR_COLOR=Blue", True),
+        ("DR_CAR_COLOR=Red", False), ("DR_CAR_COLOR=red", False), ("DR_CAR_COLOR=Blue", False),
+        ("DR_GUI_ENABLE=True", True),
         ("DR_EVAL_OFF_TRACK_PENALTY=5", False), ("DR_EVAL_OFF_TRACK_PENALTY=3.0", True),
         ("DR_EVAL_IS_CONTINUOUS=true", False), ("DR_EVAL_IS_CONTINUOUS=False", True),
-        ("DR_DISPLAY_NAME=FastCar", False), ("DR_CAR_NAME=Zoom\nDR_DISPLAY_NAME=Zoom", False),
-        ("DR_DISPLAY_NAME=Zoom", True), ("DR_LOCAL_S3_METRICS_PREFIX=rl-deepracer-sagemaker/metrics", False),
+        ("DR_EVAL_OPP_RACER_NAME=FasterCar", False),
+        ("DR_EVAL_OPP_CAR_NAME=Zoom\nDR_EVAL_OPP_RACER_NAME=Zoom", False),
+        ("DR_EVAL_OPP_RACER_NAME=Zoom", True), ("DR_LOCAL_S3_METRICS_PREFIX=rl-deepracer-sagemaker/metrics", False),
         ("DR_UPLOAD_S3_PREFIX=rl-deepracer-sagemaker-1", False), ("DR_OA_OBJECT_POSITIONS=0.2,-1", True),
     ],
 )  # fmt: skip
@@ -123,7 +145,7 @@ def test_system_env_is_read_first_and_worker_files_are_named(tmp_path):
     (folder / "worker-2.env").write_text("DR_WORLD_NAME=Bowtie_track\n")
     asked = race_environment(folder)
     assert (asked.track, asked.overrides) == ("Oval_track", ("evaluation.episodes=2",))
-    assert "worker-N.env: kept and not used yet" in asked.notes[-1]
+    assert "worker-N.env: not used, as DR_TRAIN_MULTI_CONFIG is not True" in asked.notes[-1]
 
 
 @pytest.mark.parametrize(

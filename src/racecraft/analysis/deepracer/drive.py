@@ -6,7 +6,7 @@ Begin with `as_drive`, which takes what a race world wrote down or rows of an ep
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,8 +18,8 @@ from racecraft.envs.deepracer.vehicle import FRONT_POINT_M, TICK_SECONDS
 if TYPE_CHECKING:
     import polars as pl
 
-LAP_COMPLETE, OFF_TRACK, CRASHED = "lap_complete", "off_track", "crashed"
-STILL_DRIVING = ("in_progress", "prepare")
+LAP_COMPLETE, OFF_TRACK, CRASHED, PAUSE = "lap_complete", "off_track", "crashed", "pause"
+STILL_DRIVING = ("in_progress", "prepare", PAUSE)
 """Words of `status` that end nothing."""
 
 WORDS = {
@@ -62,6 +62,12 @@ class Drive:
     """(T,) lap of the drive, counted from 1; an attempt that failed counts."""
     status: Array
     """(T,) words: "in_progress", "lap_complete", "off_track", …"""
+    trial: Array | None = None
+    """(T,) trial of a judged race, counted from 1; None: it was none."""
+    resets: Array | None = None
+    """(T,) how often the car was set back so far in this trial."""
+    penalty_seconds: Array | None = None
+    """(T,) what that has cost so far."""
 
     @classmethod
     def from_reports(cls, reports: Array) -> Drive:
@@ -161,7 +167,9 @@ class Drive:
         """
         rows = self.lap == number
         _require(bool(rows.any()), f"no lap {number} among {int(self.lap.max())}")
-        return Drive(**{name: getattr(self, name)[rows] for name in self.__dataclass_fields__})
+        columns: dict[str, Any] = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        cut: dict[str, Any] = {name: None if column is None else column[rows] for name, column in columns.items()}
+        return Drive(**cut)
 
     def outcome(self, row: int) -> str:
         """Say how the drive stood at a row that ended something: "lap complete 22.47 s", "off track at 45 %"."""

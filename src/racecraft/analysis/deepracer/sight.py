@@ -101,6 +101,9 @@ def _draw_told(axes: Any, lidar: LidarView, view: Array) -> None:
         axes.grid(color="#c9d1d6", lw=0.8)
         axes.set_xlabel("sector, left to right of its nose", fontsize=9, color=QUIET)
         axes.set_ylabel("nearest thing (m)", fontsize=9, color=QUIET)
+        if not view.any():
+            reach = f"all 0: nothing within {lidar.clip_m:g} m"
+            axes.text(0.5, 0.5, reach, fontsize=10, color=QUIET, ha="center", va="center", transform=axes.transAxes)
     else:
         degrees = np.degrees(FIRST_BEAM_RAD + BEAM_STEP_RAD * np.arange(BEAMS))
         met = view < lidar.clip_m

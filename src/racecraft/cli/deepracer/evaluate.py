@@ -9,8 +9,12 @@ import typer
 
 if TYPE_CHECKING:
     from racecraft.evaluation.deepracer.laps import LapReport
+    from racecraft.players.deepracer.trained_car import TrainedCar
+    from racecraft.reporting.gallery import Drive
+    from racecraft.tracks.track import Track
 
 MAX_LAPS = 1000
+DASHBOARD, FILM_SIZE, FILM_FPS = "dashboard", "720p", 30
 LAPS, CHECKPOINT = 3, "best"
 """Where neither the command nor the run's run.env says."""
 
@@ -37,10 +41,61 @@ def evaluate(
             help=f"One from standstill, then flying; by default what run.env asked for, else {LAPS}.",
         ),
     ] = None,
+    number_of_trials: Annotated[
+        int | None,
+        typer.Option(help="Judge a race of so many trials, with resets and penalties (DR_EVAL_NUMBER_OF_TRIALS)."),
+    ] = None,
+    is_continuous: Annotated[
+        bool | None,
+        typer.Option(
+            "--is-continuous/--no-is-continuous",
+            help="Of a race: trials are laps of one drive, as usual, or each begins at rest (DR_EVAL_IS_CONTINUOUS).",
+        ),
+    ] = None,
+    max_resets: Annotated[
+        int | None,
+        typer.Option(help="Of a race: how often the car is set back, 100 where nobody says (DR_EVAL_MAX_RESETS)."),
+    ] = None,
+    off_track_penalty: Annotated[
+        float | None,
+        typer.Option(help="Of a race: seconds it waits then, 5 where nobody says (DR_EVAL_OFF_TRACK_PENALTY)."),
+    ] = None,
+    collision_penalty: Annotated[
+        float | None,
+        typer.Option(help="Of a race: seconds it waits after hitting an object, 5 (DR_EVAL_COLLISION_PENALTY)."),
+    ] = None,
+    reset_behind_dist: Annotated[
+        float | None,
+        typer.Option(help="Of a race: metres behind an object that it is set down, 1 (DR_EVAL_RESET_BEHIND_DIST)."),
+    ] = None,
+    reverse_direction: Annotated[
+        bool | None,
+        typer.Option(
+            "--reverse-direction/--no-reverse-direction",
+            help="Of a race: its direction, by default as it was trained (DR_EVAL_REVERSE_DIRECTION).",
+        ),
+    ] = None,
     episodes: Annotated[
         int | None, typer.Option(min=1, help="Of another run than a car's: how many count; of a snake: games.")
     ] = None,
     video: Annotated[Path | None, typer.Option(help="Film the drive into this MP4 file.")] = None,
+    view: Annotated[
+        str,
+        typer.Option(
+            help="Camera of the film: dashboard (the car's own view and a panel of figures), car, chase, top, or pip "
+            "(chase with top in its corner)."
+        ),
+    ] = DASHBOARD,
+    size: Annotated[
+        str, typer.Option(help="Of the film, in any view but dashboard: 480p, 540p, 720p or 1080p.")
+    ] = FILM_SIZE,
+    fps: Annotated[int, typer.Option(help="Its pictures a second, in any view but dashboard: 15 to 60.")] = FILM_FPS,
+    save_mp4: Annotated[
+        bool,
+        typer.Option(
+            "--save-mp4", help="Film it with the original's three cameras into the run's mp4/ (DR_EVAL_SAVE_MP4)."
+        ),
+    ] = False,
     picture: Annotated[
         Path | None, typer.Option(help="Draw the path into this PNG; by default into the run's evaluations folder.")
     ] = None,
@@ -52,56 +107,92 @@ def evaluate(
 
         racecraft evaluate runs/reinvent_base-1 --video lap.mp4
 
+        racecraft evaluate runs/reinvent_base-1 --video race.mp4 --view pip --size 1080p --fps 60
+
         racecraft evaluate runs/reinvent_base-1 --checkpoint last --track Oval_track --laps 5 --json
+
+        racecraft evaluate runs/reinvent_base-1 --number-of-trials 3 --off-track-penalty 2
 
         racecraft evaluate runs/CartPole-v1-1 --episodes 100
 
         racecraft evaluate ~/Downloads/my-model.tar.gz --track Oval_track
     """
     from racecraft.analysis.video import film_path
+    from racecraft.cli.deepracer.judged_race import print_race, race_car, rules_asked
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.judge import judge, refuse_words
+    from racecraft.contract.errors import SettingError
+    from racecraft.evaluation.deepracer.laps import LapReport
     from racecraft.formats.run_folder import RunFolder
     from racecraft.players.deepracer.trained_car import KIND, load_trained_car
-    from racecraft.reporting.gallery import drive_laps, show_drive
+    from racecraft.reporting.gallery import film_as_aws, show_drive, style_of
     from racecraft.tracks.catalogue import load_track
-    from racecraft.training.deepracer.aws.evaluation import write_aws_evaluation
 
     if video is not None:
         film_path(video)  # refused before the drive, not after it
     run = _imported(run, json)
     job = RunFolder.open(run).read_job()
+    race_options = {
+        "number_of_trials": number_of_trials,
+        "is_continuous": is_continuous,
+        "max_resets": max_resets,
+        "off_track_penalty": off_track_penalty,
+        "collision_penalty": collision_penalty,
+        "reset_behind_dist": reset_behind_dist,
+    }
     if job.get("kind") != KIND:
-        refuse_words(job["kind"], {"--track": track, "--laps": laps, "--video": video, "--picture": picture})
+        of_cars: dict[str, Any] = {"--track": track, "--laps": laps, "--video": video, "--picture": picture}
+        of_cars |= {f"--{name.replace('_', '-')}": value for name, value in race_options.items()}
+        of_cars |= {"--reverse-direction": reverse_direction, "--save-mp4": save_mp4 or None}
+        refuse_words(job["kind"], of_cars)
         judge(run, checkpoint, episodes, json)
         return
     refuse_words(KIND, {"--episodes": episodes})
+    rules = rules_asked(reverse_direction, **race_options)
+    if rules is not None and laps is not None:
+        raise SettingError("--laps and a race's own options were given; expected one of them: --number-of-trials.")
     asked = job.get("evaluate", {})
     car = load_trained_car(run, checkpoint or asked.get("checkpoint", CHECKPOINT))
+    style = None if view == DASHBOARD and not save_mp4 else style_of(car, view, size, fps)
     circuit = load_track(track) if track else car.trained_on
-    drive = drive_laps(car, circuit, laps or asked.get("laps", LAPS))
+    if rules is None:
+        drive, stamp = _drive_laps(car, circuit, laps or asked.get("laps", LAPS))
+    else:
+        drive, stamp = race_car(car, circuit, rules, reverse_direction)
     picture = picture or car.run.evaluations / f"{circuit.name}-{car.checkpoint.iteration}.png"
-    if video is not None:
+    if video is not None or save_mp4:
         say(f"Filming {len(drive.ticks)} ticks …", quiet_stdout=json)
-    show_drive(drive, video=video, picture=picture)
-    stamp = write_aws_evaluation(car.run.path, drive.ticks, len(drive.report.laps), drive.track.length)
+    files = show_drive(drive, video=video, picture=picture, style=None if view == DASHBOARD else style)
+    if save_mp4 and style is not None:
+        files |= film_as_aws(drive, style, car.checkpoint.iteration)
     facts: dict[str, Any] = {
         "run": str(run),
         "checkpoint": car.checkpoint.iteration,
         "track": circuit.name,
         **drive.report.as_dictionary(),
         "aws_files": f"evaluation-{stamp}",
-        "picture": str(picture),
-        "video": None if video is None else str(video),
+        "video": None,
+        **{kind: str(path) for kind, path in files.items()},
     }
     if json:
         print_json(facts)
         return
     print(f"{run}, checkpoint {car.checkpoint.iteration}, on {circuit.title or circuit.name}:")
-    _print_table(drive.report)
-    for kind in ("picture", "video"):
-        if facts[kind]:
-            print(f"{kind}: {facts[kind]}")
+    if isinstance(drive.report, LapReport):
+        _print_table(drive.report)
+    else:
+        print_race(drive.report)
+    for kind, path in files.items():
+        print(f"{kind}: {path}")
+
+
+def _drive_laps(car: TrainedCar, circuit: Track, laps: int) -> tuple[Drive, str]:
+    """Let a car drive laps; return the drive, and the digits under which its AWS files stand."""
+    from racecraft.reporting.gallery import drive_laps
+    from racecraft.training.deepracer.aws.evaluation import write_aws_evaluation
+
+    drive = drive_laps(car, circuit, laps)
+    return drive, write_aws_evaluation(car.run.path, drive.ticks, len(drive.report), drive.track.length)
 
 
 def _imported(run: Path, json: bool) -> Path:

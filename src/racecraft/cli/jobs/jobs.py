@@ -251,7 +251,8 @@ def _submit_words(words: tuple[str, ...], name: str, limits: dict[str, Any]) -> 
     from racecraft.jobs.submit import environment_here, submit, submit_numbered
 
     if words[0] not in COMMANDS or words[0] == "jobs":
-        raise SettingError(f"'{words[0]}' cannot be a job. {nearest(words[0], COMMANDS[:-1])}")
+        known = nearest(words[0], COMMANDS[:-1])
+        raise SettingError(f"'{words[0]}' cannot be a job. {known} Options of `jobs run` itself stand before it.")
     behind = next((at + 1 for at, word in enumerate(words[:2]) if word == "train"), 0)
     if behind:
         rest, run = _without_run(words[behind:])

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from racecraft.export.car_model import CarExport
     from racecraft.export.unity_run import UnityExport
 
-TARGETS = ("unity", "car")
+TARGETS = ("unity", "car", "drfc", "console")
 
 
 def export(
@@ -22,7 +22,7 @@ def export(
     checkpoint: Annotated[str, typer.Option(help="best, last, or the number of an iteration.")] = "best",
     output: Annotated[
         Path | None,
-        typer.Option(help="A file, or a folder; by default RUN/export/BEHAVIOR.onnx or RUN/export/carfile.tar.gz."),
+        typer.Option(help="A file, or a folder; by default in RUN/export."),
     ] = None,
     check: Annotated[
         bool, typer.Option("--check/--no-check", help="Ask checkpoint and exported file side by side before writing.")
@@ -36,11 +36,18 @@ def export(
         racecraft export runs/Basic-1 --to unity
 
         racecraft export runs/reinvent_base-1 --to car
+
+        racecraft export runs/aws-1 --to drfc --output bucket/rl-deepracer-mine
     """
     if to not in TARGETS:
         raise SettingError(f"--to {to!r} is not known. {nearest(to, TARGETS)}")
     if to == "car":
         _export_car(run, checkpoint, output, check, json)
+        return
+    if to in ("drfc", "console"):
+        if checkpoint != "best":
+            raise SettingError(f"--checkpoint says nothing of --to {to}, which takes best and last; leave it out.")
+        _export_aws(run, to, output, check, json)
         return
     if not check:
         raise SettingError("--no-check says nothing of --to unity, which is always checked; expected it left out.")
@@ -86,6 +93,25 @@ def _told_of_car(exported: CarExport) -> str:
         f"{told}\nThe graph averages {exported.shrink} x {exported.shrink} of the car's 160 x 120 pixels to one; on "
         f"{agreement.small_frames_share:.0%} of the frames it decides as the checkpoint does on the simulator's own "
         "small ones."
+    )
+
+
+def _export_aws(run: Path, to: str, output: Path | None, check: bool, json: bool) -> None:
+    from racecraft.cli.output import print_json
+    from racecraft.export.aws_folder import export_to_aws
+
+    done = export_to_aws(run, to, output, check)
+    agreement = done.agreement
+    if json:
+        print_json({"run": str(run), "to": to, "file": str(done.path), "checkpoints": list(done.checkpoints),
+                    "checked_on": agreement.frames if agreement else None,
+                    "largest_difference": agreement.largest_difference if agreement else None})  # fmt: skip
+        return
+    print(f"{done.path}: {', '.join(done.checkpoints)}, with their frozen graphs.")
+    print(
+        "It was not checked."
+        if agreement is None
+        else f"Asked beside the checkpoint on {agreement.frames} frames of its own track: every action agrees."
     )
 
 

@@ -19,6 +19,7 @@ from racecraft.envs.adapters.gymnasium_env import WorldEnv
 from racecraft.envs.adapters.gymnasium_vector import WorldVectorEnv
 from racecraft.envs.deepracer.actions import ActionBox, ActionSpace, ActionTable, action_space
 from racecraft.envs.deepracer.camera import Camera
+from racecraft.envs.deepracer.sensors import FRONT, car_sensors
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.vehicle import MAX_SPEED_MPS, MAX_STEERING_RAD, MIN_SPEED_MPS, TICKS_PER_SECOND
 from racecraft.envs.deepracer.world import RaceWorld
@@ -32,11 +33,11 @@ Reward = Callable[[dict[str, Any]], float]
 
 
 class DeepRacerEnv(WorldEnv):
-    """One car with a front camera on a DeepRacer track; the world's card is in `envs/deepracer/world.py`.
+    """One car on a DeepRacer track, with a front camera or other sensors; the card is in `envs/deepracer/world.py`.
 
-    Observation: uint8 (height, width), grey. Action: a number of the action table, or with two ranges the pair itself,
-    float32 (steering in rad, positive left; speed in m/s). The first action of an episode is not obeyed (the car is
-    held at the start); `info["active"]` tells so.
+    Observation: uint8 (height, width), grey; with several sensors a dictionary by their names. Action: a number of the
+    action table, or with two ranges the pair itself, float32 (steering in rad, positive left; speed in m/s). The first
+    action of an episode is not obeyed (the car is held at the start); `info["active"]` tells so.
 
     Args:
         track: A name of the catalogue, or a waypoint file.
@@ -46,6 +47,8 @@ class DeepRacerEnv(WorldEnv):
             ranges, `{"steering_angle": (-30, 30), "speed": (0.5, 2)}`: then actions are continuous.
         car: Vehicle profile: "v4", "v5-classic", "v6" or "kinematic".
         width, height: Pixels of the frame.
+        sensors: Names as in `model_metadata.json`: one camera, and at most one LiDAR.
+        lidar_config: Of a DISCRETIZED_SECTOR_LIDAR, as there.
         max_episode_seconds: An episode is truncated after so much simulated time.
         render_mode: "rgb_array" for a 640x480 colour picture of what the car sees.
     """
@@ -86,6 +89,8 @@ def race_world(
     width: int = 160,
     height: int = 120,
     max_episode_seconds: float = 100.0,
+    sensors: Sequence[str] = (FRONT,),
+    lidar_config: Mapping[str, float] | None = None,
 ) -> RaceWorld:
     """Return cars as Gymnasium's users describe them; arguments as for `DeepRacerEnv`.
 
@@ -105,6 +110,7 @@ def race_world(
         race_config=RaceConfig(car=car, max_episode_seconds=float(max_episode_seconds)),
         camera_config=CameraConfig(width, height),
         num_cars=num_cars,
+        sensors=car_sensors(sensors, lidar_config),
     )
 
 

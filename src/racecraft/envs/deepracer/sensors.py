@@ -89,14 +89,14 @@ class Sensors:
 
     @property
     def camera_name(self) -> str:
-        """What the camera's observation is called.
+        """What the camera's observation is called: what one eye sees is FRONT_FACING_CAMERA, by whatever name it came.
 
-        That of `observation` is called FRONT_FACING_CAMERA, as it always was here; beside a LiDAR it keeps its own
-        name, since AWS lays inputs end to end in the order of their sorted names, and `observation` comes last.
+        Beside a LiDAR `observation` keeps its own name, since AWS lays inputs end to end in the order of their sorted
+        names, and that one comes last.
         """
-        if self.camera == OBSERVATION and self.lidar is None:
-            return FRONT
-        return self.camera
+        if self.camera == STEREO or (self.camera == OBSERVATION and self.lidar is not None):
+            return self.camera
+        return FRONT
 
     @property
     def eyes_left_m(self) -> Array:

@@ -201,6 +201,16 @@ class RaceWorld:
         return self._start_shares.copy()
 
     @property
+    def track_lengths(self) -> Array:
+        """Length of each world's centre line, m (N,)."""
+        return np.full(self._spec.num_worlds, self.track.length)
+
+    @property
+    def is_paid(self) -> bool:
+        """Whether a reward function is asked."""
+        return self.reward is not None
+
+    @property
     def episodes_begun(self) -> int:
         """Episodes that all cars together have begun since `reset`, less the first of each."""
         return int(self._cars["episode"].sum())

@@ -13,6 +13,7 @@ import numpy as np
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, EpisodeRecord, StepBuffers, World
 from racecraft.envs.deepracer import race
+from racecraft.envs.deepracer.side_by_side import SideBySide
 from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.rollout.episodes import StepObserver, play_episodes
@@ -49,6 +50,9 @@ class LapReport:
     """What an evaluation came to."""
 
     laps: tuple[Lap, ...]
+
+    def __len__(self) -> int:
+        return len(self.laps)
 
     @property
     def full_laps(self) -> int:
@@ -93,10 +97,12 @@ class LapReport:
         }
 
 
-def judge_starts(policy: Policy, world: RaceWorld, observers: Iterable[StepObserver] = (), seed: int = 0) -> LapReport:
+def judge_starts(
+    policy: Policy, world: RaceWorld | SideBySide, observers: Iterable[StepObserver] = (), seed: int = 0
+) -> LapReport:
     """Judge one episode from every start of a world, all side by side."""
     episodes = play_episodes(policy, world, seed=seed, observers=observers)
-    starts, is_paid = world.start_shares, world.reward is not None
+    starts, is_paid = world.start_shares, world.is_paid
     return LapReport(tuple(_lap_of(episode, 100.0 * float(starts[episode.world]), is_paid) for episode in episodes))
 
 

@@ -35,6 +35,24 @@ def write_car_archive(path: str | Path, graph: bytes, metadata: str) -> Path:
     return target
 
 
+def archive_folder(path: str | Path, folder: str | Path) -> None:
+    """Write a folder's files as a .tar.gz, under their names within it, in the order of their names.
+
+    Raises:
+        OutputFileError: The place cannot be written.
+    """
+    folder = Path(folder)
+    files = sorted(file for file in folder.rglob("*") if file.is_file())
+    with (
+        whole_file(path) as part,
+        open(part, "wb") as raw,
+        _without_time(raw) as packed,
+        tarfile.open(fileobj=packed, mode="w") as tar,
+    ):
+        for file in files:
+            tar.add(file, file.relative_to(folder).as_posix(), recursive=False)
+
+
 def write_archive(path: Path, files: Mapping[str, bytes]) -> None:
     """Write files by name as a .tar.gz, without times and owners."""
     with (

@@ -1,8 +1,8 @@
 """Archives of models, unpacked as what they are: a stranger's. Begin with `unpack_model`.
 
-DeepRacer for Cloud, AWS's consoles and physical cars give `.tar.gz`; one console gave a ZIP under that name. The archive
-is read once from front to back, in pieces of a megabyte; only files that belong to a model are written, under names of
-their own folder. Everything else of it is looked at by its header only: a name that leads out of the archive, a link, a
+DeepRacer for Cloud, AWS's consoles and physical cars give `.tar.gz`; one console gave a ZIP under that name. The
+archive is read once from front to back, in pieces of a megabyte; only files that belong to a model are written, below
+one folder. Everything else of it is looked at by its header only: a name that leads out of the archive, a link, a
 device, more bytes than such archives have, or far more than their packed size suggests ends it with a letter.
 """
 
@@ -105,7 +105,7 @@ def _kind_of(path: Path) -> str:
 class _Guard(io.RawIOBase):
     """The unpacked stream, read forwards only, whose sizes are watched."""
 
-    def __init__(self, stream: IO[bytes], path: Path) -> None:
+    def __init__(self, stream: gzip.GzipFile | io.BufferedReader, path: Path) -> None:
         self._stream, self._path, self._at = stream, path, 0
         self._packed = path.stat().st_size
 
@@ -161,12 +161,12 @@ def require_sane_size(path: Path, unpacked: int, packed: int) -> None:
 def _untar(path: Path, into: Path) -> list[Path]:
     written: list[Path] = []
     with open(path, "rb") as raw:
-        stream: IO[bytes] = gzip.GzipFile(fileobj=raw) if _kind_of(path) == "gzip" else raw
-        with tarfile.open(fileobj=_Guard(stream, path), mode="r:") as tar:
+        guard = _Guard(gzip.GzipFile(fileobj=raw) if _kind_of(path) == "gzip" else raw, path)
+        with tarfile.open(fileobj=guard, mode="r:") as tar:
             for count, member in enumerate(tar):
                 if count >= MOST_MEMBERS:
                     raise ArchiveError(path, f"it holds more than {MOST_MEMBERS} members", KIND)
-                tar.members.clear()  # a list of all members would grow with the archive
+                tar.members.clear()  # type: ignore[attr-defined]  # a list of them would grow with the archive
                 if member.isdir():
                     continue
                 place = _safe_name(path, member.name)
@@ -179,6 +179,8 @@ def _untar(path: Path, into: Path) -> list[Path]:
                 source = tar.extractfile(member)
                 assert source is not None
                 written.append(_write(source, into / place, path, member.size))
+        while guard.read(PIECE):  # gzip's checksum stands at its very end
+            pass
     return written
 
 

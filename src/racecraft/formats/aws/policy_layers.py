@@ -157,16 +157,47 @@ def flattened_size(sensor: SensorLayers) -> int:
 def arrays_of(policy: PolicyLayers) -> dict[str, Array]:
     """Return a policy's weights, and its critic's, under AWS's names: what a checkpoint holds."""
     scope, head = POLICY_SCOPES[policy.kind], HEADS[policy.kind]
-    arrays = {f"{scope}/{RESCALER}": np.float32(1.0).reshape(())}
+    arrays: dict[str, Array] = {f"{scope}/{RESCALER}": np.ones((), np.float32)}
     arrays |= _named_network(scope, policy.network, f"{head}/{LAST_LAYERS[policy.kind]}", policy.kind)
     if policy.log_std is not None:
         arrays[f"{scope}/{head}/policy_log_std"] = policy.log_std.reshape(1, -1)
     if policy.log_std_head is not None:
         arrays |= _named(f"{scope}/{head}/dense_1", policy.log_std_head)
     if policy.critic is not None:
-        arrays[f"{VALUE_SCOPE}/{RESCALER}"] = np.float32(1.0).reshape(())
+        arrays[f"{VALUE_SCOPE}/{RESCALER}"] = np.ones((), np.float32)
         arrays |= _named_network(VALUE_SCOPE, policy.critic, VALUE_LAYER, policy.kind)
     return {name: np.ascontiguousarray(array, np.float32).reshape(np.shape(array)) for name, array in arrays.items()}
+
+
+def is_pixel(layer: Convolution) -> bool:
+    """Tell whether a convolution works on each place by itself."""
+    return layer.kernel.shape[:2] == (1, 1)
+
+
+def require_aws_network(policy: PolicyLayers) -> None:
+    """Refuse what AWS's trainer could not go on with.
+
+    Raises:
+        PolicyLayersError: The letter says what of it.
+    """
+    if policy.kind == SAC:
+        raise PolicyLayersError(
+            "the policy was learned by sac, whose critics are others at AWS; expected one of ppo. --to car takes it."
+        )
+    if policy.critic is None:
+        raise PolicyLayersError(
+            "its critic sees more than the policy does; expected network.privileged_critic=false and "
+            "network.separate_networks=true, as the preset aws has. --to car takes it as it is."
+        )
+    for sensor in policy.network.sensors:
+        row = tuple(
+            (layer.kernel.shape[0], layer.kernel.shape[3]) for layer in sensor.convolutions if not is_pixel(layer)
+        )
+        if sensor.shrink != 1 or sensor.dense or row not in KNOWN_STRIDES:
+            raise PolicyLayersError(
+                f"its network for {sensor.name} is none of AWS's three, or sees smaller frames; expected one that was "
+                "trained with --preset aws. --to car takes it as it is."
+            )
 
 
 def head_layers(policy: PolicyLayers) -> tuple[tuple[DenseLayer, ...], tuple[DenseLayer, ...]]:
@@ -194,7 +225,9 @@ def layers_from(arrays: Mapping[str, Array], strides: Mapping[str, int], shrink:
         value_scope = scope.removesuffix("network_1") + "network_0"
         critic = None
         if f"{value_scope}/{VALUE_LAYER}/kernel" in arrays:
-            critic = _network(arrays, value_scope, _dense_at(arrays, f"{value_scope}/{VALUE_LAYER}"), strides, shrink)
+            twins = {name.replace(scope, value_scope, 1): stride for name, stride in strides.items()}
+            head = _dense_at(arrays, f"{value_scope}/{VALUE_LAYER}")
+            critic = _network(arrays, value_scope, head, {**twins, **strides}, shrink)
         policy = PolicyLayers(kind, network, None if log_std is None else _numbers(log_std).reshape(-1), None, critic)
     else:
         inner = _unnamed(arrays, head_scope)
@@ -343,7 +376,11 @@ def _named_network(scope: str, network: NetworkLayers, last: str, kind: str) -> 
     arrays: dict[str, Array] = {}
     for sensor in network.sensors:
         for number, layer in enumerate(sensor.convolutions):
-            arrays |= _named(f"{scope}/{sensor.name}/Conv2d_{2 * number}", layer)
+            if is_pixel(layer):  # AWS's trainer knows it as a dense layer
+                pixel = DenseLayer(layer.kernel[0, 0], layer.bias)
+                arrays |= _named(f"{scope}/{sensor.name}/Dense_{2 * number}", pixel)
+            else:
+                arrays |= _named(f"{scope}/{sensor.name}/Conv2d_{2 * number}", layer)
         for number, dense in enumerate(sensor.dense, len(sensor.convolutions)):
             arrays |= _named(f"{scope}/{sensor.name}/Dense_{2 * number}", dense)
     middle = network.trunk[:-1] if kind == SAC else network.trunk

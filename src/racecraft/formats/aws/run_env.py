@@ -31,6 +31,11 @@ _QUOTES = {
     "\u2018": "\u2019\u2018",
     "\u2019": "\u2019",
 }
+_OPENING = ('"', "'", "\u201c", "\u201d", "\u2018")
+"""Quotes that want an end; a single \u2019 may be an apostrophe."""
+_BROKEN = "unclosed"
+_REMARKS = {"told": " (changes no training)", "later": " (not built yet)", "without": " (not applicable here)"}
+"""What a new file says of variables that it need not say anything with, by their status."""
 _TRUE, _FALSE = ("true", "1", "yes", "on"), ("false", "0", "no", "off", "")
 
 
@@ -44,8 +49,8 @@ class RunEnv:
 
     values: Mapping[str, str] = field(default_factory=dict)
     """Text by name, variables filled in. What is empty or was never filled in is not here."""
-    places: Mapping[str, tuple[Path, int]] = field(default_factory=dict)
-    """File and line of each value."""
+    places: Mapping[str, tuple[Path, int | None]] = field(default_factory=dict)
+    """File and line of each value; no line where it comes from no file."""
     notes: tuple[str, ...] = ()
     """What is worth telling the user, a clause each."""
 
@@ -122,7 +127,7 @@ def read_run_env(*paths: str | Path, expand: bool = True) -> RunEnv:
         RunEnvError: A file is missing or no text, or a line is no setting; the letter names file and line.
     """
     values: dict[str, str] = {}
-    places: dict[str, tuple[Path, int]] = {}
+    places: dict[str, tuple[Path, int | None]] = {}
     notes: list[str] = []
     for path in map(Path, paths):
         for number, line in enumerate(_lines(path), 1):
@@ -134,6 +139,10 @@ def read_run_env(*paths: str | Path, expand: bool = True) -> RunEnv:
             where = f"{path.name}:{number}"
             name = _known_name(match[1], where, notes)
             value, quote = _unquoted(match[2])
+            if quote == _BROKEN:
+                raise RunEnvError(
+                    path, f"{value[:60]!r} opens a quote", "it closed on the same line", line=number, key=name
+                )
             if expand and quote not in ("'", "\u2018"):
                 value = _filled_in(value, values, where, notes)
             values.pop(name, None)
@@ -152,12 +161,25 @@ def read_env_folder(folder: str | Path) -> EnvFolder:
     """
     folder = Path(folder)
     paths = [folder / "system.env"] if (folder / "system.env").is_file() else []
-    workers = {}
-    for path in sorted(folder.glob("worker-*.env")):
+    return read_env_files(*paths, folder / "run.env", workers=folder)
+
+
+def read_env_files(*paths: str | Path, workers: Path | None = None) -> EnvFolder:
+    """Read the settings of an installation from files that are named, the later one over the earlier.
+
+    Args:
+        paths: Usually system.env and run.env.
+        workers: Where worker-N.env files lie; None: none are read.
+
+    Raises:
+        RunEnvError: A file is missing or damaged.
+    """
+    found = {}
+    for path in sorted(workers.glob("worker-*.env")) if workers is not None else ():
         number = path.stem.removeprefix("worker-")
         if number.isdecimal():
-            workers[int(number)] = read_run_env(path, expand=False)
-    return EnvFolder(read_run_env(*paths, folder / "run.env"), workers)
+            found[int(number)] = read_run_env(path, expand=False)
+    return EnvFolder(read_run_env(*paths), found)
 
 
 def edit_run_env(path: str | Path, changes: Mapping[str, str]) -> None:
@@ -191,7 +213,7 @@ def run_env_text(file: str = "run") -> str:
     out = []
     for variable in ENV_VARIABLES:
         if variable.file == file:
-            out.append(f"# {variable.doc}{'' if variable.status == 'used' else ' (no effect in racecraft)'}")
+            out.append(f"# {variable.doc}{_REMARKS.get(variable.status, '')}")
             out.append(f"{'' if variable.default else '#'}{variable.name}={variable.default}")
     return "\n".join(out) + "\n"
 
@@ -237,6 +259,8 @@ def _unquoted(text: str) -> tuple[str, str]:
     ends = [place for place, mark in enumerate(text) if place > 0 and mark in closing]
     if closing and ends:
         return text[1 : ends[0]], text[0]
+    if text[:1] in _OPENING:
+        return text, _BROKEN
     return re.sub(r"(^|\s+)#.*$", "", text), ""
 
 

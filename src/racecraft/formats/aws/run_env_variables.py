@@ -1,15 +1,49 @@
 """Every variable of DeepRacer for Cloud that a user's `system.env`, `run.env` or `worker-N.env` may hold.
 
-A variable is `used` where racecraft obeys it (`training/deepracer/race_environment.py` says how), and `known` where it
-is read, kept and passed over: it belongs to Docker, AWS, Gazebo or a race that is not built yet. One variable is ours,
-RACECRAFT_STOP: DeepRacer for Cloud passes it over, and has none for when a training ends.
+One table feeds them all: what is obeyed in a training, `racecraft settings FOLDER`, new files, the page of the docs and
+the glossary. A variable's status is one of
 
-Source: facts: DeepRacer for Cloud, its templates, `prepare-config.py` and reference page.
+    used     obeyed in a training or an evaluation; `training/deepracer/race_environment.py` says how
+    verbs    obeyed by the dr- verbs, which know a whole installation: `racecraft dr`
+    told     a name or a colour: written into AWS's files, and no training changes by it
+    later    valid, and not built yet; flip it to `used` in the commit that obeys it
+
+or a word of REASONS: it speaks of something that is not here (Docker, a bucket's address, a screen), and why says the
+table. Variables whose names begin with RACECRAFT_ are ours: DeepRacer for Cloud passes them over, and has none for when
+a training ends or for what it cannot do.
+
+Source: facts: deepracer-systems.md A2, from its templates, `prepare-config.py` and reference page.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+USED, VERBS, TOLD, LATER, WITHOUT = "used", "verbs", "told", "later", "without"
+STATUSES = {
+    USED: "Obeyed",
+    VERBS: "Obeyed by the dr- commands",
+    TOLD: "Told on: written into AWS's files, changes no training",
+    LATER: "Valid, and not built yet",
+    WITHOUT: "Not applicable here",
+}
+"""What a status means, as a heading; by how much a variable does."""
+
+REASONS = {
+    "container": "no container runs here: racecraft is one program, and there is no image to choose or to keep alive",
+    "bucket": "the bucket is a folder of this machine: it has no address, no region, no profile and no key",
+    "screen": "the simulator draws no window and needs no screen",
+    "stream": "no video stream is sent anywhere; films are files (`racecraft evaluate RUN --video FILE.mp4`)",
+    "clock": "simulated time waits for no clock: ticks are computed as fast as the machine can",
+    "gazebo": "there is no Gazebo: physics, camera and marshals are one compiled program",
+    "cloudwatch": "nothing is sent to AWS; logs lie in the run folder",
+    "device": "runtime.device and runtime.threads say where the work is done: --set runtime.device=cuda",
+    "metrics": "live figures go to no server: --set runtime.tensorboard=true, `racecraft report RUN`",
+    "layout": "a run folder has one layout, and each file one name in it",
+    "thrown": "no experience is thrown away: rollout.horizon and rollout.num_worlds say how much an iteration collects",
+    "droa": "no account of DeepRacer on AWS is spoken to",
+}
+"""Why a variable has nothing to say here, by the word in its row."""
 
 
 @dataclass(frozen=True)
@@ -22,8 +56,20 @@ class EnvVariable:
     default: str
     """Its value in a new file; empty where it has none."""
     status: str
-    """Either "used" or "known"."""
+    """A key of STATUSES."""
     doc: str
+    why: str = ""
+    """Of a variable that is not applicable: the reason, a clause."""
+
+    @property
+    def effect(self) -> str:
+        """What it does here, or why it does nothing: a sentence or two."""
+        return f"{self.doc} {self.why[0].upper()}{self.why[1:]}." if self.why else self.doc
+
+    @property
+    def is_secret(self) -> bool:
+        """Whether its value is nobody's business: never printed, never written down."""
+        return "SECRET" in self.name or "ACCESS_KEY" in self.name
 
 
 OTHER_SPELLINGS = {
@@ -37,65 +83,77 @@ OTHER_SPELLINGS = {
 
 
 def _rows(file: str, table: str) -> tuple[EnvVariable, ...]:
-    """Read a table of lines "NAME | default | status | doc"; names are written without DR_."""
+    """Read a table of lines "NAME | default | status or reason | doc"; names are written without DR_."""
     rows = [[cell.strip() for cell in line.split("|")] for line in table.strip().splitlines()]
     return tuple(
-        EnvVariable(name if name.startswith("RACECRAFT_") else f"DR_{name}", file, default, status, doc)
+        EnvVariable(
+            name if name.startswith(_WHOLE_NAMES) else f"DR_{name}",
+            file,
+            default,
+            WITHOUT if status in REASONS else status,
+            doc,
+            REASONS.get(status, ""),
+        )
         for name, default, status, doc in rows
     )
 
 
+_WHOLE_NAMES = ("RACECRAFT_", "CUDA_")
+"""Beginnings of names that have no DR_ before them."""
+
 _RUN = _rows(
     "run",
     """
-RUN_ID | 0 | known | Number of a run beside others.
+RUN_ID | 0 | verbs | Number of a run beside others: each trains, stops and shows its log by itself.
 WORLD_NAME | reinvent_base | used | Track.
 RACE_TYPE | TIME_TRIAL | used | TIME_TRIAL, OBJECT_AVOIDANCE or HEAD_TO_BOT; HEAD_TO_MODEL is not built yet.
-CAR_NAME | FastCar | known | Name shown on the video.
-CAR_BODY_SHELL_TYPE | deepracer | known | Shell of the car on the video.
-CAR_COLOR | Red | known | Colour of the car on the video.
-DISPLAY_NAME | $DR_CAR_NAME | known | Name shown on the video.
-RACER_NAME | $DR_CAR_NAME | known | Name of the racer.
-ENABLE_DOMAIN_RANDOMIZATION | False | known | Other colours and light in each episode.
+CAR_NAME | FastCar | told | Name shown on the video.
+CAR_BODY_SHELL_TYPE | deepracer | told | Shell of the car on the video.
+CAR_COLOR | Red | told | Colour of the car on the video.
+DISPLAY_NAME | $DR_CAR_NAME | told | Name shown on the video.
+RACER_NAME | $DR_CAR_NAME | told | Name of the racer.
+ENABLE_DOMAIN_RANDOMIZATION | False | later | Other colours and light in each episode.
 EVAL_NUMBER_OF_TRIALS | 3 | used | Laps of `racecraft evaluate` where none are asked for.
-EVAL_IS_CONTINUOUS | True | known | After a mishap: go on with a penalty instead of ending the trial.
-EVAL_MAX_RESETS | 100 | known | Mishaps until a trial ends all the same.
-EVAL_OFF_TRACK_PENALTY | 5.0 | known | Seconds for leaving the track.
-EVAL_COLLISION_PENALTY | 5.0 | known | Seconds for a collision.
-EVAL_SAVE_MP4 | False | known | Keep the video.
+EVAL_IS_CONTINUOUS | True | later | After a mishap: go on with a penalty instead of ending the trial.
+EVAL_MAX_RESETS | 100 | later | Mishaps until a trial ends all the same.
+EVAL_OFF_TRACK_PENALTY | 5.0 | later | Seconds for leaving the track.
+EVAL_COLLISION_PENALTY | 5.0 | later | Seconds for a collision.
+EVAL_SAVE_MP4 | False | verbs | Whether dr-start-evaluation films the laps.
 EVAL_CHECKPOINT | last | used | The checkpoint it drives where none is asked for: last or best.
-EVAL_OPP_S3_MODEL_PREFIX | rl-deepracer-sagemaker | known | Model of the opponent.
-EVAL_OPP_CAR_BODY_SHELL_TYPE | deepracer | known | Shell of the opponent.
-EVAL_OPP_CAR_NAME | FasterCar | known | Name of the opponent's car.
-EVAL_OPP_DISPLAY_NAME | $DR_EVAL_OPP_CAR_NAME | known | Name of the opponent on the video.
-EVAL_OPP_RACER_NAME | $DR_EVAL_OPP_CAR_NAME | known | Name of the opponent.
-EVAL_DEBUG_REWARD | False | known | Run the reward function in evaluations too.
-EVAL_RESET_BEHIND_DIST | 1.0 | known | Metres behind the mishap where the car goes on.
-EVAL_REVERSE_DIRECTION | False | known | Evaluate in the opposite direction.
-EVAL_RTF |  | known | Limit of the simulator's speed.
-TRAIN_RTF |  | known | Limit of the simulator's speed.
+EVAL_OPP_S3_MODEL_PREFIX | rl-deepracer-sagemaker | later | Model of the opponent.
+EVAL_OPP_CAR_BODY_SHELL_TYPE | deepracer | later | Shell of the opponent.
+EVAL_OPP_CAR_NAME | FasterCar | later | Name of the opponent's car.
+EVAL_OPP_DISPLAY_NAME | $DR_EVAL_OPP_CAR_NAME | later | Name of the opponent on the video.
+EVAL_OPP_RACER_NAME | $DR_EVAL_OPP_CAR_NAME | later | Name of the opponent.
+EVAL_DEBUG_REWARD | False | later | Run the reward function in evaluations too.
+EVAL_RESET_BEHIND_DIST | 1.0 | later | Metres behind the mishap where the car goes on.
+EVAL_REVERSE_DIRECTION | False | later | Evaluate in the opposite direction.
+EVAL_RTF |  | clock | Limit of the simulator's speed.
+TRAIN_RTF |  | clock | Limit of the simulator's speed.
 TRAIN_CHANGE_START_POSITION | True | used | Whether starts advance round the track.
 TRAIN_REVERSE_DIRECTION | False | used | Drive in the opposite direction.
-TRAIN_ALTERNATE_DRIVING_DIRECTION | False | known | Change the direction after each episode.
+TRAIN_ALTERNATE_DRIVING_DIRECTION | False | used | Half of the cars drive the other way round.
 TRAIN_START_POSITION_OFFSET | 0.0 | used | Where on the lap the first start lies, 0 to 1.
 TRAIN_ROUND_ROBIN_ADVANCE_DIST | 0.05 | used | How far the next start lies ahead, in laps.
-TRAIN_MULTI_CONFIG | False | known | Whether worker-N.env files are used.
+TRAIN_MULTI_CONFIG | False | used | Whether cars are shared out among run.env and worker-N.env files.
 TRAIN_MIN_EVAL_TRIALS | 5 | used | Evaluation laps after each iteration.
 TRAIN_BEST_MODEL_METRIC | progress | used | What makes a checkpoint the best: progress, reward or laptime.
-TRAIN_MAX_STEPS_PER_ITERATION |  | known | Steps of an iteration beyond which AWS throws experience away.
+TRAIN_MAX_STEPS_PER_ITERATION |  | thrown | Steps of an iteration beyond which AWS throws experience away.
+RACECRAFT_PRESET |  | verbs | Learner and network: fast (the default), or aws, which models of AWS are cloned with.
+RACECRAFT_SET |  | used | Settings of ours, as after --set, blanks between: runtime.threads=2 ppo.clip=0.1.
 RACECRAFT_STOP |  | used | When training ends, as after --stop: laps minutes=30.
-LOCAL_S3_MODEL_PREFIX | rl-deepracer-sagemaker | known | Folder of the model.
+LOCAL_S3_MODEL_PREFIX | rl-deepracer-sagemaker | verbs | The run folder of the model, in the bucket.
 LOCAL_S3_PRETRAINED | False | used | Whether training begins with an older model.
 LOCAL_S3_PRETRAINED_PREFIX | rl-sagemaker-pretrained | used | Folder of that model.
 LOCAL_S3_PRETRAINED_CHECKPOINT | last | used | Its checkpoint: last or best.
 LOCAL_S3_CUSTOM_FILES_PREFIX | custom_files | used | Folder of the user's files.
-LOCAL_S3_TRAINING_PARAMS_FILE | training_params.yaml | known | Name of the file for the simulator.
-LOCAL_S3_EVAL_PARAMS_FILE | evaluation_params.yaml | known | Name of the file for the simulator.
-LOCAL_S3_MODEL_METADATA_KEY | $DR_LOCAL_S3_CUSTOM_FILES_PREFIX/model_metadata.json | known | The car.
-LOCAL_S3_HYPERPARAMETERS_KEY | $DR_LOCAL_S3_CUSTOM_FILES_PREFIX/hyperparameters.json | known | How it learns.
-LOCAL_S3_REWARD_KEY | $DR_LOCAL_S3_CUSTOM_FILES_PREFIX/reward_function.py | known | What it is paid for.
-LOCAL_S3_METRICS_PREFIX | $DR_LOCAL_S3_MODEL_PREFIX/metrics | known | Folder of the metrics.
-UPLOAD_S3_PREFIX | $DR_LOCAL_S3_MODEL_PREFIX-1 | known | Folder for uploads.
+LOCAL_S3_TRAINING_PARAMS_FILE | training_params.yaml | layout | Name of the file for the simulator.
+LOCAL_S3_EVAL_PARAMS_FILE | evaluation_params.yaml | layout | Name of the file for the simulator.
+LOCAL_S3_MODEL_METADATA_KEY | $DR_LOCAL_S3_CUSTOM_FILES_PREFIX/model_metadata.json | used | The car.
+LOCAL_S3_HYPERPARAMETERS_KEY | $DR_LOCAL_S3_CUSTOM_FILES_PREFIX/hyperparameters.json | used | How it learns.
+LOCAL_S3_REWARD_KEY | $DR_LOCAL_S3_CUSTOM_FILES_PREFIX/reward_function.py | used | What it is paid for.
+LOCAL_S3_METRICS_PREFIX | $DR_LOCAL_S3_MODEL_PREFIX/metrics | layout | Folder of the metrics.
+UPLOAD_S3_PREFIX | $DR_LOCAL_S3_MODEL_PREFIX-1 | verbs | Folder in the bucket for uploads.
 OA_NUMBER_OF_OBSTACLES | 6 | used | Obstacles on the track.
 OA_MIN_DISTANCE_BETWEEN_OBSTACLES | 2.0 | used | Metres between them.
 OA_RANDOMIZE_OBSTACLE_LOCATIONS | False | used | Other places in each episode.
@@ -117,57 +175,58 @@ H2B_BOT_CAR_PENALTY | 5.0 | used | Seconds for which they stand after one of the
 _SYSTEM = _rows(
     "system",
     """
-CLOUD | local | known | Kind of storage.
-AWS_APP_REGION | us-east-1 | known | AWS region.
-UPLOAD_S3_PROFILE | default | known | AWS profile for uploads.
-UPLOAD_S3_BUCKET |  | known | Bucket for uploads.
-UPLOAD_S3_ROLE |  | known | Role for uploads, in older files.
-LOCAL_S3_BUCKET | bucket | known | Folder that stands for the bucket.
-LOCAL_S3_PROFILE | default | known | Profile of the local storage.
-LOCAL_S3_ENDPOINT_URL |  | known | Address of the local storage.
-LOCAL_S3_AUTH_MODE |  | known | How the local storage is opened.
-LOCAL_ACCESS_KEY_ID |  | known | Key of the local storage.
-LOCAL_SECRET_ACCESS_KEY |  | known | Key of the local storage.
-MINIO_URL |  | known | Address of the local storage.
-REMOTE_MINIO_URL |  | known | Address of a storage elsewhere.
-GUI_ENABLE | False | known | Window of the simulator.
-USE_GUI |  | known | Window of the simulator.
-KINESIS_STREAM_NAME |  | known | Video stream.
-KINESIS_STREAM_ENABLE |  | known | Video stream, in older files.
-CAMERA_MAIN_ENABLE | True | known | Camera behind the car, for the video.
-CAMERA_SUB_ENABLE | False | known | Camera above the track, for the video.
-CAMERA_KVS_ENABLE | True | known | Video stream.
-ENABLE_EXTRA_KVS_OVERLAY | False | known | More figures on the video.
-SIMAPP_SOURCE | awsdeepracercommunity/deepracer-simapp | known | Docker image.
-SIMAPP_VERSION |  | known | Tag of the Docker image.
-SAGEMAKER_IMAGE |  | known | Docker image, in older files.
-ROBOMAKER_IMAGE |  | known | Docker image, in older files.
-COACH_IMAGE |  | known | Docker image, in older files.
-MINIO_IMAGE | latest | known | Docker image.
-ANALYSIS_IMAGE | cpu | known | Docker image.
-WORKERS | 1 | known | Simulators side by side.
-ROBOMAKER_MOUNT_LOGS | False | known | Logs outside of Docker.
-ROBOMAKER_MOUNT_SIMAPP_DIR |  | known | The simulator's files outside of Docker.
-ROBOMAKER_MOUNT_SCRIPTS_DIR |  | known | The simulator's scripts outside of Docker.
-ROBOMAKER_CUDA_DEVICES |  | known | GPU of the simulator.
-SAGEMAKER_CUDA_DEVICES |  | known | GPU of the learner.
-CLOUD_WATCH_ENABLE | False | known | Logs to AWS.
-CLOUD_WATCH_LOG_STREAM_PREFIX |  | known | Logs to AWS.
-DOCKER_STYLE | swarm | known | swarm or compose.
-HOST_X | False | known | The host's screen.
-DISPLAY |  | known | The screen.
-WEBVIEWER_PORT | 8100 | known | Port of the viewer.
-QUIET_ACTIVATE | False | known | Say nothing at the start.
-EXPERIMENT_NAME |  | known | Folder below experiments/.
-TELEGRAF_HOST |  | known | Where live figures go.
-TELEGRAF_PORT |  | known | Where live figures go.
-DROA_URL |  | known | DeepRacer on AWS.
-DROA_USERNAME |  | known | DeepRacer on AWS.
-DROA_DEBUG |  | known | DeepRacer on AWS.
-GAZEBO_ARGS |  | known | Arguments of the simulator.
-GAZEBO_RENDER_ENGINE | ogre2 | known | Renderer of the simulator.
-DIR |  | known | Folder of the installation.
-CONFIG |  | known | The run.env that was read.
+CLOUD | local | verbs | Kind of storage; whichever it is, the bucket is a folder here.
+AWS_APP_REGION | us-east-1 | bucket | AWS region.
+UPLOAD_S3_PROFILE | default | bucket | AWS profile for uploads.
+UPLOAD_S3_BUCKET |  | verbs | Folder that stands for the bucket for uploads.
+UPLOAD_S3_ROLE |  | bucket | Role for uploads, in older files.
+LOCAL_S3_BUCKET | bucket | verbs | Folder that stands for the bucket.
+LOCAL_S3_PROFILE | default | bucket | Profile of the local storage.
+LOCAL_S3_ENDPOINT_URL |  | bucket | Address of the local storage.
+LOCAL_S3_AUTH_MODE |  | bucket | How the local storage is opened.
+LOCAL_ACCESS_KEY_ID |  | bucket | Key of the local storage.
+LOCAL_SECRET_ACCESS_KEY |  | bucket | Key of the local storage.
+MINIO_URL |  | bucket | Address of the local storage.
+REMOTE_MINIO_URL |  | bucket | Address of a storage elsewhere.
+GUI_ENABLE | False | screen | Window of the simulator.
+USE_GUI |  | screen | Window of the simulator.
+KINESIS_STREAM_NAME |  | stream | Video stream.
+KINESIS_STREAM_ENABLE |  | stream | Video stream, in older files.
+CAMERA_MAIN_ENABLE | True | told | Camera behind the car, for the video.
+CAMERA_SUB_ENABLE | False | told | Camera above the track, for the video.
+CAMERA_KVS_ENABLE | True | stream | Video stream.
+ENABLE_EXTRA_KVS_OVERLAY | False | told | More figures on the video.
+SIMAPP_SOURCE | awsdeepracercommunity/deepracer-simapp | container | Docker image.
+SIMAPP_VERSION |  | container | Tag of the Docker image.
+SAGEMAKER_IMAGE |  | container | Docker image, in older files.
+ROBOMAKER_IMAGE |  | container | Docker image, in older files.
+COACH_IMAGE |  | container | Docker image, in older files.
+MINIO_IMAGE | latest | container | Docker image.
+ANALYSIS_IMAGE | cpu | container | Docker image.
+WORKERS | 1 | used | Courses, with DR_TRAIN_MULTI_CONFIG; cars side by side: rollout.num_worlds.
+ROBOMAKER_MOUNT_LOGS | False | layout | Logs outside of Docker.
+ROBOMAKER_MOUNT_SIMAPP_DIR |  | container | The simulator's files outside of Docker.
+ROBOMAKER_MOUNT_SCRIPTS_DIR |  | container | The simulator's scripts outside of Docker.
+ROBOMAKER_CUDA_DEVICES |  | device | GPU of the simulator.
+SAGEMAKER_CUDA_DEVICES |  | device | GPU of the learner.
+CLOUD_WATCH_ENABLE | False | cloudwatch | Logs to AWS.
+CLOUD_WATCH_LOG_STREAM_PREFIX |  | cloudwatch | Logs to AWS.
+DOCKER_STYLE | swarm | container | swarm or compose.
+HOST_X | False | screen | The host's screen.
+DISPLAY |  | screen | The screen.
+WEBVIEWER_PORT | 8100 | verbs | Port of the page that dr-start-viewer serves.
+QUIET_ACTIVATE | False | verbs | Say nothing when bin/activate.sh is read.
+EXPERIMENT_NAME |  | verbs | Folder below experiments/ whose files come before those of the installation.
+TELEGRAF_HOST |  | metrics | Where live figures go.
+TELEGRAF_PORT |  | metrics | Where live figures go.
+DROA_URL |  | droa | DeepRacer on AWS.
+DROA_USERNAME |  | droa | DeepRacer on AWS.
+DROA_DEBUG |  | droa | DeepRacer on AWS.
+GAZEBO_ARGS |  | gazebo | Arguments of the simulator.
+GAZEBO_RENDER_ENGINE | ogre2 | gazebo | Renderer of the simulator.
+CUDA_VISIBLE_DEVICES |  | device | GPU of the learner.
+DIR |  | verbs | Folder of the installation; bin/activate.sh sets it.
+CONFIG |  | verbs | The run.env that is read; bin/activate.sh sets it.
 """,
 )
 

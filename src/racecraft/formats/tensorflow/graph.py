@@ -35,6 +35,7 @@ from racecraft.formats.tensorflow.wire import (
 
 PRODUCER = 27
 """Version of the graphs that TensorFlow 1.12 wrote, AWS's trainer of years; every later one reads it."""
+VARIABLE_ENDS = ("/kernel", "/bias")
 MOST_NODES = 200_000
 MOST_FILE_BYTES = 2**31 - 1
 """Protocol buffers end there."""
@@ -142,6 +143,18 @@ def write_graph(graph: Graph) -> bytes:
     """Return a graph as the bytes of a `.pb` file; the same graph gives the same bytes."""
     nodes = [bytes_field(1, _written(node)) for node in graph.nodes.values()]
     return b"".join([*nodes, bytes_field(4, varint_field(1, PRODUCER))])
+
+
+def write_meta_graph(graph: Graph) -> bytes:
+    """Return a frozen graph as the bytes of a `.meta` file, where its weights are variables without values."""
+    nodes = [_as_variable(node) if node.name.endswith(VARIABLE_ENDS) else node for node in graph.nodes.values()]
+    return bytes_field(2, write_graph(Graph(nodes)))
+
+
+def _as_variable(node: Node) -> Node:
+    value = node.attributes["value"]
+    told = {"dtype": node.attributes["dtype"], "shape": Shape(value.shape), "container": b"", "shared_name": b""}
+    return Node(node.name, "VariableV2", (), told)
 
 
 def _content(path: str | Path) -> memoryview:

@@ -47,7 +47,9 @@ def read_tensor(message: memoryview) -> Array:
     Raises:
         WireError: A type we do not read, a size that is too large, or other bytes than the shape asks for.
     """
-    code, shape, content, singles = 0, (), memoryview(b""), []
+    code, content = 0, memoryview(b"")
+    shape: tuple[int, ...] = ()
+    singles: list[float | int] = []
     repeated: list[tuple[int, Value]] = []
     for number, value in fields(message):
         if number == 1:

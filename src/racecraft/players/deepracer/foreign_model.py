@@ -127,8 +127,10 @@ def _import(model: ForeignModel, source: Path, place: str | Path | None, track: 
     car = read_model_metadata(model.metadata)
     _require_one_camera(car, model.metadata)
     circuit, notes = _track_of(model, track)
-    policies = {one.iteration: (one, *_policy(one, car)) for one in model.weights}
-    _, layers, last = policies[max(policies)]
+    policies: dict[int, tuple[ForeignWeights, ForeignPolicy]] = {}
+    for one in model.weights:  # by iteration; of the layers only the last ones are kept, for memory's sake
+        layers, last = _policy(one, car)
+        policies[one.iteration] = one, last
     notes = list(dict.fromkeys([*car.notes, *notes, *last.notes]))
     settings = _settings(car, layers, last)
     told = {"model_metadata": as_aws_dict(car), "track": circuit.name}
@@ -157,7 +159,7 @@ def _import(model: ForeignModel, source: Path, place: str | Path | None, track: 
         run = RunFolder.create(place, job, fill)
     best = model.best if model.best is not None else max(policies)
     shelf = Checkpoints(run.checkpoints)
-    for number, (one, _, policy) in policies.items():
+    for number, (one, policy) in policies.items():
         card = {"kind": KIND, "policy_spec": policy.spec.as_dictionary(), **told, "settings": settings,
                 IMPORTED: list(policy.notes)}  # fmt: skip
         shelf.save(number, one.steps, policy.weights, card, score=one.score, best=number == best)
@@ -184,7 +186,8 @@ def _read(weights: ForeignWeights) -> tuple[PolicyLayers, GraphFunction | None, 
     arrays = read_checkpoint(weights.path)
     meta = Path(str(weights.path).removesuffix(INDEX) + ".meta")
     strides: Mapping[str, int] = {}
-    function, notes = None, ()
+    function: GraphFunction | None = None
+    notes: tuple[str, ...] = ()
     try:
         if meta.is_file():
             graph = read_meta_graph(meta)
@@ -247,7 +250,7 @@ def _settings(car: ModelMetadata, layers: PolicyLayers, policy: ForeignPolicy) -
     camera = CameraConfig(
         width=IMAGE[1] // shrink, height=IMAGE[0] // shrink, light="2019" if car.version in ("1", "2") else "car"
     )
-    groups = {"race": RaceConfig(car=car.car, fidelity="aws"), "camera": camera, "network": network}
+    groups: dict[str, Any] = {"race": RaceConfig(car=car.car, fidelity="aws"), "camera": camera, "network": network}
     return {name: {key: _plain(value) for key, value in asdict(group).items()} for name, group in groups.items()}
 
 

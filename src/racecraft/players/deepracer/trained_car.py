@@ -51,13 +51,18 @@ class TrainedCar:
         return light_for(self.settings.camera.light, self.settings.race.car)
 
     def world(
-        self, track: Track, num_cars: int, start_shares: Sequence[float] | None = None, laps: int = 1
+        self,
+        track: Track,
+        num_cars: int,
+        start_shares: Sequence[float] | None = None,
+        laps: int = 1,
+        race: RaceConfig | None = None,
     ) -> RaceWorld:
-        """Return cars of this kind on a track, without a reward."""
+        """Return cars of this kind on a track, without a reward; `race` where it differs from how it was trained."""
         return RaceWorld(
             track,
             self.actions,
-            race_config=self.settings.race,
+            race_config=race or self.settings.race,
             camera_config=self.settings.camera,
             num_cars=num_cars,
             start_shares=start_shares,

@@ -13,6 +13,7 @@ import numpy as np
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import EpisodeRecord
 from racecraft.envs.deepracer import race
+from racecraft.envs.deepracer.side_by_side import SideBySide
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.evaluation.deepracer.laps import judge_laps, judge_starts
 from racecraft.training.callbacks import EvaluationResult
@@ -38,9 +39,9 @@ class CarEvaluator:
 
     def __init__(
         self,
-        world: RaceWorld,
+        world: RaceWorld | SideBySide,
         policy: Policy,
-        trained_in: RaceWorld | None = None,
+        trained_in: RaceWorld | SideBySide | None = None,
         best_by: str = "progress",
         flying: RaceWorld | None = None,
     ) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from racecraft.contract.world import Array, StepBuffers, World
 from racecraft.envs.deepracer import race
+from racecraft.envs.deepracer.side_by_side import SideBySide
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.formats.episodes import STATUSES
 from racecraft.formats.live_ticks import forget_live_ticks, is_watched, write_live_ticks
@@ -24,7 +25,9 @@ IN_FILES = np.array([STATUSES.index(word) for word in race.STATUSES], np.uint8)
 
 
 class LivePublisher:
-    """Leaves the latest ticks of every car; where nobody watches it costs a look at the clock a tick.
+    """Leaves the latest ticks of every car; of several courses, of those on the first.
+
+    Where nobody watches it costs a look at the clock a tick.
 
     Args:
         run: The run folder; what an earlier training of it left is taken away.
@@ -43,10 +46,11 @@ class LivePublisher:
 
     def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
         """Keep one tick, if somebody watches, and leave the latest when it is time."""
-        assert isinstance(world, RaceWorld)
+        assert isinstance(world, RaceWorld | SideBySide)
         self._ticks += 1
         if self._watched:
-            self._keep(world.reports, buffers.reward)
+            shown = world.courses[0] if isinstance(world, SideBySide) else world  # a page draws one circuit
+            self._keep(shown.reports, buffers.reward[: shown.spec.num_worlds])
         past = time.monotonic() - self._looked
         if past < EVERY_SECONDS and (self._fresh < RING_TICKS or past < LEAST_SECONDS):
             return

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from racecraft.contract.errors import UserInputError
 from racecraft.formats.aws.hyperparameters import Hyperparameters, read_hyperparameters
 from racecraft.formats.aws.model_metadata import ModelMetadata, default_model_metadata, read_model_metadata
-from racecraft.formats.aws.racer_files import METADATA, REWARD, RacerFiles, find_racer_files
+from racecraft.formats.aws.racer_files import METADATA, PLACES, REWARD, RacerFiles, find_racer_files
 from racecraft.formats.aws.reward_source import RewardSource, read_reward_source
 from racecraft.formats.run_folder import HYPERPARAMETERS
 
@@ -31,12 +32,16 @@ class ModelFolder:
     """What is worth saying: absent files, unknown keys, what does nothing."""
 
 
-def read_model_folder(folder: Path | None) -> ModelFolder:
+def read_model_folder(folder: Path | None, keys: Mapping[str, Path] | None = None) -> ModelFolder:
     """Read a racer's folder; None stands for no folder at all.
 
     The two JSON files are also found where AWS's own model folders keep them: `model/` and `ip/`.
 
     A file of nearly the right name is taken for the one that is missing, and told of.
+
+    Args:
+        folder: Where they are looked for.
+        keys: Files that were named one by one, by the right name of each; they come first.
 
     Raises:
         UserInputError: The folder does not exist, holds nothing of a racer's, or one of its files cannot be used.
@@ -44,7 +49,7 @@ def read_model_folder(folder: Path | None) -> ModelFolder:
     if folder is not None and not folder.is_dir():
         what = "is a file" if folder.exists() else "there is no such folder"
         raise UserInputError(f"{folder}: {what}; {EXPECTED}")
-    files = RacerFiles() if folder is None else find_racer_files(folder)
+    files = _found(folder, keys or {})
     if folder is not None and files.is_empty and not (folder / RUN_ENV).is_file():
         raise UserInputError(f"{folder}: holds none of a racer's files; {EXPECTED}")
     notes = list(files.notes)
@@ -67,3 +72,15 @@ def read_model_folder(folder: Path | None) -> ModelFolder:
         given = read_hyperparameters(files.hyperparameters)
         notes += [f"{HYPERPARAMETERS}: {note}" for note in given.notes]
     return ModelFolder(reward, metadata, given, tuple(notes))
+
+
+def _found(folder: Path | None, keys: Mapping[str, Path]) -> RacerFiles:
+    if folder is None or len(keys) == len(PLACES):
+        return RacerFiles(keys.get(REWARD), keys.get(METADATA), keys.get(HYPERPARAMETERS))
+    found = find_racer_files(folder)
+    return RacerFiles(
+        keys.get(REWARD, found.reward),
+        keys.get(METADATA, found.metadata),
+        keys.get(HYPERPARAMETERS, found.hyperparameters),
+        found.notes,
+    )

@@ -15,6 +15,7 @@ from racecraft.envs.deepracer.placing import plan_objects
 from racecraft.envs.deepracer.sensors import Sensors, car_sensors
 from racecraft.envs.deepracer.settings import objects_of, with_race_groups
 from racecraft.envs.deepracer.vehicle import PROFILES
+from racecraft.formats.aws.drfc_folder import DrfcFolder
 from racecraft.formats.aws.model_metadata import as_aws_dict
 from racecraft.formats.aws.reward_source import RewardSource
 from racecraft.formats.aws.run_env import RunEnv
@@ -30,6 +31,7 @@ from racecraft.tracks.importer import travels
 from racecraft.tracks.track import Track
 from racecraft.training.deepracer.aws.setup import FROM_ENV
 from racecraft.training.deepracer.car_choice import choose_car, waypoint_notes
+from racecraft.training.deepracer.courses import LaidCourse, courses_of_job, lay_out, notes_on_courses, shares
 from racecraft.training.deepracer.model_folder import ModelFolder, read_model_folder
 from racecraft.training.deepracer.presets import ASKED_BY, default_settings, settings_for, stops_given
 from racecraft.training.deepracer.race_environment import TRACK_VARIABLE, race_environment
@@ -55,6 +57,8 @@ class RaceRequest(TrainRequest):
     preset: str = "fast"
     fidelity: str | None = None
     """"sane" or "aws"; None: the one that goes with the preset."""
+    drfc: DrfcFolder | None = None
+    """The installation of DeepRacer for Cloud that asks; its bucket holds the files and, in the end, the run."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +77,8 @@ class CarPlan:
     """The racer's run.env, as it was read; what the AWS files repeat of it goes into job.json too."""
     judging: Mapping[str, int | str] = field(default_factory=dict)
     """What `racecraft evaluate` does with the run where it is not told otherwise."""
+    courses: tuple[LaidCourse, ...] = ()
+    """The courses that cars are shared out among; empty: all drive on `track` as `settings.race` says."""
 
     @property
     def seed(self) -> int:
@@ -97,18 +103,18 @@ def plan_car(request: RaceRequest) -> CarPlan:
     Raises:
         UserInputError: Whatever cannot be used, as a letter.
     """
-    asked = race_environment(request.folder, clones=request.clone_from is None)
+    asked = race_environment(request.folder, clones=request.clone_from is None, drfc=request.drfc)
     offset = () if asked.start_offset is None else (f"race.start_offset={asked.start_offset}",)
     request = replace(
         request,
         track=request.track or asked.track or DEFAULT_TRACK,
-        stops=request.stops or asked.stops or DEFAULT_STOPS,
+        stops=request.stops or asked.stops or (DEFAULT_STOPS if request.drfc is None else ()),
         overrides=(*offset, *asked.overrides, *request.overrides),
         clone_from=request.clone_from or asked.clone_from,
     )
     if request.car is not None and request.car not in PROFILES:
         raise SettingError(f"--car {request.car}: there is no such car; expected {' or '.join(PROFILES)}.")
-    model = read_model_folder(asked.files or request.folder)
+    model = read_model_folder(asked.files or request.folder, asked.keys)
     stops = parse_stops((*request.stops, *stops_given(model.hyperparameters)), LAPS)
     algorithm = find_algorithm(request.algorithm or ASKED_BY[model.metadata.training_algorithm])
     settings, notes = settings_for(
@@ -118,8 +124,23 @@ def plan_car(request: RaceRequest) -> CarPlan:
     settings, car_notes = choose_car(settings, model.metadata, request.car, is_set, request.folder)
     track = _load_track(request, asked.env)
     plan_objects(track, objects_of(settings), habits(settings.race.fidelity))  # refuses what does not fit
+    courses = lay_out(asked.courses, track, settings, TRACK_VARIABLE)
+    shares(settings.rollout.num_worlds, len(courses) or 1)
+    for course in courses:
+        plan_objects(course.track, objects_of(course.settings), habits(settings.race.fidelity))
     notes = [*asked.notes, *model.notes, *notes, *car_notes, *waypoint_notes(settings, track)]
-    return CarPlan(request, model, algorithm, settings, track, stops, tuple(notes), asked.env.values, asked.judging)
+    return CarPlan(
+        request,
+        model,
+        algorithm,
+        settings,
+        track,
+        stops,
+        (*notes, *notes_on_courses(courses, settings)),
+        asked.env.values,
+        asked.judging,
+        courses,
+    )
 
 
 def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
@@ -173,6 +194,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
         parse_stops(request.stops, LAPS),
         tuple(notes),
         job.get("env", {}),
+        courses=courses_of_job(job.get("courses", []), settings, track),
     )
 
 
@@ -197,6 +219,7 @@ def job_of(plan: CarPlan) -> dict[str, Any]:
             "length_m": plan.track.length,
             "copy": RUN_TRACK if travels(plan.track) else None,
         },
+        "courses": [course.as_dictionary() for course in plan.courses],
         "evaluate": dict(plan.judging),
         "env": {name: plan.env[name] for name in FROM_ENV.values() if name in plan.env},
         "model_metadata": as_aws_dict(plan.model.metadata),

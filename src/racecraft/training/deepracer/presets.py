@@ -46,9 +46,8 @@ class AwsNetwork:
     """One of the networks a racer's `neural_network` names."""
 
     convolutions: tuple[tuple[int, int, int], ...]
-    """(filters, kernel px, stride px) of each, over a camera of one eye."""
-    image_units: tuple[int, ...]
-    """Dense layers after these."""
+    """(filters, kernel px, stride px) of each, over a camera of one eye. AWS's dense layers behind them stand before
+    anything is flattened, so they work on each place by itself: convolutions of one pixel."""
     stereo_convolutions: tuple[tuple[int, int, int], ...]
     """The same over two eyes, with no dense layers behind."""
     hidden_units: tuple[int, ...]
@@ -59,11 +58,14 @@ class AwsNetwork:
 
 FEW, MANY = ((32, 8, 4), (64, 4, 2), (64, 3, 1)), ((32, 3, 1), (64, 3, 2), (64, 3, 1), (128, 3, 2), (128, 3, 1))
 AWS_NETWORKS: Mapping[str, AwsNetwork] = {
-    SHALLOW: AwsNetwork(FEW, (), FEW, (512,), 10_000),
-    NORMAL: AwsNetwork(((32, 5, 2), (32, 3, 1), (64, 3, 2), (64, 3, 1)), (64,), MANY, (512,), 3_000),
-    DEEP: AwsNetwork(((32, 8, 4), (32, 4, 2), (64, 4, 2), (64, 3, 1)), (512, 512), MANY, (256, 128), 3_000),
+    SHALLOW: AwsNetwork(FEW, FEW, (512,), 10_000),
+    NORMAL: AwsNetwork(((32, 5, 2), (32, 3, 1), (64, 3, 2), (64, 3, 1), (64, 1, 1)), MANY, (512,), 3_000),
+    DEEP: AwsNetwork(
+        ((32, 8, 4), (32, 4, 2), (64, 4, 2), (64, 3, 1), (512, 1, 1), (512, 1, 1)), MANY, (256, 128), 3_000
+    ),
 }
-"""Facts: simapp `sensors/utils.py`, `deepracer_memory.py`; its batch norm, tanh and dropout entries were never used."""
+"""Facts: simapp `sensors/utils.py`, `deepracer_memory.py`; Coach `embedder.py` (flattens last). Its batch norm, tanh
+and dropout entries were never used."""
 AWS_LIDAR_UNITS = (256, 256)
 """Dense layers over any LiDAR, whatever the network's name."""
 
@@ -220,7 +222,7 @@ def aws_network_values(row: AwsNetwork, sensors: Collection[str]) -> dict[str, A
         "conv_filters": filters,
         "conv_kernels": kernels,
         "conv_strides": strides,
-        "image_units": (None if is_stereo else row.image_units) or None,
+        "image_units": None,
         "vector_units": AWS_LIDAR_UNITS if any(name in LIDARS for name in sensors) else None,
         "hidden_units": row.hidden_units,
     }

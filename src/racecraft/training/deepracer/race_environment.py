@@ -6,26 +6,33 @@ valid and not built yet is refused where training something else would be wrong 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from racecraft.contract.errors import SettingError
 from racecraft.envs.deepracer.settings import RACE_TYPES, TIME_TRIAL
-from racecraft.formats.aws.run_env import RunEnv, read_env_folder
-from racecraft.formats.aws.run_env_variables import BY_NAME
+from racecraft.formats.aws.drfc_folder import DrfcFolder, default_text
+from racecraft.formats.aws.racer_files import METADATA, REWARD
+from racecraft.formats.aws.run_env import EnvFolder, RunEnv, read_env_folder
+from racecraft.formats.aws.run_env_variables import BY_NAME, LATER, USED, WITHOUT
+from racecraft.formats.run_folder import HYPERPARAMETERS
+from racecraft.training.deepracer.courses import Course, courses_asked
 from racecraft.training.deepracer.race_objects import belongs_to, objects_overrides
 from racecraft.training.stopping import parse_stops
 
 FILE = "run.env"
 TRACK_VARIABLE = "DR_WORLD_NAME"
 BEST_METRICS = ("progress", "reward", "laptime")
-USED = tuple(name for name, variable in BY_NAME.items() if variable.status == "used")
+OBEYED = tuple(name for name, variable in BY_NAME.items() if variable.status == USED)
 """Variables that are obeyed here."""
+KEYS = {
+    REWARD: "DR_LOCAL_S3_REWARD_KEY",
+    METADATA: "DR_LOCAL_S3_MODEL_METADATA_KEY",
+    HYPERPARAMETERS: "DR_LOCAL_S3_HYPERPARAMETERS_KEY",
+}
+"""The racer's three files, and the variable that names each."""
 
-_DEFAULT_PART = re.compile(r"\$(DR_[A-Z0-9_]+?)(?=$|[^A-Z0-9_])")
-"""Another variable in a default, such as $DR_CAR_NAME."""
 _SHELF = "runs"
 """Folder in which a model prefix is looked for as well."""
 
@@ -50,39 +57,47 @@ class RaceEnvironment:
     """What `racecraft evaluate` does with the run where it is not told otherwise: "laps", "checkpoint"."""
     files: Path | None = None
     """Where the racer's three files lie instead of the folder itself."""
+    keys: Mapping[str, Path] = field(default_factory=dict)
+    """Files that were named one by one, by the name they have in KEYS."""
+    courses: tuple[Course, ...] = ()
+    """Where cars of one training drive differently; empty: all as the rest says."""
     notes: tuple[str, ...] = ()
     """What is worth telling the user, a clause each."""
 
 
-def race_environment(folder: Path | None, clones: bool = True) -> RaceEnvironment:
+def race_environment(folder: Path | None, clones: bool = True, drfc: DrfcFolder | None = None) -> RaceEnvironment:
     """Read run.env (and system.env before it, where there is one) from a racer's folder.
 
     Args:
         folder: The racer's folder; None: there is none.
         clones: Whether it may say what training begins with; False where that was said elsewhere.
+        drfc: The installation, where a dr- verb has read it; its bucket is then where files and models are looked for.
 
     Raises:
         RunEnvError: A line or value cannot be used; the letter names file, line and variable.
     """
-    if folder is None or not (folder / FILE).is_file():
+    if drfc is None and (folder is None or not (folder / FILE).is_file()):
         return RaceEnvironment()
-    whole = read_env_folder(folder)
+    whole = read_env_folder(folder or ".") if drfc is None else drfc.env
+    place = drfc.path if drfc is not None else folder or Path(".")
     env = whole.run
-    race = _race_type(env)
+    race = race_type(env)
     return RaceEnvironment(
         env=env,
         track=env.values.get(TRACK_VARIABLE),
         overrides=(*_overrides(env), *objects_overrides(env, race)),
         start_offset=_share(env, "DR_TRAIN_START_POSITION_OFFSET"),
         stops=_stops(env),
-        clone_from=_clone_source(env, folder) if clones else None,
+        clone_from=_clone_source(env, place, drfc) if clones else None,
         judging=_judging(env),
-        files=_files(env, folder),
-        notes=(*env.notes, *_unused_notes(env, race, bool(whole.workers))),
+        files=_files(env, place) if drfc is None else None,
+        keys=_keys_in_folder(env, place) if drfc is None else keys_in_bucket(drfc),
+        courses=_courses(whole),
+        notes=(*env.notes, *_notes_of_workers(whole), *_notes_on_keys(drfc), *_unused_notes(env, race)),
     )
 
 
-def _race_type(env: RunEnv) -> str:
+def race_type(env: RunEnv) -> str:
     """Return the race; one that is not built yet is refused: training another one instead would be no favour."""
     race = env.choice("DR_RACE_TYPE", TIME_TRIAL, (*RACE_TYPES, "HEAD_TO_MODEL"))
     if race not in RACE_TYPES:
@@ -105,7 +120,16 @@ def _overrides(env: RunEnv) -> tuple[str, ...]:
         found.append(f"evaluation.episodes={trials}")
     if "DR_TRAIN_BEST_MODEL_METRIC" in env.values:
         found.append(f"evaluation.best_by={env.choice('DR_TRAIN_BEST_MODEL_METRIC', 'progress', BEST_METRICS)}")
-    return tuple(found)
+    return (*found, *_own_settings(env))
+
+
+def _own_settings(env: RunEnv) -> list[str]:
+    """Return what RACECRAFT_SET asks for; each must be name=value."""
+    written = env.text("RACECRAFT_SET").split()
+    for one in written:
+        if "=" not in one or "." not in one.partition("=")[0]:
+            raise env.letter("RACECRAFT_SET", "settings such as runtime.threads=2 ppo.clip=0.1", found=f"'{one}'")
+    return written
 
 
 def _judging(env: RunEnv) -> dict[str, int | str]:
@@ -144,21 +168,23 @@ def _stops(env: RunEnv) -> tuple[str, ...]:
     return stops
 
 
-def _clone_source(env: RunEnv, folder: Path) -> str | None:
-    """Return the older run that training begins with: a path, a name beside the folder or below runs/."""
+def _clone_source(env: RunEnv, folder: Path, drfc: DrfcFolder | None) -> str | None:
+    """Return the older run that training begins with: a prefix of the bucket, a path, a name beside or below runs/."""
     if not env.flag("DR_LOCAL_S3_PRETRAINED"):
         return None
     name = "DR_LOCAL_S3_PRETRAINED_PREFIX"
     which = env.choice("DR_LOCAL_S3_PRETRAINED_CHECKPOINT", "last", ("last", "best"))
     written = env.text(name) or BY_NAME[name].default
     prefix = written.removeprefix("s3://").partition("/")[2] if written.startswith("s3://") else written
-    for place in (Path(prefix), folder / prefix, folder.parent / prefix, Path(_SHELF) / prefix):
+    places = [Path(prefix), folder / prefix, folder.parent / prefix, Path(_SHELF) / prefix]
+    for place in ([] if drfc is None else [drfc.bucket / prefix]) + places:
         if prefix and place.is_dir():
             return f"{place}:{which}"
     place_of = name if name in env.values else "DR_LOCAL_S3_PRETRAINED"
+    bucket = "" if drfc is None else f"a prefix in {drfc.bucket}, "
     raise env.letter(
         place_of,
-        f"the run folder of an older training: a path, or a name here, beside {folder} or below {_SHELF}/",
+        f"the run folder of an older training: {bucket}a path, or a name here, beside {folder} or below {_SHELF}/",
         "Say where it lies, or set DR_LOCAL_S3_PRETRAINED=False.",
         found=f"there is no folder '{written}'",
     )
@@ -171,20 +197,83 @@ def _files(env: RunEnv, folder: Path) -> Path | None:
     return place if place != folder and place.is_dir() else None
 
 
-def _unused_notes(env: RunEnv, race: str, has_workers: bool) -> list[str]:
-    """Name every known variable that asks for something else than its default and changes nothing here."""
-    used = [name for name in USED if belongs_to(name, race)]
-    unused = [name for name in env.values if name in BY_NAME and name not in used and not _is_default(env, name)]
-    notes = [f"{FILE}: kept and not used yet: {', '.join(unused)}"] if unused else []
-    if has_workers:
-        notes.append("worker-N.env: kept and not used yet; every car races as run.env says")
-    return notes
+def _keys_in_folder(env: RunEnv, folder: Path) -> dict[str, Path]:
+    """Return the files that the keys name otherwise than the prefix of custom files does."""
+    named = {file: name for file, name in KEYS.items() if name in env.values and not _is_default(env, name)}
+    return {file: _existing(env, name, folder / env.values[name], "") for file, name in named.items()}
+
+
+def keys_in_bucket(drfc: DrfcFolder) -> dict[str, Path]:
+    """Return the three files in the bucket.
+
+    Raises:
+        RunEnvError: One is not there; dr-upload-custom-files has not brought it.
+    """
+    found = {}
+    for file, name in KEYS.items():
+        place = drfc.key(name)
+        if not place.is_file():
+            cure = "dr-upload-custom-files copies custom_files there."
+            raise drfc.letter(name, f"the file {file} in the bucket", cure, found=f"there is no file {place}")
+        found[file] = place
+    return found
+
+
+def _notes_on_keys(drfc: DrfcFolder | None) -> list[str]:
+    """Say where a file is not read from the folder that dr-upload-custom-files fills."""
+    if drfc is None:
+        return []
+    prefix = drfc.text("DR_LOCAL_S3_CUSTOM_FILES_PREFIX").rstrip("/")
+    others = [name for name in KEYS.values() if not drfc.text(name).startswith(f"{prefix}/")]
+    return [f"{name}={drfc.text(name)} lies outside DR_LOCAL_S3_CUSTOM_FILES_PREFIX={prefix}" for name in others]
+
+
+def _existing(env: RunEnv, name: str, place: Path, cure: str) -> Path:
+    if not place.is_file():
+        raise env.letter(name, "a file of the racer's folder", cure, found=f"there is no file {place}")
+    return place
+
+
+def _courses(whole: EnvFolder) -> tuple[Course, ...]:
+    """Return the courses of worker files and of both directions; none where every car drives the same."""
+    return courses_asked(whole, TRACK_VARIABLE, lambda env: _course_overrides(env, whole.run))
+
+
+def _course_overrides(env: RunEnv, run: RunEnv) -> tuple[str, ...]:
+    """Return the settings of a worker's race; what its file does not say is as in run.env."""
+    race = race_type(env if "DR_RACE_TYPE" in env.values else run)
+    offset = _share(env, "DR_TRAIN_START_POSITION_OFFSET")
+    starts = () if offset is None else (f"race.start_offset={offset}",)
+    own = tuple(one for one in _overrides(env) if one.startswith("race."))
+    return (f"race.type={race}", *starts, *own, *objects_overrides(env, race))
+
+
+def _notes_of_workers(whole: EnvFolder) -> list[str]:
+    """Say what was noticed in worker files that count, and name those that do not."""
+    if not whole.workers:
+        return []
+    if not whole.run.flag("DR_TRAIN_MULTI_CONFIG"):
+        return ["worker-N.env: not used, as DR_TRAIN_MULTI_CONFIG is not True; every car races as run.env says"]
+    return [note for worker in whole.workers.values() for note in worker.notes]
+
+
+def _unused_notes(env: RunEnv, race: str) -> list[str]:
+    """Name every variable that asks for something else than its default and changes nothing here."""
+
+    def named(status: str) -> str:
+        names = (name for name in env.values if name in BY_NAME and BY_NAME[name].status == status)
+        return ", ".join(name for name in names if not _is_default(env, name))
+
+    others = [name for name in env.values if not belongs_to(name, race) and not _is_default(env, name)]
+    later, without = named(LATER), named(WITHOUT)
+    notes = [f"{FILE}: kept and not used yet: {later}"] if later else []
+    notes += [f"{FILE}: kept, and of another race than {race}: {', '.join(others)}"] if others else []
+    return notes + ([f"{FILE}: not applicable here: {without}; `racecraft settings FOLDER` says why"] * bool(without))
 
 
 def _is_default(env: RunEnv, name: str) -> bool:
     """Tell whether a variable says what it would have been anyway; 5 is 5.0 and true is True."""
-    default = _DEFAULT_PART.sub(lambda part: env.text(part[1]) or BY_NAME[part[1]].default, BY_NAME[name].default)
-    written = env.values[name]
+    default, written = default_text(name, env), env.values[name]
     try:
         return float(written) == float(default)
     except ValueError:

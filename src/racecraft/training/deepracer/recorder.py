@@ -6,6 +6,7 @@ import numpy as np
 
 from racecraft.contract.world import Array, StepBuffers, World
 from racecraft.envs.deepracer import race
+from racecraft.envs.deepracer.side_by_side import SideBySide
 from racecraft.envs.deepracer.world import RaceWorld
 
 
@@ -18,12 +19,12 @@ class EpisodeRecorder:
     def __init__(self) -> None:
         self._reports: list[Array] = []
         self._rewards: list[Array] = []
-        self._track_length = 0.0
+        self._track_lengths: Array = np.zeros(0)
 
     def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
         """Write down one tick."""
-        assert isinstance(world, RaceWorld)
-        self._track_length = world.track.length
+        assert isinstance(world, RaceWorld | SideBySide)
+        self._track_lengths = world.track_lengths
         self._reports.append(world.reports.copy())
         self._rewards.append(buffers.reward.copy())
 
@@ -58,7 +59,7 @@ class EpisodeRecorder:
             "progress_share": flat["progress"] / 100.0,
             "closest_waypoint": flat["waypoint_nearest"],
             "distance_from_center_m": flat["centre_distance"],
-            "track_length_m": np.full(flat.size, self._track_length),
+            "track_length_m": np.repeat(self._track_lengths, cars * ticks),
         }
         if cars > 1:
             columns["agent"] = np.tile(np.repeat(np.arange(cars), ticks), worlds)

@@ -17,6 +17,7 @@ from racecraft.algorithms.learner import Learner
 from racecraft.contract.errors import RunFolderError
 from racecraft.contract.world import Array, allocate
 from racecraft.envs.deepracer.settings import TIME_TRIAL, objects_of
+from racecraft.envs.deepracer.side_by_side import SideBySide
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
 from racecraft.formats.aws.hyperparameters import write_hyperparameters
 from racecraft.formats.aws.model_metadata import as_aws_dict, write_model_metadata
@@ -35,6 +36,7 @@ from racecraft.tracks.importer import route_file, travels
 from racecraft.training.deepracer.aws.files import AwsFiles
 from racecraft.training.deepracer.aws.setup import aws_setup
 from racecraft.training.deepracer.cloning import require_same_shape
+from racecraft.training.deepracer.courses import LaidCourse, both_ways, of_race, shares, starts
 from racecraft.training.deepracer.evaluator import FLYING_LAPS, CarEvaluator
 from racecraft.training.deepracer.live import LivePublisher
 from racecraft.training.deepracer.plan import (
@@ -68,9 +70,7 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
     """
     settings, seed = planned.settings, planned.seed
     reward = load_reward(planned.model.reward, settings.race.reward_seconds, settings.race.type)
-    cars = settings.rollout.num_worlds
-    starts = (settings.race.start_offset + np.arange(cars) / cars) % 1.0
-    world, judged = race_world(planned, cars, one_for_each(reward, cars), starts), judged_world(planned, reward)
+    world, judged = driven_world(planned, reward), judged_world(planned, reward)
     flying = race_world(planned, 1, start_shares=np.zeros(1), laps=FLYING_LAPS)
 
     def evaluator(learner: Learner, run: RunFolder) -> CarEvaluator:
@@ -125,7 +125,15 @@ def attended(planned: CarPlan, reward: RewardFunction, run: RunFolder, notes: Se
         reward.output = log
         log.writelines(f"{note}\n" for note in notes)
         recorder = EpisodeRecorder()
-        setup = aws_setup(planned.track.name, planned.settings, metadata, hyperparameters, run.path.name, planned.env)
+        setup = aws_setup(
+            planned.track.name,
+            planned.settings,
+            metadata,
+            hyperparameters,
+            run.path.name,
+            planned.env,
+            both_ways(planned.courses),
+        )
         yield RunAttendants(recorder, AwsFiles(run.path, setup), [recorder, LivePublisher(run)])
 
 
@@ -138,34 +146,56 @@ def lay_files(planned: CarPlan, reward: RewardFunction, run: RunFolder) -> None:
         write_whole(run.track, route_file(planned.track))
 
 
+def driven_world(planned: CarPlan, reward: RewardFunction) -> RaceWorld | SideBySide:
+    """Return the cars that are trained, shared out among the courses where there are several."""
+    cars, own = planned.settings.rollout.num_worlds, LaidCourse(planned.track, of_race(planned.settings))
+    if not planned.courses:
+        return race_world(planned, cars, one_for_each(reward, cars), starts(own, cars))
+    return SideBySide(
+        [
+            race_world(planned, count, one_for_each(reward, count), starts(course, count), course=course)
+            for course, count in zip(planned.courses, shares(cars, len(planned.courses)), strict=True)
+        ]
+    )
+
+
 def race_world(
     planned: CarPlan,
     num_cars: int,
     reward: Sequence[Callable[[dict[str, Any]], float]] | None = None,
     start_shares: Array | None = None,
     laps: int = 1,
+    course: LaidCourse | None = None,
 ) -> RaceWorld:
-    """Return cars as planned; their first starts are spread evenly round the track unless given."""
+    """Return cars as planned, on a course of their own where one is given.
+
+    Their first starts are spread evenly round the track unless given.
+    """
+    course = course or LaidCourse(planned.track, of_race(planned.settings))
     return RaceWorld(
-        planned.track,
+        course.track,
         planned.actions,
         reward,
-        race_config=planned.settings.race,
+        race_config=course.race,
         camera_config=planned.settings.camera,
         num_cars=num_cars,
         start_shares=start_shares,
         laps=laps,
         mount=mount_for_version(planned.model.metadata.version),
         sensors=planned.sensors,
-        objects=objects_of(planned.settings),
+        objects=objects_of(course.settings),
     )
 
 
-def judged_world(planned: CarPlan, reward: RewardFunction) -> RaceWorld:
-    """Return the cars that are judged; they are rewarded where that makes a checkpoint the best."""
+def judged_world(planned: CarPlan, reward: RewardFunction) -> RaceWorld | SideBySide:
+    """Return the cars that are judged, so many on each course; they are rewarded where that makes a checkpoint best."""
     evaluation = planned.settings.evaluation
-    paid = one_for_each(reward, evaluation.episodes) if evaluation.best_by == "reward" else None
-    return race_world(planned, evaluation.episodes, paid)
+
+    def judged(course: LaidCourse | None) -> RaceWorld:
+        paid = one_for_each(reward, evaluation.episodes) if evaluation.best_by == "reward" else None
+        return race_world(planned, evaluation.episodes, paid, course=course)
+
+    return SideBySide([judged(course) for course in planned.courses]) if planned.courses else judged(None)
 
 
 def one_for_each(reward: RewardFunction, num_cars: int) -> list[Callable[[dict[str, Any]], float]]:
@@ -193,17 +223,21 @@ def open_log(run: RunFolder) -> TextIO:
         raise RunFolderError(f"{run.log}: cannot be written ({error.strerror}); expected a log file.") from error
 
 
-def warm_up(worlds: Sequence[RaceWorld], say: Say) -> None:
+def warm_up(worlds: Sequence[RaceWorld | SideBySide], say: Say) -> None:
     """Compile the kernels before the clock starts; on the first run ever that takes a while and is said."""
     if not is_warm():
         say("First run on this machine: compiling the simulator (once, under a minute) …")
-    for one in worlds:
+    for one in _courses_of(worlds):
         reward, one.reward = one.reward, None
         buffers = allocate(one.spec)
         one.reset(buffers, seed=0)
         actions = one.spec.actions
         one.step(np.zeros((*buffers.reward.shape, *actions.shape), actions.dtype), buffers)
         one.reward = reward
+
+
+def _courses_of(worlds: Sequence[RaceWorld | SideBySide]) -> list[RaceWorld]:
+    return [course for one in worlds for course in (one.courses if isinstance(one, SideBySide) else (one,))]
 
 
 def _rounded(value: float | None) -> float | None:

@@ -44,7 +44,7 @@ class Block:
         columns["episode"] = np.repeat(np.arange(len(lengths)) + self.first_episode, lengths)
         columns["time_s"] = np.round(clock / TICKS_PER_SECOND, 6)
         columns["status"] = np.array(STATUSES)[ticks["status"]]
-        columns["track_length_m"] = np.full(len(ticks), track_length_m)
+        columns["track_length_m"] = np.where(ticks["track_length_m"] > 0, ticks["track_length_m"], track_length_m)
         columns["obstacle_crashes"] = (columns["status"] == "crashed").astype(np.int32)  # the first ends the episode
         trace = trace_from_episodes(columns)
         del trace["wall_clock"]

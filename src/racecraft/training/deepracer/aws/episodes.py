@@ -23,7 +23,7 @@ TICK = np.dtype(
         ("x_m", "f8"), ("y_m", "f8"), ("yaw_rad", "f8"),
         ("steering_rad", "f8"), ("speed_mps", "f8"), ("action", "i4"),
         ("reward", "f8"), ("done", "?"), ("status", "u1"), ("all_wheels_on_track", "?"),
-        ("progress_share", "f8"), ("closest_waypoint", "i4"),
+        ("progress_share", "f8"), ("closest_waypoint", "i4"), ("track_length_m", "f8"),
     ]
 )  # fmt: skip
 """One tick of one car, in the words and units of `formats/episodes.py`; the status as a code."""
@@ -115,7 +115,8 @@ def apart(ticks: Array) -> dict[str, Array]:
 
 def together(columns: Mapping[str, Array]) -> Array:
     """Return what `apart` took apart."""
-    ticks = np.empty(len(columns["tick"]), TICK)
+    ticks = np.zeros(len(columns["tick"]), TICK)
     for name in TICK.names or ():
-        ticks[name] = columns[name]
+        if name in columns:  # what was taken apart before courses could differ tells no length
+            ticks[name] = columns[name]
     return ticks

@@ -42,7 +42,7 @@ FROM_ENV = {
 }
 """Which variable of run.env each parameter of the simulator comes from: names and colours, which change no training."""
 
-NEVER = {"ALTERNATE_DRIVING_DIRECTION": "False", "ENABLE_DOMAIN_RANDOMIZATION": "False"}
+NEVER = {"ENABLE_DOMAIN_RANDOMIZATION": "False"}
 """What no training here does, whatever run.env asks for: the files tell what ran."""
 
 
@@ -72,6 +72,7 @@ def aws_setup(
     given: Hyperparameters,
     model_name: str = "racecraft",
     env: Mapping[str, str] | None = None,
+    alternates: bool = False,
 ) -> AwsSetup:
     """Return what is said of a training once.
 
@@ -82,12 +83,13 @@ def aws_setup(
         given: The racer's own hyperparameters.
         model_name: Stands for the folder of the model: the run folder's name.
         env: Variables of the racer's run.env, if there is one.
+        alternates: Whether the track is driven in both directions.
     """
     return AwsSetup(
         world_name,
         metadata,
         used_hyperparameters(settings, given),
-        training_params(world_name, settings, model_name, env or {}),
+        training_params(world_name, settings, model_name, env or {}) | {"ALTERNATE_DRIVING_DIRECTION": str(alternates)},
         settings.evaluation.best_by,
     )
 

@@ -1,0 +1,1 @@
+"""Films of drives from several cameras, with cars as simple solids. Begin with `film.py`."""

@@ -1,0 +1,78 @@
+"""A circuit from above with its cars on it, for films. See `TopMap`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from racecraft.analysis.deepracer.films.shells import Shell
+from racecraft.analysis.deepracer.films.solids import FINE, Eye, paint_car
+from racecraft.contract.world import Array
+from racecraft.envs.deepracer.light import palette_under
+from racecraft.envs.deepracer.scene import FIELD, dash_rings, road_rings, start_rings
+from racecraft.tracks.track import Track
+
+PADDING = 0.25
+"""Room around the circuit, share of its size (facts: deepracer.md 2.5)."""
+UP_M = 60.0
+"""From so high a car is as large wherever it is."""
+LEAST_CAR_PIXELS = 22
+"""A car on a large circuit is drawn larger than it is, so that it is seen."""
+CAR_LENGTH_M = 0.324
+
+
+class TopMap:
+    """A circuit from above, north up, as large as fits.
+
+    Args:
+        track: The circuit.
+        light: Year of the simulator whose light falls on it.
+        width, height: Pixels.
+    """
+
+    def __init__(self, track: Track, light: str, width: int, height: int) -> None:
+        x0, y0, x1, y1 = track.bounds
+        self._scale = min(width / ((1 + PADDING) * (x1 - x0)), height / ((1 + PADDING) * (y1 - y0)))
+        self._middle = (x0 + x1) / 2, (y0 + y1) / 2
+        self._size = width, height
+        self._enlarged = max(1.0, LEAST_CAR_PIXELS / (CAR_LENGTH_M * self._scale))
+        self.picture = self._painted(track, light)
+        """(H, W, 3) uint8."""
+
+    def pixels(self, xy: Array) -> Array:
+        """Return where points (P, 2) in metres lie, (P, 2) pixels, x right and y down."""
+        width, height = self._size
+        return np.column_stack(
+            [
+                width / 2 + (xy[:, 0] - self._middle[0]) * self._scale,
+                height / 2 - (xy[:, 1] - self._middle[1]) * self._scale,
+            ]
+        )
+
+    def paint_car(self, picture: Array, shell: Shell, pose: tuple[float, float, float]) -> None:
+        """Paint a car seen from above."""
+        factor, (middle_x, middle_y) = self._enlarged, self._middle
+        # Its frame is made smaller around the car, and the focal length larger: the same as a larger car.
+        eye = Eye(
+            pose[0] + (middle_x - pose[0]) / factor,
+            pose[1] + (middle_y - pose[1]) / factor,
+            UP_M,
+            math.pi / 2,
+            math.pi / 2,
+            UP_M * self._scale * factor,
+        )
+        paint_car(picture, eye, shell, pose)
+
+    def _painted(self, track: Track, light: str) -> Array:
+        from PIL import Image, ImageDraw
+
+        colours = palette_under(light, track.look, track.name, for_people=True).round().astype(int)
+        width, height = self._size
+        sheet = Image.new("RGB", (FINE * width, FINE * height), tuple(colours[FIELD].tolist()))
+        pen = ImageDraw.Draw(sheet)
+        for ring, inside, _ in (*road_rings(track), *start_rings(track), *dash_rings(track)):
+            pen.polygon(
+                [tuple(point) for point in (FINE * self.pixels(ring)).tolist()], tuple(colours[inside].tolist())
+            )
+        return np.array(sheet.reduce(FINE))

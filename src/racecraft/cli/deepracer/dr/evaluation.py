@@ -1,0 +1,92 @@
+"""`dr-start-evaluation`, `dr-stop-evaluation`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from racecraft.cli.deepracer.dr.here import (
+    begin_job,
+    follow_job,
+    installation,
+    refuse_if_busy,
+    require_job,
+    say_notes,
+    stop_job,
+)
+from racecraft.cli.deepracer.dr.training import Quiet
+
+CLONE_END = "-E"
+"""What a clone to be judged is called after its model, as at DeepRacer for Cloud."""
+
+
+def start_evaluation(
+    context: typer.Context,
+    quiet: Quiet = False,
+    clone: Annotated[bool, typer.Option("-c", help="Judge a copy of the model, PREFIX-E, made anew.")] = False,
+) -> None:
+    """Judge the model of run.env by its laps, in the background: DR_EVAL_… says how.
+
+    Example: racecraft dr start-evaluation -q
+    """
+    from racecraft.formats.aws.drfc_book import EVALUATION
+    from racecraft.formats.aws.model_copy import copy_model, wipe_model
+    from racecraft.formats.run_folder import RunFolder
+    from racecraft.training.deepracer.race_environment import race_environment
+
+    drfc = installation(context)
+    say_notes(drfc)
+    model = drfc.model
+    refuse_if_busy(drfc, model.with_name("-"))
+    race_environment(None, clones=False, drfc=drfc)  # a letter about any value comes now
+    source = RunFolder.open(model)
+    if clone:
+        model = model.with_name(model.name + CLONE_END)
+        wipe_model(model)
+        copy_model(source, model)
+        print(f"{source.path}: copied to {model}")
+    job = begin_job(context, drfc, EVALUATION, model, ("run-evaluation", str(model.absolute())))
+    print(f"{job.name} judges {model}; dr-stop-evaluation ends it")
+    if not quiet:
+        follow_job(job)
+
+
+def run_evaluation(context: typer.Context, model: Annotated[Path, typer.Argument(help="The run folder.")]) -> None:
+    """Judge a model in this process as run.env asks; dr-start-evaluation has it done in the background."""
+    from racecraft.cli.deepracer.evaluate import CHECKPOINT, LAPS, MAX_LAPS, evaluate
+
+    drfc = installation(context)
+    env = drfc.env.run
+    laps = int(env.number("DR_EVAL_NUMBER_OF_TRIALS", LAPS, 1, MAX_LAPS))
+    films = model / "evaluations"
+    evaluate(
+        model,
+        checkpoint=env.choice("DR_EVAL_CHECKPOINT", CHECKPOINT, ("last", "best")),
+        track=env.values.get("DR_WORLD_NAME"),
+        laps=laps,
+        video=_free_film(films) if drfc.flag("DR_EVAL_SAVE_MP4") else None,
+    )
+
+
+def stop_evaluation(context: typer.Context) -> None:
+    """Stop the evaluation of this run id.
+
+    Example: racecraft dr stop-evaluation
+    """
+    from racecraft.formats.aws.drfc_book import EVALUATION
+
+    job = require_job(installation(context), EVALUATION, "dr-start-evaluation")
+    if job.ended:
+        print(f"{job.name}: had ended already ({job.state})")
+        return
+    print(f"{job.name}: {stop_job(job).state}")
+
+
+def _free_film(folder: Path) -> Path:
+    """Return the next name of a film, counted from 0 as at DeepRacer for Cloud."""
+    number = 0
+    while (folder / f"{number}-video.mp4").exists():
+        number += 1
+    return folder / f"{number}-video.mp4"

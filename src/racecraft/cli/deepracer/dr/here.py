@@ -1,0 +1,201 @@
+"""Which installation a dr- command is about, and which job is at work there."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from racecraft.contract.errors import UserInputError
+from racecraft.formats.aws.drfc_folder import DrfcFolder, open_drfc_folder
+from racecraft.formats.aws.run_env_variables import BY_NAME
+
+if TYPE_CHECKING:
+    from racecraft.jobs.job import Job
+
+
+class NothingToDoError(UserInputError):
+    """What a command is to act on is not there."""
+
+
+def installation(context: typer.Context) -> DrfcFolder:
+    """Return the installation, its settings read anew, what the shell says laid over them.
+
+    Raises:
+        UserInputError: There is none, or its files cannot be used.
+    """
+    folder, config, experiment = context.obj
+    return open_drfc_folder(folder, config, experiment, os.environ)
+
+
+def say_notes(drfc: DrfcFolder) -> None:
+    """Say what was noticed while reading."""
+    for note in drfc.notes:
+        print(f"- {note}")
+
+
+def latest_job(drfc: DrfcFolder, kind: str) -> Job | None:
+    """Return the latest training or evaluation of this run id; None where none was begun or it was forgotten."""
+    from racecraft.formats.aws.drfc_book import job_of
+    from racecraft.jobs.home import JobHome
+
+    noted = job_of(drfc.path, drfc.run_id, kind)
+    return None if noted is None else JobHome.of_user().store().find(noted.job)
+
+
+def require_job(drfc: DrfcFolder, kind: str, begins: str) -> Job:
+    """Return the latest job of this run id.
+
+    Args:
+        drfc: The installation.
+        kind: TRAINING or EVALUATION.
+        begins: The command that begins one.
+
+    Raises:
+        NothingToDoError: There is none.
+    """
+    job = latest_job(drfc, kind)
+    if job is None:
+        raise NothingToDoError(
+            f"{drfc.path}: no {kind} of run id {drfc.run_id} is known; expected one that {begins} has begun."
+        )
+    return job
+
+
+def refuse_if_busy(drfc: DrfcFolder, model: Path) -> None:
+    """Refuse to begin while something of this run id is at work, or another one trains into the same folder.
+
+    Raises:
+        UserInputError: It is.
+    """
+    from racecraft.formats.aws.drfc_book import EVALUATION, TRAINING
+
+    for kind in (TRAINING, EVALUATION):
+        job = latest_job(drfc, kind)
+        if job is not None and not job.ended:
+            raise UserInputError(
+                f"run id {drfc.run_id}: a {kind} is under way ({job.name}, {job.spec.run}); expected none. "
+                f"dr-stop-{kind} ends it; another DR_RUN_ID and DR_LOCAL_S3_MODEL_PREFIX run beside it."
+            )
+    from racecraft.jobs.home import JobHome
+
+    for job in JobHome.of_user().store().jobs():
+        run = job.spec.run_folder()
+        if not job.ended and run is not None and run.resolve() == model.resolve():
+            raise UserInputError(
+                f"{model}: job {job.name} trains there; expected a prefix of its own for each run id. "
+                "Give another DR_LOCAL_S3_MODEL_PREFIX."
+            )
+
+
+def begin_job(
+    context: typer.Context,
+    drfc: DrfcFolder,
+    kind: str,
+    model: Path,
+    words: tuple[str, ...],
+    resume: tuple[str, ...] = (),
+) -> Job:
+    """Put a command about a model into the background and note it under this run id.
+
+    Several run ids are at work at once, as many as the racer begins: such a job counts no cores of the machine.
+
+    Args:
+        context: How the command was typed; the job reads the same files.
+        drfc: The installation.
+        kind: TRAINING or EVALUATION.
+        model: The run folder it works on.
+        words: What is done, behind `racecraft dr`.
+        resume: What goes on with it after a crash, behind `racecraft`; none: it is begun anew.
+    """
+    from racecraft.formats.aws.drfc_book import NotedJob, note_job
+    from racecraft.formats.job_spec import JobSpec
+    from racecraft.jobs.home import JobHome
+    from racecraft.jobs.submit import environment_here, submit_numbered
+
+    here = drfc.path.absolute()
+    _, config, experiment = context.obj
+    files = [("--config", config and str(Path(config).absolute())), ("--experiment", experiment)]
+    which = [word for name, value in files if value for word in (name, value)]
+
+    def spec(name: str) -> JobSpec:
+        return JobSpec(
+            command=("dr", "--folder", str(here), *which, *words),
+            name=name,
+            resume=resume,
+            run=str(model.absolute()) if kind == "training" else "",
+            folder=str(here),
+            environment={
+                name: value
+                for name, value in environment_here().items()
+                if name not in BY_NAME or not BY_NAME[name].is_secret  # a job's spec is a file
+            },
+            cores=0,
+        )
+
+    job = submit_numbered(JobHome.of_user(), _legal(f"{kind}-{model.name}"), spec)
+    note_job(drfc.path, drfc.run_id, kind, NotedJob(job.name, str(model)))
+    return job
+
+
+def stop_job(job: Job, seconds: float = 60.0) -> Job:
+    """Ask a job to end and wait until it has.
+
+    Raises:
+        JobError: It has not ended after so many seconds.
+    """
+    from racecraft.jobs.home import JobHome
+    from racecraft.jobs.submit import ask_to_stop, wait
+
+    home = JobHome.of_user()
+    ask_to_stop(home, home.store(), job.name)
+    return wait(home, home.store(), job.name, seconds)
+
+
+def follow_job(job: Job) -> None:
+    """Print what a job says until it has ended; Ctrl-C ends the printing and not the job."""
+    from racecraft.jobs.home import JobHome
+    from racecraft.jobs.store import get
+
+    home = JobHome.of_user()
+    store = home.store()
+    follow_file(home.log(job.name), lambda: get(store, job.name).ended, job.name)
+
+
+def follow_file(path: Path, ended: Callable[[], bool], name: str) -> None:
+    """Print a file as it grows; Ctrl-C ends the printing."""
+    from racecraft.jobs.follow import follow
+
+    try:
+        for text in follow(path, ended):
+            print(text, end="", flush=True)
+    except KeyboardInterrupt:
+        print(f"\n{name} goes on by itself.")
+
+
+def ask_first(question: str, force: bool) -> None:
+    """Ask before something is changed, unless it was said to be done anyway.
+
+    Raises:
+        UserInputError: Nobody is there to answer.
+        Abort: The answer is no.
+    """
+    if force:
+        return
+    if not sys.stdin.isatty():
+        raise UserInputError(f"{question} Nobody is here to answer; expected -f where no question shall be asked.")
+    typer.confirm(question, abort=True)
+
+
+def _legal(name: str) -> str:
+    """Return a job's name made of any text.
+
+    >>> _legal("training-my model/v2")
+    'training-my-model-v2'
+    """
+    letters = "".join(letter if letter.isascii() and letter.isalnum() else "-" for letter in name)
+    return "-".join(filter(None, letters.split("-")))[:50].strip("-")

@@ -1,0 +1,168 @@
+"""`dr-start-training`, `dr-increment-training`, `dr-stop-training`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from racecraft.cli.deepracer.dr.here import (
+    ask_first,
+    begin_job,
+    follow_job,
+    installation,
+    refuse_if_busy,
+    require_job,
+    say_notes,
+    stop_job,
+)
+from racecraft.contract.errors import UserInputError
+
+if TYPE_CHECKING:
+    from racecraft.formats.aws.drfc_folder import DrfcFolder
+
+Wipe = Annotated[bool, typer.Option("-w", help="Wipe the prefix first, where a model lies there already.")]
+Quiet = Annotated[bool, typer.Option("-q", help="Show no log; dr-logs-sagemaker shows it later.")]
+
+
+def start_training(
+    context: typer.Context,
+    wipe: Wipe = False,
+    quiet: Quiet = False,
+    sagemaker: Annotated[bool, typer.Option("-s", help="Show the log of the learner, as is done anyway.")] = False,
+    robomaker: Annotated[int | None, typer.Option("-r", help="Show the log of the simulator instead.")] = None,
+    all_logs: Annotated[bool, typer.Option("-a", help="Show all logs: there is one program, so it is one.")] = False,
+    viewer: Annotated[bool, typer.Option("-v", help="Open the viewer as well.")] = False,
+) -> None:
+    """Train what run.env asks for, in the background, until dr-stop-training or RACECRAFT_STOP.
+
+    Examples:
+
+        racecraft dr start-training
+
+        racecraft dr start-training -w -q
+    """
+    from racecraft.cli.deepracer.dr.logs import follow_simulator
+    from racecraft.cli.deepracer.dr.pages import open_viewer
+    from racecraft.formats.aws.drfc_book import TRAINING
+    from racecraft.formats.aws.model_copy import wipe_model
+
+    drfc = installation(context)
+    say_notes(drfc)
+    model = drfc.model
+    refuse_if_busy(drfc, model)
+    _plan(drfc)
+    if not wipe:
+        _require_free(drfc)
+    elif model.exists():
+        wipe_model(model)
+        print(f"{model}: wiped")
+    again = ("train", f"--run={model.absolute()}", "--resume", "--no-pictures")
+    job = begin_job(context, drfc, TRAINING, model, ("run-training",), again)
+    print(f"{job.name} trains run id {drfc.run_id} into {model}; dr-stop-training ends it")
+    if viewer:
+        open_viewer(context, drfc)
+    if robomaker is not None:
+        follow_simulator(drfc, job, robomaker)
+    elif not quiet or sagemaker or all_logs:
+        follow_job(job)
+
+
+def run_training(context: typer.Context) -> None:
+    """Train in this process what run.env asks for; dr-start-training has it done in the background."""
+    import sys
+
+    from racecraft.training.progress import watcher
+    from racecraft.training.worlds import train
+
+    train(_request(installation(context)), watcher(sys.stdout), lambda text: print(text, flush=True))
+
+
+def increment_training(
+    context: typer.Context,
+    force: Annotated[bool, typer.Option("-f", help="Ask no question.")] = False,
+    wipe: Annotated[bool, typer.Option("-w", help="Wipe the next prefix, where a model lies there already.")] = False,
+    prefix: Annotated[str, typer.Option("-p", help="The next prefix; by default this one, its number raised.")] = "",
+    delimiter: Annotated[str, typer.Option("-d", help="What stands before that number.")] = "-",
+) -> None:
+    """Write into run.env that the next training begins with the model of this one; the old file stays as run.env.bak.
+
+    Example: racecraft dr increment-training -f
+    """
+    from racecraft.formats.aws.model_copy import require_empty, wipe_model
+    from racecraft.formats.aws.run_env import edit_run_env, next_prefix
+    from racecraft.formats.run_folder import RunFolder
+
+    drfc = installation(context)
+    now = drfc.text("DR_LOCAL_S3_MODEL_PREFIX")
+    RunFolder.open(drfc.model)
+    following = prefix or next_prefix(now, delimiter)
+    target = drfc.in_bucket(following)
+    if target == drfc.model:
+        raise UserInputError(f"-p {following}: is the prefix of this training already; expected another one.")
+    ask_first(f"Train {following} next, beginning with {now}, and write that into {drfc.config}?", force)
+    if wipe:
+        wipe_model(target)
+    require_empty(target)
+    edit_run_env(
+        drfc.config,
+        {
+            "DR_LOCAL_S3_PRETRAINED": "True",
+            "DR_LOCAL_S3_PRETRAINED_PREFIX": now,
+            "DR_LOCAL_S3_MODEL_PREFIX": following,
+        },
+    )
+    print(f"{drfc.config}: the next training is {following} and begins with {now}; the old file is {drfc.config}.bak")
+    print("dr-update-env takes it over into this shell.")
+
+
+def stop_training(context: typer.Context) -> None:
+    """Stop the training of this run id: its last iteration is saved, and it can go on later.
+
+    Example: racecraft dr stop-training
+    """
+    from racecraft.formats.aws.drfc_book import TRAINING
+
+    job = require_job(installation(context), TRAINING, "dr-start-training")
+    if job.ended:
+        print(f"{job.name}: had ended already ({job.state})")
+        return
+    job = stop_job(job)
+    print(f"{job.name}: {job.state}; the model lies in {job.spec.run}")
+
+
+def _require_free(drfc: DrfcFolder) -> None:
+    model = drfc.model
+    if model.exists() and (not model.is_dir() or any(model.iterdir())):
+        raise drfc.letter(
+            "DR_LOCAL_S3_MODEL_PREFIX",
+            "a prefix that is free",
+            "Give another one, or start with -w to wipe it.",
+            found=f"{model} holds files already",
+        )
+
+
+def _request(drfc: DrfcFolder) -> Any:
+    from racecraft.training.deepracer.plan import RaceRequest
+    from racecraft.training.deepracer.presets import PRESETS
+
+    preset = drfc.env.run.choice("RACECRAFT_PRESET", "fast", tuple(PRESETS))
+    return RaceRequest(drfc.path, run=drfc.model, preset=preset, drfc=drfc)
+
+
+def _plan(drfc: DrfcFolder) -> None:
+    """Read and check everything now, so that a letter comes in this terminal and not in a log."""
+    from racecraft.formats.checkpoint import Checkpoints
+    from racecraft.players.deepracer.foreign_model import borrowed_run
+    from racecraft.players.trained import split_source
+    from racecraft.training.deepracer.cloning import require_same_shape
+    from racecraft.training.deepracer.trainer import KIND, load_reward
+    from racecraft.training.worlds import plan
+
+    planned = plan(_request(drfc))
+    load_reward(planned.model.reward, planned.settings.race.reward_seconds)
+    if planned.request.clone_from is not None:
+        path, which = split_source(planned.request.clone_from)
+        older = borrowed_run(path)
+        older.read_job_of(KIND)
+        require_same_shape(planned, path, Checkpoints(older.checkpoints).load_policy(which)[1])

@@ -1,0 +1,42 @@
+"""An environment of the old gym as one of Gymnasium's: `reset` gives one thing there, and `step` four."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+
+
+class FromOldGym(gymnasium.Env[Any, Any]):
+    """One environment, old or new.
+
+    Args:
+        env: With `reset` and `step`, in either form.
+    """
+
+    def __init__(self, env: Any) -> None:
+        self.env = env
+        self.observation_space, self.action_space = env.observation_space, env.action_space
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Begin an episode."""
+        super().reset(seed=seed)
+        if seed is not None and callable(getattr(self.env, "seed", None)):
+            self.env.seed(seed)
+        first = self.env.reset()
+        is_new = isinstance(first, tuple) and len(first) == 2 and isinstance(first[1], dict)
+        return first if is_new else (first, {})
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Act once; an episode that a time limit cut was truncated."""
+        told = self.env.step(action)
+        if len(told) == 5:
+            return told
+        seen, reward, done, info = told
+        cut = bool(done and info.get("TimeLimit.truncated", False))
+        return seen, float(reward), bool(done) and not cut, cut, info
+
+    def close(self) -> None:
+        """Let go of it."""
+        if hasattr(self.env, "close"):
+            self.env.close()

@@ -1,0 +1,96 @@
+"""The checkpoints of a run, each with what its evaluation came to, in order of merit. Begin with `ranked`."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from racecraft.contract.errors import RunFolderError, SettingError, nearest
+from racecraft.formats.checkpoint import CheckpointEntry, Checkpoints
+from racecraft.formats.run_folder import RunFolder
+
+
+@dataclass(frozen=True)
+class RankedCheckpoint:
+    """A checkpoint and its merits; None where its evaluation does not tell."""
+
+    entry: CheckpointEntry
+    score: float | None
+    """What the evaluation gave it: mean progress in per cent for cars, mean return or rating elsewhere."""
+    reward: float | None
+    """Mean sum of rewards: of its evaluation where the reward function was asked there, else of the episodes driven
+    just before it."""
+    best_lap_seconds: float | None
+    """Simulated seconds of its fastest full lap."""
+    mean_lap_seconds: float | None
+    """Mean of its full laps."""
+    worst_progress_percent: float | None
+    """Progress from the start it did worst from."""
+    lap_spread_seconds: float | None
+    """Slowest full lap less the fastest; None unless every start brought one."""
+
+
+MERITS: dict[str, tuple[str, Callable[[RankedCheckpoint], tuple[float, ...]]]] = {
+    "progress": ("mean progress, or score; of equals the newer", lambda one: (_high(one.score),)),
+    "reward": ("mean reward; of equals the newer", lambda one: (_high(one.reward),)),
+    "laptime": ("fastest full lap", lambda one: (_low(one.best_lap_seconds), _high(one.score))),
+    "steadiness": (
+        "progress from the worst start; where all lap, the spread between laps",
+        lambda one: (_high(one.worst_progress_percent), _low(one.lap_spread_seconds), _low(one.best_lap_seconds)),
+    ),
+}
+"""What checkpoints are ranked by: in words, and the numbers that are compared, bigger is better."""
+
+
+def ranked(run: RunFolder, by: str = "progress") -> list[RankedCheckpoint]:
+    """Return the checkpoints that were evaluated, the best first; those that were not stand behind, the newest first.
+
+    Raises:
+        SettingError: There is no such merit.
+        CheckpointError: The index is damaged.
+        RunFolderError: The metrics are damaged.
+    """
+    if by not in MERITS:
+        raise SettingError(f"--by {by!r}: is nothing checkpoints are ranked by. {nearest(by, MERITS)}")
+    rewards = {row["iteration"]: row.get("mean_reward") for row in run.read_metrics()}
+    found = [_with_merits(run, entry, rewards) for entry in Checkpoints(run.checkpoints).entries()]
+    merit = MERITS[by][1]
+    return sorted(found, key=lambda one: (one.score is not None, merit(one), one.entry.iteration), reverse=True)
+
+
+def _with_merits(run: RunFolder, entry: CheckpointEntry, rewards: Mapping[int, float | None]) -> RankedCheckpoint:
+    laps = _laps_of(run, entry.iteration)
+    full = [lap["seconds"] for lap in laps if lap.get("seconds") is not None]
+    paid = [lap["reward"] for lap in laps if lap.get("reward") is not None]
+    return RankedCheckpoint(
+        entry,
+        entry.score,
+        sum(paid) / len(paid) if paid else rewards.get(entry.iteration),
+        min(full, default=None),
+        sum(full) / len(full) if full else None,
+        min((lap["progress_percent"] for lap in laps), default=None),
+        max(full) - min(full) if full and len(full) == len(laps) else None,
+    )
+
+
+def _laps_of(run: RunFolder, iteration: int) -> list[dict[str, Any]]:
+    """Return the laps of an iteration's evaluation; none where it had none or is no car's."""
+    path = run.evaluations / f"{iteration}.json"
+    try:
+        laps = json.loads(path.read_text(encoding="utf-8")).get("laps", [])
+        return [dict(lap) for lap in laps if "progress_percent" in lap]
+    except FileNotFoundError:
+        return []
+    except (OSError, ValueError, AttributeError, TypeError) as error:
+        raise RunFolderError(f"{path}: damaged ({error}); expected what racecraft wrote. Take it away.") from error
+
+
+def _high(value: float | None) -> float:
+    return -math.inf if value is None else value
+
+
+def _low(value: float | None) -> float:
+    return -math.inf if value is None else -value

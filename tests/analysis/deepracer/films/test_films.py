@@ -1,0 +1,152 @@
+"""Films from outside the car: what is where in the picture, when it was taken, and what cannot be filmed."""
+
+import math
+
+import av
+import numpy as np
+import pytest
+from PIL import Image
+
+from racecraft.analysis.deepracer.drive import Drive
+from racecraft.analysis.deepracer.films.film import SIZES, FilmStyle, OtherCar, write_film
+from racecraft.analysis.deepracer.films.moments import HELD_SECONDS, moments
+from racecraft.analysis.deepracer.films.shells import COLOURS, F1_COLOURS, SHELLS, shell_named
+from racecraft.analysis.deepracer.films.solids import Eye, paint_car
+from racecraft.analysis.deepracer.films.top import TopMap
+from racecraft.analysis.deepracer.films.views import CHASE, VIEWS, FilmedCar, Stage, widened
+from racecraft.contract.errors import UserInputError
+from racecraft.envs.deepracer.camera import MOUNT_V3
+from racecraft.envs.deepracer.vehicle import TICK_SECONDS
+
+
+@pytest.fixture(scope="module")
+def drive(reports_along):
+    return Drive.from_reports(reports_along(40, share=0.3))
+
+
+def stage(track, *cars):
+    return Stage(track, "2026", MOUNT_V3, [FilmedCar(moments(one, 15), shell_named()) for one in cars])
+
+
+def area_of(face):
+    """Return the area of a plane polygon (P, 3) as a vector along its normal."""
+    return sum(np.cross(face[k] - face[0], face[k + 1] - face[0]) / 2 for k in range(1, len(face) - 1))
+
+
+@pytest.mark.parametrize("name", SHELLS)
+def test_a_shell_fills_the_originals_box_and_is_closed(name):
+    """Every face looks outward (a convex part's faces sum to no area), within the box of the facts, 1.1."""
+    shell = shell_named(name)
+    corners = np.concatenate(shell.faces)
+    assert (np.abs(corners[:, 0]) <= 0.1665).all()
+    assert (np.abs(corners[:, 1]) <= 0.0985).all()
+    assert corners[:, 2].min() >= -1e-12
+    assert corners[:, 2].max() <= 0.195
+    areas = [
+        sum(np.cross(face[k] - face[0], face[k + 1] - face[0]) / 2 for k in range(1, len(face) - 1))
+        for face in shell.faces
+    ]
+    np.testing.assert_allclose(np.sum(areas, axis=0), 0.0, atol=1e-9)
+    volume = sum(face.mean(axis=0) @ area for face, area in zip(shell.faces, areas, strict=True)) / 3
+    assert volume > 0.0, "faces turned inside out would have it negative"
+
+
+def test_seven_colours_and_the_formula_one_shells():
+    assert set(COLOURS) == {"Black", "Grey", "Blue", "Red", "Orange", "White", "Purple"}
+    assert set(F1_COLOURS) == {"f1_2021", *(f"f1_car_{k}" for k in range(11, 22))}
+    assert tuple(shell_named("deepracer", "purple").colours[-30]) != tuple(
+        shell_named("deepracer", "White").colours[-30]
+    )
+
+
+def test_a_car_is_painted_where_the_pinhole_has_it():
+    """Straight below an eye that looks down, 0.324 m are focal / height pixels."""
+    picture = np.full((400, 400, 3), 200, np.uint8)
+    paint_car(picture, Eye(2.0, 3.0, 10.0, math.pi / 2, math.pi / 2, 5000.0), shell_named(), (2.0, 3.0, 0.0))
+    red = (picture[..., 0] > 120) & (picture[..., 1] < 90)
+    rows, columns = np.nonzero(red)
+    assert columns.max() - columns.min() == pytest.approx(0.324 * 500, abs=6), "it heads east: to the right"
+    assert (columns.max() + columns.min()) / 2 == pytest.approx(200, abs=5)
+    assert (rows.max() + rows.min()) / 2 == pytest.approx(200, abs=3)
+
+
+def test_what_lies_behind_the_eye_is_not_painted():
+    picture = np.full((100, 100, 3), 200, np.uint8)
+    paint_car(picture, Eye(0.0, 0.0, 0.5, 0.0, 0.2, 100.0), shell_named(), (-2.0, 0.0, 0.0))
+    assert (picture == 200).all()
+
+
+def test_a_nearer_car_hides_a_farther_one(track, drive):
+    near = np.zeros((240, 426, 3), np.uint8)
+    other = Drive(**{name: getattr(drive, name) for name in drive.__dataclass_fields__})
+    VIEWS["chase"](stage(track, drive), 426, 240).paint(20, near)
+    both = np.zeros_like(near)
+    VIEWS["chase"](stage(track, drive, other), 426, 240).paint(20, both)
+    assert np.abs(near.astype(int) - both).mean() < 1.0, "one car exactly in another is seen once"
+    own = np.zeros_like(near)
+    VIEWS["car"](stage(track, drive), 426, 240).paint(20, own)
+    assert np.abs(near.astype(int) - own).mean() > 5.0
+
+
+def test_the_top_view_is_true_to_scale(track):
+    view = TopMap(track, "2026", 800, 600)
+    x0, y0, x1, y1 = track.bounds
+    corners = view.pixels(np.array([[x0, y0], [x1, y1]]))
+    shares = np.abs(corners[1] - corners[0]) / (800, 600)
+    assert shares.max() == pytest.approx(1 / 1.25), "a quarter of room, as the original's camera"
+    pose = track.pose_at(3.0)
+    picture = view.picture.copy()
+    view.paint_car(picture, shell_named(), tuple(pose))
+    rows, columns = np.nonzero(np.abs(picture.astype(int) - view.picture).sum(-1) > 60)
+    np.testing.assert_allclose((columns.mean(), rows.mean()), view.pixels(np.array([pose[:2]]))[0], atol=3)
+
+
+def test_between_ticks_a_car_moves_evenly(drive):
+    taken = moments(drive, 60)
+    assert len(taken) == math.floor(39 * TICK_SECONDS * 60 + 1e-9) + 1 + HELD_SECONDS * 60
+    np.testing.assert_allclose(taken.poses[0:156:4], drive.poses[:39], atol=1e-9)
+    np.testing.assert_allclose(taken.poses[2], (drive.poses[0] + drive.poses[1]) / 2, atol=1e-3)
+    steps = np.hypot(*np.diff(taken.poses[:150, :2], axis=0).T)
+    assert steps.max() < 1.6 * steps.mean()
+
+
+def test_a_car_that_is_set_down_elsewhere_does_not_slide(drive):
+    columns = {name: getattr(drive, name) for name in drive.__dataclass_fields__}
+    moved = Drive(**columns | {"x_m": drive.x_m + np.where(np.arange(40) >= 20, 3.0, 0.0)})
+    x = moments(moved, 60).poses[:, 0]
+    gaps = np.abs(np.diff(x))
+    assert (gaps > 2.5).sum() == 1
+
+
+def test_a_wide_picture_shows_no_less_above():
+    for shape in (4 / 3, 16 / 9):
+        wide = widened(CHASE, shape)
+        assert math.tan(wide.horizontal_view / 2) / shape == pytest.approx(math.tan(1.13 / 2) / (4 / 3))
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_a_film_of_every_view_with_its_strip(tmp_path, track, drive, view):
+    style = FilmStyle(view, "480p", 15, "f1_car_12", name="Ada")
+    film, strip = write_film(tmp_path / "race.mp4", drive, track, style, others=[OtherCar(drive)])
+    with av.open(str(film)) as container:
+        stream = container.streams.video[0]
+        assert (stream.average_rate, stream.width, stream.height) == (15, *SIZES["480p"])
+        assert sum(1 for _ in container.decode(stream)) == 40 + 15 * HELD_SECONDS
+    with Image.open(strip) as stills:
+        assert stills.size == (4 * 320, 3 * 240)
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["race-strip.png", "race.mp4"]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"view": "side"}, "no view 'side'"),
+        ({"size": "4k"}, "no film size '4k'"),
+        ({"fps": 10}, "10 pictures a second: expected 15 to 60"),
+        ({"shell": "f1_car_99"}, "no body shell 'f1_car_99'"),
+        ({"colour": "Pink"}, "no car colour 'Pink'"),
+    ],
+)
+def test_what_cannot_be_filmed_is_named(wrong, words):
+    with pytest.raises(UserInputError, match=words):
+        FilmStyle(**wrong)

@@ -1,0 +1,229 @@
+"""Launcher scripts of SageMaker RL run unchanged, AWS's own article among them; their words are translated."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from racecraft.compat.foreign import run_script
+from racecraft.compat.old_gym import FromOldGym
+from racecraft.compat.rllib_words import WORDS, translated
+from racecraft.contract.errors import SettingError
+from racecraft.formats.run_folder import RunFolder
+from racecraft.jobs.hyperparameters import CONFIG_WORDS
+from racecraft.training.worlds import kind_named
+
+SEED = Path(__file__).resolve().parents[2] / ".." / "shared" / "seeds" / "2-sagemaker-rl-unity.ja.txt"
+WRAPPER_DEPTHS = "01223333345666645452334566645452221212"
+"""How deep each line of the article's environment stands: the text has lost its indentation."""
+
+CART = """
+import gym
+from ray.tune.registry import register_env
+from sagemaker_rl.ray_launcher import SageMakerRayLauncher
+import gymnasium
+
+class Cart(gym.Env):
+    def __init__(self, env_config):
+        self.cart = gymnasium.make("CartPole-v1")
+        self.action_space, self.observation_space = self.cart.action_space, self.cart.observation_space
+        print("cart", env_config.worker_index, env_config["size"])
+
+    def seed(self, seed=None):
+        self.next_seed = seed
+
+    def reset(self):
+        seen, _ = self.cart.reset(seed=self.next_seed)
+        self.next_seed = None
+        return seen
+
+    def step(self, action):
+        seen, reward, terminated, truncated, info = self.cart.step(action)
+        return seen, reward, terminated or truncated, info
+
+class MyLauncher(SageMakerRayLauncher):
+    def register_env_creator(self):
+        register_env("cart", lambda config: Cart(config))
+
+    def get_experiment_config(self):
+        return {"training": {
+            "env": "cart", "run": "PPO", "stop": {"training_iteration": 9},
+            "config": {"gamma": 0.99, "kl_coeff": 1.0, "num_sgd_iter": 2, "lr": 1e-3, "sgd_minibatch_size": 32,
+                       "train_batch_size": 64, "num_workers": 2, "env_config": {"size": 3},
+                       "model": {"fcnet_hiddens": [16], "vf_share_layers": False}},
+        }}
+
+if __name__ == "__main__":
+    MyLauncher().train_main()
+"""
+
+
+@pytest.fixture(autouse=True)
+def _away(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("SM_MODEL_DIR", "SM_CHANNEL_TRAIN", "SM_NUM_CPUS"):
+        monkeypatch.delenv(name, raising=False)
+
+
+def test_a_launcher_script_trains_with_its_overrides(tmp_path, monkeypatch, capsys):
+    (tmp_path / "train.py").write_text(CART)
+    monkeypatch.setenv("SM_MODEL_DIR", str(tmp_path / "model"))
+    run_script("train.py", ["--num_agents", "5", "--rl.training.stop.training_iteration", "2"])
+    said = capsys.readouterr().out
+    assert "- kl_coeff: this PPO clips and has no KL penalty beside it" in said
+    assert "cart 1 3" in said
+    assert "training_iteration: 2" in said
+    assert "training_iteration: 3" not in said
+    job = RunFolder.open(tmp_path / "model" / "run").read_job()
+    settings = job["settings"]
+    assert (settings["ppo"]["discount"], settings["ppo"]["epochs"], settings["ppo"]["batch_size"]) == (0.99, 2, 32)
+    assert (settings["rollout"]["num_worlds"], settings["rollout"]["horizon"]) == (2, 32)
+    assert settings["network"]["hidden_units"] == [16]
+    assert settings["network"]["separate_networks"] is True
+
+
+def test_an_interrupted_script_goes_on_in_its_model(tmp_path, monkeypatch, capsys):
+    (tmp_path / "train.py").write_text(CART)
+    monkeypatch.setenv("SM_MODEL_DIR", str(tmp_path / "model"))
+    run_script("train.py", ["--rl.training.stop.training_iteration", "1"])
+    run_script("train.py", ["--rl.training.stop.training_iteration", "2"])
+    assert "goes on after iteration 1" in capsys.readouterr().out
+    assert [row["iteration"] for row in RunFolder.open(tmp_path / "model" / "run").read_metrics()] == [1, 2]
+
+
+def test_the_secondary_of_two_jobs_ends_at_once(tmp_path, capsys):
+    (tmp_path / "train.py").write_text(CART)
+    run_script("train.py", ["--rl_cluster_type", "secondary"])
+    assert capsys.readouterr().out == (
+        "- a secondary job has nothing to do on one machine: the primary has all its cores\n"
+    )
+
+
+def published_script():
+    """Return the script of AWS's article on Unity, word for word."""
+    if not SEED.exists():
+        pytest.skip("the article does not lie beside the checkout")
+    text = SEED.read_text(encoding="utf-8")
+    head = text[text.index("import json\nimport os\nimport gym") : text.index("class UnityEnvWrapper")]
+    wrapper = text[text.index("class UnityEnvWrapper") : text.index("class MyLauncher")].splitlines()
+    launcher = text[text.index("class MyLauncher") :]
+    launcher = launcher[: launcher.index("MyLauncher().train_main()") + len("MyLauncher().train_main()")].splitlines()
+    depths = {"class": 0, "def": 1, "if": 0, "MyLauncher().train_main()": 1}
+    lines = [4 * int(depth) * " " + line for depth, line in zip(WRAPPER_DEPTHS, wrapper, strict=True)]
+    lines += [4 * depths.get(line.split()[0], 2) * " " + line for line in launcher]
+    return head + "\n".join(lines) + "\n"
+
+
+def run_article(tmp_path, monkeypatch, capsys, *overrides):
+    """Run AWS's script; the player is our stand-in over the real wire."""
+    pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
+    monkeypatch.setenv("RACECRAFT_UNITY_MANIFEST", str(tmp_path / "no-manifest.yaml"))
+    monkeypatch.setenv("SM_NUM_CPUS", "2")
+    (tmp_path / "train-unity.py").write_text(published_script())
+    run_script("train-unity.py", overrides)
+    lines = capsys.readouterr().out.splitlines()
+    return lines, [float(line.split()[1]) for line in lines if "episode_reward_mean:" in line]
+
+
+def test_the_article_on_unity_runs(tmp_path, monkeypatch, capsys):
+    lines, means = run_article(tmp_path, monkeypatch, capsys, "--rl.training.stop.timesteps_total", "1000")
+    assert "  timesteps_total: 1000" in lines
+    assert len(means) == 2
+
+
+@pytest.mark.long
+def test_the_article_on_unity_learns_its_basic(tmp_path, monkeypatch, capsys):
+    """10,000 steps as printed, to the 0.9 that the article tells of."""
+    lines, means = run_article(tmp_path, monkeypatch, capsys)
+    assert "  timesteps_total: 10000" in lines
+    assert means[-1] > 0.9
+
+
+def experiment(**config):
+    return {"run": "PPO", "stop": {"timesteps_total": 1000}, "config": {"env": "CartPole-v1", **config}}
+
+
+@pytest.mark.parametrize(
+    ("said", "letter"),
+    [
+        (experiment(num_sgd_itr=3), "no 'num_sgd_itr' that is understood here. Did you mean 'num_sgd_iter'"),
+        (experiment(model={"fcnet_hidden": [3]}), "Did you mean 'fcnet_hiddens'"),
+        ({**experiment(), "run": "APEX"}, "'APEX'; `racecraft run` understands PPO"),
+        ({**experiment(), "stop": {"timesteps": 3}}, "Did you mean 'timesteps_total'"),
+        ({"run": "PPO", "config": {}}, "config.env is None"),
+    ],
+)
+def test_what_is_not_understood_is_said(said, letter):
+    with pytest.raises(SettingError, match=letter):
+        translated(said)
+
+
+def test_every_word_is_one_that_an_estimator_lets_through_and_every_setting_is_ours():
+    assert set(WORDS) - set(CONFIG_WORDS) == set()
+    from racecraft.algorithms.registry import find_algorithm
+
+    groups = kind_named("gymnasium").default_settings(find_algorithm("ppo"))
+    for word in WORDS.values():
+        group, dot, name = word.setting.partition(".")
+        assert not dot or hasattr(getattr(groups, group), name), word
+
+
+def test_stops_are_ours_in_our_units():
+    told = translated({**experiment(), "stop": {"time_total_s": 90, "episode_reward_mean": 195}})
+    assert told.stops == ("minutes=1.5", "score=195")
+
+
+class Cut:
+    observation_space = action_space = None
+
+    def reset(self):
+        return 1
+
+    def step(self, action):
+        return 2, 1, True, {"TimeLimit.truncated": action}
+
+
+def test_an_old_episode_that_a_limit_cut_is_truncated_and_no_other():
+    env = FromOldGym(Cut())
+    assert env.reset(seed=1) == (1, {})
+    assert env.step(True)[2:4] == (False, True)
+    assert env.step(False)[2:4] == (True, False)
+
+
+@pytest.mark.parametrize(
+    ("name", "letter"),
+    [
+        ("secondary_cluster_instance_count", "secondary_instance_count"),
+        ("secondary_max_run_tim", "secondary_max_run_time is meant"),
+    ],
+)
+def test_names_that_the_article_never_sets_are_told(tmp_path, name, letter):
+    (tmp_path / "slip.py").write_text(f"print({name})\n")
+    with pytest.raises(NameError) as told:
+        run_script("slip.py")
+    assert letter in "".join(told.value.__notes__)
+
+
+NOTEBOOK = """
+import sagemaker, boto3
+from sagemaker.rl import RLEstimator, RLToolkit, RLFramework
+from sagemaker.session import Session
+from sagemaker.inputs import TrainingInput
+from sagemaker.predictor import RealTimePredictor, json_serializer
+from sagemaker.serializers import JSONSerializer
+from sagemaker.analytics import TrainingJobAnalytics
+session = sagemaker.session.Session()
+print("s3://{}/".format(session.default_bucket()), sagemaker.get_execution_role())
+print(RLEstimator.default_metric_definitions(RLToolkit.RAY)[0]["Name"])
+"""
+
+
+def test_the_first_cells_of_the_notebooks_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("RACECRAFT_JOBS", str(tmp_path / "jobs"))
+    (tmp_path / "cells.py").write_text(NOTEBOOK)
+    run_script("cells.py")
+    assert capsys.readouterr().out.splitlines() == [
+        "s3://racecraft-local/ arn:aws:iam::000000000000:role/racecraft-local",
+        "episode_reward_mean",
+    ]
+    assert "sagemaker" not in sys.modules, "lent for the script only"

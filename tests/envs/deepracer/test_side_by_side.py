@@ -1,0 +1,71 @@
+"""Cars on several courses, as one world: the exam, and each course as it is alone."""
+
+import numpy as np
+import pytest
+
+from racecraft.contract.errors import ContractError
+from racecraft.contract.exam import WorldExam
+from racecraft.contract.world import allocate
+from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
+from racecraft.envs.deepracer.side_by_side import SideBySide
+from racecraft.envs.deepracer.world import RaceWorld
+from racecraft.tracks.catalogue import load_track
+
+ACTIONS = ActionTable.of([(0.5, 1.0), (0.0, 2.0), (-0.5, 1.0)])
+
+
+def course(track, cars, reverse=False, camera=(16, 12)):
+    return RaceWorld(
+        load_track(track), ACTIONS, lambda params: params["track_length"], num_cars=cars,
+        race_config=RaceConfig(reverse=reverse, max_episode_seconds=3.0), camera_config=CameraConfig(*camera),
+    )  # fmt: skip
+
+
+def three():
+    return [course("reinvent_base", 2), course("reinvent_base", 1, reverse=True), course("Oval_track", 2)]
+
+
+class TestSideBySideSitsTheExam(WorldExam):
+    ticks = 60
+
+    def make_world(self, num_worlds):
+        return SideBySide([course("reinvent_base", num_worlds), course("Oval_track", 1, reverse=True)])
+
+
+def test_each_course_drives_as_it_would_alone():
+    """By twin: rows of the whole are the rows of each course by itself, to the bit."""
+    whole, alone = SideBySide(three()), three()
+    buffers, own = allocate(whole.spec), [allocate(one.spec) for one in alone]
+    whole.reset(buffers, 3)
+    for one, theirs in zip(alone, own, strict=True):
+        one.reset(theirs, 3)
+    rng = np.random.default_rng(0)
+    for _ in range(60):
+        actions = rng.integers(0, 3, (5, 1))
+        whole.step(actions, buffers)
+        for one, theirs, rows in zip(alone, own, (slice(0, 2), slice(2, 3), slice(3, 5)), strict=True):
+            one.step(actions[rows], theirs)
+            for name, seen in theirs.observations.items():
+                assert np.array_equal(buffers.observations[name][rows], seen)
+            assert np.array_equal(buffers.reward[rows], theirs.reward)
+            assert np.array_equal(buffers.truncated[rows], theirs.truncated)
+    episodes = whole.take_episodes()
+    assert {record.world for record in episodes} == set(range(5))
+    assert len(episodes) == sum(len(one.take_episodes()) for one in alone)
+
+
+def test_every_course_is_told_of_its_own_track():
+    whole = SideBySide(three())
+    lengths = [load_track(name).as_filed().length for name in ("reinvent_base",) * 3 + ("Oval_track",) * 2]
+    assert whole.track_lengths == pytest.approx(lengths)
+    buffers = allocate(whole.spec)
+    whole.reset(buffers, 0)
+    for _ in range(2):
+        whole.step(np.ones((5, 1), np.int64), buffers)
+    assert buffers.reward[:, 0] == pytest.approx(lengths, rel=1e-6)
+
+
+def test_cars_that_see_otherwise_cannot_stand_beside_one_another():
+    with pytest.raises(ContractError, match="shows or is told something else"):
+        SideBySide([course("reinvent_base", 1), course("reinvent_base", 1, camera=(20, 15))])

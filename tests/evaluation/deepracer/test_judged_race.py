@@ -1,0 +1,180 @@
+"""A judged race on the real world: laps, resets and penalties of a driver whose mistakes are known."""
+
+import math
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from racecraft.contract.errors import UserInputError
+from racecraft.envs.deepracer import race
+from racecraft.envs.deepracer.world import RaceWorld
+from racecraft.evaluation.deepracer.judged_race import JudgedRace, judge_race
+from racecraft.tracks.catalogue import load_track
+
+sys.path.append(str(Path(__file__).resolve().parents[2]))
+from kept_run import ACTIONS, CAMERA, RACE  # noqa: E402
+from racecraft.envs.deepracer.actions import action_space  # noqa: E402
+from racecraft.formats.aws.model_metadata import action_space_from_aws  # noqa: E402
+
+RIGHT, STRAIGHT, LEFT = range(3)
+
+
+class Driver:
+    """Follows the centre line by what a critic may see; from the ticks given it turns left until it is set back."""
+
+    def __init__(self, mistakes=()):
+        self.tick, self.mistakes = 0, list(mistakes)
+
+    def act(self, observations, action_mask=None):
+        self.tick += 1
+        if self.mistakes and self.tick >= self.mistakes[0]:
+            return np.array([LEFT])
+        offset, sine, _ = observations["track_state"][0, :3]
+        wish = sine + observations["track_state"][0, 9] - 0.8 * offset
+        return np.array([LEFT if wish > 0.12 else RIGHT if wish < -0.12 else STRAIGHT])
+
+    def forget(self, rows):
+        if self.mistakes and self.tick >= self.mistakes[0]:
+            self.mistakes.pop(0)
+
+
+def drive(rules, driver, seconds=60.0, reverse=None, objects=None):
+    config = rules.race_config(replace(RACE, car="kinematic", max_episode_seconds=seconds), reverse)
+    actions = [{**action, "speed": 1.0} for action in ACTIONS]
+    world = RaceWorld(
+        load_track("reinvent_base"),
+        action_space(action_space_from_aws(actions)),
+        race_config=config,
+        camera_config=CAMERA,
+        start_shares=[0.0],
+        laps=rules.laps_in_one,
+        objects=objects,
+    )
+    return judge_race(driver, world, rules), world
+
+
+def test_a_clean_race_is_its_laps():
+    record, _ = drive(JudgedRace(2), Driver())
+    assert [one.status for one in record.trials] == ["lap_complete"] * 2
+    assert [one.reset_count for one in record.trials] == [0, 0]
+    first, second = record.trials
+    assert first.begin == 0
+    assert second.begin == first.end + 1
+    assert first.seconds == pytest.approx((first.end + 1) / 15)
+    assert second.seconds == pytest.approx((second.end - first.end) / 15)
+    assert not (record.status == "pause").any()
+    assert record.best_lap_seconds == min(first.seconds, second.seconds)
+
+
+def test_a_mishap_costs_its_penalty_and_goes_on_where_it_was():
+    record, world = drive(JudgedRace(1, off_track_penalty=4.0), Driver([60]))
+    (trial,) = record.trials
+    assert (trial.status, trial.off_track_count, trial.penalty_seconds) == ("lap_complete", 1, 4.0)
+    waits = np.flatnonzero(record.status == "pause")
+    assert len(waits) == 60, "four seconds of fifteen ticks"
+    off, back = record.ticks[waits[0] - 1], record.ticks[waits[-1] + 1]
+    assert record.status[waits[0] - 1] == "off_track"
+    assert back["progress"] == pytest.approx(record.ticks[waits[0] - 2]["progress"], abs=1.0), "where it left the road"
+    assert back["lap_seconds"] == pytest.approx(off["lap_seconds"] + 4.0 + 1 / 15)
+    assert back["steps"] == off["steps"] + 61
+    assert back["driven_speed"] == 0.0
+    assert back["all_wheels_on"]
+    half = back["centre_distance"] / (back["track_width"] / 2)
+    assert half == pytest.approx(0.5, abs=0.12), "in a lane, half way to the border"
+    assert math.hypot(off["x"] - back["x"], off["y"] - back["y"]) < back["track_width"], "in the nearer of the two"
+    np.testing.assert_allclose(record.pause_seconds[waits], np.arange(59, -1, -1) / 15, atol=1e-9)
+    assert trial.seconds == pytest.approx((trial.end + 1) / 15), "penalties are in the lap's time"
+    assert record.resets[-1] == 1
+    assert record.penalty_seconds[-1] == 4.0
+    assert world.spec.num_worlds == 1
+
+
+def test_where_no_reset_is_left_the_trial_ends():
+    record, _ = drive(JudgedRace(3, max_resets=1), Driver([20, 200]))
+    assert [one.status for one in record.trials] == ["off_track"], "a continuous race is over then"
+    assert record.trials[0].off_track_count == 2
+    assert record.trials[0].seconds is None
+    record, _ = drive(JudgedRace(3, is_continuous=False, max_resets=0), Driver([20]))
+    assert [one.status for one in record.trials] == ["off_track", "lap_complete", "lap_complete"]
+    assert [one.begin for one in record.trials] == [0, record.trials[0].end + 1, record.trials[1].end + 1]
+    assert record.full_laps == 2
+
+
+def test_every_mishap_costs_until_resets_are_used_up():
+    class Straight(Driver):
+        def act(self, observations, action_mask=None):
+            return np.array([STRAIGHT])
+
+    record, _ = drive(JudgedRace(1, max_resets=2), Straight(), seconds=40.0)
+    assert record.trials[0].status == "off_track", "straight on, it leaves the road each time"
+    assert record.trials[0].reset_count == 3
+    assert record.trials[0].penalty_seconds == 10.0
+
+
+def test_a_race_ends_by_the_clock():
+    record, _ = drive(JudgedRace(2), Driver(), seconds=5.0)
+    assert [one.status for one in record.trials] == ["time_up"]
+    assert len(record.ticks) == 150, "five seconds a lap, for two"
+
+
+def test_the_other_direction_is_another_race():
+    (one, _), (other, _) = drive(JudgedRace(1), Driver()), drive(JudgedRace(1), Driver(), reverse=True)
+    assert other.trials[0].status == "lap_complete"
+    assert abs(one.ticks["yaw"][0] - other.ticks["yaw"][0]) == pytest.approx(math.pi, abs=0.2)
+
+
+def test_a_crash_costs_its_own_penalty_and_is_gone_round():
+    """Facts 5.5: a metre behind the box, in the lane that it does not stand in."""
+    from racecraft.envs.deepracer.settings import BoxesConfig
+
+    rules = JudgedRace(1, max_resets=1, collision_penalty=2.0, reset_behind_dist=1.2)
+    record, world = drive(rules, Driver(), objects=BoxesConfig(positions="0.2,1"), seconds=30.0)
+    hit = np.flatnonzero(record.status == "crashed")[0]
+    waits = np.flatnonzero(record.status == "pause")
+    assert (len(waits), record.trials[0].crash_count) == (30, record.status.tolist().count("crashed"))
+    back, box = record.ticks[waits[-1] + 1], world.boxes[0, 0]
+    place = world.track.locate(np.array([[box[0], box[1]], [back["x"], back["y"]]]))
+    assert place.arc[0] - place.arc[1] == pytest.approx(1.2, abs=0.05)
+    assert place.is_left[0] != place.is_left[1]
+    assert back["lap_seconds"] == pytest.approx(record.ticks[hit]["lap_seconds"] + 2.0 + 1 / 15)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"number_of_trials": 0}, {"max_resets": -1}, {"off_track_penalty": float("nan")}, {"off_track_penalty": -1}],
+)
+def test_what_no_race_can_be_is_refused(wrong):
+    with pytest.raises(UserInputError, match=next(iter(wrong))):
+        JudgedRace(**wrong)
+
+
+def test_codes_of_mishaps_are_the_worlds():
+    from racecraft.evaluation.deepracer.judged_race import MISHAPS
+
+    assert all(race.STATUSES[code] == word for code, word in MISHAPS.items())
+
+
+def test_the_files_for_aws_tell_the_same_race(tmp_path):
+    import json
+
+    from racecraft.formats.aws.sim_trace import read_sim_trace
+    from racecraft.training.deepracer.aws.race_evaluation import write_aws_race
+
+    record, world = drive(JudgedRace(2, off_track_penalty=2.0), Driver([60]))
+    stamp = write_aws_race(tmp_path, record, world.track.length)
+    told = json.loads((tmp_path / "metrics" / "evaluation" / f"evaluation-{stamp}.json").read_text())
+    assert list(told) == ["metrics"], "without a version, as facts 9.3 has it"
+    first, second = told["metrics"]
+    assert (first["trial"], first["off_track_count"], first["reset_count"]) == (1, 1, 1)
+    assert first["elapsed_time_in_milliseconds"] == round(1000 * record.trials[0].seconds)
+    assert (first["episode_status"], second["episode_status"]) == ("In progress", "Lap complete")
+    assert second["start_time"] == first["metric_time"]
+    trace = read_sim_trace(tmp_path / f"evaluation-{stamp}" / "evaluation-simtrace" / "0-iteration.csv").columns
+    assert len(trace["steps"]) == len(record.ticks)
+    waits = np.asarray(trace["episode_status"]) == "pause"
+    assert waits.sum() == 30
+    assert (np.asarray(trace["pause_duration"])[waits][:-1] > 0).all()
+    assert set(np.asarray(trace["episode"]).tolist()) == {0}, "a continuous race is one episode"

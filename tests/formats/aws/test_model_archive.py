@@ -1,0 +1,149 @@
+"""Archives of models: what belongs to a model comes out, and what was made to do harm is refused by name."""
+
+import gzip
+import io
+import tarfile
+import zipfile
+
+import pytest
+
+from racecraft.formats.aws import model_archive
+from racecraft.formats.aws.car_archive import GRAPH, METADATA, write_car_archive
+from racecraft.formats.aws.model_archive import ArchiveError, is_archive, unpack_model
+
+GOOD = {"model_metadata.json": b"{}", "agent/model.pb": b"weights"}
+
+
+def tar(path, entries, mode="w:gz"):
+    """Write an archive of (name or TarInfo, bytes) pairs."""
+    with tarfile.open(path, mode) as archive:
+        for name, data in entries:
+            entry = name if isinstance(name, tarfile.TarInfo) else tarfile.TarInfo(name)
+            entry.size = len(data) if entry.isreg() else 0
+            archive.addfile(entry, io.BytesIO(data))
+    return path
+
+
+def special(name, kind, target=""):
+    entry = tarfile.TarInfo(name)
+    entry.type, entry.linkname = kind, target
+    return entry
+
+
+def packed(path, names, mode=None):
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in names:
+            entry = zipfile.ZipInfo(name)
+            entry.external_attr, entry.compress_type = (mode or 0) << 16, zipfile.ZIP_DEFLATED
+            archive.writestr(entry, data)
+    return path
+
+
+@pytest.mark.parametrize("mode", ["w:gz", "w"])
+def test_what_belongs_to_a_model_comes_out_and_nothing_else(tmp_path, mode):
+    others = [("training-simtrace/0-iteration.csv", b"1"), ("._model.pb", b"mac"), ("bin/run.sh", b"echo")]
+    archive = tar(tmp_path / "a.tar.gz", [*GOOD.items(), *others, (special("agent", tarfile.DIRTYPE), b"")], mode)
+    unpacked = unpack_model(archive, tmp_path / "out")
+    assert sorted(path.relative_to(tmp_path / "out").as_posix() for path in unpacked) == sorted(GOOD)
+    assert (tmp_path / "out/agent/model.pb").read_bytes() == b"weights"
+    assert len([path for path in (tmp_path / "out").rglob("*") if path.is_file()]) == 2
+
+
+def test_a_zip_called_tar_gz_is_a_zip(tmp_path):
+    archive = packed(tmp_path / "virtualmodel-mine.tar.gz", GOOD.items())
+    assert is_archive(archive)
+    assert len(unpack_model(archive, tmp_path / "out")) == 2
+
+
+def test_what_a_car_takes_comes_back(tmp_path):
+    path = write_car_archive(tmp_path / "export", b"graph", "{}")
+    assert path.name == "carfile.tar.gz"
+    with tarfile.open(path) as archive:
+        assert archive.getnames() == [GRAPH, METADATA]
+    again = write_car_archive(tmp_path / "again.tar.gz", b"graph", "{}")
+    assert again.read_bytes() == path.read_bytes()
+
+
+BAD = {
+    "no file": (lambda path: path, "there is no such file"),
+    "empty": (lambda path: path.write_bytes(b""), "empty"),
+    "a text": (lambda path: path.write_bytes(b"hello, I am a model"), "no archive"),
+    "a page that says no": (lambda path: path.write_bytes(b"<Error><Code>AccessDenied</Code>"), "no archive"),
+    "bzip2": (lambda path: tar(path, GOOD.items(), "w:bz2"), "packed by bzip2"),
+    "xz": (lambda path: tar(path, GOOD.items(), "w:xz"), "packed by xz"),
+    "7z": (lambda path: path.write_bytes(b"7z\xbc\xaf\x27\x1c"), "a 7z archive"),
+    "gzip of no tar": (lambda path: path.write_bytes(gzip.compress(b"x" * 2000)), "damaged"),
+    "cut short": (lambda path: path.write_bytes(tar(path, [("model.pb", bytes(range(256)) * 400)]).read_bytes()[:400]),
+                  "damaged"),
+    "gzip with a wrong checksum": (
+        lambda path: path.write_bytes(tar(path, GOOD.items()).read_bytes()[:-8] + b"\0" * 8), "damaged"
+    ),
+    "a way out": (lambda path: tar(path, [("../../model.pb", b"x")]), "leads out of the archive"),
+    "a way out that comes back": (lambda path: tar(path, [("a/../../model.pb", b"x")]), "leads out"),
+    "a way out in Windows's way": (lambda path: tar(path, [("..\\model.pb", b"x")]), "leads out"),
+    "from the root": (lambda path: tar(path, [("/etc/model.pb", b"x")]), "leads out"),
+    "from a drive": (lambda path: tar(path, [("C:/model.pb", b"x")]), "leads out"),
+    "a link": (lambda path: tar(path, [(special("model.pb", tarfile.SYMTYPE, "/etc/passwd"), b"")]), "a link to"),
+    "a link to a neighbour": (
+        lambda path: tar(path, [*GOOD.items(), (special("model.pb", tarfile.LNKTYPE, "agent/model.pb"), b"")]),
+        "a link to 'agent/model.pb'",
+    ),
+    "a link among what is not wanted": (
+        lambda path: tar(path, [(special("logs", tarfile.SYMTYPE, "/"), b""), *GOOD.items()]), "a link to '/'"
+    ),
+    "a device": (lambda path: tar(path, [(special("model.pb", tarfile.CHRTYPE), b"")]), "a device or a pipe"),
+    "a pipe": (lambda path: tar(path, [(special("model.pb", tarfile.FIFOTYPE), b"")]), "a device or a pipe"),
+    "one file twice": (lambda path: tar(path, [("model.pb", b"x"), ("model.pb", b"y")]), "twice"),
+    "nothing of a model": (lambda path: tar(path, [("holiday.jpg", b"x")]), "no file of a model"),
+    "a metadata file of megabytes": (
+        lambda path: tar(path, [("model_metadata.json", b" " * (2**20 + 1))]), "1048576 at most"
+    ),
+    "zip: a way out": (lambda path: packed(path, [("../model.pb", b"x")]), "leads out"),
+    "zip: a link": (lambda path: packed(path, [("model.pb", b"/etc/passwd")], 0o120777), "a link or a device"),
+    "zip: cut short": (
+        lambda path: path.write_bytes(packed(path, [("model.pb", bytes(5000))]).read_bytes()[:60]), "damaged"
+    ),
+    "zip: nothing of a model": (lambda path: packed(path, [("a.txt", b"x")]), "no file of a model"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_bad_archive_is_refused_by_a_letter_and_leaves_nothing_behind(tmp_path, case):
+    make, words = BAD[case]
+    path = tmp_path / "model.tar.gz"
+    make(path)
+    (tmp_path / "deep").mkdir()
+    with pytest.raises(ArchiveError) as caught:
+        unpack_model(path, tmp_path / "deep" / "out")
+    assert words in str(caught.value)
+    assert "expected" in str(caught.value)
+    outside = [one for one in tmp_path.rglob("*") if one.is_file() and tmp_path / "deep" not in one.parents]
+    assert outside in ([path], [])
+
+
+def test_a_bomb_is_stopped_long_before_it_has_gone_off(tmp_path, monkeypatch):
+    monkeypatch.setattr(model_archive, "FREE_BYTES", 2**20)
+    path = tar(tmp_path / "bomb.tar.gz", [("logs/zeros.bin", bytes(8 * 2**20))])
+    with pytest.raises(ArchiveError, match="more than 100 times as many"):
+        unpack_model(path, tmp_path / "out")
+    zipped = packed(tmp_path / "bomb.zip", [("logs/zeros.bin", bytes(8 * 2**20))])
+    with pytest.raises(ArchiveError, match="more than 100 times as many"):
+        unpack_model(zipped, tmp_path / "out")
+
+
+def test_a_header_that_asks_for_gigabytes_is_refused(tmp_path):
+    """The extended header of a member says how long it is itself; tarfile reads it whole."""
+    entry = tarfile.TarInfo("././@PaxHeader")
+    entry.type, entry.size = tarfile.XHDTYPE, 3 * 2**30
+    path = tmp_path / "model.tar.gz"
+    path.write_bytes(gzip.compress(entry.tobuf(tarfile.USTAR_FORMAT) + bytes(4096)))
+    with pytest.raises(ArchiveError, match="asks for 3221225472 bytes"):
+        unpack_model(path, tmp_path / "out")
+
+
+def test_too_many_members_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(model_archive, "MOST_MEMBERS", 10)
+    names = [(f"{number}.txt", b"") for number in range(12)]
+    for path in (tar(tmp_path / "a.tar.gz", names), packed(tmp_path / "a.zip", names)):
+        with pytest.raises(ArchiveError, match="more than 10 members"):
+            unpack_model(path, tmp_path / "out")

@@ -1,0 +1,66 @@
+"""Checkpoints in order of merit, by hand; and which of them stay on the disk."""
+
+import json
+
+import numpy as np
+import pytest
+
+from racecraft.contract.errors import RunFolderError, SettingError
+from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.checkpoint_ranking import MERITS, ranked
+from racecraft.formats.run_folder import RunFolder
+
+
+def lap(progress, seconds=None, reward=None):
+    return {"progress_percent": progress, "seconds": seconds, "reward": reward}
+
+
+EVALUATIONS = {  # iteration: laps, mean reward of training
+    1: ([lap(90), lap(80)], 9.0),  # steadier than fast, but no lap
+    2: ([lap(100, 9.0), lap(60)], 5.0),  # the fastest lap, and a failure
+    3: ([lap(100, 12.0), lap(100, 15.0)], 7.0),
+    4: ([lap(100, 13.0), lap(100, 13.5)], 6.0),  # laps alike
+}
+ORDER = {"progress": [4, 3, 1, 2, 0], "reward": [1, 3, 4, 2, 0], "laptime": [2, 3, 4, 1, 0],
+         "steadiness": [4, 3, 1, 2, 0]}  # fmt: skip
+
+
+@pytest.fixture
+def run(tmp_path):
+    run = RunFolder.create(tmp_path / "run", {"kind": "deepracer"})
+    shelf = Checkpoints(run.checkpoints)
+    shelf.save(0, 0, {"w": np.zeros(3)}, {})
+    for iteration, (laps, reward) in EVALUATIONS.items():
+        score = float(np.mean([one["progress_percent"] for one in laps]))
+        shelf.save(iteration, 10 * iteration, {"w": np.ones(3)}, {}, score=score)
+        (run.evaluations / f"{iteration}.json").write_text(json.dumps({"laps": laps}))
+        run.append_metrics({"iteration": iteration, "mean_reward": reward})
+    return run
+
+
+@pytest.mark.parametrize("by", MERITS)
+def test_each_merit_has_an_order_of_its_own(run, by):
+    assert [one.entry.iteration for one in ranked(run, by)] == ORDER[by]
+
+
+def test_a_reward_that_was_asked_for_in_the_evaluation_counts_before_training_s(run):
+    (run.evaluations / "2.json").write_text(json.dumps({"laps": [lap(100, 9.0, 50.0), lap(60, None, 30.0)]}))
+    assert [(one.entry.iteration, one.reward) for one in ranked(run, "reward")][0] == (2, 40.0)
+
+
+def test_a_merit_nobody_knows_is_refused_with_the_nearest_and_a_damaged_evaluation_by_name(run):
+    with pytest.raises(SettingError, match="--by 'lap time': .* Did you mean 'laptime'"):
+        ranked(run, "lap time")
+    (run.evaluations / "3.json").write_text("{")
+    with pytest.raises(RunFolderError, match="3.json: damaged"):
+        ranked(run)
+
+
+def test_only_every_so_many_weights_stay_beside_first_best_and_the_last_two(tmp_path):
+    shelf = Checkpoints(tmp_path, keep_every=4)
+    for iteration in range(12):
+        shelf.save(iteration, iteration, {"w": np.ones(3)}, {}, best=iteration == 5)
+    assert [entry.iteration for entry in shelf.entries()] == [0, 4, 5, 8, 10, 11]
+    assert {path.name for path in tmp_path.glob("*.safetensors")} == {
+        f"{iteration}.policy.safetensors" for iteration in (0, 4, 5, 8, 10, 11)
+    }

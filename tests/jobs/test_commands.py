@@ -1,0 +1,154 @@
+"""`racecraft jobs` and `--detach` as a user types them, with the real supervisor behind them."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+import tty
+
+import pytest
+from tests.cli.conftest import racecraft  # noqa: F401 - the fixture
+from tests.jobs.conftest import supervisor_of
+from tests.jobs.makers import wait_until
+
+from racecraft.formats.job_spec import JobSpec, JobSpecError, read_job_spec, write_job_spec
+from racecraft.jobs.supervisor import is_supervised
+
+TINY = ("--set=rollout.horizon=16", "--set=evaluation.episodes=1")
+
+
+def test_a_detached_training_is_watched_stopped_resumed_and_forgotten(racecraft, home, tmp_path):  # noqa: F811
+    said = racecraft("gym", "train", "CartPole-v1", "--stop", "iterations=3", "--detach", *TINY)
+    assert said.code == 0, said.err
+    assert "job gym-1 goes on by itself, run runs/gym-1" in said.out
+    followed = racecraft("jobs", "logs", "-f", "gym-1")
+    assert "stopped: iterations=3" in followed.out
+    assert racecraft("jobs", "wait", "gym-1").out == "gym-1: Completed\n"
+    told = json.loads(racecraft("jobs", "show", "gym-1", "--json").out)
+    assert (told["status"], told["attempts"], told["run"]) == ("Completed", 1, str(tmp_path / "runs" / "gym-1"))
+    assert told["spec"]["command"][:2] == ["gym", "train"]
+    assert "gym-1  Completed" in racecraft("jobs", "list").out
+
+    assert racecraft("jobs", "resume", "gym-1", "--stop", "iterations=5").code == 0
+    assert racecraft("jobs", "wait", "gym-1").code == 0
+    rows = (tmp_path / "runs" / "gym-1" / "metrics.jsonl").read_text().splitlines()
+    assert [json.loads(row)["iteration"] for row in rows] == [1, 2, 3, 4, 5]
+    assert racecraft("jobs", "delete", "gym-1").code == 0
+    assert json.loads(racecraft("jobs", "list", "--json").out) == {"jobs": []}
+    assert (tmp_path / "runs" / "gym-1" / "job.json").exists(), "what was trained stays"
+    assert not home.folder("gym-1").exists()
+
+
+def test_what_cannot_be_trained_is_said_at_once_and_makes_no_job(racecraft, home):  # noqa: F811
+    for words, letter in (
+        (("gym", "train", "CartPole-v1", "--set", "ppo.learnin_rate=1"), "Did you mean 'learning_rate'"),
+        (("train", "--track", "Ovl_track"), "Oval_track"),
+        (("snakes", "train", "--stop", "laps"), "can never hold here"),
+        (("unity", "train", "builtin:Basik"), "Basic"),
+        (("gym", "train", "--run", "gone", "--resume"), "no such folder"),
+    ):
+        said = racecraft(*words, "--detach")
+        assert (said.code, letter in said.err) == (2, True), said.err
+    assert home.store().jobs() == []
+    assert supervisor_of(home) == []
+
+
+def test_letters_of_the_jobs_commands(racecraft, home, tmp_path):  # noqa: F811
+    (tmp_path / "job.json").write_text('{"format": "racecraft job", "version": 1, "comand": ["gym"]}')
+    for words, letter in (
+        (("jobs", "show", "gym-1"), "There is no job 'gym-1'"),
+        (("jobs", "stop", "gym-1"), "There is no job 'gym-1'"),
+        (("jobs", "run", "gmy", "train"), "Did you mean 'gym'"),
+        (("jobs", "run", "job.json"), "job.json:1: comand: an unknown field; expected one of a job's"),
+        (("jobs", "run", "--name", "no_good", "gym", "train", "CartPole-v1"), "is no name of a job"),
+        (("jobs", "run", "--cores", "4096", "gym", "train", "CartPole-v1"), "takes 4096 cores"),
+        (("jobs", "run", "--memory", "999999999", "gym", "train", "CartPole-v1"), "999999999 MiB; this machine has"),
+    ):
+        said = racecraft(*words)
+        assert (said.code, letter in said.err) == (2, True), said.err
+    assert home.store().jobs() == []
+
+
+def test_a_job_file_is_run(racecraft, home, tmp_path):  # noqa: F811
+    (tmp_path / "hello.py").write_text("import os; print('hello', os.environ['WHO'])\n")
+    write_job_spec(tmp_path / "my_job.json", JobSpec(("run", "hello.py"), environment={"WHO": "you"}, cores=1))
+    assert json.loads(racecraft("jobs", "run", "--json", "my_job.json").out)["job"] == "my-job-1"
+    assert racecraft("jobs", "wait", "my-job-1").code == 0
+    assert racecraft("jobs", "logs", "my-job-1").out == "hello you\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "letter"),
+    [
+        ('{"version": 2, "command": ["gym"]}', "version: 2; expected 1. A newer racecraft"),
+        ('{"command": []}', "command"),
+        ('{"command": ["rm", "-rf"]}', "the first of train, gym"),
+        ('{"command": ["gym"], "cores": -1}', "cores: -1; expected a whole number"),
+        ('{"command": ["gym"], "name": "no_good"}', "name: 'no_good'"),
+        ('{"name": "x"}', 'no "command"'),
+        ("[1]", "a list"),
+        ("{", "no valid JSON"),
+    ],
+)
+def test_a_job_file_that_is_none_is_said_with_its_line(tmp_path, text, letter):
+    (tmp_path / "job.json").write_text(text)
+    with pytest.raises(JobSpecError) as told:
+        read_job_spec(tmp_path / "job.json")
+    assert letter in str(told.value)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="terminals")
+def test_a_training_goes_on_when_its_terminal_is_closed(home, tmp_path):
+    import fcntl
+    import termios
+
+    ours, theirs = os.openpty()
+    tty.setraw(theirs)
+    command = f"{sys.executable} -m racecraft gym train CartPole-v1 --stop iterations=30 --detach {' '.join(TINY)}"
+    shell = subprocess.Popen(
+        ["sh", "-c", f"{command}; echo over; sleep 99"],
+        cwd=tmp_path,
+        stdin=theirs,
+        stdout=theirs,
+        stderr=theirs,
+        start_new_session=True,
+        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0) and None,
+    )
+    os.close(theirs)
+    said = b""
+    while b"over" not in said:
+        said += os.read(ours, 1000)
+    os.close(ours)  # the terminal is closed: whoever belongs to it hears SIGHUP
+    assert shell.wait(20) != 0
+    store = home.store()
+    job = store.find("gym-1")
+    assert not job.ended, "it is still at work, or the test shows nothing"
+    wait_until(lambda: store.find("gym-1").ended)
+    assert store.find("gym-1").status == "Completed", store.find("gym-1").reason
+    store.close()
+
+
+def test_a_supervisor_without_work_goes_home(home, monkeypatch):
+    from racecraft.jobs.supervisor import Supervisor, _work
+
+    store = home.store()
+    begin = time.monotonic()
+    _work(Supervisor(store, home), 0.5)
+    assert time.monotonic() - begin < 10
+    assert not is_supervised(home)
+    store.close()
+
+
+def test_a_port_that_is_taken_is_said(racecraft, home, tmp_path):  # noqa: F811
+    import socket
+
+    assert racecraft("gym", "train", "CartPole-v1", "--run", "r", "--stop", "iterations=1", *TINY).code == 0
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        said = racecraft("serve", "r", "--port", port)
+    assert said.code == 2
+    assert f"127.0.0.1:{port}: cannot be listened on (Address already in use); choose another --port" in said.err
+    assert "no such folder" in racecraft("serve", "gone").err
