@@ -7,11 +7,11 @@ import signal
 import subprocess
 import sys
 import urllib.request
-from pathlib import Path
 
 import pytest
+from tests.reference import DATA
 
-RECORDS = Path(__file__).resolve().parents[2] / ".." / "shared" / "data" / "battlesnake"
+RECORDS = DATA / "battlesnake"
 
 
 @pytest.fixture(autouse=True)
@@ -181,7 +181,6 @@ def test_verify_counts_and_finds_differences(racecraft, tmp_path):
     assert "health 98" in bad.out
 
 
-@pytest.mark.skipif(not RECORDS.is_dir(), reason="recorded games are not beside the checkout")
 @pytest.mark.long
 def test_recorded_games_of_the_official_engine_agree(racecraft):
     said = racecraft("snakes", "verify", RECORDS / "official_engine_trajectories.jsonl.gz", "--json")

@@ -139,6 +139,16 @@ def test_the_oldest_weights_go_when_all_together_are_too_large(tmp_path):
         shelf.find("5")
 
 
+@pytest.mark.parametrize("first_is_best", [False, True], ids=["of today", "of older runs"])
+def test_before_any_was_evaluated_the_last_is_the_best_that_is_known(tmp_path, first_is_best):
+    shelf = Checkpoints(tmp_path)
+    for iteration in range(3):
+        shelf.save(iteration, iteration, {"w": np.zeros(2)}, {}, best=first_is_best and not iteration)
+    assert shelf.find("best").iteration == 2
+    shelf.mark(1, 0.5, best=True)
+    assert shelf.find("best").iteration == 1
+
+
 def test_best_last_and_numbers_are_found_and_only_two_states_are_kept(tmp_path):
     shelf = Checkpoints(tmp_path)
     for iteration in range(5):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tarfile
-from pathlib import Path
 
 import numpy as np
 
@@ -11,7 +10,6 @@ from racecraft.formats.aws.sim_trace import sim_trace_text, write_sim_trace
 from racecraft.formats.aws.simulation_log import episode_line, trace_lines
 from racecraft.tracks.catalogue import load_track
 
-DATA = Path(__file__).resolve().parents[2] / ".." / "shared" / "data" / "traces"
 ACTIONS = ((-0.5, 1.0), (0.0, 2.0), (0.5, 1.0))
 """Steering in rad and speed in m/s of the made-up car."""
 

@@ -3,25 +3,26 @@
 import numpy as np
 import polars as pl
 import pytest
-from tests.logs.makers import DATA
+from tests.reference import HAS_ALL, LARGE, TRACES
 
 from racecraft.formats.aws.sim_trace import read_sim_trace
 from racecraft.logs import read
 
-pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason="the reference logs are not here")
 ROWS = {"console-2022": (44247, 28, 560), "drfc-1-worker": (39392, 27, 540), "droa-2026-continuous": (3893, 8, 160)}
 
 
 @pytest.mark.parametrize("name", ROWS)
 def test_real_trainings_are_read_whole(name):
-    logs = read(DATA / name)
+    if name == "console-2022" and not HAS_ALL:
+        pytest.skip(LARGE)
+    logs = read(TRACES / name)
     frame = logs.training.collect()
     assert (frame.height, frame["iteration"].n_unique(), frame["unique_episode"].n_unique()) == ROWS[name]
     assert logs.damaged == ()
 
 
 def test_values_are_the_files_own_in_our_units():
-    path = DATA / "droa-2026-continuous" / "3-iteration.csv"
+    path = TRACES / "droa-2026-continuous" / "3-iteration.csv"
     theirs = read_sim_trace(path).columns
     ours = read(path).ticks.collect()
     for column, other in {
@@ -36,9 +37,9 @@ def test_values_are_the_files_own_in_our_units():
 def test_deepracer_utils_frame_is_ours_under_its_names():
     from deepracer.logs import DeepRacerLog
 
-    theirs = DeepRacerLog(str(DATA / "drfc-1-worker"))
+    theirs = DeepRacerLog(str(TRACES / "drfc-1-worker"))
     theirs.load()
-    ours = read(DATA / "drfc-1-worker").to_pandas(names="deepracer-utils")
+    ours = read(TRACES / "drfc-1-worker").to_pandas(names="deepracer-utils")
     ours = ours[ours["stream"] == ""]
     columns = [name for name in theirs.df.columns if name != "wall_clock"]
     assert set(columns) <= set(ours.columns)
@@ -50,7 +51,7 @@ def test_deepracer_utils_frame_is_ours_under_its_names():
 def test_laps_of_an_evaluation_take_as_long_as_its_metrics_say():
     from racecraft.analysis.deepracer.logs import evaluation_table
 
-    logs = read(DATA / "drfc-1-worker")
+    logs = read(TRACES / "drfc-1-worker")
     told = logs.metrics.filter((pl.col("phase") == "evaluation") & (pl.col("stream") == "20220709200242")).collect()
     laps = evaluation_table(logs.ticks)
     assert laps["complete"].to_list() == [True] * 3
@@ -61,7 +62,7 @@ def test_laps_of_an_evaluation_take_as_long_as_its_metrics_say():
 def test_full_laps_of_a_training_take_as_long_as_its_metrics_say():
     from racecraft.analysis.deepracer.logs import simulation_agg
 
-    logs = read(DATA / "drfc-1-worker")
+    logs = read(TRACES / "drfc-1-worker")
     told = logs.metrics.filter((pl.col("phase") == "training") & (pl.col("progress_share") == 1.0)).collect()
     full = simulation_agg(logs.training).filter(pl.col("complete"))
     both = full.join(told.select("episode", told=pl.col("seconds")), on="episode")
@@ -72,9 +73,9 @@ def test_full_laps_of_a_training_take_as_long_as_its_metrics_say():
 def test_evaluations_are_known_by_their_rows_where_no_path_tells(tmp_path):
     loose = tmp_path / "lap.csv"
     loose.write_bytes(
-        (DATA / "drfc-1-worker/evaluation-20220709200242/evaluation-simtrace/0-iteration.csv").read_bytes()
+        (TRACES / "drfc-1-worker/evaluation-20220709200242/evaluation-simtrace/0-iteration.csv").read_bytes()
     )
     assert read(loose).ticks.collect()["phase"].unique().to_list() == ["evaluation"]
-    loose.write_bytes((DATA / "drfc-1-worker/training-simtrace/5-iteration.csv").read_bytes())
+    loose.write_bytes((TRACES / "drfc-1-worker/training-simtrace/5-iteration.csv").read_bytes())
     assert read(loose).ticks.collect()["phase"].unique().to_list() == ["training"]
     assert read(loose, phase="leaderboard").ticks.collect()["phase"].unique().to_list() == ["leaderboard"]

@@ -1,10 +1,10 @@
 """The circuits that come along: names, figures, and how near their curves are to the surveyed rows."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.reference import DATA
 
 from racecraft.contract.errors import TrackError
 from racecraft.tracks import catalogue
@@ -16,7 +16,7 @@ from racecraft.tracks.shape_file import rows_from_record, shape_text
 from racecraft.tracks.spline import lay_curve, weights
 from racecraft.tracks.track import Track
 
-SURVEY = Path(__file__).resolve().parents[2] / ".." / "shared" / "data" / "tracks"
+SURVEY = DATA / "tracks"
 FIRST_SEVEN = (
     "reinvent_base", "reInvent2019_track", "reInvent2019_wide", "Oval_track", "2022_reinvent_champ_ccw",
     "2024_reinvent_champ_ccw", "Straight_track",
@@ -34,8 +34,6 @@ def test_every_name_is_there_and_every_file_is_used():
 
 
 def test_waypoints_lie_where_they_were_surveyed():
-    if not SURVEY.exists():
-        pytest.skip("surveyed route files are not beside this checkout (../shared/data/tracks)")
     for name in names():
         surveyed, ours = import_track(SURVEY / f"{name}.npy"), load_track(name)
         assert ours.rows.shape == surveyed.rows.shape, name

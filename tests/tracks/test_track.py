@@ -2,19 +2,17 @@
 
 import csv
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
 from numpy.testing import assert_allclose, assert_array_equal
 from shapely.geometry import LinearRing, LineString, Polygon
+from tests.reference import DATA
 
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.importer import import_track
 from racecraft.tracks.track import Track
-
-SHARED = Path(__file__).resolve().parents[2] / ".." / "shared" / "data"
 
 
 def square(closed=True, **details):
@@ -184,10 +182,8 @@ def test_arrays_for_kernels_are_plain_and_built_once(track):
 
 def test_recorded_progress_and_waypoints_are_met_exactly():
     """The console's own log of 2022: progress and closest_waypoint of every row from X and Y alone."""
-    folder = SHARED / "traces" / "console-2022" / "sim-trace" / "training" / "training-simtrace"
-    if not folder.exists():
-        pytest.skip("recorded races are not beside this checkout (../shared/data/traces)")
-    track = import_track(SHARED / "tracks" / "reinvent_base.npy")
+    folder = DATA / "traces" / "console-2022" / "sim-trace" / "training" / "training-simtrace"
+    track = import_track(DATA / "tracks" / "reinvent_base.npy")
     compared = 0
     for number in (0, 5, 20):
         with open(folder / f"{number}-iteration.csv", newline="") as file:

@@ -1,14 +1,14 @@
 """A run on one web page that can be e-mailed: nothing on it is fetched from anywhere. Begin with `write_report`.
 
-read what the folder holds → tiles → learning → on the track → actions → evaluations → what it would have cost →
-settings, versions, meaning of the figures
+read what the folder holds → tiles → what was asked, what happened, what to try next → learning → on the track →
+actions → evaluations → what it would have cost → settings, versions, meaning of the figures
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,8 @@ import numpy as np
 
 from racecraft.analysis import figures, page, tables
 from racecraft.analysis.deepracer.drive import LAP_COMPLETE, OFF_TRACK, WORDS, Drive, DriveError, as_drive
+from racecraft.analysis.deepracer.logs.advice import Advice
+from racecraft.analysis.deepracer.logs.plot import Plot
 from racecraft.analysis.evaluations import judged
 from racecraft.analysis.metrics import METRICS
 from racecraft.contract.errors import TrackError, UserInputError
@@ -71,6 +73,12 @@ class RunFacts:
     """Iteration of the best checkpoint, once one was evaluated."""
     reward: str = ""
     """The reward function's own text; "" where the run has none."""
+    advice: Sequence[Advice] = ()
+    """What to try next, computed from the run."""
+    own: Sequence[Plot] = ()
+    """The racer's own plots."""
+    path: str = "RUN"
+    """What a command calls the run."""
 
     @property
     def best_row(self) -> dict[str, Any]:
@@ -104,7 +112,12 @@ class RunFacts:
 
 
 def write_report(
-    run: RunFolder, path: str | Path, drive: Drive | Array | pl.DataFrame | None = None, film: bytes | None = None
+    run: RunFolder,
+    path: str | Path,
+    drive: Drive | Array | pl.DataFrame | None = None,
+    film: bytes | None = None,
+    advice: Sequence[Advice] = (),
+    own: Sequence[Plot] = (),
 ) -> Path:
     """Write the page of a run.
 
@@ -114,6 +127,8 @@ def write_report(
         drive: Ticks of the best policy on the run's track, TICK_REPORT (T,) or as `as_drive` takes them, for the
             picture of a lap; None: the best training episode, exploration included.
         film: The same drive as a small MP4, which the page carries.
+        advice: What to try next, with figure and command each.
+        own: The racer's own plots.
 
     Returns:
         The path.
@@ -125,6 +140,7 @@ def write_report(
         OutputFileError: The page cannot be written.
     """
     facts = read_facts(run, None if drive is None else as_drive(drive), film)
+    facts = replace(facts, advice=advice, own=own, path=str(run.path))
     figures.require_metrics(facts.metrics)
     write_whole(path, page.page(f"{facts.title} – racecraft", _parts(facts)))
     return Path(path)
@@ -182,11 +198,13 @@ def duration(seconds: float) -> str:
 def _parts(facts: RunFacts) -> Iterator[str]:
     """Yield the page from top to bottom."""
     yield from _headline(facts)
+    yield from _account(facts)
     yield from _learning(facts)
     yield from _on_the_track(facts)
     yield from _actions(facts)
     yield from _reward(facts)
     yield from _evaluations(facts)
+    yield from _own(facts)
     yield from _cost(facts)
     yield from _small_print(facts)
 
@@ -216,6 +234,57 @@ def _headline(facts: RunFacts) -> Iterator[str]:
         (f"{sum(row.get('episodes') or 0 for row in facts.metrics):,}", "training episodes"),
     ]
     yield page.tiles(tiles)
+
+
+def _account(facts: RunFacts) -> Iterator[str]:
+    """Yield what was asked, what happened and what to try next, in plain words."""
+    yield page.card("".join(f"<p>{page.escaped(one)}</p>" for one in (asked_words(facts), happened_words(facts))))
+    if not facts.advice:
+        return
+    yield "<h2>What to try next</h2>"
+    for one in facts.advice:
+        picture = ""
+        if one.plot is not None:
+            plot = one.plot()
+            picture = page.details(plot.title, page.photograph(plot.figure, plot.title, dpi=90))
+        command = one.command.replace("RUN", facts.path)
+        command = f"<p><code>{page.escaped(command)}</code></p>" if command else ""
+        yield page.card(f"<b>{page.escaped(one.try_)}</b><p>{page.escaped(one.found)}</p>{command}{picture}")
+
+
+def asked_words(facts: RunFacts) -> str:
+    """Return a sentence that says what was asked."""
+    asked = facts.job.get("asked", {})
+    who = str(facts.job.get("algorithm", "a learner")).upper()
+    stops = asked.get("stops") or asked.get("stop") or ()
+    stops = [stops] if isinstance(stops, str) else list(stops)
+    until = f", until {' or '.join(str(stop) for stop in stops)}" if stops else ""
+    what = f"to drive {facts.title}" if facts.is_race else f"to play {facts.title}"
+    return f"{who} was asked {what}{until}."
+
+
+def happened_words(facts: RunFacts) -> str:
+    """Return sentences that say what came of it: the first score, the best and the last."""
+    last = facts.metrics[-1]
+    told = f"It trained for {duration(last['seconds'])} and {last['steps']:,} steps."
+    scored = [row for row in facts.metrics if row.get("evaluation_score") is not None]
+    if not scored:
+        return f"{told} It was not judged yet."
+    best = max(scored, key=lambda row: row["evaluation_score"])
+    unit = " % of a lap" if facts.is_race else ""
+    first, top, now = (f"{row['evaluation_score']:.4g}{unit}" for row in (scored[0], best, scored[-1]))
+    told += f" Judged without exploration it went from {first} to {top} in iteration {best['iteration']}"
+    told += "." if best is scored[-1] else f"; the last judgement was {now}."
+    laps = [row["best_lap_seconds"] for row in scored if row.get("best_lap_seconds")]
+    return f"{told} Its fastest lap took {min(laps):.2f} s." if laps else told
+
+
+def _own(facts: RunFacts) -> Iterator[str]:
+    if not facts.own:
+        return
+    yield "<h2>Your own</h2>"
+    for plot in facts.own:
+        yield page.card(f"<b>{page.escaped(plot.title)}</b>{page.photograph(plot.figure, plot.title, dpi=100)}")
 
 
 def _learning(facts: RunFacts) -> Iterator[str]:

@@ -18,7 +18,7 @@ from racecraft.cli.deepracer import evaluate, init, logs, new, replay, sensors, 
 from racecraft.cli.deepracer.dr import group
 from racecraft.cli.gym import gym
 from racecraft.cli.jobs import jobs
-from racecraft.cli.runs import checkpoints, export, import_model, look, record, report, serve, stop, watch
+from racecraft.cli.runs import checkpoints, export, import_model, look, notebooks, record, report, serve, stop, watch
 from racecraft.cli.unity import unity
 from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.jobs import lifeline
@@ -38,6 +38,7 @@ app.command(name="evaluate")(evaluate.evaluate)
 app.command(name="report")(report.report)
 app.command(name="checkpoints")(checkpoints.checkpoints)
 app.command(name="look")(look.look)
+app.command(name="notebooks")(notebooks.notebooks)
 app.command(name="watch")(watch.watch)
 app.command(name="stop")(stop.stop)
 app.command(name="replay")(replay.replay)

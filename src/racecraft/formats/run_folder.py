@@ -8,6 +8,7 @@ Begin with `RunFolder.create` (a new one) or `RunFolder.open` (one that stands).
     hyperparameters.json
     *.py                   modules that the reward function needs, from beside it
     track.npy              the circuit, where the catalogue does not have it
+    *-demonstrations.*     the recorded episodes that a setting names, under the name of its group
     metrics.jsonl          one JSON object a line, one line an iteration
     log.txt                what was said, the reward function's prints among it
     stop                   somebody asks the training to stop; taken away when it goes on

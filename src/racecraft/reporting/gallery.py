@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,6 +23,7 @@ from racecraft.evaluation.deepracer.laps import LapReport, judge_laps
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import make_folder
 from racecraft.players.deepracer.trained_car import KIND, TrainedCar, load_trained_car
+from racecraft.reporting.account import advice_of, own_plots_of
 from racecraft.tracks.track import Track
 
 VIDEO, PATH_PICTURE, CURVES, REPORT = "lap.mp4", "path.png", "curves.png", "report.html"
@@ -93,23 +94,31 @@ def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
     }
     show_drive(drive, video=files["video"], picture=files["picture"])
     draw_curves(files["curves"], run.read_metrics())
-    write_report(run, files["report"], drive.ticks, small_film(files["video"]))
+    write_report(run, files["report"], drive.ticks, small_film(files["video"]), advice_of(run))
     return files
 
 
-def report_run(path: Path, page: Path) -> Path:
+def report_run(path: Path, page: Path, plots: Sequence[Path] = ()) -> Path:
     """Write the page that tells a run; a car's best policy drives one lap for it.
 
     The film in the folder comes along where it is of that policy.
 
+    Args:
+        path: The run folder.
+        page: The page to write.
+        plots: Files, or folders of them, with the racer's own plots; of a car.
+
     Raises:
         RunFolderError: No run folder.
+        OwnPlotError: A plot of the racer's own does not work.
     """
     run = RunFolder.open(path)
     if run.read_job().get("kind") != KIND:
-        return write_report(run, page)
+        return write_report(run, page, advice=advice_of(run))
+    own = own_plots_of(run, plots)
     car = load_trained_car(path, "best")
-    return write_report(run, page, drive_laps(car, car.trained_on, laps=1).ticks, _film_of(run, car))
+    drive = drive_laps(car, car.trained_on, laps=1).ticks
+    return write_report(run, page, drive, _film_of(run, car), advice_of(run), own)
 
 
 def _film_of(run: RunFolder, car: TrainedCar) -> bytes | None:

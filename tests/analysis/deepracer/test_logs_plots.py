@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 import pytest
 from tests.logs import makers
-from tests.logs.makers import DATA
+from tests.reference import HAS_ALL, LARGE, TRACES
 
 from racecraft.analysis.deepracer import logs as analysis
 from racecraft.analysis.deepracer.logs import PlotError
@@ -12,8 +12,6 @@ from racecraft.analysis.deepracer.logs.advice import advice
 from racecraft.analysis.deepracer.logs.laps import correlation
 from racecraft.logs import read
 from racecraft.tracks.catalogue import load_track, names
-
-real = pytest.mark.skipif(not DATA.is_dir(), reason="the reference logs are not here")
 
 
 def logs_of(tmp_path, columns):
@@ -251,13 +249,12 @@ def test_continuous_actions_fall_into_bins_right_to_left(tmp_path):
 # --- by twin ----------------------------------------------------------------------------------------------------------
 
 
-@real
 def test_episodes_agree_with_deepracer_utils():
     utils = pytest.importorskip("deepracer.logs")
-    theirs = utils.DeepRacerLog(str(DATA / "drfc-1-worker"))
+    theirs = utils.DeepRacerLog(str(TRACES / "drfc-1-worker"))
     theirs.load(ignore_metadata=True)
     table = utils.AnalysisUtils.simulation_agg(theirs.df, secondgroup="unique_episode").sort_values("unique_episode")
-    ours = analysis.simulation_agg(read(DATA / "drfc-1-worker").training)
+    ours = analysis.simulation_agg(read(TRACES / "drfc-1-worker").training)
     for name, column, factor in (
         ("steps", "steps", 1), ("progress", "progress_share", 100), ("time", "seconds", 1), ("dist", "distance_m", 1),
         ("speed", "speed_mps", 1), ("reward", "reward", 1), ("start_at", "start_at", 1), ("complete", "complete", 1),
@@ -267,21 +264,20 @@ def test_episodes_agree_with_deepracer_utils():
         assert mine == pytest.approx(table[name].astype(float).to_numpy(), rel=1e-9), name
 
 
-@real
 def test_stability_agrees_with_deepracer_utils():
     utils = pytest.importorskip("deepracer.logs")
-    theirs = utils.DeepRacerLog(str(DATA / "drfc-1-worker"))
+    theirs = utils.DeepRacerLog(str(TRACES / "drfc-1-worker"))
     theirs.load(ignore_metadata=True)
     table = theirs.stability.analyze()
-    ours = analysis.stability(read(DATA / "drfc-1-worker").training).data
+    ours = analysis.stability(read(TRACES / "drfc-1-worker").training).data
     found = [name for name in table.columns if "avg" in name or "mean" in name]
     scale = 1.0 if table[found[0]].mean() > 1 else 1000.0
     assert ours["mean_ms"].to_numpy() == pytest.approx(scale * table[found[0]].to_numpy(), rel=1e-6)
 
 
-@real
+@pytest.mark.skipif(not HAS_ALL, reason=LARGE)
 def test_real_logs_say_what_to_change():
-    logs = read(DATA / "console-2022")
+    logs = read(TRACES / "console-2022")
     track = analysis.find_track(logs.training)
     assert (track.name, track.is_reversed) == ("reinvent_base", False)
     told = advice(logs.training.collect(), track)

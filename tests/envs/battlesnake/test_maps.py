@@ -4,9 +4,9 @@ import functools
 import gzip
 import json
 from collections import Counter, defaultdict
-from pathlib import Path
 
 import pytest
+from tests.reference import DATA
 
 from racecraft.envs.battlesnake.board import Board, Snake
 from racecraft.envs.battlesnake.dice import LoadedDice, StreamDice
@@ -16,13 +16,11 @@ from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.solo_maze import level_of
 from racecraft.envs.battlesnake.stages import outside_safe_zone
 
-RECORD = Path(__file__).resolve().parents[4] / "shared" / "data" / "battlesnake" / "maps.jsonl.gz"
+RECORD = DATA / "battlesnake" / "maps.jsonl.gz"
 
 
 @functools.cache
 def recorded():
-    if not RECORD.exists():
-        pytest.skip("the recorded maps (maps.jsonl.gz) are not beside the checkout")
     by_kind = defaultdict(list)
     with gzip.open(RECORD, "rt") as file:
         for line in map(json.loads, file):

@@ -4,20 +4,18 @@ import copy
 import gzip
 import json
 import random
-from pathlib import Path
 
 import pytest
+from tests.reference import DATA
 
 from racecraft.contract.errors import InputFileError, UserInputError
 from racecraft.envs.battlesnake.verify import verify_records
 
-RECORDS = Path(__file__).resolve().parents[4] / "shared" / "data" / "battlesnake"
+RECORDS = DATA / "battlesnake"
 FILES = {"official_engine_trajectories.jsonl.gz": (40, 2624), "official_engine_trajectories_more.jsonl.gz": (29, 4256)}
 
 
 def lines_of(name):
-    if not (RECORDS / name).exists():
-        pytest.skip(f"the recorded games ({name}) are not beside the checkout")
     with gzip.open(RECORDS / name, "rt") as file:
         return [json.loads(line) for line in file]
 

@@ -10,6 +10,7 @@ from racecraft.contract.world import allocate
 from racecraft.envs.battlesnake.board import Board, BoardError, Snake
 from racecraft.envs.battlesnake.observation import PLANES, observe_board
 from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.envs.battlesnake.solo_maze import level_of
 from racecraft.envs.battlesnake.world import BattlesnakeWorld, Prizes, WorldSettings
 from racecraft.kernels import set_threads, threads
 
@@ -47,6 +48,12 @@ def stepped(settings, ticks, seed=3):
         actions = liking.argmax(axis=-1)
         world.step(actions, buffers)
         yield world, buffers, actions
+
+
+def test_a_solo_maze_grows_in_a_world_of_training_too():
+    game = GameSettings(11, 11, 1, "solo", "solo_maze", hazard_damage=100)
+    levels = {level_of(world.board(0)) for world, _, _ in stepped(WorldSettings(game, 1), 200)}
+    assert {0, 1} <= levels
 
 
 @pytest.mark.parametrize("ruleset", ["standard", "wrapped", "constrictor"])

@@ -1,15 +1,13 @@
 """How much the length of the original's steps varies, computed from real logs; it is the figure that we emulate."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from tests.reference import HAS_ALL, LARGE, TRACES
 
 from racecraft.envs.deepracer.fidelity import TICK_JITTER
 from racecraft.envs.deepracer.vehicle import TICK_SECONDS
 from racecraft.formats.aws.sim_trace import read_sim_trace
 
-LOGS = Path(__file__).resolve().parents[4] / "shared" / "data" / "traces"
 SETTLED_ROWS = 12
 """A car that has been told one speed for so many rows drives it."""
 
@@ -28,13 +26,14 @@ def ways_in_a_row(folder):
     return np.array(pairs)
 
 
-@pytest.mark.skipif(not LOGS.is_dir(), reason="the reference logs are not beside the checkout")
-def test_the_length_of_a_tick_strays_as_in_the_logs_of_2022():
+@pytest.mark.parametrize("log", ["console-2022", "drfc-1-worker"])
+def test_the_length_of_a_tick_strays_as_in_the_logs_of_2022(log):
     """A pose read early or late adds to one way what it takes from the next; what is left over is the ticks' own."""
-    for log in ("console-2022", "drfc-1-worker"):
-        pairs = ways_in_a_row(LOGS / log)
-        assert len(pairs) > 500
-        (spread, between), _ = np.cov(pairs.T)
-        assert between < 0
-        own = np.sqrt(spread + 2.0 * between)
-        assert own == pytest.approx(TICK_JITTER / np.sqrt(3.0), abs=0.006), log
+    if log == "console-2022" and not HAS_ALL:
+        pytest.skip(LARGE)
+    pairs = ways_in_a_row(TRACES / log)
+    assert len(pairs) > 500
+    (spread, between), _ = np.cov(pairs.T)
+    assert between < 0
+    own = np.sqrt(spread + 2.0 * between)
+    assert own == pytest.approx(TICK_JITTER / np.sqrt(3.0), abs=0.006)

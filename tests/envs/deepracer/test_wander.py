@@ -1,9 +1,8 @@
 """How far the original's wheels wander from what they are told, computed from real logs; it is what we emulate."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from tests.reference import HAS_ALL, LARGE, TRACES
 
 from racecraft.envs.deepracer.fidelity import TICK_JITTER, WHEEL_KICK
 from racecraft.envs.deepracer.kernels.vehicle import drive
@@ -13,7 +12,6 @@ from racecraft.evaluation.deepracer.recompute import places_of, recompute
 from racecraft.formats.aws.sim_trace import SimTrace, read_sim_trace
 from racecraft.tracks.catalogue import load_track
 
-LOGS = Path(__file__).resolve().parents[4] / "shared" / "data" / "traces"
 FROM_ITERATION = 12
 """Before that, episodes are too short for many windows."""
 CAR = PROFILES["v4"]
@@ -51,12 +49,13 @@ def driven_again(trace, track, rng, kick):
     return SimTrace(dict(columns, yaw=np.degrees(yaw)))
 
 
-@pytest.mark.skipif(not LOGS.is_dir(), reason="the reference logs are not beside the checkout")
 @pytest.mark.parametrize("log", ["console-2022/sim-trace/training", "drfc-1-worker"])
 def test_a_car_whose_wheels_wander_so_strays_from_ours_as_the_logged_cars_do(log):
     """One push for both trainings of 2022: hardly too much for one, hardly too little for the other."""
+    if log.startswith("console-2022") and not HAS_ALL:
+        pytest.skip(LARGE)
     track = load_track("reinvent_base")
-    paths = (LOGS / log / "training-simtrace").glob("*.csv")
+    paths = (TRACES / log / "training-simtrace").glob("*.csv")
     traces = [read_sim_trace(path) for path in sorted(paths) if int(path.stem.split("-")[0]) >= FROM_ITERATION]
 
     def median_stray(kick):

@@ -8,6 +8,7 @@ import random
 from pathlib import Path
 
 import pytest
+from tests.reference import DATA
 
 from racecraft.analysis.battlesnake.board_frames import frame, game_end, game_facts
 from racecraft.contract.errors import InputFileError, UserInputError
@@ -22,7 +23,7 @@ from racecraft.evaluation.battlesnake.record import verdict, write_record
 from racecraft.evaluation.battlesnake.seats import take_seat
 from racecraft.players.battlesnake.messages import GameCard, message
 
-RECORDS = Path(__file__).resolve().parents[4] / "shared" / "data" / "battlesnake"
+RECORDS = DATA / "battlesnake"
 
 
 def game_of(players=3, seed=5, **settings):
@@ -141,8 +142,6 @@ def test_a_spoilt_game_is_found(played, tmp_path, what):
 
 @pytest.mark.parametrize("name", ["official_engine_trajectories.jsonl.gz"])
 def test_games_of_the_official_engine_agree_when_only_positions_are_kept(name, tmp_path):
-    if not (RECORDS / name).exists():
-        pytest.skip(f"the recorded games ({name}) are not beside the checkout")
     steps = 0
     for number, game in enumerate(read_games(RECORDS / name)):
         boards = [game.start, *(step.after_map for step in game.steps)]
@@ -189,6 +188,15 @@ def test_what_is_no_game_is_refused(tmp_path, text, words):
 def test_a_ruleset_that_we_do_not_know_is_refused(played, tmp_path):
     lines = json.loads(json.dumps(official(played)).replace('"standard"', '"standrad"'))
     with pytest.raises((InputFileError, BoardError), match="standrad.*standard"):
+        verified(tmp_path / "game.jsonl", lines)
+
+
+def test_a_map_that_we_do_not_know_is_refused(played, tmp_path):
+    lines = official(played)
+    for line in lines:
+        if "game" in line:
+            line["game"]["map"] = "hz_spirall"
+    with pytest.raises((InputFileError, BoardError), match="hz_spirall.*hz_spiral"):
         verified(tmp_path / "game.jsonl", lines)
 
 

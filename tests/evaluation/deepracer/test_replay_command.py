@@ -6,15 +6,13 @@ from pathlib import Path
 
 import pytest
 import typer
+from tests.reference import DATA
 from typer.testing import CliRunner
 
 from racecraft.cli.deepracer.replay import replay
 
-DATA = Path(__file__).resolve().parents[3] / ".." / "shared" / "data"
 TRACE = DATA / "traces" / "drfc-1-worker" / "evaluation-20220709200242"
 TRACK = DATA / "tracks" / "reinvent_base.npy"
-
-pytestmark = pytest.mark.skipif(not DATA.exists(), reason="the recorded races are not beside the checkout")
 
 
 @pytest.fixture

@@ -1,9 +1,9 @@
 """`hyperparameters.json`: real files, other spellings, wrong values."""
 
 import json
-from pathlib import Path
 
 import pytest
+from tests.reference import DATA
 
 from racecraft.contract.errors import HyperparameterError
 from racecraft.formats.aws.hyperparameters import (
@@ -14,8 +14,6 @@ from racecraft.formats.aws.hyperparameters import (
     write_hyperparameters,
 )
 
-DATA = Path(__file__).resolve().parents[3] / ".." / "shared" / "data"
-
 
 def read(tmp_path, text):
     path = tmp_path / "hyperparameters.json"
@@ -24,8 +22,6 @@ def read(tmp_path, text):
 
 
 def test_every_real_file_reads_and_comes_back_the_same(tmp_path):
-    if not DATA.is_dir():
-        pytest.skip("the reference data is not beside the checkout")
     paths = [*DATA.glob("models/**/hyperparameters.json"), *DATA.glob("traces/**/hyperparameters.json")]
     assert len(paths) >= 3
     for path in paths:
@@ -39,8 +35,6 @@ def test_every_real_file_reads_and_comes_back_the_same(tmp_path):
 
 
 def test_the_template_of_deepracer_for_cloud_holds_what_it_holds():
-    if not DATA.is_dir():
-        pytest.skip("the reference data is not beside the checkout")
     got = read_hyperparameters(DATA / "models/drfc-defaults/hyperparameters.json")
     assert (got.discount_factor, got.lr, got.num_epochs, got.sac_alpha) == (0.99, 0.0003, 5, 0.2)
     assert any("term_cond_avg_score 350 is a template's value" in note for note in got.notes)

@@ -3,9 +3,9 @@
 import dataclasses
 import json
 import math
-from pathlib import Path
 
 import pytest
+from tests.reference import DATA
 
 from racecraft.contract.errors import MetadataError
 from racecraft.formats.aws.model_metadata import (
@@ -18,7 +18,6 @@ from racecraft.formats.aws.model_metadata import (
     write_model_metadata,
 )
 
-DATA = Path(__file__).resolve().parents[3] / ".." / "shared" / "data"
 CAR = {
     "action_space": [{"steering_angle": -30, "speed": 1.0}, {"steering_angle": 30, "speed": 1.0}],
     "sensor": ["FRONT_FACING_CAMERA"],
@@ -36,8 +35,6 @@ def car_file(tmp_path, **changes):
 
 
 def real_files():
-    if not DATA.is_dir():
-        pytest.skip("the reference data is not beside the checkout")
     return sorted(DATA.glob("models/**/*.json")) + sorted(DATA.glob("traces/**/model_metadata.json"))
 
 
@@ -55,8 +52,6 @@ def test_every_real_file_reads_and_comes_back_the_same(tmp_path):
 
 
 def test_a_real_file_says_what_it_says():
-    if not DATA.is_dir():
-        pytest.skip("the reference data is not beside the checkout")
     metadata = read_model_metadata(DATA / "traces/console-2022/model/model_metadata.json")
     assert len(metadata.actions) == 14
     assert metadata.actions[2] == CarAction(math.radians(-20), 1.0)

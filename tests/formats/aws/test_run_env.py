@@ -1,13 +1,12 @@
 """Files of settings of DeepRacer for Cloud, as users bring them."""
 
-from pathlib import Path
-
 import pytest
+from tests.reference import DATA
 
 from racecraft.formats.aws.run_env import RunEnvError, edit_run_env, read_env_folder, read_run_env, run_env_text
 from racecraft.formats.aws.run_env_variables import BY_NAME, ENV_VARIABLES, OTHER_SPELLINGS, STATUSES
 
-DATA = Path(__file__).resolve().parents[3] / ".." / "shared" / "data" / "models" / "drfc-defaults"
+TEMPLATES = DATA / "models" / "drfc-defaults"
 
 
 def written(tmp_path, text, name="run.env"):
@@ -17,9 +16,7 @@ def written(tmp_path, text, name="run.env"):
 
 
 def test_the_templates_of_deepracer_for_cloud_are_fully_known():
-    if not DATA.is_dir():
-        pytest.skip("the reference data is not beside the checkout")
-    env = read_run_env(DATA / "template-system.env", DATA / "template-run.env")
+    env = read_run_env(TEMPLATES / "template-system.env", TEMPLATES / "template-run.env")
     assert not [note for note in env.notes if "unknown" in note or "not set" in note]
     assert env.text("DR_LOCAL_S3_REWARD_KEY") == "custom_files/reward_function.py"
     assert env.text("DR_UPLOAD_S3_PREFIX") == "rl-deepracer-sagemaker-1"

@@ -1,9 +1,9 @@
 """Metrics files: real ones come back byte for byte; wrong ones get letters."""
 
 import json
-from pathlib import Path
 
 import pytest
+from tests.reference import TRACES
 
 from racecraft.contract.errors import ContractError
 from racecraft.formats.aws.training_metrics import (
@@ -17,13 +17,9 @@ from racecraft.formats.aws.training_metrics import (
     write_training_metrics,
 )
 
-DATA = Path(__file__).resolve().parents[3] / ".." / "shared" / "data" / "traces"
-
 
 def test_every_real_file_comes_back_byte_for_byte(tmp_path):
-    if not DATA.is_dir():
-        pytest.skip("the reference data is not beside the checkout")
-    paths = sorted(DATA.glob("**/metrics/**/*.json"))
+    paths = sorted(TRACES.glob("**/metrics/**/*.json"))
     assert len(paths) == 5
     for path in paths:
         file = read_metrics_file(path)

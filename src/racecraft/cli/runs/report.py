@@ -31,16 +31,19 @@ def leave_report(run: Path, tell: Callable[[str], None]) -> dict[str, str]:
 def report(
     run: Annotated[Path, typer.Argument(help="A run folder, such as runs/reinvent_base-1.")],
     output: Annotated[Path | None, typer.Option(help="HTML file to write; by default report.html in the run.")] = None,
+    plots: Annotated[
+        list[Path] | None, typer.Option(help="Your own plots: a Python file or a folder of them; of a car.")
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
 ) -> None:
-    """Write one self-contained HTML page: curves, best lap, actions, where cars left the road, settings, cost.
+    """Write one self-contained HTML page: what happened and what to try next, curves, best lap, actions, exits, cost.
 
     Example: racecraft report runs/reinvent_base-1
     """
     from racecraft.cli.output import print_json
     from racecraft.reporting.gallery import report_run
 
-    page = report_run(run, output or run / PAGE)
+    page = report_run(run, output or run / PAGE, plots or ())
     if json:
         print_json({"report": str(page)})
         return

@@ -22,7 +22,7 @@ from racecraft.analysis.deepracer.logs.actions import (
 from racecraft.analysis.deepracer.logs.circuit import find_track, on_track, track_or_none
 from racecraft.analysis.deepracer.logs.episodes import per_iteration, simulation_agg
 from racecraft.analysis.deepracer.logs.evaluations import evaluation_grid, evaluation_table
-from racecraft.analysis.deepracer.logs.exits import endings, exit_points, exits_by_segment
+from racecraft.analysis.deepracer.logs.exits import endings, exit_points, exits_by_segment, exits_by_segment_plot
 from racecraft.analysis.deepracer.logs.fitting import fitted_line
 from racecraft.analysis.deepracer.logs.heat import action_heat_maps, cells, reward_heat_map
 from racecraft.analysis.deepracer.logs.laps import (
@@ -30,11 +30,24 @@ from racecraft.analysis.deepracer.logs.laps import (
     lap_features,
     lap_times,
     sector_correlations,
+    sector_losses,
     sector_times,
 )  # fmt: skip
-from racecraft.analysis.deepracer.logs.motion import episode_distributions, slides, with_motion
+from racecraft.analysis.deepracer.logs.motion import (
+    best_episode_distributions,
+    episode_distributions,
+    slides,
+    with_motion,
+)  # fmt: skip
 from racecraft.analysis.deepracer.logs.own import own_plots
-from racecraft.analysis.deepracer.logs.paths import best_laps, one_episode, one_iteration, selected_laps, top_iterations
+from racecraft.analysis.deepracer.logs.paths import (
+    best_laps,
+    last_iteration,
+    one_episode,
+    one_iteration,
+    selected_laps,
+    top_iterations,
+)  # fmt: skip
 from racecraft.analysis.deepracer.logs.plot import Plot, PlotError
 from racecraft.analysis.deepracer.logs.progress import training_progress
 from racecraft.analysis.deepracer.logs.rescoring import new_reward, reward_params
@@ -55,12 +68,13 @@ from racecraft.analysis.deepracer.logs.waypoints import reward_per_waypoint
 
 __all__ = [
     "Plot", "PlotError", "action_breakdown", "action_heat_maps", "action_histogram", "action_index_map",
-    "action_names", "action_sequences", "action_space", "action_table", "best_laps", "cells", "common_rewards",
-    "completion_progress", "discount_tester", "endings", "episode_distributions", "evaluation_grid",
-    "evaluation_table", "exit_points", "exits_by_segment", "find_segments", "find_track", "fitted_line", "in_segments",
-    "lap_correlations", "lap_features", "lap_scatter", "lap_time_progress", "lap_times", "metrics_best_laps",
-    "metrics_summary", "new_reward", "on_track", "one_episode", "one_iteration", "own_plots", "per_iteration",
-    "quintiles", "reward_distribution", "reward_heat_map", "reward_params", "reward_per_waypoint", "scatter_of_laps",
-    "sector_correlations", "sector_times", "segments_plot", "selected_laps", "simulation_agg", "slides", "stability",
-    "straights_and_curves", "top_iterations", "track_or_none", "training_progress", "with_motion",
+    "action_names", "action_sequences", "action_space", "action_table", "best_episode_distributions", "best_laps",
+    "cells", "common_rewards", "completion_progress", "discount_tester", "endings", "episode_distributions",
+    "evaluation_grid", "evaluation_table", "exit_points", "exits_by_segment", "exits_by_segment_plot", "find_segments",
+    "find_track", "fitted_line", "in_segments", "lap_correlations", "lap_features", "lap_scatter", "lap_time_progress",
+    "lap_times", "last_iteration", "metrics_best_laps", "metrics_summary", "new_reward", "on_track", "one_episode",
+    "one_iteration", "own_plots", "per_iteration", "quintiles", "reward_distribution", "reward_heat_map",
+    "reward_params", "reward_per_waypoint", "scatter_of_laps", "sector_correlations", "sector_losses", "sector_times",
+    "segments_plot", "selected_laps", "simulation_agg", "slides", "stability", "straights_and_curves",
+    "top_iterations", "track_or_none", "training_progress", "with_motion",
 ]  # fmt: skip

@@ -9,11 +9,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from racecraft.analysis.deepracer.logs.actions import action_table
+from racecraft.analysis.deepracer.logs.actions import action_histogram, action_table
 from racecraft.analysis.deepracer.logs.episodes import QUINTILES, simulation_agg
-from racecraft.analysis.deepracer.logs.exits import exits_by_segment
-from racecraft.analysis.deepracer.logs.laps import correlation, sector_correlations
-from racecraft.analysis.deepracer.logs.plot import PlotError, values
+from racecraft.analysis.deepracer.logs.exits import exit_points, exits_by_segment
+from racecraft.analysis.deepracer.logs.laps import correlation, sector_correlations, sector_losses
+from racecraft.analysis.deepracer.logs.plot import Plot, PlotError, values
+from racecraft.analysis.deepracer.logs.progress import training_progress
+from racecraft.analysis.deepracer.logs.scatter import scatter_of_laps
 from racecraft.analysis.deepracer.logs.step_times import stability
 from racecraft.analysis.deepracer.logs.straights import straights_and_curves
 from racecraft.tracks.track import Track
@@ -33,6 +35,10 @@ class Advice:
     """What the log shows, with figures."""
     try_: str
     """What to change, or to leave."""
+    plot: Callable[[], Plot] | None = None
+    """Makes the figure that shows it."""
+    command: str = ""
+    """What to type next; RUN stands for the run or log."""
 
 
 def advice(ticks: pl.DataFrame, track: Track | None) -> list[Advice]:
@@ -40,7 +46,7 @@ def advice(ticks: pl.DataFrame, track: Track | None) -> list[Advice]:
     episodes = simulation_agg(ticks)
     if episodes.height < FEWEST_EPISODES:
         return []
-    found = [*_timing(ticks), *_learning(episodes), *_reward(episodes)]
+    found = [*_timing(ticks), *_learning(ticks, episodes), *_reward(ticks, episodes)]
     if track is not None:
         last = ticks.filter(ticks["unique_episode"].is_in(_last_fifths(episodes).implode()))
         found += [*_quietly(_exits, last, track), *_quietly(_speed, last, track), *_quietly(_sectors, ticks, track)]
@@ -68,10 +74,11 @@ def _timing(ticks: pl.DataFrame) -> Iterator[Advice]:
         yield Advice(
             f"In {shaky.height} of {table.height} iterations the simulator could not keep fifteen steps a second.",
             "Give it fewer workers or a faster machine first: a car trained with late steps drives late.",
+            lambda: stability(ticks),
         )
 
 
-def _learning(episodes: pl.DataFrame) -> Iterator[Advice]:
+def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame) -> Iterator[Advice]:
     import polars as pl
 
     fifths = episodes.group_by("quintile").agg(pl.col("progress_share").mean(), pl.col("complete").mean())
@@ -80,24 +87,29 @@ def _learning(episodes: pl.DataFrame) -> Iterator[Advice]:
     words = f"Mean progress went from {100 * before:.0f} % in the fourth fifth of the episodes to {100 * now:.0f} % in "
     words += f"the last, {100 * full:.0f} % of which are full laps."
     if now > before + 0.03:
-        yield Advice(words, "It is still learning: train on from the last checkpoint before you change anything.")
+        try_ = "It is still learning: train on from the last checkpoint before you change anything."
+        command = "racecraft train --run RUN --resume --stop minutes=10"
     elif now < before - 0.03:
-        yield Advice(words, "It has got worse: go on from the best checkpoint, with a smaller learning rate.")
+        try_ = "It has got worse: go on from the best checkpoint, with a smaller learning rate."
+        command = "racecraft train --from RUN:best --set ppo.learning_rate=1e-4"
     elif full < 0.5:
-        yield Advice(
-            words, "It stands still below full laps: change the reward or the actions where it leaves the road."
-        )
+        try_ = "It stands still below full laps: change the reward or the actions where it leaves the road."
+        command = "racecraft look RUN"
     else:
-        yield Advice(words, "It stands still and finishes: ask for more speed, in the reward or in the actions.")
+        try_ = "It stands still and finishes: ask for more speed, in the reward or in the actions."
+        command = "racecraft train my-car --from RUN:best"
+    yield Advice(words, try_, lambda: training_progress(ticks), command)
 
 
-def _reward(episodes: pl.DataFrame) -> Iterator[Advice]:
+def _reward(ticks: pl.DataFrame, episodes: pl.DataFrame) -> Iterator[Advice]:
     told = correlation(*values(episodes, "reward", "progress_share"))
     if told is not None and told < 0.5:
         yield Advice(
             f"The reward of an episode goes with its progress by {told:+.2f} only (1 is perfectly).",
             "The car is paid for something else than coming forward: look at the common rewards, and at what a lap "
             "that gets nowhere is paid.",
+            lambda: scatter_of_laps(ticks),
+            "racecraft logs RUN --page logs.html --reward new_reward.py",
         )
     full = episodes.filter(episodes["complete"])
     told = correlation(*values(full, "reward", "seconds"))
@@ -105,6 +117,8 @@ def _reward(episodes: pl.DataFrame) -> Iterator[Advice]:
         yield Advice(
             f"Among {full.height} full laps the slow ones are paid more ({told:+.2f} between time and reward).",
             "Each step is paid, so more steps pay more: divide by the steps, or pay speed.",
+            lambda: scatter_of_laps(ticks, complete=True),
+            "racecraft logs RUN --page logs.html --reward new_reward.py",
         )
 
 
@@ -116,6 +130,8 @@ def _exits(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
             f"Segment {worst['name']} takes {worst['exits']} of {table['exits'].sum()} exits of the last two fifths; "
             f"{100 * worst['passed_share']:.0f} % get through it, at {worst['speed_mps']:.2f} m/s where they leave.",
             "Pay for the right line or less speed there, and start more episodes before it.",
+            lambda: exit_points(ticks, track),
+            "racecraft look RUN",
         )
 
 
@@ -130,6 +146,8 @@ def _speed(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
             yield Advice(
                 f"On straights it asks for {mean:.2f} m/s on average, of {top:.2f} m/s it may.",
                 "Speed is not used: pay for it on straights, or drop the slow action that points ahead.",
+                lambda: straights_and_curves(ticks, track),
+                "racecraft train my-car --from RUN:best",
             )
 
 
@@ -141,6 +159,8 @@ def _sectors(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
         f"Full laps lose {lost:.2f} s to the best sectors put together, {worst['lost_seconds']:.2f} s of it in "
         f"{worst['name']}.",
         "That segment has the most time to win.",
+        lambda: sector_losses(ticks, track),
+        "racecraft evaluate RUN --laps 5 --video laps.mp4",
     )
 
 
@@ -156,4 +176,6 @@ def _actions(ticks: pl.DataFrame) -> Iterator[Advice]:
             f"Late in the training {rare.height} action{'s are' if rare.height > 1 else ' is'} chosen in less than one "
             f"step of a hundred: {names}.",
             "An action nobody chooses only dilutes exploration: leave it out of the next car.",
+            lambda: action_histogram(ticks),
+            "racecraft new my-car",
         )

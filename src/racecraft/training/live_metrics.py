@@ -1,0 +1,159 @@
+"""The figures of a training while it runs, as Prometheus text over HTTP. Begin with `LiveMetrics`.
+
+Names are those that DeepRacer for Cloud sends to Telegraf, measurement and field joined as Telegraf's own Prometheus
+output joins them, so that boards made for it keep their names (facts: deepracer-systems.md A3). What it has no name for
+is called `racecraft_…`. The server answers on this machine only.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+
+from racecraft.contract.errors import UserInputError
+from racecraft.training.callbacks import IterationReport
+
+HOST = "127.0.0.1"
+PATH = "/metrics"
+CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
+HIGHEST_PORT = 65535
+
+HELP = {
+    "dr_training_episodes_reward": "Mean sum of rewards of the episodes that ended in the iteration.",
+    "dr_training_episodes_progress": "Mean score of those episodes: of cars per cent of a lap.",
+    "dr_eval_episodes_progress": "Score of the latest evaluation: of cars per cent of a lap.",
+    "dr_eval_episodes_elapsed_time": "Best lap of the latest evaluation, ms.",
+    "dr_sagemaker_epochs_entropy": "Entropy of the policy, nat.",
+    "racecraft_iteration": "Iterations since the run's birth.",
+    "racecraft_steps_total": "Environment steps since the run's birth.",
+    "racecraft_episodes_total": "Training episodes that ended since this process began.",
+    "racecraft_steps_per_second": "Environment steps a second in the iteration, everything in.",
+    "racecraft_training_seconds_total": "Seconds since the first training tick.",
+    "racecraft_best_iteration": "Iteration of the best evaluation so far.",
+    "racecraft_training_running": "1 while it trains, 0 when it is over.",
+}
+"""Every name, and what it is; the learner's other figures come as racecraft_learner{figure=…}."""
+COUNTERS = ("racecraft_steps_total", "racecraft_episodes_total", "racecraft_training_seconds_total")
+LEARNER = "racecraft_learner"
+
+
+class LiveMetricsError(UserInputError):
+    """The metrics cannot be served where they were asked for."""
+
+
+class LiveMetrics:
+    """A training callback that serves the latest figures.
+
+    Args:
+        port: TCP port, 0 to HIGHEST_PORT; 0 takes a free one.
+        model: What the label `model` says.
+
+    Raises:
+        LiveMetricsError: The port is none, or is taken.
+    """
+
+    def __init__(self, port: int, model: str) -> None:
+        if not 0 <= port <= HIGHEST_PORT:
+            raise LiveMetricsError(f"--metrics-port is {port}; expected 0 to {HIGHEST_PORT}.")
+        self._labels = {"model": model, "worker": "0"}
+        self._values: dict[str, float] = {"racecraft_training_running": 0.0}
+        self._learner: Mapping[str, float] = {}
+        self._lock = threading.Lock()
+        try:
+            self._server = ThreadingHTTPServer((HOST, port), _handler(self))
+        except OSError as error:
+            raise LiveMetricsError(
+                f"--metrics-port {port} cannot be opened on {HOST} ({error.strerror or error}); expected a free port. "
+                "Choose another; 0 takes any."
+            ) from error
+        self.port = int(self._server.server_address[1])
+        self._thread = threading.Thread(target=self._server.serve_forever, name="live metrics", daemon=True)
+        self._thread.start()
+
+    @property
+    def address(self) -> str:
+        """Where they are read."""
+        return f"http://{HOST}:{self.port}{PATH}"
+
+    def begin(self, title: str, stops: str, score_name: str) -> None:
+        """Say that it trains."""
+        self._put({"racecraft_training_running": 1.0})
+
+    def iteration(self, report: IterationReport) -> None:
+        """Take the figures of an iteration."""
+        told: dict[str, float | None] = {
+            "dr_training_episodes_reward": report.mean_reward,
+            "dr_training_episodes_progress": report.training_score,
+            "dr_sagemaker_epochs_entropy": report.losses.get("entropy"),
+            "racecraft_iteration": report.iteration,
+            "racecraft_steps_total": report.steps,
+            "racecraft_steps_per_second": report.steps_per_second,
+            "racecraft_training_seconds_total": report.seconds,
+            "racecraft_episodes_total": self._values.get("racecraft_episodes_total", 0.0) + report.episodes,
+        }
+        if report.result is not None:
+            lap = report.result.figures.get("best_lap_seconds")
+            told["dr_eval_episodes_progress"] = report.result.score
+            told["dr_eval_episodes_elapsed_time"] = None if lap is None else 1000.0 * lap
+        if report.is_best:
+            told["racecraft_best_iteration"] = report.iteration
+        self._put({name: float(value) for name, value in told.items() if value is not None}, report.losses)
+
+    def end(self, reason: str) -> None:
+        """Say that it is over."""
+        self._put({"racecraft_training_running": 0.0})
+
+    def close(self) -> None:
+        """Let the port go."""
+        self._server.shutdown()
+        self._server.server_close()
+        self._thread.join()
+
+    def text(self) -> str:
+        """Return everything in Prometheus's text format."""
+        with self._lock:
+            values, learner = dict(self._values), dict(self._learner)
+        lines = []
+        for name in HELP:
+            if name in values:
+                kind = "counter" if name in COUNTERS else "gauge"
+                lines += [f"# HELP {name} {HELP[name]}", f"# TYPE {name} {kind}"]
+                lines.append(f"{name}{_labels(self._labels)} {values[name]!r}")
+        if learner:
+            lines += [f"# HELP {LEARNER} A figure of the learner's latest update.", f"# TYPE {LEARNER} gauge"]
+            lines += [f"{LEARNER}{_labels({**self._labels, 'figure': k})} {float(v)!r}" for k, v in learner.items()]
+        return "\n".join(lines) + "\n"
+
+    def _put(self, values: Mapping[str, float], learner: Mapping[str, float] | None = None) -> None:
+        with self._lock:
+            self._values.update(values)
+            self._learner = self._learner if learner is None else learner
+
+
+def _labels(labels: Mapping[str, str]) -> str:
+    def quoted(text: str) -> str:
+        return text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+
+    return "{" + ",".join(f'{name}="{quoted(value)}"' for name, value in labels.items()) + "}"
+
+
+def _handler(metrics: LiveMetrics) -> type[BaseHTTPRequestHandler]:
+    class Handler(BaseHTTPRequestHandler):
+        """Answers GET /metrics."""
+
+        def do_GET(self) -> None:  # noqa: N802 (the library's name)
+            """Send the text."""
+            found = self.path.split("?")[0] == PATH
+            body = (metrics.text() if found else f"Look at {PATH}.\n").encode()
+            self.send_response(200 if found else 404)
+            self.send_header("Content-Type", CONTENT_TYPE)
+            self.send_header("Content-Length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+
+        def log_message(self, format: str, *args: Any) -> None:
+            """Say nothing: a scrape every few seconds is no news."""
+
+    return Handler
