@@ -38,7 +38,7 @@ def address(run):
 
 
 def ask(address, way):
-    with urllib.request.urlopen(address + way, timeout=5) as answer:
+    with urllib.request.urlopen(address + way, timeout=60) as answer:
         return answer.headers["Content-Type"], answer.read()
 
 
