@@ -33,8 +33,14 @@ class EnvContext(dict[str, Any]):
 class RllibLines(Silent):
     """Says after each iteration what RLlib said, in its names, so that metric definitions go on finding it."""
 
+    def __init__(self) -> None:
+        self._told = 0
+
     def iteration(self, report: IterationReport) -> None:
-        """Print an iteration."""
+        """Print an iteration; one that is judged afterwards is not said twice."""
+        if report.iteration == self._told:
+            return
+        self._told = report.iteration
         if report.mean_reward is not None:
             print(f"  episode_reward_mean: {report.mean_reward:.6g}")
         print(f"  episodes_this_iter: {report.episodes}")
@@ -57,7 +63,7 @@ def train_experiment(experiment: Mapping[str, Any]) -> Trained:
     told = translated(experiment)
     for sentence in told.said:
         print(f"- {sentence}")
-    environment = _registered(told.environment, told.env_config)
+    environment = _registered(told.environment, told.env_config, told.horizon)
     model = os.environ.get("SM_MODEL_DIR")
     run = Path(model, "run") if model else None
     if run is not None and (run / JOB).exists():
@@ -66,7 +72,7 @@ def train_experiment(experiment: Mapping[str, Any]) -> Trained:
     return worlds.train(request, RllibLines(), print)
 
 
-def _registered(name: str, env_config: Mapping[str, Any]) -> str:
+def _registered(name: str, env_config: Mapping[str, Any], horizon: int) -> str:
     """Return the id under which Gymnasium finds an environment of the script; any other name is Gymnasium's own."""
     if name not in _creators:
         return name
@@ -77,6 +83,7 @@ def _registered(name: str, env_config: Mapping[str, Any]) -> str:
         known,
         entry_point=lambda **words: FromOldGym(creator(EnvContext(env_config, next(number)))),
         disable_env_checker=True,
+        max_episode_steps=horizon,
         order_enforce=False,
     )
     return known

@@ -42,6 +42,7 @@ WORDS: Mapping[str, Word] = {
     "num_envs_per_worker": Word(ELSEWHERE, "see num_workers"),
     "train_batch_size": Word(ELSEWHERE, "rollout.horizon = train_batch_size / rollout.num_worlds"),
     "seed": Word(ELSEWHERE, "--seed"),
+    "horizon": Word(ELSEWHERE, "ticks after which an episode of the script's environment is cut; 1,000 unless said"),
     "model": Word(ELSEWHERE, "fcnet_hiddens: network.hidden_units; fcnet_activation: network.activation"),
     "kl_coeff": Word("", "this PPO clips and has no KL penalty beside it"),
     "kl_target": Word("", "this PPO clips and has no KL penalty beside it"),
@@ -75,6 +76,8 @@ STOPS: Mapping[str, str] = {
     "episode_reward_mean": "score",
 }
 """RLlib's stops, and ours; seconds become minutes."""
+LONGEST_EPISODE = 1000
+"""Ticks; a greedy policy that has learned nothing yet may never end an episode by itself."""
 JUDGED_EPISODES = 4
 """Episodes of one evaluation, each in an environment of its own: scripts' environments may be whole programs."""
 MODEL_WORDS = ("fcnet_hiddens", "fcnet_activation", "vf_share_layers", "free_log_std")
@@ -90,6 +93,8 @@ class Translated:
     """group.name=value."""
     stops: tuple[str, ...]
     seed: int | None
+    horizon: int
+    """Ticks after which an episode is cut; its value still follows."""
     said: tuple[str, ...] = field(default_factory=tuple)
     """What has no meaning here, a sentence each."""
 
@@ -129,9 +134,10 @@ def translated(experiment: Mapping[str, Any]) -> Translated:
             settings.append(f"{word.setting}={'none' if value is None else value}")
     model = {**config.get("model", {}), **{name: config[name] for name in ("vf_share_layers",) if name in config}}
     settings += _model(model, said)
+    horizon = int(config.get("horizon") or LONGEST_EPISODE)
     stops = tuple(_stop(name, amount) for name, amount in dict(experiment.get("stop", {})).items())
     return Translated(
-        environment, config.get("env_config", {}), tuple(settings), stops, config.get("seed"), tuple(said)
+        environment, config.get("env_config", {}), tuple(settings), stops, config.get("seed"), horizon, tuple(said)
     )
 
 
