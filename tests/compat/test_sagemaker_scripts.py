@@ -1,5 +1,7 @@
 """Launcher scripts of SageMaker RL run unchanged, AWS's own article among them; their words are translated."""
 
+import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -114,27 +116,33 @@ def published_script():
     return head + "\n".join(lines) + "\n"
 
 
-def run_article(tmp_path, monkeypatch, capsys, *overrides):
-    """Run AWS's script; the player is our stand-in over the real wire."""
+def run_article(tmp_path, *overrides):
+    """Run AWS's script; the player is our stand-in over the real wire.
+
+    In a process of its own: the script closes no player, so they stay for as long as its process does.
+    """
     pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
-    monkeypatch.setenv("RACECRAFT_UNITY_MANIFEST", str(tmp_path / "no-manifest.yaml"))
-    monkeypatch.setenv("SM_NUM_CPUS", "2")
     (tmp_path / "train-unity.py").write_text(published_script())
-    run_script("train-unity.py", overrides)
-    lines = capsys.readouterr().out.splitlines()
+    rooms = {"RACECRAFT_UNITY_MANIFEST": str(tmp_path / "no-manifest.yaml"), "SM_NUM_CPUS": "2"}
+    ran = subprocess.run(
+        [sys.executable, "-m", "racecraft", "run", "train-unity.py", *overrides],
+        cwd=tmp_path, env={**os.environ, **rooms}, capture_output=True, text=True, timeout=600, check=False,
+    )  # fmt: skip
+    assert ran.returncode == 0, ran.stderr
+    lines = ran.stdout.splitlines()
     return lines, [float(line.split()[1]) for line in lines if "episode_reward_mean:" in line]
 
 
-def test_the_article_on_unity_runs(tmp_path, monkeypatch, capsys):
-    lines, means = run_article(tmp_path, monkeypatch, capsys, "--rl.training.stop.timesteps_total", "1000")
+def test_the_article_on_unity_runs(tmp_path):
+    lines, means = run_article(tmp_path, "--rl.training.stop.timesteps_total", "1000")
     assert "  timesteps_total: 1000" in lines
     assert len(means) == 2
 
 
 @pytest.mark.long
-def test_the_article_on_unity_learns_its_basic(tmp_path, monkeypatch, capsys):
+def test_the_article_on_unity_learns_its_basic(tmp_path):
     """10,000 steps as printed, to the 0.9 that the article tells of."""
-    lines, means = run_article(tmp_path, monkeypatch, capsys)
+    lines, means = run_article(tmp_path)
     assert "  timesteps_total: 10000" in lines
     assert means[-1] > 0.9
 
