@@ -78,7 +78,7 @@ def drive_race(car: TrainedCar, track: Track, rules: JudgedRace, reverse: bool |
     config = rules.race_config(car.settings.race, reverse)
     world = car.world(track, num_cars=1, start_shares=[0.0], laps=rules.laps_in_one, race=config)
     record = judge_race(car.policy, world, rules)
-    return record, Drive(car, world.track, record, record.ticks)
+    return record, Drive(car, world.track, record, record.ticks, record.objects)
 
 
 def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
@@ -165,7 +165,9 @@ def show_drive(
 def film_drive(drive: Drive, video: Path, style: FilmStyle) -> tuple[Path, Path]:
     """Film a drive with one of the cameras of `analysis/deepracer/films/views.py`; return the film and its strip."""
     car = drive.car
-    return write_film(video, drive.shown, drive.track, style, car.mount, car.light, title=_headline(car))
+    return write_film(
+        video, drive.shown, drive.track, style, car.mount, car.light, title=_headline(car), objects=drive.objects
+    )
 
 
 def film_as_aws(drive: Drive, style: FilmStyle, number: int) -> dict[str, Path]:

@@ -140,6 +140,10 @@ def test_a_crash_costs_its_own_penalty_and_is_gone_round():
     assert place.arc[0] - place.arc[1] == pytest.approx(1.2, abs=0.05)
     assert place.is_left[0] != place.is_left[1]
     assert back["lap_seconds"] == pytest.approx(record.ticks[hit]["lap_seconds"] + 2.0 + 1 / 15)
+    boxes, kinds = record.objects
+    assert (boxes.shape, kinds.shape) == ((len(record.ticks), 1, 6), (len(record.ticks), 1))
+    np.testing.assert_array_equal(boxes[:, 0], np.tile(box, (len(boxes), 1)))
+    assert drive(JudgedRace(1), Driver(), seconds=1.0)[0].objects is None
 
 
 @pytest.mark.parametrize(

@@ -139,6 +139,8 @@ class RaceRecord:
     """(T,) mishaps so far in this trial."""
     penalty_seconds: Array
     """(T,) s waited so far in this trial."""
+    objects: tuple[Array, Array] | None
+    """Boxes and bots in every tick, (T, K, 6) and their kinds (T, K), as `Objects` has them; None without any."""
 
     def __len__(self) -> int:
         return len(self.trials)
@@ -261,6 +263,7 @@ class _Marshal:
 
     def __post_init__(self) -> None:
         self._rows: list[tuple[Array, str, float, int, int, float]] = []
+        self._boxes: list[Array] = []
         self._resets_left = self.rules.max_resets
         self._begin = 0
         self._forget_trial()
@@ -308,6 +311,7 @@ class _Marshal:
     def record(self) -> RaceRecord:
         """Return the race."""
         ticks, status, pause, trial, resets, penalty = zip(*self._rows, strict=True)
+        kinds = self.world.kinds[0]
         return RaceRecord(
             tuple(self.trials),
             np.array(list(ticks), race.TICK_REPORT),
@@ -316,11 +320,13 @@ class _Marshal:
             np.array(trial),
             np.array(resets),
             np.round(penalty, 6),
+            (np.array(self._boxes), np.tile(kinds, (len(ticks), 1))) if kinds.size else None,
         )
 
     def _keep(self, report: Array, status: str, pause: float = 0.0) -> None:
         resets = sum(self._counts.values())
         self._rows.append((report.copy(), status, pause, len(self.trials) + 1, resets, self._waited))
+        self._boxes.append(self.world.seen_boxes[0].copy())
 
     def _end_trial(self, report: Array, status: str) -> None:
         full = status == "lap_complete"

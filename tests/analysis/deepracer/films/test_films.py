@@ -12,10 +12,14 @@ from racecraft.analysis.deepracer.films.film import SIZES, FilmStyle, OtherCar, 
 from racecraft.analysis.deepracer.films.moments import HELD_SECONDS, moments
 from racecraft.analysis.deepracer.films.shells import COLOURS, F1_COLOURS, SHELLS, shell_named
 from racecraft.analysis.deepracer.films.solids import Eye, paint_car
+from racecraft.analysis.deepracer.films.standing import filmed_objects
 from racecraft.analysis.deepracer.films.top import TopMap
 from racecraft.analysis.deepracer.films.views import CHASE, VIEWS, FilmedCar, Stage, widened
 from racecraft.contract.errors import UserInputError
 from racecraft.envs.deepracer.camera import MOUNT_V3
+from racecraft.envs.deepracer.light import palette_under
+from racecraft.envs.deepracer.objects import AMAZON_BOX, BOT_CAR, BOX, KINDS
+from racecraft.envs.deepracer.scene import MATERIALS
 from racecraft.envs.deepracer.vehicle import TICK_SECONDS
 
 
@@ -24,8 +28,33 @@ def drive(reports_along):
     return Drive.from_reports(reports_along(40, share=0.3))
 
 
-def stage(track, *cars):
-    return Stage(track, "2026", MOUNT_V3, [FilmedCar(moments(one, 15), shell_named()) for one in cars])
+def stage(track, *cars, objects=None):
+    taken = [moments(one, 15) for one in cars]
+    filmed = [FilmedCar(one, shell_named()) for one in taken]
+    return Stage(track, "2026", MOUNT_V3, filmed, filmed_objects(objects, taken[0]))
+
+
+def box_beside(drive, ahead, kind=BOX, tick=20):
+    """Return a box that stands so many metres ahead of where the car is at a tick, as long as the drive lasts."""
+    x, y, yaw = drive.poses[tick]
+    built = KINDS[kind]
+    box = [x + ahead * math.cos(yaw), y + ahead * math.sin(yaw), yaw, built.length / 2, built.width / 2, built.height]
+    return np.tile(box, (len(drive), 1, 1)), np.full((len(drive), 1), kind)
+
+
+def painted(track, drive, view="chase", objects=None, size=(640, 480)):
+    picture = np.zeros((size[1], size[0], 3), np.uint8)
+    VIEWS[view](stage(track, drive, objects=objects), *size).paint(20, picture)
+    return picture
+
+
+def seen_through(mount, ahead, height, size=(640, 480)):
+    """Return row and column at which a pinhole has a point straight ahead of the car."""
+    dx, dz = ahead - mount.x, height - mount.z
+    depth = dx * math.cos(mount.pitch) - dz * math.sin(mount.pitch)
+    down = -dx * math.sin(mount.pitch) - dz * math.cos(mount.pitch)
+    focal = size[0] / 2 / math.tan(mount.horizontal_view / 2)
+    return round(size[1] / 2 + focal * down / depth), size[0] // 2
 
 
 def area_of(face):
@@ -86,6 +115,62 @@ def test_a_nearer_car_hides_a_farther_one(track, drive):
     own = np.zeros_like(near)
     VIEWS["car"](stage(track, drive), 426, 240).paint(20, own)
     assert np.abs(near.astype(int) - own).mean() > 5.0
+
+
+@pytest.mark.parametrize(("view", "mount"), [("chase", CHASE), ("car", MOUNT_V3)])
+@pytest.mark.parametrize("kind", [BOX, AMAZON_BOX, BOT_CAR])
+def test_a_box_is_seen_where_the_pinhole_has_it_in_its_colour(track, drive, view, mount, kind):
+    """The middle of the side that faces the camera, a metre ahead of the car: the light on a side is 0.8 to 1.1."""
+    picture = painted(track, drive, view, box_beside(drive, 1.0, kind))
+    at = seen_through(mount, 1.0 - KINDS[kind].length / 2, KINDS[kind].height / 2)
+    paint = palette_under("2026", track.look, track.name, for_people=True)[MATERIALS.index(KINDS[kind].name)]
+    light = picture[at] / paint
+    assert 0.8 < light.mean() < 1.1
+    assert np.ptp(light) < 0.03, "one light on all three colours"
+    assert (picture[at] != painted(track, drive, view)[at]).any()
+
+
+def test_a_car_hides_a_box_behind_it_and_is_hidden_by_one_before_it(track, drive):
+    """Seen from behind, at a wheel's foot and at a box's: the nearer thing is painted last."""
+
+    def red(picture):
+        return int(((picture[..., 0] > 100) & (picture[..., 1] < 80) & (picture[..., 2] < 80)).sum())
+
+    free, before, behind = (
+        red(painted(track, drive, objects=objects))
+        for objects in (None, box_beside(drive, 0.4), box_beside(drive, -0.4))
+    )
+    assert free > 500
+    assert before == pytest.approx(free, rel=0.01), "the box stands beyond the car: only soft edges differ"
+    assert behind < 0.8 * free
+
+
+def test_boxes_from_above_are_true_to_scale(track, drive):
+    """0.4 by 0.3 m, enlarged as much as the car beside it."""
+    boxes, kinds = box_beside(drive, 1.5)
+    view = TopMap(track, "2026", 800, 600)
+    brown = palette_under("2026", track.look, track.name, for_people=True)[MATERIALS.index("box_obstacle")]
+    for name, size, inset in (("top", (800, 600), None), ("pip", (640, 480), (192, 144))):
+        picture = painted(track, drive, name, (boxes, kinds), size)
+        if inset is not None:
+            edge = round(0.02 * size[0])
+            picture = picture[edge : edge + inset[1], size[0] - edge - inset[0] : size[0] - edge]
+            view = TopMap(track, "2026", *inset)
+        column, row = view.pixels(boxes[0, :, :2])[0].round().astype(int)
+        np.testing.assert_allclose(picture[row, column], brown, atol=1)
+        scale = np.diff(view.pixels(np.array([[0.0, 0.0], [1.0, 0.0]]))[:, 0])[0]
+        enlarged = max(1.0, 22 / (0.324 * scale))
+        covered = (np.abs(picture - brown.round()) <= 1).all(-1).sum()
+        assert covered == pytest.approx(0.4 * 0.3 * (enlarged * scale) ** 2, rel=0.25)
+
+
+def test_a_bot_moves_evenly_between_ticks_and_a_box_placed_anew_does_not_slide(drive):
+    boxes, kinds = box_beside(drive, 1.0, BOT_CAR)
+    boxes[:, 0, 0] = 0.1 * np.arange(40) + np.where(np.arange(40) >= 20, 5.0, 0.0)
+    x = filmed_objects((boxes, kinds), moments(drive, 60)).boxes[:156, 0, 0]
+    steps = np.diff(x)
+    np.testing.assert_allclose(steps[:76], 0.025, atol=1e-9)
+    assert (steps > 4.0).sum() == 1
 
 
 def test_the_top_view_is_true_to_scale(track):

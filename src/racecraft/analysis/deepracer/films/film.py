@@ -12,6 +12,7 @@ from racecraft.analysis.deepracer.drive import Drive
 from racecraft.analysis.deepracer.films.figures import Overlay
 from racecraft.analysis.deepracer.films.moments import LEAST_FPS, MOST_FPS, Moments, moments
 from racecraft.analysis.deepracer.films.shells import DEEPRACER, shell_named
+from racecraft.analysis.deepracer.films.standing import filmed_objects
 from racecraft.analysis.deepracer.films.views import VIEWS, FilmedCar, Stage
 from racecraft.analysis.video import VideoError, encode_film, film_path
 from racecraft.contract.errors import SettingError, nearest
@@ -77,6 +78,7 @@ def write_film(
     light: str = "2026",
     others: Sequence[OtherCar] = (),
     title: str = "",
+    objects: tuple[Array, Array] | None = None,
 ) -> tuple[Path, Path]:
     """Film a drive, and lay its stills on a strip.
 
@@ -89,6 +91,7 @@ def write_film(
         light: Year of the simulator whose light falls on the circuit.
         others: Further cars, from the same moment on.
         title: Kept in the file.
+        objects: Boxes and bots in every tick, (T, K, 6) and their kinds (T, K), as `objects.Objects` has them.
 
     Returns:
         The film, and its strip: the same name ending in -strip.png.
@@ -102,7 +105,8 @@ def write_film(
     cars = [FilmedCar(taken, shell_named(style.shell, style.colour))]
     cars += [FilmedCar(moments(one.drive, style.fps), shell_named(one.shell, one.colour)) for one in others]
     strip = Strip(len(taken), SIZES[style.size])
-    pictures = _pictures(drive, taken, Stage(track, light, mount, cars), style)
+    stage = Stage(track, light, mount, cars, filmed_objects(objects, taken))
+    pictures = _pictures(drive, taken, stage, style)
     encode_film(path, strip.watch(pictures), style.fps, title)
     stills = path.with_name(f"{path.stem}-strip.png")
     strip.write(stills)

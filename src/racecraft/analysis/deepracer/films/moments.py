@@ -29,6 +29,8 @@ class Moments:
     """(P, 3) x, y, yaw of base_link."""
     chase_yaw: Array
     """(P,) heading of the camera behind the car."""
+    past: Array
+    """(P,) how far behind its tick a picture is taken, share of a tick from 0 to 1."""
 
     def __len__(self) -> int:
         return len(self.ticks)
@@ -52,7 +54,7 @@ def moments(drive: Drive, fps: float) -> Moments:
     slides = np.hypot(step[:, 0], step[:, 1]) < JUMP_M
     between = poses[ticks] + np.where(slides, times - ticks, 0.0)[:, None] * step
     held = np.minimum(np.arange(len(times) + round(HELD_SECONDS * fps)), len(times) - 1)
-    return Moments(ticks[held], between[held], _lagging(between, fps)[held])
+    return Moments(ticks[held], between[held], _lagging(between, fps)[held], (times - ticks)[held])
 
 
 def _lagging(poses: Array, fps: float) -> Array:

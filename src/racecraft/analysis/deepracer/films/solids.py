@@ -35,7 +35,7 @@ class Eye(NamedTuple):
 
 
 def paint_car(picture: Array, eye: Eye, shell: Shell, pose: tuple[float, float, float]) -> None:
-    """Paint a car into a picture (H, W, 3) uint8, in place; nothing stands before it.
+    """Paint a car into a picture (H, W, 3) uint8, in place; what stands before it is painted after it.
 
     Args:
         picture: What the eye sees else.
@@ -47,13 +47,8 @@ def paint_car(picture: Array, eye: Eye, shell: Shell, pose: tuple[float, float, 
     ground = _cut(_into_camera(eye, _placed(_FOOTPRINT, pose)))
     shapes = [(_projected(face, eye, picture), colour) for face, colour in lit]
     shapes = [(outline, colour) for outline, colour in shapes if len(outline) > 2]
-    _lay(picture, [(_projected(ground, eye, picture), (0, 0, 0))] if len(ground) > 2 else [], SHADOW)
-    _lay(picture, shapes, 1.0)
-
-
-def distance(eye: Eye, pose: tuple[float, float, float]) -> float:
-    """Return how far a car is from the eye on the ground, m."""
-    return math.hypot(pose[0] - eye.x, pose[1] - eye.y)
+    lay(picture, [(_projected(ground, eye, picture), (0, 0, 0))] if len(ground) > 2 else [], SHADOW)
+    lay(picture, shapes, 1.0)
 
 
 _FOOTPRINT = np.array(
@@ -120,8 +115,14 @@ def _projected(points: Array, eye: Eye, picture: Array) -> Array:
     return np.column_stack([0.5 * width - points[:, 1] * scale, 0.5 * height + points[:, 2] * scale])
 
 
-def _lay(picture: Array, shapes: list[tuple[Array, tuple[int, int, int]]], cover: float) -> None:
-    """Lay polygons over a picture with soft edges, in order."""
+def lay(picture: Array, shapes: list[tuple[Array, tuple[int, int, int]]], cover: float) -> None:
+    """Lay polygons over a picture (H, W, 3) uint8 with soft edges, in order; in place.
+
+    Args:
+        picture: What lies below.
+        shapes: Corners (P, 2) in pixels, x right and y down, and RGB of each.
+        cover: Share of what lies below that they hide, 0 to 1.
+    """
     from PIL import Image, ImageDraw
 
     height, width = picture.shape[:2]

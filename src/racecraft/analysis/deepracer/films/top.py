@@ -7,8 +7,9 @@ import math
 import numpy as np
 
 from racecraft.analysis.deepracer.films.shells import Shell
-from racecraft.analysis.deepracer.films.solids import FINE, Eye, paint_car
+from racecraft.analysis.deepracer.films.solids import FINE, Eye, lay, paint_car
 from racecraft.contract.world import Array
+from racecraft.envs.deepracer.kernels.boxes import FIRST_OBJECT
 from racecraft.envs.deepracer.light import palette_under
 from racecraft.envs.deepracer.scene import FIELD, dash_rings, road_rings, start_rings
 from racecraft.tracks.track import Track
@@ -37,7 +38,8 @@ class TopMap:
         self._middle = (x0 + x1) / 2, (y0 + y1) / 2
         self._size = width, height
         self._enlarged = max(1.0, LEAST_CAR_PIXELS / (CAR_LENGTH_M * self._scale))
-        self.picture = self._painted(track, light)
+        self._colours = palette_under(light, track.look, track.name, for_people=True).round().astype(int)
+        self.picture = self._painted(track)
         """(H, W, 3) uint8."""
 
     def pixels(self, xy: Array) -> Array:
@@ -64,10 +66,21 @@ class TopMap:
         )
         paint_car(picture, eye, shell, pose)
 
-    def _painted(self, track: Track, light: str) -> Array:
+    def paint_boxes(self, picture: Array, boxes: Array, kinds: Array) -> None:
+        """Paint boxes (K, 6) of kinds (K,) seen from above, as much enlarged as cars are."""
+        shapes = []
+        for (x, y, yaw, half_length, half_width, _), kind in zip(boxes.tolist(), kinds.tolist(), strict=True):
+            along = self._enlarged * half_length * np.array([math.cos(yaw), math.sin(yaw)])
+            across = self._enlarged * half_width * np.array([-math.sin(yaw), math.cos(yaw)])
+            corners = np.array([(x, y)]) + (along + across, along - across, -along - across, across - along)
+            red, green, blue = self._colours[FIRST_OBJECT + kind].tolist()
+            shapes.append((self.pixels(corners), (red, green, blue)))
+        lay(picture, shapes, 1.0)
+
+    def _painted(self, track: Track) -> Array:
         from PIL import Image, ImageDraw
 
-        colours = palette_under(light, track.look, track.name, for_people=True).round().astype(int)
+        colours = self._colours
         width, height = self._size
         sheet = Image.new("RGB", (FINE * width, FINE * height), tuple(colours[FIELD].tolist()))
         pen = ImageDraw.Draw(sheet)

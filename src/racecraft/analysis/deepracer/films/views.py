@@ -5,7 +5,7 @@
     top     the whole circuit from above, as the original's second camera: a quarter of room around it
     pip     chase, with top in its corner
 
-(facts: deepracer.md 2.5.) Other cars on the track are seen in all of them.
+(facts: deepracer.md 2.5.) Other cars, boxes and bots on the track are seen in all of them.
 """
 
 from __future__ import annotations
@@ -19,10 +19,12 @@ import numpy as np
 
 from racecraft.analysis.deepracer.films.moments import Moments
 from racecraft.analysis.deepracer.films.shells import Shell
-from racecraft.analysis.deepracer.films.solids import Eye, distance, paint_car
+from racecraft.analysis.deepracer.films.solids import Eye, paint_car
+from racecraft.analysis.deepracer.films.standing import FilmedObjects, back_to_front
 from racecraft.analysis.deepracer.films.top import TopMap
 from racecraft.contract.world import Array
 from racecraft.envs.deepracer.camera import Camera, CameraMount
+from racecraft.envs.deepracer.kernels.boxes import paint_boxes
 from racecraft.envs.deepracer.scene import build_scene
 from racecraft.tracks.track import Track
 
@@ -50,6 +52,8 @@ class Stage:
     """Of the filmed car's own camera."""
     cars: Sequence[FilmedCar]
     """The first is filmed."""
+    objects: FilmedObjects
+    """In the pictures of the filmed car."""
 
 
 class View(Protocol):
@@ -61,7 +65,7 @@ class View(Protocol):
 
 
 class MountedView:
-    """A camera on a mount of the filmed car, with every car that it sees painted in.
+    """A camera on a mount of the filmed car, with every car and object that it sees painted in.
 
     Args:
         stage: What is filmed.
@@ -76,7 +80,7 @@ class MountedView:
         self._camera = Camera(scene, width, height, self._mount)
 
     def paint(self, moment: int, picture: Array) -> None:
-        """Paint the ground, then the cars, far ones first."""
+        """Paint the ground, then what stands on it, far things first."""
         filmed = self._stage.cars[0].moments
         x, y, yaw = filmed.poses[moment]
         heading = float(filmed.chase_yaw[moment]) if self._is_chase else float(yaw)
@@ -90,9 +94,17 @@ class MountedView:
             self._camera.optics.focal,
         )
         seen = self._stage.cars if self._is_chase else self._stage.cars[1:]
-        placed = [(tuple(car.moments.poses[min(moment, len(car.moments) - 1)].tolist()), car.shell) for car in seen]
-        for pose, shell in sorted(placed, key=lambda one: -distance(eye, one[0])):
-            paint_car(picture, eye, shell, pose)
+        poses = np.array([_pose(car, moment) for car in seen]).reshape(-1, 3)
+        boxes, kinds = self._stage.objects.boxes[moment], self._stage.objects.kinds[moment]
+        for k in back_to_front(boxes, poses, eye.x, eye.y):
+            if k < len(boxes):
+                one = slice(k, k + 1)
+                paint_boxes(
+                    self._camera.optics, boxes[None, one], kinds[None, one], np.array([[x, y, heading]]),
+                    self._camera.scene.palette[None], picture[None],
+                )  # fmt: skip
+            else:
+                paint_car(picture, eye, seen[k - len(boxes)].shell, tuple(poses[k - len(boxes)].tolist()))
 
 
 class TopView:
@@ -103,11 +115,17 @@ class TopView:
         self._map = TopMap(stage.track, stage.light, width, height)
 
     def paint(self, moment: int, picture: Array) -> None:
-        """Paint the circuit and every car, the filmed one last."""
+        """Paint the circuit, what stands on it, and every car, the filmed one last."""
         picture[:] = self._map.picture
+        self._map.paint_boxes(picture, self._stage.objects.boxes[moment], self._stage.objects.kinds[moment])
         for car in reversed(self._stage.cars):
-            pose = car.moments.poses[min(moment, len(car.moments) - 1)]
-            self._map.paint_car(picture, car.shell, tuple(pose.tolist()))
+            self._map.paint_car(picture, car.shell, tuple(_pose(car, moment).tolist()))
+
+
+def _pose(car: FilmedCar, moment: int) -> Array:
+    """Return x, y and yaw of a car at a moment of the film; one whose drive is over stays where it is."""
+    pose: Array = car.moments.poses[min(moment, len(car.moments) - 1)]
+    return pose
 
 
 class PictureInPicture:
