@@ -127,7 +127,7 @@ EVAL_OPP_DISPLAY_NAME | $DR_EVAL_OPP_CAR_NAME | later | Name of the opponent on 
 EVAL_OPP_RACER_NAME | $DR_EVAL_OPP_CAR_NAME | later | Name of the opponent.
 EVAL_DEBUG_REWARD | False | later | Run the reward function in evaluations too.
 EVAL_RESET_BEHIND_DIST | 1.0 | used | Of a judged race: metres behind an object that is too near where the car goes on.
-EVAL_REVERSE_DIRECTION | False | used | Of a judged race: in the opposite direction, or in the track's own, however trained.
+EVAL_REVERSE_DIRECTION | False | used | Of a judged race: in the opposite direction, else the track's own.
 EVAL_RTF |  | clock | Limit of the simulator's speed.
 TRAIN_RTF |  | clock | Limit of the simulator's speed.
 TRAIN_CHANGE_START_POSITION | True | used | Whether starts advance round the track.
