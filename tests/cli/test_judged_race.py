@@ -5,6 +5,9 @@ import json
 import pytest
 from tests.cli.conftest import TINY
 
+from racecraft.evaluation.deepracer.judged_race import JudgedRace
+from racecraft.formats.run_folder import RunFolder
+
 
 @pytest.fixture
 def run(racecraft):
@@ -43,3 +46,80 @@ def test_what_cannot_be_judged_is_named(racecraft, run):
     for words, options in WRONG.items():
         said = racecraft("evaluate", "r", *options)
         assert (said.code, words in said.err) == (2, True), said
+
+
+@pytest.fixture
+def judged(monkeypatch):
+    """Keep the rules by which races are judged, and the direction they are driven in; nobody drives."""
+    kept = []
+
+    class EnoughError(Exception):
+        pass
+
+    def keep(car, circuit, rules, reverse):
+        kept.append((rules, reverse))
+        raise EnoughError
+
+    monkeypatch.setattr("racecraft.cli.deepracer.judged_race.race_car", keep)
+
+    def run(racecraft, *words):
+        with pytest.raises(EnoughError):
+            racecraft(*words)
+        return kept.pop()
+
+    return run
+
+
+def test_run_env_rules_the_race_and_the_command_line_outweighs_it(racecraft, tmp_path, judged):
+    """One run; what stands in its run.env is written into it as a training does, one variable after the other."""
+    said = {  # variable: (written, what it comes to, typed, what that comes to)
+        "DR_EVAL_IS_CONTINUOUS": ("False", False, "--is-continuous", True),
+        "DR_EVAL_MAX_RESETS": ("7", 7, "--max-resets=2", 2),
+        "DR_EVAL_OFF_TRACK_PENALTY": ("2.5", 2.5, "--off-track-penalty=1", 1.0),
+        "DR_EVAL_COLLISION_PENALTY": ("9", 9.0, "--collision-penalty=4", 4.0),
+        "DR_EVAL_RESET_BEHIND_DIST": ("0.5", 0.5, "--reset-behind-dist=2", 2.0),
+        "DR_EVAL_REVERSE_DIRECTION": ("True", True, "--no-reverse-direction", False),
+    }
+    (tmp_path / "car").mkdir()
+    (tmp_path / "car" / "run.env").write_text(
+        "DR_EVAL_NUMBER_OF_TRIALS=4\n" + "".join(f"{name}={row[0]}\n" for name, row in said.items())
+    )
+    trained = racecraft("train", "car", "--run", "r", "--no-pictures", "--stop", "iterations=1", *TINY)
+    assert trained.code == 0, trained.err
+    rules, reverse = judged(racecraft, "evaluate", "r", "--checkpoint", "last")
+    assert (rules, reverse) == (JudgedRace(4, False, 7, 2.5, 9.0, 0.5), True)
+    typed = [row[2] for row in said.values()]
+    rules, reverse = judged(racecraft, "evaluate", "r", "--checkpoint", "last", "--number-of-trials", 1, *typed)
+    assert (rules, reverse) == (JudgedRace(1, True, 2, 1.0, 4.0, 2.0), False)
+    whole = RunFolder.open("r").read_job()
+    for variable, (_, expected, word, outweighed) in said.items():
+        name = variable.removeprefix("DR_EVAL_").lower()
+        job = {**whole, "evaluate": {name: whole["evaluate"][name]}}
+        (tmp_path / "r" / "job.json").write_text(json.dumps(job))
+        for words, value in (((), expected), ((word,), outweighed)):
+            rules, reverse = judged(racecraft, "evaluate", "r", "--checkpoint", "last", *words)
+            assert (reverse if name == "reverse_direction" else getattr(rules, name)) == value
+            assert rules.number_of_trials == 3
+    plain = racecraft("evaluate", "r", "--checkpoint", "last", "--laps", 1, "--json")
+    assert len(json.loads(plain.out)["laps"]) == 1, "--laps asks for laps, whatever run.env says"
+
+
+def test_a_dr_evaluation_is_a_race_by_the_template_s_rules(racecraft, tmp_path, judged, run):
+    (tmp_path / "run.env").write_text("DR_EVAL_MAX_RESETS=1\n")
+    assert judged(racecraft, "dr", "run-evaluation", "r") == (JudgedRace(max_resets=1), False)
+    (tmp_path / "run.env").write_text("DR_EVAL_REVERSE_DIRECTION=True\nDR_EVAL_IS_CONTINUOUS=0\n")
+    assert judged(racecraft, "dr", "run-evaluation", "r") == (JudgedRace(is_continuous=False), True)
+
+
+def test_a_penalty_of_run_env_is_waited(racecraft, tmp_path):
+    """One mishap is forgiven: it costs what run.env says, or five seconds as at DeepRacer for Cloud."""
+    (tmp_path / "car").mkdir()
+    (tmp_path / "car" / "run.env").write_text("DR_EVAL_NUMBER_OF_TRIALS=1\nDR_EVAL_MAX_RESETS=1\n")
+    time_enough = (*TINY, "--set", "race.max_episode_seconds=60")
+    said = racecraft("train", "car", "--run", "r", "--no-pictures", "--stop", "iterations=1", *time_enough)
+    assert said.code == 0, said.err
+    for seconds, more in ((5.0, {}), (2.0, {"off_track_penalty": 2.0})):
+        job = json.loads((tmp_path / "r" / "job.json").read_text())
+        (tmp_path / "r" / "job.json").write_text(json.dumps({**job, "evaluate": {**job["evaluate"], **more}}))
+        (trial,) = json.loads(racecraft("evaluate", "r", "--checkpoint", "last", "--json").out)["trials"]
+        assert (trial["off_track_count"], trial["penalty_seconds"]) == (2, seconds), "the second one ends it"

@@ -79,6 +79,12 @@ OUTWEIGHED = {  # variable: (its value, what is typed, where job.json says what 
 ELSEWHERE = {
     "DR_EVAL_NUMBER_OF_TRIALS",  # below
     "DR_EVAL_CHECKPOINT",
+    "DR_EVAL_IS_CONTINUOUS",  # test_judged_race.py
+    "DR_EVAL_MAX_RESETS",
+    "DR_EVAL_OFF_TRACK_PENALTY",
+    "DR_EVAL_COLLISION_PENALTY",
+    "DR_EVAL_RESET_BEHIND_DIST",
+    "DR_EVAL_REVERSE_DIRECTION",
     "DR_RACE_TYPE",  # nothing on the command line speaks of these
     "DR_LOCAL_S3_CUSTOM_FILES_PREFIX",
     "DR_LOCAL_S3_REWARD_KEY",

@@ -82,6 +82,8 @@ WRONG = [  # what is written, what is done to the folder, what is typed, what th
     (run_env("RACECRAFT_SET=ppo.clp=1"), None, START, "ppo has no setting 'clp'", "Did you mean 'clip'"),
     (run_env("DR_EVAL_SAVE_MP4=perhaps"), None, ("dr", "run-evaluation", "x"), "run.env:2", "True or False"),
     (run_env("DR_EVAL_NUMBER_OF_TRIALS=0"), model, ("dr", "start-evaluation"), "run.env:2", "a number from 1 to 1000"),
+    (run_env("DR_EVAL_MAX_RESETS=-1"), model, ("dr", "start-evaluation"), "run.env:2: DR_EVAL_MAX_RESETS", "from 0 to"),
+    (run_env("DR_EVAL_IS_CONTINUOUS=x"), None, ("dr", "run-evaluation", "x"), "run.env:2", "True or False"),
     (run_env("DR_WEBVIEWER_PORT=80.5"), None, ("dr", "start-viewer"), "run.env:2: DR_WEBVIEWER_PORT", "whole number"),
     # prefixes
     (run_env("DR_LOCAL_S3_MODEL_PREFIX=../out"), None, START, "run.env:2: DR_LOCAL_S3_MODEL_PREFIX", "stays inside"),

@@ -2,13 +2,20 @@
 
 import pytest
 
-from racecraft.formats.aws.run_env import RunEnvError, run_env_text
+from racecraft.formats.aws.run_env import RunEnv, RunEnvError, run_env_text
 from racecraft.formats.aws.run_env_variables import BY_NAME
 from racecraft.settings.overrides import apply_overrides
 from racecraft.training.deepracer.presets import default_settings
 from racecraft.training.deepracer.race_environment import OBEYED, RaceEnvironment, race_environment
 from racecraft.training.deepracer.race_objects import PREFIXES
+from racecraft.training.deepracer.race_rules import judging_in_drfc
 from racecraft.training.stopping import KINDS
+
+TEMPLATE = {
+    "laps": 3, "checkpoint": "last", "is_continuous": True, "max_resets": 100, "off_track_penalty": 5.0,
+    "collision_penalty": 5.0, "reset_behind_dist": 1.0, "reverse_direction": False,
+}  # fmt: skip
+"""Evaluations in the template of DeepRacer for Cloud (facts: deepracer.md 5.6, deepracer-systems.md A2)."""
 
 
 def folder_with(tmp_path, *lines):
@@ -43,6 +50,8 @@ def test_each_used_variable_changes_something_and_no_other_does(tmp_path):
         "DR_TRAIN_BEST_MODEL_METRIC": "reward",
         "RACECRAFT_STOP": "laps, minutes=5",
         "DR_EVAL_CHECKPOINT": "best",
+        "DR_EVAL_IS_CONTINUOUS": "False",
+        "DR_EVAL_REVERSE_DIRECTION": "True",
         "DR_LOCAL_S3_CUSTOM_FILES_PREFIX": "mine",
         "DR_LOCAL_S3_PRETRAINED_PREFIX": "old",
         "DR_LOCAL_S3_PRETRAINED_CHECKPOINT": "best",
@@ -99,13 +108,14 @@ def test_a_file_as_racers_write_it_becomes_settings(tmp_path):
     notes = "\n".join(asked.notes)
     assert "DR_COLLISION_PENALTY is read as DR_EVAL_COLLISION_PENALTY" in notes
     assert "unknown variable DR_WORLD_NAM is kept and does nothing. Did you mean 'DR_WORLD_NAME'?" in notes
-    assert "kept and not used yet: DR_EVAL_COLLISION_PENALTY" in notes
+    assert asked.judging == {"collision_penalty": 3.0}
 
 
 def test_a_new_file_asks_for_what_is_the_default_anyway(tmp_path):
     asked = race_environment(folder_with(tmp_path, run_env_text()))
     assert apply_overrides(default_settings(), asked.overrides) == default_settings()
     assert (asked.track, asked.clone_from, asked.stops, asked.start_offset) == ("reinvent_base", None, (), 0.0)
+    assert asked.judging == judging_in_drfc(RunEnv()) == TEMPLATE
 
 
 @pytest.mark.parametrize(
@@ -113,8 +123,9 @@ def test_a_new_file_asks_for_what_is_the_default_anyway(tmp_path):
     [
         ("DR_CAR_COLOR=Red", False), ("DR_CAR_COLOR=red", False), ("DR_CAR_COLOR=Blue", False),
         ("DR_GUI_ENABLE=True", True),
-        ("DR_EVAL_OFF_TRACK_PENALTY=5", False), ("DR_EVAL_OFF_TRACK_PENALTY=3.0", True),
-        ("DR_EVAL_IS_CONTINUOUS=true", False), ("DR_EVAL_IS_CONTINUOUS=False", True),
+        ("DR_EVAL_OFF_TRACK_PENALTY=3.0", False), ("DR_EVAL_IS_CONTINUOUS=False", False),
+        ("DR_OA_MIN_DISTANCE_BETWEEN_OBSTACLES=2", False), ("DR_OA_MIN_DISTANCE_BETWEEN_OBSTACLES=3.0", True),
+        ("DR_EVAL_DEBUG_REWARD=false", False), ("DR_EVAL_DEBUG_REWARD=True", True),
         ("DR_EVAL_OPP_RACER_NAME=FasterCar", False),
         ("DR_EVAL_OPP_CAR_NAME=Zoom\nDR_EVAL_OPP_RACER_NAME=Zoom", False),
         ("DR_EVAL_OPP_RACER_NAME=Zoom", True), ("DR_LOCAL_S3_METRICS_PREFIX=rl-deepracer-sagemaker/metrics", False),
@@ -173,6 +184,13 @@ WRONG = [  # line, what the letter holds
     ("DR_TRAIN_MIN_EVAL_TRIALS=2.5", "'2.5'; expected a whole number from 1 to 1000"),
     ("DR_EVAL_NUMBER_OF_TRIALS=three", "DR_EVAL_NUMBER_OF_TRIALS: 'three'; expected a number from 1 to 1000"),
     ("DR_EVAL_CHECKPOINT=newest", "DR_EVAL_CHECKPOINT: 'newest'; expected last or best"),
+    ("DR_EVAL_IS_CONTINUOUS=often", ":2: DR_EVAL_IS_CONTINUOUS: 'often'; expected True or False"),
+    ("DR_EVAL_MAX_RESETS=-1", ":2: DR_EVAL_MAX_RESETS: '-1'; expected a number from 0 to 10000"),
+    ("DR_EVAL_MAX_RESETS=1.5", "DR_EVAL_MAX_RESETS: '1.5'; expected a whole number from 0 to 10000"),
+    ("DR_EVAL_OFF_TRACK_PENALTY=5s", "DR_EVAL_OFF_TRACK_PENALTY: '5s'; expected a number from 0 to 600"),
+    ("DR_COLLISION_PENALTY=601", "DR_EVAL_COLLISION_PENALTY: '601'; expected a number from 0 to 600"),
+    ("DR_EVAL_RESET_BEHIND_DIST=nan", "DR_EVAL_RESET_BEHIND_DIST: 'nan'; expected a number from 0 to 10"),
+    ("DR_EVAL_REVERSE_DIRECTION=left", "DR_EVAL_REVERSE_DIRECTION: 'left'; expected True or False"),
     ("DR_TRAIN_BEST_MODEL_METRIC=lap time", "'lap time'; expected progress or reward or laptime. Did you mean"),
     ("RACECRAFT_STOP=laps minuts=3", "RACECRAFT_STOP: 'laps minuts=3'; expected stops such as laps minutes=30. --stop"),
     ("RACECRAFT_STOP=minutes", "RACECRAFT_STOP: 'minutes'; expected stops"),

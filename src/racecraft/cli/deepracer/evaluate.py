@@ -38,7 +38,7 @@ def evaluate(
         typer.Option(
             min=1,
             max=MAX_LAPS,
-            help=f"One from standstill, then flying; by default what run.env asked for, else {LAPS}.",
+            help=f"One from standstill, then flying, and no race; by default what run.env asked for, else {LAPS}.",
         ),
     ] = None,
     number_of_trials: Annotated[
@@ -103,6 +103,8 @@ def evaluate(
 ) -> None:
     """Let a trained car drive, greedily: one standing start, then flying laps. Other runs play whole episodes.
 
+    Where an option of a race is given, or the run's run.env named one of its variables, a race is judged instead.
+
     Examples:
 
         racecraft evaluate runs/reinvent_base-1 --video lap.mp4
@@ -118,7 +120,7 @@ def evaluate(
         racecraft evaluate ~/Downloads/my-model.tar.gz --track Oval_track
     """
     from racecraft.analysis.video import film_path
-    from racecraft.cli.deepracer.judged_race import print_race, race_car, rules_asked
+    from racecraft.cli.deepracer.judged_race import print_race, race_asked, race_car
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.judge import judge, refuse_words
     from racecraft.contract.errors import SettingError
@@ -139,26 +141,28 @@ def evaluate(
         "off_track_penalty": off_track_penalty,
         "collision_penalty": collision_penalty,
         "reset_behind_dist": reset_behind_dist,
+        "reverse_direction": reverse_direction,
     }
     if job.get("kind") != KIND:
         of_cars: dict[str, Any] = {"--track": track, "--laps": laps, "--video": video, "--picture": picture}
         of_cars |= {f"--{name.replace('_', '-')}": value for name, value in race_options.items()}
-        of_cars |= {"--reverse-direction": reverse_direction, "--save-mp4": save_mp4 or None}
+        of_cars |= {"--save-mp4": save_mp4 or None}
         refuse_words(job["kind"], of_cars)
         judge(run, checkpoint, episodes, json)
         return
     refuse_words(KIND, {"--episodes": episodes})
-    rules = rules_asked(reverse_direction, **race_options)
-    if rules is not None and laps is not None:
+    typed = {name: value for name, value in race_options.items() if value is not None}
+    if typed and laps is not None:
         raise SettingError("--laps and a race's own options were given; expected one of them: --number-of-trials.")
     asked = job.get("evaluate", {})
+    rules, reverse = race_asked(typed, asked) if laps is None else (None, None)
     car = load_trained_car(run, checkpoint or asked.get("checkpoint", CHECKPOINT))
     style = None if view == DASHBOARD and not save_mp4 else style_of(car, view, size, fps)
     circuit = load_track(track) if track else car.trained_on
     if rules is None:
         drive, stamp = _drive_laps(car, circuit, laps or asked.get("laps", LAPS))
     else:
-        drive, stamp = race_car(car, circuit, rules, reverse_direction)
+        drive, stamp = race_car(car, circuit, rules, reverse)
     picture = picture or car.run.evaluations / f"{circuit.name}-{car.checkpoint.iteration}.png"
     if video is not None or save_mp4:
         say(f"Filming {len(drive.ticks)} ticks …", quiet_stdout=json)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -11,16 +13,35 @@ if TYPE_CHECKING:
     from racecraft.tracks.track import Track
 
 
-def rules_asked(reverse: bool | None, **asked: Any) -> JudgedRace | None:
-    """Return how a race is judged, DeepRacer for Cloud's own way where an option is None; None where all are.
+REVERSE = "reverse_direction"
+"""The option of a race that is no rule: which way round."""
+
+
+def race_asked(typed: Mapping[str, Any], kept: Mapping[str, Any]) -> tuple[JudgedRace | None, bool | None]:
+    """Return how a race is judged, and whether in the opposite direction (None: as the car was trained).
+
+    What was typed outweighs what the run keeps of its run.env; what neither says is as at DeepRacer for Cloud.
+
+    Args:
+        typed: A race's options by name, those that were given.
+        kept: "evaluate" of job.json; "laps" and "checkpoint" alone ask for no race.
+
+    Returns:
+        No rules where nobody asks for a race.
 
     Raises:
         SettingError: A number is out of its range.
     """
     from racecraft.evaluation.deepracer.judged_race import JudgedRace
 
-    given = {name: value for name, value in asked.items() if value is not None}
-    return JudgedRace(**given) if given or reverse is not None else None
+    names = {REVERSE, *(one.name for one in fields(JudgedRace))}
+    said = {name: value for name, value in kept.items() if name in names} | dict(typed)
+    if not said:
+        return None, None
+    if "laps" in kept:
+        said.setdefault("number_of_trials", kept["laps"])
+    reverse = said.pop(REVERSE, None)
+    return JudgedRace(**said), reverse
 
 
 def race_car(car: TrainedCar, circuit: Track, rules: JudgedRace, reverse: bool | None) -> tuple[Drive, str]:

@@ -34,6 +34,14 @@ MISHAPS = {
     race.REVERSED: "reversed",
     race.IMMOBILISED: "immobilized",
 }
+RANGES: Mapping[str, tuple[float, float]] = {
+    "number_of_trials": (1, 1000),
+    "max_resets": (0, 10_000),
+    "off_track_penalty": (0.0, 600.0),
+    "collision_penalty": (0.0, 600.0),
+    "reset_behind_dist": (0.0, 10.0),
+}
+"""Least and most of each number of a JudgedRace."""
 CLOSEST_OBJECT_M = 1.0
 """A car is not set down so near to an object (facts: deepracer.md 5.5, CLOSEST_OBJ_GAP)."""
 
@@ -61,13 +69,7 @@ class JudgedRace:
         Raises:
             SettingError: A number is out of its range.
         """
-        for name, least, most in (
-            ("number_of_trials", 1, 1000),
-            ("max_resets", 0, 10_000),
-            ("off_track_penalty", 0.0, 600.0),
-            ("collision_penalty", 0.0, 600.0),
-            ("reset_behind_dist", 0.0, 10.0),
-        ):
+        for name, (least, most) in RANGES.items():
             value = getattr(self, name)
             if not least <= value <= most:
                 raise SettingError(f"{name} is {value:g}; expected {least:g} to {most:g}.")

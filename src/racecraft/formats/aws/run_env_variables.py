@@ -113,12 +113,12 @@ CAR_COLOR | Red | told | Colour of the car on the video.
 DISPLAY_NAME | $DR_CAR_NAME | told | Name shown on the video.
 RACER_NAME | $DR_CAR_NAME | told | Name of the racer.
 ENABLE_DOMAIN_RANDOMIZATION | False | later | Other colours and light in each episode.
-EVAL_NUMBER_OF_TRIALS | 3 | used | Laps of `racecraft evaluate` where none are asked for.
-EVAL_IS_CONTINUOUS | True | later | After a mishap: go on with a penalty instead of ending the trial.
-EVAL_MAX_RESETS | 100 | later | Mishaps until a trial ends all the same.
-EVAL_OFF_TRACK_PENALTY | 5.0 | later | Seconds for leaving the track.
-EVAL_COLLISION_PENALTY | 5.0 | later | Seconds for a collision.
-EVAL_SAVE_MP4 | False | verbs | Whether dr-start-evaluation films the laps.
+EVAL_NUMBER_OF_TRIALS | 3 | used | Laps of `racecraft evaluate` where none are asked for; trials of a judged race.
+EVAL_IS_CONTINUOUS | True | used | Of a judged race: trials are laps of one drive, or each begins at rest.
+EVAL_MAX_RESETS | 100 | used | Of a judged race: how often the car is set back; the next mishap ends the trial.
+EVAL_OFF_TRACK_PENALTY | 5.0 | used | Of a judged race: seconds for leaving the track or driving backwards.
+EVAL_COLLISION_PENALTY | 5.0 | used | Of a judged race: seconds for a collision.
+EVAL_SAVE_MP4 | False | verbs | Whether dr-start-evaluation films the race, with the original's three cameras into mp4/.
 EVAL_CHECKPOINT | last | used | The checkpoint it drives where none is asked for: last or best.
 EVAL_OPP_S3_MODEL_PREFIX | rl-deepracer-sagemaker | later | Model of the opponent.
 EVAL_OPP_CAR_BODY_SHELL_TYPE | deepracer | later | Shell of the opponent.
@@ -126,8 +126,8 @@ EVAL_OPP_CAR_NAME | FasterCar | later | Name of the opponent's car.
 EVAL_OPP_DISPLAY_NAME | $DR_EVAL_OPP_CAR_NAME | later | Name of the opponent on the video.
 EVAL_OPP_RACER_NAME | $DR_EVAL_OPP_CAR_NAME | later | Name of the opponent.
 EVAL_DEBUG_REWARD | False | later | Run the reward function in evaluations too.
-EVAL_RESET_BEHIND_DIST | 1.0 | later | Metres behind the mishap where the car goes on.
-EVAL_REVERSE_DIRECTION | False | later | Evaluate in the opposite direction.
+EVAL_RESET_BEHIND_DIST | 1.0 | used | Of a judged race: metres behind an object that is too near where the car goes on.
+EVAL_REVERSE_DIRECTION | False | used | Of a judged race: in the opposite direction, else the track's own.
 EVAL_RTF |  | clock | Limit of the simulator's speed.
 TRAIN_RTF |  | clock | Limit of the simulator's speed.
 TRAIN_CHANGE_START_POSITION | True | used | Whether starts advance round the track.

@@ -3,6 +3,7 @@
 plan.py              what was asked, made definite
 presets.py           which settings it runs with
 race_environment.py  what a run.env means
+race_rules.py        what it says of judging
 model_folder.py      a racer's folder
 evaluator.py         five starts
 recorder.py          every tick, for the episode files

@@ -75,7 +75,7 @@ class CarPlan:
     """What is worth saying before the first tick, a clause each."""
     env: Mapping[str, str] = field(default_factory=dict)
     """The racer's run.env, as it was read; what the AWS files repeat of it goes into job.json too."""
-    judging: Mapping[str, int | str] = field(default_factory=dict)
+    judging: Mapping[str, bool | int | float | str] = field(default_factory=dict)
     """What `racecraft evaluate` does with the run where it is not told otherwise."""
     courses: tuple[LaidCourse, ...] = ()
     """The courses that cars are shared out among; empty: all drive on `track` as `settings.race` says."""

@@ -19,6 +19,7 @@ from racecraft.formats.aws.run_env_variables import BY_NAME, LATER, USED, WITHOU
 from racecraft.formats.run_folder import HYPERPARAMETERS
 from racecraft.training.deepracer.courses import Course, courses_asked
 from racecraft.training.deepracer.race_objects import belongs_to, objects_overrides
+from racecraft.training.deepracer.race_rules import judging_asked, whole_number
 from racecraft.training.stopping import parse_stops
 
 FILE = "run.env"
@@ -53,8 +54,8 @@ class RaceEnvironment:
     """As after --stop."""
     clone_from: str | None = None
     """RUN:best or RUN:last, as after --from."""
-    judging: Mapping[str, int | str] = field(default_factory=dict)
-    """What `racecraft evaluate` does with the run where it is not told otherwise: "laps", "checkpoint"."""
+    judging: Mapping[str, bool | int | float | str] = field(default_factory=dict)
+    """What `racecraft evaluate` does with the run where it is not told otherwise, as `race_rules.py` names it."""
     files: Path | None = None
     """Where the racer's three files lie instead of the folder itself."""
     keys: Mapping[str, Path] = field(default_factory=dict)
@@ -89,7 +90,7 @@ def race_environment(folder: Path | None, clones: bool = True, drfc: DrfcFolder 
         start_offset=_share(env, "DR_TRAIN_START_POSITION_OFFSET"),
         stops=_stops(env),
         clone_from=_clone_source(env, place, drfc) if clones else None,
-        judging=_judging(env),
+        judging=judging_asked(env),
         files=_files(env, place) if drfc is None else None,
         keys=_keys_in_folder(env, place) if drfc is None else keys_in_bucket(drfc),
         courses=_courses(whole),
@@ -116,8 +117,8 @@ def _overrides(env: RunEnv) -> tuple[str, ...]:
     advance = _share(env, "DR_TRAIN_ROUND_ROBIN_ADVANCE_DIST")
     if advance is not None:
         found.append(f"race.start_advance={advance:g}")
-    if (trials := _trials(env, "DR_TRAIN_MIN_EVAL_TRIALS")) is not None:
-        found.append(f"evaluation.episodes={trials}")
+    if "DR_TRAIN_MIN_EVAL_TRIALS" in env.values:
+        found.append(f"evaluation.episodes={whole_number(env, 'DR_TRAIN_MIN_EVAL_TRIALS', 1, 1000)}")
     if "DR_TRAIN_BEST_MODEL_METRIC" in env.values:
         found.append(f"evaluation.best_by={env.choice('DR_TRAIN_BEST_MODEL_METRIC', 'progress', BEST_METRICS)}")
     return (*found, *_own_settings(env))
@@ -130,25 +131,6 @@ def _own_settings(env: RunEnv) -> list[str]:
         if "=" not in one or "." not in one.partition("=")[0]:
             raise env.letter("RACECRAFT_SET", "settings such as runtime.threads=2 ppo.clip=0.1", found=f"'{one}'")
     return written
-
-
-def _judging(env: RunEnv) -> dict[str, int | str]:
-    """Return what an evaluation of the run does where it is not told otherwise."""
-    found: dict[str, int | str] = {}
-    if (laps := _trials(env, "DR_EVAL_NUMBER_OF_TRIALS")) is not None:
-        found["laps"] = laps
-    if "DR_EVAL_CHECKPOINT" in env.values:
-        found["checkpoint"] = env.choice("DR_EVAL_CHECKPOINT", "last", ("last", "best"))
-    return found
-
-
-def _trials(env: RunEnv, name: str) -> int | None:
-    if name not in env.values:
-        return None
-    trials = env.number(name, 1, 1, 1000)
-    if trials != int(trials):
-        raise env.letter(name, "a whole number from 1 to 1000")
-    return int(trials)
 
 
 def _share(env: RunEnv, name: str) -> float | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -27,7 +27,7 @@ def start_evaluation(
     quiet: Quiet = False,
     clone: Annotated[bool, typer.Option("-c", help="Judge a copy of the model, PREFIX-E, made anew.")] = False,
 ) -> None:
-    """Judge the model of run.env by its laps, in the background: DR_EVAL_… says how.
+    """Judge the model of run.env in a race with resets and penalties, in the background: DR_EVAL_… says how.
 
     Example: racecraft dr start-evaluation -q
     """
@@ -55,19 +55,14 @@ def start_evaluation(
 
 def run_evaluation(context: typer.Context, model: Annotated[Path, typer.Argument(help="The run folder.")]) -> None:
     """Judge a model in this process as run.env asks; dr-start-evaluation has it done in the background."""
-    from racecraft.cli.deepracer.evaluate import CHECKPOINT, LAPS, MAX_LAPS, evaluate
+    from racecraft.cli.deepracer.evaluate import evaluate
+    from racecraft.training.deepracer.race_rules import judging_in_drfc
 
     drfc = installation(context)
-    env = drfc.env.run
-    laps = int(env.number("DR_EVAL_NUMBER_OF_TRIALS", LAPS, 1, MAX_LAPS))
-    films = model / "evaluations"
-    evaluate(
-        model,
-        checkpoint=env.choice("DR_EVAL_CHECKPOINT", CHECKPOINT, ("last", "best")),
-        track=env.values.get("DR_WORLD_NAME"),
-        laps=laps,
-        video=_free_film(films) if drfc.flag("DR_EVAL_SAVE_MP4") else None,
-    )
+    asked: dict[str, Any] = judging_in_drfc(drfc.env.run)
+    trials = asked.pop("laps")
+    track, films = drfc.env.run.values.get("DR_WORLD_NAME"), drfc.flag("DR_EVAL_SAVE_MP4")
+    evaluate(model, track=track, number_of_trials=trials, save_mp4=films, **asked)
 
 
 def stop_evaluation(context: typer.Context) -> None:
@@ -82,11 +77,3 @@ def stop_evaluation(context: typer.Context) -> None:
         print(f"{job.name}: had ended already ({job.state})")
         return
     print(f"{job.name}: {stop_job(job).state}")
-
-
-def _free_film(folder: Path) -> Path:
-    """Return the next name of a film, counted from 0 as at DeepRacer for Cloud."""
-    number = 0
-    while (folder / f"{number}-video.mp4").exists():
-        number += 1
-    return folder / f"{number}-video.mp4"
