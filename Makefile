@@ -28,7 +28,7 @@ check: env  ## form: format, lint, types, import floors, generated docs current
 	$(BIN)/mkdocs build --strict --quiet
 
 long: env  ## slow proofs, never CI
-	$(BIN)/python -m pytest -q -m long -o faulthandler_timeout=0
+	$(BIN)/python -m pytest -q -m long -o timeout=0
 
 pythons: env  ## the tests on every promised Python that is installed
 	$(BIN)/python scripts/try_pythons.py
