@@ -167,7 +167,7 @@ def test_a_gymnasium_environment_trains_on_the_same_loop(racecraft, tmp_path):
 
 
 def test_help_answers_at_once_because_it_imports_little():
-    """Half a second is promised (benchmarks/start_up.py has the seconds); what it takes is what is imported for it."""
+    """Half a second is promised; what it takes is what is imported for it."""
     code = (
         "import sys, runpy\nsys.argv = ['racecraft', '--help']\n"
         "try: runpy.run_module('racecraft', run_name='__main__')\n"

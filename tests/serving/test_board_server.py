@@ -19,8 +19,8 @@ from racecraft.analysis.battlesnake.board_frames import frame, game_end, game_fa
 from racecraft.envs.battlesnake.board import Board, Snake
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.players.battlesnake.messages import GameCard
-from racecraft.players.battlesnake.protocol import PlayerError
 from racecraft.serving.board_server import BoardServer
+from racecraft.serving.port import PortError
 from racecraft.serving.web_socket import MOST_MESSAGE_BYTES, accept_key
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
@@ -225,7 +225,7 @@ def test_other_ways_lead_nowhere(serve, way, method, status):
 def test_a_port_that_is_taken_is_named(serve):
     _, address = serve()
     port = int(address.rsplit(":", 1)[1])
-    with pytest.raises(PlayerError, match=str(port)):
+    with pytest.raises(PortError, match=str(port)):
         BoardServer("a game", game_facts(SETTINGS, CARD)).start(port)
 
 

@@ -21,7 +21,6 @@ from racecraft.cli.jobs import jobs
 from racecraft.cli.runs import checkpoints, export, import_model, look, notebooks, record, report, serve, stop, watch
 from racecraft.cli.unity import unity
 from racecraft.contract.errors import RacecraftError, UserInputError
-from racecraft.jobs import lifeline
 
 app = typer.Typer(
     name="racecraft",
@@ -78,7 +77,10 @@ def main() -> None:
     # Threads that wait shall spin briefly and then sleep: beside another busy program long spinning costs many times
     # what it saves. OpenMP reads this when torch and Numba load it, which no import has done yet.
     os.environ.setdefault("GOMP_SPINCOUNT", "5000")
-    lifeline.hold()
+    if "RACECRAFT_LIFELINE" in os.environ:  # a job's process; everybody else is spared the import
+        from racecraft.jobs import lifeline
+
+        lifeline.hold()
     try:
         app()
     except UserInputError as error:

@@ -60,7 +60,7 @@ class BoardServer:
         """Begin to serve; return the address.
 
         Raises:
-            PlayerError: The port cannot be listened on.
+            PortError: The port cannot be listened on.
         """
         self._thread.start()
         listening = asyncio.run_coroutine_threadsafe(self._service.listen(host, port), self._loop)

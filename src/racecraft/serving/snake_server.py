@@ -277,7 +277,7 @@ async def serve_until_cancelled(server: Listens, host: str, port: int, ready: Ca
     """Listen until the task is cancelled or the process is told to end (SIGTERM); `ready` is told the port.
 
     Raises:
-        PlayerError: The address cannot be listened on.
+        PortError: The address cannot be listened on.
     """
     try:
         found = await server.listen(host, port)
