@@ -48,7 +48,7 @@ def train_as_asked(tmp_path, *lines):
 def test_run_env_becomes_settings_and_notes_name_only_the_other_race(tmp_path):
     asked = race_environment(racer(tmp_path, *BOTS, "DR_OA_NUMBER_OF_OBSTACLES=3"))
     assert set(asked.overrides) == {"race.type=HEAD_TO_BOT", "bots.number=2", "bots.speed=0.4", "bots.lane_change=true"}
-    assert "kept and not used yet: DR_OA_NUMBER_OF_OBSTACLES" in asked.notes[-1]
+    assert "of another race than HEAD_TO_BOT: DR_OA_NUMBER_OF_OBSTACLES" in asked.notes[-1]
     settings = plan_car(RaceRequest(tmp_path / "my-car")).settings
     assert (settings.bots.number, settings.bots.speed, settings.bots.lane_change) == (2, 0.4, True)
     assert "boxes" not in settings
