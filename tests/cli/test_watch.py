@@ -29,10 +29,13 @@ def test_a_run_is_served_until_it_is_interrupted(tmp_path):
     make_run(tmp_path / "r", iterations=1, ticks=5)
     command = [*RUN, "watch", "r", "--port", "0", "--json"]
     with subprocess.Popen(command, cwd=tmp_path, env=NO_BROWSER, stdout=subprocess.PIPE, text=True) as served:
-        said = json.loads(served.stdout.readline())
-        assert told(said["url"] + "api/run")["name"] == "r"
-        served.send_signal(signal.SIGINT)
-        assert served.wait(10) == 0
+        try:
+            said = json.loads(served.stdout.readline())
+            assert told(said["url"] + "api/run")["name"] == "r"
+            served.send_signal(signal.SIGINT)
+            assert served.wait(10) == 0
+        finally:
+            served.kill()
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import os
 import numpy as np
 import pytest
 from tests.logs import makers
-from tests.logs.makers import DATA
+from tests.reference import HAS_ALL, LARGE, TRACES
 
 from racecraft.analysis.deepracer.logs import old_names as old_plots
 from racecraft.analysis.deepracer.logs.plot import Plot
@@ -106,10 +106,10 @@ def test_the_notebooks_of_logs_run(tmp_path, model, monkeypatch, name):
     assert expected[name] <= found
 
 
-@pytest.mark.skipif(not DATA.is_dir(), reason="the reference logs are not here")
+@pytest.mark.skipif(not HAS_ALL, reason=LARGE)
 @pytest.mark.parametrize("name", OF_LOGS)
 def test_the_notebooks_of_logs_run_over_the_console(tmp_path, monkeypatch, name):
-    write_notebooks(tmp_path, logs=str(DATA / "console-2022"))
+    write_notebooks(tmp_path, logs=str(TRACES / "console-2022"))
     found = plots_in(run_cells(tmp_path / name, monkeypatch))
     assert name != "Metrics.ipynb" or {"completion_progress", "lap_time_progress", "lap_scatter"} <= found
 

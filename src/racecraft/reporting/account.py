@@ -54,4 +54,5 @@ def _log_of(run: RunFolder) -> tuple[pl.DataFrame, Track | None] | None:
         ticks = logs.training.collect().tail(MOST_TICKS)
     except LogError:
         return None
-    return (ticks, track_or_none(ticks, logs.about.get("world"))) if ticks.height else None
+    own = str(run.track) if run.track.is_file() else None  # a track of the racer's own travels with the run
+    return (ticks, track_or_none(ticks, own or logs.about.get("world"))) if ticks.height else None

@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 import pytest
 from tests.logs import makers
-from tests.logs.makers import DATA
+from tests.reference import TRACES
 
 from racecraft.analysis.deepracer import logs as analysis
 from racecraft.analysis.deepracer.logs.fitting import fit
@@ -58,10 +58,9 @@ def test_charts_of_metrics_are_drawn(make, tmp_path):
     assert make(METRICS).save(tmp_path / "a.png").stat().st_size > 3000
 
 
-@pytest.mark.skipif(not DATA.is_dir(), reason="the reference logs are not here")
 def test_real_metrics_agree_with_real_ticks():
     """AWS cuts progress to whole percent and counts the same episodes."""
-    logs = read(DATA / "drfc-1-worker")
+    logs = read(TRACES / "drfc-1-worker")
     told = analysis.metrics_summary(logs.metrics)
     ticks = analysis.per_iteration(analysis.simulation_agg(logs.training))
     both = told.join(ticks, on=["round", "iteration"])

@@ -52,13 +52,13 @@ def watch(
 
     close, address = serve(run, port, tell)
     try:
-        if json:
-            print_json({"url": address, "run": str(run)})
-        else:
-            tell(f"{run}: {address}  (Ctrl-C ends)")
-        if open_it:
-            open_page(address)
         with suppress(KeyboardInterrupt):
+            if json:
+                print_json({"url": address, "run": str(run)})
+            else:
+                tell(f"{run}: {address}  (Ctrl-C ends)")
+            if open_it:
+                open_page(address)
             while True:
                 time.sleep(3600)
     finally:

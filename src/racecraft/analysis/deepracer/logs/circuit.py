@@ -54,7 +54,7 @@ def track_or_none(ticks: pl.DataFrame | pl.LazyFrame, world: str | None = None) 
     try:
         return find_track(ticks, world)
     except TrackError:
-        return find_track(ticks) if world is not None else None
+        return track_or_none(ticks) if world is not None else None
     except PlotError:
         return None
 
