@@ -121,6 +121,8 @@ def test_what_cannot_be_played_is_refused(run, tmp_path):
         play_scene(UnityRequest("builtin:Basic"))
     with pytest.raises(SettingError, match="iterations=3 can never hold while nothing is learned"):
         play_scene(UnityRequest(clone_from=str(run), stops=("iterations=3",)))
+    detached = CliRunner().invoke(APP, ["unity", "train", "--from", str(run), "--inference", "--detach"])
+    assert "--inference and --detach" in str(detached.exception)
     RunFolder.create(tmp_path / "car", {"kind": "deepracer"})
     with pytest.raises(RunFolderError, match="expected one of `racecraft unity train`"):
         play_scene(UnityRequest(clone_from=str(tmp_path / "car")))

@@ -135,8 +135,11 @@ def train(
         )
 
     if inference:
+        from racecraft.contract.errors import SettingError
         from racecraft.training.unity.inference import play_scene
 
+        if detach:
+            raise SettingError("--inference and --detach were given; expected one of them: what plays, is played here.")
         played = play_scene(request(f"{run}:last" if resume and run is not None else from_), tell)
         print_json(played) if json else _tell_played(played)
         return
