@@ -7,8 +7,14 @@ from racecraft.jobs.endpoint import Predictor
 from racecraft.jobs.estimator import RLEstimator, TrainingJob, TrainingJobAnalytics, UnexpectedStatusException
 from racecraft.jobs.estimator_words import RLFramework, RLToolkit
 from racecraft.jobs.session import Session, TrainingInput, get_execution_role
+from racecraft.jobs.tuning.estimator_trials import HyperparameterTuner
+from racecraft.jobs.tuning.space import CategoricalParameter, ContinuousParameter, IntegerParameter
 
 __all__ = [
+    "CategoricalParameter",
+    "ContinuousParameter",
+    "HyperparameterTuner",
+    "IntegerParameter",
     "Predictor",
     "RLEstimator",
     "RLFramework",

@@ -243,6 +243,20 @@ class RLEstimator:
         found.latest_training_job = job
         return found
 
+    def with_hyperparameters(
+        self, more: Mapping[str, Any], metric_definitions: Sequence[Mapping[str, str]] | None = None
+    ) -> RLEstimator:
+        """Return an estimator like this one, with further hyperparameters, or other values of those it has.
+
+        Raises:
+            SettingError: A hyperparameter is unknown.
+        """
+        recorded = {name: value for name, value in self.recorded.items() if name != "sagemaker_session"}
+        words = {**recorded, **self._again(), "hyperparameters": {**self._hyperparameters, **more}}
+        if metric_definitions is not None:
+            words["metric_definitions"] = list(metric_definitions)
+        return RLEstimator(**words)
+
     def hyperparameters(self) -> dict[str, Any]:
         """Return what the script is told, the SDK's own additions among it."""
         return {**self._hyperparameters, "sagemaker_estimator": "RLEstimator"}

@@ -1,0 +1,219 @@
+"""What a search for settings found, as one web page: the best values, every trial, and what mattered."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from racecraft.analysis.figures import BLUE, ORANGE, small_axes
+from racecraft.analysis.page import Bar, card, drawing, escaped, page, source, table, tiles
+from racecraft.formats.whole import write_whole
+from racecraft.tracks.picture import INK, QUIET
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LETTERS = 9.0
+
+
+@dataclass(frozen=True)
+class TriedValues:
+    """One trial, as the page tells of it."""
+
+    number: int
+    values: Mapping[str, Any]
+    state: str
+    score: float | None
+    seconds: float | None
+    note: str = ""
+
+    @property
+    def is_done(self) -> bool:
+        """Whether it came to its end with a score."""
+        return self.state == "complete" and self.score is not None
+
+
+@dataclass(frozen=True)
+class TuningFacts:
+    """What the page tells."""
+
+    title: str
+    objective: str
+    maximise: bool
+    trials: Sequence[TriedValues]
+    importances: Mapping[str, float]
+    """Shares of 1; {}: too little was tried."""
+    log_scale: Sequence[str]
+    """Parameters that are drawn over their logarithm."""
+    best_command: str
+    """What trains with the best values; "": nothing has a score."""
+
+    @property
+    def best(self) -> TriedValues | None:
+        """The best trial; None without one."""
+        sign = 1.0 if self.maximise else -1.0
+        done = [one for one in self.trials if one.is_done]
+        return max(done, key=lambda one: (sign * float(one.score or 0.0), -one.number), default=None)
+
+    @property
+    def names(self) -> list[str]:
+        """The parameters."""
+        return list(self.trials[0].values) if self.trials else []
+
+
+def write_tuning_page(path: str | Path, facts: TuningFacts) -> None:
+    """Write the page.
+
+    Raises:
+        OutputFileError: It cannot be written.
+    """
+    write_whole(path, page(facts.title, _parts(facts)))
+
+
+def _parts(facts: TuningFacts) -> Iterator[str]:
+    best = facts.best
+    aim = "largest" if facts.maximise else "smallest"
+    yield f"<h1>{escaped(facts.title)}</h1><p class='quiet'>looked for the {aim} {escaped(facts.objective)}</p>"
+    counts = {state: sum(one.state == state for one in facts.trials) for state in ("complete", "pruned", "failed")}
+    yield tiles(
+        [
+            ("-" if best is None else plain(best.score), f"best {facts.objective}"),
+            (str(len(facts.trials)), "trials"),
+            (str(counts["pruned"]), "given up early"),
+            (str(counts["failed"]), "failed"),
+        ]
+    )
+    if best is not None:
+        yield f"<h2>Train with the best values</h2><p>Trial {best.number}.</p>" + source(facts.best_command)
+        yield "<h2>Trial after trial</h2>" + card(
+            drawing(history_figure(facts), "score of every trial, and the best so far")
+        )
+    if facts.importances:
+        yield "<h2>What mattered</h2>" + card(
+            table(("parameter", "share of the difference", ""), [
+                (name, f"{100 * share:.0f} %", Bar(share))
+                for name, share in sorted(facts.importances.items(), key=lambda one: -one[1])
+            ], numbers=(1,))
+            + "<p class='quiet'>How much of what tells good trials from others each parameter decides (PED-ANOVA).</p>"
+        )  # fmt: skip
+    if sum(one.is_done for one in facts.trials) > 1:
+        yield "<h2>All at once</h2>" + card(
+            drawing(parallel_figure(facts), "one line a trial across every parameter, the better the darker")
+        )
+        slices = (card(drawing(slice_figure(facts, name), f"score over {name}")) for name in facts.names)
+        yield f"<h2>One by one</h2><div class='grid'>{''.join(slices)}</div>"
+    yield "<h2>Every trial</h2>" + card(_table(facts))
+
+
+def _table(facts: TuningFacts) -> str:
+    heads = ("trial", facts.objective, "ended", "seconds", *facts.names, "")
+    rows = []
+    for one in facts.trials:
+        values = (plain(one.values.get(name)) for name in facts.names)
+        rows.append((one.number, plain(one.score), one.state, plain(one.seconds), *values, one.note))
+    return table(heads, rows, numbers=(0, 1, 3))
+
+
+def history_figure(facts: TuningFacts) -> Figure:
+    """Return the score of every trial that came to its end, and the best so far."""
+    figure, axes = small_axes(facts.objective, 7.6, 2.6, LETTERS)
+    done = [one for one in facts.trials if one.is_done]
+    numbers, scores = [one.number for one in done], [float(one.score or 0.0) for one in done]
+    best = [(max if facts.maximise else min)(scores[: k + 1]) for k in range(len(scores))]
+    axes.scatter(numbers, scores, s=18, color=ORANGE, label="a trial")
+    axes.step(numbers, best, where="post", color=BLUE, lw=1.6, label="best so far")
+    axes.set_xlabel("trial", fontsize=LETTERS, color=QUIET)
+    axes.xaxis.get_major_locator().set_params(integer=True)
+    axes.legend(frameon=False, fontsize=LETTERS - 1, labelcolor=INK)
+    return figure
+
+
+def parallel_figure(facts: TuningFacts) -> Figure:
+    """Return a line a trial across an upright axis a parameter, the score the last; the better the darker."""
+    done = sorted((one for one in facts.trials if one.is_done), key=lambda one: _goodness(facts, one))
+    columns = [*facts.names, facts.objective]
+    figure, axes = small_axes("one line a trial, the better the darker", max(7.6, 1.5 * len(columns)), 3.2, LETTERS)
+    scales = [_Scale([_of(one, name, facts) for one in done], name in facts.log_scale) for name in columns]
+    for rank, one in enumerate(done):
+        share = (rank + 1) / len(done)
+        heights = [scale.share(_of(one, name, facts)) for scale, name in zip(scales, columns, strict=True)]
+        axes.plot(range(len(columns)), heights, color=BLUE, alpha=0.12 + 0.88 * share**3, lw=1.0 + share)
+    for at, scale in enumerate(scales):
+        axes.axvline(at, color=QUIET, lw=0.6)
+        for height, text in scale.marks():
+            axes.text(at + 0.02, height, text, fontsize=LETTERS - 2, color=INK, va="center")
+    axes.set_xticks(range(len(columns)), columns, fontsize=LETTERS - 1)
+    axes.set_yticks([])
+    axes.set_xlim(-0.1, len(columns) - 0.7)
+    return figure
+
+
+def slice_figure(facts: TuningFacts, name: str) -> Figure:
+    """Return the score over one parameter."""
+    figure, axes = small_axes(name, 3.6, 2.4, LETTERS)
+    done = [one for one in facts.trials if one.is_done]
+    values = [one.values[name] for one in done]
+    if not all(_is_number(value) for value in values):
+        values = [str(value) for value in values]
+    axes.scatter(values, [one.score for one in done], s=18, color=BLUE)
+    if name in facts.log_scale:
+        axes.set_xscale("log")
+    axes.set_ylabel(facts.objective, fontsize=LETTERS - 1, color=QUIET)
+    return figure
+
+
+class _Scale:
+    """One upright axis: where a value stands on it, 0 to 1."""
+
+    def __init__(self, values: Sequence[Any], is_log: bool) -> None:
+        self._is_log = is_log
+        self._words = [] if all(_is_number(one) for one in values) else sorted({str(one) for one in values})
+        numbers = [self._number(one) for one in values]
+        self._low, self._high = min(numbers), max(numbers)
+
+    def share(self, value: Any) -> float:
+        if self._high == self._low:
+            return 0.5
+        return (self._number(value) - self._low) / (self._high - self._low)
+
+    def marks(self) -> list[tuple[float, str]]:
+        if self._words:
+            return [(self.share(word), word) for word in self._words]
+        ends = dict.fromkeys((self._low, self._high))
+        return [(self.share(self._back(one)), plain(self._back(one))) for one in ends]
+
+    def _number(self, value: Any) -> float:
+        if self._words:
+            return float(self._words.index(str(value)))
+        return math.log(value) if self._is_log else float(value)
+
+    def _back(self, number: float) -> float:
+        return math.exp(number) if self._is_log else number
+
+
+def plain(value: Any) -> str:
+    """Return a value as a person writes it.
+
+    >>> plain(0.000312345), plain(8), plain(None), plain("relu"), plain(12345.678)
+    ('0.000312', '8', '-', 'relu', '12345.7')
+    """
+    if value is None:
+        return "-"
+    if isinstance(value, float):
+        return f"{value:.6g}" if abs(value) >= 1000 else f"{value:.3g}"
+    return str(value)
+
+
+def _goodness(facts: TuningFacts, one: TriedValues) -> float:
+    return float(one.score or 0.0) * (1.0 if facts.maximise else -1.0)
+
+
+def _of(one: TriedValues, name: str, facts: TuningFacts) -> Any:
+    return one.score if name == facts.objective else one.values[name]
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)

@@ -1,0 +1,187 @@
+"""`racecraft tune`: look for the settings that train best."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from racecraft.cli.jobs.jobs import WORDS
+from racecraft.cli.options import Json
+
+if TYPE_CHECKING:
+    from racecraft.jobs.tuning.space import Parameter
+    from racecraft.jobs.tuning.study import Study, TrialRecord
+    from racecraft.jobs.tuning.training_trials import Objective
+
+PAGE, SPEC = "tuning.html", "tuning.json"
+
+
+def tune(
+    words: Annotated[
+        list[str],
+        typer.Argument(metavar="COMMAND…", help="A training command, the words behind `racecraft`; with --stop."),
+    ],
+    param: Annotated[
+        list[str],
+        typer.Option(
+            help="What is varied: NAME=LOW..HIGH, with :log behind it for a logarithmic scale, or NAME=ONE,OTHER."
+        ),
+    ],
+    trials: Annotated[int, typer.Option(min=1, help="How many in all.")] = 20,
+    parallel: Annotated[
+        int | None,
+        typer.Option(min=1, help="How many at a time; by default one for every two cores, and no less than one."),
+    ] = None,
+    objective: Annotated[
+        str,
+        typer.Option(
+            help="A column of metrics.jsonl, or a regular expression over the log, such as 'reward=([0-9.]+)'."
+        ),
+    ] = "evaluation_score",
+    minimize: Annotated[bool, typer.Option("--minimize", help="Less is better.")] = False,
+    last: Annotated[
+        bool, typer.Option("--last", help="The last figure counts and not the best; nothing is given up early.")
+    ] = False,
+    sampler: Annotated[str, typer.Option(help="Who says what is tried next: tpe, random or grid.")] = "tpe",
+    pruner: Annotated[str, typer.Option(help="Who gives trials up early: median, hyperband or none.")] = "median",
+    seed: Annotated[int, typer.Option(min=0, help="Of the sampler.")] = 0,
+    run: Annotated[
+        Path | None, typer.Option(help="Folder of the search; one that is there is gone on with. By default tunings/N.")
+    ] = None,
+    from_: Annotated[
+        Path | None, typer.Option("--from", help="Folder of an earlier search, whose trials this one begins with.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Train many times with other settings each, and find those that do best.
+
+    Every trial is a job; its run lies in the search's folder. Ctrl-C ends the search, and the same command with --run
+    goes on with it.
+
+    Examples:
+
+        racecraft tune --param ppo.learning_rate=1e-4..1e-2:log gym train CartPole-v1 --stop minutes=0.5
+
+        racecraft tune --objective seconds --minimize --last --param ppo.epochs=2..6 train --stop laps --stop minutes=1
+
+        racecraft tune --run tunings/1 --trials 40 --param network.activation=relu,tanh train my-car --stop minutes=1
+    """
+    from racecraft.cli.output import say
+    from racecraft.contract.errors import SettingError
+    from racecraft.formats.whole import make_folder
+    from racecraft.jobs.home import JobHome
+    from racecraft.jobs.tuning.search import search
+    from racecraft.jobs.tuning.space import read_parameter
+    from racecraft.jobs.tuning.study import Study
+    from racecraft.jobs.tuning.training_trials import Objective, TrainingTrials, check_command
+
+    command = check_command(words)
+    parameters = dict(read_parameter(one) for one in param)
+    if len(parameters) < len(param):
+        raise SettingError("a --param is given twice; expected every name once.")
+    aim = Objective(objective, not minimize, last)
+    folder = run or _next_folder(Path("tunings"))
+    make_folder(folder)
+    study = Study(folder, parameters, not minimize, sampler, "none" if last else pruner, seed)
+    if from_ is not None:
+        say(f"begins with {study.take_over(from_)} trials of {from_}", quiet_stdout=json)
+    cores = os.cpu_count() or 1
+    at_a_time = parallel or max(1, cores // 2)
+    launch = TrainingTrials(folder, command, aim, max(1, cores // at_a_time), JobHome.of_user())
+    say(f"{folder}: {trials} trials, {at_a_time} at a time", quiet_stdout=json)
+    try:
+        search(study, launch, trials, at_a_time, lambda one: say(_line(one, study), quiet_stdout=json))
+    finally:
+        _leave(folder, study, aim, parameters, command)
+    _tell(folder, study, json)
+
+
+def _next_folder(place: Path) -> Path:
+    number = 1
+    while (place / str(number)).exists():
+        number += 1
+    return place / str(number)
+
+
+def _line(one: TrialRecord, study: Study) -> str:
+    from racecraft.analysis.tuning_page import plain
+
+    values = ", ".join(f"{name}={plain(value)}" for name, value in one.values.items())
+    best = study.best()
+    told = f"{one.state} {plain(one.score)}" if one.score is not None else f"{one.state}: {one.note}"
+    return f"trial {one.number} | {told} | {values}" + (
+        "" if best is None else f" | best {plain(best.score)} ({best.number})"
+    )
+
+
+def _leave(
+    folder: Path, study: Study, aim: Objective, parameters: dict[str, Parameter], words: tuple[str, ...]
+) -> None:
+    """Write the page, and every trial as a table that a program reads."""
+    import json
+
+    from racecraft.analysis.tuning_page import TriedValues, TuningFacts, write_tuning_page
+    from racecraft.formats.whole import write_whole
+
+    records = study.trials()
+    facts = TuningFacts(
+        title=f"Tuning {folder.name}: {' '.join(words)}",
+        objective=aim.name,
+        maximise=aim.maximise,
+        trials=[TriedValues(**vars(one)) for one in records],
+        importances=study.importances(),
+        log_scale=[name for name, one in parameters.items() if getattr(one, "is_log", False)],
+        best_command=_best_command(study, words),
+    )
+    write_tuning_page(folder / PAGE, facts)
+    told = {
+        "format": "racecraft tuning",
+        "version": 1,
+        "command": list(words),
+        "objective": {"name": aim.name, "maximise": aim.maximise, "take_last": aim.take_last},
+        "importances": facts.importances,
+        "trials": [{**vars(one), "values": dict(one.values)} for one in records],
+    }
+    write_whole(folder / SPEC, json.dumps(told, indent=2) + "\n")
+
+
+def _best_command(study: Study, words: tuple[str, ...]) -> str:
+    from racecraft.jobs.tuning.space import as_text
+
+    best = study.best()
+    if best is None:
+        return ""
+    sets = (f"--set={name}={as_text(value)}" for name, value in best.values.items())
+    return " \\\n  ".join([shlex.join(["racecraft", *words]), *map(shlex.quote, sets)])
+
+
+def _tell(folder: Path, study: Study, json: bool) -> None:
+    from racecraft.cli.output import print_json
+
+    best = study.best()
+    if json:
+        told: dict[str, Any] = {"tuning": str(folder), "trials": len(study.trials()), "page": str(folder / PAGE)}
+        told["best"] = (
+            None if best is None else {"number": best.number, "score": best.score, "values": dict(best.values)}
+        )
+        print_json(told)
+        return
+    if best is None:
+        print("no trial came to a score")
+        return
+    from racecraft.analysis.tuning_page import plain
+
+    print(f"best: trial {best.number}, {plain(best.score)}")
+    for name, value in best.values.items():
+        print(f"  {name} = {plain(value)}")
+    for name, share in sorted(study.importances().items(), key=lambda one: -one[1]):
+        print(f"  {name} decides {100 * share:.0f} %")
+    print(f"page: {folder / PAGE}")
+
+
+CONTEXT = WORDS
+"""What follows the first word is the training command's own."""

@@ -1,0 +1,10 @@
+"""Search for settings: many trainings, each with values of its own, the better half followed up.
+
+    space.py             what may be varied, and within which bounds
+    study.py             the one door to Optuna: what is tried next, what is given up, what mattered
+    search.py            the loop: begin trials, look after them, give up the hopeless ones
+    training_trials.py   a trial is a training command of ours, run as a job
+    estimator_trials.py  a trial is a job of `RLEstimator`; `HyperparameterTuner` over it
+
+Begin with `search.py`.
+"""

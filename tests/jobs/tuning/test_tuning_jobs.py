@@ -1,0 +1,94 @@
+"""Searches over real jobs: a training command of ours, and an estimator's script that takes no time."""
+
+import json
+
+import pytest
+from tests.jobs.conftest import home  # noqa: F401 - a fixture
+from typer.testing import CliRunner
+
+from racecraft.cli.app import app
+from racecraft.contract.errors import SettingError
+from racecraft.estimator import ContinuousParameter, HyperparameterTuner, IntegerParameter, RLEstimator, RLToolkit
+from racecraft.formats.run_folder import RunFolder
+from racecraft.jobs.tuning.study import TuningError
+
+SCRIPT = """
+import argparse
+asked = argparse.ArgumentParser()
+asked.add_argument("--lr", type=float)
+asked.add_argument("--layers", type=int)
+asked = asked.parse_args()
+for step in range(3):
+    print("episode_reward_mean:", step + asked.layers - abs(asked.lr - 0.5))
+"""
+TINY = ("--stop", "iterations=2", "--set", "evaluation.every=1", "--set", "evaluation.episodes=1")
+
+
+def test_a_command_is_tuned_and_its_best_is_told(home, tmp_path, monkeypatch):  # noqa: F811
+    monkeypatch.chdir(tmp_path)
+    asked = ["tune", "--trials", "2", "--param", "ppo.learning_rate=1e-4..1e-2:log", "--param", "ppo.epochs=1..2"]
+    done = CliRunner().invoke(app, [*asked, "--json", "gym", "train", "CartPole-v1", *TINY])
+    assert done.exit_code == 0, done.output
+    told = json.loads(done.stdout.splitlines()[-1])
+    folder = tmp_path / told["tuning"]
+    facts = json.loads((folder / "tuning.json").read_text())
+    assert [one["state"] for one in facts["trials"]] == ["complete", "complete"]
+    scores = []
+    for one in facts["trials"]:
+        run = RunFolder.open(folder / "trials" / str(one["number"]))
+        settings = run.read_job()["settings"]["ppo"]
+        assert (settings["learning_rate"], settings["epochs"]) == tuple(one["values"].values())
+        rows = [json.loads(line) for line in run.metrics.read_text().splitlines()]
+        scores.append(max(row["evaluation_score"] for row in rows))
+    assert [one["score"] for one in facts["trials"]] == scores
+    assert told["best"]["score"] == max(scores)
+    page = (folder / "tuning.html").read_text()
+    assert f"--set=ppo.epochs={told['best']['values']['ppo.epochs']}" in page
+
+
+def test_a_setting_that_is_none_is_named_after_two_trials(home, tmp_path, monkeypatch):  # noqa: F811
+    monkeypatch.chdir(tmp_path)
+    asked = ["tune", "--trials", "9", "--parallel", "2", "--param", "ppo.learning_rat=1e-4..1e-2"]
+    done = CliRunner().invoke(app, [*asked, "gym", "train", "CartPole-v1", *TINY])
+    assert isinstance(done.exception, TuningError)
+    assert "learning_rat" in str(done.exception)
+    assert "ppo.learning_rate" in str(done.exception), "the nearest known one"
+
+
+@pytest.fixture
+def estimator(home, tmp_path, monkeypatch):  # noqa: F811
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "train.py").write_text(SCRIPT)
+    return RLEstimator("train.py", RLToolkit.RAY, "1.6.0", "pytorch", role="r", hyperparameters={"lr": 9.0}, cores=1)
+
+
+def test_an_estimator_is_tuned_as_sagemakers_is(estimator, capsys):
+    tuner = HyperparameterTuner(
+        estimator, "episode_reward_mean", {"lr": ContinuousParameter(0.0, 1.0), "layers": IntegerParameter(1, 3)},
+        max_jobs=3, max_parallel_jobs=2,
+    )  # fmt: skip
+    tuner.fit()
+    rows = tuner.analytics().rows()
+    assert [row["TrainingJobStatus"] for row in rows] == ["Completed"] * 3
+    for row in rows:
+        assert row["FinalObjectiveValue"] == pytest.approx(2 + row["layers"] - abs(row["lr"] - 0.5))
+    best = max(rows, key=lambda row: row["FinalObjectiveValue"])
+    assert tuner.best_training_job() == best["TrainingJobName"]
+    told = tuner.describe()["BestTrainingJob"]
+    assert told["TunedHyperParameters"] == {"lr": str(best["lr"]), "layers": str(best["layers"])}
+    assert tuner.best_estimator().hyperparameters()["layers"] == best["layers"]
+    assert best["TrainingJobName"] in capsys.readouterr().out
+
+
+def test_words_that_no_tuner_takes_are_named(estimator):
+    ranges = {"lr": ContinuousParameter(0.0, 1.0)}
+    with pytest.raises(SettingError, match=r"objective_metric_name is 'reward'; expected one of .*episode_reward_mean"):
+        HyperparameterTuner(estimator, "reward", ranges)
+    with pytest.raises(SettingError, match="strategy is 'Bayes'.*Bayesian"):
+        HyperparameterTuner(estimator, "episode_reward_mean", ranges, strategy="Bayes")
+    with pytest.raises(SettingError, match="hyperparameter_ranges is empty"):
+        HyperparameterTuner(estimator, "episode_reward_mean", {})
+    with pytest.warns(UserWarning, match="tags has no meaning"):
+        tuner = HyperparameterTuner(estimator, "episode_reward_mean", ranges, tags=[])
+    with pytest.raises(SettingError, match="expected fit"):
+        tuner.best_training_job()
