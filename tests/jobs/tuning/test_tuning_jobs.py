@@ -52,7 +52,7 @@ def test_a_setting_that_is_none_is_named_after_two_trials(home, tmp_path, monkey
     done = CliRunner().invoke(app, [*asked, "gym", "train", "CartPole-v1", *TINY])
     assert isinstance(done.exception, TuningError)
     assert "learning_rat" in str(done.exception)
-    assert "ppo.learning_rate" in str(done.exception), "the nearest known one"
+    assert "Did you mean 'learning_rate'?" in str(done.exception)
 
 
 @pytest.fixture
