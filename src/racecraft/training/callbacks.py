@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
+from racecraft.formats.generalisation import TrackResult
+
 
 @dataclass(frozen=True)
 class EvaluationResult:
@@ -26,6 +28,8 @@ class EvaluationResult:
     """Everything else, as plain values for evaluations/N.json."""
     selection: tuple[float, ...] = ()
     """What makes a checkpoint the best, compared from the first number on, bigger is better; empty: the score."""
+    by_track: tuple[TrackResult, ...] = ()
+    """How it went on each of several tracks, for generalisation.csv; empty where there is one."""
 
     @property
     def selection_metric(self) -> tuple[float, ...]:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 MAX_LAPS = 1000
 DASHBOARD, FILM_SIZE, FILM_FPS = "dashboard", "720p", 30
-LAPS, CHECKPOINT = 3, "best"
+LAPS, STARTS, CHECKPOINT = 3, 5, "best"
 """Where neither the command nor the run's run.env says."""
 
 
@@ -31,14 +31,22 @@ def evaluate(
         typer.Option(help="best, last, or the number of an iteration; by default what run.env asked for, else best."),
     ] = None,
     track: Annotated[
-        str | None, typer.Option(help="A name or a waypoint file; by default the track it was trained on.")
+        list[str] | None,
+        typer.Option(
+            help="A name or a waypoint file; by default the track it was trained on. Several: a table, a row a track."
+        ),
+    ] = None,
+    tracks: Annotated[
+        str | None,
+        typer.Option(help="The same as a comma list; trained, held-out and all are understood too."),
     ] = None,
     laps: Annotated[
         int | None,
         typer.Option(
             min=1,
             max=MAX_LAPS,
-            help=f"One from standstill, then flying, and no race; by default what run.env asked for, else {LAPS}.",
+            help=f"One from standstill, then flying, and no race; by default what run.env asked for, else {LAPS}. Of "
+            f"several tracks: on each, from so many starts round it, by default {STARTS}.",
         ),
     ] = None,
     number_of_trials: Annotated[
@@ -113,6 +121,8 @@ def evaluate(
 
         racecraft evaluate runs/reinvent_base-1 --checkpoint last --track Oval_track --laps 5 --json
 
+        racecraft evaluate runs/20-tracks-1 --tracks trained,held-out,Oval_track
+
         racecraft evaluate runs/reinvent_base-1 --number-of-trials 3 --off-track-penalty 2
 
         racecraft evaluate runs/CartPole-v1-1 --episodes 100
@@ -121,6 +131,7 @@ def evaluate(
     """
     from racecraft.analysis.video import film_path
     from racecraft.cli.deepracer.judged_race import print_race, race_asked, race_car
+    from racecraft.cli.deepracer.many_tracks import judge_and_tell, tracks_asked
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.judge import judge, refuse_words
     from racecraft.contract.errors import SettingError
@@ -144,7 +155,13 @@ def evaluate(
         "reverse_direction": reverse_direction,
     }
     if job.get("kind") != KIND:
-        of_cars: dict[str, Any] = {"--track": track, "--laps": laps, "--video": video, "--picture": picture}
+        of_cars: dict[str, Any] = {
+            "--track": track,
+            "--tracks": tracks,
+            "--laps": laps,
+            "--video": video,
+            "--picture": picture,
+        }
         of_cars |= {f"--{name.replace('_', '-')}": value for name, value in race_options.items()}
         of_cars |= {"--save-mp4": save_mp4 or None}
         refuse_words(job["kind"], of_cars)
@@ -155,10 +172,16 @@ def evaluate(
     if typed and laps is not None:
         raise SettingError("--laps and a race's own options were given; expected one of them: --number-of-trials.")
     asked = job.get("evaluate", {})
+    if tracks is not None or len(track or ()) > 1:
+        of_one = {"--video": video, "--picture": picture, "--save-mp4": save_mp4 or None}
+        of_one |= {f"--{name.replace('_', '-')}": value for name, value in typed.items()}
+        names = tracks_asked(track, tracks, of_one)
+        car = load_trained_car(run, checkpoint or asked.get("checkpoint", CHECKPOINT))
+        return judge_and_tell(car, names, laps or STARTS, json)
     rules, reverse = race_asked(typed, asked) if laps is None else (None, None)
     car = load_trained_car(run, checkpoint or asked.get("checkpoint", CHECKPOINT))
     style = None if view == DASHBOARD and not save_mp4 else style_of(car, view, size, fps)
-    circuit = load_track(track) if track else car.trained_on
+    circuit = load_track(track[0]) if track else car.trained_on
     if rules is None:
         drive, stamp = _drive_laps(car, circuit, laps or asked.get("laps", LAPS))
     else:
