@@ -15,6 +15,7 @@ from typing import Any
 
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.envs.deepracer.settings import RACE_TYPES, race_groups
+from racecraft.players.deepracer.run_courses import shares
 from racecraft.rollout.settings import RolloutConfig
 from racecraft.settings.describe import value_text
 from racecraft.tracks.catalogue import names as catalogue_names
@@ -143,7 +144,7 @@ def _courses(told: Mapping[str, str], track: str | None, place: str) -> list[Cou
     directions = DIRECTIONS[ways]
     if cars is not None and cars < len(directions):
         raise SettingError(f"{place}: one car cannot drive both ways; expected cars=2 or more.")
-    parts = [None if cars is None else (cars + 1 - k) // len(directions) for k in range(len(directions))]
+    parts = [None] * len(directions) if cars is None else shares(cars, len(directions))
     reverse = [f"race.reverse={value_text(way)}" for way in directions]
     return [
         replace(course, overrides=(*course.overrides, way), cars=part) for way, part in zip(reverse, parts, strict=True)
