@@ -103,11 +103,11 @@ class WatchServer:
         if request.path == "/":
             return Reply(self._page, "text/html; charset=utf-8", FRESH)
         if self._views is not None and request.path in PICTURES:
-            pose = (_number(request, name) for name in ("x", "y", "yaw"))
+            x, y, yaw = (_number(request, name) for name in ("x", "y", "yaw"))
             camera = self._views.camera(_whole(request, "course", 0))
             places = _places(request, len(camera.objects.kinds))
             render = camera.jpeg if request.path == PEOPLE else camera.policy_png
-            return Reply(render(*pose, places), PICTURES[request.path], FRESH)
+            return Reply(render(x, y, yaw, places), PICTURES[request.path], FRESH)
         told = self._about_any() | ({} if self._views is None else self._about_cars(self._views))
         if request.path not in told:
             raise HttpError(404, "no_such_page", f"there is no {request.path[:80]} for this run; begin at /.")

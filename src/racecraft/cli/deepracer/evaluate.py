@@ -173,7 +173,7 @@ def evaluate(
         raise SettingError("--laps and a race's own options were given; expected one of them: --number-of-trials.")
     asked = job.get("evaluate", {})
     if tracks is not None or len(track or ()) > 1:
-        of_one = {"--video": video, "--picture": picture, "--save-mp4": save_mp4 or None}
+        of_one: dict[str, Any] = {"--video": video, "--picture": picture, "--save-mp4": save_mp4 or None}
         of_one |= {f"--{name.replace('_', '-')}": value for name, value in typed.items()}
         names = tracks_asked(track, tracks, of_one)
         car = load_trained_car(run, checkpoint or asked.get("checkpoint", CHECKPOINT))

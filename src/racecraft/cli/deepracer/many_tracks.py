@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from racecraft.formats.generalisation import TrackResult
     from racecraft.players.deepracer.trained_car import TrainedCar
 
-ALL = "all"
-
 
 def tracks_asked(track: Sequence[str] | None, tracks: str | None, of_one: Mapping[str, Any]) -> list[str]:
     """Return the names of --track or --tracks, each once.
@@ -47,29 +45,15 @@ def judge_and_tell(car: TrainedCar, names: Sequence[str], starts: int, json: boo
         SettingError: Held-out tracks are asked for, and the run has none.
     """
     from racecraft.cli.output import print_json
-    from racecraft.evaluation.deepracer.by_track import judge_tracks, summary_of
-    from racecraft.formats.generalisation import HELD_OUT, TRAINED
-    from racecraft.players.deepracer.run_courses import held_out_of_run
-    from racecraft.tracks.catalogue import load_track
-    from racecraft.tracks.catalogue import names as catalogue
+    from racecraft.evaluation.deepracer.by_track import judge_named, summary_of, told_of
 
-    words = [word for word in (TRAINED, HELD_OUT) if word in names or word.replace("_", "-") in names]
-    if HELD_OUT in words and not held_out_of_run(car.run):
-        raise SettingError(
-            f"{car.run.path} holds no track out; expected names. A training does with --hold-out; --tracks trained "
-            "are those it saw."
-        )
-    spelt = {TRAINED, HELD_OUT, "held-out"}
-    listed = [one for name in names if name not in spelt for one in (catalogue() if name == ALL else [name])]
-    results = judge_tracks(car, [load_track(name) for name in listed], words, starts)
-    summary = summary_of(results)
+    results = judge_named(car, names, starts)
     if json:
-        told = {"run": str(car.run.path), "checkpoint": car.checkpoint.iteration, "starts": starts}
-        print_json({**told, "tracks": [one.as_dictionary() for one in results], "by_role": summary})
+        print_json(told_of(car, results, starts))
         return
     print(f"{car.run.path}, checkpoint {car.checkpoint.iteration}, {starts} laps on each of {len(results)} tracks:")
     _print_table(results)
-    for role, part in summary.items():
+    for role, part in summary_of(results).items():
         print(
             f"{role.replace('_', ' ')}: {part['lapped']} of {part['tracks']} lapped from every start, "
             f"{part['full_laps']} of {part['laps']} laps full, mean progress {part['mean_progress_percent']:.1f} %"

@@ -8,13 +8,20 @@ from typing import Any
 
 import numpy as np
 
+from racecraft.contract.errors import SettingError
 from racecraft.envs.deepracer.side_by_side import SideBySide
 from racecraft.evaluation.deepracer.laps import LapReport, judge_starts
 from racecraft.formats.generalisation import HELD_OUT, OTHER, TRAINED, TrackResult
 from racecraft.players.deepracer.run_courses import LaidCourse, courses_of_run, held_out_of_run, of_race
 from racecraft.players.deepracer.trained_car import TrainedCar
 from racecraft.settings.composition import Settings
+from racecraft.tracks.catalogue import load_track
+from racecraft.tracks.catalogue import names as catalogue_names
 from racecraft.tracks.track import Track
+
+ALL = "all"
+STARTS = 5
+"""Laps on each of several tracks, where nobody says otherwise."""
 
 
 @dataclass(frozen=True)
@@ -129,6 +136,30 @@ def judge_tracks(car: TrainedCar, named: Sequence[Track], words: Sequence[str], 
     worlds = [_with_race(car, course).world(course.track, starts) for course, _ in courses]
     report = judge_starts(car.policy, SideBySide(worlds))
     return results_by_track(report, [judged_course(course, role, starts) for course, role in courses])
+
+
+def judge_named(car: TrainedCar, names: Sequence[str], starts: int) -> tuple[TrackResult, ...]:
+    """Judge a car on tracks by name; "trained" and "held-out" are those of its run, "all" is the catalogue.
+
+    Raises:
+        TrackError: A track cannot be used; the nearest name is told.
+        SettingError: Held-out tracks are asked for, and the run has none.
+    """
+    words = [role for role in (TRAINED, HELD_OUT) if role in names or role.replace("_", "-") in names]
+    if HELD_OUT in words and not held_out_of_run(car.run):
+        raise SettingError(
+            f"{car.run.path} holds no track out; expected names. A training does with --hold-out; --tracks trained "
+            "are those it saw."
+        )
+    roles = {TRAINED, HELD_OUT, HELD_OUT.replace("_", "-")}
+    listed = [one for name in names if name not in roles for one in (catalogue_names() if name == ALL else [name])]
+    return judge_tracks(car, [load_track(name) for name in listed], words, starts)
+
+
+def told_of(car: TrainedCar, results: Sequence[TrackResult], starts: int) -> dict[str, Any]:
+    """Return a judgement of several tracks as plain values, fit for JSON."""
+    told = {"run": str(car.run.path), "checkpoint": car.checkpoint.iteration, "starts": starts}
+    return {**told, "tracks": [one.as_dictionary() for one in results], "by_role": summary_of(results)}
 
 
 def judged_course(course: LaidCourse, role: str, starts: int) -> Judged:

@@ -56,7 +56,8 @@ def groups_asked(tracks: Sequence[str], groups: Sequence[Group], away: Sequence[
     courses: list[Course] = []
     for number, group in enumerate(groups, 1):
         told, place = _words(group, number)
-        for track in [told["track"]] if "track" in told else named or [None]:
+        tracks_of_it: list[str | None] = [told["track"]] if "track" in told else [*named] or [None]
+        for track in tracks_of_it:
             courses += _courses(told, track, place)
     return tuple(courses)
 
