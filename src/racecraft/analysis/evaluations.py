@@ -48,9 +48,7 @@ def judged_by_track(told: tuple[int, Sequence[TrackResult]] | None) -> Judged | 
         if part:
             progress = sum(one.mean_progress_percent for one in part) / len(part)
             lapped = sum(one.is_lapped for one in part)
-            parts.append(
-                f"Of {len(part)} {words}, {lapped} are lapped from every start; mean progress {progress:.1f} %."
-            )
+            parts.append(f"Of {len(part)} {words}, {lapped} lapped from every start, mean progress {progress:.1f} %.")
     rows = [
         (
             one.label, one.role.replace("_", " "), f"{one.full_laps} of {one.laps}",
