@@ -241,3 +241,23 @@ def test_a_file_of_groups(tmp_path):
 
 def test_names_are_listed_once():
     assert track_names(["a,b", "b, c"]) == ["a", "b", "c"]
+
+
+def test_from_python_a_word_alone_is_a_list_of_one(tmp_path):
+    import racecraft as rc
+
+    trained = rc.train(
+        "deepracer",
+        tracks="Oval_track,Vegas_track",
+        groups={"cars": 2},
+        hold_out="LGSWide",
+        settings=FOUR_CARS,
+        stops="iterations=1",
+        run=tmp_path / "run",
+        quiet=True,
+    )
+    told = rc.evaluate(trained.run.path, tracks="held-out,Oval_track", laps=2)
+    assert [(one["label"], one["role"]) for one in told["tracks"]] == [
+        ("LGSWide", "held_out"),
+        ("Oval_track", "trained"),
+    ]
