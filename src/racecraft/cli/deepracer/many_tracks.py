@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from racecraft.contract.errors import SettingError
 
 if TYPE_CHECKING:
     from racecraft.formats.generalisation import TrackResult
-    from racecraft.players.deepracer.trained_car import TrainedCar
 
 
 def tracks_asked(track: Sequence[str] | None, tracks: str | None, of_one: Mapping[str, Any]) -> list[str]:
@@ -37,16 +37,20 @@ def tracks_asked(track: Sequence[str] | None, tracks: str | None, of_one: Mappin
     return names
 
 
-def judge_and_tell(car: TrainedCar, names: Sequence[str], starts: int, json: bool) -> None:
-    """Judge a car on tracks by name, and print the table.
+def judge_and_tell(run: Path, checkpoint: str | None, names: Sequence[str], laps: int | None, json: bool) -> None:
+    """Judge a car on tracks by name, from `laps` starts on each, and print the table.
 
     Raises:
         TrackError: A track cannot be used; the nearest name is told.
         SettingError: Held-out tracks are asked for, and the run has none.
     """
     from racecraft.cli.output import print_json
-    from racecraft.evaluation.deepracer.by_track import judge_named, summary_of, told_of
+    from racecraft.evaluation.deepracer.by_track import STARTS, judge_named, summary_of, told_of
+    from racecraft.formats.run_folder import RunFolder
+    from racecraft.players.deepracer.trained_car import load_trained_car
 
+    asked = RunFolder.open(run).read_job().get("evaluate", {})
+    car, starts = load_trained_car(run, checkpoint or asked.get("checkpoint", "best")), laps or STARTS
     results = judge_named(car, names, starts)
     if json:
         print_json(told_of(car, results, starts))

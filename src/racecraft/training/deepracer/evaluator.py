@@ -86,6 +86,7 @@ class CarEvaluator:
             figures={"best_lap_seconds": best, **figures_of(results)},
             headline=" | ".join(filter(None, headlines)),
             details=report.as_dictionary() | _table(results),
+            steps=sum(lap.steps for lap in every.laps),
             selection=(report.merit(self._best_by), -float("inf") if best is None else -best),
             by_track=results,
         )

@@ -33,7 +33,9 @@ OTHER_WORDS = {"race.type": "race=", "race.reverse": "direction="}
 ALL = "all"
 MAX_CARS = 65536
 FEW_CARS = 4
-"""Cars on each of many roads, at least; of more roads than these an evaluation is worth several iterations."""
+"""Cars on each of many roads, at least."""
+SHARE = 0.25
+"""Steps that evaluations of many roads may take for each step of training."""
 
 Group = str | Mapping[str, Any]
 """As typed, or by word."""
@@ -73,18 +75,18 @@ def track_names(tracks: Sequence[str], away: Sequence[str] = ()) -> list[str]:
     return list(dict.fromkeys(one for name in found for one in (every if name == ALL else [name])))
 
 
-def worlds_for(courses: Sequence[Course], held_out: int) -> tuple[str, ...]:
+def worlds_for(courses: Sequence[Course]) -> tuple[str, ...]:
     """Return settings that so many courses want where nobody says otherwise, as after --set.
 
-    Cars enough that each road has a few, and evaluations as rare as they are long.
+    Cars enough that each road has a few, and evaluations rare: they are long.
     """
     if not courses:
         return ()
     said = [course.cars for course in courses]
     cars = sum(filter(None, said)) + FEW_CARS * said.count(None)
-    every = len(courses) + held_out
+
     worlds = cars if None not in said else max(cars, RolloutConfig().num_worlds)
-    return (f"rollout.num_worlds={worlds}", f"evaluation.every={every}" if every > FEW_CARS else "evaluation.every=1")
+    return (f"rollout.num_worlds={worlds}", f"evaluation.share={SHARE}")
 
 
 def read_groups(path: Path) -> tuple[Group, ...]:

@@ -142,7 +142,7 @@ def plan_car(request: RaceRequest) -> CarPlan:
     model = read_model_folder(asked.files or request.folder, asked.keys)
     stops = parse_stops((*request.stops, *stops_given(model.hyperparameters)), LAPS)
     algorithm = find_algorithm(request.algorithm or ASKED_BY[model.metadata.training_algorithm])
-    wanted = worlds_for(groups, len(held_out)) if request.preset == "fast" else ()
+    wanted = worlds_for(groups) if request.preset == "fast" else ()
     overrides = (*wanted, *request.overrides)
     settings, notes = settings_for(
         request.preset, model.hyperparameters, overrides, request.fidelity, model.metadata, algorithm
