@@ -56,6 +56,13 @@ def test_a_group_without_a_track_races_on_every_track_named():
     ]
 
 
+def test_one_name_among_several_words_is_the_training_s_track():
+    plan = planned(tracks=("Oval_track",))
+    assert (plan.track.name, plan.courses) == ("Oval_track", ())
+    plan = planned(tracks=("Oval_track",), hold_out=("LGSWide",))
+    assert (plan.track.name, plan.courses, [one.name for one in plan.held_out]) == ("Oval_track", (), ["LGSWide"])
+
+
 def test_both_directions_share_a_group_s_cars():
     assert laid(planned(groups=("direction=both cars=3", "track=Oval_track cars=1"))) == [
         ("reinvent_base", "TIME_TRIAL", False, 2),

@@ -41,18 +41,16 @@ Group = str | Mapping[str, Any]
 """As typed, or by word."""
 
 
-def groups_asked(tracks: Sequence[str], groups: Sequence[Group], away: Sequence[str] = ()) -> tuple[Course, ...]:
+def groups_asked(named: Sequence[str], groups: Sequence[Group]) -> tuple[Course, ...]:
     """Return the courses of a training; none where it is one track and nothing else is said.
 
     Args:
-        tracks: Names or files, comma lists of them; "all" is the whole catalogue.
+        named: The tracks that are named, as `track_names` gives them.
         groups: What is said of each group.
-        away: Names that "all" leaves out.
 
     Raises:
         SettingError: A word that no group knows, a race that there is not, no cars, or what is shared by all.
     """
-    named = track_names(tracks, away)
     if not groups:
         return tuple(Course(track=name) for name in named) if len(named) > 1 else ()
     courses: list[Course] = []

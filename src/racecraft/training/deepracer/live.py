@@ -67,14 +67,7 @@ class LivePublisher:
     def _keep(self, courses: Sequence[RaceWorld], rewards: Array) -> None:
         """Keep one tick, as bytes: records are copied field by field, which takes ten times as long."""
         if self._ring is None or self._rewards is None:
-            self._ring = np.zeros((RING_TICKS, sum(course.reports.nbytes for course in courses)), np.uint8)
-            self._rewards = np.zeros((RING_TICKS, rewards.size), np.float32)
-            worlds = [course.spec.num_worlds for course in courses]
-            self._first_worlds = np.cumsum([0, *worlds[:-1]])
-            shapes = {number: course.seen_boxes.shape[:2] for number, course in enumerate(courses)}
-            self._objects = {
-                k: np.zeros((RING_TICKS, *shape, 3), np.float32) for k, shape in shapes.items() if shape[1]
-            }
+            self._ring, self._rewards = self._make_room(courses, rewards.size)
         place, first = self._ticks % RING_TICKS, 0
         for course in courses:
             behind = first + course.reports.nbytes
@@ -84,6 +77,18 @@ class LivePublisher:
             kept[place] = courses[number].seen_boxes[..., :3]
         self._rewards[place] = rewards.reshape(-1)
         self._kept, self._fresh = min(self._kept + 1, RING_TICKS), self._fresh + 1
+
+    def _make_room(self, courses: Sequence[RaceWorld], cars: int) -> tuple[Array, Array]:
+        """Return room for the reports and the rewards of RING_TICKS ticks, and make some for what is in the way."""
+        worlds = [course.spec.num_worlds for course in courses]
+        self._first_worlds = np.cumsum([0, *worlds[:-1]])
+        self._objects = {
+            number: np.zeros((RING_TICKS, *course.seen_boxes.shape[:2], 3), np.float32)
+            for number, course in enumerate(courses)
+            if course.seen_boxes.size
+        }
+        reports = np.zeros((RING_TICKS, sum(course.reports.nbytes for course in courses)), np.uint8)
+        return reports, np.zeros((RING_TICKS, cars), np.float32)
 
     def _columns(self) -> dict[str, Array]:
         """Return what the ring holds, oldest first, in the words of episode files."""

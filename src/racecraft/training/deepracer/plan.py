@@ -33,7 +33,7 @@ from racecraft.tracks.track import Track
 from racecraft.training.deepracer.aws.setup import FROM_ENV
 from racecraft.training.deepracer.car_choice import choose_car, waypoint_notes
 from racecraft.training.deepracer.courses import Course, lay_out, notes_on_courses
-from racecraft.training.deepracer.groups import ALL, Group, groups_asked, worlds_for
+from racecraft.training.deepracer.groups import ALL, Group, groups_asked, track_names, worlds_for
 from racecraft.training.deepracer.hold_out import as_dictionary as held_out_as_dictionary
 from racecraft.training.deepracer.hold_out import held_out_tracks, require_apart, twins_of
 from racecraft.training.deepracer.model_folder import ModelFolder, read_model_folder
@@ -128,11 +128,10 @@ def plan_car(request: RaceRequest) -> CarPlan:
     asked = race_environment(request.folder, clones=request.clone_from is None, drfc=request.drfc)
     offset = () if asked.start_offset is None else (f"race.start_offset={asked.start_offset}",)
     held_out = held_out_tracks(request.hold_out)
-    groups = _groups(request, held_out)
-    asked_courses = groups or asked.courses
+    named, groups = _groups(request, held_out)
     request = replace(
         request,
-        track=request.track or (groups[0].track if groups else None) or asked.track or DEFAULT_TRACK,
+        track=(groups[0].track if groups else None) or (named[0] if named else asked.track) or DEFAULT_TRACK,
         stops=request.stops or asked.stops or (DEFAULT_STOPS if request.drfc is None else ()),
         overrides=(*offset, *asked.overrides, *request.overrides),
         clone_from=request.clone_from or asked.clone_from,
@@ -151,13 +150,8 @@ def plan_car(request: RaceRequest) -> CarPlan:
     settings, car_notes = choose_car(settings, model.metadata, request.car, is_set, request.folder)
     track = _load_track(request, asked.env)
     plan_objects(track, objects_of(settings), habits(settings.race.fidelity))  # refuses what does not fit
-    courses = lay_out(asked_courses, track, settings, TRACK_VARIABLE)
-    if courses:
-        cars_on(courses, settings.rollout.num_worlds)
-    for course in courses:
-        plan_objects(course.track, objects_of(course.settings), habits(settings.race.fidelity))
-    for one in held_out:
-        plan_objects(one, objects_of(settings), habits(settings.race.fidelity))
+    courses = lay_out(groups or asked.courses, track, settings, TRACK_VARIABLE)
+    _require_drivable(courses, held_out, settings)
     apart = require_apart([course.track for course in courses] or [track], held_out)
     notes = [*asked.notes, *model.notes, *notes, *car_notes, *waypoint_notes(settings, track), *apart]
     if groups and asked.courses:
@@ -263,17 +257,26 @@ def job_of(plan: CarPlan) -> dict[str, Any]:
     }
 
 
-def _groups(request: RaceRequest, held_out: Sequence[Track]) -> tuple[Course, ...]:
-    """Return the courses that are typed, as they were asked for.
+def _groups(request: RaceRequest, held_out: Sequence[Track]) -> tuple[list[str], tuple[Course, ...]]:
+    """Return the tracks that are typed, and the courses on them as they were asked for.
 
     Raises:
         SettingError: Both one track and several are named, or a group that cannot be.
     """
     if request.track and request.tracks:
         raise SettingError("--track and --tracks were given; expected all names after one of them.")
-    named = request.tracks or ((request.track,) if request.track else ())
-    away = twins_of(held_out) if held_out and ALL in named else ()
-    return groups_asked(named, request.groups, away)
+    away = twins_of(held_out) if held_out and ALL in request.tracks else ()
+    named = [request.track] if request.track else track_names(request.tracks, away)
+    return named, groups_asked(named, request.groups)
+
+
+def _require_drivable(courses: Sequence[LaidCourse], held_out: Sequence[Track], settings: Settings) -> None:
+    """Refuse courses that go without a car, and objects that do not fit on one."""
+    if courses:
+        cars_on(tuple(courses), settings.rollout.num_worlds)
+    everywhere = [(course.track, course.settings) for course in courses] + [(track, settings) for track in held_out]
+    for track, of_it in everywhere:
+        plan_objects(track, objects_of(of_it), habits(settings.race.fidelity))
 
 
 def _told_of_groups(request: RaceRequest) -> dict[str, Any]:
