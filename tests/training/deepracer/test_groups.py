@@ -85,7 +85,7 @@ def test_all_is_the_catalogue_without_the_roads_held_out():
     away = {"reinvent_base", "reinvent_carpet", "reinvent_concrete", "reinvent_wood"}
     assert trained == set(names()) - away
     assert plan.settings.rollout.num_worlds == 4 * len(trained), "a few cars on each"
-    assert (plan.settings.evaluation.every, plan.settings.evaluation.share) == (1, 0.25), "evaluations are long"
+    assert (plan.settings.evaluation.every, plan.settings.evaluation.share) == (10, 0.25), "evaluations are long"
     assert planned(tracks=("Oval_track,Vegas_track",)).settings.rollout.num_worlds == 4, "but as is set"
 
 

@@ -34,8 +34,9 @@ ALL = "all"
 MAX_CARS = 65536
 FEW_CARS = 4
 """Cars on each of many roads, at least."""
-SHARE = 0.25
-"""Steps that evaluations of many roads may take for each step of training."""
+EVERY, SHARE = 10, 0.25
+"""Iterations between evaluations of many roads, and steps that they may take for each step of training: an untrained
+car that drives in a circle is judged until its time is out, on every road."""
 
 Group = str | Mapping[str, Any]
 """As typed, or by word."""
@@ -84,7 +85,8 @@ def worlds_for(courses: Sequence[Course]) -> tuple[str, ...]:
     cars = sum(filter(None, said)) + FEW_CARS * said.count(None)
 
     worlds = cars if None not in said else max(cars, RolloutConfig().num_worlds)
-    return (f"rollout.num_worlds={worlds}", f"evaluation.share={SHARE}")
+    every = EVERY if len(courses) > FEW_CARS else 1
+    return (f"rollout.num_worlds={worlds}", f"evaluation.every={every}", f"evaluation.share={SHARE}")
 
 
 def read_groups(path: Path) -> tuple[Group, ...]:
