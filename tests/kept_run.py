@@ -6,7 +6,8 @@ import numpy as np
 
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer.actions import action_space
-from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
+from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig
+from racecraft.envs.deepracer.side_by_side import SideBySide
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.formats.aws.model_metadata import action_space_from_aws
 from racecraft.formats.episodes import write_episodes
@@ -18,15 +19,36 @@ ACTIONS = [{"steering_angle": angle, "speed": 2.0, "index": k} for k, angle in e
 RACE, CAMERA = RaceConfig(), CameraConfig(width=16, height=12)
 
 
-def make_world(worlds=3, cars=1):
+def make_world(worlds=3, cars=1, track="reinvent_base", race=RACE, objects=None):
     """Return a race world of the run's cars, without a reward."""
     return RaceWorld(
-        load_track("reinvent_base"),
+        load_track(track),
         action_space(action_space_from_aws(ACTIONS)),
-        race_config=RACE,
+        race_config=race,
         camera_config=CAMERA,
         num_cars=worlds,
         cars_per_world=cars,
+        objects=objects,
+    )
+
+
+BOXES, BOTS = RaceConfig(type="OBJECT_AVOIDANCE"), RaceConfig(type="HEAD_TO_BOT", reverse=True)
+COURSES = [
+    ("reinvent_base", {"race": {"type": "TIME_TRIAL"}}, 2),
+    ("Oval_track", {"race": {"type": "OBJECT_AVOIDANCE"}, "boxes": {"number": 3}}, 2),
+    ("Oval_track", {"race": {"type": "HEAD_TO_BOT", "reverse": True}, "bots": {"number": 2, "speed": 1.0}}, 1),
+]
+"""Track, settings and cars of each course of a run on several."""
+
+
+def make_courses():
+    """Return the world of a run on several courses."""
+    return SideBySide(
+        [
+            make_world(2),
+            make_world(2, 1, "Oval_track", BOXES, BoxesConfig(number=3)),
+            make_world(1, 1, "Oval_track", BOTS, BotsConfig(number=2, speed=1.0)),
+        ]
     )
 
 
@@ -44,8 +66,8 @@ def drive(world, ticks, observers, seed=0, buffers=None):
     return buffers
 
 
-def make_run(path, iterations=3, ticks=40, worlds=3, cars=1):
-    """Make a run folder with so many kept iterations of so many ticks."""
+def make_run(path, iterations=3, ticks=40, worlds=3, cars=1, several=False):
+    """Make a run folder with so many kept iterations of so many ticks; `several`: on COURSES."""
     job = {
         "kind": "deepracer",
         "title": "re:Invent 2018, car v6",
@@ -56,8 +78,12 @@ def make_run(path, iterations=3, ticks=40, worlds=3, cars=1):
         "settings": {"race": {"car": RACE.car}, "camera": {"width": 16, "height": 12}},
         "seed": 1,
     }
+    if several:
+        told = [(load_track(track), settings, count) for track, settings, count in COURSES]
+        job["courses"] = [{"track": t.name, "hash": t.hash(), "settings": s, "cars": count} for t, s, count in told]
+        job["settings"]["rollout"] = {"num_worlds": sum(count for *_, count in COURSES)}
     run = RunFolder.create(path, job)
-    world, recorder, buffers = make_world(worlds, cars), EpisodeRecorder(), None
+    world, recorder, buffers = make_courses() if several else make_world(worlds, cars), EpisodeRecorder(), None
     for iteration in range(1, iterations + 1):
         buffers = drive(world, ticks, [recorder], iteration, buffers)
         write_episodes(run.episodes / f"{iteration}.parquet", recorder.take(iteration))

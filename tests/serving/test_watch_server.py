@@ -14,6 +14,7 @@ import pytest
 from PIL import Image
 
 from racecraft.contract.errors import UserInputError
+from racecraft.envs.deepracer.settings import BoxesConfig
 from racecraft.formats.run_folder import RunFolder
 from racecraft.serving.port import choose_port, is_free
 from racecraft.serving.watch_server import WatchServer
@@ -22,7 +23,7 @@ from racecraft.training.deepracer.live import LivePublisher
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 from browser import Browser, needs_chromium  # noqa: E402
-from kept_run import drive, make_run, make_world  # noqa: E402
+from kept_run import BOXES, drive, make_courses, make_run, make_world  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +74,72 @@ def test_the_camera_looks_from_where_the_car_stands(address):
     np.testing.assert_array_equal(seen, buffers.observations["FRONT_FACING_CAMERA"][0, 0])
     kind, data = ask(address, f"camera.jpg?x={x}&y={y}&yaw={yaw}")
     assert (kind, Image.open(io.BytesIO(data)).size) == ("image/jpeg", (320, 240))
+
+
+@pytest.fixture(scope="module")
+def several(tmp_path_factory):
+    return make_run(tmp_path_factory.mktemp("runs") / "several", iterations=1, several=True)
+
+
+@pytest.fixture
+def several_address(several):
+    server = WatchServer(several)
+    yield server.start()
+    server.close()
+
+
+def test_each_course_has_a_road_its_cars_and_its_objects(several_address):
+    courses = told(several_address, "api/courses")["courses"]
+    assert [(one["label"], one["first"], one["worlds"], len(one["objects"])) for one in courses] == [
+        ("reinvent_base", 0, 2, 0),
+        ("Oval_track boxes", 2, 2, 3),
+        ("Oval_track reversed bots", 4, 1, 2),
+    ]
+    box, bot = courses[1]["objects"][0], courses[2]["objects"][0]
+    assert (box["kind"], box["length"], box["width"]) == ("box_obstacle", 0.4, 0.3)
+    assert (bot["kind"], bot["length"]) == ("bot_car", pytest.approx(0.32352))
+    assert [told(several_address, f"api/track?course={k}")["name"] for k in range(3)] == [
+        "reinvent_base",
+        "Oval_track",
+        "Oval_track",
+    ]
+
+
+def test_the_camera_shows_boxes_as_the_policy_saw_them(several_address):
+    """By the world itself: the frame of a car before a box, pixel by pixel."""
+    world = make_world(2, 1, "Oval_track", BOXES, BoxesConfig(number=3))
+    buffers, seen_boxes = None, 0
+    for seed in range(8):
+        buffers = drive(world, 6, [], seed)
+        for row in range(2):
+            x, y, yaw = (float(world.cars[name][row, 0]) for name in ("front_x", "front_y", "yaw"))
+            places = ";".join(",".join(map(repr, one)) for one in world.boxes[row, :, :3].tolist())
+            way = f"?course=1&x={x!r}&y={y!r}&yaw={yaw!r}"
+            frame = np.asarray(Image.open(io.BytesIO(ask(several_address, f"policy.png{way}&objects={places}")[1])))
+            np.testing.assert_array_equal(frame, buffers.observations["FRONT_FACING_CAMERA"][row, 0])
+            bare = np.asarray(Image.open(io.BytesIO(ask(several_address, f"policy.png{way}")[1])))
+            if (bare != frame).any():
+                seen_boxes += 1
+                people = [ask(several_address, f"camera.jpg{way}{more}")[1] for more in ("", f"&objects={places}")]
+                assert people[0] != people[1]
+    assert seen_boxes > 2, "some boxes stood in sight"
+
+
+@pytest.mark.parametrize(
+    ("way", "status", "words"),
+    [
+        ("api/track?course=3", 404, "there is no course 3; expected 0 to 2"),
+        ("camera.jpg?course=9&x=0&y=0&yaw=0", 404, "there is no course 9"),
+        ("camera.jpg?course=1&x=0&y=0&yaw=0&objects=1,2", 400, "expected x,y,yaw of 3"),
+        ("camera.jpg?course=1&x=0&y=0&yaw=0&objects=1,2,3;1,2,3;1,2,nan", 400, "objects is '1,2,3;"),
+        ("camera.jpg?course=1&x=0&y=0&yaw=0&objects=a,b,c", 400, "objects is 'a,b,c'"),
+    ],
+)
+def test_what_no_course_has_is_named(several_address, way, status, words):
+    with pytest.raises(urllib.error.HTTPError) as refused:
+        ask(several_address, way)
+    assert refused.value.code == status
+    assert words in json.loads(refused.value.read())["message"]
 
 
 @pytest.mark.parametrize(
@@ -164,6 +231,49 @@ def test_the_page_is_read_on_a_phone(address, browser):
     browser.open(address)
     browser.until("at.mode === 'iteration'")
     assert browser.value("document.documentElement.scrollWidth") == 390
+
+
+@needs_chromium
+def test_a_course_is_chosen_and_its_boxes_and_bots_stand_on_the_map(tmp_path, browser, monkeypatch):
+    monkeypatch.setattr(live, "EVERY_SECONDS", 0.1)
+    run = make_run(tmp_path / "several", iterations=1, several=True)
+    server, over = WatchServer(run), threading.Event()
+
+    def train():
+        with run.lock():
+            world, publisher, buffers = make_courses(), LivePublisher(run), None
+            while not over.is_set():
+                buffers = drive(world, 1, [publisher], int(time.time()), buffers)
+                time.sleep(0.01)
+
+    training = threading.Thread(target=train)
+    training.start()
+    try:
+        browser.open(server.start())
+        browser.until("at.mode === 'live' && at.reel !== null && at.head > 2")
+        names = "JSON.stringify([...document.getElementById('course').options].map(one => one.textContent))"
+        assert json.loads(browser.value(names)) == ["reinvent_base", "Oval_track boxes", "Oval_track reversed bots"]
+        cars = "JSON.stringify([...document.querySelectorAll('#cars button')].map(one => one.name))"
+        assert json.loads(browser.value(cars)) == ["0", "1"]
+        assert browser.value("standing(at.reel.cars[0]).length") == 0
+        browser.value("$('course').value = '1', $('course').onchange()")
+        browser.until("at.track.name === 'Oval_track' && at.car === '2'")
+        assert json.loads(browser.value(cars)) == ["2", "3"]
+        browser.until("standing(at.reel.cars[2]).length === 3")
+        browser.press(" ")  # stands still: the same moment on the map and in what is told
+        brown = """(() => { drawMap(); return standing(at.reel.cars[2]).map(([x, y]) =>
+            [...pen.getImageData(place.x(x), place.y(y), 1, 1).data].slice(0, 3).join()); })()"""
+        painted = browser.value(brown)
+        assert painted.count("123,97,79") >= 2, painted  # a car may just stand on one of them
+        browser.press(" ")
+        browser.value("$('course').value = '2', $('course').onchange()")
+        browser.until("at.car === '4' && standing(at.reel.cars[4]).length === 2 && $('eye').naturalWidth === 320")
+        first = browser.value("JSON.stringify(standing(at.reel.cars[4]))")
+        browser.until(f"JSON.stringify(standing(at.reel.cars[4])) !== {json.dumps(first)}")
+    finally:
+        over.set()
+        training.join()
+        server.close()
 
 
 @needs_chromium

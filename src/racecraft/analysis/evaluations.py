@@ -6,6 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from racecraft.analysis.page import Bar
+from racecraft.formats.generalisation import HELD_OUT, TRAINED, TrackResult
+
 Row = tuple[object, ...]
 
 
@@ -32,6 +35,31 @@ def judged(evaluations: Sequence[Mapping[str, Any]]) -> Judged | None:
         if marked:
             return table(marked)
     return None
+
+
+def judged_by_track(told: tuple[int, Sequence[TrackResult]] | None) -> Judged | None:
+    """Return how one policy drives on several tracks, the worst first; None where there is one track."""
+    if told is None:
+        return None
+    iteration, results = told
+    parts = []
+    for role, words in ((TRAINED, "trained on"), (HELD_OUT, "never seen in training")):
+        part = [one for one in results if one.role == role]
+        if part:
+            progress = sum(one.mean_progress_percent for one in part) / len(part)
+            lapped = sum(one.is_lapped for one in part)
+            parts.append(f"Of {len(part)} {words}, {lapped} lapped from every start, mean progress {progress:.1f} %.")
+    rows = [
+        (
+            one.label, one.role.replace("_", " "), f"{one.full_laps} of {one.laps}",
+            f"{one.mean_progress_percent:.1f} %", Bar(one.mean_progress_percent / 100.0),
+            f"{one.best_lap_seconds:.2f} s" if one.best_lap_seconds else "–",
+        )
+        for one in sorted(results, key=lambda one: (one.role != HELD_OUT, one.mean_progress_percent))
+    ]  # fmt: skip
+    words = f"The evaluation after iteration {iteration}, tracks never seen first, the worst of each first. "
+    heads = ("track", "", "full laps", "mean progress", "", "best lap")
+    return Judged(words + " ".join(parts), heads, tuple(rows))
 
 
 def _laps(evaluations: Sequence[Mapping[str, Any]]) -> Judged:

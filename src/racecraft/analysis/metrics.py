@@ -14,6 +14,16 @@ METRICS: dict[str, str] = {
     "evaluation_score": "Mean score of the greedy policy, one episode from each start: progress in % of a lap for "
     "cars, return for other worlds, rating in Elo points for snakes; null in an iteration without evaluation.",
     "best_lap_seconds": "Fastest full lap of this evaluation in simulated s; null without one.",
+    "trained_tracks_lapped": "Of a training on several tracks or with held-out ones: share, 0 to 1, of those trained "
+    "on whose every lap of this evaluation was full.",
+    "trained_progress": "Mean progress on them in % of a lap, every track counted alike; the evaluation's score.",
+    "trained_worst_progress": "The least mean progress of one of them, in % of a lap.",
+    "held_out_tracks_lapped": "As trained_tracks_lapped, of the tracks that are never trained on.",
+    "held_out_progress": "As trained_progress, of those; it counts neither for the score nor for the best checkpoint.",
+    "held_out_worst_progress": "As trained_worst_progress, of those.",
+    "trained/TRACK": "Mean progress on one track in this evaluation, % of a lap; a column each, `reversed`, `boxes` or "
+    "`bots` behind the name where it is raced so.",
+    "held_out/TRACK": "As trained/TRACK, of a track that is never trained on.",
     "policy_loss": "Mean clipped policy loss of the update's minibatches, no unit: about 0 before each update; its "
     "size says little, a sudden leap does.",
     "value_loss": "Mean error of the critic, before its weight: squared units of return (mse), or Huber's, as "

@@ -18,11 +18,12 @@ from racecraft.analysis import figures, page, tables
 from racecraft.analysis.deepracer.drive import LAP_COMPLETE, OFF_TRACK, WORDS, Drive, DriveError, as_drive
 from racecraft.analysis.deepracer.logs.advice import Advice
 from racecraft.analysis.deepracer.logs.plot import Plot
-from racecraft.analysis.evaluations import judged
+from racecraft.analysis.evaluations import judged, judged_by_track
 from racecraft.analysis.metrics import METRICS
 from racecraft.contract.errors import TrackError, UserInputError
 from racecraft.contract.world import Array
 from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.generalisation import TrackResult, read_generalisation
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import write_whole
 from racecraft.tracks.catalogue import load_track
@@ -77,6 +78,8 @@ class RunFacts:
     """What to try next, computed from the run."""
     own: Sequence[Plot] = ()
     """The racer's own plots."""
+    by_track: tuple[int, tuple[TrackResult, ...]] | None = None
+    """The latest evaluation track by track, and its iteration, where there are several."""
     path: str = "RUN"
     """What a command calls the run."""
 
@@ -167,6 +170,7 @@ def read_facts(run: RunFolder, drive: Drive | None = None, film: bytes | None = 
         film=film,
         best=_best_of(run),
         reward=_reward_of(run),
+        by_track=read_generalisation(run.generalisation),
     )
 
 
@@ -204,6 +208,7 @@ def _parts(facts: RunFacts) -> Iterator[str]:
     yield from _actions(facts)
     yield from _reward(facts)
     yield from _evaluations(facts)
+    yield from _by_track(facts)
     yield from _own(facts)
     yield from _cost(facts)
     yield from _small_print(facts)
@@ -413,6 +418,15 @@ def _evaluations(facts: RunFacts) -> Iterator[str]:
     yield "<h2>Evaluations</h2>"
     yield f"<p>{page.escaped(told.words)}</p>"
     yield page.card(page.table(told.heads, told.rows, told.numbers))
+
+
+def _by_track(facts: RunFacts) -> Iterator[str]:
+    told = judged_by_track(facts.by_track)
+    if told is None:
+        return
+    yield "<h2>Track by track</h2>"
+    yield f"<p>{page.escaped(told.words)}</p>"
+    yield page.card(page.table(told.heads, told.rows, (2, 3, 5)))
 
 
 def _cost(facts: RunFacts) -> Iterator[str]:

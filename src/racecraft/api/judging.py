@@ -13,7 +13,7 @@ def evaluate(run: str | Path, **words: Any) -> dict[str, Any]:
 
     Args:
         run: The run folder; RUN:best, RUN:last and RUN:N name a checkpoint.
-        words: Of a car: `track`, `laps`. Of others: `episodes`, `seed`.
+        words: Of a car: `track`, `laps`, or `tracks`, several names, for a row a track. Of others: `episodes`, `seed`.
 
     Raises:
         RunFolderError: There is no run folder.

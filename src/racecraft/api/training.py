@@ -33,7 +33,8 @@ def train(
         callback: Watches; None: a line an iteration on standard error, or nothing where `quiet`.
         quiet: Say nothing.
         asked: What the command of that kind is asked: `algorithm`, `run`, `seed`, `clone_from`, and the world's own
-            words (`folder`, `track`, `preset` …; `environment`; `game`; `build`, `config` …).
+            words (`folder`, `track`, `tracks`, `groups`, `hold_out`, `preset` …; `environment`; `game`; `build`,
+            `config` …).
 
     Returns:
         Where the run lies and what it came to.
@@ -50,6 +51,9 @@ def train(
     for name in ("run", "folder", "config"):
         if words.get(name) is not None and name in known:
             words[name] = Path(words[name])
+    for name in ("tracks", "groups", "hold_out"):
+        if name in words:
+            words[name] = (words[name],) if isinstance(words[name], str | Mapping) else tuple(words[name])
     request = request_class(stops=_texts(stops), overrides=_overrides(settings), **words)
     return worlds.train(request, callback or _callback(quiet), _say(quiet))
 

@@ -55,7 +55,8 @@ def _is_as_begun(run: Path, name: str, value: Any) -> bool:
     except RunFolderError:
         return False
     begun = {"seed": job.get("seed"), **{_SPELT.get(key, key): said for key, said in job.get("asked", {}).items()}}
-    return name in begun and begun[name] is not None and value == begun[name]
+    said = begun.get(name)
+    return said is not None and (value == said or [value] == said or value == [said])
 
 
 _SPELT = {"set": "set_", "from": "from_"}

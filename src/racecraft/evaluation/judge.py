@@ -5,7 +5,7 @@ Cars are judged by laps, everything else by whole episodes; a snake by its ratin
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,8 @@ from racecraft.players.trained import TrainedPolicy, load_policy, split_source
 from racecraft.rollout.episodes import CUT, play_episodes
 from racecraft.rollout.statistics import summarise
 
+LAPS = 3
+"""Of a car, where nobody says."""
 EPISODES = 100
 """Gymnasium's own measure."""
 JUDGING_WORLDS = 20
@@ -30,7 +32,8 @@ def judge_run(run: str | Path, which: str = "", **words: Any) -> dict[str, Any]:
     Args:
         run: The run folder; RUN:best, RUN:last and RUN:N name a checkpoint.
         which: "best", "last" or the number of an iteration; "": what `run` says, else the best.
-        words: What that kind of world is judged by: `track`, `laps` for cars; `episodes`, `seed` for others.
+        words: What that kind of world is judged by: `track`, or several `tracks`, and `laps` for cars; `episodes`,
+            `seed` for others.
 
     Raises:
         RunFolderError: No run folder, or of a kind that is not judged so.
@@ -47,7 +50,7 @@ def judge_run(run: str | Path, which: str = "", **words: Any) -> dict[str, Any]:
     }
     if kind not in judges:
         raise RunFolderError(f"{folder.path}: the run is of an unknown kind, {kind!r}; expected one of racecraft's.")
-    known = ("track", "laps") if kind == "deepracer" else ("episodes", "seed")
+    known = ("track", "tracks", "laps") if kind == "deepracer" else ("episodes", "seed")
     for word in words:
         if word not in known:
             raise SettingError(f"a {kind} run is not judged by '{word}'. {nearest(word, known)}")
@@ -76,13 +79,25 @@ def judge_episodes(policy: TrainedPolicy, world: World, episodes: int, seed: int
     }
 
 
-def _judge_car(run: RunFolder, which: str, track: str | None = None, laps: int = 3) -> dict[str, Any]:
+def _judge_car(
+    run: RunFolder,
+    which: str,
+    track: str | None = None,
+    laps: int | None = None,
+    tracks: Sequence[str] | None = None,
+) -> dict[str, Any]:
+    from racecraft.evaluation.deepracer.by_track import STARTS, judge_named, told_of
     from racecraft.evaluation.deepracer.laps import judge_laps
     from racecraft.players.deepracer.trained_car import load_trained_car
     from racecraft.tracks.catalogue import load_track
 
     car = load_trained_car(run.path, which)
-    circuit = load_track(track) if track else car.trained_on
+    if tracks is not None:
+        if track is not None:
+            raise SettingError("`track` and `tracks` were given; expected all names in one of them.")
+        names = tracks.split(",") if isinstance(tracks, str) else tracks
+        return told_of(car, judge_named(car, names, laps or STARTS), laps or STARTS)
+    circuit, laps = load_track(track) if track else car.trained_on, laps or LAPS
     world = car.world(circuit, num_cars=1, start_shares=[0.0], laps=laps)
     report = judge_laps(car.policy, world, laps)
     return _facts(run, car.policy) | {"track": circuit.name, **report.as_dictionary()}

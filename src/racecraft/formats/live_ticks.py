@@ -3,7 +3,8 @@
 Whoever watches says so by touching `watched` (`say_watched`); a training that sees it fresh leaves its latest ticks in
 `live.safetensors` about once a second, and one that nobody watches writes nothing. Nobody needs the file tomorrow, so
 it is moved into place without waiting for the disk. Columns are those of `formats/episodes.py`, as arrays (T, C): T
-ticks of C cars, `status` as an index of `STATUSES` there.
+ticks of C cars, `status` as an index of `STATUSES` there. Where boxes or bots are on the road, `objects.4` says where
+they were in the N worlds from number 4 on: (T, N, K, 3), x and y in m, yaw in rad.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from racecraft.contract.world import Array
 from racecraft.formats.run_folder import RunFolder
 
 KIND = "racecraft live ticks"
+OBJECTS = "objects."
+"""What the name of an array of boxes and bots begins with; the number of its first world follows."""
 WATCHED_SECONDS = 5.0
 """Who watches says so more often than this."""
 
@@ -36,7 +39,7 @@ class LiveTicks:
     written: float
     """Seconds since 1970 at which it was left."""
     columns: Mapping[str, Array]
-    """(T, C) by name."""
+    """(T, C) by name; objects (T, N, K, 3)."""
 
 
 def say_watched(run: RunFolder) -> None:
@@ -59,7 +62,7 @@ def write_live_ticks(run: RunFolder, last: int, columns: Mapping[str, Array]) ->
     Args:
         run: Where.
         last: Number of the last tick.
-        columns: (T, C) by name, contiguous.
+        columns: (T, C) by name, contiguous; objects (T, N, K, 3).
     """
     metadata = {"format": KIND, "last": str(last), "written": repr(time.time())}
     part = run.live.with_name(run.live.name + ".part")

@@ -8,6 +8,7 @@ Begin with `RunFolder.create` (a new one) or `RunFolder.open` (one that stands).
     hyperparameters.json
     *.py                   modules that the reward function needs, from beside it
     track.npy              the circuit, where the catalogue does not have it
+    tracks/                further circuits likewise, one file each, of a training on several
     *-demonstrations.*     the recorded episodes that a setting names, under the name of its group
     metrics.jsonl          one JSON object a line, one line an iteration
     log.txt                what was said, the reward function's prints among it
@@ -16,6 +17,7 @@ Begin with `RunFolder.create` (a new one) or `RunFolder.open` (one that stands).
     episodes/              see episodes.py
     evaluations/           one JSON file for each evaluation
     run.lock               held by the process that trains; the system frees it when that process dies
+    generalisation.csv     how the latest evaluation went on each track, where there are several
     watched                touched while somebody watches; see live_ticks.py
     live.safetensors       the latest ticks, while somebody watches
 
@@ -50,6 +52,8 @@ REWARD_FUNCTION = "reward_function.py"
 MODEL_METADATA = "model_metadata.json"
 HYPERPARAMETERS = "hyperparameters.json"
 TRACK = "track.npy"
+TRACKS = "tracks"
+GENERALISATION = "generalisation.csv"
 CHECKPOINTS = "checkpoints"
 EPISODES = "episodes"
 EVALUATIONS = "evaluations"
@@ -186,6 +190,16 @@ class RunFolder:
     def track(self) -> Path:
         """The circuit, where the catalogue does not have it."""
         return self.path / TRACK
+
+    @property
+    def tracks(self) -> Path:
+        """Folder of further circuits that the catalogue does not have; it need not be there."""
+        return self.path / TRACKS
+
+    @property
+    def generalisation(self) -> Path:
+        """The latest evaluation by track; see generalisation.py."""
+        return self.path / GENERALISATION
 
     @property
     def checkpoints(self) -> Path:

@@ -6,6 +6,7 @@ A greedy policy may stand still in a world that knows no end; `max_ticks` cuts i
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -15,6 +16,16 @@ from racecraft.rollout.statistics import EpisodeCounter
 
 StepObserver = Callable[[World, StepBuffers, Array], None]
 """Sees the world, what it wrote and the actions just taken, (N, M, *action shape), after every tick. Never writes."""
+
+
+@runtime_checkable
+class RestsAgents(Protocol):
+    """A world that can leave out agents that nobody waits for any more."""
+
+    def rest(self, rows: Array) -> None:
+        """These agents (bool (N, M)) need not act, see or be told of until the next `reset`."""
+        ...
+
 
 CUT = "cut_by_judge"
 """Status of an episode that was still going on at `max_ticks`."""
@@ -49,6 +60,8 @@ def play_episodes(
     spec, buffers = world.spec, allocate(world.spec)
     rows, wanted = spec.num_worlds * spec.num_agents, episodes_each + spare
     done: list[list[EpisodeRecord]] = [[] for _ in range(rows)]
+    observers = tuple(observers)
+    resting = world if isinstance(world, RestsAgents) and not observers else None  # who looks on is told of everyone
     counter, earned, steps = EpisodeCounter(world), np.zeros(rows), np.zeros(rows, int)
     world.reset(buffers, seed)
     counter.begin()
@@ -66,8 +79,12 @@ def play_episodes(
         earned += buffers.reward.reshape(-1)
         present |= buffers.active.reshape(-1)
         counter.count(buffers)
-        for record in counter.take():
+        ended_now = counter.take()
+        for record in ended_now:
             done[record.world * spec.num_agents + record.agent].append(record)
+        if resting is not None and ended_now:
+            full = np.array([len(told) >= wanted for told in done])
+            resting.rest(full.reshape(spec.num_worlds, spec.num_agents))
         ended = buffers.ended.reshape(rows)
         earned[ended], steps[ended] = 0.0, 0
         policy.forget(ended)

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
+from racecraft.formats.generalisation import TrackResult
+
 
 @dataclass(frozen=True)
 class EvaluationResult:
@@ -28,6 +30,8 @@ class EvaluationResult:
     """What makes a checkpoint the best, compared from the first number on, bigger is better; empty: the score."""
     steps: int = 0
     """Steps of agents that were taken for it; 0 where it looked at the training's own."""
+    by_track: tuple[TrackResult, ...] = ()
+    """How it went on each of several tracks, for generalisation.csv; empty where there is one."""
 
     @property
     def selection_metric(self) -> tuple[float, ...]:

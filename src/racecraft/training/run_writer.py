@@ -16,6 +16,7 @@ from racecraft.algorithms.weights import to_arrays
 from racecraft.contract.world import Array
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.episodes import write_episodes
+from racecraft.formats.generalisation import write_generalisation
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import write_whole
 from racecraft.rollout.collector import Collector
@@ -182,6 +183,8 @@ class RunWriter:
         if report.result is not None:
             text = json.dumps({"iteration": report.iteration, **report.result.details}, indent=2)
             write_whole(self._run.evaluations / f"{report.iteration}.json", text + "\n")
+            if report.result.by_track:
+                write_generalisation(self._run.generalisation, report.iteration, report.result.by_track)
 
 
 def metrics_row(report: IterationReport) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.side_by_side import SideBySide
 from racecraft.envs.deepracer.world import RaceWorld
+from racecraft.rollout.episodes import play_episodes
 from racecraft.tracks.catalogue import load_track
 
 ACTIONS = ActionTable.of([(0.5, 1.0), (0.0, 2.0), (-0.5, 1.0)])
@@ -69,3 +70,38 @@ def test_every_course_is_told_of_its_own_track():
 def test_cars_that_see_otherwise_cannot_stand_beside_one_another():
     with pytest.raises(ContractError, match="shows or is told something else"):
         SideBySide([course("reinvent_base", 1), course("reinvent_base", 1, camera=(20, 15))])
+
+
+class Standing:
+    """A policy that chooses straight ahead, by row."""
+
+    def act(self, observations, action_mask=None):
+        return np.ones(len(next(iter(observations.values()))), np.int64)
+
+    def forget(self, rows):
+        pass
+
+
+def test_a_course_rests_once_its_episodes_are_played_and_the_others_drive_as_beside_it():
+    short, long = course("reinvent_base", 2), course("Oval_track", 2, reverse=True)
+    taken = {}
+    for name, one in (("short", short), ("long", long)):
+        step = one.step
+        taken[name] = 0
+
+        def counted(actions, buffers, step=step, name=name):
+            taken[name] += 1
+            step(actions, buffers)
+
+        one.step = counted
+    told = play_episodes(Standing(), SideBySide([short, long]))
+    alone = [
+        *play_episodes(Standing(), course("reinvent_base", 2)),
+        *play_episodes(Standing(), course("Oval_track", 2, True)),
+    ]
+    assert [(one.steps, one.status) for one in told] == [(one.steps, one.status) for one in alone]
+    assert taken == {
+        "short": max(one.steps for one in told[:2]),
+        "long": max(one.steps for one in told[2:]),
+    }
+    assert taken["short"] != taken["long"]

@@ -8,8 +8,8 @@ from tests.training.deepracer.test_run_env_effects import SMALL, Silence
 
 from racecraft.contract.errors import RunFolderError, SettingError
 from racecraft.formats.aws.run_env import RunEnvError
+from racecraft.players.deepracer.run_courses import shares
 from racecraft.tracks.catalogue import load_track
-from racecraft.training.deepracer.courses import shares
 from racecraft.training.deepracer.plan import RaceRequest, plan_car, plan_resume
 from racecraft.training.worlds import resume, train
 

@@ -17,7 +17,7 @@ from racecraft.training.deepracer import live
 from racecraft.training.deepracer.live import RING_TICKS, LivePublisher
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
-from kept_run import drive, make_world  # noqa: E402
+from kept_run import drive, make_courses, make_world  # noqa: E402
 
 
 @pytest.fixture
@@ -107,3 +107,37 @@ def test_a_full_disk_costs_the_training_nothing(run, at_once, monkeypatch):
     monkeypatch.setattr(Path, "write_bytes", full)
     drive(make_world(), 5, [LivePublisher(run)])
     assert read_live_ticks(run) is None
+
+
+class Stood:
+    """Where objects were in each tick, course by course."""
+
+    def __init__(self):
+        self.boxes, self.x = [], []
+
+    def __call__(self, world, buffers, actions):
+        self.boxes.append([course.seen_boxes[..., :3].copy() for course in world.courses])
+        self.x.append(world.reports["front_x"].reshape(-1).copy())
+
+
+def test_cars_of_every_course_are_left_and_boxes_and_bots_stand_where_they_stood(run, at_once):
+    say_watched(run)
+    world, stood = make_courses(), Stood()
+    drive(world, RING_TICKS + 30, [LivePublisher(run), stood])
+    left = read_live_ticks(run)
+    np.testing.assert_array_equal(left.columns["x_m"], np.array(stood.x, np.float32)[-RING_TICKS:])
+    assert sorted(name for name in left.columns if name.startswith("objects.")) == ["objects.2", "objects.4"]
+    for course, name in ((1, "objects.2"), (2, "objects.4")):
+        true = np.array([tick[course] for tick in stood.boxes], np.float32)[-RING_TICKS:]
+        np.testing.assert_array_equal(left.columns[name], true)
+        assert len(np.unique(true.reshape(RING_TICKS, -1), axis=0)) > 1, "placed anew, or driven on"
+    reel = live_reel(run, left.last - 20)
+    assert set(reel["objects"]) == {"2", "3", "4"}
+    for world_number, told in reel["objects"].items():
+        course, own = (1, int(world_number) - 2) if world_number != "4" else (2, 0)
+        for tick in range(20):
+            _, places = [one for one in told if one[0] <= tick][-1]
+            true = stood.boxes[len(stood.boxes) - 20 + tick][course][own]
+            np.testing.assert_allclose(places, true, atol=5.1e-4)
+    assert len(reel["objects"]["4"]) == 20, "bots drive"
+    assert len(reel["objects"]["2"]) < 10, "a box that stands still is told once"

@@ -5,7 +5,8 @@ A reel is T ticks of C cars side by side, from what a training left a moment ago
 
     {"ticks": T, "cars": [{"name": "7", "world": 7, "agent": 0, "x": [T], "y": [T], "yaw": [T], …}], "endings": […]}
 
-Metres, radians, m/s; progress in per cent. A car that stands parked has null for x.
+Metres, radians, m/s; progress in per cent. A car that stands parked has null for x. Of a live reel `objects` says where
+boxes and bots stand: by world, from which tick on they stand so, `{"7": [[0, [[x, y, yaw], …]], …]}`.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import numpy as np
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import Array
 from racecraft.formats.episodes import STATUSES, read_episodes
-from racecraft.formats.live_ticks import read_live_ticks
+from racecraft.formats.live_ticks import OBJECTS, read_live_ticks
 from racecraft.formats.run_folder import RunFolder
 from racecraft.tracks.track import Track
 
@@ -84,7 +85,21 @@ def live_reel(run: RunFolder, after: int, agents: int = 1) -> dict[str, Any] | N
     cars = columns["x_m"].shape[1]
     places = [divmod(car, agents) for car in range(cars)]
     reel = _reel(columns, places, agents)
-    return {"first": live.last - ticks + skipped + 1, "last": live.last, "written": live.written, **reel}
+    told = {"first": live.last - ticks + skipped + 1, "last": live.last, "written": live.written}
+    return {**told, **reel, "objects": _objects(columns)}
+
+
+def _objects(columns: Mapping[str, Array]) -> dict[str, list[list[Any]]]:
+    """Return where the boxes and bots of each world stand, and from which tick on: what stands still is told once."""
+    told: dict[str, list[list[Any]]] = {}
+    for name in (name for name in columns if name.startswith(OBJECTS)):
+        first, places = int(name[len(OBJECTS) :]), np.round(columns[name].astype(np.float64), 3)
+        moved = np.ones(places.shape[:2], bool)
+        moved[1:] = (places[1:] != places[:-1]).any(axis=(2, 3))
+        for world in range(places.shape[1]):
+            ticks = np.flatnonzero(moved[:, world])
+            told[str(first + world)] = [[int(tick), places[tick, world].tolist()] for tick in ticks]
+    return told
 
 
 def kept_iterations(run: RunFolder) -> list[int]:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from racecraft.tracks.track import Track
 
 MAX_LAPS = 1000
-LAPS, CHECKPOINT = 3, "best"
+LAPS, STARTS, CHECKPOINT = 3, 5, "best"
 """Where neither the command nor the run's run.env says."""
 
 
@@ -34,14 +34,22 @@ def evaluate(
         typer.Option(help="best, last, or the number of an iteration; by default what run.env asked for, else best."),
     ] = None,
     track: Annotated[
-        str | None, typer.Option(help="A name or a waypoint file; by default the track it was trained on.")
+        list[str] | None,
+        typer.Option(
+            help="A name or a waypoint file; by default the track it was trained on. Several: a table, a row a track."
+        ),
+    ] = None,
+    tracks: Annotated[
+        str | None,
+        typer.Option(help="The same as a comma list; trained, held-out and all are understood too."),
     ] = None,
     laps: Annotated[
         int | None,
         typer.Option(
             min=1,
             max=MAX_LAPS,
-            help=f"One from standstill, then flying, and no race; by default what run.env asked for, else {LAPS}.",
+            help=f"One from standstill, then flying, and no race; by default what run.env asked for, else {LAPS}. Of "
+            f"several tracks: on each, from so many starts round it, by default {STARTS}.",
         ),
     ] = None,
     number_of_trials: Annotated[
@@ -120,12 +128,15 @@ def evaluate(
 
         racecraft evaluate runs/reinvent_base-1 --checkpoint last --track Oval_track --laps 5 --json
 
+        racecraft evaluate runs/20-tracks-1 --tracks trained,held-out,Oval_track
+
         racecraft evaluate runs/reinvent_base-1 --number-of-trials 3 --off-track-penalty 2
 
         racecraft evaluate runs/CartPole-v1-1 --episodes 100
 
         racecraft evaluate ~/Downloads/my-model.tar.gz --track Oval_track
     """
+    from racecraft.cli.deepracer.many_tracks import judge_and_tell, tracks_asked
     from racecraft.cli.runs.judge import judge, refuse_words
     from racecraft.formats.run_folder import RunFolder
     from racecraft.players.deepracer.trained_car import KIND
@@ -145,9 +156,13 @@ def evaluate(
     kind = RunFolder.open(run).read_job().get("kind")
     if kind == KIND:
         refuse_words(KIND, {"--episodes": episodes})
-        _judge_car(run, checkpoint, track, laps, race, film, picture, json)
+        if tracks is not None or len(track or ()) > 1:
+            of_one = {"--picture": picture, **film.given()}
+            of_one |= {f"--{name.replace('_', '-')}": value for name, value in race.items()}
+            return judge_and_tell(run, checkpoint, tracks_asked(track, tracks, of_one), laps, json)
+        _judge_car(run, checkpoint, track[0] if track else None, laps, race, film, picture, json)
         return
-    of_cars = {"--track": track, "--laps": laps, "--picture": picture, **film.given()}
+    of_cars = {"--track": track, "--tracks": tracks, "--laps": laps, "--picture": picture, **film.given()}
     refuse_words(str(kind), of_cars | {f"--{name.replace('_', '-')}": value for name, value in race.items()})
     judge(run, checkpoint, episodes, json)
 

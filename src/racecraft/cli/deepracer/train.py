@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from racecraft.training.trainer import Trained
 
 STOP_HELP = "laps, minutes=10, iterations=50, steps=200000; may be repeated; the first that holds ends it."
-UNCHANGEABLE = ("folder", "track", "car", "preset", "fidelity", "seed", "algorithm", "set_", "from_")
+UNCHANGEABLE = (
+    "folder", "track", "tracks", "group", "groups", "hold_out", "car", "preset", "fidelity", "seed", "algorithm",
+    "set_", "from_",
+)  # fmt: skip
 
 
 def train(
@@ -28,8 +31,26 @@ def train(
         typer.Argument(help="reward_function.py, hyperparameters.json, model_metadata.json; any may be absent."),
     ] = None,
     track: Annotated[
-        str | None,
-        typer.Option(help="A name from `racecraft tracks list`, or a waypoint file (.npy); by default reinvent_base."),
+        list[str] | None,
+        typer.Option(
+            help="A name from `racecraft tracks list`, or a waypoint file (.npy); by default reinvent_base. "
+            "Several: one model learns them together."
+        ),
+    ] = None,
+    tracks: Annotated[
+        str | None, typer.Option(help="The same as a comma list; all: every circuit of the catalogue.")
+    ] = None,
+    group: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Cars that race otherwise: 'track=Oval_track race=OBJECT_AVOIDANCE boxes.number=3 direction=both "
+            "cars=8'; may be repeated. One without track= races on every --track."
+        ),
+    ] = None,
+    groups: Annotated[Path | None, typer.Option(help="A JSON file: a list of such groups, by word.")] = None,
+    hold_out: Annotated[
+        list[str] | None,
+        typer.Option(help="A track, or a comma list, that is never trained on and judged at every evaluation."),
     ] = None,
     car: Annotated[
         str | None,
@@ -70,6 +91,10 @@ def train(
 
         racecraft train my-car --track Oval_track --stop laps --stop minutes=5
 
+        racecraft train --tracks Oval_track,Vegas_track,reinvent_base --hold-out LGSWide
+
+        racecraft train my-car --group cars=16 --group 'race=OBJECT_AVOIDANCE boxes.number=3 cars=16'
+
         racecraft train my-car --set ppo.learning_rate=1e-4 --seed 3 --json
 
         racecraft train --run runs/reinvent_base-1 --resume --stop minutes=10
@@ -77,6 +102,7 @@ def train(
     from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.watch_beside import watched
+    from racecraft.training.deepracer.groups import read_groups
     from racecraft.training.deepracer.plan import RaceRequest
     from racecraft.training.progress import watcher
     from racecraft.training.worlds import resume as resume_run
@@ -88,7 +114,18 @@ def train(
     if resume:
         begun, request = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1"), None
     else:
-        request = RaceRequest(folder, track, car, preset, fidelity, **asked(algorithm, stop, run, seed, set_, from_))
+        one, several = one_or_several(track, tracks)
+        request = RaceRequest(
+            folder,
+            one,
+            tracks=several,
+            groups=(*(read_groups(groups) if groups else ()), *(group or ())),
+            hold_out=tuple(hold_out or ()),
+            car=car,
+            preset=preset,
+            fidelity=fidelity,
+            **asked(algorithm, stop, run, seed, set_, from_),
+        )
     if detach:
         _refuse_detached(metrics_port)
         return detach_training(context, run, request, json)
@@ -103,6 +140,19 @@ def train(
             print_json({**trained.summary(), **files})
         else:
             _say_what_came_of_it(trained, files)
+
+
+def one_or_several(track: list[str] | None, tracks: str | None) -> tuple[str | None, tuple[str, ...]]:
+    """Return the only track that --track names, or all that it and --tracks name.
+
+    Raises:
+        SettingError: Both were given.
+    """
+    if track and tracks is not None:
+        raise SettingError("--track and --tracks were given; expected all names after one of them.")
+    if track and len(track) == 1:
+        return track[0], ()
+    return None, tuple(track or ()) if tracks is None else (tracks,)
 
 
 def _measured(

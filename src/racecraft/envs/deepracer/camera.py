@@ -87,13 +87,20 @@ class Camera:
         self.scene, self.width, self.height, self.mount = scene, width, height, mount
         self.optics = mounted_optics(width, height, mount)
 
-    def render_grey(self, poses: np.ndarray, out: np.ndarray | None = None, palettes: np.ndarray | None = None):
+    def render_grey(
+        self,
+        poses: np.ndarray,
+        out: np.ndarray | None = None,
+        palettes: np.ndarray | None = None,
+        boxes: tuple[np.ndarray, np.ndarray] | None = None,
+    ):
         """Render what the policy sees.
 
         Args:
             poses: (R, 3) float64: x, y in m and yaw in rad of base_link.
             out: (R, H, W) uint8, written; None: a new array.
             palettes: (M,) or (R, M) grey levels 0 to 255 of the materials; None: the scene's daylight.
+            boxes: What stands on the road, as for `render_rgb`.
 
         Returns:
             `out`.
@@ -102,6 +109,8 @@ class Camera:
         out = self._checked_out(out, (len(poses), self.height, self.width))
         levels = _checked_palettes(self.scene.grey_palette if palettes is None else palettes, len(poses), 1)
         kernels.render_grey_frames(self.scene, self.optics, poses, levels, out)
+        if boxes is not None:
+            paint_boxes(self.optics, *boxes, poses, levels[..., None], out[..., None])
         return out
 
     def render_rgb(

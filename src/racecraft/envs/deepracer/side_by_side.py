@@ -41,6 +41,7 @@ class SideBySide:
         counts = [course.spec.num_worlds for course in self.courses]
         ends = np.cumsum(counts).tolist()
         self._rows = [slice(end - count, end) for end, count in zip(ends, counts, strict=True)]
+        self._resting = [False] * len(self.courses)
         names = " and ".join(dict.fromkeys(course.track.name for course in self.courses))
         self._spec = replace(first, name=f"DeepRacer {names}", num_worlds=ends[-1])
 
@@ -95,8 +96,13 @@ class SideBySide:
         for course, rows in zip(self.courses, self._rows, strict=True):
             course.move_starts(shares[rows])
 
+    def rest(self, rows: Array) -> None:
+        """Leave out every course whose cars (bool (N, M)) are all among these, until `reset`: it stands as it stood."""
+        self._resting = [bool(rows[own].all()) for own in self._rows]
+
     def reset(self, buffers: StepBuffers, seed: int) -> None:
         """Line every car up at its first start."""
+        self._resting = [False] * len(self.courses)
         for number, (course, _, own) in enumerate(self._with_buffers(buffers)):
             course.reset(own, seed + number * SEED_STEP)
 
@@ -119,8 +125,11 @@ class SideBySide:
         """
         if len(actions) != self._spec.num_worlds:
             raise ContractError(f"{self._spec.name}: {len(actions)} actions for {self._spec.num_worlds} worlds")
-        for course, rows, own in self._with_buffers(buffers):
-            course.step(actions[rows], own)
+        for resting, (course, rows, own) in zip(self._resting, self._with_buffers(buffers), strict=True):
+            if resting:
+                own.reward[:], own.terminated[:], own.truncated[:] = 0.0, False, False
+            else:
+                course.step(actions[rows], own)
 
     def take_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call, course by course, oldest first."""

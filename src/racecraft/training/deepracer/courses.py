@@ -1,23 +1,26 @@
-"""Where cars of one training drive differently: the courses of worker-N.env, and both directions at once.
+"""Where cars of one training drive differently: several tracks, several races, both directions at once.
 
-Begin with `courses_asked`: what was written. `lay_out` makes it definite: a track and a `RaceConfig` each, over which
-the cars of a training are shared out.
+Begin with `Course`: what was written, in worker-N.env (`courses_asked`) or typed (`groups.py`). `lay_out` makes it
+definite: a track and a `RaceConfig` each, over which the cars of a training are shared out.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from racecraft.contract.errors import RunFolderError, SettingError, TrackError
+from racecraft.contract.errors import SettingError, TrackError
 from racecraft.contract.world import Array
-from racecraft.envs.deepracer.settings import TIME_TRIAL, RaceConfig, race_groups, with_race_groups
+from racecraft.envs.deepracer.settings import (
+    TIME_TRIAL,
+    with_race_groups,
+)
 from racecraft.formats.aws.run_env import EnvFolder, RunEnv
+from racecraft.players.deepracer.run_courses import LaidCourse, cars_on, of_race
 from racecraft.settings.composition import Settings
-from racecraft.settings.overrides import apply_overrides, as_dictionary, from_dictionary, with_values
+from racecraft.settings.overrides import apply_overrides, with_values
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.track import Track
 
@@ -37,26 +40,11 @@ class Course:
     other_way: bool = False
     """In the direction that is not `race.reverse`'s: half of the cars, where directions alternate."""
     env: RunEnv | None = None
-    """Where it was written, for letters."""
-
-
-@dataclass(frozen=True)
-class LaidCourse:
-    """A course made definite."""
-
-    track: Track
-    settings: Settings
-    """Its race, and what stands or drives in the way: the group `race`, and the one that its type brings along."""
-
-    @property
-    def race(self) -> RaceConfig:
-        """How episodes start and end."""
-        race: RaceConfig = self.settings.race
-        return race
-
-    def as_dictionary(self) -> dict[str, Any]:
-        """Return what job.json says of it."""
-        return {"track": self.track.name, "hash": self.track.hash(), "settings": as_dictionary(self.settings)}
+    """The file in which it was written, for letters."""
+    place: str = ""
+    """Where else it was said, for letters."""
+    cars: int | None = None
+    """How many cars drive there; None: as many as on any other that does not say."""
 
 
 def courses_asked(
@@ -103,53 +91,11 @@ def lay_out(asked: tuple[Course, ...], track: Track, settings: Settings, track_v
     return tuple(_laid(course, track, of_race(settings), track_variable) for course in asked)
 
 
-def of_race(settings: Settings) -> Settings:
-    """Return the groups of a training's settings that say what its race is."""
-    groups = ("race", *race_groups(settings.race.type))
-    return Settings(**{name: getattr(settings, name) for name in groups})
-
-
-def courses_of_job(told: list[dict[str, Any]], settings: Settings, track: Track) -> tuple[LaidCourse, ...]:
-    """Return the courses that a run was begun on.
-
-    Raises:
-        RunFolderError: A track is gone or has changed.
-    """
-    laid = []
-    for one in told:
-        there = track if one["track"] == track.name else _load_again(one["track"])
-        if there.hash() != one["hash"]:
-            raise RunFolderError(
-                f"its course on {one['track']!r} has changed since the run began; expected the same waypoints. "
-                "Restore the track, or begin a new run with --from."
-            )
-        kind = with_values(of_race(settings), "race", {"type": one["settings"]["race"]["type"]})
-        laid.append(LaidCourse(there, from_dictionary(with_race_groups(kind), one["settings"])))
-    return tuple(laid)
-
-
-def shares(num_cars: int, courses: int) -> list[int]:
-    """Return how many cars drive on each course: as evenly as may be, the first ones one more.
-
-    Raises:
-        SettingError: There are fewer cars than courses.
-
-    >>> shares(32, 3)
-    [11, 11, 10]
-    """
-    if num_cars < courses:
-        raise SettingError(
-            f"rollout.num_worlds is {num_cars}, and {courses} courses are to be driven; expected at least one car for "
-            "each. Raise rollout.num_worlds, lower DR_WORKERS or drive in one direction only."
-        )
-    return [num_cars // courses + (place < num_cars % courses) for place in range(courses)]
-
-
 def notes_on_courses(courses: tuple[LaidCourse, ...], settings: Settings) -> tuple[str, ...]:
     """Say how many cars drive on which course; nothing where all is one."""
     if not courses:
         return ()
-    counts = shares(settings.rollout.num_worlds, len(courses))
+    counts = cars_on(courses, settings.rollout.num_worlds)
     told = ", ".join(
         f"{count} on {course.track.name}{' the other way' if course.race.reverse else ''}"
         + ("" if course.race.type == TIME_TRIAL else f" ({course.race.type})")
@@ -170,35 +116,32 @@ def starts(course: LaidCourse, cars: int) -> Array:
 
 
 def _laid(course: Course, track: Track, settings: Settings, track_variable: str) -> LaidCourse:
-    settings = _with_overrides(settings, course.overrides)
+    settings = _with_overrides(settings, course)
     if course.other_way:
         settings = with_values(settings, "race", {"reverse": not settings.race.reverse})
     if course.track is None:
-        return LaidCourse(track, settings)
+        return LaidCourse(track, settings, course.cars)
     try:
-        return LaidCourse(load_track(course.track), settings)
+        return LaidCourse(load_track(course.track), settings, course.cars)
     except TrackError as error:
-        assert course.env is not None
+        if course.env is None:
+            raise
         found = f"'{course.track}': {error.found}"
         raise course.env.letter(track_variable, error.expected, error.cure, found) from error
 
 
-def _with_overrides(settings: Settings, overrides: tuple[str, ...]) -> Settings:
-    """Return the settings of a worker's race: the training's own, or where its type differs, that type's own."""
+def _with_overrides(settings: Settings, course: Course) -> Settings:
+    """Return the settings of a course's race: the training's own, or where its type differs, that type's own."""
+    overrides = course.overrides
     types = [one.partition("=")[2] for one in overrides if one.startswith("race.type=")]
     if types and types[-1] != settings.race.type:
         settings = with_race_groups(with_values(Settings(race=settings.race), "race", {"type": types[-1]}))
-    return apply_overrides(settings, overrides)
-
-
-def _load_again(name: str) -> Track:
     try:
-        return load_track(name)
-    except TrackError as error:
-        raise RunFolderError(
-            f"its course on {name!r} cannot be driven any more: {error} Restore the track, or begin a new run with "
-            "--from."
-        ) from error
+        return apply_overrides(settings, overrides)
+    except SettingError as error:
+        if not course.place:
+            raise
+        raise SettingError(f"{course.place}: {error}") from error
 
 
 def _ways(env: RunEnv, run: RunEnv) -> tuple[bool, ...]:

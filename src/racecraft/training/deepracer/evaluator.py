@@ -7,6 +7,7 @@ ticks and wheels is its own.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,9 @@ from racecraft.contract.world import EpisodeRecord
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.side_by_side import SideBySide
 from racecraft.envs.deepracer.world import RaceWorld
-from racecraft.evaluation.deepracer.laps import judge_laps, judge_starts
+from racecraft.evaluation.deepracer.by_track import Judged, figures_of, headline_of, results_by_track, summary_of
+from racecraft.evaluation.deepracer.laps import LapReport, judge_laps, judge_starts
+from racecraft.formats.generalisation import TRAINED, TrackResult
 from racecraft.training.callbacks import EvaluationResult
 from racecraft.training.stopping import LAPS
 
@@ -31,7 +34,12 @@ class CarEvaluator:
         policy: The policy, greedy; it follows its learner.
         trained_in: The training's own world; with fidelity aws, evaluations start where its next episode would.
         best_by: What makes a checkpoint the best: "progress", "reward" or "laptime"; of equals the faster.
-        flying: One car that drives FLYING_LAPS laps in one episode, to confirm that it is stable; None: no such proof.
+        flying: One car on each course that drives FLYING_LAPS laps in one episode, to confirm that it is stable; none:
+            no such proof.
+        by_track: What is judged, course by course, where there are several; those that are held out stand last and
+            count neither for the score nor for the best checkpoint. Empty: one track.
+
+    The score is the mean over the tracks that are trained on, each with as many laps; it is solved where all are full.
     """
 
     score_name = "progress %"
@@ -43,10 +51,11 @@ class CarEvaluator:
         policy: Policy,
         trained_in: RaceWorld | SideBySide | None = None,
         best_by: str = "progress",
-        flying: RaceWorld | None = None,
+        flying: Sequence[RaceWorld] = (),
+        by_track: Sequence[Judged] = (),
     ) -> None:
         self._world, self._policy, self._trained_in, self._best_by = world, policy, trained_in, best_by
-        self._flying = flying
+        self._flying, self._by_track = tuple(flying), tuple(by_track)
 
     def score(self, episode: EpisodeRecord) -> float:
         """Return the progress of an episode, per cent."""
@@ -65,21 +74,28 @@ class CarEvaluator:
         if self._trained_in is not None and self._world.habits.evaluation_follows_training:
             self._world.move_starts(np.full(self._world.spec.num_worlds, self._trained_in.next_start_share))
             episodes = self._trained_in.episodes_begun
-        report = judge_starts(self._policy, self._world, seed=episodes)
+        every = judge_starts(self._policy, self._world, seed=episodes)
+        results = results_by_track(every, self._by_track)
+        report = LapReport(every.laps[: len(every) - sum(one.laps for one in results if one.role != TRAINED)])
         best = report.best_lap_seconds
+        headlines = ["" if best is None else f"best lap {best:.2f} s", headline_of(results)]
         return EvaluationResult(
             report.mean_progress_percent,
             report.all_full,
             goal_reached=best is not None,
-            figures={"best_lap_seconds": best},
-            headline="" if best is None else f"best lap {best:.2f} s",
-            details=report.as_dictionary(),
-            steps=sum(lap.steps for lap in report.laps),
+            figures={"best_lap_seconds": best, **figures_of(results)},
+            headline=" | ".join(filter(None, headlines)),
+            details=report.as_dictionary() | _table(results),
+            steps=sum(lap.steps for lap in every.laps),
             selection=(report.merit(self._best_by), -float("inf") if best is None else -best),
+            by_track=results,
         )
 
     def confirm(self) -> bool:
         """Drive three laps one after the other: what laps from every start need not survive its own finish line."""
-        if self._flying is None:
-            return True
-        return judge_laps(self._policy, self._flying, FLYING_LAPS).all_full
+        return all(judge_laps(self._policy, one, FLYING_LAPS).all_full for one in self._flying)
+
+
+def _table(results: Sequence[TrackResult]) -> dict[str, Any]:
+    """Return what evaluations/N.json says of each track; nothing where there is one."""
+    return {"tracks": [one.as_dictionary() for one in results], "by_role": summary_of(results)} if results else {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.side_by_side import SideBySide
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.formats.episodes import STATUSES
-from racecraft.formats.live_ticks import forget_live_ticks, is_watched, write_live_ticks
+from racecraft.formats.live_ticks import OBJECTS, forget_live_ticks, is_watched, write_live_ticks
 from racecraft.formats.run_folder import RunFolder
 
 RING_TICKS = 64
@@ -25,7 +26,7 @@ IN_FILES = np.array([STATUSES.index(word) for word in race.STATUSES], np.uint8)
 
 
 class LivePublisher:
-    """Leaves the latest ticks of every car; of several courses, of those on the first.
+    """Leaves the latest ticks of every car, course by course, and where boxes and bots then stood.
 
     Where nobody watches it costs a look at the clock a tick.
 
@@ -37,7 +38,9 @@ class LivePublisher:
         self._run = run
         self._ring: Array | None = None
         self._rewards: Array | None = None
-        self._record = race.TICK_REPORT
+        self._objects: dict[int, Array] = {}
+        """Of each course that has any, by its number, (RING_TICKS, N, K, 3): x, y, yaw."""
+        self._first_worlds: Array = np.zeros(0, int)
         self._ticks = self._kept = self._fresh = 0
         """Ticks taken; the latest of them that the ring holds; of these, those that were not left yet."""
         self._looked = 0.0
@@ -49,8 +52,7 @@ class LivePublisher:
         assert isinstance(world, RaceWorld | SideBySide)
         self._ticks += 1
         if self._watched:
-            shown = world.courses[0] if isinstance(world, SideBySide) else world  # a page draws one circuit
-            self._keep(shown.reports, buffers.reward[: shown.spec.num_worlds])
+            self._keep(world.courses if isinstance(world, SideBySide) else (world,), buffers.reward)
         past = time.monotonic() - self._looked
         if past < EVERY_SECONDS and (self._fresh < RING_TICKS or past < LEAST_SECONDS):
             return
@@ -62,23 +64,38 @@ class LivePublisher:
         if not self._watched:
             self._kept = 0
 
-    def _keep(self, reports: Array, rewards: Array) -> None:
+    def _keep(self, courses: Sequence[RaceWorld], rewards: Array) -> None:
         """Keep one tick, as bytes: records are copied field by field, which takes ten times as long."""
         if self._ring is None or self._rewards is None:
-            self._ring = np.zeros((RING_TICKS, reports.nbytes), np.uint8)
-            self._rewards = np.zeros((RING_TICKS, reports.size), np.float32)
-            self._record = reports.dtype
-        place = self._ticks % RING_TICKS
-        self._ring[place] = reports.reshape(-1).view(np.uint8)
+            self._ring, self._rewards = self._make_room(courses, rewards.size)
+        place, first = self._ticks % RING_TICKS, 0
+        for course in courses:
+            behind = first + course.reports.nbytes
+            self._ring[place, first:behind] = course.reports.reshape(-1).view(np.uint8)
+            first = behind
+        for number, kept in self._objects.items():
+            kept[place] = courses[number].seen_boxes[..., :3]
         self._rewards[place] = rewards.reshape(-1)
         self._kept, self._fresh = min(self._kept + 1, RING_TICKS), self._fresh + 1
+
+    def _make_room(self, courses: Sequence[RaceWorld], cars: int) -> tuple[Array, Array]:
+        """Return room for the reports and the rewards of RING_TICKS ticks, and make some for what is in the way."""
+        worlds = [course.spec.num_worlds for course in courses]
+        self._first_worlds = np.cumsum([0, *worlds[:-1]])
+        self._objects = {
+            number: np.zeros((RING_TICKS, *course.seen_boxes.shape[:2], 3), np.float32)
+            for number, course in enumerate(courses)
+            if course.seen_boxes.size
+        }
+        reports = np.zeros((RING_TICKS, sum(course.reports.nbytes for course in courses)), np.uint8)
+        return reports, np.zeros((RING_TICKS, cars), np.float32)
 
     def _columns(self) -> dict[str, Array]:
         """Return what the ring holds, oldest first, in the words of episode files."""
         assert self._ring is not None
         assert self._rewards is not None
         order = (self._ticks + 1 - self._kept + np.arange(self._kept)) % RING_TICKS
-        ticks = self._ring[order].view(self._record)
+        ticks = self._ring[order].view(race.TICK_REPORT)
         return {
             "x_m": ticks["front_x"].astype(np.float32),
             "y_m": ticks["front_y"].astype(np.float32),
@@ -92,4 +109,5 @@ class LivePublisher:
             "tick": ticks["steps"].astype(np.int32),
             "done": ticks["terminated"] | ticks["truncated"],
             "status": IN_FILES[ticks["status"]],
+            **{f"{OBJECTS}{self._first_worlds[number]}": kept[order] for number, kept in self._objects.items()},
         }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -22,6 +22,7 @@ from racecraft.formats.aws.run_env import RunEnv
 from racecraft.formats.run_folder import TRACK as RUN_TRACK
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.deepracer.foreign_model import IMPORTED
+from racecraft.players.deepracer.run_courses import LaidCourse, cars_on, courses_of_job, held_out_of_job, of_race
 from racecraft.players.deepracer.trained_car import KIND, track_of_run
 from racecraft.players.trained import split_source
 from racecraft.settings.composition import Settings
@@ -31,7 +32,10 @@ from racecraft.tracks.importer import travels
 from racecraft.tracks.track import Track
 from racecraft.training.deepracer.aws.setup import FROM_ENV
 from racecraft.training.deepracer.car_choice import choose_car, waypoint_notes
-from racecraft.training.deepracer.courses import LaidCourse, courses_of_job, lay_out, notes_on_courses, shares
+from racecraft.training.deepracer.courses import Course, lay_out, notes_on_courses
+from racecraft.training.deepracer.groups import ALL, Group, groups_asked, track_names, worlds_for
+from racecraft.training.deepracer.hold_out import as_dictionary as held_out_as_dictionary
+from racecraft.training.deepracer.hold_out import held_out_tracks, require_apart, twins_of
 from racecraft.training.deepracer.model_folder import ModelFolder, read_model_folder
 from racecraft.training.deepracer.presets import ASKED_BY, default_settings, settings_for, stops_given
 from racecraft.training.deepracer.race_environment import TRACK_VARIABLE, race_environment
@@ -59,6 +63,12 @@ class RaceRequest(TrainRequest):
     """"sane" or "aws"; None: the one that goes with the preset."""
     drfc: DrfcFolder | None = None
     """The installation of DeepRacer for Cloud that asks; its bucket holds the files and, in the end, the run."""
+    tracks: tuple[str, ...] = ()
+    """Several tracks that are trained on together, comma lists of them, or "all"; the first is the training's own."""
+    groups: tuple[Group, ...] = ()
+    """What is said of each group of cars, as `groups.py` reads it; none: all race alike."""
+    hold_out: tuple[str, ...] = ()
+    """Tracks that are judged on at every evaluation and never trained on."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +89,18 @@ class CarPlan:
     """What `racecraft evaluate` does with the run where it is not told otherwise."""
     courses: tuple[LaidCourse, ...] = ()
     """The courses that cars are shared out among; empty: all drive on `track` as `settings.race` says."""
+    held_out: tuple[Track, ...] = ()
+    """Tracks that are judged on only, with the training's own race."""
+
+    @property
+    def all_courses(self) -> tuple[LaidCourse, ...]:
+        """The courses that are trained on; of one alone that one."""
+        return self.courses or (LaidCourse(self.track, of_race(self.settings)),)
+
+    @property
+    def held_out_courses(self) -> tuple[LaidCourse, ...]:
+        """The courses that are judged on only."""
+        return tuple(LaidCourse(track, of_race(self.settings)) for track in self.held_out)
 
     @property
     def seed(self) -> int:
@@ -105,9 +127,11 @@ def plan_car(request: RaceRequest) -> CarPlan:
     """
     asked = race_environment(request.folder, clones=request.clone_from is None, drfc=request.drfc)
     offset = () if asked.start_offset is None else (f"race.start_offset={asked.start_offset}",)
+    held_out = held_out_tracks(request.hold_out)
+    named, groups = _groups(request, held_out)
     request = replace(
         request,
-        track=request.track or asked.track or DEFAULT_TRACK,
+        track=(groups[0].track if groups else None) or (named[0] if named else asked.track) or DEFAULT_TRACK,
         stops=request.stops or asked.stops or (DEFAULT_STOPS if request.drfc is None else ()),
         overrides=(*offset, *asked.overrides, *request.overrides),
         clone_from=request.clone_from or asked.clone_from,
@@ -117,18 +141,21 @@ def plan_car(request: RaceRequest) -> CarPlan:
     model = read_model_folder(asked.files or request.folder, asked.keys)
     stops = parse_stops((*request.stops, *stops_given(model.hyperparameters)), LAPS)
     algorithm = find_algorithm(request.algorithm or ASKED_BY[model.metadata.training_algorithm])
+    wanted = worlds_for(groups) if request.preset == "fast" else ()
+    overrides = (*wanted, *request.overrides)
     settings, notes = settings_for(
-        request.preset, model.hyperparameters, request.overrides, request.fidelity, model.metadata, algorithm
+        request.preset, model.hyperparameters, overrides, request.fidelity, model.metadata, algorithm
     )
     is_set = any(override.startswith("race.car=") for override in request.overrides)
     settings, car_notes = choose_car(settings, model.metadata, request.car, is_set, request.folder)
     track = _load_track(request, asked.env)
     plan_objects(track, objects_of(settings), habits(settings.race.fidelity))  # refuses what does not fit
-    courses = lay_out(asked.courses, track, settings, TRACK_VARIABLE)
-    shares(settings.rollout.num_worlds, len(courses) or 1)
-    for course in courses:
-        plan_objects(course.track, objects_of(course.settings), habits(settings.race.fidelity))
-    notes = [*asked.notes, *model.notes, *notes, *car_notes, *waypoint_notes(settings, track)]
+    courses = lay_out(groups or asked.courses, track, settings, TRACK_VARIABLE)
+    _require_drivable(courses, held_out, settings)
+    apart = require_apart([course.track for course in courses] or [track], held_out)
+    notes = [*asked.notes, *model.notes, *notes, *car_notes, *waypoint_notes(settings, track), *apart]
+    if groups and asked.courses:
+        notes.append("the courses of run.env and its workers are not driven: the command names others")
     return CarPlan(
         request,
         model,
@@ -136,10 +163,11 @@ def plan_car(request: RaceRequest) -> CarPlan:
         settings,
         track,
         stops,
-        (*notes, *notes_on_courses(courses, settings)),
+        (*notes, *notes_on_courses(courses, settings), *_notes_on_held_out(held_out)),
         asked.env.values,
         asked.judging,
         courses,
+        held_out,
     )
 
 
@@ -194,7 +222,8 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
         parse_stops(request.stops, LAPS),
         tuple(notes),
         job.get("env", {}),
-        courses=courses_of_job(job.get("courses", []), settings, track),
+        courses=courses_of_job(job.get("courses", []), settings, track, run.tracks),
+        held_out=held_out_of_job(job.get("held_out", []), run.tracks),
     )
 
 
@@ -206,6 +235,7 @@ def asked_of(plan: CarPlan) -> dict[str, Any]:
         "track": plan.track.name,
         "preset": request.preset,
         "set": list(request.overrides),
+        **_told_of_groups(request),
         "from": None if request.clone_from is None else _source_name(request.clone_from),
     }
 
@@ -220,10 +250,44 @@ def job_of(plan: CarPlan) -> dict[str, Any]:
             "copy": RUN_TRACK if travels(plan.track) else None,
         },
         "courses": [course.as_dictionary() for course in plan.courses],
+        "held_out": [held_out_as_dictionary(track) for track in plan.held_out],
         "evaluate": dict(plan.judging),
         "env": {name: plan.env[name] for name in FROM_ENV.values() if name in plan.env},
         "model_metadata": as_aws_dict(plan.model.metadata),
     }
+
+
+def _groups(request: RaceRequest, held_out: Sequence[Track]) -> tuple[list[str], tuple[Course, ...]]:
+    """Return the tracks that are typed, and the courses on them as they were asked for.
+
+    Raises:
+        SettingError: Both one track and several are named, or a group that cannot be.
+    """
+    if request.track and request.tracks:
+        raise SettingError("--track and --tracks were given; expected all names after one of them.")
+    away = twins_of(held_out) if held_out and ALL in request.tracks else ()
+    named = [request.track] if request.track else track_names(request.tracks, away)
+    return named, groups_asked(named, request.groups)
+
+
+def _require_drivable(courses: Sequence[LaidCourse], held_out: Sequence[Track], settings: Settings) -> None:
+    """Refuse courses that go without a car, and objects that do not fit on one."""
+    if courses:
+        cars_on(tuple(courses), settings.rollout.num_worlds)
+    everywhere = [(course.track, course.settings) for course in courses] + [(track, settings) for track in held_out]
+    for track, of_it in everywhere:
+        plan_objects(track, objects_of(of_it), habits(settings.race.fidelity))
+
+
+def _told_of_groups(request: RaceRequest) -> dict[str, Any]:
+    """Return what job.json says of groups, as it was asked; nothing where there are none."""
+    told = {"tracks": request.tracks, "groups": request.groups, "hold_out": request.hold_out}
+    return {name: list(value) for name, value in told.items() if value}
+
+
+def _notes_on_held_out(held_out: Sequence[Track]) -> tuple[str, ...]:
+    names = ", ".join(track.name for track in held_out)
+    return (f"never trained on, judged at every evaluation: {names}",) if held_out else ()
 
 
 def _load_track(request: RaceRequest, env: RunEnv) -> Track:

@@ -19,6 +19,7 @@ from racecraft.contract.world import Array, allocate
 from racecraft.envs.deepracer.settings import TIME_TRIAL, objects_of
 from racecraft.envs.deepracer.side_by_side import SideBySide
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
+from racecraft.evaluation.deepracer.by_track import Judged, judged_course
 from racecraft.formats.aws.hyperparameters import write_hyperparameters
 from racecraft.formats.aws.model_metadata import as_aws_dict, write_model_metadata
 from racecraft.formats.aws.reward_file import (
@@ -28,15 +29,17 @@ from racecraft.formats.aws.reward_file import (
     load_reward_function,
 )
 from racecraft.formats.aws.reward_source import RewardSource, write_reward
+from racecraft.formats.generalisation import HELD_OUT, TRAINED
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import write_whole
 from racecraft.kernels.compile import is_warm
+from racecraft.players.deepracer.run_courses import LaidCourse, cars_on, of_race
 from racecraft.players.trained import GreedyPolicy
 from racecraft.tracks.importer import route_file, travels
 from racecraft.training.deepracer.aws.files import AwsFiles
 from racecraft.training.deepracer.aws.setup import aws_setup
 from racecraft.training.deepracer.cloning import require_same_shape
-from racecraft.training.deepracer.courses import LaidCourse, both_ways, of_race, shares, starts
+from racecraft.training.deepracer.courses import both_ways, starts
 from racecraft.training.deepracer.evaluator import FLYING_LAPS, CarEvaluator
 from racecraft.training.deepracer.live import LivePublisher
 from racecraft.training.deepracer.plan import (
@@ -71,10 +74,11 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
     settings, seed = planned.settings, planned.seed
     reward = load_reward(planned.model.reward, settings.race.reward_seconds, settings.race.type)
     world, judged = driven_world(planned, reward), judged_world(planned, reward)
-    flying = race_world(planned, 1, start_shares=np.zeros(1), laps=FLYING_LAPS)
+    flying = [race_world(planned, 1, None, np.zeros(1), FLYING_LAPS, course) for course in planned.all_courses]
 
     def evaluator(learner: Learner, run: RunFolder) -> CarEvaluator:
-        return CarEvaluator(judged, GreedyPolicy(learner), world, settings.evaluation.best_by, flying)
+        by_track = judged_courses(planned)
+        return CarEvaluator(judged, GreedyPolicy(learner), world, settings.evaluation.best_by, flying, by_track)
 
     yield Experiment(
         kind=KIND,
@@ -86,12 +90,12 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
         evaluator=evaluator,
         asked=asked_of(planned),
         metadata={"model_metadata": as_aws_dict(planned.model.metadata), "track": planned.track.name},
-        title=f"{planned.track.title or planned.track.name}, car {settings.race.car}",
-        folder_name=planned.track.name,
+        title=f"{_where(planned)}, car {settings.race.car}",
+        folder_name=planned.track.name if len(_names(planned)) == 1 else f"{len(_names(planned))}-tracks",
         job=job_of(planned),
         notes=planned.notes,
         lay_files=lambda run: lay_files(planned, reward, run),
-        warm_up=lambda tell: warm_up((world, judged, flying), tell),
+        warm_up=lambda tell: warm_up((world, judged, *flying), tell),
         attend=lambda run, notes: attended(planned, reward, run, notes),
         same_shape=lambda path, metadata: require_same_shape(planned, path, metadata),
     )
@@ -144,6 +148,11 @@ def lay_files(planned: CarPlan, reward: RewardFunction, run: RunFolder) -> None:
     write_hyperparameters(planned.model.hyperparameters, run.hyperparameters)
     if travels(planned.track):
         write_whole(run.track, route_file(planned.track))
+    others = {track.name: track for track in (*(one.track for one in planned.courses), *planned.held_out)}
+    for name, track in others.items():
+        if travels(track):
+            run.tracks.mkdir(exist_ok=True)
+            write_whole(run.tracks / f"{name}.npy", route_file(track))
 
 
 def driven_world(planned: CarPlan, reward: RewardFunction) -> RaceWorld | SideBySide:
@@ -154,7 +163,7 @@ def driven_world(planned: CarPlan, reward: RewardFunction) -> RaceWorld | SideBy
     return SideBySide(
         [
             race_world(planned, count, one_for_each(reward, count), starts(course, count), course=course)
-            for course, count in zip(planned.courses, shares(cars, len(planned.courses)), strict=True)
+            for course, count in zip(planned.courses, cars_on(planned.courses, cars), strict=True)
         ]
     )
 
@@ -188,14 +197,27 @@ def race_world(
 
 
 def judged_world(planned: CarPlan, reward: RewardFunction) -> RaceWorld | SideBySide:
-    """Return the cars that are judged, so many on each course; they are rewarded where that makes a checkpoint best."""
+    """Return the cars that are judged, so many on each course; they are rewarded where that makes a checkpoint best.
+
+    Courses that are only judged on come last.
+    """
     evaluation = planned.settings.evaluation
 
-    def judged(course: LaidCourse | None) -> RaceWorld:
+    def judged(course: LaidCourse) -> RaceWorld:
         paid = one_for_each(reward, evaluation.episodes) if evaluation.best_by == "reward" else None
         return race_world(planned, evaluation.episodes, paid, course=course)
 
-    return SideBySide([judged(course) for course in planned.courses]) if planned.courses else judged(None)
+    courses = [judged(course) for course in (*planned.all_courses, *planned.held_out_courses)]
+    return SideBySide(courses) if len(courses) > 1 else courses[0]
+
+
+def judged_courses(planned: CarPlan) -> list[Judged]:
+    """Return what is judged, in the order of `judged_world`; none where it is one course and nothing is held out."""
+    courses = [*((one, TRAINED) for one in planned.all_courses), *((one, HELD_OUT) for one in planned.held_out_courses)]
+    if len(courses) == 1:
+        return []
+    starts = planned.settings.evaluation.episodes
+    return [judged_course(course, role, starts) for course, role in courses]
 
 
 def one_for_each(reward: RewardFunction, num_cars: int) -> list[Callable[[dict[str, Any]], float]]:
@@ -234,6 +256,16 @@ def warm_up(worlds: Sequence[RaceWorld | SideBySide], say: Say) -> None:
         actions = one.spec.actions
         one.step(np.zeros((*buffers.reward.shape, *actions.shape), actions.dtype), buffers)
         one.reward = reward
+
+
+def _names(planned: CarPlan) -> list[str]:
+    """Return the names of the tracks that are trained on, each once."""
+    return list(dict.fromkeys(course.track.name for course in planned.all_courses))
+
+
+def _where(planned: CarPlan) -> str:
+    names = _names(planned)
+    return f"{len(names)} tracks" if len(names) > 1 else planned.track.title or planned.track.name
 
 
 def _courses_of(worlds: Sequence[RaceWorld | SideBySide]) -> list[RaceWorld]:

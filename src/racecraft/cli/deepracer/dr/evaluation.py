@@ -61,7 +61,7 @@ def run_evaluation(context: typer.Context, model: Annotated[Path, typer.Argument
     asked: dict[str, Any] = judging_in_drfc(drfc.env.run)
     trials = asked.pop("laps")
     track, films = drfc.env.run.values.get("DR_WORLD_NAME"), drfc.flag("DR_EVAL_SAVE_MP4")
-    evaluate(model, track=track, number_of_trials=trials, save_mp4=films, **asked)
+    evaluate(model, track=[track] if track else None, number_of_trials=trials, save_mp4=films, **asked)
 
 
 def stop_evaluation(context: typer.Context) -> None:
