@@ -18,7 +18,19 @@ from racecraft.cli.deepracer import evaluate, init, logs, new, replay, sensors, 
 from racecraft.cli.deepracer.dr import group
 from racecraft.cli.gym import gym
 from racecraft.cli.jobs import jobs
-from racecraft.cli.runs import checkpoints, export, import_model, look, notebooks, record, report, serve, stop, watch
+from racecraft.cli.runs import (
+    checkpoints,
+    export,
+    import_model,
+    look,
+    notebooks,
+    record,
+    report,
+    serve,
+    stop,
+    watch,
+    why,
+)
 from racecraft.cli.unity import unity
 from racecraft.contract.errors import RacecraftError, UserInputError
 
@@ -37,6 +49,7 @@ app.command(name="evaluate")(evaluate.evaluate)
 app.command(name="report")(report.report)
 app.command(name="checkpoints")(checkpoints.checkpoints)
 app.command(name="look")(look.look)
+app.command(name="why")(why.why)
 app.command(name="notebooks")(notebooks.notebooks)
 app.command(name="watch")(watch.watch)
 app.command(name="stop")(stop.stop)
