@@ -15,8 +15,11 @@ import numpy as np
 
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.recurrent_network import NONE
+from racecraft.analysis import tables
+from racecraft.analysis.deepracer.drive import OFF_TRACK
 from racecraft.analysis.deepracer.failure_places import Before, Cure, FailurePlace, RewardLine, Why
 from racecraft.analysis.deepracer.logs.segments import Segments, find_segments
+from racecraft.contract.errors import RewardError, RewardFileError
 from racecraft.contract.world import Array, allocate
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.camera import Camera
@@ -26,7 +29,7 @@ from racecraft.evaluation.deepracer.cures import Trials, command_words, try_cure
 from racecraft.evaluation.deepracer.kept_drives import KeptDrives, keep_drives
 from racecraft.evaluation.deepracer.places import same_places
 from racecraft.evaluation.deepracer.rehearsal import states_of
-from racecraft.formats.aws.reward_file import RewardFunction, load_reward_function
+from racecraft.formats.aws.reward_file import load_reward_function
 from racecraft.formats.aws.reward_trace import RewardTrace, Term
 from racecraft.players.deepracer.trained_car import TrainedCar
 from racecraft.tracks.track import Track
@@ -41,6 +44,12 @@ CURES = 3
 """Cures that are told of a place, each another action."""
 SHOWN_TICKS = 16
 """Of the last second, the tick that ends it included."""
+LOG_TICKS = 500_000
+"""Of a longer log the latest ticks tell where cars left the road in training."""
+LATE = 0.4
+"""The last two fifths of the iterations are late."""
+BESIDE_M = 0.5
+"""An exit in training so near to a place is there."""
 FRAME = (160, 120)
 """Pixels of the pictures for people."""
 
@@ -55,7 +64,7 @@ def explain_failures(car: TrainedCar, track: Track, name: str, starts: int = STA
         starts: How many, evenly round the lap.
 
     Raises:
-        RewardFileError, RewardError: The run's reward function cannot be loaded any more, or fails.
+        EpisodeFileError: A file of the run's log is damaged.
     """
     began = time.perf_counter()
     explaining = _Explaining(car, track, starts)
@@ -75,6 +84,7 @@ def explain_failures(car: TrainedCar, track: Track, name: str, starts: int = STA
         changes=explaining.changes,
         seconds=time.perf_counter() - began,
         not_explained=sum(len(rows) for rows in groups[PLACES:]),
+        reward_note=explaining.reward_note,
         paths=[_path(drives, row) for row in failed],
     )
 
@@ -94,7 +104,7 @@ class _Explaining:
         self.track, self.scene = world.track, world.camera.scene
         self.drives = keep_drives(car.policy, world)
         self.segments: Segments = find_segments(self.track)
-        self.changes = 0
+        self.changes, self.reward_note = 0, ""
 
     def worlds(self, count: int) -> RaceWorld:
         """Return so many cars of this kind."""
@@ -123,6 +133,7 @@ class _Explaining:
             moments=trials.moments / TICKS_PER_SECOND,
             saveable=trials.best_share,
             held_seconds=trials.holds / TICKS_PER_SECOND,
+            in_training=self._in_training(float(ends["arc"][0]), float(ends["arc"][-1])),
         )
 
     def _trials(self, rows: Array) -> Trials:
@@ -138,6 +149,27 @@ class _Explaining:
         came = endings["progress"] / 100.0 >= ahead
         came[failed] = True
         return int(came.sum())
+
+    @cached_property
+    def _late_exits(self) -> Array | None:
+        """Where cars left the road in the last two fifths of the training, m along the centre line."""
+        if self._track is not self.car.trained_on:
+            return None
+        ticks = tables.load_episodes(self.car.run, LOG_TICKS)
+        if not ticks.height or "iteration" not in ticks.columns:
+            return None
+        laps = tables.laps_table(ticks)
+        first, last = (float(value or 0) for value in (laps["iteration"].min(), laps["iteration"].max()))  # type: ignore[arg-type]
+        late = laps.filter((laps["status"] == OFF_TRACK) & (laps["iteration"] > last - LATE * (last - first)))
+        return np.asarray(self.track.locate(late.select("x_m", "y_m").to_numpy()).arc)
+
+    def _in_training(self, first: float, last: float) -> int | None:
+        """Return how many of them lie at a place, or half a metre before or behind it."""
+        if self._late_exits is None:
+            return None
+        lap = self.track.length
+        along = (self._late_exits - first + BESIDE_M) % lap
+        return int((along <= (last - first) % lap + 2.0 * BESIDE_M).sum())
 
     def _cures(self, trials: Trials) -> list[Cure]:
         """Return the best changes, each of another action."""
@@ -186,18 +218,17 @@ class _Explaining:
             boxes = stood, kinds
         return np.asarray(camera.render_rgb(poses, boxes=boxes))
 
-    @cached_property
-    def _reward(self) -> RewardFunction | None:
-        """The run's reward function, which prints nowhere; None where the run has none."""
-        path = self.car.run.reward_function
-        return load_reward_function(path, io.StringIO()) if path.is_file() else None
-
     def _paid(self, row: int, first: int) -> tuple[Array | None, list[RewardLine]]:
         """Return what a row's car was paid from a tick on, and how: its episode is driven again with the reward."""
-        if self._reward is None:
+        path = self.car.run.reward_function
+        if not path.is_file():
             return None, []
-        trace = RewardTrace(self._reward.copies(1)[0])
-        ticks = list(_drive_again(self.worlds(1), self.drives, row, trace, first))
+        try:
+            trace = RewardTrace(load_reward_function(path, io.StringIO()))  # what it prints is not for here
+            ticks = list(_drive_again(self.worlds(1), self.drives, row, trace, first))
+        except (RewardFileError, RewardError) as error:
+            self.reward_note = str(error).splitlines()[0]
+            return None, []
         terms = sorted({term for _, told in ticks for term in told})
         lines = [
             RewardLine(term.line, term.name, trace.text(term), np.array([told.get(term, np.nan) for _, told in ticks]))

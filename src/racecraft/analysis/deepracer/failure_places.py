@@ -153,6 +153,8 @@ class Why:
     """That took, s of this machine."""
     not_explained: int = 0
     """Failures at further places, which were counted only."""
+    reward_note: str = ""
+    """Why nothing is told of the reward, where it could not be asked."""
     paths: Sequence[Array] = field(default=(), repr=False)
     """(T, 2) m: how the failed cars drove."""
 

@@ -5,16 +5,18 @@ Begin with `write_why_page`; `failure_parts` are the same cards for the report o
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from racecraft.analysis import page
-from racecraft.analysis.deepracer.failure_places import Before, FailurePlace, Why, place_words, sentences
+from racecraft.analysis.deepracer.failure_places import Before, FailurePlace, RewardLine, Why, place_words, sentences
+from racecraft.analysis.deepracer.forgetting import Passages, StartsCompared, passages_part, starts_part
 from racecraft.analysis.deepracer.logs.plot import CYCLE, QUIET, RED, map_sheet
 from racecraft.analysis.figures import small_axes
+from racecraft.contract.world import Array
 from racecraft.formats.whole import write_whole
 from racecraft.tracks.picture import INK
 
@@ -29,32 +31,39 @@ MOST_LINES = 14
 """Lines of the reward function in that table: those that change most."""
 
 
-def write_why_page(path: str | Path, why: Why, title: str, more: Sequence[str] = ()) -> Path:
+def write_why_page(
+    path: str | Path, why: Why, title: str, learned: Passages | None = None, starts: StartsCompared | None = None
+) -> Path:
     """Write the page.
 
     Args:
         path: .html; it arrives whole.
         why: What is told.
         title: Of the run and its checkpoint.
-        more: Further ready parts, for the end.
+        learned: What its checkpoints knew.
+        starts: How it drives from starts that it was not trained on.
 
     Raises:
         OutputFileError: The page cannot be written.
     """
-    write_whole(path, page.page(f"{title} – why it fails", [*_parts(why, title), *more]))
+    write_whole(path, page.page(f"{title} – why it fails", _parts(why, title, learned, starts)))
     return Path(path)
 
 
-def _parts(why: Why, title: str) -> Iterator[str]:
+def _parts(why: Why, title: str, learned: Passages | None, starts: StartsCompared | None) -> Iterator[str]:
     yield "<h1>Why it fails</h1>"
     yield f'<p class="quiet">{page.escaped(title)} · {page.escaped(why.track.title or why.track.name)}</p>'
     yield from failure_parts(why)
     if why.places:
         yield (
             '<p class="quiet">Every car drove greedily, and each of its ticks was kept. What would have saved it was '
-            f"driven, not guessed: {why.changes:,} times a failed drive was taken up again, one action changed, and the "
-            f"policy drove on; saved is who then passed the place by 1.5 m. It took {why.seconds:.0f} s.</p>"
+            f"driven, not guessed: {why.changes:,} times a failed drive was taken up again, one action was changed and "
+            f"the policy drove on; saved is who then passed the place by 1.5 m. It took {why.seconds:.0f} s.</p>"
         )
+    if learned is not None:
+        yield from passages_part(learned)
+    if starts is not None:
+        yield from starts_part(starts)
 
 
 def failure_parts(why: Why) -> Iterator[str]:
@@ -66,6 +75,8 @@ def failure_parts(why: Why) -> Iterator[str]:
     yield page.card(page.photograph(map_figure(why), words))
     for place in why.places:
         yield from _place(place, why.failures)
+    if why.reward_note:
+        yield f'<p class="quiet">What it was paid is not told: {page.escaped(why.reward_note)}</p>'
     if why.not_explained:
         yield f'<p class="quiet">{why.not_explained} more failed at other places, one here and one there.</p>'
 
@@ -83,7 +94,7 @@ def map_figure(why: Why) -> Figure:
             weight="bold", zorder=5, bbox={"boxstyle": "circle,pad=0.25", "fc": "white", "ec": RED},
         )  # fmt: skip
     figure.patch.set_facecolor("white")
-    return figure  # type: ignore[no-any-return]
+    return figure
 
 
 def _place(place: FailurePlace, failures: int) -> Iterator[str]:
@@ -149,7 +160,7 @@ def chances_figure(place: FailurePlace) -> Figure:
     for k, held in enumerate(place.held_seconds):
         axes.plot(
             place.moments, 100.0 * place.saveable[:, k], color=CYCLE[k], lw=1.6, marker="os^D"[k % 4], ms=4,
-            label=f"held for {held:.2g} s",
+            label=f"held for {held:.1f} s",
         )  # fmt: skip
     axes.set_xlim(float(place.moments.max()), 0.0)
     axes.set_ylim(-3, 103)
@@ -161,7 +172,7 @@ def chances_figure(place: FailurePlace) -> Figure:
 def _reward_table(before: Before) -> str:
     if before.rewards is None:
         return ""
-    shown = [k for k in _spread(len(before.seconds), COLUMNS)]
+    shown = _spread(len(before.seconds), COLUMNS)
     heads = ("line", "", *(f"{before.seconds[k]:.1f} s" for k in shown))
     rows: list[tuple[object, ...]] = [("", "reward", *(_number(before.rewards[k]) for k in shown))]
     for line in sorted(_livelier(before), key=lambda one: one.line):
@@ -170,10 +181,10 @@ def _reward_table(before: Before) -> str:
     return page.table(heads, rows, tuple(range(2, len(heads)))) + small
 
 
-def _livelier(before: Before) -> list:
+def _livelier(before: Before) -> list[RewardLine]:
     """Return the lines that change most in that second, for their size."""
 
-    def change(values: np.ndarray) -> float:
+    def change(values: Array) -> float:
         there = values[np.isfinite(values)]
         missing = float(np.isnan(values).any())
         return missing + float(np.ptp(there) / (np.abs(there).max() or 1.0)) if len(there) else 0.0

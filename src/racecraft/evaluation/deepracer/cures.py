@@ -21,6 +21,8 @@ HOLDS = (1, 3, 9)
 """For how many ticks it is held: for one; where that does not save most, for 0.2 s; where that does not, for 0.6 s."""
 ENOUGH = 0.8
 """Share of the failures that one and the same change must save, or longer holds are tried."""
+NEARLY = 0.2
+"""A change that saves so much less of the failures than the best one counts as much."""
 STEERINGS, SPEEDS = 5, 3
 """Of two ranges so many angles and speeds are tried, evenly spread."""
 SPEED_WEIGHT = 0.5
@@ -43,7 +45,7 @@ class Options:
         """Return all of a table; of two ranges a grid of STEERINGS x SPEEDS."""
         if isinstance(space, ActionBox):
             steering, speed = np.linspace(*space.steering, STEERINGS), np.linspace(*space.speed, SPEEDS)
-            actions = np.array(list(itertools.product(steering, speed)), np.float32)
+            actions: Array = np.array(list(itertools.product(steering, speed)), np.float32)
         else:
             actions = np.arange(space.spec.count)
         commands = space.commands(actions).chosen
@@ -87,19 +89,25 @@ class Trials:
     def ranked(self, commanded: Array) -> list[tuple[int, int, int]]:
         """Return changes (moment, option, hold) as indices, the best first.
 
-        Of those that save as many, the shortest hold, then the option nearest to what was done, then the latest.
+        Those that save nearly as many as the best one does come first, the latest of them in front: before a mistake
+        much can make up for it, and the latest change is nearest to the mistake. Of one moment the shortest hold, then
+        the option nearest to what was done.
 
         Args:
             commanded: (D, 2) what was commonly commanded at each moment.
         """
         counts = self.counts
+        nearly = max(1.0, counts.max() - NEARLY * len(self.rows))
         far = np.abs(self.options.commands - commanded[:, None]) @ (1.0, SPEED_WEIGHT)
 
         def merit(at: tuple[int, int, int]) -> tuple[float, ...]:
             moment, option, hold = at
-            return (-counts[at], self.holds[hold], round(float(far[moment, option]), 6), self.moments[moment])
+            first = 0 if counts[at] >= nearly else -counts[at]
+            near = self.moments[moment], self.holds[hold], -counts[at], round(float(far[moment, option]), 6)
+            return (counts[at] < nearly, first, *near)
 
-        return sorted(itertools.product(*(range(size) for size in counts.shape)), key=merit)
+        moments, options, holds = counts.shape
+        return sorted(itertools.product(range(moments), range(options), range(holds)), key=merit)
 
 
 def try_cures(
