@@ -58,7 +58,7 @@ class Car:
 
     def __init__(self, folder, actions=TABLE, wrong=WRONG_M):
         self.actions, self.policy = actions, WrongAtOnePlace(actions, wrong)
-        self.run = SimpleNamespace(reward_function=folder / "reward_function.py")
+        self.run = SimpleNamespace(reward_function=folder / "reward_function.py", episodes=folder / "episodes")
         self.run.reward_function.write_text(REWARD)
 
     def world(self, track, num_cars, start_shares=None, laps=1):

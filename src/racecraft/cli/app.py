@@ -14,7 +14,7 @@ import typer
 
 from racecraft.cli import algorithms, bench, explain, run, settings
 from racecraft.cli.battlesnake import snakes
-from racecraft.cli.deepracer import evaluate, init, logs, new, replay, sensors, tracks, train
+from racecraft.cli.deepracer import evaluate, init, leaderboards, logs, new, replay, sensors, tracks, train
 from racecraft.cli.deepracer.dr import group
 from racecraft.cli.gym import gym
 from racecraft.cli.jobs import jobs
@@ -55,6 +55,7 @@ app.command(name="watch")(watch.watch)
 app.command(name="stop")(stop.stop)
 app.command(name="replay")(replay.replay)
 app.command(name="logs")(logs.logs)
+app.command(name="leaderboards")(leaderboards.leaderboards)
 app.command(name="new")(new.new)
 app.command(name="init")(init.init)
 app.add_typer(group.app, name="dr")
