@@ -36,10 +36,8 @@ from racecraft.tracks.track import Track
 
 STARTS = 24
 """Round the lap, evenly."""
-PLACES = 3
-"""Places that are explained, those with most failures."""
-FAILURES = 8
-"""Failures of a place for which cures are tried, evenly taken of all."""
+PLACES, FAILURES = 3, 8
+"""Places that are explained, and failures of each for which cures are tried, evenly taken of all."""
 CURES = 3
 """Cures that are told of a place, each another action."""
 SHOWN_TICKS = 16
@@ -54,7 +52,9 @@ FRAME = (160, 120)
 """Pixels of the pictures for people."""
 
 
-def explain_failures(car: TrainedCar, track: Track, name: str, starts: int = STARTS) -> Why:
+def explain_failures(
+    car: TrainedCar, track: Track, name: str, starts: int = STARTS, places: int = PLACES, failures: int = FAILURES
+) -> Why:
     """Drive a car from many starts and explain where and why it fails.
 
     Args:
@@ -62,16 +62,18 @@ def explain_failures(car: TrainedCar, track: Track, name: str, starts: int = STA
         track: Where.
         name: What a command calls the run.
         starts: How many, evenly round the lap.
+        places: So many places at most are explained, those with most failures.
+        failures: Of each so many failures at most are tried to be cured.
 
     Raises:
         EpisodeFileError: A file of the run's log is damaged.
     """
     began = time.perf_counter()
-    explaining = _Explaining(car, track, starts)
+    explaining = _Explaining(car, track, starts, failures)
     drives, failed = explaining.drives, explaining.drives.failed
     arcs = drives.endings["arc"][failed]
     groups = [failed[group] for group in same_places(arcs, explaining.track.length, explaining.track.closed)]
-    places = [explaining.place(number, rows) for number, rows in enumerate(groups[:PLACES], 1)]
+    explained = [explaining.place(number, rows) for number, rows in enumerate(groups[:places], 1)]
     statuses = drives.endings["status"]
     return Why(
         run=name,
@@ -80,10 +82,10 @@ def explain_failures(car: TrainedCar, track: Track, name: str, starts: int = STA
         starts=starts,
         full=int((statuses == race.LAP_COMPLETE).sum()),
         out_of_time=int((drives.endings["truncated"] | (statuses == race.TIME_UP)).sum()),
-        places=places,
+        places=explained,
         changes=explaining.changes,
         seconds=time.perf_counter() - began,
-        not_explained=sum(len(rows) for rows in groups[PLACES:]),
+        not_explained=sum(len(rows) for rows in groups[places:]),
         reward_note=explaining.reward_note,
         paths=[_path(drives, row) for row in failed],
     )
@@ -97,8 +99,8 @@ def remembers(spec: PolicySpec) -> bool:
 class _Explaining:
     """One car's drives, and what is found out about them."""
 
-    def __init__(self, car: TrainedCar, track: Track, starts: int) -> None:
-        self.car, self._track = car, track
+    def __init__(self, car: TrainedCar, track: Track, starts: int, failures: int) -> None:
+        self.car, self._track, self._failures = car, track, failures
         shares = (np.arange(starts) / starts).tolist()
         world = car.world(track, starts, shares)
         self.track, self.scene = world.track, world.camera.scene
@@ -114,7 +116,7 @@ class _Explaining:
         """Explain the failures of some rows, which lie at one place in driving order."""
         ends = self.drives.endings[rows]
         middle = ends[len(ends) // 2]
-        some = rows[np.unique(np.linspace(0, len(rows) - 1, min(len(rows), FAILURES)).round().astype(int))]
+        some = rows[np.unique(np.linspace(0, len(rows) - 1, min(len(rows), self._failures)).round().astype(int))]
         trials = self._trials(some)
         names = [race.STATUSES[status] for status in ends["status"]]
         segment = self.segments.all[int(self.segments.of(np.array([middle["arc"] / self.track.length]))[0])]

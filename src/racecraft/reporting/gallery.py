@@ -28,8 +28,8 @@ from racecraft.reporting.explaining import explain_failures
 from racecraft.tracks.track import Track
 
 VIDEO, PATH_PICTURE, CURVES, REPORT = "lap.mp4", "path.png", "curves.png", "report.html"
-WHY_STARTS = 12
-"""From so many starts the best policy drives for the report's word on why it fails."""
+WHY = {"starts": 12, "places": 2, "failures": 4}
+"""How much is driven for the report's word on why it fails; `racecraft why` drives more."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
     }
     show_drive(drive, video=files["video"], picture=files["picture"])
     draw_curves(files["curves"], run.read_metrics())
-    why = explain_failures(car, car.trained_on, str(run.path), WHY_STARTS)
+    why = explain_failures(car, car.trained_on, str(run.path), **WHY)
     write_report(run, files["report"], drive.ticks, small_film(files["video"]), advice_of(run), why=why)
     return files
 
@@ -122,7 +122,7 @@ def report_run(path: Path, page: Path, plots: Sequence[Path] = ()) -> Path:
     own = own_plots_of(run, plots)
     car = load_trained_car(path, "best")
     drive = drive_laps(car, car.trained_on, laps=1).ticks
-    why = explain_failures(car, car.trained_on, str(path), WHY_STARTS)
+    why = explain_failures(car, car.trained_on, str(path), **WHY)
     return write_report(run, page, drive, _film_of(run, car), advice_of(run), own, why)
 
 

@@ -87,6 +87,10 @@ WRONG = {
 }
 
 
+def read_all(folder):
+    return [board.entries() for board in read_leaderboards(folder)]
+
+
 @pytest.mark.parametrize("what", WRONG)
 def test_wrong_files_are_letters(archive, what):
     place, text, letter = WRONG[what]
@@ -94,8 +98,7 @@ def test_wrong_files_are_letters(archive, what):
     path = top / f"{ARN}{place}" if place else top / "leaderboards.csv"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(LeaderboardError, match=letter):
-        for board in read_leaderboards(archive):
-            board.entries()
+        read_all(archive)
 
 
 def test_a_folder_of_something_else_is_a_letter(tmp_path):

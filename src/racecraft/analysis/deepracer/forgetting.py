@@ -93,8 +93,7 @@ def passages_figure(told: Passages) -> Figure:
     )
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
-    colours = colormaps[HEAT].copy()
-    colours.set_bad("#f0f2f4")
+    colours = colormaps[HEAT].with_extremes(bad="#f0f2f4")
     axes.imshow(np.ma.masked_invalid(share), cmap=colours, vmin=0.0, vmax=1.0, aspect="auto")
     for (p, c), value in np.ndenumerate(share):
         if np.isfinite(value):
