@@ -25,7 +25,7 @@ from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.camera import Camera
 from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
 from racecraft.envs.deepracer.world import RaceWorld
-from racecraft.evaluation.deepracer.cures import Trials, command_words, try_cures
+from racecraft.evaluation.deepracer.cures import HOLDS, MOMENTS, Options, Trials, command_words, try_cures
 from racecraft.evaluation.deepracer.kept_drives import KeptDrives, keep_drives
 from racecraft.evaluation.deepracer.places import same_places
 from racecraft.evaluation.deepracer.rehearsal import states_of
@@ -38,6 +38,10 @@ STARTS = 24
 """Round the lap, evenly."""
 PLACES, FAILURES = 3, 8
 """Places that are explained, and failures of each for which cures are tried, evenly taken of all."""
+SECONDS = 90.0
+"""About so long the cures of all places may take."""
+TIMED_CARS, TIMED_TICKS, USUAL_TICKS = 32, 4, 40
+"""What is timed beforehand, and how long a change is usually driven."""
 CURES = 3
 """Cures that are told of a place, each another action."""
 SHOWN_TICKS = 16
@@ -53,7 +57,13 @@ FRAME = (160, 120)
 
 
 def explain_failures(
-    car: TrainedCar, track: Track, name: str, starts: int = STARTS, places: int = PLACES, failures: int = FAILURES
+    car: TrainedCar,
+    track: Track,
+    name: str,
+    starts: int = STARTS,
+    places: int = PLACES,
+    failures: int = FAILURES,
+    seconds: float = SECONDS,
 ) -> Why:
     """Drive a car from many starts and explain where and why it fails.
 
@@ -64,15 +74,18 @@ def explain_failures(
         starts: How many, evenly round the lap.
         places: So many places at most are explained, those with most failures.
         failures: Of each so many failures at most are tried to be cured.
+        seconds: About so long that may take; a large network on a slow machine gets fewer failures, never none.
 
     Raises:
         EpisodeFileError: A file of the run's log is damaged.
     """
     began = time.perf_counter()
-    explaining = _Explaining(car, track, starts, failures)
+    explaining = _Explaining(car, track, starts)
     drives, failed = explaining.drives, explaining.drives.failed
     arcs = drives.endings["arc"][failed]
     groups = [failed[group] for group in same_places(arcs, explaining.track.length, explaining.track.closed)]
+    if groups:
+        explaining.limit(failures, seconds / min(places, len(groups)))
     explained = [explaining.place(number, rows) for number, rows in enumerate(groups[:places], 1)]
     statuses = drives.endings["status"]
     return Why(
@@ -99,14 +112,29 @@ def remembers(spec: PolicySpec) -> bool:
 class _Explaining:
     """One car's drives, and what is found out about them."""
 
-    def __init__(self, car: TrainedCar, track: Track, starts: int, failures: int) -> None:
-        self.car, self._track, self._failures = car, track, failures
+    def __init__(self, car: TrainedCar, track: Track, starts: int) -> None:
+        self.car, self._track, self._failures = car, track, FAILURES
         shares = (np.arange(starts) / starts).tolist()
         world = car.world(track, starts, shares)
         self.track, self.scene = world.track, world.camera.scene
         self.drives = keep_drives(car.policy, world)
         self.segments: Segments = find_segments(self.track)
         self.changes, self.reward_note = 0, ""
+
+    def limit(self, failures: int, seconds: float) -> None:
+        """Try as many failures of a place as so many seconds allow, by a few ticks that are timed; at least one."""
+        world = self.worlds(TIMED_CARS)
+        buffers = allocate(world.spec)
+        world.reset(buffers, 0)
+        for tick in range(2 * TIMED_TICKS):
+            if tick == TIMED_TICKS:  # the first ones load what is compiled
+                began = time.perf_counter()
+            seen = {name: part[:, 0] for name, part in buffers.observations.items()}
+            world.step(np.asarray(self.car.policy.act(seen, None))[:, None], buffers)
+        self.car.policy.forget(np.ones(TIMED_CARS, bool))
+        each = (time.perf_counter() - began) / (TIMED_TICKS * TIMED_CARS)
+        one = len(MOMENTS) * len(Options.of(self.car.actions).labels) * len(HOLDS) * USUAL_TICKS * each
+        self._failures = int(np.clip(seconds / one, 1, failures))
 
     def worlds(self, count: int) -> RaceWorld:
         """Return so many cars of this kind."""

@@ -28,7 +28,7 @@ from racecraft.reporting.explaining import explain_failures
 from racecraft.tracks.track import Track
 
 VIDEO, PATH_PICTURE, CURVES, REPORT = "lap.mp4", "path.png", "curves.png", "report.html"
-WHY = {"starts": 12, "places": 2, "failures": 4}
+WHY: dict[str, int] = {"starts": 12, "places": 2, "failures": 4, "seconds": 10}
 """How much is driven for the report's word on why it fails; `racecraft why` drives more."""
 
 
