@@ -108,7 +108,7 @@ def test_a_reward_that_has_nothing_to_do_with_progress(tmp_path):
 def test_a_page_has_the_account_of_a_run_in_plain_words(tmp_path):
     run = RunFolder.create(
         tmp_path / "run", {"kind": "gymnasium", "title": "CartPole-v1", "algorithm": "ppo", "settings": {},
-                           "asked": {"stops": ["minutes=1"]}},
+                           "asked": {"stops": ["minutes=1"], "environment": "CartPole-v1"}},
     )  # fmt: skip
     for row in metrics_of(evaluation_score=FELL):
         run.append_metrics(row)
@@ -116,5 +116,5 @@ def test_a_page_has_the_account_of_a_run_in_plain_words(tmp_path):
     assert "PPO was asked to play CartPole-v1, until minutes=1." in text
     assert "it went from 0 to 90 in iteration 12" in text
     assert "What to try next" in text
-    assert f"racecraft train --from {run.path}:best" in text
+    assert f"racecraft gym train CartPole-v1 --from {run.path}:best" in text
     assert text.index("It forgot") < text.index("How it learned")

@@ -11,9 +11,10 @@ from racecraft.algorithms.distributions import distribution_for
 from racecraft.algorithms.networks import ActorCritic, Architecture
 from racecraft.analysis.attention import AttentionError
 from racecraft.analysis.deepracer.look_page import findings, write_look_page
-from racecraft.analysis.deepracer.surfaces import SURFACES, surface_shares
-from racecraft.contract.world import ArraySpec
+from racecraft.analysis.deepracer.surfaces import SURFACES, eye_poses, surface_shares
+from racecraft.contract.world import ArraySpec, allocate
 from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.sensors import FRONT_CAMERA, STEREO, STEREO_GREY_WEIGHTS, car_sensors
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import CAMERA_NAME, RaceWorld
 from racecraft.reporting.looking import as_seen, look_at_lap, look_at_pictures
@@ -26,16 +27,18 @@ SIGHT = (30, 40)
 class Car:
     """What `look_at_lap` asks of a trained car."""
 
-    trained_on = load_track("reinvent_base")
+    trained_on, sensors = load_track("reinvent_base"), FRONT_CAMERA
 
     def __init__(self, policy):
         self.policy = policy
-        policy.spec = type("Spec", (), {"actions": ACTIONS.spec, "visible": {CAMERA_NAME: ArraySpec(SIGHT, np.uint8)}})
+        sees = {CAMERA_NAME: ArraySpec(SIGHT, np.uint8)}
+        policy.spec = type("Spec", (), {"actions": ACTIONS.spec, "visible": sees, "stack_size": 1})
 
     def world(self, track, num_cars, start_shares, laps):
         return RaceWorld(
             track, ACTIONS, num_cars=num_cars, start_shares=start_shares, laps=laps,
             race_config=RaceConfig(max_episode_seconds=2.0), camera_config=CameraConfig(*SIGHT[::-1]),
+            sensors=self.sensors,
         )  # fmt: skip
 
 
@@ -99,6 +102,38 @@ def test_what_is_explained_is_what_was_driven(wall_rows):
     first = world.camera.render_grey(np.array([[x, y, yaw]]))[0]
     assert np.abs(lap.look.frames[0].astype(int) - first).mean() < 12.0
     assert np.abs(lap.look.frames[0].astype(int) - lap.look.frames[-1]).mean() > 0.5
+
+
+@pytest.mark.parametrize("lidar", [[], ["SECTOR_LIDAR"]])
+def test_two_eyes_are_painted_over_eye_by_eye(lidar):
+    """A car that reads the two eyes' walls only is told so; what is repainted is what each eye saw."""
+    sees = {STEREO: ArraySpec((*SIGHT, 2), np.uint8), **{name: ArraySpec((8,), np.float32) for name in lidar}}
+    row = Architecture(convolutions=(), trunk_units=())
+    network = ActorCritic(sees, ACTIONS.spec, row, torch.Generator().manual_seed(0))
+    with torch.no_grad():
+        weights = torch.zeros(2, *SIGHT, 2)
+        weights[0, :3, : SIGHT[1] // 2], weights[1, :3, SIGHT[1] // 2 :] = 1.0, 1.0
+        network.policy_head.weight[:] = 0.0
+        network.policy_head.weight[:, : weights[0].numel()] = weights.flatten(1)
+        network.policy_head.bias[:] = 0.0
+    car = Car(ActorPolicy(network, distribution_for(ACTIONS.spec)))
+    car.policy.spec.visible = sees
+    car.sensors = car_sensors([STEREO, *lidar])
+    lap = look_at_lap(car, car.trained_on)
+    told = {row.surface: row for row in lap.surfaces}
+    assert told["wall"].attention + told["sky"].attention > 0.95
+    assert told["border line"].changed is not None
+    assert told["border line"].changed < 0.05
+    assert max(told["wall"].changed, told["sky"].changed) > 0.2
+    world = car.world(car.trained_on, 1, [0.0], 1)
+    buffers = allocate(world.spec)
+    world.reset(buffers, 0)
+    car_now = world.cars[0, 0]
+    pose = np.array([[car_now["x"], car_now["y"], car_now["yaw"]]])
+    levels = world.camera.scene.palette @ STEREO_GREY_WEIGHTS
+    for eye, left in enumerate(world.sensors.eyes_left_m):
+        drawn = world.camera.render_grey(eye_poses(pose, float(left)), palettes=levels)[0]
+        assert np.abs(drawn.astype(int) - buffers.observations[STEREO][0, 0, ..., eye]).max() <= 1
 
 
 def test_pictures_and_folders_are_looked_at(tmp_path):

@@ -92,3 +92,77 @@ def test_the_board_asks_for_names_that_are_served():
     asked = {re.match(r"\w+", target["expr"])[0] for panel in board["panels"] for target in panel["targets"]}
     assert asked <= {*HELP, LEARNER}
     assert {name for name in HELP if name.startswith("dr_")} <= asked
+
+
+PLAIN = {"\\\\": "\\", '\\"': '"', "\\n": "\n"}
+"""What stands for a sign that a label's text may not hold."""
+
+
+def exposition(text):
+    """Return Prometheus text as (name, labels): value, by the rules of its format and no kinder.
+
+    HELP and TYPE come once, before the samples of their name; labels are quoted and escaped; every line ends.
+    """
+    sample = re.compile(r'([a-zA-Z_:][a-zA-Z0-9_:]*)\{((?:[a-zA-Z_][a-zA-Z0-9_]*="(?:[^"\\\n]|\\[\\"n])*",?)*)\} (\S+)')
+    label = re.compile(r'([a-zA-Z_][a-zA-Z0-9_]*)="((?:[^"\\\n]|\\[\\"n])*)"')
+    assert text.endswith("\n")
+    helped, typed, values, now = set(), {}, {}, None
+    for line in text[:-1].split("\n"):
+        if line.startswith("# HELP "):
+            now = line.split(" ", 3)[2]
+            assert now not in helped, line
+            helped.add(now)
+        elif line.startswith("# TYPE "):
+            _, _, name, kind = line.split(" ")
+            assert name == now, line
+            assert kind in ("gauge", "counter"), line
+            typed[name] = kind
+        else:
+            name, labels, value = sample.fullmatch(line).groups()
+            assert name == now, line
+            assert name in typed, line
+            told = {key: re.sub(r"\\.", lambda found: PLAIN[found[0]], one) for key, one in label.findall(labels)}
+            key = name, tuple(sorted(told.items()))
+            assert key not in values, line
+            values[key] = float(value)
+    return typed, values
+
+
+def test_the_text_is_prometheus_s_whatever_the_names_and_numbers():
+    model = 'a "car" \\ of\nmine'
+    live = LiveMetrics(0, model)
+    try:
+        losses = {"entropy": 1.5, "lost": float("nan"), "far": float("-inf")}
+        live.iteration(report(3, EvaluationResult(1.0, False, figures={"best_lap_seconds": 1.0}), losses=losses))
+        typed, values = exposition(live.text())
+    finally:
+        live.close()
+    assert set(typed) == {*HELP, LEARNER}
+    assert {dict(labels)["model"] for _, labels in values} == {model}
+    assert {name for name, kind in typed.items() if kind == "counter"} == {n for n in HELP if n.endswith("_total")}
+    figures = {dict(labels)["figure"]: value for (name, labels), value in values.items() if name == LEARNER}
+    assert figures["entropy"] == 1.5
+    assert figures["far"] == float("-inf")
+    assert figures["lost"] != figures["lost"]
+
+
+def test_the_board_can_be_laid_out_and_asks_the_source_that_is_chosen():
+    board = json.loads(BOARD.read_text(encoding="utf-8"))
+    taken = set()
+    for panel in board["panels"]:
+        place = panel["gridPos"]
+        squares = {(x, y) for x in range(place["x"], place["x"] + place["w"])
+                   for y in range(place["y"], place["y"] + place["h"])}  # fmt: skip
+        assert place["x"] + place["w"] <= 24, panel["title"]
+        assert not squares & taken, panel["title"]
+        taken |= squares
+        assert panel["datasource"] == {"type": "prometheus", "uid": "${source}"}
+        refs = [target["refId"] for target in panel["targets"]]
+        assert len(set(refs)) == len(refs) > 0
+        for target in panel["targets"]:
+            assert re.fullmatch(r'\w+\{model=~"\$model"\}', target["expr"]), target["expr"]
+    assert len({panel["id"] for panel in board["panels"]}) == len(board["panels"])
+    source, model = board["templating"]["list"]
+    assert (source["name"], source["type"], source["query"]) == ("source", "datasource", "prometheus")
+    asked, label = re.fullmatch(r"label_values\((\w+), (\w+)\)", model["query"]).groups()
+    assert (asked in HELP, label) == (True, "model")

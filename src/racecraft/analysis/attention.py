@@ -130,7 +130,8 @@ class Seen:
 
     def instead(self, policy: Any, observations: Mapping[str, Array]) -> Seen:
         """Return the same rows, their memory too, but with other observations (R, …) of some names in their place."""
-        fed = transparent(policy).fed(observations)
+        rest = {name: np.zeros(tuple(part.shape), np.float32) for name, part in self.fed.items()}  # asked for, not kept
+        fed = transparent(policy).fed({**rest, **observations})
         return Seen({**self.fed, **{name: fed[name] for name in observations}}, self.pictures)
 
 

@@ -15,6 +15,8 @@ from racecraft.contract.world import Array, ContinuousActions, DiscreteActions
 
 SHARPEST = 99.5
 """Heat of this percentile of all pixels is drawn brightest: one spark does not darken a whole lap."""
+EQUAL = 1e-6
+"""Sureness that varies by less, of its size, does not vary."""
 CAR_NUMBERS = ("steering", "speed")
 """What the numbers of a car's actions are, in order."""
 
@@ -55,6 +57,12 @@ class Look:
         if np.isfinite(told.margin).all():
             return told.margin, "best above second best (worth, in reward)"
         return told.deviations[:, 0], f"spread of {self.number_name(0)} (of its range, -1 to 1)"
+
+    @property
+    def is_equally_sure(self) -> bool:
+        """Whether it is as sure at every picture: one that learned a single spread for all of them."""
+        values, _ = self.sureness
+        return bool(np.ptp(values) <= EQUAL * np.abs(values).max(initial=1e-12)) if len(values) else True
 
     @property
     def doubtful(self) -> Array:

@@ -16,8 +16,10 @@ import numpy as np
 
 from racecraft.analysis import figures, page, tables
 from racecraft.analysis.deepracer.drive import LAP_COMPLETE, OFF_TRACK, WORDS, Drive, DriveError, as_drive
+from racecraft.analysis.deepracer.failure_places import Why
 from racecraft.analysis.deepracer.logs.advice import Advice
 from racecraft.analysis.deepracer.logs.plot import Plot
+from racecraft.analysis.deepracer.why_page import failure_parts
 from racecraft.analysis.evaluations import judged, judged_by_track
 from racecraft.analysis.metrics import METRICS
 from racecraft.contract.errors import TrackError, UserInputError
@@ -82,6 +84,8 @@ class RunFacts:
     """The latest evaluation track by track, and its iteration, where there are several."""
     path: str = "RUN"
     """What a command calls the run."""
+    why: Why | None = None
+    """Where its best policy fails, and what would have saved it."""
 
     @property
     def best_row(self) -> dict[str, Any]:
@@ -121,6 +125,7 @@ def write_report(
     film: bytes | None = None,
     advice: Sequence[Advice] = (),
     own: Sequence[Plot] = (),
+    why: Why | None = None,
 ) -> Path:
     """Write the page of a run.
 
@@ -132,6 +137,7 @@ def write_report(
         film: The same drive as a small MP4, which the page carries.
         advice: What to try next, with figure and command each.
         own: The racer's own plots.
+        why: Where the best policy fails; None: nothing is said of it.
 
     Returns:
         The path.
@@ -143,7 +149,7 @@ def write_report(
         OutputFileError: The page cannot be written.
     """
     facts = read_facts(run, None if drive is None else as_drive(drive), film)
-    facts = replace(facts, advice=advice, own=own, path=str(run.path))
+    facts = replace(facts, advice=advice, own=own, path=str(run.path), why=why)
     figures.require_metrics(facts.metrics)
     write_whole(path, page.page(f"{facts.title} – racecraft", _parts(facts)))
     return Path(path)
@@ -205,6 +211,7 @@ def _parts(facts: RunFacts) -> Iterator[str]:
     yield from _account(facts)
     yield from _learning(facts)
     yield from _on_the_track(facts)
+    yield from _why(facts)
     yield from _actions(facts)
     yield from _reward(facts)
     yield from _evaluations(facts)
@@ -319,6 +326,14 @@ def _on_the_track(facts: RunFacts) -> Iterator[str]:
         yield page.card(page.film(facts.film, "A film of the best policy's lap: its view, a map, speed and steering"))
     if not facts.laps.is_empty():
         yield from _exits_and_endings(facts.track, facts.laps)
+
+
+def _why(facts: RunFacts) -> Iterator[str]:
+    if facts.why is None:
+        return
+    yield "<h2>Why it fails</h2>"
+    yield from failure_parts(facts.why)
+    yield f"<p><code>racecraft why {page.escaped(facts.path)}</code></p>"
 
 
 def _exits_and_endings(track: Track, laps: pl.DataFrame) -> Iterator[str]:

@@ -14,11 +14,23 @@ import typer
 
 from racecraft.cli import algorithms, bench, explain, run, settings
 from racecraft.cli.battlesnake import snakes
-from racecraft.cli.deepracer import evaluate, init, logs, new, replay, sensors, tracks, train
+from racecraft.cli.deepracer import evaluate, init, leaderboards, logs, new, replay, sensors, tracks, train
 from racecraft.cli.deepracer.dr import group
 from racecraft.cli.gym import gym
 from racecraft.cli.jobs import jobs, tune
-from racecraft.cli.runs import checkpoints, export, import_model, look, notebooks, record, report, serve, stop, watch
+from racecraft.cli.runs import (
+    checkpoints,
+    export,
+    import_model,
+    look,
+    notebooks,
+    record,
+    report,
+    serve,
+    stop,
+    watch,
+    why,
+)
 from racecraft.cli.unity import unity
 from racecraft.contract.errors import RacecraftError, UserInputError
 
@@ -37,11 +49,13 @@ app.command(name="evaluate")(evaluate.evaluate)
 app.command(name="report")(report.report)
 app.command(name="checkpoints")(checkpoints.checkpoints)
 app.command(name="look")(look.look)
+app.command(name="why")(why.why)
 app.command(name="notebooks")(notebooks.notebooks)
 app.command(name="watch")(watch.watch)
 app.command(name="stop")(stop.stop)
 app.command(name="replay")(replay.replay)
 app.command(name="logs")(logs.logs)
+app.command(name="leaderboards")(leaderboards.leaderboards)
 app.command(name="new")(new.new)
 app.command(name="init")(init.init)
 app.add_typer(group.app, name="dr")

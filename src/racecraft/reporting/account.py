@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from racecraft.analysis.deepracer.logs import own_plots, track_or_none
 from racecraft.analysis.deepracer.logs.advice import Advice, advice
@@ -20,6 +22,9 @@ if TYPE_CHECKING:
     from racecraft.tracks.track import Track
 
 KIND = "deepracer"
+TRAIN = "racecraft train"
+VERBS = {"gymnasium": "racecraft gym train", "battlesnake": "racecraft snakes train", "unity": "racecraft unity train"}
+"""How a training of each kind is typed; a car's is TRAIN."""
 WHOLE_LAP = 100.0
 """The best score of a car, per cent of a lap."""
 MOST_TICKS = 500_000
@@ -28,12 +33,42 @@ MOST_TICKS = 500_000
 
 def advice_of(run: RunFolder) -> list[Advice]:
     """Return what a run suggests, the learner's side first; nothing where there is too little to go by."""
-    is_car = run.read_job().get("kind") == KIND
+    job = run.read_job()
+    is_car = job.get("kind") == KIND
     found = learning_advice(run.read_metrics(), WHOLE_LAP if is_car else None)
-    if not is_car:
-        return found
-    told = _log_of(run)
-    return found if told is None else found + advice(*told)
+    told = _log_of(run) if is_car else None
+    if told is not None:
+        found += advice(*told)
+    return [replace(one, command=as_asked(one.command, job)) for one in found]
+
+
+def as_asked(command: str, job: Mapping[str, Any]) -> str:
+    """Return a command as this run's training is typed: its world's verb, and what it was asked to train on.
+
+    >>> as_asked("racecraft train --from RUN:best", {"kind": "gymnasium", "asked": {"environment": "CartPole-v1"}})
+    'racecraft gym train CartPole-v1 --from RUN:best'
+    """
+    verb, asked = VERBS.get(str(job.get("kind")), TRAIN), job.get("asked", {})
+    if command.split()[:2] != TRAIN.split():
+        return command
+    rest = command.removeprefix(TRAIN).removeprefix(" my-car")
+    if "--run RUN" in rest:
+        return f"{verb}{rest}"  # who goes on is asked nothing anew
+    return " ".join([verb, *_subject(str(job.get("kind")), asked)]) + rest
+
+
+def _subject(kind: str, asked: Mapping[str, Any]) -> list[str]:
+    """Return the words that say what is trained on, quoted for a shell."""
+    if kind == KIND:
+        track = ["--track", asked["track"]] if asked.get("track") else []
+        words = [*([asked["folder"]] if asked.get("folder") else []), *track]
+    elif kind == "battlesnake":
+        game = asked.get("game", {})
+        told = {"-W": "width", "-H": "height", "--snakes": "players", "-g": "ruleset", "-m": "map"}
+        words = [word for flag, name in told.items() if name in game for word in (flag, game[name])]
+    else:
+        words = [asked[name] for name in ("environment", "build") if asked.get(name)]
+    return [shlex.quote(str(word)) for word in words]
 
 
 def own_plots_of(run: RunFolder, files: Sequence[Path]) -> list[Plot]:

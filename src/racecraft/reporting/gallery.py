@@ -24,9 +24,12 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import make_folder
 from racecraft.players.deepracer.trained_car import KIND, TrainedCar, load_trained_car
 from racecraft.reporting.account import advice_of, own_plots_of
+from racecraft.reporting.explaining import explain_failures
 from racecraft.tracks.track import Track
 
 VIDEO, PATH_PICTURE, CURVES, REPORT = "lap.mp4", "path.png", "curves.png", "report.html"
+WHY: dict[str, int] = {"starts": 12, "places": 2, "failures": 4, "seconds": 10}
+"""How much is driven for the report's word on why it fails; `racecraft why` drives more."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +97,8 @@ def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
     }
     show_drive(drive, video=files["video"], picture=files["picture"])
     draw_curves(files["curves"], run.read_metrics())
-    write_report(run, files["report"], drive.ticks, small_film(files["video"]), advice_of(run))
+    why = explain_failures(car, car.trained_on, str(run.path), **WHY)
+    write_report(run, files["report"], drive.ticks, small_film(files["video"]), advice_of(run), why=why)
     return files
 
 
@@ -118,7 +122,8 @@ def report_run(path: Path, page: Path, plots: Sequence[Path] = ()) -> Path:
     own = own_plots_of(run, plots)
     car = load_trained_car(path, "best")
     drive = drive_laps(car, car.trained_on, laps=1).ticks
-    return write_report(run, page, drive, _film_of(run, car), advice_of(run), own)
+    why = explain_failures(car, car.trained_on, str(path), **WHY)
+    return write_report(run, page, drive, _film_of(run, car), advice_of(run), own, why)
 
 
 def _film_of(run: RunFolder, car: TrainedCar) -> bytes | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,14 +11,15 @@ import numpy as np
 from racecraft.analysis.attention import TAKEN, AttentionError, Question, SeeingPolicy, Seen, changed, confidence
 from racecraft.analysis.deepracer.drive import Drive
 from racecraft.analysis.deepracer.look_page import LapLook
-from racecraft.analysis.deepracer.surfaces import SurfaceAttention, by_surface, painted_over, surface_shares
+from racecraft.analysis.deepracer.surfaces import SurfaceAttention, by_surface, eye_poses, painted_over, surface_shares
 from racecraft.analysis.look import Look, look_at
 from racecraft.analysis.look_film import Place
 from racecraft.analysis.video import HEIGHT as FILM_HEIGHT
 from racecraft.analysis.video import VIEW_WIDTH, read_film
 from racecraft.analysis.video import WIDTH as FILM_WIDTH
 from racecraft.contract.world import Array, ArraySpec
-from racecraft.envs.deepracer.camera import Camera
+from racecraft.envs.deepracer.sensors import STEREO_GREY_WEIGHTS
+from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.evaluation.deepracer.drive import DriveKeeper
 from racecraft.evaluation.deepracer.laps import judge_laps
 from racecraft.players.deepracer.trained_car import TrainedCar
@@ -47,27 +48,41 @@ def look_at_lap(car: TrainedCar, track: Track, question: Question = TAKEN) -> La
     judge_laps(eyes, world, 1, [keeper])
     drive = Drive.from_reports(keeper.drive)
     look = look_at(car.policy, eyes.seen, car.policy.spec.actions, question)
-    surfaces = _surfaces(car.policy, world.camera, look, eyes.seen, keeper.drive)
+    surfaces = _surfaces(car.policy, world, look, eyes.seen, keeper.drive)
     last = len(drive) - 1
     return LapLook(look, Place(world.track, drive.xy), drive.progress_percent, surfaces, drive.outcome(last))
 
 
-def _surfaces(policy: TrainedPolicy, camera: Camera, look: Look, seen: Seen, reports: Array) -> list[SurfaceAttention]:
+def _surfaces(
+    policy: TrainedPolicy, world: RaceWorld, look: Look, seen: Seen, reports: Array
+) -> list[SurfaceAttention]:
     """Return what each surface gets, and what painting it over changes; nothing where the frames are not the camera's.
 
     Both sides of a comparison are rendered here, in daylight: what chance did to the light of the lap is no surface.
+    Boxes and bots are no surface either: what lies behind them stands for them.
     """
+    camera = world.camera
     if look.frames.shape[1:] != (camera.height, camera.width):
         return []
     poses = np.column_stack([reports["x"], reports["y"], reports["yaw"]])
-    rows = by_surface(look.heat, surface_shares(camera, poses))
-    if seen.fed[look.name].dim() != 3:
-        return rows  # a stack: one moment cannot be repainted without those before it
-    as_driven = confidence(policy, seen.instead(policy, {look.name: camera.render_grey(poses)}))
+    eyes = [eye_poses(poses, float(left)) for left in world.sensors.eyes_left_m]
+    shares = np.mean([surface_shares(camera, eye) for eye in eyes], axis=0)
+    rows = by_surface(look.heat, shares)
+    if policy.spec.stack_size > 1:
+        return rows  # one moment of a stack cannot be repainted without those before it
+    is_pair = len(eyes) > 1
+    levels = camera.scene.palette @ STEREO_GREY_WEIGHTS if is_pair else camera.scene.grey_palette
+
+    def frames(of_eye: Callable[[Array], Array]) -> dict[str, Array]:
+        shown = [of_eye(eye) for eye in eyes]
+        return {look.name: np.stack(shown, axis=-1) if is_pair else shown[0].reshape(-1, *shape)}
+
+    shape = policy.spec.visible[look.name].shape
+    as_driven = confidence(policy, seen.instead(policy, frames(lambda eye: camera.render_grey(eye, palettes=levels))))
     found = []
     for row in rows:
-        other = seen.instead(policy, {look.name: painted_over(camera, poses, row.surface)})
-        share = float(changed(as_driven, confidence(policy, other)).mean())
+        painted = frames(lambda eye, surface=row.surface: painted_over(camera, eye, surface, levels))  # type: ignore[misc]
+        share = float(changed(as_driven, confidence(policy, seen.instead(policy, painted))).mean())
         found.append(SurfaceAttention(row.surface, row.area, row.attention, share))
     return found
 

@@ -101,12 +101,7 @@ def _parts(lap: LapLook, title: str, film: bytes | None) -> Iterator[str]:
     if film is not None:
         yield page.card(page.film(film, "The lap: camera, what counted in it, what was chosen"), "large")
     yield from _surfaces(lap.surfaces)
-    yield "<h2>How sure it is along the lap</h2>"
-    _, words = lap.look.sureness
-    yield page.card(page.drawing(sureness_figure(lap), f"Along the lap: {words}"))
-    yield page.card(page.photograph(sureness_map(lap), f"On the track: {words}"))
-    yield "<h2>Where it doubts most</h2>"
-    yield page.card(page.photograph(doubts_figure(lap), "The pictures it was least sure of", dpi=130))
+    yield from _sureness(lap)
     yield (
         '<p class="quiet">Attention is the size of integrated gradients: what every pixel added to the decision, '
         "against an even grey. Painted over: the surface takes the grey of what surrounds it and the same moments are "
@@ -127,6 +122,21 @@ def _surfaces(surfaces: Sequence[SurfaceAttention]) -> Iterator[str]:
         for row in surfaces
     ]  # fmt: skip
     yield page.card(page.table(heads, rows, numbers=(1, 3, 4, 5)))
+
+
+def _sureness(lap: LapLook) -> Iterator[str]:
+    yield "<h2>How sure it is along the lap</h2>"
+    values, words = lap.look.sureness
+    if lap.look.is_equally_sure:
+        yield page.card(
+            f"<p>Equally sure everywhere: its {page.escaped(words)}, is {float(values[0]):.2f} at every moment. Such a "
+            "policy learns one spread for the whole lap, which says how far it has come, not where it doubts.</p>"
+        )
+        return
+    yield page.card(page.drawing(sureness_figure(lap), f"Along the lap: {words}"))
+    yield page.card(page.photograph(sureness_map(lap), f"On the track: {words}"))
+    yield "<h2>Where it doubts most</h2>"
+    yield page.card(page.photograph(doubts_figure(lap), "The pictures it was least sure of", dpi=130))
 
 
 def sureness_figure(lap: LapLook) -> Figure:

@@ -67,6 +67,12 @@ def surface_shares(camera: Camera, poses: Array) -> Array:
     return found
 
 
+def eye_poses(poses: Array, left_m: float) -> Array:
+    """Return the poses (T, 3) of an eye so far left of the car's middle, m, as those of a car that has one eye."""
+    x, y, yaw = np.asarray(poses, float).T
+    return np.column_stack([x - left_m * np.sin(yaw), y + left_m * np.cos(yaw), yaw])
+
+
 def by_surface(heat: Array, shares: Array) -> list[SurfaceAttention]:
     """Return what each surface gets of the attention of T frames, most first; surfaces out of sight are left out.
 
@@ -81,12 +87,18 @@ def by_surface(heat: Array, shares: Array) -> list[SurfaceAttention]:
     return sorted(rows, key=lambda row: -row.attention)
 
 
-def painted_over(camera: Camera, poses: Array, surface: str) -> Array:
+def painted_over(camera: Camera, poses: Array, surface: str, levels: Array | None = None) -> Array:
     """Return what the car would see were a surface not told from its surroundings, uint8 (T, H, W).
 
     Grass, lines and the start take the road's grey, the road the grass's; walls and sky change places.
+
+    Args:
+        camera: Of the size and mount the policy sees through.
+        poses: (T, 3): x, y in m and yaw in rad of base_link.
+        surface: One of SURFACES.
+        levels: Grey level of each material as this camera tells it; None: one eye's.
     """
-    levels = np.array(camera.scene.grey_palette, float)
+    levels = np.array(camera.scene.grey_palette if levels is None else levels, float)
     by_name = dict(zip(MATERIALS, levels, strict=True))
     for k, material in enumerate(MATERIALS):
         if surface_of(material) == surface:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from racecraft.cli.battlesnake.options import JSON
+from racecraft.cli.metrics_beside import MetricsPort, measured
 from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 
@@ -43,6 +44,7 @@ def train(
     from_: From = None,
     resume: Resume = False,
     detach: Detach = False,
+    metrics_port: MetricsPort = None,
     json: JSON = False,
 ) -> None:
     """Train a snake by self-play; its rating against the built-in players is shown as it learns.
@@ -67,7 +69,8 @@ def train(
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
-    stops, watching = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
+    stops, shown = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
+    watching = measured(shown, metrics_port, run.name if run is not None else "snakes", tell, detach)
     if resume:
         begun = refuse_changes(context, run, UNCHANGEABLE, "runs/snakes-1")
         if detach:

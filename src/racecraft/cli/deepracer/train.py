@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from racecraft.cli.metrics_beside import MetricsPort, measured
 from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 from racecraft.contract.errors import SettingError
 
 if TYPE_CHECKING:
-    from racecraft.training.callbacks import TrainingCallback
     from racecraft.training.trainer import Trained
 
 STOP_HELP = "laps, minutes=10, iterations=50, steps=200000; may be repeated; the first that holds ends it."
@@ -73,9 +73,7 @@ def train(
     pictures: Annotated[
         bool, typer.Option(help="Leave a film, the path, the curves and the report in the run folder.")
     ] = True,
-    metrics_port: Annotated[
-        int | None, typer.Option(help="Serve Prometheus metrics on this port of this machine; 0 takes a free one.")
-    ] = None,
+    metrics_port: MetricsPort = None,
     watch: Annotated[
         bool, typer.Option("--watch", help="Open a page that shows it while it trains, as `racecraft watch` does.")
     ] = False,
@@ -126,10 +124,10 @@ def train(
             fidelity=fidelity,
             **asked(algorithm, stop, run, seed, set_, from_),
         )
+    named, shown = run or folder, watcher(sys.stderr if json else sys.stdout)
+    shown = measured(shown, metrics_port, None if named is None else named.name, tell, detach)
     if detach:
-        _refuse_detached(metrics_port)
         return detach_training(context, run, request, json)
-    shown = _measured(watcher(sys.stderr if json else sys.stdout), metrics_port, run or folder, tell)
     with watched(shown, watch, tell, stays=not json) as watching:
         if request is None:
             trained = resume_run(begun, tuple(stop or ()), watching, tell, "deepracer")
@@ -153,27 +151,6 @@ def one_or_several(track: list[str] | None, tracks: str | None) -> tuple[str | N
     if track and len(track) == 1:
         return track[0], ()
     return None, tuple(track or ()) if tracks is None else (tracks,)
-
-
-def _measured(
-    shown: TrainingCallback, port: int | None, named: Path | None, tell: Callable[[str], None]
-) -> TrainingCallback:
-    """Return who watches, with the metrics served beside where a port was asked for."""
-    if port is None:
-        return shown
-    from racecraft.training.callbacks import Callbacks
-    from racecraft.training.live_metrics import LiveMetrics
-
-    live = LiveMetrics(port, named.name if named is not None else "racecraft")
-    tell(f"metrics: {live.address}")
-    return Callbacks(shown, live)
-
-
-def _refuse_detached(metrics_port: int | None) -> None:
-    if metrics_port is not None:
-        raise SettingError(
-            "--metrics-port serves a training of this terminal, and --detach lets it go; expected one of them."
-        )
 
 
 def _paint(trained: Trained, tell: Callable[[str], None]) -> dict[str, str]:

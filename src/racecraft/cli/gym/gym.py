@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from racecraft.cli.metrics_beside import MetricsPort, measured
 from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 from racecraft.contract.errors import SettingError
@@ -39,6 +40,7 @@ def train(
     from_: From = None,
     resume: Resume = False,
     detach: Detach = False,
+    metrics_port: MetricsPort = None,
     json: Json = False,
 ) -> None:
     """Train until the environment is solved.
@@ -62,7 +64,8 @@ def train(
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
-    stops, watching = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
+    stops, shown = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
+    watching = measured(shown, metrics_port, run.name if run is not None else environment, tell, detach)
     if resume:
         begun = refuse_changes(context, run, UNCHANGEABLE, "runs/CartPole-v1-1")
         if detach:

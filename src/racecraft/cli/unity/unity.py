@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
+from racecraft.cli.metrics_beside import MetricsPort, measured
 from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 
@@ -92,6 +93,7 @@ def train(
     from_: From = None,
     resume: Resume = False,
     detach: Detach = False,
+    metrics_port: MetricsPort = None,
     json: Json = False,
 ) -> None:
     """Train the agents of a Unity scene.
@@ -143,7 +145,8 @@ def train(
         played = play_scene(request(f"{run}:last" if resume and run is not None else from_), tell)
         print_json(played) if json else _tell_played(played)
         return
-    stops, watching = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
+    stops, shown = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
+    watching = measured(shown, metrics_port, run.name if run is not None else behavior, tell, detach)
     if resume:
         begun = refuse_changes(context, run, UNCHANGEABLE, "runs/Basic-1")
         if detach:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from racecraft.contract.errors import RunFolderError
 from racecraft.envs.deepracer.actions import ActionSpace, action_space
 from racecraft.envs.deepracer.camera import CameraMount
 from racecraft.envs.deepracer.light import light_for
@@ -16,6 +17,7 @@ from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
 from racecraft.formats.aws.model_metadata import action_space_from_aws
 from racecraft.formats.checkpoint import CheckpointEntry
 from racecraft.formats.run_folder import RunFolder
+from racecraft.players.deepracer.foreign_model import is_foreign
 from racecraft.players.deepracer.run_track import KIND, track_of_run
 from racecraft.players.trained import TrainedPolicy, load_policy
 from racecraft.settings.composition import Settings
@@ -81,9 +83,13 @@ def load_trained_car(path: str | Path, which: str = "best") -> TrainedCar:
         which: "best", "last" or the number of an iteration.
 
     Raises:
-        RunFolderError: No run folder, or the run of another kind of world.
+        RunFolderError: No run folder, a model that must be imported first, or the run of another kind of world.
         CheckpointError: No such checkpoint, or a damaged one.
     """
+    if is_foreign(path):
+        raise RunFolderError(
+            f"{path}: is a model of AWS's trainer; expected a run folder. Make one of it: racecraft import {path}"
+        )
     run = RunFolder.open(path)
     run.read_job_of(KIND)
     policy = load_policy(run, which)

@@ -75,6 +75,7 @@ def _timing(ticks: pl.DataFrame) -> Iterator[Advice]:
             f"In {shaky.height} of {table.height} iterations the simulator could not keep fifteen steps a second.",
             "Give it fewer workers or a faster machine first: a car trained with late steps drives late.",
             lambda: stability(ticks),
+            "racecraft logs RUN --page logs.html",
         )
 
 
@@ -94,7 +95,7 @@ def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame) -> Iterator[Advice]:
         command = "racecraft train --from RUN:best --set ppo.learning_rate=1e-4"
     elif full < 0.5:
         try_ = "It stands still below full laps: change the reward or the actions where it leaves the road."
-        command = "racecraft look RUN"
+        command = "racecraft why RUN"
     else:
         try_ = "It stands still and finishes: ask for more speed, in the reward or in the actions."
         command = "racecraft train my-car --from RUN:best"
@@ -131,7 +132,7 @@ def _exits(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
             f"{100 * worst['passed_share']:.0f} % get through it, at {worst['speed_mps']:.2f} m/s where they leave.",
             "Pay for the right line or less speed there, and start more episodes before it.",
             lambda: exit_points(ticks, track),
-            "racecraft look RUN",
+            "racecraft why RUN",
         )
 
 

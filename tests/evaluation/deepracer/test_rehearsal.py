@@ -1,0 +1,151 @@
+"""A drive that is taken up again is the same drive to the bit, and a change is what was changed, nothing else."""
+
+import math
+
+import numpy as np
+import pytest
+
+from racecraft.contract.world import allocate
+from racecraft.envs.deepracer.actions import ActionBox, ActionTable
+from racecraft.envs.deepracer.sensors import car_sensors
+from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig
+from racecraft.envs.deepracer.world import RaceWorld
+from racecraft.evaluation.deepracer.cures import Options, try_cures
+from racecraft.evaluation.deepracer.kept_drives import keep_drives
+from racecraft.evaluation.deepracer.places import APART_M, LONGEST_M, same_places
+from racecraft.evaluation.deepracer.rehearsal import Change, rehearse, states_of
+from racecraft.tracks.catalogue import load_track
+
+TRACK = load_track("reinvent_base")
+ACTIONS = ActionTable.of([(math.radians(angle), 1.5) for angle in (30, 0, -30)])
+LEFT, STRAIGHT, RIGHT = range(3)
+SANE = RaceConfig()
+RESTLESS = BotsConfig(lane_change=True, lane_change_after_low=0.2, lane_change_after_high=0.6)
+
+
+def world(count, race=SANE, objects=None, sensors="FRONT_FACING_CAMERA", shares=None):
+    return RaceWorld(
+        TRACK, ACTIONS, race_config=race, camera_config=CameraConfig(width=16, height=12), num_cars=count,
+        start_shares=np.arange(count) / count if shares is None else shares, sensors=car_sensors(sensors.split()),
+        objects=objects,
+    )  # fmt: skip
+
+
+class Weaves:
+    """Drives by the number of ticks it has seen: a policy that is nothing but memory."""
+
+    def __init__(self, plan=(STRAIGHT, STRAIGHT, LEFT, STRAIGHT, RIGHT)):
+        self.plan, self.seen = np.array(plan), np.zeros(0, int)
+
+    def act(self, observations, action_mask=None):
+        count = len(next(iter(observations.values())))
+        if len(self.seen) != count:
+            self.seen = np.zeros(count, int)
+        self.seen += 1
+        return self.plan[self.seen % len(self.plan)]
+
+    def forget(self, rows):
+        if len(self.seen) == len(rows):
+            self.seen[rows] = 0
+
+
+KINDS = {
+    "plain": {},
+    "aws": {"race": RaceConfig(fidelity="aws", max_episode_seconds=20.0)},
+    "boxes and LiDAR": {
+        "race": RaceConfig(type="OBJECT_AVOIDANCE"), "objects": BoxesConfig(),
+        "sensors": "STEREO_CAMERAS LIDAR",
+    },
+    "bots": {"race": RaceConfig(type="HEAD_TO_BOT"), "objects": RESTLESS},
+    "all the original's noise": {
+        "race": RaceConfig(type="HEAD_TO_BOT", fidelity="aws", max_episode_seconds=20.0),
+        "sensors": "FRONT_FACING_CAMERA SECTOR_LIDAR",
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_drive_taken_up_again_is_the_same_to_the_bit(kind):
+    """Rows of other ticks and in another order, one world beside the other, drive on as each did alone."""
+    drives = keep_drives(Weaves(), world(4, **KINDS[kind]), seed=3)
+    rows = np.array([2, 0, 3, 3])
+    begin = drives.last[rows] - [9, 6, 9, 4]
+    again = world(4, **KINDS[kind])
+    buffers = allocate(again.spec)
+    again.load_state(states_of(drives, begin, rows), buffers)
+    for step in range(4):
+        again.step(drives.actions[begin + step, rows][:, None], buffers)
+        there = drives.reports[begin + step, rows]
+        for name in there.dtype.names:
+            np.testing.assert_array_equal(again.reports[:, 0][name], there[name], err_msg=name)
+
+
+def test_no_change_saves_nobody_and_what_a_policy_remembers_comes_along():
+    drives = keep_drives(Weaves(), world(4))
+    assert len(drives.failed) == 4
+    same = [Change(int(row), int(drives.last[row] - 20), drives.actions[drives.last[row] - 20, row], 1)
+            for row in drives.failed]  # fmt: skip
+    assert not rehearse(Weaves(), world, drives, same, remembers=True).any()
+
+
+class Forks:
+    """Steers by its memory: left for good once it has seen so many ticks."""
+
+    def __init__(self, turn_at):
+        self.turn_at, self.seen = turn_at, np.zeros(0, int)
+
+    def act(self, observations, action_mask=None):
+        count = len(next(iter(observations.values())))
+        self.seen = np.zeros(count, int) if len(self.seen) != count else self.seen
+        self.seen += 1
+        return np.where(self.seen >= self.turn_at, LEFT, STRAIGHT)
+
+    def forget(self, rows):
+        if len(self.seen) == len(rows):
+            self.seen[rows] = 0
+
+
+def test_a_memory_is_as_old_as_the_episode_at_the_change():
+    """Of a policy that turns at its 15th tick: told its own action once at tick 12 it still turns then, not at 27."""
+    drives = keep_drives(Forks(15), world(1))
+    change = [Change(0, 12, drives.actions[12, 0], 1)]
+    assert not rehearse(Forks(15), world, drives, change, remembers=True, past_m=0.6).any()
+    assert rehearse(Forks(15), world, drives, change, remembers=False, past_m=0.6).all()  # 12 ticks later, 1.2 m on
+
+
+def test_a_change_is_held_as_long_as_it_says():
+    drives = keep_drives(Forks(15), world(1))
+    changes = [Change(0, 14, np.int64(STRAIGHT), hold) for hold in (1, 12)]
+    saved = rehearse(Forks(15), world, drives, changes, remembers=True, past_m=0.6)
+    assert saved.tolist() == [False, True]
+
+
+def test_options_of_a_table_and_of_ranges():
+    assert Options.of(ACTIONS).labels == ("left 30° at 1.5 m/s", "straight at 1.5 m/s", "right 30° at 1.5 m/s")
+    grid = Options.of(ActionBox((-0.5, 0.5), (1.0, 3.0)))
+    assert grid.actions.shape == (15, 2)
+    assert grid.commands[:, 1].min() == 1.0
+    assert grid.commands[:, 0].max() == 0.5
+
+
+def test_what_it_did_anyway_is_not_tried():
+    drives = keep_drives(Forks(15), world(1))
+    trials = try_cures(Forks(15), world, drives, drives.failed, ACTIONS, remembers=True)
+    last = int(drives.last[0])
+    done = drives.actions[last - trials.moments, 0]
+    assert not trials.saved[0, np.arange(len(done)), done].any()
+
+
+def test_places_lie_across_the_start_line_and_are_never_long():
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        arcs, length = rng.uniform(0, 17.67, 40), 17.67
+        places = same_places(arcs, length)
+        assert sorted(np.concatenate(places).tolist()) == list(range(40))
+        for place in places:
+            along = (arcs[place] - arcs[place[0]]) % length
+            assert (np.diff(along) >= 0).all()
+            assert along[-1] <= LONGEST_M
+            assert (np.diff(along) <= APART_M).all()
+    assert same_places(np.zeros(0), 10.0) == []
+    assert len(same_places(np.array([0.1, 9.9]), 10.0, closed=False)) == 2

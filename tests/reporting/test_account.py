@@ -1,0 +1,61 @@
+"""Every command that advice gives can be typed: verbs, options and settings are there, of the run's own kind."""
+
+import inspect
+import re
+import shlex
+
+import pytest
+import typer
+
+from racecraft.analysis import learning_advice
+from racecraft.analysis.deepracer.logs import advice
+from racecraft.cli.app import app
+from racecraft.reporting.account import as_asked
+from racecraft.settings.overrides import apply_overrides
+from racecraft.training.deepracer.presets import default_settings
+
+COMMANDS = sorted({
+    found for module in (learning_advice, advice)
+    for found in re.findall(r'"(racecraft [^"]+)"', inspect.getsource(module))
+})  # fmt: skip
+GAME = {"width": 7, "height": 7, "players": 2, "ruleset": "wrapped", "map": "standard"}
+JOBS = {
+    "deepracer": ({"folder": "my car", "track": "Oval_track"}, "racecraft train 'my car' --track Oval_track"),
+    "gymnasium": ({"environment": "CartPole-v1"}, "racecraft gym train CartPole-v1"),
+    "battlesnake": ({"game": GAME}, "racecraft snakes train -W 7 -H 7 --snakes 2 -g wrapped -m standard"),
+    "unity": ({"build": "builtin:Basic"}, "racecraft unity train builtin:Basic"),
+}
+
+
+def parsed(command):
+    """Return the values of a command's parameters, by the command line's own parser."""
+    node, words = typer.main.get_command(app), shlex.split(command)[1:]
+    while hasattr(node, "commands"):
+        node = node.commands[words.pop(0)]
+    return node.make_context(node.name, words, resilient_parsing=False).params
+
+
+def test_there_are_commands():
+    assert len(COMMANDS) >= 8
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_can_be_typed(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    told = parsed(command)
+    apply_overrides(default_settings(), told.get("set_") or ())
+
+
+@pytest.mark.parametrize("kind", JOBS)
+def test_a_command_is_of_the_run_s_own_kind(kind):
+    asked, begins = JOBS[kind]
+    job = {"kind": kind, "asked": asked}
+    anew = as_asked("racecraft train --from RUN:best --set ppo.learning_rate=1e-4", job)
+    assert anew == f"{begins} --from RUN:best --set ppo.learning_rate=1e-4"
+    assert parsed(anew)["from_"] == "RUN:best"
+    goes_on = as_asked("racecraft train --run RUN --resume --stop minutes=10", job)
+    assert (
+        goes_on == f"{' '.join(begins.split()[: 2 if kind == 'deepracer' else 3])} --run RUN --resume --stop minutes=10"
+    )
+    assert parsed(goes_on)["resume"] is True
+    assert as_asked("racecraft why RUN", job) == "racecraft why RUN"
