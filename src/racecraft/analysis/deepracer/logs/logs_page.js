@@ -89,6 +89,7 @@
     const [low, high] = limits[colour], times = COLOURS[colour][2];
     for (const k of chosen) {
       for (let i = first[k] + 1; i < first[k] + E.ticks[k]; i += 1) {
+        if (value("driven_mps", i) === null) continue;  /* set down elsewhere: nobody drove there */
         const told = value(colour, i);
         pen.strokeStyle = told === null ? "#999" : shade((told * times - low) / (high - low));
         pen.beginPath(); line(pen, [[value("x_m", i - 1), value("y_m", i - 1)], [value("x_m", i), value("y_m", i)]]);

@@ -16,6 +16,8 @@ from racecraft.analysis.deepracer.logs.episodes import simulation_agg
 from racecraft.analysis.deepracer.logs.plot import (
     BLUE,
     ORANGE,
+    SET_BACK,
+    SET_BACK_M,
     Plot,
     colour_bar,
     few,
@@ -32,26 +34,32 @@ if TYPE_CHECKING:
 
 SLOWEST_MPS = 0.3
 """Below it the direction of travel is noise, and there is no slide."""
+SETTLED = 3
+"""Up to this tick of an episode the simulator may still be putting the car down, backwards too: there is no slide."""
 
 
 def with_motion(ticks: pl.DataFrame | pl.LazyFrame) -> pl.DataFrame:
-    """Add `driven_mps` and `slide_rad`; null in an episode's first tick, and the slide where the car hardly moves."""
+    """Add `driven_mps` and `slide_rad` to the ticks.
+
+    Both are null in an episode's first tick and where the car was not driven but set down elsewhere (see `SET_BACK`);
+    the slide also in the first SETTLED ticks and where the car hardly moves.
+    """
     import polars as pl
 
-    frame = require(ticks, "unique_episode", "x_m", "y_m", "yaw_rad", "time_s")
+    frame = require(ticks, "unique_episode", "tick", "x_m", "y_m", "yaw_rad", "time_s")
     same = pl.col("unique_episode") == pl.col("unique_episode").shift()
     dx, dy, dt = (pl.col(name) - pl.col(name).shift() for name in ("x_m", "y_m", "time_s"))
-    frame = frame.with_columns(
-        pl.when(same & (dt > 0)).then((dx**2 + dy**2).sqrt() / dt).alias("driven_mps"),
-        pl.arctan2(dy, dx).alias("_course"),
-    )
+    step = pl.when(same).then((dx**2 + dy**2).sqrt())
+    frame = frame.with_columns(step.alias("_step"), pl.arctan2(dy, dx).alias("_course"))
+    usual = pl.col("_step").median().over("unique_episode")
+    driven = (dt > 0) & (pl.col("_step") <= pl.max_horizontal(usual * SET_BACK, pl.lit(SET_BACK_M)))
+    frame = frame.with_columns(pl.when(driven).then(pl.col("_step") / dt).alias("driven_mps"))
     turn = pl.col("_course") - (pl.col("yaw_rad") + pl.col("yaw_rad").shift()) / 2
     between = (pl.col("yaw_rad") - pl.col("yaw_rad").shift()).abs() > math.pi  # the mean of 179° and -179° is no angle
     turn = pl.when(between).then(pl.col("_course") - pl.col("yaw_rad")).otherwise(turn)
     wrapped = (turn + math.pi) % (2 * math.pi) - math.pi
-    return frame.with_columns(pl.when(pl.col("driven_mps") > SLOWEST_MPS).then(wrapped).alias("slide_rad")).drop(
-        "_course"
-    )
+    moving = (pl.col("driven_mps") > SLOWEST_MPS) & (pl.col("tick") > SETTLED)
+    return frame.with_columns(pl.when(moving).then(wrapped).alias("slide_rad")).drop("_course", "_step")
 
 
 def slides(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> Plot:

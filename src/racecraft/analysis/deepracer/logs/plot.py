@@ -28,6 +28,8 @@ BLUE, ORANGE, GREEN, RED, SKY, PINK = "#0072b2", "#e69f00", "#009e73", "#d55e00"
 CYCLE = (BLUE, ORANGE, GREEN, RED, SKY, PINK)
 HEAT = "cividis"
 ROAD = "#e3e7ea"
+SET_BACK, SET_BACK_M = 5.0, 0.3
+"""A step of more than so many usual ones of its episode, and so many metres, was not driven: the car was set down."""
 MOST_DOTS = 20_000
 """Dots drawn in one panel; of more a sample, taken evenly."""
 
@@ -172,11 +174,17 @@ def colour_bar(figure: Any, painted: Any, axes: Any, label: str) -> None:
 
 
 def painted_path(axes: Any, xy: Array, value: Array, limits: tuple[float, float], wide: float = 2.2) -> Any:
-    """Lay a path (T, 2) over a plan, coloured by a value (T,); return what a colour bar needs."""
+    """Lay a path (T, 2) over a plan, coloured by a value (T,); return what a colour bar needs.
+
+    Where the car was set down elsewhere the path is broken, for no car drove there.
+    """
     from matplotlib.collections import LineCollection
 
-    lines = LineCollection(list(np.stack([xy[:-1], xy[1:]], axis=1)), cmap=HEAT, linewidths=wide, zorder=3)
-    lines.set_array((value[:-1] + value[1:]) / 2)
+    step = np.hypot(*np.diff(xy, axis=0).T)
+    driven = step <= max(SET_BACK_M, SET_BACK * float(np.median(step)))
+    pieces = np.stack([xy[:-1], xy[1:]], axis=1)[driven]
+    lines = LineCollection(list(pieces), cmap=HEAT, linewidths=wide, zorder=3)
+    lines.set_array(((value[:-1] + value[1:]) / 2)[driven])
     lines.set_clim(*limits)
     axes.add_collection(lines)
     return lines
