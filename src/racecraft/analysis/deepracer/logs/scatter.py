@@ -6,19 +6,25 @@ from typing import TYPE_CHECKING, Any
 
 from racecraft.analysis.deepracer.logs.episodes import QUINTILES, simulation_agg
 from racecraft.analysis.deepracer.logs.plot import BLUE, Plot, PlotError, few, histogram, name_axes, sheet, values
+from racecraft.contract.world import Array
 
 if TYPE_CHECKING:
     import polars as pl
 
 NAMES = {
-    "seconds": "time (s)", "reward": "reward", "progress_share": "progress (share of the lap)", "steps": "steps",
+    "seconds": "time (s)", "reward": "reward", "progress_share": "progress (%)", "steps": "steps",
     "start_at": "start (waypoint)", "seconds_if_complete": "time if complete (s)",
-    "reward_if_complete": "reward if complete",
+    "distance_m": "distance (m)", "speed_mps": "mean commanded speed (m/s)",
 }  # fmt: skip
 PAIRS = (
     ("seconds", "progress_share"), ("seconds", "steps"), ("seconds", "reward"), ("start_at", "progress_share"),
     ("start_at", "seconds_if_complete"), ("start_at", "reward"),
 )  # fmt: skip
+LAP_PAIRS = (
+    ("seconds", "speed_mps"), ("seconds", "steps"), ("seconds", "reward"), ("start_at", "distance_m"),
+    ("start_at", "seconds"), ("start_at", "reward"),
+)  # fmt: skip
+"""What is shown of full laps, whose progress tells nothing."""
 
 
 def scatter_of_laps(ticks: pl.DataFrame | pl.LazyFrame, complete: bool = False) -> Plot:
@@ -33,7 +39,7 @@ def scatter_of_laps(ticks: pl.DataFrame | pl.LazyFrame, complete: bool = False) 
     if not data.height:
         raise PlotError("There is no full lap here; expected one at least. Let the training go on.")
     title = "Full laps" if complete else "All laps"
-    return Plot("scatter_complete" if complete else "scatter", title, data, lambda: _draw(data))
+    return Plot("scatter_complete" if complete else "scatter", title, data, lambda: _draw(data, complete))
 
 
 def quintiles(ticks: pl.DataFrame | pl.LazyFrame) -> Plot:
@@ -49,17 +55,23 @@ def quintiles(ticks: pl.DataFrame | pl.LazyFrame) -> Plot:
     return Plot("quintiles", "Fifth by fifth", data, lambda: _draw_quintiles(episodes))
 
 
-def _draw(data: pl.DataFrame) -> Any:
-    figure, axes = sheet(3, 3, [f"{NAMES[y]} over {NAMES[x].split(' (')[0]}" for x, y in PAIRS]
-                         + ["How long", "How far", "How much reward"])  # fmt: skip
+def _draw(data: pl.DataFrame, complete: bool) -> Any:
+    pairs, far = (LAP_PAIRS, "distance_m") if complete else (PAIRS, "progress_share")
+    titles = [f"{NAMES[y].split(' (')[0].capitalize()} over {NAMES[x].split(' (')[0]}" for x, y in pairs]
+    figure, axes = sheet(3, 3, [*titles, "How long", "How far", "How much reward"])
     dots = few(data)
-    for one, (x, y) in zip(axes, PAIRS, strict=False):
-        one.scatter(*values(dots, x, y), s=5, color=BLUE, alpha=0.45, lw=0)
+    for one, (x, y) in zip(axes, pairs, strict=False):
+        one.scatter(_shown(dots, x), _shown(dots, y), s=5, color=BLUE, alpha=0.45, lw=0)
         name_axes(one, NAMES[x], NAMES[y])
-    for one, name in zip(axes[6:], ("seconds", "progress_share", "reward"), strict=True):
-        histogram(one, values(data, name)[0], 24)
-        name_axes(one, NAMES[name], "episodes")
+    for one, name in zip(axes[6:], ("seconds", far, "reward"), strict=True):
+        histogram(one, _shown(data, name), 24)
+        name_axes(one, NAMES[name], "laps" if complete else "episodes")
     return figure
+
+
+def _shown(data: pl.DataFrame, name: str) -> Array:
+    """Return a column as it stands on an axis: shares in percent."""
+    return values(data, name)[0] * (100.0 if name == "progress_share" else 1.0)
 
 
 def _draw_quintiles(episodes: pl.DataFrame) -> Any:
