@@ -25,6 +25,8 @@ from racecraft.analysis.deepracer.logs.plot import (
     values,
 )  # fmt: skip
 from racecraft.analysis.deepracer.logs.segments import find_segments, in_segments
+from racecraft.contract.world import Array
+from racecraft.tracks.picture import INK
 from racecraft.tracks.track import Track
 
 if TYPE_CHECKING:
@@ -58,8 +60,8 @@ def _bin(values: Any, bins: int) -> Any:
 
 
 def action_table(ticks: pl.DataFrame | pl.LazyFrame) -> pl.DataFrame:
-    """Return the actions: `action`, `name`, `steering_rad`, `speed_mps` (means in a bin), `count`, `share`,
-    `mean_reward`; by number.
+    """Return the actions: `action`, `name` (of a bin its middle), `steering_rad`, `speed_mps` (means in a bin),
+    `count`, `share`, `mean_reward`; by number.
     """  # noqa: D205
     import polars as pl
 
@@ -69,17 +71,31 @@ def action_table(ticks: pl.DataFrame | pl.LazyFrame) -> pl.DataFrame:
         pl.col("reward").mean().alias("mean_reward"),
     )  # fmt: skip
     table = grouped.sort("action").with_columns((pl.col("count") / frame.height).alias("share"))
-    degrees = np.degrees(table["steering_rad"].to_numpy())
-    words = [_name(a, d, s) for a, d, s in zip(table["action"], degrees, table["speed_mps"], strict=True)]
+    if (frame["action"] == CONTINUOUS).any():
+        steer, speed = _middles(frame["steering_rad"], STEERING_BINS), _middles(frame["speed_mps"], SPEED_BINS)
+        words = [f"{a}: ~{_angle(steer[a // SPEED_BINS], 0)}, {speed[a % SPEED_BINS]:.2g} m/s" for a in table["action"]]
+    else:
+        told = zip(table["action"], table["steering_rad"], table["speed_mps"], strict=True)
+        words = [f"{a}: {_angle(radians, 1)}, {speed:.3g} m/s" for a, radians, speed in told]
     return table.with_columns(pl.Series("name", words)).select(
         "action", "name", "steering_rad", "speed_mps", "count", "share", "mean_reward"
     )
 
 
-def _name(number: int, degrees: float, speed: float) -> str:
-    angle = round(abs(degrees), 1)
-    side = "ahead" if angle == 0 else f"{angle:g}° {'left' if degrees > 0 else 'right'}"
-    return f"{number}: {side}, {speed:.3g} m/s"
+def _middles(column: pl.Series, bins: int) -> Array:
+    """Return the middles of the even bins of `_bin`."""
+    low, high = float(np.min(column.to_numpy())), float(np.max(column.to_numpy()))
+    return low + (np.arange(bins) + 0.5) * (high - low) / bins
+
+
+def _angle(radians: float, digits: int) -> str:
+    """Return an angle in words.
+
+    >>> _angle(-0.25, 1), _angle(0.25, 0), _angle(0.002, 0)
+    ('14.3° right', '14° left', 'ahead')
+    """
+    angle = round(abs(math.degrees(radians)), digits)
+    return "ahead" if angle == 0 else f"{angle:g}° {'left' if radians > 0 else 'right'}"
 
 
 def action_names(ticks: pl.DataFrame | pl.LazyFrame) -> dict[int, str]:
@@ -168,8 +184,12 @@ def _draw_space(data: pl.DataFrame, dots: pl.DataFrame | None) -> Any:
     axes.set_thetamin(-math.degrees(widest))
     axes.set_thetamax(math.degrees(widest))
     axes.set_rlim(0, float(np.max(speed)) * 1.15)
+    axes.xaxis.set_major_formatter(lambda radians, _: _angle(radians, 0))
     axes.tick_params(labelsize=8, colors=QUIET)
-    axes.set_title("steering (left is left), speed outward (m/s)", fontsize=10)
+    axes.spines[:].set_color(QUIET)
+    axes.grid(color=QUIET, alpha=0.3, lw=0.8)
+    axes.set_axisbelow(True)
+    axes.set_title("Steering and speed (m/s, outward)", loc="left", fontsize=11, color=INK)
     return figure
 
 
