@@ -21,7 +21,6 @@ from racecraft.analysis.deepracer.logs.plot import (
     few,
     histogram,
     name_axes,
-    require,
     sheet,
     values,
 )  # fmt: skip
@@ -36,6 +35,11 @@ CAUSES = (
     "steering_rad", "steering_changes",
 )  # fmt: skip
 """What is set beside the time of a lap; slide and steering are means of their size."""
+CALLED = {
+    "distance_m": "distance (m)", "speed_mps": "commanded speed (m/s)", "reward_per_step": "reward of a step",
+    "driven_mps": "driven speed (m/s)", "top_mps": "top speed (m/s)", "slide_rad": "slide (°)",
+    "steering_rad": "steering (°)", "steering_changes": "changes of steering",
+}  # fmt: skip
 
 
 def lap_times(ticks: pl.DataFrame | pl.LazyFrame) -> Plot:
@@ -91,6 +95,8 @@ def lap_correlations(ticks: pl.DataFrame | pl.LazyFrame) -> Plot:
 def sector_times(ticks: pl.DataFrame | pl.LazyFrame, track: Track, parts: int | None = None) -> Plot:
     """Return the time of each sector of each full lap: `unique_episode`, `sector`, `name`, `seconds`, `lap_seconds`.
 
+    A sector that is a segment has the segment's number, else they are counted from 1.
+
     Args:
         ticks: The ticks.
         track: The circuit.
@@ -107,19 +113,20 @@ def sector_times(ticks: pl.DataFrame | pl.LazyFrame, track: Track, parts: int | 
     if not laps.height:
         raise PlotError("There is no full lap here; expected one at least. Let the training go on.")
     shares, names = _sectors(track, parts)
+    numbers = list(names)
     frame = frame.join(laps.select("unique_episode", pl.col("seconds").alias("lap_seconds")), on="unique_episode")
     sector = np.searchsorted(shares, frame["lap_share"].to_numpy(), side="right") - 1
-    sector = np.where(sector < 0, len(names) - 1, sector)
+    sector = np.array(numbers, np.int32)[sector]  # before the first is the last
     step = pl.col("time_s") - pl.col("time_s").shift().over("unique_episode")
     data = (
-        frame.with_columns(pl.Series("sector", sector.astype(np.int32)), step.fill_null(0.0).alias("_step"))
+        frame.with_columns(pl.Series("sector", sector), step.fill_null(0.0).alias("_step"))
         .group_by("unique_episode", "sector", maintain_order=True)
         .agg(pl.col("_step").sum().alias("seconds"), pl.col("lap_seconds").first())
-        .with_columns(pl.col("sector").replace_strict(dict(enumerate(names)), return_dtype=pl.String).alias("name"))
+        .with_columns(pl.col("sector").replace_strict(names, return_dtype=pl.String).alias("name"))
         .sort("unique_episode", "sector")
-        .select("unique_episode", (pl.col("sector") + 1).alias("sector"), "name", "seconds", "lap_seconds")
+        .select("unique_episode", "sector", "name", "seconds", "lap_seconds")
     )
-    return Plot("sector_times", "Sector times of full laps", data, lambda: _draw_sectors(data, names))
+    return Plot("sector_times", "Sector times of full laps", data, lambda: _draw_sectors(data))
 
 
 def sector_correlations(ticks: pl.DataFrame | pl.LazyFrame, track: Track, parts: int | None = None) -> pl.DataFrame:
@@ -157,22 +164,23 @@ def correlation(a: Any, b: Any) -> float | None:
     return float(np.corrcoef(a, b)[0, 1])
 
 
-def _sectors(track: Track, parts: int | None) -> tuple[Any, list[str]]:
-    """Return where sectors begin, shares of the lap in rising order, and their names; before the first is the last."""
+def _sectors(track: Track, parts: int | None) -> tuple[Any, dict[int, str]]:
+    """Return where sectors begin, shares of the lap in rising order, and their numbers and names in that order."""
     if parts is not None:
         if parts < 1:
             raise PlotError(f"A lap has no {parts} sectors; expected 1 or more.")
-        return np.arange(parts) / parts, [f"sector {k + 1}" for k in range(parts)]
+        return np.arange(parts) / parts, {k + 1: f"sector {k + 1}" for k in range(parts)}
     segments = sorted(find_segments(track).all, key=lambda segment: segment.begin)
-    return np.array([segment.begin for segment in segments]), [segment.name for segment in segments]
+    return np.array([segment.begin for segment in segments]), {segment.number: segment.name for segment in segments}
 
 
 def _draw_losses(data: pl.DataFrame) -> Any:
-    figure, (axes,) = sheet(1, 1, ["Lost to the best, mean of full laps"], (7.0, 1.0 + 0.34 * data.height))
+    figure, (axes,) = sheet(
+        1, 1, ["Lost to the best, mean of full laps; correlation with the lap's time"], (7.0, 1.0 + 0.34 * data.height)
+    )
     axes.barh(range(data.height), values(data, "lost_seconds")[0], color=ORANGE, height=0.7)
     words = [
-        name if told is None else f"{name}, goes with the lap's time by {told:+.2f}"
-        for name, told in data.select("name", "correlation").rows()
+        name if told is None else f"{name} ({told:+.2f})" for name, told in data.select("name", "correlation").rows()
     ]
     axes.set_yticks(range(data.height), words, fontsize=9)
     axes.invert_yaxis()
@@ -192,26 +200,26 @@ def _draw_times(data: pl.DataFrame) -> Any:
 
 def _draw_correlations(data: pl.DataFrame, laps: pl.DataFrame) -> Any:
     shown = data.drop_nulls("correlation").head(6)
-    figure, axes = sheet(
-        2, 3, [f"{name}: {value:+.2f}" for name, value in shown.select("feature", "correlation").rows()]
-    )
-    for one, name in zip(axes, shown["feature"], strict=True):
-        one.scatter(*values(few(laps), name, "seconds"), s=9, color=BLUE, alpha=0.6, lw=0)
-        name_axes(one, name, "lap (s)")
+    called = {name: CALLED.get(name, name) for name in shown["feature"]}
+    correlations = zip(called.values(), shown["correlation"], strict=True)
+    figure, axes = sheet(2, 3, [f"{words.split(' (')[0].capitalize()}: {value:+.2f}" for words, value in correlations])
+    for one, (name, words) in zip(axes, called.items(), strict=True):
+        value, seconds = values(few(laps), name, "seconds")
+        one.scatter(np.degrees(value) if name.endswith("_rad") else value, seconds, s=9, color=BLUE, alpha=0.6, lw=0)
+        name_axes(one, words, "lap (s)")
     return figure
 
 
-def _draw_sectors(data: pl.DataFrame, names: list[str]) -> Any:
+def _draw_sectors(data: pl.DataFrame) -> Any:
+    names = dict(data.select("sector", "name").unique().sort("sector").rows())
     figure, (axes,) = sheet(
         1, 1, ["Sector times of full laps: best, half of them, all"], (8.0, 1.0 + 0.34 * len(names))
     )
-    groups = [values(require(data.filter(data["name"] == name)), "seconds")[0] for name in names
-              if (data["name"] == name).any()]  # fmt: skip
-    kept = [name for name in names if (data["name"] == name).any()]
+    groups = [values(data.filter(data["sector"] == number), "seconds")[0] for number in names]
     axes.boxplot(groups, orientation="horizontal", widths=0.6, showfliers=False, patch_artist=True,
                  boxprops={"fc": "#cfe3f1", "ec": BLUE}, medianprops={"color": ORANGE, "lw": 2})  # fmt: skip
     axes.scatter([group.min() for group in groups], np.arange(1, len(groups) + 1), color=GREEN, marker="d", zorder=3)
-    axes.set_yticks(np.arange(1, len(kept) + 1), kept, fontsize=9)
+    axes.set_yticks(np.arange(1, len(names) + 1), list(names.values()), fontsize=9)
     axes.invert_yaxis()
     name_axes(axes, "s", "")
     return figure
