@@ -15,6 +15,7 @@ from racecraft.analysis.deepracer.logs.plot import (
     WORDS,
     Plot,
     PlotError,
+    borders_above,
     colour_bar,
     limits_of,
     map_sheet,
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 
 CELL_M = 0.05
 MOST_MAPS = 24
+FEW = 3
+"""A cell with fewer ticks tells little of what is chosen there, and is not drawn unless most have no more."""
 
 
 def cells(ticks: pl.DataFrame | pl.LazyFrame, value: str = "reward", cell_m: float = CELL_M) -> pl.DataFrame:
@@ -78,7 +81,10 @@ def action_heat_maps(ticks: pl.DataFrame | pl.LazyFrame, track: Track, cell_m: f
     titles = [names[number] for number in list(names)[:MOST_MAPS]]
 
     def draw() -> Any:
-        return _draw(track, each, titles, cell_m, "share of the ticks", "share", (0.0, 1.0))
+        least = min(FEW, float(every["all"].median()))  # type: ignore[arg-type]
+        told = [one.filter((pl.col("count") / pl.col("share")).round() >= least) for one in each]
+        most = limits_of(np.concatenate([values(one, "share")[0] for one in told]))[1]
+        return _draw(track, told, titles, cell_m, "share of the cell's ticks", "share", (0.0, most))
 
     return Plot("action_heat_maps", "Where each action was chosen", data, draw)
 
@@ -92,6 +98,7 @@ def _draw(
     painted = None
     for one, data in zip(axes, each, strict=True):
         x, y, shade = values(data, "x_m", "y_m", column)
+        borders_above(one, track)
         if not len(x):
             continue
         low_x, low_y = x.min(), y.min()
@@ -102,9 +109,9 @@ def _draw(
         extent = (low_x - half, x.max() + half, low_y - half, y.max() + half)
         painted = one.imshow(image, origin="lower", extent=extent, cmap=HEAT, vmin=shown[0], vmax=shown[1], zorder=2,
                              interpolation="nearest")  # fmt: skip
-        x0, y0, x1, y1 = track.field_bounds
-        one.set_xlim(x0, x1)
-        one.set_ylim(y0, y1)
+        x0, y0, x1, y1 = track.bounds
+        one.set_xlim(x0 - track.width_mean, x1 + track.width_mean)
+        one.set_ylim(y0 - track.width_mean, y1 + track.width_mean)
     if painted is not None:
         colour_bar(figure, painted, axes, words)
     return figure

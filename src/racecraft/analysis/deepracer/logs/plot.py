@@ -125,6 +125,13 @@ def name_axes(axes: Any, across: str, up: str) -> None:
     axes.set_ylabel(up, fontsize=9, color=QUIET)
 
 
+def nothing(axes: Any, words: str) -> None:
+    """Say in words what a chart without a single value would not tell."""
+    axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", fontsize=10, color=QUIET)
+    axes.set_xticks([])
+    axes.set_yticks([])
+
+
 def map_sheet(track: Track, count: int, titles: Sequence[str], most_columns: int = 3) -> tuple[Any, list]:
     """Return a figure with `count` plans of a circuit and the list of their axes."""
     x0, y0, x1, y1 = track.bounds
@@ -163,6 +170,13 @@ def plan(axes: Any, track: Track, numbers: bool = True) -> None:
             axes.text(x, y, str(row), fontsize=8, color=QUIET, ha="center", va="center", zorder=1.6)
     axes.set_aspect("equal")
     axes.set_axis_off()
+
+
+def borders_above(axes: Any, track: Track) -> None:
+    """Draw the road's borders once more, above what covers them, to be seen on dark and bright cells alike."""
+    for line in (track.inner, track.outer):
+        for colour, wide in (("white", 2.4), (INK, 0.9)):
+            axes.plot(*line.T, color=colour, lw=wide, zorder=2.5)
 
 
 def colour_bar(figure: Any, painted: Any, axes: Any, label: str) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from racecraft.analysis.deepracer.logs.episodes import per_iteration, simulation_agg
-from racecraft.analysis.deepracer.logs.plot import BLUE, GREEN, ORANGE, Plot, few, name_axes, sheet, values
+from racecraft.analysis.deepracer.logs.plot import BLUE, GREEN, ORANGE, Plot, few, name_axes, nothing, sheet, values
 
 if TYPE_CHECKING:
     import polars as pl
@@ -45,6 +45,8 @@ def _draw(data: pl.DataFrame, episodes: pl.DataFrame) -> Any:
     axes[7].plot(at, best, color=GREEN, lw=1.4, ls="--", marker="^", ms=3, label="best")
     if np.isfinite(mean).any():
         axes[7].legend(frameon=False, fontsize=9)
+    else:
+        nothing(axes[7], "no full lap yet")
     name_axes(axes[7], "iteration", "s")
     axes[8].plot(at, 100 * values(data, "complete_share")[0], color=GREEN, lw=1.6, marker="o", ms=2.5)
     axes[8].set_ylim(-2, 102)
