@@ -9,7 +9,16 @@ import numpy as np
 
 from racecraft.analysis.deepracer.logs.episodes import simulation_agg
 from racecraft.analysis.deepracer.logs.motion import with_motion
-from racecraft.analysis.deepracer.logs.plot import ORANGE, Plot, PlotError, map_sheet, painted_path, values
+from racecraft.analysis.deepracer.logs.plot import (
+    ORANGE,
+    WORDS,
+    Plot,
+    PlotError,
+    colour_bar,
+    map_sheet,
+    painted_path,
+    values,
+)
 from racecraft.analysis.deepracer.logs.segments import find_segments, in_segments
 from racecraft.contract.world import Array
 from racecraft.tracks.track import Track
@@ -100,7 +109,8 @@ def _draw(data: pl.DataFrame, lap: pl.DataFrame, track: Track) -> Any:
     figure, (axes,) = map_sheet(track, 1, [""])
     xy = np.column_stack(values(lap, "x_m", "y_m"))
     speed = values(lap, "speed_mps")[0]
-    painted_path(axes, xy, speed, (0.0, max(0.1, float(speed.max()))))
+    painted = painted_path(axes, xy, speed, (0.0, max(0.1, float(speed.max()))))
+    colour_bar(figure, painted, axes, WORDS["speed_mps"])
     for segment, name, radius, _, stray, *_ in data.rows():
         at = values(lap.filter(lap["segment"] == segment - 1), "x_m", "y_m")
         shape = "straight" if radius is None else f"radius {abs(radius):.2f} m"

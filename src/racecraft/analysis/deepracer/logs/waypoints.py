@@ -41,10 +41,12 @@ def reward_per_waypoint(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> Plo
 
 def _draw(data: pl.DataFrame, track: Track) -> Any:
     figure, axes = sheet(2, 1, ["Mean reward of a tick", "Mean commanded speed"], (9.0, 2.5))
-    at, reward, speed = values(data, "waypoint", "reward", "speed_mps")
-    axes[0].bar(at, reward, color=BLUE, width=0.9)
-    axes[1].step(at, speed, color=ORANGE, lw=1.6, where="mid")
     rows = np.arange(len(track.centre))
+    reward, speed = np.full((2, len(rows)), np.nan)
+    reward[data["waypoint"]], speed[data["waypoint"]] = values(data, "reward", "speed_mps")
+    edges = np.arange(len(rows) + 1) - 0.5
+    axes[0].stairs(reward, edges, color=BLUE, fill=True)
+    axes[1].stairs(speed, edges, baseline=None, color=ORANGE, lw=1.6)
     for one, words in zip(axes, ("", "m/s"), strict=True):
         for segment in find_segments(track).all:
             inside = np.flatnonzero(find_within(track.arc / track.length, segment.begin, segment.end))
