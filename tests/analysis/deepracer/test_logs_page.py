@@ -10,8 +10,9 @@ from tests.browser import Browser, needs_chromium
 from tests.logs import makers
 
 from racecraft.analysis.deepracer import logs as analysis
-from racecraft.analysis.deepracer.logs.page import Extras, write_logs_page
+from racecraft.analysis.deepracer.logs.page import STYLE, Extras, _explorer, write_logs_page
 from racecraft.analysis.deepracer.logs.page_data import _start_line, page_data
+from racecraft.analysis.page import page as document
 from racecraft.logs import read
 from racecraft.tracks.catalogue import load_track
 
@@ -108,6 +109,71 @@ def test_pointing_at_a_path_reads_it_and_the_wheel_zooms(browser, address):
     browser.say("Input.dispatchMouseEvent", type="mouseWheel", x=box[0] + x, y=box[1] + y, deltaX=0, deltaY=-300)
     browser.until(f"document.getElementById('map').toDataURL().length !== {len(before)}")
     assert browser.complaints == []
+
+
+@needs_chromium
+def test_the_map_is_as_high_as_its_road_and_pictures_can_be_read_on_a_phone(browser, address):
+    browser.open(address)
+    browser.until("document.querySelectorAll('#rows tr').length === 25")
+    wide, high = browser.value("(r => [r.width, r.height])(document.getElementById('map').getBoundingClientRect())")
+    x0, y0, x1, y1 = load_track("reinvent_base").bounds
+    phone = browser.value("window.innerWidth") < 500
+    if phone:
+        assert wide / high == pytest.approx((x1 - x0 + 1.2) / (y1 - y0 + 1.2), rel=0.02), (
+            "no empty ground above or below"
+        )
+    plots = browser.value("[...document.querySelectorAll('.plot')].map(e => [e.clientWidth, e.scrollWidth])")
+    assert len(plots) > 15
+    assert all(inside >= 600 and (inside > room) is phone for room, inside in plots), "pushed sideways, not shrunk"
+    rows = browser.value("[...document.querySelectorAll('#rows tr')].map(e => e.getBoundingClientRect().height)")
+    assert max(rows) < 45, "one line an episode"
+
+
+@needs_chromium
+def test_the_page_on_paper(browser, address):
+    """Canvases, which are not drawn again for paper, keep their shape there; what can only be clicked is left out."""
+    browser.open(address)
+    browser.until("document.querySelectorAll('#rows tr').length === 25")
+    browser.say("Emulation.setEmulatedMedia", media="print")
+    browser.value("document.querySelector('main').style.maxWidth = '300px'")
+    for name in ("map", "chart"):
+        shown, drawn = browser.value(
+            f"(e => [e.getBoundingClientRect().width / e.getBoundingClientRect().height, e.width / e.height])"
+            f"(document.getElementById('{name}'))"
+        )
+        assert shown == pytest.approx(drawn, rel=0.02)
+    hidden = "[...document.querySelectorAll('.tools, .list, details')].every(e => e.offsetHeight === 0)"
+    assert browser.value(hidden)
+    assert browser.value("getComputedStyle(document.querySelector('#legend i')).printColorAdjust") == "exact"
+
+
+SPY = """
+window.told = [];
+const pen = CanvasRenderingContext2D.prototype, to = pen.moveTo, line = pen.lineTo;
+let last = [0, 0];
+pen.moveTo = function (x, y) { last = [x, y]; to.call(this, x, y); };
+pen.lineTo = function (x, y) {
+  window.told.push([this.lineWidth, ...last, x, y]); last = [x, y]; line.call(this, x, y);
+};
+"""
+
+
+@needs_chromium
+@pytest.mark.parametrize("name", ["reinvent_base", "reInvent2019_wide_cw"])
+def test_the_map_tells_the_direction_and_draws_no_path_to_where_a_car_was_set_down(name, browser, tmp_path):
+    track = load_track(name)
+    columns = makers.episode(0, 0.3, ticks=40, track=track)
+    columns["X"][0] += 3.0
+    ticks = read(makers.write(tmp_path / "training-simtrace" / "0-iteration.csv", columns)).ticks.collect()
+    (tmp_path / "p.html").write_text(document("p", [STYLE, *_explorer(ticks, track)]))
+    browser.say("Page.addScriptToEvaluateOnNewDocument", source=SPY)
+    browser.open((tmp_path / "p.html").as_uri())
+    browser.until("document.querySelectorAll('#rows tr').length === 1")
+    told = np.array(browser.value("(window.told = [], document.getElementById('whole').click(), window.told)"))
+    path, arrow = told[told[:, 0] == 3.0, 1:], told[np.isclose(told[:, 0], 1.6), 1:]
+    assert len(path) == 38, "of 39 steps one was not driven"
+    (x0, y0, x1, y1), yaw = arrow[0], track.pose_at(0.0).yaw
+    assert np.cos(np.arctan2(y0 - y1, x1 - x0) - yaw) > 0.99, "screens count downwards"
 
 
 def brightest(shot):

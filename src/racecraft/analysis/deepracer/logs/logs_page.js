@@ -75,6 +75,7 @@
     pen.setLineDash([5, 6]); pen.beginPath(); line(pen, data.track.centre); pen.stroke(); pen.setLineDash([]);
     pen.beginPath(); line(pen, data.track.start);
     pen.strokeStyle = "#1d2327"; pen.lineWidth = 2.5; pen.stroke();
+    ahead(pen);
     pen.fillStyle = "#6b7680"; pen.font = "11px system-ui, sans-serif"; pen.textAlign = "center";
     const every = Math.max(1, Math.round(data.track.centre.length / Math.min(24, 8 * view.scale / home)));
     data.track.centre.forEach((point, k) => {
@@ -100,6 +101,17 @@
     }
     for (const i of [at, pointed]) if (i !== null) ring(pen, ...onMap(value("x_m", i), value("y_m", i)));
     legend();
+  };
+  const ahead = (pen) => {  /* an arrow from the middle of the start line, the way the lap goes */
+    const [[ax, ay], [bx, by]] = data.track.start.map((end) => onMap(...end)), [from, to] = data.track.centre.map((p) => onMap(...p));
+    const wide = Math.hypot(bx - ax, by - ay) || 1, [x, y] = [(ax + bx) / 2, (ay + by) / 2];
+    let [u, v] = [(by - ay) / wide, (ax - bx) / wide];
+    if (u * (to[0] - from[0]) + v * (to[1] - from[1]) < 0) [u, v] = [-u, -v];
+    const long = Math.min(0.7 * wide, 34), at = (along, aside) => [x + along * u - aside * v, y + along * v + aside * u];
+    pen.lineWidth = 1.6; pen.beginPath(); pen.moveTo(...at(0.2 * long, 0)); pen.lineTo(...at(long - 5, 0)); pen.stroke();
+    pen.fillStyle = "#1d2327"; pen.beginPath();
+    for (const [k, corner] of [[long, 0], [long - 8, 4.5], [long - 8, -4.5]].entries()) pen[k ? "lineTo" : "moveTo"](...at(...corner));
+    pen.fill();
   };
   const cross = (pen, x, y) => {
     pen.save(); pen.strokeStyle = "#d55e00"; pen.lineWidth = 2.5; pen.beginPath();

@@ -48,7 +48,7 @@ SCRIPT = Path(__file__).with_name("logs_page.js")
 MOST_DAMAGE = 200
 STYLE = """<style>
 canvas { display: block; width: 100%; border-radius: 8px; touch-action: none; }
-#map { height: min(62vh, 560px); background: #fff; cursor: grab; }
+#map { height: auto; max-height: min(62vh, 560px); background: #fff; cursor: grab; }
 #chart { height: 260px; touch-action: pan-y; cursor: pointer; }
 .tools { display: flex; flex-wrap: wrap; gap: 8px; align-items: center; margin: 0 0 10px; }
 .tools button, .tools select { font: inherit; padding: 4px 10px; border: 1px solid var(--line); border-radius: 8px;
@@ -57,10 +57,15 @@ canvas { display: block; width: 100%; border-radius: 8px; touch-action: none; }
 #legend { display: flex; flex-wrap: wrap; gap: 8px; align-items: center; font-size: .9rem; margin-top: 8px; }
 #legend i { width: 120px; height: 10px; border-radius: 5px; }
 #told, #dot { min-height: 1.5em; font-variant-numeric: tabular-nums; }
-#rows tr { cursor: pointer; } #rows tr.on td { background: var(--slot); font-weight: 600; }
+#rows tr { cursor: pointer; } #rows td { white-space: nowrap; }
+#rows tr.on td { background: var(--slot); font-weight: 600; }
 .two { display: grid; gap: 12px; grid-template-columns: minmax(0, 1fr); margin-top: 12px; }
 ol.advice li { margin: 10px 0; } ol.advice b { display: block; }
-@media print { .tools, .scroll { display: none; } .card { break-inside: avoid; } body { background: #fff; } }
+@media (max-width: 600px) { .plot { overflow-x: auto; } .plot img { width: 660px; max-width: none; } }
+@media print { .tools, .list { display: none; } .card { break-inside: avoid; } h1, h2 { break-after: avoid; }
+  body { background: #fff; print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+  #map, #chart { height: auto; max-height: none; aspect-ratio: auto !important; }
+  details:not([open]) { display: none; } }
 </style>"""
 
 
@@ -170,7 +175,8 @@ def _explorer(ticks: pl.DataFrame, track: Track) -> Iterator[str]:
         '<button id="closer" aria-label="Zoom in">+</button><button id="farther" aria-label="Zoom out">−</button>'
         '<button id="whole">Whole track</button><button id="clear">Clear</button><button id="play">Play</button>'
         '<input id="step" type="range" min="0" max="1" value="0" aria-label="Step of the first chosen episode"></div>'
-        '<canvas id="map" tabindex="0" role="img" aria-label="Map of the chosen episodes"></canvas>'
+        f'<canvas id="map" style="aspect-ratio: {_shape(track)}" tabindex="0" role="img" '
+        'aria-label="Map of the chosen episodes"></canvas>'
         '<div id="legend"></div><p id="told" aria-live="polite">Choose an episode.</p>'
         f"<small>Wheel or pinch to zoom, drag to move, point at a path to read it; + − 0 and arrow keys.{note}</small>"
     )
@@ -191,12 +197,19 @@ def _explorer(ticks: pl.DataFrame, track: Track) -> Iterator[str]:
         '<div class="scroll"><table><thead><tr><th>episode</th><th class="right">iteration</th>'
         '<th class="right">progress (%)</th><th class="right">time (s)</th>'
         '<th class="right">reward</th><th>ended</th></tr></thead>'
-        '<tbody id="rows"></tbody></table></div>'
+        '<tbody id="rows"></tbody></table></div>',
+        "list",
     )
     yield "</div>"
     safe = json.dumps(data, separators=(",", ":")).replace("</", "<\\/")
     yield f'<script type="application/json" id="log-data">{safe}</script>'
     yield f"<script>{SCRIPT.read_text(encoding='utf-8')}</script>"
+
+
+def _shape(track: Track) -> str:
+    """Return the map's width to its height, with the room that the script leaves around the road."""
+    x0, y0, x1, y1 = track.bounds
+    return f"{x1 - x0 + 1.2:.2f} / {y1 - y0 + 1.2:.2f}"
 
 
 Made = Callable[[Any], Plot]
@@ -269,11 +282,16 @@ def _section(title: str, ticks: pl.DataFrame | None, made: list[Made]) -> Iterat
             plot = make(ticks)
         except PlotError:
             continue
-        picture = page.photograph(plot.figure, plot.title, dpi=100)
+        picture = _picture(plot)
         cards.append(page.card(f"<b>{page.escaped(plot.title)}</b>{picture}{_data(plot)}"))
     if cards:
         yield f"<h2>{title}</h2>"
         yield from cards
+
+
+def _picture(plot: Plot) -> str:
+    """Return the figure; on a narrow screen it keeps a width at which it can be read, and is pushed sideways."""
+    return f'<div class="plot">{page.photograph(plot.figure, plot.title, dpi=100)}</div>'
 
 
 def _data(plot: Plot) -> str:
@@ -320,7 +338,7 @@ def _evaluations(ticks: pl.DataFrame, track: Track | None) -> Iterator[str]:
     yield page.card(page.table(heads, rows, (1, 2, 3, 4, 5, 6, 7)))
     if track is not None:
         plot = evaluations.evaluation_grid(ticks, track)
-        yield page.card(page.photograph(plot.figure, plot.title, dpi=100))
+        yield page.card(_picture(plot))
 
 
 def _own(ticks: pl.DataFrame, track: Track | None, own: Sequence[OwnPlot]) -> Iterator[str]:
@@ -329,7 +347,7 @@ def _own(ticks: pl.DataFrame, track: Track | None, own: Sequence[OwnPlot]) -> It
     for one in own:
         try:
             plot = one(ticks, track)
-            picture = page.photograph(plot.figure, plot.title, dpi=100)
+            picture = _picture(plot)
             cards.append(page.card(f"<b>{page.escaped(plot.title)}</b>{picture}{_data(plot)}"))
         except UserInputError as error:
             cards.append(page.card(f"<b>{page.escaped(one.name)}</b><p>{page.escaped(error)}</p>"))
