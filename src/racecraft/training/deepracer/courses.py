@@ -15,6 +15,7 @@ import numpy as np
 from racecraft.contract.errors import RunFolderError, SettingError, TrackError
 from racecraft.contract.world import Array
 from racecraft.envs.deepracer.settings import TIME_TRIAL, RaceConfig, race_groups, with_race_groups
+from racecraft.envs.deepracer.variation import VariationConfig
 from racecraft.formats.aws.run_env import EnvFolder, RunEnv
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, as_dictionary, from_dictionary, with_values
@@ -46,7 +47,8 @@ class LaidCourse:
 
     track: Track
     settings: Settings
-    """Its race, and what stands or drives in the way: the group `race`, and the one that its type brings along."""
+    """Its race, what differs from episode to episode, and what stands or drives in the way: the groups `race` and
+    `variation`, and the one that the race's type brings along."""
 
     @property
     def race(self) -> RaceConfig:
@@ -105,8 +107,9 @@ def lay_out(asked: tuple[Course, ...], track: Track, settings: Settings, track_v
 
 def of_race(settings: Settings) -> Settings:
     """Return the groups of a training's settings that say what its race is."""
-    groups = ("race", *race_groups(settings.race.type))
-    return Settings(**{name: getattr(settings, name) for name in groups})
+    groups = ("race", "variation", *race_groups(settings.race.type))
+    own = {name: getattr(settings, name) for name in groups if name in settings}
+    return Settings(**{"variation": VariationConfig()} | own)
 
 
 def courses_of_job(told: list[dict[str, Any]], settings: Settings, track: Track) -> tuple[LaidCourse, ...]:
@@ -187,7 +190,9 @@ def _with_overrides(settings: Settings, overrides: tuple[str, ...]) -> Settings:
     """Return the settings of a worker's race: the training's own, or where its type differs, that type's own."""
     types = [one.partition("=")[2] for one in overrides if one.startswith("race.type=")]
     if types and types[-1] != settings.race.type:
-        settings = with_race_groups(with_values(Settings(race=settings.race), "race", {"type": types[-1]}))
+        settings = with_race_groups(
+            with_values(Settings(race=settings.race, variation=settings.variation), "race", {"type": types[-1]})
+        )
     return apply_overrides(settings, overrides)
 
 
