@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 MAX_LAPS = 1000
 DASHBOARD, FILM_SIZE, FILM_FPS = "dashboard", "720p", 30
-LAPS, CHECKPOINT = 3, "best"
+LAPS, CHECKPOINT, TRIES = 3, "best", 20
 """Where neither the command nor the run's run.env says."""
 
 
@@ -75,6 +75,20 @@ def evaluate(
             help="Of a race: its direction, by default as it was trained (DR_EVAL_REVERSE_DIRECTION).",
         ),
     ] = None,
+    under: Annotated[
+        str | None,
+        typer.Option(help="Judge it under variation of a level: aws, light or strong; one episode from every start."),
+    ] = None,
+    each: Annotated[
+        bool, typer.Option("--each", help="Under each of the level's disturbances by itself as well.")
+    ] = False,
+    only: Annotated[
+        list[str] | None, typer.Option(help="Under this disturbance by itself, such as glare; may be repeated.")
+    ] = None,
+    tries: Annotated[
+        int | None,
+        typer.Option(min=2, max=MAX_LAPS, help=f"Starts for each of them, spread over the lap; {TRIES} by default."),
+    ] = None,
     episodes: Annotated[
         int | None, typer.Option(min=1, help="Of another run than a car's: how many count; of a snake: games.")
     ] = None,
@@ -115,12 +129,15 @@ def evaluate(
 
         racecraft evaluate runs/reinvent_base-1 --number-of-trials 3 --off-track-penalty 2
 
+        racecraft evaluate runs/reinvent_base-1 --under strong --each
+
         racecraft evaluate runs/CartPole-v1-1 --episodes 100
 
         racecraft evaluate ~/Downloads/my-model.tar.gz --track Oval_track
     """
     from racecraft.analysis.video import film_path
     from racecraft.cli.deepracer.judged_race import print_race, race_asked, race_car
+    from racecraft.cli.deepracer.robustness import evaluate_under
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.judge import judge, refuse_words
     from racecraft.contract.errors import SettingError
@@ -146,7 +163,8 @@ def evaluate(
     if job.get("kind") != KIND:
         of_cars: dict[str, Any] = {"--track": track, "--laps": laps, "--video": video, "--picture": picture}
         of_cars |= {f"--{name.replace('_', '-')}": value for name, value in race_options.items()}
-        of_cars |= {"--save-mp4": save_mp4 or None}
+        of_cars |= {"--save-mp4": save_mp4 or None, "--under": under, "--each": each or None, "--only": only}
+        of_cars |= {"--tries": tries}
         refuse_words(job["kind"], of_cars)
         judge(run, checkpoint, episodes, json)
         return
@@ -155,6 +173,16 @@ def evaluate(
     if typed and laps is not None:
         raise SettingError("--laps and a race's own options were given; expected one of them: --number-of-trials.")
     asked = job.get("evaluate", {})
+    if under is not None or each or only or tries is not None:
+        foreign = {"--laps": laps, "--video": video, "--save-mp4": save_mp4 or None}
+        foreign |= {f"--{name.replace('_', '-')}": value for name, value in race_options.items()}
+        level = _level_asked(under, [name for name, value in foreign.items() if value is not None])
+        car = load_trained_car(run, checkpoint or asked.get("checkpoint", CHECKPOINT))
+        circuit = load_track(track) if track else car.trained_on
+        evaluate_under(
+            car, circuit, level, each=each, named=only or [], tries=tries or TRIES, picture=picture, json=json
+        )
+        return
     rules, reverse = race_asked(typed, asked) if laps is None else (None, None)
     car = load_trained_car(run, checkpoint or asked.get("checkpoint", CHECKPOINT))
     style = None if view == DASHBOARD and not save_mp4 else style_of(car, view, size, fps)
@@ -188,6 +216,24 @@ def evaluate(
         print_race(drive.report)
     for kind, path in files.items():
         print(f"{kind}: {path}")
+
+
+def _level_asked(under: str | None, others: list[str]) -> str:
+    """Return the level to judge under; letters for what goes with no level, or not with one."""
+    from racecraft.contract.errors import SettingError
+    from racecraft.envs.deepracer.variation import LEVELS, checked_level
+
+    levels = ", ".join(name for name in LEVELS if name != "off")
+    if under is None:
+        raise SettingError(
+            f"--each, --only and --tries say how to judge under a level; expected --under too: {levels}."
+        )
+    if others:
+        raise SettingError(
+            f"--under drives one episode from every start and films nothing, so {', '.join(others)} has no say "
+            "there; expected one or the other."
+        )
+    return checked_level(under)
 
 
 def _drive_laps(car: TrainedCar, circuit: Track, laps: int) -> tuple[Drive, str]:
