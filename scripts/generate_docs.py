@@ -310,8 +310,8 @@ is empty stays as it is. [Variation](../racing/variation.md) tells how to use it
 
 ## What an episode drew
 
-Where episodes differ, `episodes/*.parquet` has a column `variation`, a record of these numbers, the same in every row of
-an episode; behind them come `grey_field`, `grey_road` and so on, the grey level that each material showed, and
+Where episodes differ, `episodes/*.parquet` has a column `variation`, a record of these numbers, the same in every row
+of an episode; behind them come `grey_field`, `grey_road` and so on, the grey level that each material showed, and
 `grey_object_0` and so on of every box or bot.
 
 {drawn}"""

@@ -67,6 +67,8 @@ class Optics(NamedTuple):
     """Depth nearer than any ground in the frame, m."""
     cos_roll: float = 1.0
     sin_roll: float = 0.0
+    grain: float = 0.0
+    """Spread of the field's grain, grey levels; 0 where the field is plain."""
 
 
 OPTICS = np.dtype([(name, "f8") for name in Optics._fields])
@@ -93,7 +95,7 @@ class Camera:
                 "Give a width and height of at least 1, such as 160 and 120.",
             )
         self.scene, self.width, self.height, self.mount = scene, width, height, mount
-        self.optics = mounted_optics(width, height, mount)
+        self.optics = mounted_optics(width, height, mount)._replace(grain=scene.grass)
 
     def render_grey(self, poses: np.ndarray, out: np.ndarray | None = None, palettes: np.ndarray | None = None):
         """Render what the policy sees.

@@ -18,7 +18,7 @@ from racecraft.contract.random_streams import stream_keys
 from racecraft.contract.world import Array
 from racecraft.envs.deepracer.camera import OPTICS, Camera, CameraMount, mounted_optics
 from racecraft.envs.deepracer.kernels import variation as kernels
-from racecraft.envs.deepracer.scene import FIELD, MATERIALS, SKY, WALL_SOUTH, Scene
+from racecraft.envs.deepracer.scene import FIELD, MATERIALS, SKY, WALL_SOUTH
 from racecraft.envs.deepracer.variation import DRAWN, VariationConfig, drawn_dtype
 from racecraft.envs.deepracer.vehicle import TICK_SECONDS
 
@@ -40,9 +40,8 @@ class VariedCars:
     Args:
         config: What may differ, and by how much.
         camera: As it is without variation.
-        grain: Spread of the field's grain without variation, grey levels; the scene that is drawn has none.
         grey_weights: (3,) of red, green and blue in the grey level that policies see.
-        eyes: How far left of the car's middle each eye sits, m, float64 (E,).
+        eyes: E, how many a car has.
         profiles: PROFILE (N, M), how cars answer without variation.
         kinds: Which kind each object of a world is, int64 (N, K).
     """
@@ -51,15 +50,14 @@ class VariedCars:
         self,
         config: VariationConfig,
         camera: Camera,
-        grain: float,
         grey_weights: Array,
-        eyes: Array,
+        eyes: int,
         profiles: Array,
         kinds: Array,
     ) -> None:
         self.config = config
         self._amounts = config.amounts
-        self._camera, self._grain, self._weights, self._eyes = camera, grain, grey_weights, eyes
+        self._camera, self._weights = camera, grey_weights
         self._base, self._kinds = profiles, kinds
         shape, objects = profiles.shape, kinds.shape[1]
         self.drawn = np.zeros(shape, drawn_dtype(objects))
@@ -76,7 +74,7 @@ class VariedCars:
         """How many ticks every car's commands are under way."""
         most = round(self._amounts["latency"] / TICK_SECONDS)
         self._waiting = np.zeros((*shape, most + 1, 2))
-        self._shown = np.zeros((*shape, len(eyes), camera.height, camera.width), np.uint8)
+        self._shown = np.zeros((*shape, eyes, camera.height, camera.width), np.uint8)
         self._keys = np.zeros((len(PURPOSES), *shape), np.uint64)
         self._draws = np.zeros((*shape, len(DRAWN) + LAMP_DRAWS + MATERIAL_DRAWS + 3 * objects))
         self.seed(0)
@@ -111,11 +109,11 @@ class VariedCars:
         kernels.send_late(self.drawn, self.latency, self._keys[1], cars, self._waiting, chosen, sent)
         return sent
 
-    def show(self, scene: Scene, cars: Array, rows: Array, frames: Array, is_last: bool = False) -> None:
+    def show(self, cars: Array, rows: Array, frames: Array, is_last: bool = False) -> None:
         """Disturb the frames (N, M, E, H, W) of the cars of `rows`; `is_last` where their episodes end with them."""
         kernels.disturb_frames(
-            scene, self.optics, self._eyes, self.palettes, self.drawn, self.config.glare_width, self._keys[2],
-            self._keys[3], cars, rows, is_last, self._shown, frames,
+            self.optics, self.drawn, self.config.glare_width, self._keys[2], self._keys[3], cars, rows, is_last,
+            self._shown, frames,
         )  # fmt: skip
 
     def save_state(self) -> dict[str, Array]:
@@ -148,7 +146,7 @@ class VariedCars:
         if name == "latency":
             return TICK_SECONDS * np.floor(draw * (round(most[name] / TICK_SECONDS) + 1))
         if name == "grain":
-            return self._grain + most[name] * draw
+            return self._camera.optics.grain + most[name] * draw
         if name in ("camera_height", "camera_pitch", "camera_roll", "camera_view", "steering_offset"):
             return most[name] * either_way
         return most[name] * draw
@@ -186,7 +184,8 @@ class VariedCars:
             mount.horizontal_view + float(one["camera_view"]),
             mount.roll + float(one["camera_roll"]),
         )
-        return mounted_optics(self._camera.width, self._camera.height, moved)
+        optics = mounted_optics(self._camera.width, self._camera.height, moved)
+        return optics._replace(grain=float(one["grain"]))
 
 
 def light_of_lamps(draws: Array) -> Array:

@@ -39,7 +39,7 @@ from racecraft.envs.deepracer.light import light_for
 from racecraft.envs.deepracer.objects import OBJECT_STATE, new_objects
 from racecraft.envs.deepracer.placing import plan_objects
 from racecraft.envs.deepracer.reward_params import ObjectReports, RewardParams
-from racecraft.envs.deepracer.scene import GREY_WEIGHTS, Scene, build_scene
+from racecraft.envs.deepracer.scene import GREY_WEIGHTS, build_scene
 from racecraft.envs.deepracer.sensors import (
     AWS_HERTZ,
     FRONT,
@@ -150,7 +150,7 @@ class RaceWorld:
         self._objects = new_objects(self._plan, num_cars)
         self._palettes = np.tile(self.camera.scene.palette @ _grey_weights(sensors), (*self.reports.shape, 1))
         self._sight = (scene, plain_optics(self.camera, self.reports.shape), sensors.eyes_left_m, self.lidar)
-        self._varied = self._varied_cars(variation, scene) if variation.is_on else None
+        self._varied = self._varied_cars(variation) if variation.is_on else None
         self.variation = None if self._varied is None else self._varied.drawn.copy()
         """What the episodes have drawn that the reports are of, (N, M), as `variation.DRAWN`; None: all are alike."""
         self._action_shape = (num_cars, cars_per_world, *actions.spec.shape)
@@ -227,14 +227,14 @@ class RaceWorld:
         """Where the next episode would start if the first car alone had driven every car's, share of the lap."""
         return float((self._start_shares[0] + self.episodes_begun * self._rules.start_advance) % 1.0)
 
-    def _varied_cars(self, variation: VariationConfig, scene: Scene) -> VariedCars:
+    def _varied_cars(self, variation: VariationConfig) -> VariedCars:
         """Return what every car sees and drives with, and let kernels take it instead of what is common to all."""
         varied = VariedCars(
-            variation, self.camera, scene.grass, _grey_weights(self.sensors), self.sensors.eyes_left_m, self.profiles,
+            variation, self.camera, _grey_weights(self.sensors), len(self.sensors.eyes_left_m), self.profiles,
             self._objects.kinds,
         )  # fmt: skip
         self._palettes = varied.palettes
-        self._sight = (scene._replace(grass=0.0), varied.optics, *self._sight[2:])
+        self._sight = (self._sight[0], varied.optics, *self._sight[2:])
         self._objects = self._objects._replace(paints=varied.paints)
         return varied
 
@@ -386,7 +386,7 @@ class RaceWorld:
         """Turn what cameras should have seen into what they show; nothing where all episodes are alike."""
         if self._varied is not None:
             frames, _, _ = self._views(observations, own)
-            self._varied.show(self._sight[0], self._cars, rows, frames, is_last)
+            self._varied.show(self._cars, rows, frames, is_last)
 
     def _views(self, observations: Mapping[str, Array], own: Array) -> tuple[Array, Array, Array]:
         """Return what kernels write: frames (N, M, E, H, W), the critic's numbers, what the LiDAR tells.

@@ -78,19 +78,16 @@ def render_frame(scene, optics, x, y, yaw, palette, frame):
     add_backdrop(differences, scene, optics, eye_x, eye_y, cosine, sine, levels)
     add_ground(differences, scene, optics, eye_x, eye_y, cosine, sine, levels)
     sum_columns(differences, levels[SKY], frame)
-    if scene.grass > 0.0:
-        grow_grass(frame, scene, optics, eye_x, eye_y, cosine, sine, palette[FIELD], scene.grass)
+    if optics.grain > 0.0:
+        grow_grass(frame, scene, optics, eye_x, eye_y, cosine, sine, palette[FIELD])
 
 
 @kernel
-def grow_grass(frame, scene, optics, eye_x, eye_y, cosine, sine, level, grain):
-    """Give the pixels that are wholly field the grain of grass; what lies on the field keeps its edges.
-
-    `level` is the field's, `grain` the spread of its grain, grey levels.
-    """
+def grow_grass(frame, scene, optics, eye_x, eye_y, cosine, sine, level):
+    """Give the pixels that are wholly field the grain of grass; what lies on the field keeps its edges."""
     height, width = frame.shape
     if optics.sin_roll != 0.0:
-        grow_grass_aslant(frame, scene, optics, eye_x, eye_y, cosine, sine, level, grain)
+        grow_grass_aslant(frame, scene, optics, eye_x, eye_y, cosine, sine, level)
         return
     plain = min(max(int(level + 0.5), 0), 255)
     for row in range(height):
@@ -102,7 +99,7 @@ def grow_grass(frame, scene, optics, eye_x, eye_y, cosine, sine, level, grain):
         ahead = depth * (optics.cos_pitch - slope * optics.sin_pitch)
         # A pixel sees the mean over a patch that is this long on the ground.
         patch = depth / (optics.focal * drop)
-        spread = grain * math.sqrt(12.0 / (1.0 + patch / GRASS_BLADE_M))
+        spread = optics.grain * math.sqrt(12.0 / (1.0 + patch / GRASS_BLADE_M))
         for column in range(width):
             if abs(int(frame[row, column]) - plain) > 1:
                 continue
@@ -112,7 +109,7 @@ def grow_grass(frame, scene, optics, eye_x, eye_y, cosine, sine, level, grain):
 
 
 @kernel
-def grow_grass_aslant(frame, scene, optics, eye_x, eye_y, cosine, sine, level, grain):
+def grow_grass_aslant(frame, scene, optics, eye_x, eye_y, cosine, sine, level):
     """The same through a camera that leans to a side: no two pixels of a row are equally far."""
     height, width = frame.shape
     plain = min(max(int(level + 0.5), 0), 255)
@@ -127,7 +124,7 @@ def grow_grass_aslant(frame, scene, optics, eye_x, eye_y, cosine, sine, level, g
             if drop > 1e-3:
                 depth = optics.mount_z / drop
                 ahead, left = depth * (optics.cos_pitch - slope * optics.sin_pitch), depth * aside
-                spread = grain * math.sqrt(12.0 / (1.0 + depth / (optics.focal * drop) / GRASS_BLADE_M))
+                spread = optics.grain * math.sqrt(12.0 / (1.0 + depth / (optics.focal * drop) / GRASS_BLADE_M))
                 grow_spot(frame, row, column, scene, level, spread, eye_x + cosine * ahead - sine * left,
                           eye_y + sine * ahead + cosine * left)  # fmt: skip
 

@@ -56,8 +56,8 @@ def render_pair(scene, optics, x, y, yaw, half, palette, frames):
         eye_x, eye_y = middle_x - sine * left, middle_y + cosine * left
         add_backdrop(differences[eye], scene, optics, eye_x, eye_y, cosine, sine, levels)
         sum_columns(differences[eye], levels[SKY], frames[eye])
-        if scene.grass > 0.0:
-            grow_grass(frames[eye], scene, optics, eye_x, eye_y, cosine, sine, palette[FIELD], scene.grass)
+        if optics.grain > 0.0:
+            grow_grass(frames[eye], scene, optics, eye_x, eye_y, cosine, sine, palette[FIELD])
 
 
 @kernel

@@ -324,7 +324,7 @@ def restart(track, profile, rules, car):
     wheels = wheels_after(profile, car, car.old_steering, TICK_SECONDS) if rules.keeps_wheels else 0.0
     car.start_share = (car.start_share + rules.start_advance) % 1.0
     car.episode += 1
-    car.ended_x, car.ended_y, car.ended_yaw = car.x, car.y, car.yaw
+    car.ended_yaw = car.yaw
     take_start(track, car)
     car.steering = wheels
 
@@ -437,6 +437,7 @@ def as_optics(record):
     return Optics(
         record.focal, record.middle_x, record.middle_y, record.cos_pitch, record.sin_pitch, record.mount_x,
         record.mount_z, record.side, record.side_norm, record.ground_near, record.cos_roll, record.sin_roll,
+        record.grain,
     )  # fmt: skip
 
 

@@ -10,7 +10,6 @@ import math
 
 import numpy as np
 
-from racecraft.envs.deepracer.kernels.camera import FIELD, grow_grass
 from racecraft.kernels import kernel, parallel_kernel, prange
 from racecraft.kernels.chance import normal_at, random_bits, uniform_at
 
@@ -66,17 +65,14 @@ def send_late(drawn, latency, keys, cars, waiting, chosen, sent):
 
 @parallel_kernel
 def disturb_frames(
-    scene, optics, eyes, palettes, drawn, glare_width, noise_keys, drop_keys, cars, rows, is_last, shown, frames
+    optics, drawn, glare_width, noise_keys, drop_keys, cars, rows, is_last, shown, frames
 ):  # fmt: skip
     """Turn what cameras should have seen into what they show.
 
-    Grain of the field, then light over the frame, a glow, an unsharp lens, noise; and now and then the frame before.
+    Light over the frame, a glow, an unsharp lens, then noise; and now and then the frame before.
 
     Args:
-        scene: Scene.
         optics: OPTICS (N, M).
-        eyes: float64 (E,), how far left of the car's middle each eye sits, m.
-        palettes: float64 (N, M, P).
         drawn: The records of the cars' episodes (N, M).
         glare_width: Spread of a glow, rad.
         noise_keys: uint64 (N, M), each car's stream of noise in its frames.
@@ -91,9 +87,7 @@ def disturb_frames(
         for m in range(cars.shape[1]):
             if rows[n, m]:
                 car, one = cars[n, m], drawn[n, m]
-                x, y, yaw = car.x, car.y, car.yaw
-                if is_last:
-                    x, y, yaw = car.ended_x, car.ended_y, car.ended_yaw
+                yaw = car.ended_yaw if is_last else car.yaw
                 moment = np.uint64(2 * car.total_ticks + is_last)
                 dropped = is_last or car.ticks > 0  # there is a frame before
                 dropped = dropped and uniform_at(drop_keys[n, m], moment) < one.dropped_frames
@@ -102,20 +96,10 @@ def disturb_frames(
                     if dropped:
                         frame[:] = shown[n, m, eye]
                         continue
-                    if one.grain > 0.0:
-                        grow_field(frame, scene, optics[n, m], eyes[eye], x, y, yaw, palettes[n, m, FIELD], one.grain)
                     first = (moment * np.uint64(frames.shape[2]) + np.uint64(eye)) * np.uint64(frame.size)
                     disturb_frame(frame, optics[n, m], yaw, one, glare_width, noise_keys[n, m], first)
                     if not is_last:
                         shown[n, m, eye] = frame
-
-
-@kernel
-def grow_field(frame, scene, optics, eye_left, x, y, yaw, level, grain):
-    """Give the field its grain, as seen by an eye so far left of the middle plane of a car at (x, y, yaw)."""
-    cosine, sine = math.cos(yaw), math.sin(yaw)
-    eye_x, eye_y = x + cosine * optics.mount_x - sine * eye_left, y + sine * optics.mount_x + cosine * eye_left
-    grow_grass(frame, scene, optics, eye_x, eye_y, cosine, sine, level, grain)
 
 
 @kernel
