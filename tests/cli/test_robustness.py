@@ -43,7 +43,7 @@ WRONG = {
     "Did you mean 'strong'?": ["--under", "string"],
     "no level of variation 'off'": ["--under", "off"],
     "Did you mean 'glare'?": ["--under", "strong", "--only", "glair"],
-    "expected --under as well": ["--each"],
+    "expected --under too": ["--each"],
     "--laps has no say there": ["--under", "strong", "--laps", "2"],
     "--video, --max-resets": ["--under", "strong", "--video", "a.mp4", "--max-resets", "1"],
 }
