@@ -44,7 +44,8 @@ WRONG = {
     "no level of variation 'off'": ["--under", "off"],
     "Did you mean 'glare'?": ["--under", "strong", "--only", "glair"],
     "expected --under too": ["--each"],
-    "--laps has no say there": ["--under", "strong", "--laps", "2"],
+    "--size 720p films nothing": ["--under", "strong", "--size", "720p"],
+    "--laps has no say": ["--under", "strong", "--laps", "2"],
     "--video, --max-resets": ["--under", "strong", "--video", "a.mp4", "--max-resets", "1"],
 }
 
