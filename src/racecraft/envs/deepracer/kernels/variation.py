@@ -13,7 +13,8 @@ import numpy as np
 from racecraft.kernels import kernel, parallel_kernel, prange
 from racecraft.kernels.chance import normal_at, random_bits, uniform_at
 
-BYTE = np.uint64(255)
+EVERY_OTHER_BYTE, ONE_IN_EVERY_PAIR = np.uint64(0x00FF00FF00FF00FF), np.uint64(0x0001000100010001)
+BLACK, WHITE = np.float32(0.0), np.float32(255.0)
 BYTES_MEAN, BYTES_SPREAD = 8 * 127.5, math.sqrt(8 * (256.0**2 - 1.0) / 12.0)
 """Of the sum of the eight bytes of one draw, which is spread nearly as a normal number is, and never beyond 4.9."""
 BLUR_REACH = 3.0
@@ -105,34 +106,37 @@ def disturb_frames(
 @kernel
 def disturb_frame(frame, optics, yaw, one, glare_width, key, first):
     """Light, glow, lens and noise over one frame (H, W); nothing where the record has none of them."""
-    is_lit = one.gain != 1.0 or one.gradient_x != 0.0 or one.gradient_y != 0.0
-    if not (is_lit or one.glare > 0.0 or one.blur > 0.0 or one.noise > 0.0):
+    gain, gradient_x, gradient_y, noise = one.gain, one.gradient_x, one.gradient_y, one.noise
+    is_lit = gain != 1.0 or gradient_x != 0.0 or gradient_y != 0.0
+    if not (is_lit or one.glare > 0.0 or one.blur > 0.0 or noise > 0.0):
         return
     height, width = frame.shape
+    across = np.empty(width, np.float32)
+    for column in range(width):
+        across[column] = gain * gradient_x * (2.0 * (column + 0.5) / width - 1.0)
     levels = np.empty((height, width), np.float32)
     for row in range(height):
-        down = one.gradient_y * (2.0 * (row + 0.5) / height - 1.0)
+        here = np.float32(gain * (1.0 + gradient_y * (2.0 * (row + 0.5) / height - 1.0)))
         for column in range(width):
-            across = one.gradient_x * (2.0 * (column + 0.5) / width - 1.0)
-            levels[row, column] = frame[row, column] * one.gain * (1.0 + across + down)
+            levels[row, column] = np.float32(frame[row, column]) * (here + across[column])
     if one.glare > 0.0:
         add_glow(levels, optics, one.glare_azimuth - yaw, one.glare_elevation, one.glare, glare_width)
     if one.blur > 0.0:
         blur(levels, one.blur * width)
+    if noise > 0.0:
+        for row in range(height):
+            for column in range(width):
+                levels[row, column] += noise * stray(random_bits(key, first + np.uint64(row * width + column)))
     for row in range(height):
         for column in range(width):
-            level = levels[row, column]
-            if one.noise > 0.0:
-                level += one.noise * stray(random_bits(key, first + np.uint64(row * width + column)))
-            frame[row, column] = np.uint8(min(max(int(math.floor(level + 0.5)), 0), 255))
+            frame[row, column] = np.uint8(min(max(levels[row, column] + np.float32(0.5), BLACK), WHITE))
 
 
 @kernel
 def stray(bits):
-    """Return a number spread nearly as a standard normal one, of one draw."""
-    total = np.uint64(0)
-    for place in range(8):
-        total += (bits >> np.uint64(8 * place)) & BYTE
+    """Return a number spread nearly as a standard normal one, of one draw: its eight bytes, summed up."""
+    pairs = (bits & EVERY_OTHER_BYTE) + ((bits >> np.uint64(8)) & EVERY_OTHER_BYTE)
+    total = (pairs * ONE_IN_EVERY_PAIR) >> np.uint64(48)
     return (np.float64(total) - BYTES_MEAN) / BYTES_SPREAD
 
 
@@ -162,23 +166,29 @@ def add_glow(levels, optics, bearing, elevation, strength, spread):
 
 @kernel
 def blur(levels, spread):
-    """Spread every pixel (H, W) as an unsharp lens does, Gaussian, `spread` in px; an edge goes on beyond the frame."""
+    """Spread every pixel (H, W) as an unsharp lens does, Gaussian, `spread` in px; an edge goes on beyond the frame.
+
+    A row is summed up tap by tap, so that many pixels are worked on at a time.
+    """
     height, width = levels.shape
     reach = int(math.ceil(BLUR_REACH * spread))
-    weights = np.empty(2 * reach + 1)
-    for place in range(2 * reach + 1):
-        weights[place] = math.exp(-0.5 * ((place - reach) / spread) ** 2)
-    weights /= weights.sum()
-    aside = np.empty((height, width), np.float32)
+    taps = 2 * reach + 1
+    bell = np.empty(taps)
+    for tap in range(taps):
+        bell[tap] = math.exp(-0.5 * ((tap - reach) / spread) ** 2)
+    weights = (bell / bell.sum()).astype(np.float32)
+    aside = np.zeros((height, width), np.float32)
+    wider = np.empty(width + 2 * reach, np.float32)
     for row in range(height):
-        for column in range(width):
-            total = 0.0
-            for place in range(2 * reach + 1):
-                total += weights[place] * levels[row, min(max(column + place - reach, 0), width - 1)]
-            aside[row, column] = total
+        wider[:reach], wider[reach + width :] = levels[row, 0], levels[row, width - 1]
+        wider[reach : reach + width] = levels[row]
+        for tap in range(taps):
+            weight = weights[tap]
+            for column in range(width):
+                aside[row, column] += weight * wider[tap + column]
     for row in range(height):
-        for column in range(width):
-            total = 0.0
-            for place in range(2 * reach + 1):
-                total += weights[place] * aside[min(max(row + place - reach, 0), height - 1), column]
-            levels[row, column] = total
+        levels[row] = np.float32(0.0)
+        for tap in range(taps):
+            weight, other = weights[tap], min(max(row + tap - reach, 0), height - 1)
+            for column in range(width):
+                levels[row, column] += weight * aside[other, column]
