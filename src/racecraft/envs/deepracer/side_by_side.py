@@ -76,8 +76,9 @@ class SideBySide:
             return None
         whole = np.zeros((self._spec.num_worlds, self._spec.num_agents), max(dtypes, key=lambda one: len(one.names)))
         for rows, one in zip(self._rows, told, strict=True):
-            for name in () if one is None else one.dtype.names:
-                whole[name][rows] = one[name]
+            if one is not None:
+                for name in one.dtype.names:
+                    whole[name][rows] = one[name]
         return whole
 
     @property

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from racecraft.contract.random_streams import generator
-from racecraft.contract.world import Array
 from racecraft.envs.deepracer.settings import TIME_TRIAL
 from racecraft.envs.deepracer.variation import (
     VariationConfig,
@@ -101,7 +100,7 @@ def judge_under(
     variations = [(UNDISTURBED, VariationConfig())]
     variations += [(name, only(level, [name])) for name in names]
     variations += [(ALL, VariationConfig(checked_level(level)))]
-    starts: Array = np.arange(tries) / tries
+    starts = [place / tries for place in range(tries)]
     for name, variation in variations:
         world = car.world(track, num_cars=tries, start_shares=starts, variation=variation)
         yield Bar(name, judge_starts(car.policy, world, seed=seed))
