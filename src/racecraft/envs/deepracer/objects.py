@@ -117,6 +117,8 @@ class Objects(NamedTuple):
     """(N, K, 6)."""
     kinds: Array
     """(N, K)."""
+    paints: Array
+    """(N, K) int64: which row of a palette, behind those of the circuit, each is painted with; as a rule its kind's."""
     states: Array
     """OBJECT_STATE (N, K)."""
     keys: Array
@@ -139,7 +141,7 @@ def new_objects(plan: ObjectPlan, num_worlds: int) -> Objects:
     boxes[..., 3:] = plan.sizes
     kinds = np.tile(plan.kinds, (num_worlds, 1))
     states = np.zeros((num_worlds, count), OBJECT_STATE)
-    return Objects(boxes, kinds, states, np.zeros((num_worlds, 2), np.uint64))
+    return Objects(boxes, kinds, kinds, states, np.zeros((num_worlds, 2), np.uint64))
 
 
 def lane_beside(track: Track, inner: bool) -> float:

@@ -94,6 +94,7 @@ CAR_STATE = np.dtype(
         ("episode", "i8"), ("laps", "i8"),  # episodes begun before this one; laps done in it
         ("still_ticks", "i8"), ("backward_ticks", "i8"),  # in a row
         ("preparing", "b1"),
+        ("ended_yaw", "f8"),  # rad, where its nose pointed in the last frame of the episode before
         # Where the car lies; written by `locate`.
         ("front_x", "f8"), ("front_y", "f8"),  # the point racers call x, y
         ("arc", "f8"),  # of its projection on the centre line, m from the start line

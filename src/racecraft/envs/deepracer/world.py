@@ -11,7 +11,7 @@ Begins           at rest on the centre line, nose along it; one prepare tick; ea
                  Several cars of a world begin in two lanes, 0.75 m behind one another, and never within each other
 Terminates       lap complete, crashed into an object, off track (all four wheels), immobilised, driving backwards
 Truncates        after RaceConfig.max_episode_seconds of simulated time a lap
-Settings         RaceConfig, CameraConfig
+Settings         RaceConfig, CameraConfig, VariationConfig
 Departs from AWS as `fidelity.py` says line by line: RaceConfig.fidelity `aws` brings the original's habits back
 Exactness        same seed and actions, same bits, whatever the threads; N worlds equal each alone
 Leaves out       cars of one world neither touch nor see one another yet
@@ -46,7 +46,7 @@ from racecraft.envs.deepracer.light import light_for
 from racecraft.envs.deepracer.objects import OBJECT_STATE, new_objects
 from racecraft.envs.deepracer.placing import plan_objects
 from racecraft.envs.deepracer.reward_params import ObjectReports, RewardParams
-from racecraft.envs.deepracer.scene import Scene, build_scene
+from racecraft.envs.deepracer.scene import GREY_WEIGHTS, build_scene
 from racecraft.envs.deepracer.sensors import (
     AWS_HERTZ,
     FRONT,
@@ -59,6 +59,8 @@ from racecraft.envs.deepracer.sensors import (
     mounted_lidar,
 )
 from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig, race_groups
+from racecraft.envs.deepracer.variation import VariationConfig
+from racecraft.envs.deepracer.varied_cars import VariedCars, plain_optics
 from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS, TICKS_PER_SECOND, CarProfile
 from racecraft.formats.aws.lidar_config import BEAMS
 from racecraft.tracks.track import Track
@@ -89,6 +91,7 @@ class RaceWorld:
         cars_per_world: M.
         profiles: How each car of a world answers steering and throttle, (M,); by default all as RaceConfig.car says.
         objects: What stands or drives on the road besides; None: what RaceConfig.type has by default.
+        variation: What differs from episode to episode.
 
     Raises:
         SettingError: So many objects do not fit on the track.
@@ -111,6 +114,7 @@ class RaceWorld:
         cars_per_world: int = 1,
         profiles: Sequence[CarProfile] | None = None,
         objects: BoxesConfig | BotsConfig | None = None,
+        variation: VariationConfig = VariationConfig(),  # noqa: B008 (frozen)
     ) -> None:
         counted = track.as_filed() if race_config.waypoints == "as_filed" else track
         self.track = counted.reversed() if race_config.reverse else counted
@@ -128,7 +132,6 @@ class RaceWorld:
         self.reports = np.zeros((num_cars, cars_per_world), race.TICK_REPORT)
         """What was written down of every car in the tick just taken, TICK_REPORT (N, M)."""
         self.sensors = sensors
-        self._palettes = np.tile(_grey_levels(self.camera.scene, sensors), (num_cars, 1))
         self._ranges = np.zeros((*self.reports.shape, BEAMS))
         self._no_lidar = np.zeros((*self.reports.shape, 0), np.float32)
         self._every_car = np.ones(self.reports.shape, bool)
@@ -140,7 +143,6 @@ class RaceWorld:
         """Which of the original's bugs this world has."""
         self.lidar = self._mounted()
         """The LiDAR as it sits on every car; without one on board it is never asked."""
-        self._sight = (self.camera.scene, self.camera.optics, sensors.eyes_left_m, self.lidar)
         self._rules = race.Rules(
             _max_ticks(race_config, self.track.length, laps),
             laps,
@@ -153,6 +155,11 @@ class RaceWorld:
         asked = objects or next(iter(race_groups(race_config.type).values()), None)
         self._plan = plan_objects(self.track, asked, self.habits, cars_per_world)
         self._objects = new_objects(self._plan, num_cars)
+        self._palettes = np.tile(self.camera.scene.palette @ _grey_weights(sensors), (*self.reports.shape, 1))
+        self._sight = (scene, plain_optics(self.camera, self.reports.shape), sensors.eyes_left_m, self.lidar)
+        self._varied = self._varied_cars(variation) if variation.is_on else None
+        self.variation = None if self._varied is None else self._varied.drawn.copy()
+        """What the episodes have drawn that the reports are of, (N, M), as `variation.DRAWN`; None: all are alike."""
         self._action_shape = (num_cars, cars_per_world, *actions.spec.shape)
         self._action_count = math.prod(self._action_shape)
         self.seen_objects = np.zeros(self._objects.boxes.shape[:2], OBJECT_STATE)
@@ -227,6 +234,17 @@ class RaceWorld:
         """Where the next episode would start if the first car alone had driven every car's, share of the lap."""
         return float((self._start_shares[0] + self.episodes_begun * self._rules.start_advance) % 1.0)
 
+    def _varied_cars(self, variation: VariationConfig) -> VariedCars:
+        """Return what every car sees and drives with, and let kernels take it instead of what is common to all."""
+        varied = VariedCars(
+            variation, self.camera, _grey_weights(self.sensors), len(self.sensors.eyes_left_m), self.profiles,
+            self._objects.kinds,
+        )  # fmt: skip
+        self._palettes = varied.palettes
+        self._sight = (self._sight[0], varied.optics, *self._sight[2:])
+        self._objects = self._objects._replace(paints=varied.paints)
+        return varied
+
     def move_starts(self, start_shares: Sequence[float] | Array) -> None:
         """Let the next `reset` line the cars up elsewhere: shares of the lap, (N,)."""
         self._start_shares = np.array(start_shares, float)
@@ -238,6 +256,8 @@ class RaceWorld:
             self._objects.states["changes"] = 0
             self._objects.keys[:] = _object_keys(seed, self._spec.num_worlds)
         self._cars = race.new_cars(self.track, self._spec.num_agents, self._start_shares)
+        if self._varied is not None:
+            self._varied.seed(seed)
         self.begin_episodes(buffers)
 
     def begin_episodes(self, buffers: StepBuffers) -> None:
@@ -245,10 +265,13 @@ class RaceWorld:
         self._parked[:] = False
         self._reward_sums[:] = 0.0
         self._finished.clear()
+        if self._varied is not None:
+            self._varied.begin(self._every_car, self._cars["episode"])
         kernels.line_up(
             self._arrays, self._plan, self._objects, *self._sight, self._palettes, self._keys, self._cars,
             self._ranges, *self._views(buffers.observations, self._frames),
         )  # fmt: skip
+        self._disturb(self._every_car, buffers.observations, self._frames)
         self._join_eyes(self._frames, self._every_car, buffers.observations)
         self._show_active(buffers)
 
@@ -280,14 +303,20 @@ class RaceWorld:
         told = self.actions.commands(actions.reshape(self._action_shape))
         if self._objects.kinds.size:
             self.seen_objects[:], self.seen_boxes[:] = self._objects.states, self._objects.boxes
+        varied = self._varied
+        profiles, sent = (
+            (self.profiles, told.sent) if varied is None else (varied.profiles, varied.send(self._cars, told.sent))
+        )
         kernels.tick(
-            self._arrays, self._plan, self._objects, self.profiles, self._rules, *self._sight, self._palettes,
-            told.numbers, told.chosen, told.sent, self._parked, self._keys, self._cars, self.reports, self._ranges,
+            self._arrays, self._plan, self._objects, profiles, self._rules, *self._sight, self._palettes,
+            told.numbers, told.chosen, sent, self._parked, self._keys, self._cars, self.reports, self._ranges,
             *self._views(buffers.observations, self._frames),
             *self._views(buffers.final_observations, self._last_frames),
         )  # fmt: skip
         buffers.terminated[:] = self.reports["terminated"]
         buffers.truncated[:] = self.reports["truncated"]
+        if varied is not None:
+            self._show_varied(varied, buffers)
         self._join_eyes(self._frames, self._every_car, buffers.observations)
         self._join_eyes(self._last_frames, buffers.terminated | buffers.truncated, buffers.final_observations)
         self._show_active(buffers)
@@ -310,6 +339,8 @@ class RaceWorld:
             state["object.boxes"], state["object.keys"] = self._objects.boxes.copy(), self._objects.keys.copy()
             for name in OBJECT_STATE.names or ():
                 state[f"object.{name}"] = self._objects.states[name].copy()
+        if self._varied is not None:
+            state |= self._varied.save_state()
         return {**state, "reward_sums": self._reward_sums.copy(), "keys": self._keys.copy()}
 
     def load_state(self, state: Mapping[str, Array], buffers: StepBuffers) -> None:
@@ -328,10 +359,10 @@ class RaceWorld:
         self._finished.clear()
         if self.sensors.lidar is not None:
             self._ranges[:] = state["ranges"]
-        kernels.look_again(
-            self._arrays, self._objects, *self._sight, self._palettes, self._cars, self._ranges,
-            *self._views(buffers.observations, self._frames),
-        )  # fmt: skip
+        if self._varied is not None:
+            self._varied.load_state(state, self._cars["episode"])
+        self._look_again(self._every_car, buffers)
+        self._disturb(self._every_car, buffers.observations, self._frames)
         self._join_eyes(self._frames, self._every_car, buffers.observations)
         self._show_active(buffers)
 
@@ -340,6 +371,29 @@ class RaceWorld:
 
     def _show_active(self, buffers: StepBuffers) -> None:
         buffers.active[:] = self.habits.prepare_is_learned | ~self._cars["preparing"]
+
+    def _look_again(self, rows: Array, buffers: StepBuffers) -> None:
+        kernels.look_again(
+            self._arrays, self._objects, *self._sight, self._palettes, rows, self._cars, self._ranges,
+            *self._views(buffers.observations, self._frames),
+        )  # fmt: skip
+
+    def _show_varied(self, varied: VariedCars, buffers: StepBuffers) -> None:
+        """Disturb what was seen; cars whose episode ended go into the next with what that one draws."""
+        assert self.variation is not None
+        self.variation[:] = varied.drawn
+        ended = self.reports["terminated"] | self.reports["truncated"]
+        if ended.any():
+            self._disturb(ended, buffers.final_observations, self._last_frames, is_last=True)
+            varied.begin(ended, self._cars["episode"])
+            self._look_again(ended, buffers)
+        self._disturb(self._every_car, buffers.observations, self._frames)
+
+    def _disturb(self, rows: Array, observations: Mapping[str, Array], own: Array, is_last: bool = False) -> None:
+        """Turn what cameras should have seen into what they show; nothing where all episodes are alike."""
+        if self._varied is not None:
+            frames, _, _ = self._views(observations, own)
+            self._varied.show(self._cars, rows, frames, is_last)
 
     def _views(self, observations: Mapping[str, Array], own: Array) -> tuple[Array, Array, Array]:
         """Return what kernels write: frames (N, M, E, H, W), the critic's numbers, what the LiDAR tells.
@@ -427,11 +481,9 @@ def world_spec(
     )
 
 
-def _grey_levels(scene: Scene, sensors: Sensors) -> Array:
-    """Return the grey level of each material (M,) as this camera tells it."""
-    if sensors.camera == STEREO:
-        return np.asarray(scene.palette @ STEREO_GREY_WEIGHTS, np.float64)
-    return np.asarray(scene.grey_palette, np.float64)
+def _grey_weights(sensors: Sensors) -> Array:
+    """Return the weights (3,) of red, green and blue in the grey level that this camera tells."""
+    return STEREO_GREY_WEIGHTS if sensors.camera == STEREO else GREY_WEIGHTS
 
 
 def _keys(seed: int, shape: tuple[int, ...]) -> Array:

@@ -112,7 +112,7 @@ CAR_BODY_SHELL_TYPE | deepracer | told | Shell of the car on the video.
 CAR_COLOR | Red | told | Colour of the car on the video.
 DISPLAY_NAME | $DR_CAR_NAME | told | Name shown on the video.
 RACER_NAME | $DR_CAR_NAME | told | Name of the racer.
-ENABLE_DOMAIN_RANDOMIZATION | False | later | Other colours and light in each episode.
+ENABLE_DOMAIN_RANDOMIZATION | False | used | Other lamps, and other colours of objects, in each episode.
 EVAL_NUMBER_OF_TRIALS | 3 | used | Laps of `racecraft evaluate` where none are asked for; trials of a judged race.
 EVAL_IS_CONTINUOUS | True | used | Of a judged race: trials are laps of one drive, or each begins at rest.
 EVAL_MAX_RESETS | 100 | used | Of a judged race: how often the car is set back; the next mishap ends the trial.

@@ -20,6 +20,7 @@ from racecraft.contract.errors import SettingError, nearest
 from racecraft.envs.deepracer.fidelity import FIDELITIES, habits
 from racecraft.envs.deepracer.sensors import STEREO
 from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig, with_race_groups
+from racecraft.envs.deepracer.variation import VariationConfig
 from racecraft.formats.aws.hyperparameters import Hyperparameters
 from racecraft.formats.aws.lidar_config import LIDARS
 from racecraft.formats.aws.model_metadata import NETWORKS, ModelMetadata
@@ -186,6 +187,7 @@ def default_settings(algorithm: Algorithm = PPO) -> Settings:
         boxes=BoxesConfig(),
         bots=BotsConfig(),
         camera=CameraConfig(),
+        variation=VariationConfig(),
         rollout=RolloutConfig(),
         network=NetworkConfig(),
         evaluation=EvaluationConfig(share=1.0),

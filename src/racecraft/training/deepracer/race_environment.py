@@ -121,6 +121,8 @@ def _overrides(env: RunEnv) -> tuple[str, ...]:
         found.append(f"evaluation.episodes={whole_number(env, 'DR_TRAIN_MIN_EVAL_TRIALS', 1, 1000)}")
     if "DR_TRAIN_BEST_MODEL_METRIC" in env.values:
         found.append(f"evaluation.best_by={env.choice('DR_TRAIN_BEST_MODEL_METRIC', 'progress', BEST_METRICS)}")
+    if "DR_ENABLE_DOMAIN_RANDOMIZATION" in env.values:
+        found.append(f"variation.level={'aws' if env.flag('DR_ENABLE_DOMAIN_RANDOMIZATION') else 'off'}")
     return (*found, *_own_settings(env))
 
 
@@ -226,7 +228,7 @@ def _course_overrides(env: RunEnv, run: RunEnv) -> tuple[str, ...]:
     race = race_type(env if "DR_RACE_TYPE" in env.values else run)
     offset = _share(env, "DR_TRAIN_START_POSITION_OFFSET")
     starts = () if offset is None else (f"race.start_offset={offset}",)
-    own = tuple(one for one in _overrides(env) if one.startswith("race."))
+    own = tuple(one for one in _overrides(env) if one.startswith(("race.", "variation.")))
     return (f"race.type={race}", *starts, *own, *objects_overrides(env, race))
 
 

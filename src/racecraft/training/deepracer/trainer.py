@@ -193,6 +193,7 @@ def race_world(
         mount=mount_for_version(planned.model.metadata.version),
         sensors=planned.sensors,
         objects=objects_of(course.settings),
+        variation=course.settings.variation,
     )
 
 

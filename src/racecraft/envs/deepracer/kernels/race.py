@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from racecraft.envs.deepracer.camera import Optics
 from racecraft.envs.deepracer.kernels.bots import drive_bots
 from racecraft.envs.deepracer.kernels.boxes import draw_boxes, is_in_frame
 from racecraft.envs.deepracer.kernels.camera import render_frame
@@ -73,19 +74,23 @@ def line_up(
         for m in range(cars.shape[1]):
             make_room(track, objects, cars, n, m, m)
         for m in range(cars.shape[1]):
-            look(track, objects, scene, optics, eyes, palettes[n], cars[n, m], n, frames[n, m], critic_views[n, m])
+            look(track, objects, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m])
             look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m])
 
 
 @parallel_kernel
 def look_again(
-    track, objects, scene, optics, eyes, lidar, palettes, cars, ranges, frames, critic_views, lidar_views
+    track, objects, scene, optics, eyes, lidar, palettes, rows, cars, ranges, frames, critic_views, lidar_views
 ):  # fmt: skip
-    """Look from where every car is, as after loading a saved race; a LiDAR's newest reading was saved with it."""
+    """Look once more from where cars are, bool (N, M): after loading a saved race, or with other eyes.
+
+    A LiDAR's newest reading stands.
+    """
     for n in prange(cars.shape[0]):
         for m in range(cars.shape[1]):
-            look(track, objects, scene, optics, eyes, palettes[n], cars[n, m], n, frames[n, m], critic_views[n, m])
-            tell(lidar, ranges[n, m], lidar_views[n, m])
+            if rows[n, m]:
+                look(track, objects, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m])
+                tell(lidar, ranges[n, m], lidar_views[n, m])
 
 
 @parallel_kernel
@@ -102,10 +107,10 @@ def tick(
         profiles: PROFILE (N, M).
         rules: Rules.
         scene: Scene, for `render_frame`.
-        optics: Optics, likewise.
+        optics: OPTICS (N, M), every car's camera.
         eyes: float64 (E,), how far left of the car's middle each eye sits, m.
         lidar: MountedLidar; without one the views of it are empty.
-        palettes: Colours of each world, first axis N.
+        palettes: float64 (N, M, P), the level of each material to every car.
         numbers: (N, M) int64, each action's number in its table, for the reports.
         chosen: (N, M, 2) commanded steering in rad and speed in m/s, as the policy chose them.
         sent: (N, M, 2) the same as sent to the cars.
@@ -127,7 +132,7 @@ def tick(
                 report_parked(reports[n, m])
             else:
                 report_moment(track, cars[n, m], reports[n, m], numbers[n, m], chosen[n, m, 0], chosen[n, m, 1])
-                report_objects(track, plan, objects, optics, cars[n, m], reports[n, m], n)
+                report_objects(track, plan, objects, optics[n, m], cars[n, m], reports[n, m], n)
                 call_endings(rules, cars[n, m], reports[n, m])
         for m in range(cars.shape[1]):
             if not parked[n, m]:
@@ -139,7 +144,7 @@ def tick(
         for m in range(cars.shape[1]):
             if reports[n, m].terminated or reports[n, m].truncated:
                 look(
-                    track, objects, scene, optics, eyes, palettes[n], cars[n, m], n,
+                    track, objects, scene, optics, eyes, palettes, cars, n, m,
                     last_frames[n, m], last_critic_views[n, m],
                 )  # fmt: skip
                 look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], last_lidar_views[n, m])
@@ -150,7 +155,7 @@ def tick(
                     place_objects(track, plan, objects, cars, n)
                 make_room(track, objects, cars, n, m, cars.shape[1])
         for m in range(cars.shape[1]):
-            look(track, objects, scene, optics, eyes, palettes[n], cars[n, m], n, frames[n, m], critic_views[n, m])
+            look(track, objects, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m])
             look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m])
 
 
@@ -319,6 +324,7 @@ def restart(track, profile, rules, car):
     wheels = wheels_after(profile, car, car.old_steering, TICK_SECONDS) if rules.keeps_wheels else 0.0
     car.start_share = (car.start_share + rules.start_advance) % 1.0
     car.episode += 1
+    car.ended_yaw = car.yaw
     take_start(track, car)
     car.steering = wheels
 
@@ -394,22 +400,23 @@ def start_pose(track, share, left):
 
 
 @kernel
-def look(track, objects, scene, optics, eyes, palette, car, n, frame, critic_view):
-    """Draw what each eye sees, and write what only a critic may see.
+def look(track, objects, scene, optics, eyes, palettes, cars, n, m, frame, critic_view):
+    """Draw what each eye of car m of world n sees, and write what only a critic may see.
 
     The critic's numbers: offset from the centre line over half the road's width (left positive), sine and cosine of the
     heading error, speed in m/s, steering in rad, then for each distance of CRITIC_LOOKS_AHEAD_M sine and cosine of the
     road's direction there against the car's.
     """
+    car, palette, camera = cars[n, m], palettes[n, m], as_optics(optics[n, m])
     if eyes.shape[0] == 1:
-        render_frame(scene, optics, car.x, car.y, car.yaw, palette, frame[0])
+        render_frame(scene, camera, car.x, car.y, car.yaw, palette, frame[0])
     else:
-        render_pair(scene, optics, car.x, car.y, car.yaw, eyes[0], palette, frame)
+        render_pair(scene, camera, car.x, car.y, car.yaw, eyes[0], palette, frame)
     if objects.boxes.shape[1] > 0:
         cos, sin = math.cos(car.yaw), math.sin(car.yaw)
         for eye in range(eyes.shape[0]):
             x, y = car.x - sin * eyes[eye], car.y + cos * eyes[eye]
-            draw_boxes(optics, objects.boxes[n], objects.kinds[n], x, y, car.yaw, palette, frame[eye])
+            draw_boxes(camera, objects.boxes[n], objects.paints[n], x, y, car.yaw, palette, frame[eye])
     left = (car.border_inner < car.border_outer) == track.is_ccw
     _, _, road_yaw = pose_on_line(track.centre, track.arc, track.closed, car.arc)
     offset = car.centre_distance / (0.5 * car.track_width) if car.track_width > 0.0 else 0.0
@@ -422,6 +429,16 @@ def look(track, objects, scene, optics, eyes, palette, car, n, frame, critic_vie
         critic_view[6 + 2 * k] = math.cos(ahead_yaw - car.yaw)
     if critic_view.shape[0] > CRITIC_NUMBERS:
         tell_objects(track, objects.states[n], car, critic_view[CRITIC_NUMBERS:])
+
+
+@kernel
+def as_optics(record):
+    """Return a camera's record as the plain numbers that stay in registers while a frame is drawn."""
+    return Optics(
+        record.focal, record.middle_x, record.middle_y, record.cos_pitch, record.sin_pitch, record.mount_x,
+        record.mount_z, record.side, record.side_norm, record.ground_near, record.cos_roll, record.sin_roll,
+        record.grain,
+    )  # fmt: skip
 
 
 @kernel
