@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from racecraft.training.trainer import Trained
 
 STOP_HELP = "laps, minutes=10, iterations=50, steps=200000; may be repeated; the first that holds ends it."
-UNCHANGEABLE = ("folder", "track", "car", "preset", "fidelity", "seed", "algorithm", "set_", "from_")
+UNCHANGEABLE = ("folder", "track", "car", "preset", "fidelity", "seed", "algorithm", "set_", "from_", "against")
 
 
 def train(
@@ -40,6 +40,13 @@ def train(
     ] = "fast",
     fidelity: Annotated[
         str | None, typer.Option(help="sane, or aws with the original's habits; by default what goes with the preset.")
+    ] = None,
+    against: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Race others: self (past selves), RUN[:best|last|N], a model of AWS's, or a folder of runs; may be "
+            "repeated."
+        ),
     ] = None,
     stop: Annotated[list[str] | None, typer.Option(help=STOP_HELP)] = None,
     run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/TRACK-N.")] = None,
@@ -70,6 +77,8 @@ def train(
 
         racecraft train my-car --track Oval_track --stop laps --stop minutes=5
 
+        racecraft train my-car --against self --against runs/reinvent_base-1 --stop minutes=10
+
         racecraft train my-car --set ppo.learning_rate=1e-4 --seed 3 --json
 
         racecraft train --run runs/reinvent_base-1 --resume --stop minutes=10
@@ -88,7 +97,9 @@ def train(
     if resume:
         begun, request = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1"), None
     else:
-        request = RaceRequest(folder, track, car, preset, fidelity, **asked(algorithm, stop, run, seed, set_, from_))
+        rivals = tuple(against or ())
+        common = asked(algorithm, stop, run, seed, set_, from_)
+        request = RaceRequest(folder, track, car, preset, fidelity, rivals, **common)
     if detach:
         _refuse_detached(metrics_port)
         return detach_training(context, run, request, json)
@@ -99,10 +110,13 @@ def train(
         else:
             trained = train_world(request, watching, tell)
         files = _paint(trained, tell) if pictures else {}
+        races = _race_selves(trained, pictures, tell)
         if json:
-            print_json({**trained.summary(), **files})
+            print_json({**trained.summary(), **files, **({} if races is None else {"races": races})})
         else:
             _say_what_came_of_it(trained, files)
+            if races is not None:
+                _say_who_is_better(races)
 
 
 def _measured(
@@ -130,6 +144,30 @@ def _paint(trained: Trained, tell: Callable[[str], None]) -> dict[str, str]:
     from racecraft.reporting.gallery import paint_run
 
     return {kind: str(path) for kind, path in paint_run(trained.run, tell).items()}
+
+
+def _race_selves(trained: Trained, film: bool, tell: Callable[[str], None]) -> dict[str, Any] | None:
+    """Race the last self of a car that was trained against others against earlier ones; None of any other car."""
+    rivals = trained.run.read_job()["asked"].get("against", [])
+    if not rivals:
+        return None
+    from racecraft.reporting.self_rating import rate_selves
+    from racecraft.training.deepracer.rivals import models_among
+
+    rated, files = rate_selves(trained.run, models_among(rivals), tell, film)
+    return {**rated.as_dictionary(), "files": {kind: str(path) for kind, path in files.items()}}
+
+
+def _say_who_is_better(races: dict[str, Any]) -> None:
+    gain = races["last_over_first"]
+    print(
+        f"\nAgainst others: {gain['points']:+.0f} Elo over its first self ({gain['low']:+.0f} to {gain['high']:+.0f})."
+    )
+    for one in races["selves"]:
+        print(f"  {one['name']:20} {one['points']:6.0f}   {one['wins']} of {one['races']} races won, ", end="")
+        print(f"{one['overtakes']} overtakes, {one['crashes']} crashes")
+    for kind, place in races["files"].items():
+        print(f"  {kind:8} {place}")
 
 
 def what_came_of_it(stable_seconds: float | None, best_lap_seconds: float | None) -> str:

@@ -52,9 +52,12 @@ STATUSES = (
     "prepare",
     "park",
     "crashed",
+    "pause",
 )
 """How a row stands; the code is the index. Spelling is the original's, which racers' tools look for."""
-IN_PROGRESS, LAP_COMPLETE, OFF_TRACK, IMMOBILISED, REVERSED, TIME_UP, PREPARE, PARK, CRASHED = range(len(STATUSES))
+IN_PROGRESS, LAP_COMPLETE, OFF_TRACK, IMMOBILISED, REVERSED, TIME_UP, PREPARE, PARK, CRASHED, PAUSE = range(
+    len(STATUSES)
+)
 
 START_GAP_M = 0.75
 """Cars of one world start so far behind one another along the centre line (simapp START_POS_OFFSET)."""
@@ -94,6 +97,8 @@ CAR_STATE = np.dtype(
         ("episode", "i8"), ("laps", "i8"),  # episodes begun before this one; laps done in it
         ("still_ticks", "i8"), ("backward_ticks", "i8"),  # in a row
         ("preparing", "b1"),
+        ("held", "i8"),  # ticks that it still waits where it stands, as after a penalty; nobody can hit it then
+        ("away", "b1"),  # parked: carried off the road until its next start
         # Where the car lies; written by `locate`.
         ("front_x", "f8"), ("front_y", "f8"),  # the point racers call x, y
         ("arc", "f8"),  # of its projection on the centre line, m from the start line
@@ -147,6 +152,8 @@ class Rules(NamedTuple):
     """Spread of the push that the angle of the wheels takes in every tick, rad; they come back as they steer."""
     keeps_wheels: bool = False
     """Whether a car that is put back to its start keeps the angle of its wheels."""
+    start_ahead: float = 0.0
+    """m ahead of another car of its world at which a car starts again; 0: where its own next start lies."""
 
 
 PROFILE = np.dtype([(name, "f8") for name in CarProfile._fields])

@@ -17,6 +17,7 @@ from racecraft.envs.deepracer.side_by_side import SideBySide
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.evaluation.deepracer.laps import judge_laps, judge_starts
 from racecraft.training.callbacks import EvaluationResult
+from racecraft.training.deepracer.against import AgainstWorld
 from racecraft.training.stopping import LAPS
 
 FLYING_LAPS = 3
@@ -41,7 +42,7 @@ class CarEvaluator:
         self,
         world: RaceWorld | SideBySide,
         policy: Policy,
-        trained_in: RaceWorld | SideBySide | None = None,
+        trained_in: RaceWorld | SideBySide | AgainstWorld | None = None,
         best_by: str = "progress",
         flying: RaceWorld | None = None,
     ) -> None:

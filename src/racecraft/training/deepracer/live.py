@@ -13,6 +13,7 @@ from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.formats.episodes import STATUSES
 from racecraft.formats.live_ticks import forget_live_ticks, is_watched, write_live_ticks
 from racecraft.formats.run_folder import RunFolder
+from racecraft.training.deepracer.against import AgainstWorld
 
 RING_TICKS = 64
 """Ticks that are left at a time: 4.3 simulated seconds."""
@@ -46,7 +47,7 @@ class LivePublisher:
 
     def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
         """Keep one tick, if somebody watches, and leave the latest when it is time."""
-        assert isinstance(world, RaceWorld | SideBySide)
+        assert isinstance(world, RaceWorld | SideBySide | AgainstWorld)
         self._ticks += 1
         if self._watched:
             shown = world.courses[0] if isinstance(world, SideBySide) else world  # a page draws one circuit

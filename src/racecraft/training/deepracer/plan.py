@@ -13,7 +13,7 @@ from racecraft.envs.deepracer.actions import ActionSpace, action_space
 from racecraft.envs.deepracer.fidelity import habits
 from racecraft.envs.deepracer.placing import plan_objects
 from racecraft.envs.deepracer.sensors import Sensors, car_sensors
-from racecraft.envs.deepracer.settings import objects_of, with_race_groups
+from racecraft.envs.deepracer.settings import HEAD_TO_MODEL, TIME_TRIAL, objects_of, with_race_groups
 from racecraft.envs.deepracer.vehicle import PROFILES
 from racecraft.formats.aws.drfc_folder import DrfcFolder
 from racecraft.formats.aws.model_metadata import as_aws_dict
@@ -41,6 +41,10 @@ from racecraft.training.versions import versions
 
 DEFAULT_TRACK = "reinvent_base"
 DEFAULT_STOPS = ("laps", "minutes=30")
+ITSELF = "self"
+"""Word of --against: the learner's own past."""
+STOPS_AGAINST = ("minutes=10",)
+"""A car that laps alone has not learned to race."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,9 @@ class RaceRequest(TrainRequest):
     preset: str = "fast"
     fidelity: str | None = None
     """"sane" or "aws"; None: the one that goes with the preset."""
+    against: tuple[str, ...] = ()
+    """Whom the car races: ITSELF, RUN[:best|last|N], a model of AWS's, or a folder of runs; none: nobody, or itself
+    where the race is HEAD_TO_MODEL."""
     drfc: DrfcFolder | None = None
     """The installation of DeepRacer for Cloud that asks; its bucket holds the files and, in the end, the run."""
 
@@ -77,6 +84,8 @@ class CarPlan:
     """The racer's run.env, as it was read; what the AWS files repeat of it goes into job.json too."""
     judging: Mapping[str, bool | int | float | str] = field(default_factory=dict)
     """What `racecraft evaluate` does with the run where it is not told otherwise."""
+    against: tuple[str, ...] = ()
+    """Whom the car races, as `RaceRequest.against`; empty: nobody."""
     courses: tuple[LaidCourse, ...] = ()
     """The courses that cars are shared out among; empty: all drive on `track` as `settings.race` says."""
 
@@ -108,8 +117,8 @@ def plan_car(request: RaceRequest) -> CarPlan:
     request = replace(
         request,
         track=request.track or asked.track or DEFAULT_TRACK,
-        stops=request.stops or asked.stops or (DEFAULT_STOPS if request.drfc is None else ()),
-        overrides=(*offset, *asked.overrides, *request.overrides),
+        stops=request.stops or asked.stops or _default_stops(request),
+        overrides=(*offset, *asked.overrides, *request.overrides, *_race_of(request, asked.overrides)),
         clone_from=request.clone_from or asked.clone_from,
     )
     if request.car is not None and request.car not in PROFILES:
@@ -139,6 +148,7 @@ def plan_car(request: RaceRequest) -> CarPlan:
         (*notes, *notes_on_courses(courses, settings)),
         asked.env.values,
         asked.judging,
+        request.against or ((ITSELF,) if settings.race.type == HEAD_TO_MODEL else ()),
         courses,
     )
 
@@ -194,6 +204,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
         parse_stops(request.stops, LAPS),
         tuple(notes),
         job.get("env", {}),
+        against=tuple(asked.get("against", ())),
         courses=courses_of_job(job.get("courses", []), settings, track),
     )
 
@@ -206,6 +217,7 @@ def asked_of(plan: CarPlan) -> dict[str, Any]:
         "track": plan.track.name,
         "preset": request.preset,
         "set": list(request.overrides),
+        "against": list(plan.against),
         "from": None if request.clone_from is None else _source_name(request.clone_from),
     }
 
@@ -224,6 +236,28 @@ def job_of(plan: CarPlan) -> dict[str, Any]:
         "env": {name: plan.env[name] for name in FROM_ENV.values() if name in plan.env},
         "model_metadata": as_aws_dict(plan.model.metadata),
     }
+
+
+def _default_stops(request: RaceRequest) -> tuple[str, ...]:
+    if request.drfc is not None:
+        return ()
+    return STOPS_AGAINST if request.against else DEFAULT_STOPS
+
+
+def _race_of(request: RaceRequest, told: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the type of race that racing others asks for.
+
+    Raises:
+        SettingError: Another type was asked for, too.
+    """
+    wanted = f"race.type={HEAD_TO_MODEL}"
+    types = [one for one in (*told, *request.overrides) if one.startswith("race.type=")]
+    if request.against and types and types[-1] != wanted and types[-1] != f"race.type={TIME_TRIAL}":
+        raise SettingError(
+            f"--against asks for a race of {HEAD_TO_MODEL}, and {types[-1]} was asked for, too; expected one of them. "
+            "Leave one out."
+        )
+    return (wanted,) if request.against else ()
 
 
 def _load_track(request: RaceRequest, env: RunEnv) -> Track:

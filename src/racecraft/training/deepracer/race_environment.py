@@ -99,12 +99,8 @@ def race_environment(folder: Path | None, clones: bool = True, drfc: DrfcFolder 
 
 
 def race_type(env: RunEnv) -> str:
-    """Return the race; one that is not built yet is refused: training another one instead would be no favour."""
-    race = env.choice("DR_RACE_TYPE", TIME_TRIAL, (*RACE_TYPES, "HEAD_TO_MODEL"))
-    if race not in RACE_TYPES:
-        cure = "Change this variable, or wait for a later version."
-        raise env.letter("DR_RACE_TYPE", " or ".join(RACE_TYPES), cure, found=f"'{race}' is valid and not built yet")
-    return race
+    """Return the race."""
+    return env.choice("DR_RACE_TYPE", TIME_TRIAL, RACE_TYPES)
 
 
 def _overrides(env: RunEnv) -> tuple[str, ...]:

@@ -33,6 +33,7 @@ from racecraft.formats.whole import write_whole
 from racecraft.kernels.compile import is_warm
 from racecraft.players.trained import GreedyPolicy
 from racecraft.tracks.importer import route_file, travels
+from racecraft.training.deepracer.against import AgainstWorld
 from racecraft.training.deepracer.aws.files import AwsFiles
 from racecraft.training.deepracer.aws.setup import aws_setup
 from racecraft.training.deepracer.cloning import require_same_shape
@@ -50,7 +51,9 @@ from racecraft.training.deepracer.plan import (
 )
 from racecraft.training.deepracer.presets import default_settings
 from racecraft.training.deepracer.recorder import EpisodeRecorder
+from racecraft.training.deepracer.rivals import against_world, require_racing
 from racecraft.training.loop import Outcome
+from racecraft.training.opponent_pool import OpponentPool
 from racecraft.training.resume import Say
 from racecraft.training.trainer import Experiment, RunAttendants
 from racecraft.training.versions import versions
@@ -71,6 +74,10 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
     settings, seed = planned.settings, planned.seed
     reward = load_reward(planned.model.reward, settings.race.reward_seconds, settings.race.type)
     world, judged = driven_world(planned, reward), judged_world(planned, reward)
+    pool: OpponentPool | None = None
+    if planned.against:
+        require_racing(planned)
+        world, pool = against_world(planned, lambda cars: one_for_each(reward, cars))
     flying = race_world(planned, 1, start_shares=np.zeros(1), laps=FLYING_LAPS)
 
     def evaluator(learner: Learner, run: RunFolder) -> CarEvaluator:
@@ -90,6 +97,8 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
         folder_name=planned.track.name,
         job=job_of(planned),
         notes=planned.notes,
+        after_update=lambda learner: None if pool is None else pool.learned(learner),
+        parts={} if pool is None else {"opponents": pool},
         lay_files=lambda run: lay_files(planned, reward, run),
         warm_up=lambda tell: warm_up((world, judged, flying), tell),
         attend=lambda run, notes: attended(planned, reward, run, notes),
@@ -223,7 +232,7 @@ def open_log(run: RunFolder) -> TextIO:
         raise RunFolderError(f"{run.log}: cannot be written ({error.strerror}); expected a log file.") from error
 
 
-def warm_up(worlds: Sequence[RaceWorld | SideBySide], say: Say) -> None:
+def warm_up(worlds: Sequence[RaceWorld | SideBySide | AgainstWorld], say: Say) -> None:
     """Compile the kernels before the clock starts; on the first run ever that takes a while and is said."""
     if not is_warm():
         say("First run on this machine: compiling the simulator (once, under a minute) …")
@@ -236,8 +245,8 @@ def warm_up(worlds: Sequence[RaceWorld | SideBySide], say: Say) -> None:
         one.reward = reward
 
 
-def _courses_of(worlds: Sequence[RaceWorld | SideBySide]) -> list[RaceWorld]:
-    return [course for one in worlds for course in (one.courses if isinstance(one, SideBySide) else (one,))]
+def _courses_of(worlds: Sequence[RaceWorld | SideBySide | AgainstWorld]) -> list[RaceWorld]:
+    return [course for one in worlds for course in ((one,) if isinstance(one, RaceWorld) else one.courses)]
 
 
 def _rounded(value: float | None) -> float | None:
