@@ -11,7 +11,9 @@ from racecraft.analysis.deepracer.drive import Drive, as_drive
 from racecraft.analysis.deepracer.films.film import FilmStyle, OtherCar, write_film
 from racecraft.contract.world import Array
 from racecraft.envs.deepracer import race
+from racecraft.envs.deepracer.vehicle import TICK_SECONDS
 from racecraft.evaluation.deepracer.head_to_head import RaceResult
+from racecraft.evaluation.deepracer.judged_race import MISHAPS
 from racecraft.players.deepracer.driver import Driver
 from racecraft.tracks.track import Track
 
@@ -44,4 +46,11 @@ def film_race(
 def drive_of(ticks: Array) -> Drive:
     """Return what a car did until it was carried off the road, TICK_REPORT (T,)."""
     parked = np.flatnonzero(ticks["status"] == race.PARK)
-    return as_drive(ticks[: parked[0]] if len(parked) else ticks)
+    ticks = ticks[: parked[0]] if len(parked) else ticks
+    status = ticks["status"]
+    return replace(
+        as_drive(ticks),
+        lap=1 + ticks["laps"] - (status == race.LAP_COMPLETE),
+        resets=np.cumsum(np.isin(status, list(MISHAPS))),
+        penalty_seconds=np.cumsum(status == race.PAUSE) * TICK_SECONDS,
+    )

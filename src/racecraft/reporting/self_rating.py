@@ -22,9 +22,9 @@ from racecraft.reporting.race_film import film_race
 from racecraft.tracks.track import Track
 
 RATING, FILM = "selves.json", "race.mp4"
-RACES, LAPS, MAX_RESETS = 8, 1, 3
+RACES, LAPS, MAX_RESETS = 8, 1, 2
 """Races of every pair, over so many laps; after a few mishaps who cannot drive at all is out."""
-STEPS = 4
+STEPS = 2
 """Earlier selves that are met, evenly spread over the training, the first among them."""
 
 
