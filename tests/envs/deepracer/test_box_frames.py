@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from ray_caster import GROUND, HEIGHT, LEVELS, WIDTH, cast
 
 from racecraft.envs.deepracer.camera import MOUNT_V3, CameraMount, mounted_optics
 from racecraft.envs.deepracer.kernels.boxes import draw_boxes
+from ray_caster import GROUND, HEIGHT, LEVELS, WIDTH, cast
+
 
 def draw(boxes, kinds, mount, pose):
     frame = np.full((HEIGHT, WIDTH), GROUND, np.uint8)

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 import shapely
-from ray_caster import HEIGHT, LEVELS, WIDTH, cast
 
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer import race
@@ -18,6 +17,7 @@ from racecraft.envs.deepracer.sensors import FRONT_CAMERA, car_sensors
 from racecraft.envs.deepracer.settings import BoxesConfig, CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import CAMERA_NAME, CRITIC_NAME, RaceWorld
 from racecraft.tracks.catalogue import load_track
+from ray_caster import HEIGHT, LEVELS, WIDTH, cast
 
 ACTIONS = ActionTable.of([(math.radians(angle), speed) for angle in (-30, 0, 30) for speed in (0.5, 2.0)])
 SLOW, FAST = 2, 3

@@ -3,9 +3,9 @@
 A tick is what happens between two camera frames, 1/15 s. There are N worlds side by side, which never meet, and M cars
 in each. A world does one act after the other, each for all its cars in turn (`kernels/race.py` has the bodies)::
 
-    report      write down pose, place on the track, objects near and touched, and the command that was chosen here: the
-                reward's parameters; and name how the car stands: lap complete, crashed, off track, immobilised,
-                reversed, out of time, in this order
+    report      write down pose, place on the track, objects and cars near and touched, and the command that was chosen
+                here: the reward's parameters; and name how the car stands: lap complete, crashed, off track,
+                immobilised, reversed, out of time, in this order
     move        steering and throttle act for one tick; then, where the car lies along the track, how far from the
                 centre, which wheels are on the road; bots drive on
     look last   a car whose episode ended sees its last frame
@@ -14,8 +14,12 @@ in each. A world does one act after the other, each for all its cars in turn (`k
     look        every car sees the frame by which its next action is chosen, and a critic what only it may see
 
 Nobody moves before all are written down, and nobody looks before all have moved: what a world's cars see and feel of
-one another is of one moment. What stands in their way are objects (`objects.py`): a car that touches one has crashed.
-Cars do not touch one another yet: a car drives through another and does not see it.
+one another is of one moment. What is in their way are objects (`objects.py`) and the other cars of their world, which
+each finds around it as boxes of a car's size (`Around`, `kernels/around.py`): a car that touches an object has crashed,
+and of two cars that touch, the one behind. Who was hit drives on.
+
+A car may be *held*: it waits where it stands, its clock runs, and others drive through it, as after a penalty. A
+*parked* one is carried off the road.
 
 So a row is (pose, action, reward): the reward speaks of the pose the action was chosen at, as in the original
 (simapp `deepracer_racetrack_env.py`). The first tick of an episode is *prepare*: the car is held at the start, its

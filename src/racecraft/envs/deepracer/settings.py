@@ -25,8 +25,8 @@ class RaceConfig:
 
     type: str = setting(
         TIME_TRIAL,
-        "What the race is about: an empty road, boxes to drive round (the group boxes), bots to overtake (bots), or other "
-        "cars that drive for themselves (against).",
+        "What the race is about: an empty road, boxes to drive round (the group boxes), bots to overtake (bots), or "
+        "other cars (against).",
         choices=RACE_TYPES,
     )
     car: str = setting(

@@ -11,7 +11,7 @@ Begins           at rest on the centre line, nose along it; one prepare tick; ea
                  Several cars of a world begin in two lanes, 0.75 m behind one another, and never within each other
 Meets            the other cars of its world: they are in its camera and its LiDAR, in the object keys of its reward
                  behind boxes and bots, and a car that runs into one has crashed; the one ahead drives on
-Terminates       lap complete, crashed into an object or a car, off track (all four wheels), immobilised, driving backwards
+Terminates       lap complete, crashed into an object or a car, off track (all four wheels), immobilised, reversed
 Truncates        after RaceConfig.max_episode_seconds of simulated time
 Settings         RaceConfig, CameraConfig
 Departs from AWS as `fidelity.py` says line by line: RaceConfig.fidelity `aws` brings the original's habits back
@@ -313,8 +313,9 @@ class RaceWorld:
             for kept, found in zip(self._told, self._found, strict=True):
                 kept[:] = found
         kernels.tick(
-            self._arrays, self._plan, self._objects, self._around, self.profiles, self._rules, *self._sight, self._palettes,
-            told.numbers, told.chosen, told.sent, self._parked, self._keys, self._cars, self.reports, self._ranges,
+            self._arrays, self._plan, self._objects, self._around, self.profiles, self._rules, *self._sight,
+            self._palettes, told.numbers, told.chosen, told.sent, self._parked, self._keys, self._cars, self.reports,
+            self._ranges,
             *self._views(buffers.observations, self._frames),
             *self._views(buffers.final_observations, self._last_frames),
         )  # fmt: skip

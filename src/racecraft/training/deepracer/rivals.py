@@ -1,4 +1,4 @@
-"""Whom a training races against, made definite: words, models, the world with all of them. Begin with `against_world`."""
+"""Whom a training races against, made definite: models, and the world with all of them. See `against_world`."""
 
 from __future__ import annotations
 

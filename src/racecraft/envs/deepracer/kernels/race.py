@@ -95,8 +95,8 @@ def look_again(
 
 @parallel_kernel
 def tick(
-    track, plan, objects, around, profiles, rules, scene, optics, eyes, lidar, palettes, numbers, chosen, sent, parked, keys,
-    cars, reports, ranges, frames, critic_views, lidar_views, last_frames, last_critic_views, last_lidar_views,
+    track, plan, objects, around, profiles, rules, scene, optics, eyes, lidar, palettes, numbers, chosen, sent, parked,
+    keys, cars, reports, ranges, frames, critic_views, lidar_views, last_frames, last_critic_views, last_lidar_views,
 ):  # fmt: skip
     """Advance N worlds of M cars by one tick.
 
