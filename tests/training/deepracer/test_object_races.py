@@ -99,9 +99,3 @@ def test_a_trained_car_meets_the_bots_it_was_trained_among(tmp_path):
     reward = trained.run.reward_function.read_text()
     assert "objects_distance" in reward  # nobody gave one: the default pays for the free lane
     assert np.isfinite(trained.run.read_metrics()[0]["policy_loss"])
-
-
-def test_a_run_goes_on_among_as_many_bots_as_it_was_begun_with(tmp_path):
-    trained = train_as_asked(tmp_path, *BOTS)
-    bots = plan_resume(trained.run.path).settings.bots
-    assert (bots.number, bots.speed, bots.lane_change) == (2, 0.4, True)

@@ -150,8 +150,8 @@ def new_around(objects: Objects, cars_per_world: int) -> Around:
     bodies[..., 3:] = car.length / 2, car.width / 2, car.height
     counts, body_states = np.full(own, num_objects), np.zeros(own, OBJECT_STATE)
     if cars_per_world == 1:
-        ours = (part[:, None] for part in objects[:3])
-        return Around(*ours, counts, bodies, body_states)
+        boxes, kinds, states = objects.boxes[:, None], objects.kinds[:, None], objects.states[:, None]
+        return Around(boxes, kinds, states, counts, bodies, body_states)
     rows = (*own, num_objects + cars_per_world - 1)
     kinds = np.full(rows, BOT_CAR)
     kinds[..., :num_objects] = objects.kinds[:, None]

@@ -32,7 +32,7 @@ from racecraft.tracks.track import Track
 
 DONE_CONDITIONS = ("any", "all")
 MOST_RACES = 10_000
-FINISHED, RETIRED, TIME_UP, OVERTAKEN_BY_END = "finished", "retired", "time_up", "not_finished"
+FINISHED, RETIRED, TIME_UP, CUT_SHORT = "finished", "retired", "time_up", "not_finished"
 
 
 @dataclass(frozen=True)
@@ -259,8 +259,8 @@ class _Field:
                     back[n, m] = self._set_back(n, before[n, m : m + 1], status)
         if self._rules.done_condition == "any":
             for n in {n for n, m in np.argwhere(ended).tolist() if self._shown[n][m].ended == FINISHED}:
-                for m in np.flatnonzero(~self._out[n]):
-                    self._leave(n, int(m), reports[n, m], OVERTAKEN_BY_END)
+                for m in np.flatnonzero(~self._out[n]).tolist():
+                    self._leave(n, m, reports[n, m], CUT_SHORT)
         if back:
             self._write(back)
         if ended.any():

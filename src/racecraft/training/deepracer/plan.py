@@ -194,8 +194,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
     if job["versions"] != versions():
         notes.append(f"versions differ from those the run began with ({job['versions']}): the curve may differ")
     algorithm = find_algorithm(request.algorithm or DEFAULT_ALGORITHM)
-    kinds = with_race_groups(from_dictionary(default_settings(algorithm), job["settings"]))
-    settings = from_dictionary(kinds, job["settings"])  # now with the groups that its type of race brings along
+    settings = with_race_groups(from_dictionary(default_settings(algorithm), job["settings"]))
     return CarPlan(
         request,
         model,

@@ -73,11 +73,8 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
     """
     settings, seed = planned.settings, planned.seed
     reward = load_reward(planned.model.reward, settings.race.reward_seconds, settings.race.type)
-    world, judged = driven_world(planned, reward), judged_world(planned, reward)
-    pool: OpponentPool | None = None
-    if planned.against:
-        require_racing(planned)
-        world, pool = against_world(planned, lambda cars: one_for_each(reward, cars))
+    world, pool = learned_world(planned, reward)
+    judged = judged_world(planned, reward)
     flying = race_world(planned, 1, start_shares=np.zeros(1), laps=FLYING_LAPS)
 
     def evaluator(learner: Learner, run: RunFolder) -> CarEvaluator:
@@ -153,6 +150,20 @@ def lay_files(planned: CarPlan, reward: RewardFunction, run: RunFolder) -> None:
     write_hyperparameters(planned.model.hyperparameters, run.hyperparameters)
     if travels(planned.track):
         write_whole(run.track, route_file(planned.track))
+
+
+def learned_world(
+    planned: CarPlan, reward: RewardFunction
+) -> tuple[RaceWorld | SideBySide | AgainstWorld, OpponentPool | None]:
+    """Return what is learned in, and the pool of past selves where they are met there.
+
+    Raises:
+        UserInputError: Whoever is to be raced against cannot be.
+    """
+    if not planned.against:
+        return driven_world(planned, reward), None
+    require_racing(planned)
+    return against_world(planned, lambda cars: one_for_each(reward, cars))
 
 
 def driven_world(planned: CarPlan, reward: RewardFunction) -> RaceWorld | SideBySide:
