@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from racecraft.contract.errors import ContractError
+from racecraft.contract.errors import ContractError, SettingError
 from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer import race
@@ -142,7 +142,7 @@ def test_on_an_open_track_the_last_car_stands_at_the_start():
 
 
 def test_more_cars_than_fit_are_refused_with_the_number_that_does():
-    with pytest.raises(ContractError, match="expected at most 7 cars"):
+    with pytest.raises(SettingError, match="expected at most 7 cars"):
         make_world(1, 8, "Straight_track")
 
 

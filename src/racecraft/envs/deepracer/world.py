@@ -9,10 +9,15 @@ Sees             one camera, uint8 grey (H, W), 160x120 or any smaller size by t
 Rewarded by      the user's reward_function(params); every key in `reward_params.py`
 Begins           at rest on the centre line, nose along it; one prepare tick; each episode a little further round.
                  Several cars of a world begin in two lanes, 0.75 m behind one another, and never within each other
+<<<<<<< HEAD
 Meets            the other cars of its world: they are in its camera and its LiDAR, in the object keys of its reward
                  behind boxes and bots, and a car that runs into one has crashed; the one ahead drives on
 Terminates       lap complete, crashed into an object or a car, off track (all four wheels), immobilised, reversed
 Truncates        after RaceConfig.max_episode_seconds of simulated time
+=======
+Terminates       lap complete, crashed into an object, off track (all four wheels), immobilised, driving backwards
+Truncates        after RaceConfig.max_episode_seconds of simulated time a lap
+>>>>>>> main
 Settings         RaceConfig, CameraConfig
 Departs from AWS as `fidelity.py` says line by line: RaceConfig.fidelity `aws` brings the original's habits back
 Exactness        same seed and actions, same bits, whatever the threads; N worlds equal each alone
@@ -28,13 +33,20 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.contract.errors import ContractError
+from racecraft.contract.errors import ContractError, SettingError
 from racecraft.contract.random_streams import stream_keys
 from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffers, WorldSpec
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionSpace, OwnActions
 from racecraft.envs.deepracer.camera import MOUNT_V1, MOUNT_V2, MOUNT_V3, Camera, CameraMount
-from racecraft.envs.deepracer.fidelity import AWS_MAX_TICKS, SANE_MAX_SECONDS, TICK_JITTER, WHEEL_KICK, habits
+from racecraft.envs.deepracer.fidelity import (
+    AWS_MAX_TICKS,
+    SANE_LEAST_SPEED,
+    SANE_MAX_SECONDS,
+    TICK_JITTER,
+    WHEEL_KICK,
+    habits,
+)
 from racecraft.envs.deepracer.kernels import race as kernels
 from racecraft.envs.deepracer.kernels.eyes import join_eyes
 from racecraft.envs.deepracer.light import light_for
@@ -87,8 +99,8 @@ class RaceWorld:
         start_ahead: How far ahead of another car of its world a car starts again, m; 0: where its own next start lies.
 
     Raises:
-        SettingError: So many objects do not fit on the track.
-        ContractError: `start_shares` or `profiles` have the wrong length, or M cars do not fit on the lap.
+        SettingError: So many objects, or M cars, do not fit on the lap.
+        ContractError: `start_shares` or `profiles` have the wrong length.
     """
 
     def __init__(
@@ -141,7 +153,7 @@ class RaceWorld:
         """The LiDAR as it sits on every car; without one on board it is never asked."""
         self._sight = (self.camera.scene, self.camera.optics, sensors.eyes_left_m, self.lidar)
         self._rules = race.Rules(
-            _max_ticks(race_config),
+            _max_ticks(race_config, self.track.length, laps),
             laps,
             race_config.start_advance if race_config.change_start else 0.0,
             self.habits.cut_is_an_end,
@@ -167,7 +179,7 @@ class RaceWorld:
         if self._start_shares.shape != (num_cars,):
             raise ContractError(f"start_shares has shape {self._start_shares.shape}; expected ({num_cars},)")
         if cars_per_world * race.START_GAP_M > self.track.length:
-            raise ContractError(
+            raise SettingError(
                 f"{cars_per_world} cars start {race.START_GAP_M} m behind one another, and {track.name} is "
                 f"{self.track.length:.1f} m long; expected at most {int(self.track.length / race.START_GAP_M)} cars"
             )
@@ -501,9 +513,10 @@ def mount_for_version(version: str | None) -> CameraMount:
     return MOUNT_V2 if float(version) >= 2 else MOUNT_V1
 
 
-def _max_ticks(race_config: RaceConfig) -> int:
-    """Return the limit on an episode: what was asked for, or what the fidelity has."""
+def _max_ticks(race_config: RaceConfig, track_length: float, laps: int) -> int:
+    """Return the limit on an episode of so many laps: what was asked for a lap, or what the fidelity has."""
     if race_config.max_episode_seconds is not None:
-        return race.max_ticks(race_config.max_episode_seconds)
-    endless = habits(race_config.fidelity).episodes_are_endless
-    return AWS_MAX_TICKS if endless else race.max_ticks(SANE_MAX_SECONDS)
+        return race.max_ticks(race_config.max_episode_seconds * laps)
+    if habits(race_config.fidelity).episodes_are_endless:
+        return AWS_MAX_TICKS
+    return race.max_ticks(max(SANE_MAX_SECONDS, track_length / SANE_LEAST_SPEED) * laps)
