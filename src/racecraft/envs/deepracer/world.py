@@ -9,15 +9,10 @@ Sees             one camera, uint8 grey (H, W), 160x120 or any smaller size by t
 Rewarded by      the user's reward_function(params); every key in `reward_params.py`
 Begins           at rest on the centre line, nose along it; one prepare tick; each episode a little further round.
                  Several cars of a world begin in two lanes, 0.75 m behind one another, and never within each other
-<<<<<<< HEAD
 Meets            the other cars of its world: they are in its camera and its LiDAR, in the object keys of its reward
                  behind boxes and bots, and a car that runs into one has crashed; the one ahead drives on
 Terminates       lap complete, crashed into an object or a car, off track (all four wheels), immobilised, reversed
-Truncates        after RaceConfig.max_episode_seconds of simulated time
-=======
-Terminates       lap complete, crashed into an object, off track (all four wheels), immobilised, driving backwards
 Truncates        after RaceConfig.max_episode_seconds of simulated time a lap
->>>>>>> main
 Settings         RaceConfig, CameraConfig
 Departs from AWS as `fidelity.py` says line by line: RaceConfig.fidelity `aws` brings the original's habits back
 Exactness        same seed and actions, same bits, whatever the threads; N worlds equal each alone

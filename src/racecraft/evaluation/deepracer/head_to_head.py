@@ -172,16 +172,10 @@ class _Field:
         self.whose = (np.arange(count)[None, :] + np.arange(races)[:, None]) % count
         """(N, M) which driver stands where on which grid."""
         rounds = -(-races // count)
-        seconds = config.max_episode_seconds
         self._world = RaceWorld(
             track,
             OwnActions(tuple(driver.actions for driver in drivers), self.whose),
-            race_config=replace(
-                config,
-                type=HEAD_TO_MODEL,
-                change_start=False,
-                max_episode_seconds=None if seconds is None else seconds * rules.laps,
-            ),
+            race_config=replace(config, type=HEAD_TO_MODEL, change_start=False),
             camera_config=drivers[0].frame,
             num_cars=races,
             start_shares=(np.arange(races) // count) / rounds,
