@@ -75,7 +75,8 @@ def test_a_faster_car_in_the_other_lane_overtakes_once_and_wins():
         assert slow.ended == fast.ended == "finished"
         assert slow.laps == fast.laps == 1.0
         assert slow.seconds == pytest.approx(2 * fast.seconds, rel=0.12)  # lanes differ in length
-    assert result.of(1)[0].seconds == pytest.approx(TRACK.length / 2.0, rel=0.05)
+    inner = TRACK.length - 2 * math.pi * 0.5 * 0.305  # half of a half road of 0.609 m nearer to the middle
+    assert result.of(1)[0].seconds == pytest.approx(inner / 2.0, rel=0.05)
 
 
 def test_who_runs_into_another_waits_and_who_was_hit_drives_on():

@@ -162,6 +162,13 @@ def test_a_car_is_trained_against_a_chosen_run_and_a_league(tmp_path):
     assert load_driver(str(rival)).name == "a"
 
 
+def test_whole_episodes_are_driven_against_others_too(tmp_path):
+    """By rows: two races of itself have two learners' cars each, two of its past have one."""
+    done = trained(tmp_path, "a", "rollout.episodes_per_iteration=4", against=("self",), algorithm="reinforce")
+    told = done.run.read_metrics()
+    assert [row["episodes"] for row in told] == [6, 6]
+
+
 def test_head_to_model_in_run_env_races_itself(tmp_path):
     (tmp_path / "run.env").write_text("DR_RACE_TYPE=HEAD_TO_MODEL\n")
     planned = plan_car(RaceRequest(folder=tmp_path))
