@@ -14,7 +14,7 @@ import typer
 
 from racecraft.cli import algorithms, bench, explain, run, settings
 from racecraft.cli.battlesnake import snakes
-from racecraft.cli.deepracer import evaluate, init, leaderboards, logs, new, replay, sensors, tracks, train
+from racecraft.cli.deepracer import evaluate, init, leaderboards, logs, new, race, replay, sensors, tracks, train
 from racecraft.cli.deepracer.dr import group
 from racecraft.cli.gym import gym
 from racecraft.cli.jobs import jobs, tune
@@ -46,6 +46,7 @@ app = typer.Typer(
 
 app.command(name="train")(train.train)
 app.command(name="evaluate")(evaluate.evaluate)
+app.command(name="race")(race.race)
 app.command(name="report")(report.report)
 app.command(name="checkpoints")(checkpoints.checkpoints)
 app.command(name="look")(look.look)

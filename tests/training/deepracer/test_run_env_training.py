@@ -171,7 +171,6 @@ WRONG = [  # line, what the letter holds
     ("DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_NUMBER_OF_OBSTACLES=-2", ":3: DR_OA_NUMBER_OF_OBSTACLES: '-2'; expected"),
     ("DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_OBJECT_POSITIONS=1.4,1", "'1.4,1' lies off the track"),
     ("DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_OBSTACLE_TYPE=crate", "DR_OA_OBSTACLE_TYPE: 'crate'; expected box_obstacle"),
-    ("DR_RACE_TYPE=HEAD_TO_MODEL", "DR_RACE_TYPE: 'HEAD_TO_MODEL' is valid and not built yet"),
     ("DR_RACE_TYPE=TIME_TRAIL", "DR_RACE_TYPE: 'TIME_TRAIL'; expected TIME_TRIAL or"),
     ("DR_TRAIN_REVERSE_DIRECTION=left", "DR_TRAIN_REVERSE_DIRECTION: 'left'; expected True or False"),
     ("DR_TRAIN_CHANGE_START_POSITION=2", "DR_TRAIN_CHANGE_START_POSITION: '2'; expected True or False"),

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 STOP_HELP = "laps, minutes=10, iterations=50, steps=200000; may be repeated; the first that holds ends it."
 UNCHANGEABLE = (
     "folder", "track", "tracks", "group", "groups", "hold_out", "car", "preset", "fidelity", "seed", "algorithm",
-    "set_", "from_",
+    "set_", "from_", "against",
 )  # fmt: skip
 
 
@@ -62,6 +62,13 @@ def train(
     fidelity: Annotated[
         str | None, typer.Option(help="sane, or aws with the original's habits; by default what goes with the preset.")
     ] = None,
+    against: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Race others: self (past selves), RUN[:best|last|N], a model of AWS's, or a folder of runs; may be "
+            "repeated."
+        ),
+    ] = None,
     stop: Annotated[list[str] | None, typer.Option(help=STOP_HELP)] = None,
     run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/TRACK-N.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same machine, same training.")] = 1,
@@ -93,6 +100,8 @@ def train(
 
         racecraft train my-car --group cars=16 --group 'race=OBJECT_AVOIDANCE boxes.number=3 cars=16'
 
+        racecraft train my-car --against self --against runs/reinvent_base-1 --stop minutes=10
+
         racecraft train my-car --set ppo.learning_rate=1e-4 --seed 3 --json
 
         racecraft train --run runs/reinvent_base-1 --resume --stop minutes=10
@@ -122,6 +131,7 @@ def train(
             car=car,
             preset=preset,
             fidelity=fidelity,
+            against=tuple(against or ()),
             **asked(algorithm, stop, run, seed, set_, from_),
         )
     named, shown = run or folder, watcher(sys.stderr if json else sys.stdout)
@@ -134,10 +144,13 @@ def train(
         else:
             trained = train_world(request, watching, tell)
         files = _paint(trained, tell) if pictures else {}
+        races = _race_selves(trained, pictures, tell)
         if json:
-            print_json({**trained.summary(), **files})
+            print_json({**trained.summary(), **files, **({} if races is None else {"races": races})})
         else:
             _say_what_came_of_it(trained, files)
+            if races is not None:
+                _say_who_is_better(races)
 
 
 def one_or_several(track: list[str] | None, tracks: str | None) -> tuple[str | None, tuple[str, ...]]:
@@ -157,6 +170,30 @@ def _paint(trained: Trained, tell: Callable[[str], None]) -> dict[str, str]:
     from racecraft.reporting.gallery import paint_run
 
     return {kind: str(path) for kind, path in paint_run(trained.run, tell).items()}
+
+
+def _race_selves(trained: Trained, film: bool, tell: Callable[[str], None]) -> dict[str, Any] | None:
+    """Race the last self of a car that was trained against others against earlier ones; None of any other car."""
+    rivals = trained.run.read_job()["asked"].get("against", [])
+    if not rivals:
+        return None
+    from racecraft.reporting.self_rating import rate_selves
+    from racecraft.training.deepracer.rivals import models_among
+
+    rated, files = rate_selves(trained.run, models_among(rivals), tell, film)
+    return {**rated.as_dictionary(), "files": {kind: str(path) for kind, path in files.items()}}
+
+
+def _say_who_is_better(races: dict[str, Any]) -> None:
+    gain = races["last_over_first"]
+    print(
+        f"\nAgainst others: {gain['points']:+.0f} Elo over its first self ({gain['low']:+.0f} to {gain['high']:+.0f})."
+    )
+    for one in races["selves"]:
+        print(f"  {one['name']:20} {one['points']:6.0f}   {one['wins']} of {one['races']} races won, ", end="")
+        print(f"{one['overtakes']} overtakes, {one['crashes']} crashes")
+    for kind, place in races["files"].items():
+        print(f"  {kind:8} {place}")
 
 
 def what_came_of_it(stable_seconds: float | None, best_lap_seconds: float | None) -> str:

@@ -106,7 +106,7 @@ _RUN = _rows(
     """
 RUN_ID | 0 | verbs | Number of a run beside others: each trains, stops and shows its log by itself.
 WORLD_NAME | reinvent_base | used | Track.
-RACE_TYPE | TIME_TRIAL | used | TIME_TRIAL, OBJECT_AVOIDANCE or HEAD_TO_BOT; HEAD_TO_MODEL is not built yet.
+RACE_TYPE | TIME_TRIAL | used | TIME_TRIAL, OBJECT_AVOIDANCE, HEAD_TO_BOT or HEAD_TO_MODEL (its own past selves).
 CAR_NAME | FastCar | told | Name shown on the video.
 CAR_BODY_SHELL_TYPE | deepracer | told | Shell of the car on the video.
 CAR_COLOR | Red | told | Colour of the car on the video.

@@ -8,6 +8,7 @@ from racecraft.contract.world import Array, StepBuffers, World
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.side_by_side import SideBySide
 from racecraft.envs.deepracer.world import RaceWorld
+from racecraft.training.deepracer.against import AgainstWorld
 
 
 class EpisodeRecorder:
@@ -24,7 +25,7 @@ class EpisodeRecorder:
 
     def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
         """Write down one tick."""
-        assert isinstance(world, RaceWorld | SideBySide)
+        assert isinstance(world, RaceWorld | SideBySide | AgainstWorld)
         self._track_lengths = world.track_lengths
         self._reports.append(world.reports.copy())
         if world.variation is not None:
