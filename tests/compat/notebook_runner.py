@@ -58,14 +58,6 @@ def shell(command, names):
         subprocess.run(told, shell=True, check=False)
 
 
-def lines_as_arrays():
-    """Let a line of shapely be taken for an array, as until its version 2."""
-    import numpy as np
-    from shapely.geometry import LineString
-
-    LineString.__array__ = lambda line, dtype=None, copy=None: np.array(line.coords, dtype)
-
-
 def run(path, without):
     """Run the code cells in order; return the numbers of those that ran and of those left out."""
     import matplotlib as mpl
@@ -100,7 +92,6 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("notebook", type=Path)
     parser.add_argument("--bucket", type=Path)
-    parser.add_argument("--shapely-1", action="store_true")
     parser.add_argument("--without", action="append", default=[])
     asked = parser.parse_args()
     if asked.bucket:
@@ -108,8 +99,6 @@ def main():
 
         Bucket.folder = asked.bucket
         boto3.resource = lambda *_, **__: Resource
-    if asked.shapely_1:
-        lines_as_arrays()
     sys.path.insert(0, str(Path.cwd()))
     ran, left = run(asked.notebook, asked.without)
     print("\n" + json.dumps({"ran": ran, "left": left}))
