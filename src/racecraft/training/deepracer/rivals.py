@@ -20,6 +20,7 @@ from racecraft.players.trained import split_source
 from racecraft.training.deepracer.against import AgainstWorld, deal, own_actions
 from racecraft.training.deepracer.plan import ITSELF, CarPlan
 from racecraft.training.opponent_pool import OpponentPool
+from racecraft.training.processor import prepare_processor
 
 
 def models_among(against: Sequence[str]) -> list[Driver]:
@@ -101,7 +102,8 @@ def require_racing(planned: CarPlan) -> None:
 
 def _pool(planned: CarPlan, world: AgainstWorld) -> OpponentPool:
     """Return a pool that holds the self that the training begins with."""
-    config = planned.settings.against
+    config, runtime = planned.settings.against, planned.settings.runtime
+    prepare_processor(runtime.threads, runtime.device)  # first weights are the learner's to the bit by as many threads
     learner = build_learner(planned.algorithm, world.spec, planned.settings, planned.seed)
     first = to_arrays(learner.state_dict())["network"]
     if planned.request.clone_from is not None:
