@@ -1,7 +1,7 @@
 """Where a bucket is, and who asks for it. See `Access` and `access_of_environment`.
 
-What is not said here is found by botocore as everywhere else: AWS_PROFILE, AWS_ENDPOINT_URL, AWS_ACCESS_KEY_ID, the files
-below ~/.aws, the role of the machine.
+What is not said here is found by botocore as everywhere else: AWS_PROFILE, AWS_ACCESS_KEY_ID, the files below ~/.aws,
+the role of the machine.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """A run folder, kept in a bucket while it trains. See `Mirror`.
 
-A thread of its own goes over the folder again and again: first the files, then the indexes as they were before the files
-were looked at, so that an index in the bucket never names what is not there. The training waits for none of it. A
-network that is slow costs sweeps, one that is broken is tried again later; what is missing in the end is said.
+A thread of its own goes over the folder again and again: first the files, then the indexes as they were before the
+files were looked at, so that an index in the bucket never names what is not there. The training waits for none of it.
+A network that is slow costs sweeps, one that is broken is tried again later; what is missing in the end is said.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Mirror:
         self._wake.set()
 
     def close(self) -> Mirrored:
-        """Have the rest mirrored, for so long as is waited, and say how far it came. Doing so twice is doing so once."""
+        """Have the rest mirrored, for so long as is waited, and say how far it came. Twice is once."""
         self._closing.set()
         self._wake.set()
         self._thread.join(self._last_seconds)

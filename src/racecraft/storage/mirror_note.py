@@ -21,6 +21,8 @@ class Place:
 
     address: Address
     access: Access = field(default_factory=Access)
+    installation: str = ""
+    """The DeepRacer-for-Cloud folder whose files say how it is reached, keys among it; empty: none."""
 
     @property
     def command(self) -> str:
@@ -29,20 +31,21 @@ class Place:
 
 
 def write_note(run: Path, place: Place) -> None:
-    """Note where a run is kept as well. Keys are not noted.
+    """Note where a run is kept as well. Keys are not noted, but the installation that holds them is.
 
     Raises:
         OutputFileError: The file cannot be written.
     """
     known = {name: getattr(place.access, name) for name in _NAMED}
-    write_whole(run / MIRROR, json.dumps({"address": str(place.address), **known}, indent=2) + "\n")
+    note = {"address": str(place.address), **known, "installation": place.installation}
+    write_whole(run / MIRROR, json.dumps(note, indent=2) + "\n")
 
 
-def read_note(run: Path) -> Place | None:
+def noted_place(run: Path) -> Place | None:
     """Return where a run is kept as well; None: nowhere.
 
     Raises:
-        UserInputError: The note is damaged.
+        UserInputError: The note is damaged, or the installation that it names says something that cannot be used.
     """
     path = run / MIRROR
     if not path.is_file():
@@ -50,7 +53,7 @@ def read_note(run: Path) -> Place | None:
     try:
         noted = json.loads(path.read_text(encoding="utf-8"))
         access = Access(**{name: str(noted[name]) for name in _NAMED})
-        return Place(Address.parse(str(noted["address"])), access)
+        return Place(Address.parse(str(noted["address"])), access, str(noted["installation"]))
     except (ValueError, KeyError, TypeError, OSError) as error:
         raise UserInputError(
             f"{path}: damaged ({error}); expected what racecraft wrote. Take the file away: the run is then kept in no "

@@ -105,7 +105,9 @@ class ObjectStore:
         try:
             from s3fs import S3FileSystem
         except ImportError:
-            raise MissingExtraError(f"s3fs is not installed; expected it for buckets elsewhere. Run: {INSTALL}") from None
+            raise MissingExtraError(
+                f"s3fs is not installed; expected it for buckets elsewhere. Run: {INSTALL}"
+            ) from None
         self.access = access
         named = {"endpoint_url": access.endpoint, "profile": access.profile, "key": access.key, "secret": access.secret}
         self._s3 = S3FileSystem(

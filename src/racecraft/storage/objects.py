@@ -6,6 +6,7 @@ unfinished upload; down, in a file beside the place, named by the ETag, so that 
 
 from __future__ import annotations
 
+import contextlib
 import glob
 import hashlib
 import os
@@ -88,14 +89,7 @@ def _append(part: Path, size: int, read: Callable[[int], bytes]) -> int:
 
 def _put_parts(store: Objects, bucket: str, key: str, path: Path, size: int, patience: Patience, sleep: Sleep) -> None:
     part_bytes = max(PART_BYTES, -(-size // MOST_PARTS))
-    upload = patience.keep_trying(lambda: store.begun_upload(bucket, key), sleep)
-    there: dict[int, StoredPart] = {}
-    if upload is not None:
-        try:
-            there = patience.keep_trying(lambda: store.parts(bucket, key, upload), sleep)
-        except NoSuchObjectError:
-            upload = None  # somebody else's, who has just finished it
-    name = upload or patience.keep_trying(lambda: store.begin_upload(bucket, key), sleep)
+    name, there = patience.keep_trying(lambda: _begun(store, bucket, key), sleep)
     done: list[StoredPart] = []
     with open(path, "rb") as file:
         for number in range(1, -(-size // part_bytes) + 1):
@@ -120,6 +114,15 @@ def _put_parts(store: Objects, bucket: str, key: str, path: Path, size: int, pat
     patience.keep_trying(complete, sleep)
 
 
+def _begun(store: Objects, bucket: str, key: str) -> tuple[str, dict[int, StoredPart]]:
+    """Return the upload that is gone on with, or a new one, and which of its parts have arrived."""
+    begun = store.begun_upload(bucket, key)
+    if begun is not None:
+        with contextlib.suppress(NoSuchObjectError):  # somebody has just finished it
+            return begun, store.parts(bucket, key, begun)
+    return store.begin_upload(bucket, key), {}
+
+
 def _holds(part: StoredPart, data: bytes) -> bool:
     return part.size == len(data) and part.etag == hashlib.md5(data, usedforsecurity=False).hexdigest()
 
@@ -129,4 +132,3 @@ def _forget_others(part: Path, path: Path) -> None:
     for other in path.parent.glob(f".{glob.escape(path.name)}{PARTIAL}*"):
         if other != part:
             other.unlink()
-

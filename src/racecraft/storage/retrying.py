@@ -53,3 +53,7 @@ class Patience:
             except NetworkError:
                 sleep(wait)
         return act()
+
+
+FIRST_CONTACT = Patience(tries=3)
+"""For the first question to a store: whoever mistyped its address shall hear of it soon."""

@@ -21,7 +21,7 @@ from racecraft.storage.address import Address, BucketError, file_of, require_fil
 from racecraft.storage.etags import is_same
 from racecraft.storage.object_store import Objects, StoredObject
 from racecraft.storage.objects import PARTIAL, Sleep, get_file, put_file
-from racecraft.storage.retrying import NetworkError, Patience
+from racecraft.storage.retrying import FIRST_CONTACT, NetworkError, Patience
 
 Say = Callable[[str], None]
 Chosen = Callable[[str], bool]
@@ -78,7 +78,7 @@ def push(
         what = "holds no files" if source.is_dir() else "there is no such folder or file"
         raise UserInputError(f"{source}: {what}; expected what is to be put into {target}.")
     require_files(files)
-    there = patience.keep_trying(lambda: store.listed(target), sleep)
+    there = FIRST_CONTACT.keep_trying(lambda: store.listed(target), sleep)
     mover = _Mover(len(files), dry_run, say, f"from {source} to {target}")
     for name in in_order(files):
         path = files[name]
@@ -103,10 +103,17 @@ def pull(
 ) -> Transfer:
     """Fetch the objects below an address into a folder, or one object.
 
-    Files that stand there under other names stay. Arguments and errors are those of `push`; besides:
+    Files that stand there under other names stay. Errors are those of `push`, and besides:
 
     Args:
+        store: Where from.
+        source: A bucket and a prefix, or the key of one object.
+        target: The folder; made where there is none.
         chosen: Tells by its name whether an object is wanted.
+        dry_run: Say what would be done, and do nothing.
+        say: Hears of each object that is moved.
+        patience: How long a broken network is waited for, for each request.
+        sleep: Waits so many seconds.
 
     Raises:
         BucketError: There is nothing at the address, or an object's name cannot be a file here; nothing is written.
@@ -114,7 +121,7 @@ def pull(
         OutputFileError: A file cannot be written.
     """
     patience = patience or Patience()
-    found = patience.keep_trying(lambda: _found(store, source), sleep)
+    found = FIRST_CONTACT.keep_trying(lambda: _found(store, source), sleep)
     names = [name for name in found if chosen(name) and PurePosixPath(name).name not in PASSED_OVER]
     wanted = {name: found[name][1] for name in names}
     if not wanted:
@@ -186,9 +193,8 @@ class _Mover:
                 act()
             except NetworkError as error:
                 stand = self._skipped + len(self._moved)
-                raise NetworkError(
-                    f"{error} On the way {self._way}, {stand} of {self._total} stand; the same command goes on from there."
-                ) from error
+                far = f"On the way {self._way}, {stand} of {self._total} stand; the same command goes on from there."
+                raise NetworkError(f"{error} {far}") from error
         self._moved.append(name)
         self._bytes += size
 

@@ -23,7 +23,8 @@ def evaluate(
     run: Annotated[
         Path,
         typer.Argument(
-            help="A run folder, such as runs/reinvent_base-1, or a model of AWS's, which is imported first."
+            help="A run folder, such as runs/reinvent_base-1, or s3://BUCKET/PREFIX, which is fetched first, or a model "
+            "of AWS's, which is imported first."
         ),
     ],
     checkpoint: Annotated[
@@ -120,6 +121,7 @@ def evaluate(
         racecraft evaluate ~/Downloads/my-model.tar.gz --track Oval_track
     """
     from racecraft.analysis.video import film_path
+    from racecraft.cli.buckets.training import fetch_run
     from racecraft.cli.deepracer.judged_race import print_race, race_asked, race_car
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.judge import judge, refuse_words
@@ -132,7 +134,7 @@ def evaluate(
 
     if video is not None:
         film_path(video)  # refused before the drive, not after it
-    run = _imported(run, json)
+    run = _imported(Path(fetch_run(str(run), lambda text: say(text, quiet_stdout=json))), json)
     job = RunFolder.open(run).read_job()
     race_options = {
         "number_of_trials": number_of_trials,

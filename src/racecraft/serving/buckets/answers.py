@@ -100,7 +100,9 @@ def answer(buckets: Mapping[str, BucketFolder], asked: Asked) -> Answer:
     if not asked.bucket:
         if asked.method not in ("GET", "HEAD"):
             raise S3Error(405, "MethodNotAllowed", "Here stand the buckets: GET.")
-        return _xml(document("ListAllMyBucketsResult", OWNER, group("Buckets", *map(_bucket_element, buckets.values()))))
+        return _xml(
+            document("ListAllMyBucketsResult", OWNER, group("Buckets", *map(_bucket_element, buckets.values())))
+        )
     bucket = buckets.get(asked.bucket)
     if bucket is None and asked.method == "PUT" and not asked.key:
         raise S3Error(501, "NotImplemented", f"Buckets are folders that were named: {', '.join(buckets)}.")
@@ -157,7 +159,7 @@ def _of_upload(
         if "x-amz-copy-source" in asked.headers:
             source, begin, length = _copied(buckets, asked)
             etag = uploads.write_part(upload, key, _whole(number), _file_pieces(source.path, begin, length), "")
-            return _xml(document("CopyPartResult", element("ETag", f'"{etag}"'), element("LastModified", iso_time(0.0))))
+            return _xml(_copy_result("CopyPartResult", etag, source.modified))
         etag = uploads.write_part(upload, key, _whole(number), asked.pieces, asked.md5)
         return Answer(headers={"ETag": f'"{etag}"'})
     if asked.method == "POST":
@@ -213,7 +215,9 @@ def _get(bucket: BucketFolder, asked: Asked, whole: bool) -> Answer:
     begin, length, ranged = _range(told.get("range", ""), found.size)
     if ranged:
         headers["Content-Range"] = f"bytes {begin}-{begin + length - 1}/{found.size}"
-    return Answer(206 if ranged else 200, headers=headers, file=found.path if whole else None, begin=begin, length=length)
+    return Answer(
+        206 if ranged else 200, headers=headers, file=found.path if whole else None, begin=begin, length=length
+    )
 
 
 def _put(buckets: Mapping[str, BucketFolder], bucket: BucketFolder, asked: Asked) -> Answer:
@@ -225,8 +229,7 @@ def _put(buckets: Mapping[str, BucketFolder], bucket: BucketFolder, asked: Asked
         else:
             etag = bucket.write(key, _file_pieces(source.path, begin, length))
         made = bucket.find(key)
-        moment = element("LastModified", iso_time(made.modified if made else 0.0))
-        return _xml(document("CopyObjectResult", element("ETag", f'"{etag}"'), moment))
+        return _xml(_copy_result("CopyObjectResult", etag, made.modified if made else source.modified))
     if asked.headers.get("if-none-match") == "*" and bucket.find(key) is not None:
         raise S3Error(412, "PreconditionFailed", f"There is an object {key!r} already.")
     if key.endswith("/"):
@@ -267,6 +270,10 @@ def _copied(buckets: Mapping[str, BucketFolder], asked: Asked) -> tuple[FileObje
         raise S3Error(404, "NoSuchKey", f"There is no object {named!r} to copy.")
     begin, length, _ = _range(asked.headers.get("x-amz-copy-source-range", ""), found.size)
     return found, begin, length
+
+
+def _copy_result(name: str, etag: str, modified: float) -> bytes:
+    return document(name, element("ETag", f'"{etag}"'), element("LastModified", iso_time(modified)))
 
 
 def _range(text: str, size: int) -> tuple[int, int, bool]:
@@ -313,4 +320,3 @@ def _bucket_element(bucket: BucketFolder) -> str:
 
 def _xml(body: bytes) -> Answer:
     return Answer(body=body, headers={"Content-Type": "application/xml"})
-

@@ -1,13 +1,13 @@
 """Bodies as clients of S3 send them: of known length, in HTTP's chunks, in AWS's own chunks. See `body_pieces`.
 
-AWS's chunks (`aws-chunked`) are lines "SIZE[;chunk-signature=…]" with so many bytes behind each, a last one of size 0, and
-trailers. Their signatures are not looked at: what is served stands on this machine, and who asks is told by the head.
+AWS's chunks (`aws-chunked`) are lines "SIZE[;chunk-signature=…]" with so many bytes behind each, a last one of size 0,
+and trailers. Their signatures are not looked at: who asks is told by the head.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import BinaryIO
+from typing import Protocol
 
 from racecraft.serving.buckets.xml import S3Error
 
@@ -17,6 +17,18 @@ MOST_BYTES = 5 * 2**40
 _MOST_LINE = 4096
 
 
+class Readable(Protocol):
+    """What comes behind a head."""
+
+    def read(self, size: int, /) -> bytes:
+        """Return up to so many bytes; none at the end."""
+        ...
+
+    def readline(self, most: int, /) -> bytes:
+        """Return up to and with the next line end, or so many bytes."""
+        ...
+
+
 class BrokenBodyError(S3Error):
     """The body broke off: the connection is of no more use."""
 
@@ -24,7 +36,7 @@ class BrokenBodyError(S3Error):
         super().__init__(400, "IncompleteBody", "The body broke off before its end; nothing was changed.")
 
 
-def body_pieces(file: BinaryIO, headers: Mapping[str, str]) -> Iterator[bytes]:
+def body_pieces(file: Readable, headers: Mapping[str, str]) -> Iterator[bytes]:
     """Yield a request's body, piece by piece, without what it was wrapped in.
 
     Args:
@@ -63,7 +75,7 @@ def _length(headers: Mapping[str, str]) -> int:
     return int(text)
 
 
-def _counted(file: BinaryIO, length: int) -> Iterator[bytes]:
+def _counted(file: Readable, length: int) -> Iterator[bytes]:
     while length > 0:
         piece = file.read(min(BLOCK, length))
         if not piece:
@@ -72,7 +84,7 @@ def _counted(file: BinaryIO, length: int) -> Iterator[bytes]:
         yield piece
 
 
-def _chunks(file: BinaryIO | _PieceReader) -> Iterator[bytes]:
+def _chunks(file: Readable) -> Iterator[bytes]:
     while True:
         line = file.readline(_MOST_LINE)
         if not line.endswith(b"\n"):

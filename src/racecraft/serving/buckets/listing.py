@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from urllib.parse import quote
 
 from racecraft.serving.buckets.bucket_folder import BucketFolder
@@ -69,7 +69,7 @@ def _names(bucket: BucketFolder, prefix: str, delimiter: str) -> Iterator[tuple[
             yield common, True
 
 
-def _as_asked(query: Mapping[str, str]):  # type: ignore[no-untyped-def]
+def _as_asked(query: Mapping[str, str]) -> Callable[[str], str]:
     if query.get("encoding-type") == "url":
         return lambda text: quote(text, safe="/")
     return lambda text: text

@@ -1,15 +1,15 @@
 """Folders of this machine behind an S3 address: `http://127.0.0.1:9000`, path style. Begin with `BucketServer`.
 
-Only this machine is served, and no page of a browser: a request that names another host or says which page it comes from
-is refused, so that no web site reaches the folders through the visitor's own browser. Who may ask beyond that is up to
-`keys`: without any, every signature is taken, for old notebooks bring keys of their own; with some, only theirs.
+Only this machine is served, and no page of a browser: a request that names another host or says which page it comes
+from is refused, so that no web site reaches the folders through the visitor's own browser. Who may ask beyond that is
+up to `keys`: without any, every signature is taken, for old notebooks bring keys of their own; with some, only theirs.
 """
 
 from __future__ import annotations
 
 import datetime
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from urllib.parse import parse_qsl, unquote, urlsplit
@@ -111,7 +111,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._pass_over(body)
         self._send(found)
 
-    def _answer(self, headers: Mapping[str, str], body, resource: str) -> Answer:  # type: ignore[no-untyped-def]
+    def _answer(self, headers: Mapping[str, str], body: Iterator[bytes], resource: str) -> Answer:
         host = headers.get("host", "").rpartition(":")[0] or headers.get("host", "")
         if host not in _OURSELVES or "origin" in headers:
             raise S3Error(403, "AccessDenied", "Only programs of this machine are served, by 127.0.0.1 or localhost.")
@@ -126,7 +126,7 @@ class _Handler(BaseHTTPRequestHandler):
             raise S3Error(400, "InvalidURI", "The key is no UTF-8.") from None
         return answer(self.server.buckets, Asked(self.command, *names, dict(query), headers, body))
 
-    def _pass_over(self, body) -> None:  # type: ignore[no-untyped-def]
+    def _pass_over(self, body: Iterator[bytes]) -> None:
         """Read what nobody wanted of a body, so that the next request begins where it begins."""
         try:
             for _ in body:

@@ -29,7 +29,8 @@ def require_signed(
     """Refuse a request that nobody signed whose keys are known.
 
     Args:
-        method, path: As they were sent; the path is quoted.
+        method: As it was sent.
+        path: As it was sent, quoted.
         query: Names and values, unquoted, in any order.
         headers: Names in small letters.
         keys: Secrets by the name of their key.

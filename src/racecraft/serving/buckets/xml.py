@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime
-
 from email.utils import formatdate
 from xml.etree import ElementTree
 from xml.sax.saxutils import escape
