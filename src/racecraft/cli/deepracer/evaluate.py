@@ -23,7 +23,7 @@ def evaluate(
     run: Annotated[
         Path,
         typer.Argument(
-            help="A run folder, such as runs/reinvent_base-1, or s3://BUCKET/PREFIX, which is fetched first, or a model "
+            help="A run folder, such as runs/reinvent_base-1, s3://BUCKET/PREFIX, which is fetched first, or a model "
             "of AWS's, which is imported first."
         ),
     ],
