@@ -110,8 +110,17 @@ def test_a_body_that_breaks_off_leaves_what_stood(server, folder):
     assert [path.name for path in folder.iterdir()] == ["a"]
 
 
-@pytest.mark.parametrize("path", ["/bucket/../secret.txt", "/bucket/%2e%2e/secret.txt", "/bucket/a%2f..%2f..%2fsecret.txt",
-                                  "/bucket//etc/passwd", "/bucket/out/secret.txt", "/bucket/link"])  # fmt: skip
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/bucket/../secret.txt",
+        "/bucket/%2e%2e/secret.txt",
+        "/bucket/a%2f..%2f..%2fsecret.txt",
+        "/bucket//etc/passwd",
+        "/bucket/out/secret.txt",
+        "/bucket/link",
+    ],
+)
 @pytest.mark.parametrize("method", ["GET", "PUT", "DELETE"])
 def test_no_key_leads_out_of_the_folder(server, folder, method, path):
     (folder / "out").symlink_to(folder.parent)

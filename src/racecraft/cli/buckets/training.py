@@ -38,6 +38,8 @@ def fetch_run(named: str, tell: Tell, folder: Path | None = None) -> str:
     Raises:
         UserInputError: The address is none, or nothing comes from there.
     """
+    from racecraft.formats.run_folder import FOLDERS, JOB
+    from racecraft.formats.whole import make_folder
     from racecraft.storage.address import Address, is_address
     from racecraft.storage.transfer import pull
 
@@ -49,6 +51,8 @@ def fetch_run(named: str, tell: Tell, folder: Path | None = None) -> str:
     target = SHELF / address.bucket / address.prefix
     tell(f"fetching {address} into {target}")
     pull(open_store(reach(address, folder)), address, target, chosen=is_needed_to_drive)
+    for name in FOLDERS if (target / JOB).is_file() else ():  # a bucket keeps no folder that holds nothing
+        make_folder(target / name)
     return f"{target}{which}"
 
 

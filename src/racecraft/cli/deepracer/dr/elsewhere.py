@@ -52,6 +52,15 @@ def place_of_model(drfc: DrfcFolder) -> Place | None:
     return _local(drfc, MODEL)
 
 
+def place_in_bucket(drfc: DrfcFolder, prefix: str) -> Place | None:
+    """Return where a prefix that was typed is kept beside its folder; None: nowhere."""
+    from racecraft.storage.drfc_buckets import local_bucket
+    from racecraft.storage.mirror_note import Place
+
+    bucket = local_bucket(drfc)
+    return None if bucket is None else Place(bucket.address.below(prefix), bucket.access, bucket.installation)
+
+
 def require_free(place: Place | None) -> None:
     """Refuse a prefix of S3 that holds objects.
 

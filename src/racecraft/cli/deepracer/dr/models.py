@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from racecraft.cli.deepracer.dr.elsewhere import fetched_model, place_of_model, place_of_upload, require_free, send
+from racecraft.cli.deepracer.dr.elsewhere import (
+    fetched_model,
+    place_in_bucket,
+    place_of_model,
+    place_of_upload,
+    require_free,
+    send,
+)
 from racecraft.cli.deepracer.dr.elsewhere import wipe as wipe_place
 from racecraft.cli.deepracer.dr.here import ask_first, installation, say_notes
 from racecraft.contract.errors import SettingError, UserInputError
@@ -90,7 +97,7 @@ def download_model(
     drfc = installation(context)
     say_notes(drfc)
     place = fetched_model(drfc, source) if source.startswith("s3://") else Path(source)
-    _copy(place, drfc.in_bucket(target), checkpoint, force, wipe, dry_run)
+    _copy(place, drfc.in_bucket(target), checkpoint, force, wipe, dry_run, place_in_bucket(drfc, target))
 
 
 def upload_car_zip(
