@@ -105,6 +105,7 @@ def train(
             if begun is not None:
                 trained = resume_run(begun, tuple(stop or ()), mirroring, tell, "deepracer")
             else:
+                assert request is not None
                 trained = train_world(request, mirroring, tell)
         files = _paint(trained, tell) if pictures else {}
         if json:
