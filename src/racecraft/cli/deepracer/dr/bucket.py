@@ -29,9 +29,7 @@ def local_aws(context: typer.Context) -> None:
     """
     drfc = installation(context)
     if drfc.local_is_s3:
-        print(
-            f"- this is what this machine has of it; `racecraft bucket list --folder {drfc.path}` asks the bucket itself"
-        )
+        print(f"- what this machine has of it; `racecraft bucket list --folder {drfc.path}` asks the bucket itself")
     words = [word for word in context.args if not word.startswith("--")]
     recursive = "--recursive" in context.args
     if words[:2] == ["s3", "ls"] and len(words) <= 3:
