@@ -1,18 +1,14 @@
 """`racecraft bucket` and trainings with a bucket elsewhere, typed as their users type them; wrong ones end with 2."""
 
-import importlib.util
 import sys
 from pathlib import Path
 
 import pytest
-from conftest import TINY
+from tests.cli.conftest import TINY
+from tests.storage import servers
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "storage"))
-import servers
+pytestmark = servers.needs_s3
 
-pytestmark = pytest.mark.skipif(
-    importlib.util.find_spec("s3fs") is None, reason="no s3fs here: pip install -e '.[dev]'"
-)
 STOP = ("--stop", "iterations=2", "--no-pictures")
 
 

@@ -6,8 +6,7 @@ import time
 
 import numpy as np
 import pytest
-from conftest import needs_s3
-from servers import Wire
+from tests.storage.servers import Wire, needs_s3
 
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder

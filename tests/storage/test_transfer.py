@@ -1,8 +1,7 @@
 """Folders up and down over a real wire to a real store, and what is left when the wire breaks."""
 
 import pytest
-from conftest import needs_s3
-from servers import Wire
+from tests.storage.servers import Store, Wire, empty, needs_s3
 
 from racecraft.formats.run_folder import RunFolder
 from racecraft.storage.address import Address, BucketError
@@ -166,8 +165,6 @@ def test_a_single_object_is_fetched_by_its_key(store, run, tmp_path):
     ],
 )
 def test_a_hostile_bucket_writes_nothing(moto_url, tmp_path, keys, letter):
-    from conftest import Store, _empty
-
     store = Store(moto_url, "hostile", None)
     store.boto.create_bucket(Bucket="hostile")
     for key in keys:
@@ -177,7 +174,7 @@ def test_a_hostile_bucket_writes_nothing(moto_url, tmp_path, keys, letter):
             pull(store.open(), Address("hostile", "m"), tmp_path / "deep" / "back")
         assert list(tmp_path.rglob("*")) == []
     finally:
-        _empty(store)
+        empty(store)
 
 
 def test_a_folder_that_trains_is_not_written_over(our_store, run, tmp_path):
