@@ -126,6 +126,8 @@ def fetched_model(drfc: DrfcFolder, source: str) -> Path:
     from racecraft.storage.drfc_buckets import local_bucket, upload_bucket
     from racecraft.storage.mirror_note import Place
 
+    if not (drfc.local_is_s3 or drfc.upload_is_s3):
+        return drfc.in_bucket(source)
     address = Address.parse(source)
     for bucket in (local_bucket(drfc), upload_bucket(drfc)):
         if bucket is not None and bucket.address.bucket == address.bucket:
