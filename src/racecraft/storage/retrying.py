@@ -21,7 +21,7 @@ class NetworkError(BucketError):
 class Patience:
     """How often what failed is tried again.
 
-    >>> list(Patience(tries=5, first_seconds=1, most_seconds=3).waits())
+    >>> list(Patience(tries=5, first_seconds=1.0, most_seconds=3.0).waits())
     [1.0, 2.0, 3.0, 3.0]
     """
 
