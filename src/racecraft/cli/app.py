@@ -14,6 +14,7 @@ import typer
 
 from racecraft.cli import algorithms, bench, explain, run, settings
 from racecraft.cli.battlesnake import snakes
+from racecraft.cli.buckets import buckets
 from racecraft.cli.deepracer import evaluate, init, leaderboards, logs, new, race, replay, sensors, tracks, train
 from racecraft.cli.deepracer.dr import group
 from racecraft.cli.gym import gym
@@ -67,6 +68,7 @@ app.add_typer(snakes.app, name="snakes")
 app.add_typer(unity.app, name="unity")
 app.add_typer(jobs.app, name="jobs")
 app.command(name="tune", context_settings=tune.CONTEXT)(tune.tune)
+app.add_typer(buckets.app, name="bucket")
 app.command(name="serve")(serve.serve)
 app.command(name="import")(import_model.import_)
 app.command(name="export")(export.export)

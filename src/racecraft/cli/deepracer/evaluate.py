@@ -27,7 +27,8 @@ def evaluate(
     run: Annotated[
         Path,
         typer.Argument(
-            help="A run folder, such as runs/reinvent_base-1, or a model of AWS's, which is imported first."
+            help="A run folder, such as runs/reinvent_base-1, s3://BUCKET/PREFIX, which is fetched first, or a model "
+            "of AWS's, which is imported first."
         ),
     ],
     checkpoint: Annotated[
@@ -153,7 +154,9 @@ def evaluate(
 
         racecraft evaluate ~/Downloads/my-model.tar.gz --track Oval_track
     """
+    from racecraft.cli.buckets.training import fetch_run
     from racecraft.cli.deepracer.many_tracks import judge_and_tell, tracks_asked
+    from racecraft.cli.output import say
     from racecraft.cli.runs.judge import judge, refuse_words
     from racecraft.formats.run_folder import RunFolder
     from racecraft.players.deepracer.trained_car import KIND
@@ -172,7 +175,7 @@ def evaluate(
     disturbed = DisturbedDrive(under, each, tuple(only or ()), tries)
     of_drives = {**film.given(), **{f"--{name.replace('_', '-')}": race[name] for name in race}}
     disturbed.check({"--laps": laps, **of_drives})
-    run = _imported(run, json)
+    run = _imported(Path(fetch_run(str(run), lambda text: say(text, quiet_stdout=json))), json)
     kind = RunFolder.open(run).read_job().get("kind")
     if kind == KIND:
         refuse_words(KIND, {"--episodes": episodes})

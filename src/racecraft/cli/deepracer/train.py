@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from racecraft.cli.buckets.training import MirrorAt
 from racecraft.cli.metrics_beside import MetricsPort, measured
 from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
@@ -77,6 +78,7 @@ def train(
     from_: From = None,
     resume: Resume = False,
     detach: Detach = False,
+    mirror: MirrorAt = None,
     pictures: Annotated[
         bool, typer.Option(help="Leave a film, the path, the curves and the report in the run folder.")
     ] = True,
@@ -105,7 +107,10 @@ def train(
         racecraft train my-car --set ppo.learning_rate=1e-4 --seed 3 --json
 
         racecraft train --run runs/reinvent_base-1 --resume --stop minutes=10
+
+        racecraft train my-car --from s3://models/fast-car-1 --mirror s3://models/fast-car-2
     """
+    from racecraft.cli.buckets.training import fetch_run, mirrored, place_of_mirror
     from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.watch_beside import watched
@@ -118,9 +123,11 @@ def train(
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
-    if resume:
-        begun, request = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1"), None
-    else:
+    begun = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1") if resume else None
+    place = place_of_mirror(mirror, folder, begun, tell)
+    request = None
+    if begun is None:
+        from_ = None if from_ is None else fetch_run(from_, tell, folder)
         one, several = one_or_several(track, tracks)
         request = RaceRequest(
             folder,
@@ -139,10 +146,12 @@ def train(
     if detach:
         return detach_training(context, run, request, json)
     with watched(shown, watch, tell, stays=not json) as watching:
-        if request is None:
-            trained = resume_run(begun, tuple(stop or ()), watching, tell, "deepracer")
-        else:
-            trained = train_world(request, watching, tell)
+        with mirrored(watching, place, tell, begun) as mirroring:
+            if begun is not None:
+                trained = resume_run(begun, tuple(stop or ()), mirroring, tell, "deepracer")
+            else:
+                assert request is not None
+                trained = train_world(request, mirroring, tell)
         files = _paint(trained, tell) if pictures else {}
         races = _race_selves(trained, pictures, tell)
         if json:
