@@ -24,7 +24,8 @@ from racecraft.export.car_model import Agreement, car_layers, compare
 from racecraft.formats.aws.car_archive import GRAPH, METADATA, archive_folder, write_archive
 from racecraft.formats.aws.model_folder import AwsModelFolder, CheckpointMark, write_checkpoint_marks
 from racecraft.formats.aws.policy_graph import graph_of
-from racecraft.formats.aws.policy_layers import PolicyLayersError, arrays_of, require_aws_network
+from racecraft.formats.aws.policy_layers import PolicyLayersError, require_aws_network
+from racecraft.formats.aws.policy_weights import arrays_of
 from racecraft.formats.checkpoint import CheckpointEntry, Checkpoints
 from racecraft.formats.run_folder import HYPERPARAMETERS, MODEL_METADATA, REWARD_FUNCTION, RunFolder
 from racecraft.formats.tensorflow.checkpoint import write_checkpoint

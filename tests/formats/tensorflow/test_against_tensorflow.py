@@ -14,7 +14,7 @@ from tests.formats.tensorflow.policies import LISTED, METADATA, RANGES, layers_f
 from racecraft.contract.world import ArraySpec
 from racecraft.envs.deepracer.world import CAMERA_NAME
 from racecraft.formats.aws.policy_graph import graph_of, output_name
-from racecraft.formats.aws.policy_layers import arrays_of
+from racecraft.formats.aws.policy_weights import arrays_of
 from racecraft.formats.tensorflow.checkpoint import write_checkpoint
 from racecraft.formats.tensorflow.graph import write_graph
 from racecraft.players.deepracer.foreign_model import import_model

@@ -18,14 +18,15 @@ from racecraft.formats.aws.policy_layers import (
     LAST_LAYERS,
     MIDDLEWARE,
     POLICY_SCOPES,
+    SAC,
     DenseLayer,
     PolicyLayers,
     PolicyLayersError,
     SensorLayers,
     flattened_size,
     head_layers,
-    layers_from,
 )
+from racecraft.formats.aws.policy_weights import layers_from
 from racecraft.formats.tensorflow.arithmetic import VARIABLES, GraphFunction
 from racecraft.formats.tensorflow.graph import Graph, GraphError, Node, NumberType, Shape, read_graph
 from racecraft.formats.tensorflow.tensors import FLOAT, INT32
@@ -46,6 +47,16 @@ def output_name(kind: str) -> str:
 def input_name(kind: str, sensor: str) -> str:
     """Return the node that a car's software feeds with a sensor's numbers; images 0 to 255."""
     return f"{INPUT_SCOPES[kind]}/{sensor}/{sensor}"
+
+
+def as_commands(kind: str, told: Array) -> Array:
+    """Return what a graph answers as likelihoods of choices, or as numbers in [-1, 1] units.
+
+    Two ranges are held to them, as a car's software does; those of SAC are bent by its tanh, which no graph holds.
+    """
+    if kind == DISCRETE:
+        return told
+    return np.asarray(np.tanh(told) if kind == SAC else np.clip(told, -1.0, 1.0))
 
 
 def graph_of(policy: PolicyLayers) -> Graph:

@@ -17,16 +17,15 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.algorithms.networks import NetworkConfig
+from racecraft.algorithms.architecture import NetworkConfig
 from racecraft.algorithms.plain_layers import ForeignPolicy, policy_of
 from racecraft.algorithms.policy_spec import PolicySpec
-from racecraft.algorithms.registry import find_algorithm
-from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.errors import TrackError
-from racecraft.contract.world import Array, ArraySpec
+from racecraft.contract.world import ArraySpec
 from racecraft.envs.deepracer.actions import action_space
+from racecraft.envs.deepracer.sensors import STEREO, car_sensors
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
-from racecraft.envs.deepracer.world import CAMERA_NAME, world_spec
+from racecraft.envs.deepracer.world import world_spec
 from racecraft.formats.aws.hyperparameters import read_hyperparameters, write_hyperparameters
 from racecraft.formats.aws.model_archive import is_archive, unpack_model
 from racecraft.formats.aws.model_metadata import (
@@ -35,8 +34,17 @@ from racecraft.formats.aws.model_metadata import (
     read_model_metadata,
     write_model_metadata,
 )
-from racecraft.formats.aws.policy_graph import policy_output_in, read_policy_graph, strides_in
-from racecraft.formats.aws.policy_layers import DISCRETE, IMAGE, SAC, PolicyLayers, PolicyLayersError, layers_from
+from racecraft.formats.aws.policy_graph import (
+    as_commands,
+    graph_of,
+    input_name,
+    output_name,
+    policy_output_in,
+    read_policy_graph,
+    strides_in,
+)
+from racecraft.formats.aws.policy_layers import IMAGE, PolicyLayers, PolicyLayersError
+from racecraft.formats.aws.policy_weights import is_of_policy, layers_from
 from racecraft.formats.aws.trained_model import (
     ForeignModel,
     ForeignModelError,
@@ -50,7 +58,7 @@ from racecraft.formats.run_folder import JOB, RunFolder
 from racecraft.formats.tensorflow.arithmetic import GraphArithmeticError, GraphFunction
 from racecraft.formats.tensorflow.checkpoint import INDEX, read_checkpoint
 from racecraft.formats.tensorflow.graph import read_meta_graph
-from racecraft.formats.whole import write_whole
+from racecraft.formats.whole import OutputFileError, output_letter, write_whole
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.importer import route_file, travels
 from racecraft.tracks.track import Track
@@ -125,65 +133,83 @@ def borrowed_run(source: str | Path) -> RunFolder:
 
 def _import(model: ForeignModel, source: Path, place: str | Path | None, track: str | None) -> Import:
     car = read_model_metadata(model.metadata)
-    _require_one_camera(car, model.metadata)
     circuit, notes = _track_of(model, track)
-    policies: dict[int, tuple[ForeignWeights, ForeignPolicy]] = {}
-    for one in model.weights:  # by iteration; of the layers only the last ones are kept, for memory's sake
-        layers, last = _policy(one, car)
-        policies[one.iteration] = one, last
-    notes = list(dict.fromkeys([*car.notes, *notes, *last.notes]))
-    settings = _settings(car, layers, last)
     told = {"model_metadata": as_aws_dict(car), "track": circuit.name}
-    job = {
-        "kind": KIND,
-        "title": f"{circuit.title or circuit.name}, {source.name}",
-        "algorithm": last.spec.algorithm,
-        "asked": {"track": circuit.name, "preset": "aws", "set": [], "stops": [], "folder": None, "from": source.name},
-        IMPORTED: source.name,
-        "track": {
-            "name": circuit.name,
-            "hash": circuit.hash(),
-            "length_m": circuit.length,
-            "copy": "track.npy" if travels(circuit) else None,
-        },
-        "evaluate": {},
-        "env": {},
-        "model_metadata": told["model_metadata"],
-        "settings": settings,
-        "notes": notes,
-    }
-    fill = _filler(model, car, circuit)
-    if place is None:
-        run = RunFolder.create_numbered(Path("runs"), _name_of(source), job, fill)
-    else:
-        run = RunFolder.create(place, job, fill)
-    best = model.best if model.best is not None else max(policies)
-    shelf = Checkpoints(run.checkpoints)
-    for number, (one, policy) in policies.items():
-        card = {"kind": KIND, "policy_spec": policy.spec.as_dictionary(), **told, "settings": settings,
-                IMPORTED: list(policy.notes)}  # fmt: skip
-        shelf.save(number, one.steps, policy.weights, card, score=one.score, best=number == best)
-    return Import(run, tuple(policies), best, tuple(notes))
+    with tempfile.TemporaryDirectory(prefix="racecraft-weights-") as folder:
+        shelved = [_shelve(one, one.iteration == _best_of(model), car, told, Path(folder)) for one in model.weights]
+        last = shelved[-1]
+        notes = list(dict.fromkeys([*car.notes, *notes, *last.notes]))
+        job = {
+            "kind": KIND,
+            "title": f"{circuit.title or circuit.name}, {source.name}",
+            "algorithm": last.algorithm,
+            "asked": {"track": circuit.name, "preset": "aws", "set": [], "stops": [], "folder": None,
+                      "from": source.name},
+            IMPORTED: source.name,
+            "track": {
+                "name": circuit.name,
+                "hash": circuit.hash(),
+                "length_m": circuit.length,
+                "copy": "track.npy" if travels(circuit) else None,
+            },
+            "evaluate": {},
+            "env": {},
+            "model_metadata": told["model_metadata"],
+            "settings": last.settings,
+            "notes": notes,
+        }  # fmt: skip
+        fill = _filler(model, car, circuit, Path(folder))
+        if place is None:
+            run = RunFolder.create_numbered(Path("runs"), _name_of(source), job, fill)
+        else:
+            run = RunFolder.create(place, job, fill)
+    return Import(run, tuple(one.iteration for one in model.weights), _best_of(model), tuple(notes))
 
 
-def _policy(weights: ForeignWeights, car: ModelMetadata) -> tuple[PolicyLayers, ForeignPolicy]:
-    """Return the policy of a state of a model, having asked its graph beside it where there is one."""
+def _best_of(model: ForeignModel) -> int:
+    return model.best if model.best is not None else model.weights[-1].iteration
+
+
+@dataclass(frozen=True)
+class _Shelved:
+    """What is to be remembered of a state of a model whose weights lie on the shelf."""
+
+    algorithm: str
+    settings: dict[str, Any]
+    notes: tuple[str, ...]
+
+
+def _shelve(
+    weights: ForeignWeights, is_best: bool, car: ModelMetadata, told: Mapping[str, Any], folder: Path
+) -> _Shelved:
+    """Put a state of a model on a shelf; one after the other, for a folder of them is larger than memory."""
+    policy = _policy(weights, car)
+    settings = _settings(car, policy.spec)
+    card = {"kind": KIND, "policy_spec": policy.spec.as_dictionary(), **told, "settings": settings,
+            IMPORTED: list(policy.notes)}  # fmt: skip
+    shelf = Checkpoints(folder)
+    shelf.save(weights.iteration, weights.steps, policy.weights, card, score=weights.score, best=is_best)
+    return _Shelved(policy.spec.algorithm, settings, policy.notes)
+
+
+def _policy(weights: ForeignWeights, car: ModelMetadata) -> ForeignPolicy:
+    """Return the policy of a state of a model, having asked its graph beside its layers where there is one."""
     layers, function, notes = _read(weights)
+    _require_named_sensors(weights.path, layers, car)
+    if function is not None:
+        _require_same_answers(weights.path, layers, function)
     try:
         policy = policy_of(layers, _observations(car, layers), action_space(car.action_space).spec)
     except PolicyLayersError as error:
-        found, _, expected = str(error).partition("; expected ")
-        raise ForeignModelError(weights.path, found, expected.rstrip(".") or "AWS's layers") from error
-    if function is not None:
-        _require_same_answers(weights.path, layers, function, policy)
-    return layers, ForeignPolicy(policy.spec, policy.weights, (*policy.notes, *notes))
+        raise _model_letter(weights.path, error) from error
+    return ForeignPolicy(policy.spec, policy.weights, (*policy.notes, *notes))
 
 
 def _read(weights: ForeignWeights) -> tuple[PolicyLayers, GraphFunction | None, tuple[str, ...]]:
     """Return a file's layers, and its graph as a function where it tells one that we can compute."""
     if weights.is_graph:
         return (*read_policy_graph(weights.path), ())
-    arrays = read_checkpoint(weights.path)
+    arrays = read_checkpoint(weights.path, is_of_policy)
     meta = Path(str(weights.path).removesuffix(INDEX) + ".meta")
     strides: Mapping[str, int] = {}
     function: GraphFunction | None = None
@@ -198,58 +224,84 @@ def _read(weights: ForeignWeights) -> tuple[PolicyLayers, GraphFunction | None, 
     try:
         return layers_from(arrays, strides), function, notes
     except PolicyLayersError as error:
-        found, _, expected = str(error).partition("; expected ")
-        raise ForeignModelError(weights.path, found, expected.rstrip(".") or "AWS's layers") from error
+        raise _model_letter(weights.path, error) from error
+
+
+def _model_letter(path: Path, error: PolicyLayersError) -> ForeignModelError:
+    found, _, expected = str(error).partition("; expected ")
+    return ForeignModelError(path, found, expected.rstrip(".") or "AWS's layers")
 
 
 def _observations(car: ModelMetadata, layers: PolicyLayers) -> dict[str, ArraySpec]:
-    shrink = max(sensor.shrink for sensor in layers.network.sensors)
+    shrink = layers.network.shrink
     camera = CameraConfig(width=IMAGE[1] // shrink, height=IMAGE[0] // shrink)
-    return dict(world_spec(action_space(car.action_space), camera).observations)
+    sensors = car_sensors(car.sensors, car.lidar_config)
+    return dict(world_spec(action_space(car.action_space), camera, sensors=sensors).observations)
 
 
-def _require_same_answers(path: Path, layers: PolicyLayers, function: GraphFunction, policy: ForeignPolicy) -> None:
-    """Ask graph and network about frames of noise.
+def _require_named_sensors(path: Path, layers: PolicyLayers, car: ModelMetadata) -> None:
+    """Refuse a network that is fed by other sensors than its car has.
+
+    Cameras of one eye see the same by each of their names, where they are alone; beside a LiDAR, the name decides
+    which of both comes first.
+
+    Raises:
+        ForeignModelError: The letter names both.
+    """
+    there = [sensor.name for sensor in layers.network.sensors]
+    one_eyed = len(there) == 1 == len(car.sensors) and STEREO not in (*there, *car.sensors)
+    if not one_eyed and there != sorted(car.sensors):
+        raise ForeignModelError(
+            path, f"its network sees by {', '.join(there)}, its car by {', '.join(sorted(car.sensors))}",
+            "the metadata that it was trained with",
+        )  # fmt: skip
+
+
+def _require_same_answers(path: Path, layers: PolicyLayers, function: GraphFunction) -> None:
+    """Ask the file's graph, and the one that its layers make up, about noise.
 
     Raises:
         ForeignModelError: They answer otherwise: the graph computes more than its layers tell.
     """
-    frames = np.random.default_rng(0).integers(0, 256, (ASKED_FRAMES, *IMAGE, 1), dtype=np.uint8)
-    sensor = layers.network.sensors[0]
-    told = function(dict.fromkeys(function.inputs, frames))
-    squares = frames.reshape(ASKED_FRAMES, IMAGE[0] // sensor.shrink, sensor.shrink, -1, sensor.shrink)
-    seen = squares.mean(axis=(2, 4), dtype=np.float32) / np.float32(255.0)
-    here = _answers(policy.spec, policy.weights, {CAMERA_NAME: seen}, layers.kind)
-    if layers.kind != DISCRETE:
-        told = np.tanh(told) if layers.kind == SAC else np.clip(told, -1.0, 1.0)
-    difference = float(np.abs(told - here).max()) if told.shape == here.shape else float("inf")
+    noise = np.random.default_rng(0)
+    fed, here = {}, {}
+    for sensor in layers.network.sensors:
+        numbers = (
+            noise.integers(0, 256, (ASKED_FRAMES, *sensor.shape))
+            if sensor.is_image
+            else noise.random((ASKED_FRAMES, *sensor.shape))
+        )
+        here[input_name(layers.kind, sensor.name)] = numbers.astype(np.float32)
+        for name in function.inputs:
+            if name.rpartition("/")[2] == sensor.name:
+                fed[name] = numbers.astype(np.float32)
+    told = as_commands(layers.kind, function(fed))
+    ours = as_commands(layers.kind, GraphFunction(graph_of(layers), output_name(layers.kind))(here))
+    difference = float(np.abs(told - ours).max()) if told.shape == ours.shape else float("inf")
     if not difference <= TOLERANCE:
         raise ForeignModelError(
             path, f"its graph answers otherwise than its layers (by {difference:g})", "a network as AWS trains it"
         )
 
 
-def _answers(spec: PolicySpec, weights: Mapping[str, Array], seen: Mapping[str, Array], kind: str) -> Array:
-    """Return what a policy answers: likelihoods of choices, or numbers in [-1, 1] units."""
-    policy: Any = find_algorithm(spec.algorithm).learner_class().load_policy(spec, to_tensors(dict(weights)))
-    if kind == DISCRETE:
-        return np.asarray(policy.probabilities(seen))
-    bounds: Any = spec.actions
-    low, high = np.asarray(bounds.low), np.asarray(bounds.high)
-    return np.asarray(2.0 * (policy.act(seen) - low) / (high - low) - 1.0)
-
-
-def _settings(car: ModelMetadata, layers: PolicyLayers, policy: ForeignPolicy) -> dict[str, Any]:
+def _settings(car: ModelMetadata, spec: PolicySpec) -> dict[str, Any]:
     """Return the groups of settings that such a training would have had."""
-    row, shrink = policy.spec.network, layers.network.sensors[0].shrink
-    filters, kernels, strides = ([part[place] for part in row["convolutions"]] for place in range(3))
+    row = spec.network
+    filters, kernels, strides = (tuple(part[place] for part in row["convolutions"]) for place in range(3))
     network = NetworkConfig(
-        tuple(filters), tuple(kernels), tuple(strides), tuple(row["image_units"]) or None, tuple(row["trunk_units"]),
-        activation=row["activation"], privileged_critic=False, separate_networks=True, initialisation="glorot",
-    )  # fmt: skip
-    camera = CameraConfig(
-        width=IMAGE[1] // shrink, height=IMAGE[0] // shrink, light="2019" if car.version in ("1", "2") else "car"
+        conv_filters=filters,
+        conv_kernels=kernels,
+        conv_strides=strides,
+        image_units=tuple(row["image_units"]) or None,
+        vector_units=tuple(row["vector_units"]) or None,
+        hidden_units=tuple(row["trunk_units"]),
+        activation=row["activation"],
+        privileged_critic=False,
+        separate_networks=True,
+        initialisation="glorot",
     )
+    height, width = next(part.shape[:2] for part in spec.visible.values() if len(part.shape) > 1)
+    camera = CameraConfig(width=width, height=height, light="2019" if car.version in ("1", "2") else "car")
     groups: dict[str, Any] = {"race": RaceConfig(car=car.car, fidelity="aws"), "camera": camera, "network": network}
     return {name: {key: _plain(value) for key, value in asdict(group).items()} for name, group in groups.items()}
 
@@ -271,19 +323,7 @@ def _track_of(model: ForeignModel, asked: str | None) -> tuple[Track, list[str]]
         return load_track(DEFAULT_TRACK), [f"its track {named!r} is not known here; {DEFAULT_TRACK} is taken"]
 
 
-def _require_one_camera(car: ModelMetadata, path: Path) -> None:
-    """Refuse a car that sees with more than one eye: its networks have inputs that are not mapped yet.
-
-    Raises:
-        ForeignModelError: It carries a pair of cameras, or a LiDAR.
-    """
-    if len(car.sensors) > 1 or car.sensors[0] == "STEREO_CAMERAS":
-        raise ForeignModelError(
-            path, f"its car sees with {', '.join(car.sensors)}", "one camera of one eye; others are not imported yet"
-        )
-
-
-def _filler(model: ForeignModel, car: ModelMetadata, circuit: Track) -> Callable[[RunFolder], None]:
+def _filler(model: ForeignModel, car: ModelMetadata, circuit: Track, shelf: Path) -> Callable[[RunFolder], None]:
     def fill(run: RunFolder) -> None:
         write_model_metadata(car, run.model_metadata)
         if model.hyperparameters is not None:
@@ -292,6 +332,11 @@ def _filler(model: ForeignModel, car: ModelMetadata, circuit: Track) -> Callable
             write_whole(run.reward_function, model.reward.read_bytes())
         if travels(circuit):
             write_whole(run.track, route_file(circuit))
+        try:
+            for file in shelf.iterdir():
+                shutil.move(file, run.checkpoints / file.name)
+        except OSError as error:
+            raise OutputFileError(output_letter(run.checkpoints, error)) from error
 
     return fill
 
