@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from racecraft.contract.world import Array
+from racecraft.formats.aws.lidar_config import LIDARS
 from racecraft.formats.aws.policy_layers import (
     DISCRETE,
     HEADS,
@@ -80,7 +81,7 @@ def policy_in(graph: Graph, path: str | Path) -> PolicyLayers:
         found = "it holds no weights" + (f" ({loose} is a variable)" if loose else "")
         raise GraphError(path, found, "a frozen graph", "Give the checkpoint beside it instead.")
     try:
-        return layers_from(constants, strides_in(graph), shrink_in(graph))
+        return layers_from(constants, strides_in(graph), shrink_in(graph), bare_lidars_in(graph))
     except PolicyLayersError as error:
         raise GraphError(path, str(error).split(";")[0], str(error).rpartition("expected ")[2].rstrip(".")) from error
 
@@ -138,6 +139,13 @@ def shrink_in(graph: Graph) -> int:
     return 1
 
 
+def bare_lidars_in(graph: Graph) -> dict[str, int]:
+    """Return how many numbers each LiDAR of a graph tells, by name; one that has no layers shows nowhere else."""
+    fed = (node for node in graph.nodes.values() if node.op == "Placeholder" and "/target/" not in node.name)
+    shapes = {node.name.rpartition("/")[2]: getattr(node.attributes.get("shape"), "sizes", ()) for node in fed}
+    return {name: sizes[-1] for name, sizes in shapes.items() if name in LIDARS and len(sizes) == 2 and sizes[-1] > 0}
+
+
 def _nodes(policy: PolicyLayers) -> Iterator[Node]:
     kind, network = policy.kind, policy.network
     scope, bend = POLICY_SCOPES[kind], _ACTIVATIONS[network.activation]
@@ -152,7 +160,7 @@ def _nodes(policy: PolicyLayers) -> Iterator[Node]:
         )
         nodes = list(_sensor(f"{scope}/{sensor.name}", input_name(kind, sensor.name), sensor, bend))
         yield from nodes
-        embedded.append(nodes[-1].name)
+        embedded.append(nodes[-1].name if nodes else input_name(kind, sensor.name))
     last = embedded[0]
     if len(embedded) > 1:
         yield _const(f"{scope}/merger/axis", np.int32(-1))

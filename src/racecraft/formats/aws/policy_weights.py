@@ -66,20 +66,24 @@ def arrays_of(policy: PolicyLayers) -> dict[str, Array]:
     return {name: np.ascontiguousarray(array, np.float32).reshape(np.shape(array)) for name, array in arrays.items()}
 
 
-def layers_from(arrays: Mapping[str, Array], strides: Mapping[str, int], shrink: int = 1) -> PolicyLayers:
+def layers_from(
+    arrays: Mapping[str, Array], strides: Mapping[str, int], shrink: int = 1, lidars: Mapping[str, int] | None = None
+) -> PolicyLayers:
     """Return the policy that weights under AWS's names make up.
 
     Args:
         arrays: A checkpoint's, or a frozen graph's constants.
         strides: Of convolutions, by the name of their kernels; empty where no graph tells them.
         shrink: Pixels averaged to one before the first convolution.
+        lidars: How many numbers each LiDAR tells, as far as a graph says it; one without layers is in no weights.
 
     Raises:
         PolicyLayersError: There is no policy among them, or its layers do not fit together.
     """
     kind, scope = _find_policy(arrays)
     head_scope = f"{scope}/{HEADS[kind]}"
-    network = _network(arrays, scope, _dense_at(arrays, f"{head_scope}/{LAST_LAYERS[kind]}"), strides, shrink)
+    known = lidars or {}
+    network = _network(arrays, scope, _dense_at(arrays, f"{head_scope}/{LAST_LAYERS[kind]}"), strides, shrink, known)
     if kind != SAC:
         log_std = arrays.get(f"{head_scope}/policy_log_std") if kind == CONTINUOUS else None
         value_scope = scope.removesuffix("network_1") + "network_0"
@@ -87,7 +91,7 @@ def layers_from(arrays: Mapping[str, Array], strides: Mapping[str, int], shrink:
         if f"{value_scope}/{VALUE_LAYER}/kernel" in arrays:
             twins = {name.replace(scope, value_scope, 1): stride for name, stride in strides.items()}
             head = _dense_at(arrays, f"{value_scope}/{VALUE_LAYER}")
-            critic = _network(arrays, value_scope, head, {**twins, **strides}, shrink)
+            critic = _network(arrays, value_scope, head, {**twins, **strides}, shrink, known)
         policy = PolicyLayers(kind, network, None if log_std is None else _numbers(log_std).reshape(-1), None, critic)
     else:
         inner = _unnamed(arrays, head_scope)
@@ -118,16 +122,25 @@ def _find_policy(arrays: Iterable[str]) -> tuple[str, str]:
 
 
 def _network(
-    arrays: Mapping[str, Array], scope: str, head: DenseLayer, strides: Mapping[str, int], shrink: int
+    arrays: Mapping[str, Array],
+    scope: str,
+    head: DenseLayer,
+    strides: Mapping[str, int],
+    shrink: int,
+    lidars: Mapping[str, int],
 ) -> NetworkLayers:
     below = {name[len(scope) + 1 :].split("/")[0] for name in arrays if name.startswith(f"{scope}/")}
-    sensors = sorted(below & {*CAMERAS, *LIDARS})
+    sensors = sorted((below & {*CAMERAS, *LIDARS}) | set(lidars))
     if not sensors:
         raise PolicyLayersError(
             f"{scope}: holds no sensor's layers ({', '.join(sorted(below))}); expected one of {', '.join(CAMERAS)}."
         )
     trunk = tuple(layer for _, layer in _ordered(arrays, f"{scope}/{MIDDLEWARE}") if isinstance(layer, DenseLayer))
-    return NetworkLayers(tuple(_sensor(arrays, scope, name, strides, shrink) for name in sensors), trunk, head)
+    embedded = (
+        _sensor(arrays, scope, name, strides, shrink) if name in below else SensorLayers(name, (lidars[name],))
+        for name in sensors
+    )
+    return NetworkLayers(tuple(embedded), trunk, head)
 
 
 def _sensor(

@@ -36,6 +36,7 @@ from racecraft.formats.aws.model_metadata import (
 )
 from racecraft.formats.aws.policy_graph import (
     as_commands,
+    bare_lidars_in,
     graph_of,
     input_name,
     output_name,
@@ -212,17 +213,18 @@ def _read(weights: ForeignWeights) -> tuple[PolicyLayers, GraphFunction | None, 
     arrays = read_checkpoint(weights.path, is_of_policy)
     meta = Path(str(weights.path).removesuffix(INDEX) + ".meta")
     strides: Mapping[str, int] = {}
+    lidars: Mapping[str, int] = {}
     function: GraphFunction | None = None
     notes: tuple[str, ...] = ()
     try:
         if meta.is_file():
             graph = read_meta_graph(meta)
-            strides = strides_in(graph)
+            strides, lidars = strides_in(graph), bare_lidars_in(graph)
             function = GraphFunction(graph, policy_output_in(graph, meta), arrays)
     except GraphArithmeticError as error:
         notes = (f"{meta.name} was not asked beside the network: {error}",)
     try:
-        return layers_from(arrays, strides), function, notes
+        return layers_from(arrays, strides, 1, lidars), function, notes
     except PolicyLayersError as error:
         raise _model_letter(weights.path, error) from error
 
