@@ -35,6 +35,10 @@ HEAVY = {
     "nicegui": {"console"},
     "matplotlib": {"analysis", "tracks"},
     "av": {"analysis"},
+    "onnx": {"export"},
+    "onnxruntime": {"export"},
+    "openvino": {"export"},
+    "tensorflow": {"export"},
     "pandas": {"analysis", "jobs", "logs"},
 }
 
