@@ -14,6 +14,7 @@ import numpy as np
 
 from racecraft.algorithms.plain_layers import layers_of
 from racecraft.algorithms.weights import to_arrays
+from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array
 from racecraft.export.agreement import Agreement, Answer, compare
 from racecraft.formats.aws.car_archive import write_car_archive
@@ -58,11 +59,14 @@ def export_to_car(
         check: Whether graph and checkpoint are asked side by side first.
 
     Raises:
+        SettingError: The output's name ends otherwise.
         RunFolderError: No run folder, or the run of another kind of world.
         CheckpointError: No such checkpoint.
         NoPlainLayersError: A car's software does not know such a policy.
         ExportError: The graph does not act as the checkpoint does; nothing is written.
     """
+    if output is not None and not _is_place(Path(output)):
+        raise SettingError(f"--output {output}: expected a file that ends in .tar.gz, or a folder.")
     car = load_trained_car(run, which)
     policy = car_layers(car)
     written = write_graph(graph_of(policy))
@@ -105,6 +109,11 @@ def metadata_text(car: TrainedCar) -> str:
     told = dict(car.policy.metadata["model_metadata"])
     told["sensor"] = sorted(told["sensor"])
     return json.dumps(told, indent=2) + "\n"
+
+
+def _is_place(output: Path) -> bool:
+    """Tell whether an archive may go there: a folder that stands, a new one without an end, or an archive's name."""
+    return output.is_dir() or not output.suffix or output.name.endswith((".tar.gz", ".tgz"))
 
 
 def _notes(policy: PolicyLayers) -> list[str]:

@@ -195,10 +195,13 @@ def _shelve(
 
 def _policy(weights: ForeignWeights, car: ModelMetadata) -> ForeignPolicy:
     """Return the policy of a state of a model, having asked its graph beside its layers where there is one."""
-    layers, function, notes = _read(weights)
-    _require_named_sensors(weights.path, layers, car)
-    if function is not None:
-        _require_same_answers(weights.path, layers, function)
+    try:
+        layers, function, notes = _read(weights)
+        _require_named_sensors(weights.path, layers, car)
+        if function is not None:
+            _require_same_answers(weights.path, layers, function)
+    except GraphArithmeticError as error:
+        raise GraphArithmeticError(f"{weights.path}: {error}") from error
     try:
         policy = policy_of(layers, _observations(car, layers), action_space(car.action_space).spec)
     except PolicyLayersError as error:
