@@ -142,7 +142,9 @@ def shrink_in(graph: Graph) -> int:
 def bare_lidars_in(graph: Graph) -> dict[str, int]:
     """Return how many numbers each LiDAR of a graph tells, by name; one that has no layers shows nowhere else."""
     fed = (node for node in graph.nodes.values() if node.op == "Placeholder" and "/target/" not in node.name)
-    shapes = {node.name.rpartition("/")[2]: getattr(node.attributes.get("shape"), "sizes", ()) for node in fed}
+    shapes: dict[str, tuple[int, ...]] = {
+        node.name.rpartition("/")[2]: getattr(node.attributes.get("shape"), "sizes", ()) for node in fed
+    }
     return {name: sizes[-1] for name, sizes in shapes.items() if name in LIDARS and len(sizes) == 2 and sizes[-1] > 0}
 
 
