@@ -13,8 +13,9 @@ from racecraft.export.car_model import export_to_car
 from racecraft.formats.aws.policy_graph import graph_of
 from racecraft.formats.aws.policy_layers import PolicyLayersError, require_aws_network
 from racecraft.formats.aws.policy_weights import arrays_of
+from racecraft.formats.aws.trained_model import ForeignModelError
 from racecraft.formats.tensorflow.checkpoint import write_checkpoint
-from racecraft.formats.tensorflow.graph import graph_in, write_graph, write_meta_graph
+from racecraft.formats.tensorflow.graph import Graph, graph_in, write_graph, write_meta_graph
 from racecraft.players.deepracer.foreign_model import import_model
 from racecraft.players.deepracer.trained_car import load_trained_car
 from racecraft.players.trained import load_policy
@@ -141,3 +142,14 @@ def test_cameras_of_one_eye_are_the_same_by_any_name(tmp_path):
     seen = moments()
     again = load_policy(import_model(source, tmp_path / "run").run)
     np.testing.assert_allclose(again.probabilities(seen), policy.probabilities(seen), atol=1e-6)
+
+
+def test_a_graph_that_joins_its_sensors_in_another_order_is_refused(tmp_path):
+    """Its weights fit all the same, and would be read by the wrong numbers."""
+    source, _ = written(tmp_path / "model", "discrete", (FRONT, LIDAR), "graph")
+    nodes = graph_in((source / "model.pb").read_bytes(), "model.pb").nodes
+    place, joined = next((name, node) for name, node in nodes.items() if node.op == "ConcatV2")
+    nodes[place] = replace(joined, inputs=(*reversed(joined.inputs[:-1]), joined.inputs[-1]))
+    (source / "model.pb").write_bytes(write_graph(Graph(nodes.values())))
+    with pytest.raises(ForeignModelError, match="answers otherwise than its layers"):
+        import_model(source, tmp_path / "run")
