@@ -74,16 +74,17 @@ def train(kind, network, folder, sensors):
     scopes = ["main_level/agent/policy/online"] if kind == "sac" else ["main_level/agent/main/online"]
     if kind != "sac":
         scopes.append("main_level/agent/main/target")
-    seen = None
+    seen, asked = None, {}
     for scope in scopes:
         with v1.variable_scope(scope, use_resource=kind == "continuous"):
             seen, output = networks(kind, layers, scope, seen, shapes)
+            asked = asked or seen
     output = f"{scopes[0]}/{'network_0/sac_policy_head_0' if kind == 'sac' else 'network_1/ppo_head_0'}/policy"
     with v1.Session() as session:
         session.run(v1.global_variables_initializer())
         online = [variable for variable in v1.global_variables() if "/target/" not in variable.name]
         v1.train.Saver(online).save(session, str(folder / "3_Step-700.ckpt"), write_state=False)
-        np.save(folder / "answers.npy", session.run(f"{output}:0", {seen[name]: fed[name] for name in seen}))
+        np.save(folder / "answers.npy", session.run(f"{output}:0", {asked[name]: fed[name] for name in asked}))
         frozen = v1.graph_util.convert_variables_to_constants(session, session.graph_def, [output])
         (folder / "model_3.pb").write_bytes(frozen.SerializeToString())
 
