@@ -1,8 +1,7 @@
 """A model of AWS's trainer as a run folder of ours: it drives, is judged, shown, cloned and exported like any other.
 
-Begin with `import_model`. Weights are read by our own small readers; where the file tells the graph as well, the graph
-itself answers beside the network that was made of it, and what disagrees is refused. A model is never resumed, for
-nothing of its trainer's state is in its files; a new training begins from it with `--from`.
+Begin with `import_model`. What its files hold is read in `foreign_policy.py`. A model is never resumed, for nothing of
+its trainer's state is in its files; a new training begins from it with `--from`.
 """
 
 from __future__ import annotations
@@ -15,17 +14,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from racecraft.algorithms.architecture import NetworkConfig
-from racecraft.algorithms.plain_layers import ForeignPolicy, policy_of
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.contract.errors import TrackError
-from racecraft.contract.world import ArraySpec
-from racecraft.envs.deepracer.actions import action_space
-from racecraft.envs.deepracer.sensors import STEREO, car_sensors
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
-from racecraft.envs.deepracer.world import world_spec
 from racecraft.formats.aws.hyperparameters import read_hyperparameters, write_hyperparameters
 from racecraft.formats.aws.model_archive import is_archive, unpack_model
 from racecraft.formats.aws.model_metadata import (
@@ -34,18 +26,6 @@ from racecraft.formats.aws.model_metadata import (
     read_model_metadata,
     write_model_metadata,
 )
-from racecraft.formats.aws.policy_graph import (
-    as_commands,
-    bare_lidars_in,
-    graph_of,
-    input_name,
-    output_name,
-    policy_output_in,
-    read_policy_graph,
-    strides_in,
-)
-from racecraft.formats.aws.policy_layers import IMAGE, PolicyLayers, PolicyLayersError
-from racecraft.formats.aws.policy_weights import is_of_policy, layers_from
 from racecraft.formats.aws.trained_model import (
     ForeignModel,
     ForeignModelError,
@@ -56,19 +36,14 @@ from racecraft.formats.aws.trained_model import (
 from racecraft.formats.aws.training_params import ParamsFileError, read_params
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import JOB, RunFolder
-from racecraft.formats.tensorflow.arithmetic import GraphArithmeticError, GraphFunction
-from racecraft.formats.tensorflow.checkpoint import INDEX, read_checkpoint
-from racecraft.formats.tensorflow.graph import read_meta_graph
 from racecraft.formats.whole import OutputFileError, output_letter, write_whole
+from racecraft.players.deepracer.foreign_policy import read_foreign_policy
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.importer import route_file, travels
 from racecraft.tracks.track import Track
 
 KIND = "deepracer"
 DEFAULT_TRACK = "reinvent_base"
-ASKED_FRAMES = 8
-TOLERANCE = 1e-4
-"""How far answers of graph and network may lie apart."""
 IMPORTED = "imported"
 """What job.json holds of a run that was imported: where from."""
 
@@ -184,109 +159,13 @@ def _shelve(
     weights: ForeignWeights, is_best: bool, car: ModelMetadata, told: Mapping[str, Any], folder: Path
 ) -> _Shelved:
     """Put a state of a model on a shelf; one after the other, for a folder of them is larger than memory."""
-    policy = _policy(weights, car)
+    policy = read_foreign_policy(weights, car)
     settings = _settings(car, policy.spec)
     card = {"kind": KIND, "policy_spec": policy.spec.as_dictionary(), **told, "settings": settings,
             IMPORTED: list(policy.notes)}  # fmt: skip
     shelf = Checkpoints(folder)
     shelf.save(weights.iteration, weights.steps, policy.weights, card, score=weights.score, best=is_best)
     return _Shelved(policy.spec.algorithm, settings, policy.notes)
-
-
-def _policy(weights: ForeignWeights, car: ModelMetadata) -> ForeignPolicy:
-    """Return the policy of a state of a model, having asked its graph beside its layers where there is one."""
-    try:
-        layers, function, notes = _read(weights)
-        _require_named_sensors(weights.path, layers, car)
-        if function is not None:
-            _require_same_answers(weights.path, layers, function)
-    except GraphArithmeticError as error:
-        raise GraphArithmeticError(f"{weights.path}: {error}") from error
-    try:
-        policy = policy_of(layers, _observations(car, layers), action_space(car.action_space).spec)
-    except PolicyLayersError as error:
-        raise _model_letter(weights.path, error) from error
-    return ForeignPolicy(policy.spec, policy.weights, (*policy.notes, *notes))
-
-
-def _read(weights: ForeignWeights) -> tuple[PolicyLayers, GraphFunction | None, tuple[str, ...]]:
-    """Return a file's layers, and its graph as a function where it tells one that we can compute."""
-    if weights.is_graph:
-        return (*read_policy_graph(weights.path), ())
-    arrays = read_checkpoint(weights.path, is_of_policy)
-    meta = Path(str(weights.path).removesuffix(INDEX) + ".meta")
-    strides: Mapping[str, int] = {}
-    lidars: Mapping[str, int] = {}
-    function: GraphFunction | None = None
-    notes: tuple[str, ...] = ()
-    try:
-        if meta.is_file():
-            graph = read_meta_graph(meta)
-            strides, lidars = strides_in(graph), bare_lidars_in(graph)
-            function = GraphFunction(graph, policy_output_in(graph, meta), arrays)
-    except GraphArithmeticError as error:
-        notes = (f"{meta.name} was not asked beside the network: {error}",)
-    try:
-        return layers_from(arrays, strides, 1, lidars), function, notes
-    except PolicyLayersError as error:
-        raise _model_letter(weights.path, error) from error
-
-
-def _model_letter(path: Path, error: PolicyLayersError) -> ForeignModelError:
-    found, _, expected = str(error).partition("; expected ")
-    return ForeignModelError(path, found, expected.rstrip(".") or "AWS's layers")
-
-
-def _observations(car: ModelMetadata, layers: PolicyLayers) -> dict[str, ArraySpec]:
-    shrink = layers.network.shrink
-    camera = CameraConfig(width=IMAGE[1] // shrink, height=IMAGE[0] // shrink)
-    sensors = car_sensors(car.sensors, car.lidar_config)
-    return dict(world_spec(action_space(car.action_space), camera, sensors=sensors).observations)
-
-
-def _require_named_sensors(path: Path, layers: PolicyLayers, car: ModelMetadata) -> None:
-    """Refuse a network that is fed by other sensors than its car has.
-
-    Cameras of one eye see the same by each of their names, where they are alone; beside a LiDAR, the name decides
-    which of both comes first.
-
-    Raises:
-        ForeignModelError: The letter names both.
-    """
-    there = [sensor.name for sensor in layers.network.sensors]
-    one_eyed = len(there) == 1 == len(car.sensors) and STEREO not in (*there, *car.sensors)
-    if not one_eyed and there != sorted(car.sensors):
-        raise ForeignModelError(
-            path, f"its network sees by {', '.join(there)}, its car by {', '.join(sorted(car.sensors))}",
-            "the metadata that it was trained with",
-        )  # fmt: skip
-
-
-def _require_same_answers(path: Path, layers: PolicyLayers, function: GraphFunction) -> None:
-    """Ask the file's graph, and the one that its layers make up, about noise.
-
-    Raises:
-        ForeignModelError: They answer otherwise: the graph computes more than its layers tell.
-    """
-    noise = np.random.default_rng(0)
-    fed, here = {}, {}
-    for sensor in layers.network.sensors:
-        numbers = (
-            noise.integers(0, 256, (ASKED_FRAMES, *sensor.shape))
-            if sensor.is_image
-            else noise.random((ASKED_FRAMES, *sensor.shape))
-        )
-        here[input_name(layers.kind, sensor.name)] = numbers.astype(np.float32)
-        for name in function.inputs:
-            if name.rpartition("/")[2] == sensor.name:
-                fed[name] = numbers.astype(np.float32)
-    told = as_commands(layers.kind, function(fed))
-    ours = as_commands(layers.kind, GraphFunction(graph_of(layers), output_name(layers.kind))(here))
-    difference = float(np.abs(told - ours).max()) if told.shape == ours.shape else float("inf")
-    if not difference <= TOLERANCE:
-        raise ForeignModelError(
-            path, f"its graph answers otherwise than its layers (by {difference:g})", "a network as AWS trains it"
-        )
 
 
 def _settings(car: ModelMetadata, spec: PolicySpec) -> dict[str, Any]:
