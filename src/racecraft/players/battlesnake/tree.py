@@ -1,0 +1,137 @@
+"""A tree of what may happen: decoupled PUCT with area control at the leaves (`kernels/puct.py`).
+
+Every walk goes down where a move has been good or has hardly been tried, plays one position further, appraises it, and
+tells all nodes on its way. It may be stopped at any time; more time means deeper and surer. Between two turns of a game
+the part below the moves that were made is kept.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from racecraft.contract.world import Array
+from racecraft.envs.battlesnake.board import MOVES, Board
+from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.players.battlesnake.foresight import DEEPEST, Position, position_of, pouring_room
+from racecraft.players.battlesnake.kernels.puct import FIRST_CHILD, NEXT_SIBLING, look_ahead, transplant
+
+WALKS_AT_A_TIME = 256
+"""Walks between two looks at the clock; a few milliseconds."""
+FIRST_NODES, MOST_NODES = 1 << 12, 1 << 17
+"""Room of a new tree, doubled when it is full, and the most it is given (some 40 MB for four snakes)."""
+EAGERNESS = 0.7
+"""Weight of curiosity."""
+GUIDE_SHARE = 0.6
+"""Share of the first walks that the guide's move gets."""
+WEIGHER_SHARE = 0.75
+"""How far a guide that weighs moves is believed; the rest goes to all safe moves alike."""
+
+
+class Tree:
+    """A search tree over one position.
+
+    Args:
+        board: The position.
+        settings: What is played.
+        snake_id: Whose move is asked for; alive.
+
+    Raises:
+        BoardError: Living snakes overlap or lie off the board.
+    """
+
+    def __init__(self, board: Board, settings: GameSettings, snake_id: str) -> None:
+        self.position: Position = position_of(board, settings)
+        self._me = [snake.id for snake in board.alive()].index(snake_id)
+        num_snakes = self.position.rows.shape[1]
+        self._room = (*pouring_room(self.position), np.zeros(num_snakes))
+        self._ways = np.zeros((DEEPEST, num_snakes), np.int64)
+        self._path = np.zeros(DEEPEST, np.int32)
+        self._size = np.zeros(1, np.int64)
+        self._nodes = _nodes(FIRST_NODES, num_snakes)
+        self.walk(0)
+
+    @property
+    def size(self) -> int:
+        """Nodes of the tree."""
+        return int(self._size[0])
+
+    def walk(self, walks: int) -> None:
+        """Add walks."""
+        room = len(self._nodes[0])
+        while room < min(self.size + walks, MOST_NODES):
+            room = min(2 * room, MOST_NODES)
+        if room > len(self._nodes[0]):
+            self._nodes = tuple(_lengthened(array, room) for array in self._nodes)
+        look_ahead(
+            walks, self._me, EAGERNESS, *self.position, *self._room, self._ways, self._path, *self._nodes, self._size
+        )  # fmt: skip
+
+    def trust(self, move: str) -> None:
+        """Let a move have the guide's share of the first walks, if it is not surely fatal."""
+        priors, way = self.priors()[self._me], MOVES.index(move)
+        if priors[way] > 0 and np.count_nonzero(priors) > 1:
+            priors *= (1 - GUIDE_SHARE) / (priors.sum() - priors[way])
+            priors[way] = GUIDE_SHARE
+
+    def believe(self, chances: Array) -> None:
+        """Mix chances of the living snakes' moves, float (M, 4), into the first walks; what is fatal stays out."""
+        priors = self.priors()
+        believed = np.where(priors > 0, chances, 0.0)
+        total = believed.sum(axis=1, keepdims=True)
+        mixed = WEIGHER_SHARE * believed / np.where(total > 0, total, 1.0) + (1 - WEIGHER_SHARE) * priors
+        priors[...] = np.where(total > 0, mixed, priors)
+
+    def priors(self) -> Array:
+        """Return how likely each snake's moves are thought at the root, float32 (M, 4), to be changed in place."""
+        found: Array = self._nodes[4][0]
+        return found
+
+    def visits(self) -> Array:
+        """Return how often each of the own moves was walked, int32 (4,)."""
+        found: Array = self._nodes[2][0, self._me]
+        return found
+
+    def worths(self) -> Array:
+        """Return what came of each of the own moves on average, float64 (4,), 0 dead to 1 won; 0 where none was."""
+        found: Array = self._nodes[3][0, self._me] / np.maximum(1, self.visits())
+        return found
+
+    def follow(self, board: Board, settings: GameSettings, ways: list[int]) -> bool:
+        """Go on at the position that joint moves led to, keeping what lies below them.
+
+        Args:
+            board: The position now: what the moves lead to, without new food.
+            settings: What is played.
+            ways: Each snake's move, in their order.
+
+        Returns:
+            Whether it did; where that part of the tree does not exist, nothing has changed.
+        """
+        links, joints = self._nodes[:2]
+        joint = 0
+        for way in ways:
+            joint = joint * 4 + way
+        child = int(links[0, FIRST_CHILD])
+        while child > 0 and joints[child] != joint:
+            child = int(links[child, NEXT_SIBLING])
+        if child <= 0 or len(board.alive()) != len(ways):
+            return False
+        kept = _nodes(len(links), len(ways))
+        self._size[0] = transplant(child, *self._nodes, np.zeros(len(links), np.int32), *kept)
+        self._nodes, self.position = kept, position_of(board, settings)
+        return True
+
+
+def _nodes(room: int, num_snakes: int) -> tuple[Array, ...]:
+    """Return the arrays of so many nodes; see `kernels/puct.py`."""
+    moves = (room, num_snakes, 4)
+    return (
+        np.zeros((room, 3), np.int32), np.zeros(room, np.int64), np.zeros(moves, np.int32), np.zeros(moves),
+        np.zeros(moves, np.float32), np.zeros(moves[:2], np.float32),
+    )  # fmt: skip
+
+
+def _lengthened(array: Array, room: int) -> Array:
+    longer = np.zeros((room, *array.shape[1:]), array.dtype)
+    longer[: len(array)] = array
+    return longer
