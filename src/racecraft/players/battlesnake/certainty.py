@@ -8,6 +8,7 @@ position and still helps in the turns that follow.
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -23,6 +24,7 @@ TURNS_AT_A_TIME = 1000
 """Turns played between two looks at the clock; a few milliseconds."""
 REMEMBERED = 1 << 15
 """Positions remembered for a game."""
+ALL_MOVES = 15
 
 
 @dataclass
@@ -30,7 +32,7 @@ class Finding:
     """What came of a look: the best move, what it is worth, how deep it was looked and at what cost."""
 
     move: str = ""
-    value: int = ab.LEAST
+    value: int = 0
     """See `kernels/alpha_beta.py`; of the deepest look that was finished."""
     depth: int = 0
     """Turns ahead of the deepest look that was finished."""
@@ -79,10 +81,16 @@ class Certainty:
         self._history = np.zeros((num_snakes, area, 4), np.int32)
         self._room = (*pouring_room(self.position), np.zeros(num_snakes))
         self._state[ab.TOP] = -1
-        self._depth, self.found = 0, Finding()
+        self._only, self.found = ALL_MOVES, Finding()
+
+    def narrow(self, moves: Iterable[str]) -> None:
+        """Look at some own moves only, and begin anew at one turn ahead; what is remembered stays."""
+        self._only = sum(1 << MOVES.index(move) for move in moves)
+        self._state[ab.TOP] = -1
+        self.found = Finding()
 
     def deepen(self, until: float, most_turns: int | None = None, deepest: int = DEEPEST - 1) -> Finding:
-        """Look deeper and deeper; return what was found.
+        """Look deeper and deeper; return what was found. It may be called again to go on.
 
         Args:
             until: When to stop, of `time.monotonic`; a first look is always finished.
@@ -98,9 +106,10 @@ class Certainty:
         """Finish the look one turn deeper, if there is time; return whether it was finished."""
         state, found = self._state, self.found
         if state[ab.TOP] < 0:
+            first = MOVES.index(found.move) if found.move else -1
             ab.begin(
-                found.depth + 1, ab.LEAST, ab.MOST, state, self._stack, self._seats, self._ways, self._history,
-                self._keys, self._table, *self.position[:4], self.position.rules,
+                found.depth + 1, first, self._only, state, self._stack, self._seats, self._history,
+                *self.position[:4], self.position.rules,
             )  # fmt: skip
         while state[ab.TOP] >= 0:
             out_of_time = time.monotonic() >= until or (most_turns is not None and found.turns >= most_turns)

@@ -7,12 +7,16 @@ the part below the moves that were made is kept.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from racecraft.contract.world import Array
 from racecraft.envs.battlesnake.board import MOVES, Board
 from racecraft.envs.battlesnake.settings import GameSettings
-from racecraft.players.battlesnake.foresight import DEEPEST, Position, position_of, pouring_room
+from racecraft.players.battlesnake.foresight import DEEPEST, Position, board_at, position_of, pouring_room
+from racecraft.players.battlesnake.kernels import position as at
+from racecraft.players.battlesnake.kernels.position import advance
 from racecraft.players.battlesnake.kernels.puct import FIRST_CHILD, NEXT_SIBLING, look_ahead, transplant
 
 WALKS_AT_A_TIME = 256
@@ -41,6 +45,7 @@ class Tree:
 
     def __init__(self, board: Board, settings: GameSettings, snake_id: str) -> None:
         self.position: Position = position_of(board, settings)
+        self._board = board
         self._me = [snake.id for snake in board.alive()].index(snake_id)
         num_snakes = self.position.rows.shape[1]
         self._room = (*pouring_room(self.position), np.zeros(num_snakes))
@@ -65,6 +70,15 @@ class Tree:
         look_ahead(
             walks, self._me, EAGERNESS, *self.position, *self._room, self._ways, self._path, *self._nodes, self._size
         )  # fmt: skip
+
+    def shun(self, moves: Iterable[str]) -> None:
+        """Walk certain own moves no more, unless there are no others."""
+        priors = self.priors()[self._me]
+        shunned = [MOVES.index(move) for move in moves]
+        if priors.sum() > priors[shunned].sum():
+            priors[shunned] = 0.0
+            priors /= priors.sum()
+            self.visits()[shunned] = 0
 
     def trust(self, move: str) -> None:
         """Let a move have the guide's share of the first walks, if it is not surely fatal."""
@@ -96,17 +110,16 @@ class Tree:
         found: Array = self._nodes[3][0, self._me] / np.maximum(1, self.visits())
         return found
 
-    def follow(self, board: Board, settings: GameSettings, ways: list[int]) -> bool:
-        """Go on at the position that joint moves led to, keeping what lies below them.
-
-        Args:
-            board: The position now: what the moves lead to, without new food.
-            settings: What is played.
-            ways: Each snake's move, in their order.
+    def follow(self, board: Board, settings: GameSettings) -> bool:
+        """Go on at a position one turn later, keeping what lies below the moves that led there.
 
         Returns:
-            Whether it did; where that part of the tree does not exist, nothing has changed.
+            Whether it did: not where a snake or a food came or went in a way that the moves do not tell, and not where
+            those moves were never walked. Then nothing has changed.
         """
+        ways = self._ways_to(board)
+        if ways is None:
+            return False
         links, joints = self._nodes[:2]
         joint = 0
         for way in ways:
@@ -114,12 +127,28 @@ class Tree:
         child = int(links[0, FIRST_CHILD])
         while child > 0 and joints[child] != joint:
             child = int(links[child, NEXT_SIBLING])
-        if child <= 0 or len(board.alive()) != len(ways):
+        if child <= 0:
             return False
         kept = _nodes(len(links), len(ways))
         self._size[0] = transplant(child, *self._nodes, np.zeros(len(links), np.int32), *kept)
-        self._nodes, self.position = kept, position_of(board, settings)
+        self._nodes, self.position, self._board = kept, position_of(board, settings), board
         return True
+
+    def _ways_to(self, board: Board) -> list[int] | None:
+        """Return the moves after which this position is exactly the one the rules give; None where there are none."""
+        before, after = self._board.alive(), board.alive()
+        if [snake.id for snake in before] != [snake.id for snake in after] or board.turn != self._board.turn + 1:
+            return None
+        ways = []
+        for number, snake in enumerate(after):
+            head = snake.head[1] * board.width + snake.head[0]
+            came = self.position.cells[self.position.rows[0, number, at.HEAD], :4] == head
+            ways.append(int(np.argmax(came)))
+        self._ways[0] = ways
+        advance(0, self._ways, *self.position[:4], self.position.rules)
+        told = board_at(self.position, 1, self._board)
+        same = told.snakes == after and set(told.food) == set(board.food) and self._board.hazards == board.hazards
+        return ways if same else None
 
 
 def _nodes(room: int, num_snakes: int) -> tuple[Array, ...]:

@@ -49,24 +49,25 @@ TABLE_VALUE, TABLE_DEPTH, TABLE_KIND, TABLE_WAY = 0, 1, 2, 3
 
 
 @kernel
-def begin(depth, alpha, beta, state, stack, seats, ways, history, keys, table, ring, rows, bits, cells, rules):
-    """Make ready to look `depth` turns ahead.
+def begin(depth, first, only, state, stack, seats, history, ring, rows, bits, cells, rules):
+    """Make ready to look `depth` turns ahead from ply 0, at move `first` (-1: none) before all others.
 
-    `seats` int64 (M,) are the snakes in the order in which they choose, the own one first; `stack` int32 (F, 12),
-    `state` int64 (6,), `ways` int64 (D, M), `history` int32 (M, C, 4): which moves have cut a tree short where.
-    `keys` uint64 (T,) and `table` int32 (T, 4), T a power of two, remember positions; they serve one snake of one game.
+    `only` are the own moves to look at there, as bits, of those that are not surely fatal; 15 are all. `seats` int64
+    (M,) are the snakes in the order in which they choose, the own one first; `stack` int32 (F, 12), `state` int64 (6,)
+    and `history` int32 (M, C, 4), which moves have cut a tree short where, are written.
     """
     state[TOP], state[DEPTH], state[TOLD] = 0, depth, 0
-    key = key_of(0, ring, rows, bits)
-    place = np.int64(key & np.uint64(keys.shape[0] - 1))
-    first = table[place, TABLE_WAY] if keys[place] == key else -1
-    _push(0, 0, 0, alpha, beta, first, stack, seats, history, ring, rows, bits, cells, rules)
+    _push(0, 0, 0, LEAST, MOST, first, only, stack, seats, history, ring, rows, bits, cells, rules)
 
 
 @kernel
 def think(most_turns, state, stack, seats, ways, history, keys, table, ring, rows, bits, cells, edges, rules,
           pools, found, worths):  # fmt: skip
-    """Go on until the search that `begin` began is done, or about so many turns were played; the answer is stack[0]."""
+    """Go on until the look that `begin` began is done, or so many turns were played; the answer is in stack[0].
+
+    `ways` int64 (D, M) are the moves at each ply. `keys` uint64 (T,) and `table` int32 (T, 4), T a power of two,
+    remember positions of one game as its own snake sees them.
+    """
     end = state[TURNS] + most_turns
     while state[TOP] >= 0 and state[TURNS] < end:
         top = state[TOP]
@@ -74,7 +75,7 @@ def think(most_turns, state, stack, seats, ways, history, keys, table, ring, row
             state[TOLD] = 0
             _hear(top, state[VALUE], stack, seats, history, rows)
         if stack[top, NEXT] == stack[top, WAYS]:
-            _answer(top, state, stack, keys, table, ring, rows, bits)
+            _answer(top, state, stack, seats, keys, table, ring, rows, bits)
             continue
         seat, d = stack[top, SEAT], stack[top, PLY]
         ways[d, seats[seat]] = stack[top, FIRST_WAY + stack[top, NEXT]]
@@ -89,7 +90,7 @@ def think(most_turns, state, stack, seats, ways, history, keys, table, ring, row
             seat += 1
         if seat < seats.shape[0]:
             state[TOP] = top + 1
-            _push(top + 1, seat, d, alpha, beta, -1, stack, seats, history, ring, rows, bits, cells, rules)
+            _push(top + 1, seat, d, alpha, beta, -1, 15, stack, seats, history, ring, rows, bits, cells, rules)
             continue
         advance(d, ways, ring, rows, bits, cells, rules)
         state[TURNS] += 1
@@ -108,7 +109,7 @@ def think(most_turns, state, stack, seats, ways, history, keys, table, ring, row
         else:
             first = -1
             if state[DEPTH] - d > 1:
-                key = key_of(d, ring, rows, bits)
+                key = key_of(d, me, ring, rows, bits)
                 place = np.int64(key & np.uint64(keys.shape[0] - 1))
                 if keys[place] == key:
                     first = table[place, TABLE_WAY]
@@ -116,7 +117,7 @@ def think(most_turns, state, stack, seats, ways, history, keys, table, ring, row
                         state[VALUE], state[TOLD] = table[place, TABLE_VALUE], 1
                         continue
             state[TOP] = top + 1
-            _push(top + 1, 0, d, alpha, beta, first, stack, seats, history, ring, rows, bits, cells, rules)
+            _push(top + 1, 0, d, alpha, beta, first, 15, stack, seats, history, ring, rows, bits, cells, rules)
 
 
 @kernel
@@ -138,10 +139,10 @@ def _is_known(place, depth, alpha, beta, table):
 
 
 @kernel
-def _push(top, seat, d, alpha, beta, first, stack, seats, history, ring, rows, bits, cells, rules):
+def _push(top, seat, d, alpha, beta, first, only, stack, seats, history, ring, rows, bits, cells, rules):
     """Open a choice: list the moves that are not surely fatal, `first` first, then by what has cut before."""
     s = seats[seat]
-    safe, head, count = safe_ways(d, s, ring, rows, bits, cells, rules), rows[d, s, HEAD], 0
+    safe, head, count = safe_ways(d, s, ring, rows, bits, cells, rules) & only, rows[d, s, HEAD], 0
     for way in range(4):
         if (safe >> way) & 1:
             score = MOST if way == first else history[s, head, way]
@@ -178,12 +179,12 @@ def _hear(top, value, stack, seats, history, rows):
 
 
 @kernel
-def _answer(top, state, stack, keys, table, ring, rows, bits):
+def _answer(top, state, stack, seats, keys, table, ring, rows, bits):
     """Close a choice: remember it where a turn begins, and tell the one above."""
     value, d = stack[top, BEST], stack[top, PLY]
     depth = state[DEPTH] - d
-    if stack[top, SEAT] == 0 and (depth > 1 or d == 0):
-        key = key_of(d, ring, rows, bits)
+    if stack[top, SEAT] == 0 and depth > 1 and d > 0:
+        key = key_of(d, seats[0], ring, rows, bits)
         place = np.int64(key & np.uint64(keys.shape[0] - 1))
         kind = EXACT
         if value <= stack[top, ALPHA]:
@@ -198,9 +199,9 @@ def _answer(top, state, stack, keys, table, ring, rows, bits):
 
 
 @kernel
-def key_of(d, ring, rows, bits):
-    """Return a number that two positions share only by the rarest accident: of bodies, healths and food."""
-    key = np.uint64(rows.shape[1])
+def key_of(d, me, ring, rows, bits):
+    """Return a number that two positions share only by the rarest accident: of bodies, healths, food and who asks."""
+    key = np.uint64(rows.shape[1] * 16 + me)
     for s in range(rows.shape[1]):
         key = random_bits(key, np.uint64(rows[d, s, STACK] * 4 + (rows[d, s, OUT] == 0)))
         if rows[d, s, OUT] == 0:

@@ -79,9 +79,9 @@ def claim(d, ring, rows, bits, edges, rules, pools, found):
 
 @kernel
 def _opening(d, s, step, ring, rows):
-    """Return the cell that the tail of snake s leaves at a step; -1 where it leaves none."""
+    """Return the cell that the tail of snake s leaves at a step; -1 where it leaves none. Heads are their snake's."""
     place = rows[d, s, COUNT] - step + rows[d, s, STACK]
-    if rows[d, s, OUT] or place < 0 or place >= rows[d, s, COUNT]:
+    if rows[d, s, OUT] or place <= 0 or place >= rows[d, s, COUNT]:
         return -1
     return ring[s, (rows[d, s, START] + place) & (ring.shape[1] - 1)]
 

@@ -180,9 +180,9 @@ def safe_ways(d, s, ring, rows, bits, cells, rules):
 def _is_leaving(d, cell, ring, rows):
     """Tell whether a cell is that of a tail that moves on."""
     for s in range(rows.shape[1]):
-        if rows[d, s, OUT] == 0 and rows[d, s, STACK] == 0:
-            if ring[s, (rows[d, s, START] + rows[d, s, COUNT] - 1) & (ring.shape[1] - 1)] == cell:
-                return True
+        tail = ring[s, (rows[d, s, START] + rows[d, s, COUNT] - 1) & (ring.shape[1] - 1)]
+        if rows[d, s, OUT] == 0 and rows[d, s, STACK] == 0 and tail == cell:
+            return True
     return False
 
 
