@@ -66,8 +66,8 @@ def opinion(board, settings, me):
 )
 def test_cutting_loses_nothing(players, depth, ruleset):
     settings, looked, opinions = GameSettings(7, 7, players, ruleset, minimum_food=2), 0, 0
-    for seed in range(2):
-        for board, _ in list(play(settings, seed, 40))[3::8]:
+    for seed in range(4):
+        for board, _ in list(play(settings, seed, 40))[2::4]:
             certainty = Certainty(board, settings, "s0")
             found = certainty.deepen(time.monotonic() + SOON, deepest=depth)
             order = [board.alive()[seat].id for seat in certainty._seats]
