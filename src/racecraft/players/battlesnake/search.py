@@ -74,6 +74,13 @@ class Search:
             self.minds.keep(mind, move)
         return move
 
+    def warm_up(self, board: Board, settings: GameSettings, snake_id: str) -> None:
+        """Have everything compiled that a game may come to need."""
+        mind = Mind(board, settings, snake_id)
+        mind.certainty.deepen(0.0)
+        mind.grown_tree().keep_below(0)
+        mind.go_on(board, settings)
+
     def _think(self, mind: Mind, mine: list[str], seconds: float, until: float) -> str:
         if len(mind.board.alive()) <= self.sure_among:
             mind.tree = None

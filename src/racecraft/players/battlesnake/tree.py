@@ -129,10 +129,16 @@ class Tree:
             child = int(links[child, NEXT_SIBLING])
         if child <= 0:
             return False
-        kept = _nodes(len(links), len(ways))
-        self._size[0] = transplant(child, *self._nodes, np.zeros(len(links), np.int32), *kept)
-        self._nodes, self.position, self._board = kept, position_of(board, settings), board
+        self.keep_below(child)
+        self.position, self._board = position_of(board, settings), board
         return True
+
+    def keep_below(self, node: int) -> None:
+        """Let go of all that does not lie below a node, which becomes the root."""
+        room = len(self._nodes[0])
+        kept = _nodes(room, self.position.rows.shape[1])
+        self._size[0] = transplant(node, *self._nodes, np.zeros(room, np.int32), *kept)
+        self._nodes = kept
 
     def _ways_to(self, board: Board) -> list[int] | None:
         """Return the moves after which this position is exactly the one the rules give; None where there are none."""

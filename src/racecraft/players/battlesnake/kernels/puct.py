@@ -34,18 +34,10 @@ def look_ahead(walks, me, eager, ring, rows, bits, cells, edges, rules, pools, f
     `ways` int64 (D, M) are the moves at each ply; `path` int32 (D,) the nodes that a walk comes by, D the plies it may
     have. `eager` weighs curiosity against what is known.
     """
-    num_snakes = rows.shape[1]
-    if size[0] == 0:
-        _grow(0, 0, me, ring, rows, bits, cells, edges, rules, pools, found, worths,
-              links, visits, sums, priors, first_worths)  # fmt: skip
-        size[0] = 1
-    for _ in range(walks):
-        node, d = 0, 0
-        while True:
-            if links[node, IS_OVER] or d == path.shape[0]:
-                for s in range(num_snakes):
-                    worths[s] = first_worths[node, s]
-                break
+    num_snakes, left = rows.shape[1], walks
+    while left > 0 or size[0] == 0:
+        node, d, child = 0, 0, 0 if size[0] == 0 else -1
+        while child < 0 and not links[node, IS_OVER] and d < path.shape[0]:
             path[d] = node
             joint = np.int64(0)
             for s in range(num_snakes):
@@ -56,37 +48,39 @@ def look_ahead(walks, me, eager, ring, rows, bits, cells, edges, rules, pools, f
                 joint = joint * 4 + way
             advance(d, ways, ring, rows, bits, cells, rules)
             d += 1
-            child = links[node, FIRST_CHILD]
-            while child > 0 and joints[child] != joint:
-                child = links[child, NEXT_SIBLING]
-            if child > 0:
-                node = child
+            known = links[node, FIRST_CHILD]
+            while known > 0 and joints[known] != joint:
+                known = links[known, NEXT_SIBLING]
+            if known > 0:
+                node = known
                 continue
-            if size[0] == links.shape[0]:
-                appraise(d, ring, rows, bits, cells, edges, rules, pools, found, worths)
-                break
             child = size[0]
-            size[0] += 1
-            _grow(child, d, me, ring, rows, bits, cells, edges, rules, pools, found, worths,
-                  links, visits, sums, priors, first_worths)  # fmt: skip
-            joints[child] = joint
-            links[child, NEXT_SIBLING] = links[node, FIRST_CHILD]
-            links[node, FIRST_CHILD] = child
-            break
+            if child < links.shape[0]:
+                joints[child], links[child, NEXT_SIBLING] = joint, links[node, FIRST_CHILD]
+                links[node, FIRST_CHILD] = child
+        if child < 0:
+            for s in range(num_snakes):
+                worths[s] = first_worths[node, s]
+        else:
+            appraise(d, ring, rows, bits, cells, edges, rules, pools, found, worths)
+            if child < links.shape[0]:
+                _grow(child, d, me, ring, rows, bits, cells, rules, worths, links, visits, sums, priors, first_worths)
+                size[0] = child + 1
+        left -= d > 0
         for ply in range(d):
             for s in range(num_snakes):
                 if rows[ply, s, OUT] == 0:
                     visits[path[ply], s, ways[ply, s]] += 1
                     sums[path[ply], s, ways[ply, s]] += worths[s]
+        if links[0, IS_OVER]:
+            return
 
 
 @kernel
-def _grow(node, d, me, ring, rows, bits, cells, edges, rules, pools, found, worths,
-          links, visits, sums, priors, first_worths):  # fmt: skip
+def _grow(node, d, me, ring, rows, bits, cells, rules, worths, links, visits, sums, priors, first_worths):
     """Make a node of ply d: what it is worth to each, and which moves are worth a look."""
-    appraise(d, ring, rows, bits, cells, edges, rules, pools, found, worths)
     alive = count_alive(d, rows)
-    links[node, FIRST_CHILD], links[node, NEXT_SIBLING] = 0, 0
+    links[node, FIRST_CHILD] = 0
     links[node, IS_OVER] = alive == 0 or (alive == 1 and not rules[SOLO]) or rows[d, me, OUT] != 0
     for s in range(rows.shape[1]):
         first_worths[node, s] = worths[s]
