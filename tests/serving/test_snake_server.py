@@ -17,10 +17,10 @@ from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.state import Games
 from racecraft.evaluation.battlesnake.match import play
 from racecraft.evaluation.battlesnake.seats import take_seat
-from racecraft.players.battlesnake.find import find_player
+from racecraft.players.battlesnake.find import find_player, warm_up
 from racecraft.players.battlesnake.from_file import load_file_player
 from racecraft.players.battlesnake.messages import GameCard, message
-from racecraft.players.battlesnake.sight import safe_moves
+from racecraft.players.battlesnake.sight import best_safe_move, safe_moves
 from racecraft.serving.http_service import MOST_BODY_BYTES
 from racecraft.serving.snake_server import SnakeServer, answer_before_thinking, settle
 
@@ -292,6 +292,42 @@ def test_many_games_at_once_are_answered_in_time():
     serving(server, talk)
     assert (sum(late), server.count.moves) == (0, 150)
     assert server.count.p99_ms() < 1000
+
+
+@pytest.mark.long
+def test_search_is_never_late_in_many_games_of_four():
+    """Twenty-four clients at the official timeout, each game a turn on after every answer, on two threads."""
+    player = find_player("search")
+    warm_up(player)
+    player.minds.ponders = True
+    server, settings = SnakeServer(player, threads=2), GameSettings(11, 11, 4)
+    taken, all_began = [], asyncio.Barrier(24)
+
+    async def client(port, number):
+        referee = Referee(settings, StreamDice(number))
+        await exchange(port, post("/start", message(referee.board, settings, "s0", GameCard(f"g{number}", 500))))
+        await all_began.wait()
+        reader, writer = await asyncio.open_connection("127.0.0.1", port)
+        for _ in range(8):
+            sent = message(referee.board, settings, "s0", GameCard(f"g{number}", 500))
+            begin = time.monotonic()
+            writer.write(post("/move", sent))
+            head = await reader.readuntil(b"\r\n\r\n")
+            body = await reader.readexactly(int(head.lower().split(b"content-length: ")[1].split(b"\r\n")[0]))
+            taken.append(time.monotonic() - begin)
+            moves = {snake.id: best_safe_move(referee.board, settings, snake.id) for snake in referee.board.alive()}
+            referee.turn(moves | {"s0": json.loads(body)["move"]})
+            if not any(snake.id == "s0" for snake in referee.board.alive()):
+                referee = Referee(settings, StreamDice(100 + number))
+        writer.close()
+
+    async def talk(port):
+        await asyncio.gather(*(client(port, number) for number in range(24)))
+
+    serving(server, talk)
+    assert len(taken) == 24 * 8
+    assert (server.count.late, server.count.failed) == (0, 0)
+    assert sum(one > 0.5 for one in taken) == 0
 
 
 def test_a_served_file_plays_in_the_arena_and_hears_start_and_end(tmp_path):

@@ -86,7 +86,7 @@ def _answer_until_interrupted(server: SnakeServer, host: str, port: int, player:
 
 
 def _let_ponder(player: SnakePlayer | JsonPlayer, ponder: bool) -> None:
-    """Tell a player that can think on while nobody asks whether it may; here, unlike in an arena, the time is its own."""
+    """Tell a player that can think on while nobody asks whether it may: here, unlike in an arena, it may."""
     minds = getattr(player, "minds", None)
     if minds is not None:
         minds.ponders = ponder

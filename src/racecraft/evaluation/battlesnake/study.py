@@ -1,4 +1,4 @@
-"""What lost a game: the move after which, as far as search sees, nothing could be saved, and what search would have played.
+"""What lost a game: the move after which nothing could be saved as far as search sees, and what it would have played.
 
 From a snake's end one goes back turn by turn, as long as its position is proven lost: the others can end it whatever it
 does. The last position before those still held a choice, and the move that was made there is the losing one. Proofs are

@@ -5,6 +5,7 @@ Only living snakes take part, in their order. The map is left out: nobody knows 
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -37,22 +38,24 @@ def position_of(board: Board, settings: GameSettings, deepest: int = DEEPEST) ->
     Raises:
         BoardError: A living snake lies off the board, on another, or across itself.
     """
-    num_snakes, area = len(board.alive()), board.width * board.height
-    words = max(2, -(-area // 64))
+    num_snakes, area, wrapped = len(board.alive()), board.width * board.height, is_wrapped(settings)
+    cells, edges = _ground(board.width, board.height, wrapped)
     position = Position(
         ring=np.zeros((num_snakes, 1 << (area + deepest + 2).bit_length()), np.int16),
         rows=np.zeros((deepest + 1, num_snakes, at.NUM_COLUMNS), np.int32),
-        bits=np.zeros((deepest + 1, 2, words), np.uint64),
-        cells=np.full((area, 5), -1, np.int16),
-        edges=np.zeros((5, words), np.uint64),
+        bits=np.zeros((deepest + 1, 2, edges.shape[1]), np.uint64),
+        cells=cells.copy(),
+        edges=edges,
         rules=np.zeros(at.NUM_RULES, np.int32),
     )
-    _lay_ground(position, board, is_wrapped(settings))
+    for (x, y), count in board.hazards.items():
+        if board.holds((x, y)):
+            position.cells[y * board.width + x, at.HAZARDS] = max(0, count)
     _put_snakes(position, board)
     solo = not is_over(Board(1, 1, snakes=[Snake("", [(0, 0)])]), settings) or num_snakes < 2
     grows = settings.ruleset.endswith("constrictor")
     position.rules[: at.TURN + 1] = (
-        board.width, board.height, is_wrapped(settings), grows, solo, settings.hazard_damage, board.turn
+        board.width, board.height, wrapped, grows, solo, settings.hazard_damage, board.turn
     )  # fmt: skip
     return position
 
@@ -78,18 +81,25 @@ def board_at(position: Position, d: int, board: Board) -> Board:
     return found
 
 
-def _lay_ground(position: Position, board: Board, wrapped: bool) -> None:
-    width, height = board.width, board.height
-    for x, y in board.squares():
-        cell = y * width + x
-        for way, (dx, dy) in enumerate(STEPS):
-            square = ((x + dx) % width, (y + dy) % height) if wrapped else (x + dx, y + dy)
-            if board.holds(square):
-                position.cells[cell, way] = square[1] * width + square[0]
-        position.cells[cell, at.HAZARDS] = max(0, board.hazards.get((x, y), 0))
-        for edge, is_there in enumerate((True, x == 0, x == width - 1, y == 0, y == height - 1)):
-            if is_there:
-                _set(position.edges[edge], cell)
+@cache
+def _ground(width: int, height: int, wrapped: bool) -> tuple[Array, Array]:
+    """Return `cells` without hazards and `edges` of a board; whoever wants to write into them copies them."""
+    cells, edges = (
+        np.full((width * height, 5), -1, np.int16),
+        np.zeros((5, max(2, -(-width * height // 64))), np.uint64),
+    )
+    cells[:, at.HAZARDS] = 0
+    for y in range(height):
+        for x in range(width):
+            cell = y * width + x
+            for way, (dx, dy) in enumerate(STEPS):
+                to_x, to_y = ((x + dx) % width, (y + dy) % height) if wrapped else (x + dx, y + dy)
+                if 0 <= to_x < width and 0 <= to_y < height:
+                    cells[cell, way] = to_y * width + to_x
+            for edge, is_there in enumerate((True, x == 0, x == width - 1, y == 0, y == height - 1)):
+                if is_there:
+                    _set(edges[edge], cell)
+    return cells, edges
 
 
 def _put_snakes(position: Position, board: Board) -> None:

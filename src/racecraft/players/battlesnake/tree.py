@@ -19,8 +19,8 @@ from racecraft.players.battlesnake.kernels import position as at
 from racecraft.players.battlesnake.kernels.position import advance
 from racecraft.players.battlesnake.kernels.puct import FIRST_CHILD, NEXT_SIBLING, look_ahead, transplant
 
-WALKS_AT_A_TIME = 256
-"""Walks between two looks at the clock; a few milliseconds."""
+WALKS_AT_A_TIME = 128
+"""Walks between two looks at the clock; one or two milliseconds."""
 FIRST_NODES, MOST_NODES = 1 << 12, 1 << 17
 """Room of a new tree, doubled when it is full, and the most it is given (some 40 MB for four snakes)."""
 EAGERNESS = 0.7
@@ -104,6 +104,10 @@ class Tree:
         """Return how often each of the own moves was walked, int32 (4,)."""
         found: Array = self._nodes[2][0, self._me]
         return found
+
+    def turns_walked(self) -> int:
+        """Return how many turns all walks together have played, below the root as it is now."""
+        return int(self._nodes[2][: self.size, self._me].sum())  # a visit of the own snake for each
 
     def worths(self) -> Array:
         """Return what came of each of the own moves on average, float64 (4,), 0 dead to 1 won; 0 where none was."""
