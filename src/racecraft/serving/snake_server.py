@@ -38,6 +38,8 @@ LIVELY_SECONDS = 2.0
 """Games heard of within so long are thought to ask again at any moment."""
 CROWDED_SHARE = 0.75
 """Share of its fair time that a move gets where there are more games than threads: the way in and out takes its own."""
+OVERRUN_RATE = 0.1
+"""How quickly it learns by how much players overrun their time, as they do where other programs want the cores."""
 MOST_GAMES = 10_000
 LATENCIES_KEPT = 100_000
 
@@ -103,6 +105,7 @@ class SnakeServer:
         self._pool = WorkerPool(threads or os.cpu_count() or 1)
         self._queue = BatchingQueue(player.choose_many) if isinstance(player, ManyPlayer) else None
         self._thinking = 0
+        self._overrun = 0.0
         self._heard: OrderedDict[tuple[str, str], float] = OrderedDict()
         self._service = HttpService(self._answer)
 
@@ -204,8 +207,12 @@ class SnakeServer:
             return self._player.move(message, left)
         asking = max(self._thinking, self._lively())
         share = 1.0 if asking <= self._pool.size else CROWDED_SHARE * self._pool.size / asking
-        seconds = THINKING_SHARE * left * share
-        return self._player.choose(letter.board, letter.settings, letter.you, seconds)
+        seconds = max(0.0, THINKING_SHARE * left * share - (self._overrun if share < 1.0 else 0.0))
+        begun = time.monotonic()
+        word = self._player.choose(letter.board, letter.settings, letter.you, seconds)
+        over = time.monotonic() - begun - seconds
+        self._overrun += OVERRUN_RATE * (max(0.0, over) - self._overrun)
+        return word
 
     def _lively(self) -> int:
         """Return how many games may ask at any moment, so that the first of them leaves time for the others."""
