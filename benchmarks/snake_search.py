@@ -54,7 +54,7 @@ def main() -> None:
     asked = parser.parse_args()
     set_threads(1)
     figures = {f"{snakes} snakes": measure(snakes, asked.turns, asked.walks) for snakes in (2, 4)}
-    print(json.dumps(figures | {"load": round(os.getloadavg()[0], 1), "cores": os.cpu_count()}, indent=1))
+    print(json.dumps(figures | {"load": round(os.getloadavg()[0], 1), "cores": os.cpu_count()}))
 
 
 def measure(snakes: int, turns: int, walks: int) -> dict[str, Any]:

@@ -2,14 +2,17 @@
 
 import numpy as np
 import pytest
+from tests.reference import DATA
 
 from racecraft.contract.random_streams import stream_keys
 from racecraft.envs.battlesnake.board import MOVES, STEPS, Board, BoardError, Snake
 from racecraft.envs.battlesnake.dice import StreamDice
 from racecraft.envs.battlesnake.kernels.rules import apply_rules
+from racecraft.envs.battlesnake.records import read_games
 from racecraft.envs.battlesnake.reference import Referee
 from racecraft.envs.battlesnake.rulesets import RULESETS
 from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.envs.battlesnake.stages import default_move
 from racecraft.players.battlesnake.area_control import position_arrays
 from racecraft.players.battlesnake.foresight import board_at, position_of, pouring_room
 from racecraft.players.battlesnake.kernels.fill import MEAL_STEPS, SQUARES, claim
@@ -71,6 +74,30 @@ def test_a_turn_is_that_of_the_compiled_rules(ruleset):
     assert turns > 250
     assert died > 5
     assert ate > 5
+
+
+@pytest.mark.parametrize(
+    "name", ["official_engine_trajectories.jsonl.gz", "official_engine_trajectories_more.jsonl.gz"]
+)
+def test_a_turn_is_that_of_the_official_engine(which):
+    """Every recorded turn: who lives after it, where, how healthy, and which food is left."""
+    turns, died = 0, 0
+    for game in read_games(DATA / "battlesnake" / f"official_engine_trajectories{which}.jsonl.gz"):
+        for step in game.steps:
+            words = {one.id: default_move(one.body, *game_size(game)) for one in step.before.alive()}
+            moves = {one: step.moves.get(one, "") for one in words}
+            moves = {one: word if word in MOVES else words[one] for one, word in moves.items()}
+            living, food = turn_by_search(step.before, game.settings, moves)
+            after = step.after_rules
+            assert living == [(snake.id, snake.body, snake.health) for snake in after.alive()]
+            assert food == sorted(after.food)
+            turns, died = turns + 1, died + len(step.before.alive()) - len(living)
+    assert turns > 2000
+    assert died > 30
+
+
+def game_size(game):
+    return game.settings.width, game.settings.height
 
 
 def test_a_line_of_turns_comes_back_as_it_was():
