@@ -39,6 +39,11 @@ WRONG = {
     "no view 'side'": ["--video", "a.mp4", "--view", "side"],
     "90 pictures a second": ["--video", "a.mp4", "--view", "top", "--fps", "90"],
     "no film size '8k'": ["--video", "a.mp4", "--view", "top", "--size", "8k"],
+    "--view pip films nothing": ["--view", "pip"],
+    "--view top films nothing": ["--view", "top", "--save-mp4"],
+    "--fps 60 films nothing": ["--fps", "60"],
+    "--size 720p has no say in the view dashboard": ["--video", "a.mp4", "--size", "720p"],
+    "--fps 30 has no say in the view dashboard": ["--video", "a.mp4", "--view", "dashboard", "--fps", "30"],
 }
 
 

@@ -2,6 +2,7 @@
 
 import io
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -85,14 +86,14 @@ class Collector:
         return [SimpleNamespace(reward=3.0), SimpleNamespace(reward=6.0)]
 
 
-def train(results, every=1, iterations=None):
+def train(results, every=1, iterations=None, share=None):
     """Train for as many iterations as there are results, nothing learned; return outcome, reports and the loop."""
     learner = SimpleNamespace(eats="rollout", update=lambda batch: {})
     feed = SimpleNamespace(take=lambda batch: batch)
     notes = Notes()
     loop = TrainingLoop(
         Collector(), learner, ScriptedJudge(results), notes, notes,
-        RolloutConfig(num_worlds=1, horizon=1), EvaluationConfig(every=every),
+        RolloutConfig(num_worlds=1, horizon=1), EvaluationConfig(every=every, share=share),
         parse_stops([f"iterations={iterations or len(results)}"]), feed,
     )  # fmt: skip
     return loop.run("scripted"), notes.reports, loop
@@ -124,6 +125,18 @@ def test_an_evaluation_at_the_very_end_takes_the_crown_of_an_equal_too():
     outcome, reports, _ = train([lap(60, None), lap(60, None)], every=2, iterations=3)
     assert [report.is_best for report in reports] == [False, True, True]
     assert [report.result is not None for report in reports] == [False, True, True]
+
+
+def test_a_long_evaluation_is_made_up_for_before_the_next():
+    """Five steps an iteration: one that takes twelve is paid for by the third behind it, half a share by the fifth."""
+    long = [replace(lap(60, None), steps=12)] * 9
+    always = [1, 2, 3, 4, 5, 6, 7]
+    for share, judged, last in ((None, always, 7), (1.0, [1, 4, 7], 7), (0.5, [1, 6, 7], 6), (100.0, always, 7)):
+        _, reports, loop = train(long, iterations=7, share=share)
+        assert [one.iteration for one in reports if one.result is not None] == judged, share
+        kept = loop.state()
+        told = (kept["evaluated_at"], kept["evaluation_steps"])
+        assert told == (5 * last, 12), "the one at the very end counts for nothing"
 
 
 def test_the_summary_and_the_last_line_tell_the_best_checkpoints_lap(tmp_path):

@@ -35,6 +35,21 @@ def test_a_copy_travels_and_is_named(shown, tmp_path):
         assert Path(found_in_run(said, moved).bc.demonstrations).read_bytes() == b"shown"
 
 
+def test_a_folder_of_unitys_demonstrations_travels_too(tmp_path):
+    mine = tmp_path / "played.today"
+    mine.mkdir()
+    for name in ("a.demo", "b.demo", "notes.txt"):
+        (mine / name).write_text(name)
+    settings = settings_of(mine)
+    run = RunFolder.create(tmp_path / "run", {}, lambda run: lay_named_files(named_files(settings), run))
+    for said in (as_in_run(settings), settings):
+        found = Path(found_in_run(said, run).bc.demonstrations)
+        assert found.parent == run.path
+        assert [(one.name, one.read_text()) for one in sorted(found.iterdir())] == [
+            (name,) * 2 for name in ("a.demo", "b.demo")
+        ]
+
+
 def test_what_was_typed_names_the_copy_too(shown):
     typed = [f"bc.demonstrations={shown}", "bc.batch_size=7"]
     assert asked_in_run(typed, settings_of(shown)) == [

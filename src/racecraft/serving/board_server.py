@@ -19,7 +19,7 @@ from typing import Any
 from racecraft.analysis.battlesnake.board_frames import Event
 from racecraft.analysis.battlesnake.board_page import board_page
 from racecraft.serving.http_service import HttpError, HttpService, Reply, Request, Upgrade
-from racecraft.serving.port import port_error
+from racecraft.serving.service_thread import ServiceThread
 from racecraft.serving.web_socket import WebSocket
 
 FROM_EVERYWHERE = (
@@ -45,10 +45,8 @@ class BoardServer:
         self._over = any(event["Type"] == "game_end" for event in events)
         self._way = f"/games/{game['ID']}"
         self._page = board_page(title, game, live=f"{self._way}/events", speed=speed).encode()
-        self._service = HttpService(self._answer)
-        self._loop = asyncio.new_event_loop()
         self._viewers: set[asyncio.Event] = set()
-        self._thread = threading.Thread(target=self._loop.run_forever, name="racecraft-board", daemon=True)
+        self._thread = ServiceThread(HttpService(self._answer), "racecraft-board")
         self._seen_to_the_end = threading.Event()
 
     @property
@@ -62,19 +60,12 @@ class BoardServer:
         Raises:
             PortError: The port cannot be listened on.
         """
-        self._thread.start()
-        listening = asyncio.run_coroutine_threadsafe(self._service.listen(host, port), self._loop)
-        try:
-            found = listening.result()
-        except (OSError, OverflowError) as error:
-            self._stop_thread()
-            raise port_error(host, port, error) from error
-        return f"http://{host}:{found}"
+        return f"http://{host}:{self._thread.start(host, port)}"
 
     def add(self, event: Event) -> None:
         """Send an event to everyone who watches now or later; from any thread."""
         text = json.dumps(event, separators=(",", ":"))
-        self._loop.call_soon_threadsafe(self._keep, text, event["Type"] == "game_end")
+        self._thread.call(self._keep, text, event["Type"] == "game_end")
 
     def wait_for_viewer(self, seconds: float | None = None) -> bool:
         """Wait until somebody was sent the game to its end; tell whether that happened in time."""
@@ -82,15 +73,7 @@ class BoardServer:
 
     def close(self) -> None:
         """Stop; closing twice is closing once."""
-        if self._loop.is_closed():
-            return
-        asyncio.run_coroutine_threadsafe(self._service.close(), self._loop).result()
-        self._stop_thread()
-
-    def _stop_thread(self) -> None:
-        self._loop.call_soon_threadsafe(self._loop.stop)
-        self._thread.join()
-        self._loop.close()
+        self._thread.close()
 
     def _keep(self, text: str, over: bool) -> None:
         self._texts.append(text)

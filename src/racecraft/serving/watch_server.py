@@ -16,10 +16,8 @@ Everything comes from the run folder: the training is another process, and may b
 
 from __future__ import annotations
 
-import asyncio
 import json
 import math
-import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -36,7 +34,8 @@ from racecraft.contract.errors import UserInputError
 from racecraft.formats.live_ticks import say_watched
 from racecraft.formats.run_folder import RunFolder
 from racecraft.serving.http_service import HttpError, HttpService, Reply, Request
-from racecraft.serving.port import LOOPBACK, port_error
+from racecraft.serving.port import LOOPBACK
+from racecraft.serving.service_thread import ServiceThread
 
 FRESH = (("Cache-Control", "no-store"),)
 
@@ -55,9 +54,7 @@ class WatchServer:
         self._run, self._job = run, run.read_job()
         self._views = _CarViews(run, self._job) if self._job.get("kind") == "deepracer" else None
         self._page = watch_page(run.path.name).encode()
-        self._service = HttpService(self._answer)
-        self._loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._loop.run_forever, name="racecraft-watch", daemon=True)
+        self._thread = ServiceThread(HttpService(self._answer), "racecraft-watch")
 
     def start(self, port: int = 0) -> str:
         """Begin to serve; return the address.
@@ -65,26 +62,11 @@ class WatchServer:
         Raises:
             PortError: The port cannot be listened on.
         """
-        self._thread.start()
-        listening = asyncio.run_coroutine_threadsafe(self._service.listen(LOOPBACK, port), self._loop)
-        try:
-            found = listening.result()
-        except (OSError, OverflowError) as error:
-            self._stop_thread()
-            raise port_error(LOOPBACK, port, error) from error
-        return f"http://{LOOPBACK}:{found}/"
+        return f"http://{LOOPBACK}:{self._thread.start(LOOPBACK, port)}/"
 
     def close(self) -> None:
         """Stop; closing twice is closing once."""
-        if self._loop.is_closed():
-            return
-        asyncio.run_coroutine_threadsafe(self._service.close(), self._loop).result()
-        self._stop_thread()
-
-    def _stop_thread(self) -> None:
-        self._loop.call_soon_threadsafe(self._loop.stop)
-        self._thread.join()
-        self._loop.close()
+        self._thread.close()
 
     async def _answer(self, request: Request) -> Reply:
         if request.method != "GET":

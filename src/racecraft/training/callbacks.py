@@ -26,6 +26,8 @@ class EvaluationResult:
     """Everything else, as plain values for evaluations/N.json."""
     selection: tuple[float, ...] = ()
     """What makes a checkpoint the best, compared from the first number on, bigger is better; empty: the score."""
+    steps: int = 0
+    """Steps of agents that were taken for it; 0 where it looked at the training's own."""
 
     @property
     def selection_metric(self) -> tuple[float, ...]:

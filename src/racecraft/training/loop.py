@@ -164,6 +164,8 @@ class TrainingLoop:
         self._rollout, self._evaluation, self._stops = rollout, evaluation, tuple(stops)
         self._feed, self._after_update = LatestRollout() if feed is None else feed, after_update
         self._iteration = self._solved_in_a_row = 0
+        self._evaluated_at = self._evaluation_steps = 0
+        """Steps of training at the latest evaluation in its turn, and what it took itself."""
         self._is_stable = False
         self._best: EvaluationResult | None = None
         self._last: EvaluationResult | None = None
@@ -218,6 +220,8 @@ class TrainingLoop:
             "iteration": self._iteration,
             "solved_in_a_row": self._solved_in_a_row,
             "is_stable": self._is_stable,
+            "evaluated_at": self._evaluated_at,
+            "evaluation_steps": self._evaluation_steps,
             "best": None
             if best is None
             else {
@@ -236,6 +240,7 @@ class TrainingLoop:
         """Go on from what `state` gave."""
         self._iteration, self._solved_in_a_row = state["iteration"], state["solved_in_a_row"]
         self._is_stable = state["is_stable"]
+        self._evaluated_at, self._evaluation_steps = state.get("evaluated_at", 0), state.get("evaluation_steps", 0)
         if (best := state["best"]) is not None:
             self._best = EvaluationResult(
                 best["score"],
@@ -259,8 +264,9 @@ class TrainingLoop:
         marks.append(time.perf_counter())
         self._iteration += 1
         result, is_best = None, False
-        if self._iteration % self._evaluation.every == 0:
+        if self._is_due():
             result, is_best = self._evaluate()
+            self._evaluated_at, self._evaluation_steps = self._collector.steps_taken, result.steps
             self._note_stability(result)
         marks.append(time.perf_counter())
         steps = self._collector.steps_taken
@@ -312,6 +318,13 @@ class TrainingLoop:
         self._after_update()
         return figures
 
+    def _is_due(self) -> bool:
+        """Tell whether this iteration is evaluated: its turn has come, and the evaluation before is made up for."""
+        if self._iteration % self._evaluation.every:
+            return False
+        trained, share = self._collector.steps_taken - self._evaluated_at, self._evaluation.share
+        return share is None or trained * share >= self._evaluation_steps
+
     def _evaluate(self) -> tuple[EvaluationResult, bool]:
         """Evaluate the policy; tell whether it is the best so far (of equals the newer, as at AWS)."""
         result = self._evaluator.evaluate()
@@ -356,7 +369,7 @@ class TrainingLoop:
         return "" if condition is None else str(condition)
 
     def _progress(self) -> Progress:
-        evaluated = self._last is not None and self._iteration > 0 and self._iteration % self._evaluation.every == 0
+        evaluated = self._report is not None and self._report.result is not None
         return Progress(
             seconds=self._seconds(),
             iterations=self._iteration,

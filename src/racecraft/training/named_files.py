@@ -1,7 +1,8 @@
 """Files that settings name travel with the run: what is learned from is found again wherever one stands.
 
-A group that learns from recorded episodes calls its file `demonstrations` (`bc.demonstrations`). A new run takes a copy
-of it along and names the copy; whoever goes on with the run, in another folder or on another machine, reads that one.
+A group that learns from recorded episodes calls its file `demonstrations` (`bc.demonstrations`); ML-Agents' may be a
+folder of them. A new run takes a copy along and names the copy; whoever goes on with the run, in another folder or on
+another machine, reads that one.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from racecraft.formats.run_folder import RunFolder
-from racecraft.formats.whole import write_whole
+from racecraft.formats.unity.demonstrations import SUFFIX
+from racecraft.formats.whole import make_folder, write_whole
 from racecraft.settings.composition import Settings
 
 SETTING = "demonstrations"
@@ -19,10 +21,10 @@ SETTING = "demonstrations"
 
 
 def named_files(settings: Settings) -> dict[str, Path]:
-    """Return the files that settings name, each under the name of its copy: "bc-demonstrations.safetensors"."""
+    """Return what settings name, each under the name of its copy: "bc-demonstrations.safetensors", or a folder's."""
     named = {group: getattr(getattr(settings, group), SETTING, None) for group in settings}
     paths = {group: Path(path) for group, path in named.items() if path is not None}
-    return {f"{group}-{SETTING}{path.suffix}": path for group, path in paths.items() if path.is_file()}
+    return {f"{group}-{SETTING}{path.suffix}": path for group, path in paths.items() if _files_of(path)}
 
 
 def lay_named_files(files: Mapping[str, Path], run: RunFolder) -> None:
@@ -32,7 +34,10 @@ def lay_named_files(files: Mapping[str, Path], run: RunFolder) -> None:
         OutputFileError: There is no room for them.
     """
     for name, path in files.items():
-        write_whole(run.path / name, path.read_bytes())
+        if path.is_dir():
+            make_folder(run.path / name)
+        for file in _files_of(path):
+            write_whole(run.path / name / file.relative_to(path), file.read_bytes())
 
 
 def as_in_run(settings: Settings) -> Settings:
@@ -53,9 +58,16 @@ def found_in_run(settings: Settings, run: RunFolder) -> Settings:
     for group in settings:
         path = getattr(getattr(settings, group), SETTING, None)
         copy = run.path / f"{group}-{SETTING}{Path(path).suffix}" if path is not None else None
-        if copy is not None and copy.is_file():
+        if copy is not None and copy.exists():
             settings = _with_path(settings, copy.name, str(copy))
     return settings
+
+
+def _files_of(path: Path) -> list[Path]:
+    """Return the file itself, or the demonstrations in a folder; nothing where neither is there."""
+    if path.is_dir():
+        return sorted(path.glob(f"*{SUFFIX}"))
+    return [path] if path.is_file() else []
 
 
 def _with_path(settings: Settings, name: str, path: str) -> Settings:

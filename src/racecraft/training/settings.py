@@ -17,6 +17,13 @@ class EvaluationConfig:
     """How progress is judged while training."""
 
     every: int = setting(1, "Evaluate after every so many iterations.", unit="iterations", low=1)
+    share: float | None = setting(
+        None,
+        "Steps that evaluations may take for each step of training: after a longer one, iterations pass unjudged until "
+        "it is made up for. none: no limit.",
+        low=0.01,
+        high=1000.0,
+    )
     episodes: int = setting(5, "Greedy episodes of one evaluation, starts spread round the track.", low=1, high=1000)
     best_by: str = setting(
         "progress",

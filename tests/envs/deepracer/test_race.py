@@ -139,6 +139,16 @@ def test_flying_laps_follow_one_another_without_a_new_start():
     assert flying == pytest.approx((full[1] - full[0]) / 15)
 
 
+@pytest.mark.parametrize(("track", "laps"), [("July_2020", 1), ("reinvent_base", 4)])
+def test_the_slowest_car_has_time_for_every_lap(track, laps):
+    """60 m, and four times 17.7 m, at 0.5 m/s: both take longer than 100 s."""
+    slow = ActionTable(ACTIONS.steering, np.full_like(ACTIONS.speed, 0.5))
+    world = RaceWorld(load_track(track), slow, start_shares=[0.0], laps=laps, num_cars=1, camera_config=SMALL)
+    reports = lap(world, ticks=2400)[:, 0]
+    end = np.flatnonzero(reports["terminated"] | reports["truncated"])[0]
+    assert (reports[end]["laps"], end > 1500) == (laps, True), race.STATUSES[reports[end]["status"]]
+
+
 def test_driving_backwards_is_called_after_fifteen_ticks():
     """The same track, the other way round: a car that is put the wrong way about loses progress at every tick."""
     world = make_world(start_shares=[0.5])

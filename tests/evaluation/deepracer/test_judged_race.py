@@ -182,3 +182,22 @@ def test_the_files_for_aws_tell_the_same_race(tmp_path):
     assert waits.sum() == 30
     assert (np.asarray(trace["pause_duration"])[waits][:-1] > 0).all()
     assert set(np.asarray(trace["episode"]).tolist()) == {0}, "a continuous race is one episode"
+
+
+def test_the_trace_counts_crashes_within_each_episode(tmp_path):
+    from racecraft.envs.deepracer.settings import BoxesConfig
+    from racecraft.formats.aws.sim_trace import read_sim_trace
+    from racecraft.training.deepracer.aws.race_evaluation import write_aws_race
+
+    rules = JudgedRace(2, is_continuous=False, max_resets=3, reset_behind_dist=1.2)
+    record, world = drive(rules, Driver(), objects=BoxesConfig(positions="0.2,1;0.4,1"), seconds=40.0)
+    crashes = [one.crash_count for one in record.trials]
+    assert min(crashes) >= 1
+    stamp = write_aws_race(tmp_path, record, world.track.length)
+    trace = read_sim_trace(tmp_path / f"evaluation-{stamp}" / "evaluation-simtrace" / "0-iteration.csv").columns
+    episode, counted = np.asarray(trace["episode"]), np.asarray(trace["obstacle_crash_counter"])
+    assert [counted[episode == one].max() for one in (0, 1)] == crashes
+    assert counted[episode == 1][0] == 0, "the next trial begins anew"
+    for one in (0, 1):
+        crashed = np.asarray(trace["episode_status"])[episode == one] == "crashed"
+        np.testing.assert_array_equal(counted[episode == one], np.cumsum(crashed))

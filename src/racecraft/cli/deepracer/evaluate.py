@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from racecraft.cli.deepracer.film_options import FilmOptions
+
 if TYPE_CHECKING:
+    from racecraft.analysis.deepracer.films.film import FilmStyle
     from racecraft.evaluation.deepracer.laps import LapReport
     from racecraft.players.deepracer.trained_car import TrainedCar
     from racecraft.reporting.gallery import Drive
     from racecraft.tracks.track import Track
 
 MAX_LAPS = 1000
-DASHBOARD, FILM_SIZE, FILM_FPS = "dashboard", "720p", 30
 LAPS, CHECKPOINT = 3, "best"
 """Where neither the command nor the run's run.env says."""
 
@@ -80,16 +83,20 @@ def evaluate(
     ] = None,
     video: Annotated[Path | None, typer.Option(help="Film the drive into this MP4 file.")] = None,
     view: Annotated[
-        str,
+        str | None,
         typer.Option(
-            help="Camera of the film: dashboard (the car's own view and a panel of figures), car, chase, top, or pip "
-            "(chase with top in its corner)."
+            help="Camera of the film: dashboard (the car's own view and a panel of figures; where nobody says), car, "
+            "chase, top, or pip (chase with top in its corner)."
         ),
-    ] = DASHBOARD,
+    ] = None,
     size: Annotated[
-        str, typer.Option(help="Of the film, in any view but dashboard: 480p, 540p, 720p or 1080p.")
-    ] = FILM_SIZE,
-    fps: Annotated[int, typer.Option(help="Its pictures a second, in any view but dashboard: 15 to 60.")] = FILM_FPS,
+        str | None,
+        typer.Option(help="Of the film, in any view but dashboard: 480p, 540p, 720p (where nobody says) or 1080p."),
+    ] = None,
+    fps: Annotated[
+        int | None,
+        typer.Option(help="Its pictures a second, in any view but dashboard: 15 to 60, 30 where nobody says."),
+    ] = None,
     save_mp4: Annotated[
         bool,
         typer.Option(
@@ -119,22 +126,11 @@ def evaluate(
 
         racecraft evaluate ~/Downloads/my-model.tar.gz --track Oval_track
     """
-    from racecraft.analysis.video import film_path
-    from racecraft.cli.deepracer.judged_race import print_race, race_asked, race_car
-    from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.judge import judge, refuse_words
-    from racecraft.contract.errors import SettingError
-    from racecraft.evaluation.deepracer.laps import LapReport
     from racecraft.formats.run_folder import RunFolder
-    from racecraft.players.deepracer.trained_car import KIND, load_trained_car
-    from racecraft.reporting.gallery import film_as_aws, show_drive, style_of
-    from racecraft.tracks.catalogue import load_track
+    from racecraft.players.deepracer.trained_car import KIND
 
-    if video is not None:
-        film_path(video)  # refused before the drive, not after it
-    run = _imported(run, json)
-    job = RunFolder.open(run).read_job()
-    race_options = {
+    race = {
         "number_of_trials": number_of_trials,
         "is_continuous": is_continuous,
         "max_resets": max_resets,
@@ -143,51 +139,51 @@ def evaluate(
         "reset_behind_dist": reset_behind_dist,
         "reverse_direction": reverse_direction,
     }
-    if job.get("kind") != KIND:
-        of_cars: dict[str, Any] = {"--track": track, "--laps": laps, "--video": video, "--picture": picture}
-        of_cars |= {f"--{name.replace('_', '-')}": value for name, value in race_options.items()}
-        of_cars |= {"--save-mp4": save_mp4 or None}
-        refuse_words(job["kind"], of_cars)
-        judge(run, checkpoint, episodes, json)
+    film = FilmOptions(video, view, size, fps, save_mp4)
+    film.check()
+    run = _imported(run, json)
+    kind = RunFolder.open(run).read_job().get("kind")
+    if kind == KIND:
+        refuse_words(KIND, {"--episodes": episodes})
+        _judge_car(run, checkpoint, track, laps, race, film, picture, json)
         return
-    refuse_words(KIND, {"--episodes": episodes})
-    typed = {name: value for name, value in race_options.items() if value is not None}
+    of_cars = {"--track": track, "--laps": laps, "--picture": picture, **film.given()}
+    refuse_words(str(kind), of_cars | {f"--{name.replace('_', '-')}": value for name, value in race.items()})
+    judge(run, checkpoint, episodes, json)
+
+
+def _judge_car(
+    run: Path,
+    checkpoint: str | None,
+    track: str | None,
+    laps: int | None,
+    race: Mapping[str, Any],
+    film: FilmOptions,
+    picture: Path | None,
+    json: bool,
+) -> None:
+    """Let a car drive laps or a race, show it, and say what came of it."""
+    from racecraft.cli.deepracer.judged_race import race_asked, race_car
+    from racecraft.contract.errors import SettingError
+    from racecraft.formats.run_folder import RunFolder
+    from racecraft.players.deepracer.trained_car import load_trained_car
+    from racecraft.tracks.catalogue import load_track
+
+    typed = {name: value for name, value in race.items() if value is not None}
     if typed and laps is not None:
         raise SettingError("--laps and a race's own options were given; expected one of them: --number-of-trials.")
-    asked = job.get("evaluate", {})
+    asked = RunFolder.open(run).read_job().get("evaluate", {})
     rules, reverse = race_asked(typed, asked) if laps is None else (None, None)
     car = load_trained_car(run, checkpoint or asked.get("checkpoint", CHECKPOINT))
-    style = None if view == DASHBOARD and not save_mp4 else style_of(car, view, size, fps)
+    style = film.style(car)
     circuit = load_track(track) if track else car.trained_on
     if rules is None:
         drive, stamp = _drive_laps(car, circuit, laps or asked.get("laps", LAPS))
     else:
         drive, stamp = race_car(car, circuit, rules, reverse)
     picture = picture or car.run.evaluations / f"{circuit.name}-{car.checkpoint.iteration}.png"
-    if video is not None or save_mp4:
-        say(f"Filming {len(drive.ticks)} ticks …", quiet_stdout=json)
-    files = show_drive(drive, video=video, picture=picture, style=None if view == DASHBOARD else style)
-    if save_mp4 and style is not None:
-        files |= film_as_aws(drive, style, car.checkpoint.iteration)
-    facts: dict[str, Any] = {
-        "run": str(run),
-        "checkpoint": car.checkpoint.iteration,
-        "track": circuit.name,
-        **drive.report.as_dictionary(),
-        "aws_files": f"evaluation-{stamp}",
-        "video": None,
-        **{kind: str(path) for kind, path in files.items()},
-    }
-    if json:
-        print_json(facts)
-        return
-    print(f"{run}, checkpoint {car.checkpoint.iteration}, on {circuit.title or circuit.name}:")
-    if isinstance(drive.report, LapReport):
-        _print_table(drive.report)
-    else:
-        print_race(drive.report)
-    for kind, path in files.items():
-        print(f"{kind}: {path}")
+    files = _show(drive, film, style, picture, json)
+    _tell(run, drive, stamp, files, json)
 
 
 def _drive_laps(car: TrainedCar, circuit: Track, laps: int) -> tuple[Drive, str]:
@@ -197,6 +193,39 @@ def _drive_laps(car: TrainedCar, circuit: Track, laps: int) -> tuple[Drive, str]
 
     drive = drive_laps(car, circuit, laps)
     return drive, write_aws_evaluation(car.run.path, drive.ticks, len(drive.report), drive.track.length)
+
+
+def _show(drive: Drive, film: FilmOptions, style: FilmStyle | None, picture: Path, json: bool) -> dict[str, Path]:
+    """Write the pictures and films that are asked for; return the files by kind."""
+    from racecraft.cli.output import say
+    from racecraft.reporting.gallery import film_as_aws, show_drive
+
+    if film.video is not None or film.save_mp4:
+        say(f"Filming {len(drive.ticks)} ticks …", quiet_stdout=json)
+    files = show_drive(drive, video=film.video, picture=picture, style=style if film.from_outside else None)
+    if film.save_mp4 and style is not None:
+        files |= film_as_aws(drive, style, drive.car.checkpoint.iteration)
+    return files
+
+
+def _tell(run: Path, drive: Drive, stamp: str, files: Mapping[str, Path], json: bool) -> None:
+    from racecraft.cli.deepracer.judged_race import print_race
+    from racecraft.cli.output import print_json
+    from racecraft.evaluation.deepracer.laps import LapReport
+
+    checkpoint = drive.car.checkpoint.iteration
+    if json:
+        facts = {"run": str(run), "checkpoint": checkpoint, "track": drive.track.name, **drive.report.as_dictionary()}
+        facts |= {"aws_files": f"evaluation-{stamp}", "video": None}
+        print_json(facts | {kind: str(path) for kind, path in files.items()})
+        return
+    print(f"{run}, checkpoint {checkpoint}, on {drive.track.title or drive.track.name}:")
+    if isinstance(drive.report, LapReport):
+        _print_table(drive.report)
+    else:
+        print_race(drive.report)
+    for kind, path in files.items():
+        print(f"{kind}: {path}")
 
 
 def _imported(run: Path, json: bool) -> Path:

@@ -49,7 +49,7 @@ class DeepRacerEnv(WorldEnv):
         width, height: Pixels of the frame.
         sensors: Names as in `model_metadata.json`: one camera, and at most one LiDAR.
         lidar_config: Of a DISCRETIZED_SECTOR_LIDAR, as there.
-        max_episode_seconds: An episode is truncated after so much simulated time.
+        max_episode_seconds: An episode is truncated after so much simulated time; None: as in training.
         render_mode: "rgb_array" for a 640x480 colour picture of what the car sees.
     """
 
@@ -88,7 +88,7 @@ def race_world(
     car: str = "v6",
     width: int = 160,
     height: int = 120,
-    max_episode_seconds: float = 100.0,
+    max_episode_seconds: float | None = None,
     sensors: Sequence[str] = (FRONT,),
     lidar_config: Mapping[str, float] | None = None,
 ) -> RaceWorld:
@@ -107,7 +107,7 @@ def race_world(
         load_track(track),
         _action_space(actions),
         paid,
-        race_config=RaceConfig(car=car, max_episode_seconds=float(max_episode_seconds)),
+        race_config=RaceConfig(car=car, max_episode_seconds=max_episode_seconds),
         camera_config=CameraConfig(width, height),
         num_cars=num_cars,
         sensors=car_sensors(sensors, lidar_config),

@@ -28,7 +28,8 @@ class RaceConfig:
     )
     max_episode_seconds: float | None = setting(
         None,
-        "An episode is cut after this much simulated time; by default 100 s, or 100 000 ticks with fidelity aws.",
+        "An episode is cut after this much simulated time, times the laps it may have; by default 100 s, or as long "
+        "as a lap at 0.4 m/s takes where that is more, or 100 000 ticks with fidelity aws.",
         unit="s",
         low=1.0,
     )

@@ -10,7 +10,7 @@ Rewarded by      the user's reward_function(params); every key in `reward_params
 Begins           at rest on the centre line, nose along it; one prepare tick; each episode a little further round.
                  Several cars of a world begin in two lanes, 0.75 m behind one another, and never within each other
 Terminates       lap complete, crashed into an object, off track (all four wheels), immobilised, driving backwards
-Truncates        after RaceConfig.max_episode_seconds of simulated time
+Truncates        after RaceConfig.max_episode_seconds of simulated time a lap
 Settings         RaceConfig, CameraConfig
 Departs from AWS as `fidelity.py` says line by line: RaceConfig.fidelity `aws` brings the original's habits back
 Exactness        same seed and actions, same bits, whatever the threads; N worlds equal each alone
@@ -32,7 +32,14 @@ from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffer
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionSpace
 from racecraft.envs.deepracer.camera import MOUNT_V1, MOUNT_V2, MOUNT_V3, Camera, CameraMount
-from racecraft.envs.deepracer.fidelity import AWS_MAX_TICKS, SANE_MAX_SECONDS, TICK_JITTER, WHEEL_KICK, habits
+from racecraft.envs.deepracer.fidelity import (
+    AWS_MAX_TICKS,
+    SANE_LEAST_SPEED,
+    SANE_MAX_SECONDS,
+    TICK_JITTER,
+    WHEEL_KICK,
+    habits,
+)
 from racecraft.envs.deepracer.kernels import race as kernels
 from racecraft.envs.deepracer.kernels.eyes import join_eyes
 from racecraft.envs.deepracer.light import light_for
@@ -135,7 +142,7 @@ class RaceWorld:
         """The LiDAR as it sits on every car; without one on board it is never asked."""
         self._sight = (self.camera.scene, self.camera.optics, sensors.eyes_left_m, self.lidar)
         self._rules = race.Rules(
-            _max_ticks(race_config),
+            _max_ticks(race_config, self.track.length, laps),
             laps,
             race_config.start_advance if race_config.change_start else 0.0,
             self.habits.cut_is_an_end,
@@ -452,9 +459,10 @@ def mount_for_version(version: str | None) -> CameraMount:
     return MOUNT_V2 if float(version) >= 2 else MOUNT_V1
 
 
-def _max_ticks(race_config: RaceConfig) -> int:
-    """Return the limit on an episode: what was asked for, or what the fidelity has."""
+def _max_ticks(race_config: RaceConfig, track_length: float, laps: int) -> int:
+    """Return the limit on an episode of so many laps: what was asked for a lap, or what the fidelity has."""
     if race_config.max_episode_seconds is not None:
-        return race.max_ticks(race_config.max_episode_seconds)
-    endless = habits(race_config.fidelity).episodes_are_endless
-    return AWS_MAX_TICKS if endless else race.max_ticks(SANE_MAX_SECONDS)
+        return race.max_ticks(race_config.max_episode_seconds * laps)
+    if habits(race_config.fidelity).episodes_are_endless:
+        return AWS_MAX_TICKS
+    return race.max_ticks(max(SANE_MAX_SECONDS, track_length / SANE_LEAST_SPEED) * laps)

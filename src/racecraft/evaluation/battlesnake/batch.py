@@ -59,10 +59,12 @@ def play_batch(
         told = play_episodes(SeatedPlayers(players, sitting, world, seed), world, seed=seed)
     finally:
         world.close()
+    steps = np.array([one.steps for one in told]).reshape(sitting.shape).sum(axis=1).tolist()
     lasted = np.array([OUTLIVED if one.status in STAYED else one.steps for one in told]).reshape(sitting.shape)
     at = np.zeros_like(lasted)
     np.put_along_axis(at, sitting, lasted, axis=1)
-    return [Result(tuple(range(seats)), tuple(int((row > own).sum()) for own in row)) for row in at]
+    places = [tuple(int((row > own).sum()) for own in row) for row in at]
+    return [Result(tuple(range(seats)), *each) for each in zip(places, steps, strict=True)]
 
 
 class SeatedPlayers:

@@ -11,7 +11,7 @@ Intervals are 95 %: 1.96 standard deviations of the Laplace approximation at the
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -37,6 +37,8 @@ class Result:
 
     players: tuple[int, ...]
     places: tuple[int, ...]
+    steps: int = field(default=0, compare=False)
+    """Moves that all of them made together; 0 where nobody counted."""
 
 
 def rate(num_players: int, results: Sequence[Result]) -> list[Rating]:

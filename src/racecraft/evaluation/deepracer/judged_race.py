@@ -80,19 +80,13 @@ class JudgedRace:
         return self.number_of_trials if self.is_continuous else 1
 
     def race_config(self, config: RaceConfig, reverse: bool | None = None) -> RaceConfig:
-        """Return a race's settings as they are judged: no start advances, and time enough for every lap.
+        """Return a race's settings as they are judged: no start advances.
 
         Args:
             config: As it was trained.
             reverse: In the opposite direction to the track's own; None: as it was trained.
         """
-        seconds = config.max_episode_seconds
-        return replace(
-            config,
-            change_start=False,
-            reverse=config.reverse if reverse is None else reverse,
-            max_episode_seconds=None if seconds is None else seconds * self.laps_in_one,
-        )
+        return replace(config, change_start=False, reverse=config.reverse if reverse is None else reverse)
 
 
 @dataclass(frozen=True)

@@ -72,13 +72,15 @@ class RatingEvaluator:
             self._among_anchors = self._play_anchors()
         me, results = len(ANCHORS), list(self._among_anchors)
         against: dict[str, Any] = {}
+        steps = 0
         for number, name in enumerate(ANCHORS):
             played = self._play(name)
             results += [Result((me, *[number] * (len(one.places) - 1)), one.places) for one in played]
             against[name] = _told(count(played))
+            steps += sum(one.steps for one in played)
         rating = rating_among(results)
         details = {"rating": rating.points, "rating_low": rating.low, "rating_high": rating.high, "against": against}
-        return EvaluationResult(rating.points, solved=False, details=details)
+        return EvaluationResult(rating.points, solved=False, details=details, steps=steps)
 
     def _play(self, name: str) -> list[Result]:
         seats = self._settings.game.players

@@ -74,6 +74,7 @@ class CarEvaluator:
             figures={"best_lap_seconds": best},
             headline="" if best is None else f"best lap {best:.2f} s",
             details=report.as_dictionary(),
+            steps=sum(lap.steps for lap in report.laps),
             selection=(report.merit(self._best_by), -float("inf") if best is None else -best),
         )
 

@@ -106,7 +106,7 @@ AWS_VALUES: Mapping[str, Mapping[str, Any]] = {
         "learning_rate": 3e-4, "discount": 0.99, "batch_size": 64, "temperature": "0.2", "target_rate": 1.0,
         "gradient_steps_per_step": 1.0, "adam_epsilon": 1e-5, "adam_form": "tensorflow", "noise_correlation": 0.0,
     },
-    "evaluation": {"every": 1, "episodes": 5},
+    "evaluation": {"every": 1, "share": None, "episodes": 5},
 }  # fmt: skip
 """What the preset `aws` changes. Facts: Coach `clipped_ppo_agent.py`, `ppo_head.py`; where a racer's file says nothing,
 the hyperparameters are those of DeepRacer for Cloud's template, which differ from simapp's own in three: discount 0.99
@@ -188,7 +188,7 @@ def default_settings(algorithm: Algorithm = PPO) -> Settings:
         camera=CameraConfig(),
         rollout=RolloutConfig(),
         network=NetworkConfig(),
-        evaluation=EvaluationConfig(),
+        evaluation=EvaluationConfig(share=1.0),
         runtime=RuntimeConfig(),
     )
     for name, group in TUNED_WORLDS.get(algorithm.name, {}).items():

@@ -57,7 +57,8 @@ class ReturnEvaluator:
             "threshold": self._threshold,
         }
         reached = any(map(self.goal_reached, episodes))
-        return EvaluationResult(summary.mean_reward, self._meets(episodes), reached, details=details)
+        steps = sum(episode.steps for episode in episodes)
+        return EvaluationResult(summary.mean_reward, self._meets(episodes), reached, details=details, steps=steps)
 
     def confirm(self) -> bool:
         """An evaluation that meets the threshold is confirmed already."""

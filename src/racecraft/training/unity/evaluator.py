@@ -8,6 +8,7 @@ only; there `TrainingEpisodesEvaluator` takes what was told anyway.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -79,7 +80,8 @@ class SceneEvaluator:
         )
         self._judgements += 1
         save_state(self._file, recorder.rows())
-        return result_of(counted, self._threshold, self._world.rows_of)
+        result = result_of(counted, self._threshold, self._world.rows_of)
+        return replace(result, steps=sum(episode.steps for episode in counted))
 
 
 class TrainingEpisodesEvaluator:

@@ -12,9 +12,8 @@ from racecraft.cli.deepracer.dr.here import (
     follow_job,
     installation,
     refuse_if_busy,
-    require_job,
     say_notes,
-    stop_job,
+    stop_latest,
 )
 from racecraft.cli.deepracer.dr.training import Quiet
 
@@ -72,8 +71,4 @@ def stop_evaluation(context: typer.Context) -> None:
     """
     from racecraft.formats.aws.drfc_book import EVALUATION
 
-    job = require_job(installation(context), EVALUATION, "dr-start-evaluation")
-    if job.ended:
-        print(f"{job.name}: had ended already ({job.state})")
-        return
-    print(f"{job.name}: {stop_job(job).state}")
+    stop_latest(context, EVALUATION, "dr-start-evaluation")

@@ -156,6 +156,27 @@ def stop_job(job: Job, seconds: float = 60.0) -> Job:
     return wait(home, home.store(), job.name, seconds)
 
 
+def stop_latest(context: typer.Context, kind: str, begins: str) -> Job | None:
+    """Stop the latest job of this run id and say how it ended; None where it had ended before.
+
+    Args:
+        context: Which installation it is about.
+        kind: TRAINING or EVALUATION.
+        begins: The command that begins one.
+
+    Raises:
+        NothingToDoError: There is none.
+        JobError: It does not end.
+    """
+    job = require_job(installation(context), kind, begins)
+    if job.ended:
+        print(f"{job.name}: had ended already ({job.state})")
+        return None
+    job = stop_job(job)
+    print(f"{job.name}: {job.state}")
+    return job
+
+
 def follow_job(job: Job) -> None:
     """Print what a job says until it has ended; Ctrl-C ends the printing and not the job."""
     from racecraft.jobs.home import JobHome

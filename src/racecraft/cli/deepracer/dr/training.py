@@ -12,9 +12,8 @@ from racecraft.cli.deepracer.dr.here import (
     follow_job,
     installation,
     refuse_if_busy,
-    require_job,
     say_notes,
-    stop_job,
+    stop_latest,
 )
 from racecraft.contract.errors import UserInputError
 
@@ -123,12 +122,9 @@ def stop_training(context: typer.Context) -> None:
     """
     from racecraft.formats.aws.drfc_book import TRAINING
 
-    job = require_job(installation(context), TRAINING, "dr-start-training")
-    if job.ended:
-        print(f"{job.name}: had ended already ({job.state})")
-        return
-    job = stop_job(job)
-    print(f"{job.name}: {job.state}; the model lies in {job.spec.run}")
+    job = stop_latest(context, TRAINING, "dr-start-training")
+    if job is not None:
+        print(f"the model lies in {job.spec.run}")
 
 
 def _require_free(drfc: DrfcFolder) -> None:

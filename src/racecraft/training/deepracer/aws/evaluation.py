@@ -14,10 +14,8 @@ import numpy as np
 from racecraft.contract.world import Array
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
-from racecraft.formats.aws.model_folder import AwsModelFolder
-from racecraft.formats.aws.sim_trace import trace_from_episodes, write_sim_trace
-from racecraft.formats.aws.training_metrics import EvaluationRow, evaluation_row, write_evaluation_metrics
-from racecraft.formats.whole import make_folder
+from racecraft.formats.aws.training_metrics import EvaluationRow, evaluation_row
+from racecraft.training.deepracer.aws.evaluation_files import evaluation_trace, write_evaluation_files
 
 
 def write_aws_evaluation(
@@ -42,19 +40,19 @@ def write_aws_evaluation(
     Raises:
         OutputFileError: The folder cannot be written.
     """
-    place = AwsModelFolder(Path(folder))
-    stamp = place.free_stamp(moment or datetime.datetime.now(datetime.UTC))
     stopped = ticks["terminated"] | ticks["truncated"]
     ends = np.flatnonzero(stopped | (ticks["status"] == race.LAP_COMPLETE))[:laps]
     ticks, stopped = ticks[: ends[-1] + 1], stopped[: ends[-1] + 1]
     statuses = _statuses(ticks, stopped)
     rows = [_row(trial, first, last, ticks, statuses) for trial, (first, last) in enumerate(_spans(ends), 1)]
-    trace = _trace(ticks, statuses, stopped, np.diff(ends, prepend=-1), track_length_m)
-    for path in (place.evaluation_trace(stamp), place.evaluation_metrics(stamp)):
-        make_folder(path.parent)
-    write_sim_trace(place.evaluation_trace(stamp), trace)
-    write_evaluation_metrics(place.evaluation_metrics(stamp), rows)
-    return stamp
+    trace = evaluation_trace(
+        ticks,
+        episode=np.repeat(np.arange(len(ends)), np.diff(ends, prepend=-1)),
+        done=stopped,
+        status=statuses,
+        track_length_m=track_length_m,
+    )
+    return write_evaluation_files(folder, trace, rows, moment)
 
 
 def _spans(ends: Array) -> list[tuple[int, int]]:
@@ -83,29 +81,3 @@ def _row(trial: int, first: int, last: int, ticks: Array, statuses: Array) -> Ev
         off_track=int(ended == "off_track"),
         reversed_=int(ended == "reversed"),
     )
-
-
-def _trace(ticks: Array, statuses: Array, stopped: Array, lengths: Array, track_length_m: float) -> dict[str, Array]:
-    trace = trace_from_episodes(
-        {
-            "episode": np.repeat(np.arange(len(lengths)), lengths),
-            "tick": ticks["steps"],
-            "time_s": np.round(np.arange(1, len(ticks) + 1) / TICKS_PER_SECOND, 6),
-            "x_m": ticks["front_x"],
-            "y_m": ticks["front_y"],
-            "yaw_rad": ticks["yaw"],
-            "steering_rad": ticks["steering"],
-            "speed_mps": ticks["speed"],
-            "action": ticks["action"],
-            "reward": np.zeros(len(ticks)),
-            "done": stopped,
-            "status": statuses.astype(str),
-            "all_wheels_on_track": ticks["all_wheels_on"],
-            "progress_share": ticks["progress"] / 100,
-            "closest_waypoint": ticks["waypoint_nearest"],
-            "track_length_m": np.full(len(ticks), track_length_m),
-            "obstacle_crashes": (statuses == "crashed").astype(np.int32),
-        }
-    )
-    del trace["wall_clock"]
-    return trace

@@ -13,10 +13,8 @@ import numpy as np
 from racecraft.contract.world import Array
 from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
 from racecraft.evaluation.deepracer.judged_race import RaceRecord, Trial
-from racecraft.formats.aws.model_folder import AwsModelFolder
-from racecraft.formats.aws.sim_trace import trace_from_episodes, write_sim_trace
-from racecraft.formats.aws.training_metrics import EvaluationRow, evaluation_row, write_evaluation_metrics
-from racecraft.formats.whole import make_folder
+from racecraft.formats.aws.training_metrics import EvaluationRow, evaluation_row
+from racecraft.training.deepracer.aws.evaluation_files import evaluation_trace, write_evaluation_files
 
 
 def write_aws_race(
@@ -33,13 +31,16 @@ def write_aws_race(
     Raises:
         OutputFileError: The folder cannot be written.
     """
-    place = AwsModelFolder(Path(folder))
-    stamp = place.free_stamp(moment or datetime.datetime.now(datetime.UTC))
-    for path in (place.evaluation_trace(stamp), place.evaluation_metrics(stamp)):
-        make_folder(path.parent)
-    write_sim_trace(place.evaluation_trace(stamp), _trace(record, track_length_m))
-    write_evaluation_metrics(place.evaluation_metrics(stamp), [_row(one, record) for one in record.trials])
-    return stamp
+    stops = _stops(record)
+    trace = evaluation_trace(
+        record.ticks,
+        episode=np.concatenate([[0], np.cumsum(stops)[:-1]]),
+        done=stops,
+        status=_statuses(record),
+        track_length_m=track_length_m,
+        pause_s=record.pause_seconds,
+    )
+    return write_evaluation_files(folder, trace, [_row(one, record) for one in record.trials], moment)
 
 
 def _row(trial: Trial, record: RaceRecord) -> EvaluationRow:
@@ -71,30 +72,3 @@ def _statuses(record: RaceRecord) -> Array:
     words = record.status.astype(object)
     words[(words == "lap_complete") & ~_stops(record)] = "in_progress"
     return words
-
-
-def _trace(record: RaceRecord, track_length_m: float) -> dict[str, Array]:
-    ticks, stops = record.ticks, _stops(record)
-    trace = trace_from_episodes(
-        {
-            "episode": np.concatenate([[0], np.cumsum(stops)[:-1]]),
-            "tick": ticks["steps"],
-            "time_s": np.round(np.arange(1, len(ticks) + 1) / TICKS_PER_SECOND, 6),
-            "x_m": ticks["front_x"],
-            "y_m": ticks["front_y"],
-            "yaw_rad": ticks["yaw"],
-            "steering_rad": ticks["steering"],
-            "speed_mps": ticks["speed"],
-            "action": ticks["action"],
-            "reward": np.zeros(len(ticks)),
-            "done": stops,
-            "status": _statuses(record).astype(str),
-            "all_wheels_on_track": ticks["all_wheels_on"],
-            "progress_share": ticks["progress"] / 100,
-            "closest_waypoint": ticks["waypoint_nearest"],
-            "track_length_m": np.full(len(ticks), track_length_m),
-            "pause_s": record.pause_seconds,
-        }
-    )
-    del trace["wall_clock"]
-    return trace
