@@ -176,3 +176,17 @@ def test_many_looks_fit_into_one_and_stop_on_time():
     assert 0.09 < time.monotonic() - begin < 0.3
     assert found.depth >= 2
     assert [depth for depth, _ in enumerate(found.by_depth, 1)][-1] == found.depth
+
+
+def test_a_first_look_that_is_too_long_is_left_with_a_move():
+    """Eight snakes on a board of many words: one turn ahead is thousands of answers."""
+    settings = GameSettings(19, 19, 8)
+    board = list(play(settings, 3, 5))[-1][0]
+    assert len(board.alive()) > 5
+    certainty = Certainty(board, settings, board.alive()[0].id)
+    certainty.deepen(0.0)
+    certainty.look(board, settings, board.alive()[0].id)
+    begin = time.monotonic()
+    found = certainty.deepen(begin)
+    assert time.monotonic() - begin < 0.1
+    assert found.move in safe_moves(board, settings, board.alive()[0].id)

@@ -16,13 +16,13 @@ import numpy as np
 from racecraft.contract.world import Array
 from racecraft.envs.battlesnake.board import MOVES, Board
 from racecraft.envs.battlesnake.settings import GameSettings
-from racecraft.players.battlesnake.foresight import DEEPEST, Position, position_of, pouring_room
+from racecraft.players.battlesnake.foresight import DEEPEST, Position, bulk, position_of, pouring_room
 from racecraft.players.battlesnake.hungry import steps_between
 from racecraft.players.battlesnake.kernels import alpha_beta as ab
 from racecraft.players.battlesnake.kernels import position as at
 
 TURNS_AT_A_TIME = 500
-"""Turns played between two looks at the clock; one or two milliseconds."""
+"""Turns played between two looks at the clock in a duel, one or two milliseconds; fewer where there is more to do."""
 REMEMBERED = 1 << 15
 """Positions remembered for a game."""
 ALL_MOVES = 15
@@ -97,7 +97,7 @@ class Certainty:
         """Look deeper and deeper; return what was found. It may be called again to go on.
 
         Args:
-            until: When to stop, of `time.monotonic`; a first look is always finished.
+            until: When to stop, of `time.monotonic`; a few milliseconds of looking there are always.
             most_turns: Turns played after which to stop; None: no limit.
             deepest: Turns ahead after which to stop.
         """
@@ -117,12 +117,12 @@ class Certainty:
             )  # fmt: skip
         while state[ab.TOP] >= 0:
             out_of_time = time.monotonic() >= until or (most_turns is not None and found.turns >= most_turns)
-            if out_of_time and found.depth > 0:
+            if out_of_time and found.turns > 0:
                 self._hear_what_is_sure()
                 return False
-            before = state[[ab.TURNS, ab.LEAVES]]
+            before, turns_at_a_time = state[[ab.TURNS, ab.LEAVES]], max(16, TURNS_AT_A_TIME // bulk(self.position))
             ab.think(
-                TURNS_AT_A_TIME, state, self._stack, self._seats, self._ways, self._history, self._keys, self._table,
+                turns_at_a_time, state, self._stack, self._seats, self._ways, self._history, self._keys, self._table,
                 *self.position, *self._room,
             )  # fmt: skip
             turns, leaves = state[[ab.TURNS, ab.LEAVES]] - before
@@ -136,6 +136,7 @@ class Certainty:
         """Take from an unfinished look a move that proved better than the one that was thought best."""
         top, best = self._stack[0], int(self._stack[0, ab.BEST_WAY])
         if best < 0:
+            self.found.move = self.found.move or MOVES[int(top[ab.FIRST_WAY])]
             return
         self.found.move = MOVES[best]
         if top[ab.BEST] < -ab.PROVEN:  # what was thought best loses: rather a move that may not

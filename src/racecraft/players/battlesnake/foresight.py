@@ -66,6 +66,11 @@ def pouring_room(position: Position) -> tuple[Array, Array]:
     return np.zeros((num_snakes + 1, 3, words), np.uint64), np.zeros((num_snakes, 3), np.int32)
 
 
+def bulk(position: Position) -> int:
+    """Return how much more there is to do for a position than for a duel on a board of two words, 1 or more."""
+    return max(1, position.rows.shape[1] * position.bits.shape[2] // 4)
+
+
 def board_at(position: Position, d: int, board: Board) -> Board:
     """Return ply d as a board of the snakes that still live; `board` is the one that ply 0 was made of."""
     found = Board(board.width, board.height, board.turn + d, hazards=board.hazards.copy())

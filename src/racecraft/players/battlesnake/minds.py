@@ -13,7 +13,7 @@ from collections import OrderedDict
 from racecraft.envs.battlesnake.board import Board, BoardError, Snake
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.players.battlesnake.certainty import Certainty
-from racecraft.players.battlesnake.tree import WALKS_AT_A_TIME, Tree
+from racecraft.players.battlesnake.tree import Tree
 
 MINDS_KEPT = 64
 """Games remembered; the one not heard of for the longest goes first."""
@@ -70,7 +70,7 @@ class Mind:
         """Think on for a few milliseconds; return whether there is anything left to think about."""
         if self.tree is not None:
             before = self.tree.size
-            self.tree.walk(WALKS_AT_A_TIME)
+            self.tree.walk(self.tree.walks_at_a_time)
             return self.tree.size > before
         before = self.certainty.found.turns
         found = self.certainty.deepen(time.monotonic() + PONDER_CHUNK_SECONDS)

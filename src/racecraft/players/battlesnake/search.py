@@ -23,7 +23,7 @@ from racecraft.players.battlesnake.kernels.alpha_beta import DRAWN
 from racecraft.players.battlesnake.minds import Mind, Minds
 from racecraft.players.battlesnake.protocol import SnakePlayer, Weigher
 from racecraft.players.battlesnake.sight import best_safe_move, find_snake, safe_moves
-from racecraft.players.battlesnake.tree import WALKS_AT_A_TIME, Tree
+from racecraft.players.battlesnake.tree import Tree
 
 SURE_AMONG = 2
 """Snakes alive up to which it looks for what it can be sure of."""
@@ -95,7 +95,7 @@ class Search:
         tree.shun(self._dangers(mind, mine, until - (1 - NEAR_SHARE) * seconds))
         left = self.most_walks if self.most_walks is not None else 1 << 30
         while left > 0:
-            walks = min(left, WALKS_AT_A_TIME)
+            walks = min(left, tree.walks_at_a_time)
             tree.walk(walks)
             left -= walks
             if time.monotonic() >= until:

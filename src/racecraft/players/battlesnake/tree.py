@@ -14,13 +14,13 @@ import numpy as np
 from racecraft.contract.world import Array
 from racecraft.envs.battlesnake.board import MOVES, Board
 from racecraft.envs.battlesnake.settings import GameSettings
-from racecraft.players.battlesnake.foresight import DEEPEST, Position, board_at, position_of, pouring_room
+from racecraft.players.battlesnake.foresight import DEEPEST, Position, board_at, bulk, position_of, pouring_room
 from racecraft.players.battlesnake.kernels import position as at
 from racecraft.players.battlesnake.kernels.position import advance
 from racecraft.players.battlesnake.kernels.puct import FIRST_CHILD, NEXT_SIBLING, look_ahead, transplant
 
 WALKS_AT_A_TIME = 128
-"""Walks between two looks at the clock; one or two milliseconds."""
+"""Walks between two looks at the clock in a duel, one or two milliseconds; fewer where there is more to do."""
 FIRST_NODES, MOST_NODES = 1 << 12, 1 << 17
 """Room of a new tree, doubled when it is full, and the most it is given (some 40 MB for four snakes)."""
 EAGERNESS = 0.7
@@ -54,6 +54,11 @@ class Tree:
         self._size = np.zeros(1, np.int64)
         self._nodes = _nodes(FIRST_NODES, num_snakes)
         self.walk(0)
+
+    @property
+    def walks_at_a_time(self) -> int:
+        """Walks between two looks at the clock."""
+        return max(4, WALKS_AT_A_TIME // bulk(self.position))
 
     @property
     def size(self) -> int:
