@@ -76,9 +76,7 @@ def test_a_turn_is_that_of_the_compiled_rules(ruleset):
     assert ate > 5
 
 
-@pytest.mark.parametrize(
-    "name", ["official_engine_trajectories.jsonl.gz", "official_engine_trajectories_more.jsonl.gz"]
-)
+@pytest.mark.parametrize("which", ["", "_more"])
 def test_a_turn_is_that_of_the_official_engine(which):
     """Every recorded turn: who lives after it, where, how healthy, and which food is left."""
     turns, died = 0, 0
