@@ -19,15 +19,12 @@ from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.players.battlesnake.foresight import DEEPEST, Position, bulk, position_of, pouring_room
 from racecraft.players.battlesnake.hungry import steps_between
 from racecraft.players.battlesnake.kernels import alpha_beta as ab
-from racecraft.players.battlesnake.kernels import position as at
 
 TURNS_AT_A_TIME = 500
 """Turns played between two looks at the clock in a duel, one or two milliseconds; fewer where there is more to do."""
 REMEMBERED = 1 << 15
 """Positions remembered for a game."""
 ALL_MOVES = 15
-LEAD_WORTH = 0
-"""What a segment more than the longest other is worth, in ten-thousandths."""
 
 
 @dataclass
@@ -77,7 +74,6 @@ class Certainty:
     def look(self, board: Board, settings: GameSettings, snake_id: str) -> None:
         """Turn to a position, of the same game; what is remembered stays."""
         self.position: Position = position_of(board, settings)
-        self.position.rules[at.LEAD] = LEAD_WORTH
         num_snakes, area = self.position.rows.shape[1], len(self.position.cells)
         self._seats = _seats(board, settings, snake_id)
         self._stack = np.zeros((DEEPEST * num_snakes + 1, ab.NUM_FRAME_COLUMNS), np.int32)

@@ -114,11 +114,6 @@ class Tree:
         """Return how many turns all walks together have played, below the root as it is now."""
         return int(self._nodes[2][: self.size, self._me].sum())  # a visit of the own snake for each
 
-    def worths(self) -> Array:
-        """Return what came of each of the own moves on average, float64 (4,), 0 dead to 1 won; 0 where none was."""
-        found: Array = self._nodes[3][0, self._me] / np.maximum(1, self.visits())
-        return found
-
     def follow(self, board: Board, settings: GameSettings) -> bool:
         """Go on at a position one turn later, keeping what lies below the moves that led there.
 

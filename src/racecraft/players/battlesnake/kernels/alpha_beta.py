@@ -15,13 +15,11 @@ import numpy as np
 
 from racecraft.kernels import kernel
 from racecraft.kernels.chance import random_bits
-from racecraft.players.battlesnake.kernels.fill import LENGTH
 from racecraft.players.battlesnake.kernels.position import (
     COUNT,
     FOOD,
     HEAD,
     HEALTH,
-    LEAD,
     OUT,
     SOLO,
     STACK,
@@ -46,8 +44,6 @@ TOP, DEPTH, TOLD, VALUE, TURNS, LEAVES = 0, 1, 2, 3, 4, 5
 NUM_STATE = 6
 """What `think` keeps: top of the stack (-1 when done), turns to look ahead, whether VALUE is an answer not yet heard;
 then counts of turns played and positions appraised."""
-MOST_LEAD = 4
-"""Segments; to be longer still is worth no more."""
 EXACT, AT_LEAST, AT_MOST = 1, 2, 3
 TABLE_VALUE, TABLE_DEPTH, TABLE_KIND, TABLE_WAY = 0, 1, 2, 3
 
@@ -109,7 +105,7 @@ def think(most_turns, state, stack, seats, ways, history, keys, table, ring, row
         elif d == state[DEPTH]:
             appraise(d, ring, rows, bits, cells, edges, rules, pools, found, worths)
             state[LEAVES] += 1
-            state[VALUE], state[TOLD] = _opinion(me, d, alive, rows, rules, found, worths), 1
+            state[VALUE], state[TOLD] = _opinion(me, alive, worths), 1
         else:
             first = -1
             if state[DEPTH] - d > 1:
@@ -125,15 +121,12 @@ def think(most_turns, state, stack, seats, ways, history, keys, table, ring, row
 
 
 @kernel
-def _opinion(me, d, alive, rows, rules, found, worths):
-    """Return what an appraised position is worth to snake `me` beside the others, and its lead over the longest."""
-    others, longest = 0.0, 0
+def _opinion(me, alive, worths):
+    """Return what an appraised position is worth to snake `me` beside the others, on average."""
+    others = -worths[me]
     for s in range(worths.shape[0]):
-        if s != me and rows[d, s, OUT] == 0:
-            others += worths[s]
-            longest = max(longest, found[s, LENGTH])
-    lead = max(-MOST_LEAD, min(MOST_LEAD, found[me, LENGTH] - longest)) if longest else 0
-    return np.int64(UNIT * (worths[me] - others / max(1, alive - 1))) + rules[LEAD] * lead
+        others += worths[s]
+    return np.int64(UNIT * (worths[me] - others / max(1, alive - 1)))
 
 
 @kernel
