@@ -31,6 +31,7 @@ HEAVY = {
     "ray": {"training", "jobs"},
     "grpc": {"envs"},
     "sqlalchemy": {"jobs", "league"},
+    "optuna": {"jobs"},
     "fastapi": {"console", "serving"},
     "nicegui": {"console"},
     "matplotlib": {"analysis", "tracks"},
