@@ -58,6 +58,7 @@ def test_each_used_variable_changes_something_and_no_other_does(tmp_path):
         "RACECRAFT_SET": "ppo.clip=0.1",
         "DR_TRAIN_ALTERNATE_DRIVING_DIRECTION": "True",
         "DR_TRAIN_MULTI_CONFIG": "True",
+        "DR_ENABLE_DOMAIN_RANDOMIZATION": "True",
         "DR_LOCAL_S3_REWARD_KEY": "mine/a.py",
         "DR_LOCAL_S3_MODEL_METADATA_KEY": "mine/a.json",
         "DR_LOCAL_S3_HYPERPARAMETERS_KEY": "mine/b.json",
