@@ -54,7 +54,7 @@ def settings_page() -> str:
     from racecraft.training.worlds import WORLDS, kind_named
 
     composed = {
-        f"{world}, {name}": kind_named(world).default_settings(algorithm)
+        (world, name): kind_named(world).default_settings(algorithm)
         for world in WORLDS
         for name, algorithm in ALGORITHMS.items()
     }

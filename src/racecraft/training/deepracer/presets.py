@@ -198,7 +198,7 @@ def default_settings(algorithm: Algorithm = PPO) -> Settings:
         variation=VariationConfig(),
         rollout=RolloutConfig(),
         network=NetworkConfig(),
-        evaluation=EvaluationConfig(share=1.0),
+        evaluation=EvaluationConfig(share=1.5),
         runtime=RuntimeConfig(),
     )
     for name, group in TUNED_WORLDS.get(algorithm.name, {}).items():
