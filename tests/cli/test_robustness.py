@@ -19,7 +19,7 @@ def test_what_survives_is_told_as_table_picture_and_figures(racecraft, run, tmp_
     under = ("evaluate", "r", "--checkpoint", "last", "--under", "strong", "--tries", 2)
     said = racecraft(*under, "--only", "glare", "--only", "latency", "--picture", "bars.png")
     assert said.code == 0, said.err
-    for word in ("undisturbed", "glare", "latency", "all together", "95 % interval"):
+    for word in ("undisturbed", "glare", "latency", "all together", "95 % of laps"):
         assert word in said.out
     assert (tmp_path / "bars.png").is_file()
     said = racecraft(*under, "--each", "--json")
@@ -75,6 +75,9 @@ def laps(*progress):
 def test_an_interval_is_that_of_the_mean_and_narrows_with_the_tries():
     assert laps(100, 100, 100).interval == (100, 100)
     few, many = laps(*[0, 100] * 10).interval, laps(*[0, 100] * 100).interval
+    told = laps(100, 100, 100).as_dictionary()
+    assert (told["full_laps"], told["full_laps_share_low"]) == (0, 0.0)
+    assert told["full_laps_share_high"] == pytest.approx(0.5615, abs=1e-4), "Wilson's: three tries are few"
     # By the normal law: 50 -+ 1.96 * 50 / sqrt(n).
     assert few == pytest.approx((50 - 21.9, 50 + 21.9), abs=3.5)
     assert many == pytest.approx((50 - 6.9, 50 + 6.9), abs=1.2)

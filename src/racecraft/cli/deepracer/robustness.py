@@ -98,11 +98,11 @@ def _print_bars(bars: list[dict[str, Any]]) -> None:
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for title in ("disturbance", "laps", "mean progress", "95 % interval", "mostly ended"):
+    for title in ("disturbance", "laps", "95 % of laps", "mean progress", "mostly ended"):
         table.add_column(title, justify="left" if title in ("disturbance", "mostly ended") else "right")
     for bar in bars:
         ended = max(bar["ended"], key=bar["ended"].get).replace("_", " ")
-        interval = f"{bar['mean_progress_low']:.1f} to {bar['mean_progress_high']:.1f}"
+        interval = f"{100 * bar['full_laps_share_low']:.0f} to {100 * bar['full_laps_share_high']:.0f} %"
         laps, progress = f"{bar['full_laps']}/{bar['tries']}", f"{bar['mean_progress_percent']:.1f} %"
-        table.add_row(bar["disturbance"], laps, progress, interval, ended)
+        table.add_row(bar["disturbance"], laps, interval, progress, ended)
     Console().print(table)

@@ -22,6 +22,7 @@ from racecraft.envs.deepracer.variation import (
     only,
 )
 from racecraft.evaluation.deepracer.laps import LapReport, judge_starts
+from racecraft.evaluation.rating import wilson
 from racecraft.players.deepracer.trained_car import TrainedCar
 from racecraft.tracks.track import Track
 
@@ -54,6 +55,7 @@ class Bar:
     def as_dictionary(self) -> dict[str, Any]:
         """Return the row as plain values, fit for JSON."""
         low, high = self.interval
+        least, most = wilson(self.report.full_laps, len(self.report))
         ends: dict[str, int] = {}
         for lap in self.report.laps:
             ends[lap.status] = ends.get(lap.status, 0) + 1
@@ -61,6 +63,8 @@ class Bar:
             "disturbance": self.name,
             "tries": len(self.report),
             "full_laps": self.report.full_laps,
+            "full_laps_share_low": round(least, 4),
+            "full_laps_share_high": round(most, 4),
             "mean_progress_percent": round(self.report.mean_progress_percent, 3),
             "mean_progress_low": round(low, 3),
             "mean_progress_high": round(high, 3),
