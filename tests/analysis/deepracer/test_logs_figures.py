@@ -1,5 +1,9 @@
 """What the figures of logs show: on made-up laps, on a circuit driven clockwise, for continuous actions too."""
 
+import inspect
+import re
+from pathlib import Path
+
 import numpy as np
 import polars as pl
 import pytest
@@ -7,6 +11,7 @@ from matplotlib.collections import LineCollection
 from tests.logs import makers
 
 from racecraft.analysis.deepracer import logs as analysis
+from racecraft.analysis.deepracer.logs.fitting import fit
 from racecraft.logs import read
 from racecraft.tracks.catalogue import load_track
 
@@ -157,3 +162,32 @@ def test_maps_of_actions_spread_their_colours_over_what_is_there(laps):
     assert all(image.get_clim()[0] == 0.0 for image in images)
     assert 0.4 < images[0].get_clim()[1] < 0.9
     assert max(np.nanmax(image.get_array()) for image in images) < 1.0, "but tells nothing, and is not drawn"
+
+
+def test_a_car_that_weaves_along_a_straight_drives_a_straight_and_a_gentle_arc_stays_an_arc():
+    along = np.linspace(0.0, 4.0, 50)
+    radius, heading, stray = fit(np.column_stack([along, 0.08 * np.sin(3.0 * along)]))
+    assert radius is None
+    assert heading == pytest.approx(0.0, abs=0.05)
+    assert stray == pytest.approx(0.08 / np.sqrt(2), rel=0.1)
+    angle = np.linspace(0.0, 0.4, 20)
+    noise = np.random.default_rng(3).normal(0.0, 0.005, 20)
+    radius, heading, stray = fit(np.column_stack([(5.0 + noise) * np.sin(angle), 5.0 - (5.0 + noise) * np.cos(angle)]))
+    assert radius == pytest.approx(5.0, rel=0.15)
+    assert heading is None
+    assert stray < 0.008
+
+
+# --- the table of the docs page --------------------------------------------------------------------------------------
+
+
+def test_the_docs_list_every_plot_and_nothing_that_is_not_there():
+    text = (Path(__file__).parents[3] / "docs/racing/logs.md").read_text(encoding="utf-8")
+    table = text.split("| racers call it | function |")[1].split("\n\n")[0]
+    cells = " ".join(line.split("|")[2] for line in table.splitlines()[2:])
+    named = {name.split("(")[0] for name in re.findall(r"`([^`]+)`", cells)} - {"logs.metrics"}
+    drawn = {name for name in analysis.__all__ if inspect.isfunction(getattr(analysis, name))
+             and inspect.signature(getattr(analysis, name)).return_annotation == "Plot"}  # fmt: skip
+    assert len(drawn) > 30
+    assert drawn - named == set()
+    assert named - set(analysis.__all__) == set()

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 FEWEST_TICKS = 4
 STRAIGHT_M = 30.0
 """An arc of this radius or more counts as a straight."""
+CLEARLY = 0.5
+"""So does one from which the path strays more than this share of what it strays from a line."""
 
 
 def fitted_line(ticks: pl.DataFrame | pl.LazyFrame, track: Track, unique_episode: int | None = None) -> Plot:
@@ -72,7 +74,8 @@ def fitted_line(ticks: pl.DataFrame | pl.LazyFrame, track: Track, unique_episode
 def fit(xy: Array) -> tuple[float | None, float | None, float]:
     """Return (radius, heading, stray) of the circle or straight through points (T, 2), in the order they were driven.
 
-    The circle is that of least algebraic distance (Kåsa, "A circle fitting procedure and its error analysis", 1976).
+    The circle is that of least algebraic distance (Kåsa, "A circle fitting procedure and its error analysis", 1976),
+    which a weaving path makes far too small; it is taken only where it fits clearly better than a line.
     """
     middle = xy.mean(axis=0)
     near = xy - middle
@@ -84,8 +87,9 @@ def fit(xy: Array) -> tuple[float | None, float | None, float]:
     spokes = near - [a, b]
     swept = spokes[:-1, 0] * spokes[1:, 1] - spokes[:-1, 1] * spokes[1:, 0]  # counter-clockwise around the centre
     side = 1.0 if swept.sum() > 0 else -1.0
-    away = np.hypot(*spokes.T) - radius
-    return side * radius, None, float(np.sqrt((away**2).mean()))
+    stray = float(np.sqrt(((np.hypot(*spokes.T) - radius) ** 2).mean()))
+    line = _straight(near)
+    return (side * radius, None, stray) if stray <= CLEARLY * line[2] else line
 
 
 def _straight(near: Array) -> tuple[None, float, float]:
