@@ -115,8 +115,8 @@ def sector_times(ticks: pl.DataFrame | pl.LazyFrame, track: Track, parts: int | 
     shares, names = _sectors(track, parts)
     numbers = list(names)
     frame = frame.join(laps.select("unique_episode", pl.col("seconds").alias("lap_seconds")), on="unique_episode")
-    sector = np.searchsorted(shares, frame["lap_share"].to_numpy(), side="right") - 1
-    sector = np.array(numbers, np.int32)[sector]  # before the first is the last
+    row = np.searchsorted(shares, frame["lap_share"].to_numpy(), side="right") - 1  # before the first is the last
+    sector = np.array(numbers, np.int32)[row]
     step = pl.col("time_s") - pl.col("time_s").shift().over("unique_episode")
     data = (
         frame.with_columns(pl.Series("sector", sector), step.fill_null(0.0).alias("_step"))
