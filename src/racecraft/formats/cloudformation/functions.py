@@ -164,14 +164,10 @@ class Functions:
             self.notes += [] if note in self.notes else [note]
         if row is None:
             self._refuse((*at, "1"), f"'{names[1]}'", f"a row of {names[0]}", nearest(names[1], rows))
-        if not isinstance(row, dict) or names[2] not in row:
-            self._refuse(
-                (*at, "2"),
-                f"'{names[2]}'",
-                f"a column of {names[0]}",
-                nearest(names[2], row if isinstance(row, dict) else ()),
-            )
-        return row[names[2]]
+        columns = row if isinstance(row, dict) else {}
+        if names[2] not in columns:
+            self._refuse((*at, "2"), f"'{names[2]}'", f"a column of {names[0]}", nearest(names[2], columns))
+        return columns[names[2]]
 
     def _get_azs(self, inside: Any, at: At) -> list[str]:
         region = self.text(inside, at) or self._parameters["AWS::Region"]

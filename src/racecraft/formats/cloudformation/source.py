@@ -22,6 +22,8 @@ SHORT_TAGS = (
     "Ref", "Condition", "And", "Base64", "Cidr", "Equals", "FindInMap", "GetAtt", "GetAZs", "If", "ImportValue", "Join",
     "Length", "Not", "Or", "Select", "Split", "Sub", "ToJsonString", "Transform",
 )  # fmt: skip
+YAML = "tag:yaml.org,2002:"
+PLAIN_TAGS = ("map", "seq", "str", "null", "bool", "int", "float", "timestamp")
 BARE = ("Ref", "Condition")
 """Those whose long form has no "Fn::"."""
 MOST_LETTERS = 1_048_576
@@ -116,8 +118,8 @@ class _Values:
             self._source.refuse(at, f"more than {MOST_LEVELS} levels", "a template")
         self._seen.add(id(node))
         tag = str(node.tag)
-        if tag.startswith("tag:yaml.org,2002:"):
-            return self._plain(node, tag.rpartition(":")[2], at)
+        if tag.removeprefix(YAML) in PLAIN_TAGS:
+            return self._plain(node, tag.removeprefix(YAML), at)
         name = tag.removeprefix("!")
         if name not in SHORT_TAGS:
             self._source.refuse(at, f"the tag {tag}", "a function of CloudFormation", nearest(name, SHORT_TAGS))

@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 
 HOME = re.compile(r"^(?:/home/ec2-user/SageMaker|~/SageMaker|\$HOME/SageMaker|SageMaker)(?:/|$)")
 """What such scripts call the notebook's folder."""
+JOINTS = ";&|"
+"""Join commands; a line that has one is left."""
 _HEREDOC = re.compile(r"<<-?\s*['\"]?(\w+)['\"]?\s*$")
 
 
@@ -80,12 +82,12 @@ class _Reader:
 
     def _understood(self, line: str) -> bool:
         try:
-            words = shlex.split(line, comments=True)
+            words = _words(line)
         except ValueError:
             return False
         if words[:1] == ["sudo"]:
             words = words[1:]
-        if not words or any(mark in words for mark in ("|", "&&", "||", ";", "&")):
+        if not words or any(set(word) <= set(JOINTS) for word in words):
             return not words
         name, rest = words[0], words[1:]
         act = {
@@ -176,6 +178,13 @@ class _Reader:
             return False
         self.found.acts.append(Written(place, f"{text}\n", rest[-2] == ">>"))
         return True
+
+
+def _words(line: str) -> list[str]:
+    """Return a line's words; what joins commands is a word of its own."""
+    reader = shlex.shlex(line, posix=True, punctuation_chars=JOINTS)
+    reader.whitespace_split = True
+    return list(reader)
 
 
 def _short(words: list[str]) -> list[str]:
