@@ -141,6 +141,24 @@ def snake_server_rows(figures: dict[str, Any]) -> list[Row]:
     ]  # fmt: skip
 
 
+def snake_search_rows(figures: dict[str, Any]) -> list[Row]:
+    """Return the rows of what search looks at in a second."""
+    rows = []
+    for snakes in ("2 snakes", "4 snakes"):
+        told = figures[snakes]
+        depth = f"{told['sure_depth'][0]:g} turns deep"
+        for what, name, floor, aim in (
+            (f"search, 11×11, {snakes}, no policy, one core: positions played by alpha-beta, {depth}",
+             "sure_positions", "200k", "1M"),
+            ("the same: positions played by the tree", "tree_positions", "200k", "1M"),
+            ("the same: positions appraised by the tree, one a walk", "tree_walks", "-", "-"),
+            ("the same: turns of the rules alone, random safe moves chosen", "rules", "2M", "3M"),
+        ):  # fmt: skip
+            middle, low, high = told[f"{name}_a_second"]
+            rows.append((what, f"{middle:,} /s", floor, aim, f"{low:,} – {high:,}"))
+    return rows
+
+
 def snakes_training_rows(figures: dict[str, Any]) -> list[Row]:
     """Return the rows of a snake trained for minutes."""
     greedy, searching = figures["greedy_against_flood_fill"], figures.get("with_search_against_search")
@@ -167,6 +185,7 @@ ROWS = {
     "cartpole": cartpole_rows,
     "battlesnake": battlesnake_rows,
     "unity": unity_rows,
+    "snake_search": snake_search_rows,
     "snake_server": snake_server_rows,
     "snakes_training": snakes_training_rows,
 }

@@ -32,6 +32,7 @@ COMMANDS = {
     "cartpole": [str(HERE / "cartpole.py")],
     "battlesnake": [str(HERE / "battlesnake.py")],
     "unity": [str(HERE / "unity.py")],
+    "snake_search": [str(HERE / "snake_search.py")],
     "snake_server": [str(HERE / "snake_server.py")],
     "snakes_training": [str(HERE / "snakes_training.py")],
 }

@@ -1,14 +1,16 @@
 """How many positions `search` looks at in a second on one core: `python benchmarks/snake_search.py`.
 
-Trees are grown without a guide over 32 positions of games under way between `flood_fill`s on 11×11, duels and four
-players, with so many walks that no tree is full. Nothing else should run meanwhile.
+Over 16 positions of games under way between `flood_fill`s on 11×11, duels and four players, no policy anywhere. Seconds
+are those of the processor, not of the clock, so that other programs take less from the figures; a busy machine still
+does, so that nothing else should run meanwhile.
 
-    leaves       positions appraised, one a walk
-    positions    turns played forward on the way to them, all walks together: the tree keeps no positions
-    depth        turns a walk plays, the mean
-    begin_ms     what a tree costs before its first walk
-    appraise, copy, turn
-                 the parts of a walk by themselves, calls a second on the same positions; a turn is played on a copy
+    rules_a_second            turns played forward with random safe moves, choosing included, no search
+    appraisals_a_second       positions appraised by area control, one by one
+    sure_positions_a_second   turns that alpha-beta plays, `--turns` of them a position
+    sure_leaves_a_second      of those, positions appraised
+    sure_depth                turns ahead that were looked at in full
+    tree_positions_a_second   turns that walks of the tree play, `--walks` walks a position
+    tree_walks_a_second       walks, each with a position appraised at its end
 
 Prints one JSON object, medians of five rounds with the smallest and the largest.
 """
@@ -17,55 +19,56 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import time
-from collections.abc import Callable
 from statistics import median
 from typing import Any
 
 import numpy as np
 
-from racecraft.envs.battlesnake.board import MOVES, Board
+from racecraft.envs.battlesnake.board import Board
 from racecraft.envs.battlesnake.dice import StreamDice
-from racecraft.envs.battlesnake.kernels.rules import apply_rules
 from racecraft.envs.battlesnake.reference import Referee
 from racecraft.envs.battlesnake.settings import GameSettings
-from racecraft.kernels import set_threads
-from racecraft.players.battlesnake.area_control import position_arrays
+from racecraft.kernels import kernel, set_threads
+from racecraft.players.battlesnake.certainty import Certainty
 from racecraft.players.battlesnake.flood_fill import FloodFill
-from racecraft.players.battlesnake.kernels.territory import appraise, copy_game, scratch_arrays
-from racecraft.players.battlesnake.search import MOST_NODES, Tree
+from racecraft.players.battlesnake.foresight import position_of, pouring_room
+from racecraft.players.battlesnake.kernels.position import play_on
+from racecraft.players.battlesnake.kernels.worth import appraise
 from racecraft.players.battlesnake.sight import safe_moves
+from racecraft.players.battlesnake.tree import Tree
 
-POSITIONS = 32
+POSITIONS = 16
 ROUNDS = 5
-PART_CALLS = 2000
+GAMES = 3000
+APPRAISALS = 5000
+NEVER = 1e9
 
 
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--walks", type=int, default=2000, help="Walks of each tree.")
+    parser.add_argument("--turns", type=int, default=20_000, help="Turns that alpha-beta plays for a position.")
+    parser.add_argument("--walks", type=int, default=4000, help="Walks of each tree.")
     asked = parser.parse_args()
-    if not 1 <= asked.walks < MOST_NODES:
-        parser.error(f"--walks {asked.walks}; expected 1 to {MOST_NODES - 1}, the nodes of a tree")
     set_threads(1)
-    print(json.dumps({f"{snakes} snakes": measure(snakes, asked.walks) for snakes in (2, 4)}, indent=1))
+    figures = {f"{snakes} snakes": measure(snakes, asked.turns, asked.walks) for snakes in (2, 4)}
+    print(json.dumps(figures | {"load": round(os.getloadavg()[0], 1), "cores": os.cpu_count()}))
 
 
-def measure(snakes: int, walks: int) -> dict[str, Any]:
+def measure(snakes: int, turns: int, walks: int) -> dict[str, Any]:
     """Return the figures of games of so many snakes."""
     settings = GameSettings(11, 11, snakes)
     boards = positions(settings)
-    grow(boards[0], settings, walks)  # compiled, and warm
-    rounds = [np.sum([grow(board, settings, walks) for board in boards], axis=0) for _ in range(ROUNDS)]
-    leaves = len(boards) * walks
-    figures = {
-        "leaves_a_second": spread([leaves / seconds for _, seconds, _ in rounds]),
-        "positions_a_second": spread([plies / seconds for _, seconds, plies in rounds]),
-        "depth": round(rounds[0][2] / leaves, 2),
-        "begin_ms": spread([1000 * begin / len(boards) for begin, _, _ in rounds]),
-    }
-    return figures | {f"{name}_a_second": spread(rates) for name, rates in parts(boards, settings).items()}
+    for look in (rules, appraisals, lambda *one: sure(*one, turns), lambda *one: tree(*one, walks)):
+        look(boards[:1], settings)  # compiled, and warm
+    found: dict[str, list[float]] = {}
+    for _ in range(ROUNDS):
+        told = rules(boards, settings) | appraisals(boards, settings)
+        for name, value in (told | sure(boards, settings, turns) | tree(boards, settings, walks)).items():
+            found.setdefault(name, []).append(value)
+    return {name: spread(values) for name, values in found.items()}
 
 
 def positions(settings: GameSettings) -> list[Board]:
@@ -82,51 +85,74 @@ def positions(settings: GameSettings) -> list[Board]:
     return found
 
 
-def grow(board: Board, settings: GameSettings, walks: int) -> tuple[float, float, int]:
-    """Grow a tree; return the seconds it took to begin, those of the walks, and the turns that were played."""
-    began = time.perf_counter()
-    tree = Tree(board, settings, "s0")
-    ready = time.perf_counter()
-    tree.walk(walks)
-    done = time.perf_counter()
-    return ready - began, done - ready, int(tree._visits[:, tree._me].sum())  # a visit of the own snake for each turn
+@kernel
+def play_again(times, chance, ways, ring, rows, bits, cells, rules, first_ring, first_rows, first_bits):
+    """Play a position to its end over and over; return the turns it took."""
+    turns = 0
+    for _ in range(times):
+        ring[:, : first_ring.shape[1]], rows[0], bits[0] = first_ring, first_rows, first_bits
+        turns += play_on(1000, chance, ways, ring, rows, bits, cells, rules)
+    return turns
 
 
-def parts(boards: list[Board], settings: GameSettings) -> dict[str, list[float]]:
-    """Return how often in a second each part of a walk runs by itself, from Python, whose call is measured along."""
-    rates: dict[str, list[float]] = {"appraise": [], "copy": [], "turn": []}
-    for _ in range(ROUNDS):
-        spent = dict.fromkeys(rates, 0.0)
-        for board in boards[:8]:
-            games, params = position_arrays(board, settings, copies=2)
-            moves = np.zeros((2, settings.players), np.int64)
-            moves[1] = [MOVES.index((safe_moves(board, settings, one.id) or ["up"])[0]) for one in board.alive()]
-            scratch = scratch_arrays(settings.players, settings.area)
-
-            def copy(games: Any = games) -> None:
-                copy_game(0, 1, games.bodies, games.snakes, games.games, games.cells)
-
-            def rules(games: Any = games, moves: Any = moves, params: Any = params) -> None:
-                apply_rules(1, moves, games.bodies, games.snakes, games.games, games.cells, games.sides, params)
-
-            def worth(games: Any = games, params: Any = params, scratch: Any = scratch) -> None:
-                appraise(0, games.bodies, games.snakes, games.cells, params, *scratch)
-
-            spent["copy"] += timed(copy)
-            spent["turn"] += timed(lambda copy=copy, rules=rules: (copy(), rules()))
-            spent["appraise"] += timed(worth)
-        for name, seconds in spent.items():
-            rates[name].append(8 * PART_CALLS / seconds)
-    return rates
+@kernel
+def appraise_again(times, ring, rows, bits, cells, edges, rules, pools, found, worths):
+    """Appraise a position over and over."""
+    for _ in range(times):
+        appraise(0, ring, rows, bits, cells, edges, rules, pools, found, worths)
 
 
-def timed(act: Callable[[], Any]) -> float:
-    """Return the seconds that PART_CALLS calls take."""
-    act()
-    began = time.perf_counter()
-    for _ in range(PART_CALLS):
-        act()
-    return time.perf_counter() - began
+def rules(boards: list[Board], settings: GameSettings) -> dict[str, float]:
+    """Return turns a second without search."""
+    turns, seconds, chance = 0, 0.0, np.array([7], np.uint64)
+    for board in boards[:4]:
+        position = position_of(board, settings)
+        ring, rows, bits, cells, _, numbers = position
+        first = ring[:, :128].copy(), rows[0].copy(), bits[0].copy()
+        ways = np.zeros((1, settings.players), np.int64)
+        began = time.process_time()
+        turns += play_again(GAMES // len(boards), chance, ways, ring, rows, bits, cells, numbers, *first)
+        seconds += time.process_time() - began
+    return {"rules_a_second": turns / seconds}
+
+
+def appraisals(boards: list[Board], settings: GameSettings) -> dict[str, float]:
+    """Return positions appraised a second."""
+    seconds = 0.0
+    for board in boards:
+        position = position_of(board, settings)
+        room = (*pouring_room(position), np.zeros(settings.players))
+        began = time.process_time()
+        appraise_again(APPRAISALS, *position, *room)
+        seconds += time.process_time() - began
+    return {"appraisals_a_second": APPRAISALS * len(boards) / seconds}
+
+
+def sure(boards: list[Board], settings: GameSettings, turns: int) -> dict[str, float]:
+    """Return what alpha-beta does in a second, and how deep it looks in so many turns."""
+    seconds, played, leaves, depth = 0.0, 0, 0, 0
+    for board in boards:
+        certainty = Certainty(board, settings, "s0")
+        began = time.process_time()
+        found = certainty.deepen(NEVER, turns)
+        seconds += time.process_time() - began
+        played, leaves, depth = played + found.turns, leaves + found.leaves, depth + found.depth
+    return {
+        "sure_positions_a_second": played / seconds, "sure_leaves_a_second": leaves / seconds,
+        "sure_depth": depth / len(boards),
+    }  # fmt: skip
+
+
+def tree(boards: list[Board], settings: GameSettings, walks: int) -> dict[str, float]:
+    """Return what walks of the tree do in a second."""
+    seconds, plies = 0.0, 0
+    for board in boards:
+        grown = Tree(board, settings, "s0")
+        began = time.process_time()
+        grown.walk(walks)
+        seconds += time.process_time() - began
+        plies += grown.turns_walked()
+    return {"tree_positions_a_second": plies / seconds, "tree_walks_a_second": walks * len(boards) / seconds}
 
 
 def spread(values: list[float]) -> list[float]:

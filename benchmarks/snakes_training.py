@@ -35,7 +35,7 @@ def greedy_duels(place: str, games: int) -> dict:
     from racecraft.envs.battlesnake.settings import GameSettings
     from racecraft.envs.battlesnake.world import WorldSettings
     from racecraft.evaluation.battlesnake.batch import play_batch
-    from racecraft.evaluation.battlesnake.rating import wilson
+    from racecraft.evaluation.rating import wilson
     from racecraft.players.battlesnake.trained import load_trained_snake
     from racecraft.training.battlesnake.evaluator import count
 
@@ -68,7 +68,7 @@ def search_duel(place: str, milliseconds: float, pair: int) -> list[float]:
 
 def search_duels(place: str, games: int, milliseconds: float) -> dict:
     """Play policy plus search against search, one pair of games on each core."""
-    from racecraft.evaluation.battlesnake.rating import wilson
+    from racecraft.evaluation.rating import wilson
 
     pairs = range(games // 2)
     with ProcessPoolExecutor(os.cpu_count(), initializer=_one_thread) as cores:

@@ -54,7 +54,7 @@ def settings_page() -> str:
     from racecraft.training.worlds import WORLDS, kind_named
 
     composed = {
-        f"{world}, {name}": kind_named(world).default_settings(algorithm)
+        (world, name): kind_named(world).default_settings(algorithm)
         for world in WORLDS
         for name, algorithm in ALGORITHMS.items()
     }
@@ -293,6 +293,30 @@ In neither, because it would be dishonest or of no use to rebuild:
 {_list(NOT_EMULATED)}"""
 
 
+def variation_page() -> str:
+    """Return the disturbances, what each level has of them, and what is written down of an episode."""
+    from racecraft.envs.deepracer.variation import DRAWN, LEVELS, as_table
+
+    drawn = _table(("field", "unit", "meaning"), [(f"`{one.name}`", one.unit, one.doc) for one in DRAWN])
+    levels = _list(f"`{name}`: {meaning}" for name, meaning in LEVELS.items())
+    return f"""# Variation, disturbance by disturbance
+
+{levels}
+
+A number is the most by which something may stray; each episode of each car draws its own, evenly within. What
+is empty stays as it is. [Variation](../racing/variation.md) tells how to use it.
+
+{as_table()}
+
+## What an episode drew
+
+Where episodes differ, `episodes/*.parquet` has a column `variation`, a record of these numbers, the same in every row
+of an episode; behind them come `grey_field`, `grey_road` and so on, the grey level that each material showed, and
+`grey_object_0` and so on of every box or bot.
+
+{drawn}"""
+
+
 def rllib_page() -> str:
     """Return what RLlib's words mean here."""
     from racecraft.compat.rllib_words import ELSEWHERE, STOPS, WORDS
@@ -338,6 +362,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/gallery.md": gallery_page,
     "reference/worlds.md": worlds_page,
     "reference/fidelity.md": fidelity_page,
+    "reference/variation.md": variation_page,
     "reference/rllib.md": rllib_page,
 }
 """Every generated page and the function that writes it."""

@@ -10,7 +10,7 @@ import racecraft
 HOUSE = Path(racecraft.__file__).parent
 
 FLOOR = {
-    "contract": 0, "kernels": 0, "settings": 0, "formats": 0, "tracks": 0,
+    "contract": 0, "kernels": 0, "settings": 0, "formats": 0, "tracks": 0, "storage": 0,
     "envs": 1, "algorithms": 1,
     "rollout": 2, "players": 2,
     "evaluation": 3, "analysis": 3, "export": 3, "logs": 3,
@@ -24,7 +24,7 @@ FLOOR = {
 TRAINING_WORLDS = ("deepracer", "battlesnake", "gymnasium", "unity")
 
 # Within floor 0, what the others are made of.
-GROUND = {"contract": 0, "kernels": 1, "settings": 1, "formats": 2, "tracks": 3}
+GROUND = {"contract": 0, "kernels": 1, "settings": 1, "formats": 2, "tracks": 3, "storage": 3}
 
 HEAVY = {
     "torch": {"algorithms", "rollout", "export", "analysis", "training"},
@@ -32,11 +32,18 @@ HEAVY = {
     "mlflow": {"training"},
     "grpc": {"envs"},
     "sqlalchemy": {"jobs", "league"},
+    "optuna": {"jobs"},
     "fastapi": {"console", "serving"},
     "nicegui": {"console"},
     "matplotlib": {"analysis", "tracks"},
     "av": {"analysis"},
+    "onnx": {"export"},
+    "onnxruntime": {"export"},
+    "openvino": {"export"},
+    "tensorflow": {"export"},
     "pandas": {"analysis", "jobs", "logs"},
+    "s3fs": {"storage"},
+    "fsspec": {"storage"},
 }
 
 

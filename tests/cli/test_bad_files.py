@@ -183,7 +183,6 @@ CASES = {  # name: what is changed, what is asked, what the letter holds
     "run.env: an unknown track": (
         env("DR_WORLD_NAME=reinvent_bas"), TRAIN, ["run.env:2: DR_WORLD_NAME", "Did you mean 'reinvent_base'"],
     ),
-    "run.env: a race that is not built": (env("DR_RACE_TYPE=HEAD_TO_MODEL"), TRAIN, ["run.env:2:", "not built yet"]),
     "run.env: a misspelt race": (env("DR_RACE_TYPE=TIME_TRAIL"), TRAIN, ["run.env:2:", "Did you mean 'TIME_TRIAL'"]),
     "run.env: a direction": (env("DR_TRAIN_REVERSE_DIRECTION=left"), TRAIN, ["run.env:2:", "expected True or False"]),
     "run.env: a start beyond the lap": (env("DR_TRAIN_START_POSITION_OFFSET=2"), TRAIN, ["run.env:2:", "from 0 to 1"]),

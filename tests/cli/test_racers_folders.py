@@ -70,6 +70,9 @@ OUTWEIGHED = {  # variable: (its value, what is typed, where job.json says what 
     "DR_TRAIN_BEST_MODEL_METRIC": (
         "reward", ("--set", "evaluation.best_by=laptime"), "settings.evaluation.best_by", "laptime",
     ),
+    "DR_ENABLE_DOMAIN_RANDOMIZATION": (
+        "True", ("--set", "variation.level=strong"), "settings.variation.level", "strong",
+    ),
     "RACECRAFT_SET": ("race.reverse=true", ("--set", "race.reverse=false"), "settings.race.reverse", False),
     "RACECRAFT_STOP": ("steps=100", ("--stop", "iterations=1"), "asked.stops", ["iterations=1"]),
     "DR_LOCAL_S3_PRETRAINED": ("True", ("--from", "old:0"), "asked.from", "old:0"),

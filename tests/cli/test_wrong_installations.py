@@ -75,7 +75,6 @@ WRONG = [  # what is written, what is done to the folder, what is typed, what th
     (run_env("DR_RUN_ID=one"), None, START, "run.env:2: DR_RUN_ID", "a whole number from 0 to 999"),
     (run_env("DR_RUN_ID=-1"), None, START, "run.env:2: DR_RUN_ID", "a whole number from 0 to 999"),
     (run_env("DR_CLOUD=heaven"), None, START, "run.env:2: DR_CLOUD", "local or aws or azure or remote"),
-    (run_env("DR_RACE_TYPE=HEAD_TO_MODEL"), None, START, "run.env:2: DR_RACE_TYPE", "not built yet"),
     (run_env("DR_WORLD_NAME=reinvent_bse"), None, START, "run.env:2: DR_WORLD_NAME", "Did you mean 'reinvent_base'"),
     (run_env("RACECRAFT_PRESET=slow"), None, START, "run.env:2: RACECRAFT_PRESET", "'slow'; expected fast or aws"),
     (run_env("RACECRAFT_SET=fast"), None, START, "run.env:2: RACECRAFT_SET", "settings such as"),

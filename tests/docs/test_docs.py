@@ -235,7 +235,7 @@ def test_every_racecraft_command_on_a_page_exists_with_its_options(page):
         ours = (
             words[: words.index("--env-args") + 1] if "--env-args" in words else words
         )  # what follows is the player's
-        if words[1:3] == ["jobs", "run"]:  # the same of a job's
+        if words[1:3] == ["jobs", "run"] or words[1] == "tune":  # the same of a job's, and of a trial's
             begins = ("train", "gym", "snakes", "unity", "run", "serve")
             ours = words[: next((at for at, word in enumerate(words) if at > 2 and word in begins), None)]
         used = {word.partition("=")[0] for word in ours if re.match(r"--[a-z]", word)}

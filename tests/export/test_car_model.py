@@ -13,10 +13,11 @@ from racecraft.contract.errors import SettingError, UserInputError
 from racecraft.contract.world import ArraySpec, DiscreteActions
 from racecraft.envs.deepracer.world import CAMERA_NAME
 from racecraft.export import car_model
+from racecraft.export.agreement import ExportError, averages
 from racecraft.export.aws_folder import export_to_aws
-from racecraft.export.car_model import ExportError, averages, export_to_car
+from racecraft.export.car_model import export_to_car
 from racecraft.formats.aws.policy_graph import graph_of, read_policy_graph
-from racecraft.formats.aws.policy_layers import arrays_of
+from racecraft.formats.aws.policy_weights import arrays_of
 from racecraft.formats.tensorflow.checkpoint import write_checkpoint
 from racecraft.formats.tensorflow.graph import Graph, Node, write_graph
 from racecraft.players.deepracer.foreign_model import import_model

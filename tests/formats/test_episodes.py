@@ -15,7 +15,8 @@ from racecraft.formats.episodes import (
 
 
 def table(ticks=4):
-    kinds = {"bool": np.ones(ticks, bool), "str": np.array(["in_progress"] * ticks)}
+    record = np.array([(0.5 * tick, tick) for tick in range(ticks)], [("gain", "f4"), ("latency", "f4")])
+    kinds = {"bool": np.ones(ticks, bool), "str": np.array(["in_progress"] * ticks), "struct": record}
     return {
         column.name: kinds.get(column.dtype, np.arange(ticks).astype("float64" if column.dtype[0] == "f" else "int64"))
         for column in EPISODE_COLUMNS
@@ -27,6 +28,13 @@ def test_every_column_comes_back_with_its_type(tmp_path):
     frame = read_episodes(tmp_path / "e.parquet")
     assert frame.columns == [column.name for column in EPISODE_COLUMNS]
     for column in EPISODE_COLUMNS:
+        if column.dtype == "struct":
+            told = [tuple(row.values()) for row in frame[column.name].to_list()]
+            assert (told, set(frame[column.name].struct.schema.values())) == (
+                table()[column.name].tolist(),
+                {pl.Float32()},
+            )
+            continue
         if column.dtype != "str":
             assert frame[column.name].to_numpy().dtype == column.dtype, column.name
         assert frame[column.name].to_list() == table()[column.name].tolist(), column.name

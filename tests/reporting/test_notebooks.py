@@ -189,6 +189,27 @@ def test_streams_are_told_apart_ordered_and_filtered(model, tmp_path, monkeypatc
         local_streams.streams("/aws/robomaker/Simulation")
 
 
+def test_an_evaluation_has_its_own_log_with_episodes_from_nought(model, tmp_path, monkeypatch):
+    monkeypatch.setenv(local_streams.ROOT, str(model.parent))
+    name = local_streams.simulation_id(model, "evaluation")
+    local_streams.download_log(tmp_path / "e.log", name)
+    table = old_names.convert_to_pandas(old_names.load_data(tmp_path / "e.log"))
+    assert table["episode"].unique().tolist() == [0, 1, 2]
+
+
+def test_points_lines_and_boxes_are_drawn_where_they_are():
+    from matplotlib.figure import Figure
+
+    axes = Figure().add_subplot()
+    square = np.array([[0.0, 1.0], [2.0, 3.0], [4.0, 5.0]])
+    old_plots.plot_coords(axes, square)
+    old_plots.plot_line(axes, square)
+    assert [line.get_xydata().tolist() for line in axes.lines] == [square.tolist()] * 2
+    assert old_plots.make_error_boxes(axes, [10], [20], np.array([[1], [2]]), np.array([[3], [4]])) == 0
+    (box,) = axes.collections[0].get_paths()
+    assert box.get_extents().extents.tolist() == [9.0, 17.0, 12.0, 24.0]
+
+
 def test_a_lap_on_a_grid_by_hand():
     """Three ticks 10 cm apart along x, 0.5 s, throttle 1, 2, 3: 20 cm at 0.4 m/s; squares of 10 cm hold one each."""
     lap = {"x": [105.0, 115.0, 125.0], "y": [105.0] * 3, "throttle": [1.0, 2.0, 3.0], "timestamp": [4.0, 4.25, 4.5]}

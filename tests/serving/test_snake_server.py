@@ -17,10 +17,10 @@ from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.state import Games
 from racecraft.evaluation.battlesnake.match import play
 from racecraft.evaluation.battlesnake.seats import take_seat
-from racecraft.players.battlesnake.find import find_player
+from racecraft.players.battlesnake.find import find_player, warm_up
 from racecraft.players.battlesnake.from_file import load_file_player
 from racecraft.players.battlesnake.messages import GameCard, message
-from racecraft.players.battlesnake.sight import safe_moves
+from racecraft.players.battlesnake.sight import best_safe_move, safe_moves
 from racecraft.serving.http_service import MOST_BODY_BYTES
 from racecraft.serving.snake_server import SnakeServer, answer_before_thinking, settle
 
@@ -292,6 +292,54 @@ def test_many_games_at_once_are_answered_in_time():
     serving(server, talk)
     assert (sum(late), server.count.moves) == (0, 150)
     assert server.count.p99_ms() < 1000
+
+
+def game_told(number, turns):
+    """Return the requests of one game of four: its start, and a move for each of some turns."""
+    settings, referee = GameSettings(11, 11, 4), Referee(GameSettings(11, 11, 4), StreamDice(number))
+    told = [post("/start", message(referee.board, settings, "s0", GameCard(f"g{number}", 500)))]
+    for _ in range(turns):
+        told.append(post("/move", message(referee.board, settings, "s0", GameCard(f"g{number}", 500))))
+        board = referee.board
+        referee.turn({snake.id: best_safe_move(board, settings, snake.id) for snake in board.alive()})
+    return told
+
+
+@pytest.mark.long
+def test_search_is_never_late_in_many_games_of_four():
+    """Twenty-four clients at the official timeout, each asking again after every answer, on two threads."""
+    player = find_player("search")
+    warm_up(player)
+    player.minds.ponders = True
+    server, games = SnakeServer(player, threads=2), [game_told(number, 8) for number in range(24)]
+    taken, all_began = [], asyncio.Barrier(24)
+
+    async def client(port, requests):
+        await exchange(port, requests[0])
+        await all_began.wait()
+        reader, writer = await asyncio.open_connection("127.0.0.1", port)
+        for request in requests[1:]:
+            begin = time.monotonic()
+            writer.write(request)
+            head = await reader.readuntil(b"\r\n\r\n")
+            await reader.readexactly(int(head.lower().split(b"content-length: ")[1].split(b"\r\n")[0]))
+            taken.append(time.monotonic() - begin)
+        writer.close()
+
+    async def talk(port):
+        await asyncio.gather(*(client(port, requests) for requests in games))
+
+    switching = sys.getswitchinterval()
+    try:
+        answer_before_thinking()
+        serving(server, talk)
+    finally:
+        sys.setswitchinterval(switching)
+    assert len(taken) == 24 * 8
+    crowded = os.getloadavg()[0] > (os.cpu_count() or 1)  # other programs want the cores: a few may be late then
+    assert server.count.failed == 0
+    assert server.count.late <= len(taken) // 20 * crowded
+    assert sum(one > 0.5 for one in taken) == 0
 
 
 def test_a_served_file_plays_in_the_arena_and_hears_start_and_end(tmp_path):

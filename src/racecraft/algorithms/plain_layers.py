@@ -2,7 +2,8 @@
 
 Begin with `layers_of`, which tells a policy's layers, and `policy_of`, which makes a policy of them. A convolution's
 weights lie (filters, channels, rows, columns) here and (rows, columns, channels, filters) there, a dense layer's
-transposed; flattened images are counted channel fastest in both.
+transposed; flattened images are counted channel fastest in both. torch is asked only for what begins anew: whoever
+imports a whole model has no need of it.
 """
 
 from __future__ import annotations
@@ -12,13 +13,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import torch
 
-from racecraft.algorithms.networks import ActorCritic, Architecture, architecture_from
+from racecraft.algorithms.architecture import NONE, Architecture, architecture_from
 from racecraft.algorithms.policy_spec import PolicySpec, architecture_values
-from racecraft.algorithms.recurrent_network import NONE
-from racecraft.algorithms.twin_critics import SoftActorCritic
-from racecraft.algorithms.weights import to_arrays
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import Array, ArraySpec, ContinuousActions, DiscreteActions
 from racecraft.formats.aws.policy_layers import (
@@ -107,18 +104,12 @@ def policy_of(
     if layers.kind != SAC:
         told |= {"distribution": "gaussian", "probability_floor": PROBABILITY_FLOOR}
     spec = PolicySpec(ALGORITHMS[layers.kind], dict(observations), actions, told)
-    chance = torch.Generator().manual_seed(0)
-    network_class: Any = SoftActorCritic if layers.kind == SAC else ActorCritic
-    network = network_class(spec.observations, actions, architecture, chance)
-    anew = to_arrays(dict(network.state_dict()))
-    weights = {name: np.array(array) for name, array in anew.items()}
-    weights |= _weights_of(layers)
-    for name, array in weights.items():
-        if name not in anew or array.shape != anew[name].shape:
-            raise PolicyLayersError(
-                f"{name} of shape {array.shape} has no place in the network; expected AWS's layers."
-            )
-    return ForeignPolicy(spec, weights, _what_begins_anew(layers))
+    weights, notes = _weights_of(layers), _what_begins_anew(layers)
+    if notes:
+        from racecraft.algorithms.fresh_weights import fresh_weights
+
+        weights |= fresh_weights(spec, besides=weights)
+    return ForeignPolicy(spec, weights, notes)
 
 
 def _kind_of(spec: PolicySpec) -> str:
@@ -260,12 +251,12 @@ def _named_dense(layer: DenseLayer, place: str) -> dict[str, Array]:
 def _require_same_world(
     layers: PolicyLayers, observations: Mapping[str, ArraySpec], actions: DiscreteActions | ContinuousActions
 ) -> None:
-    seen = sorted(name for name, part in observations.items() if not part.privileged)
-    there = [sensor.name for sensor in layers.network.sensors]
-    if len(seen) != len(there):
-        raise PolicyLayersError(
-            f"its network sees {', '.join(there)}; expected {', '.join(seen)}, as model_metadata.json says."
-        )
+    seen = sorted((name, part) for name, part in observations.items() if not part.privileged)
+    sensors = layers.network.sensors
+    if [_numbers_of(part) for _, part in seen] != [_numbers_there(sensor) for sensor in sensors]:
+        there = ", ".join(f"{sensor.name} {sensor.shape}" for sensor in sensors)
+        here = ", ".join(f"{name} {part.shape}" for name, part in seen)
+        raise PolicyLayersError(f"its network sees {there}; expected {here}, as model_metadata.json says.")
     is_box = isinstance(actions, ContinuousActions)
     width = len(actions.low) if isinstance(actions, ContinuousActions) else actions.count
     outputs = layers.network.head.bias.shape[0]
@@ -276,6 +267,16 @@ def _require_same_world(
             f"its network {whose[layers.kind]} ({layers.kind}); expected {here}, as model_metadata.json says. Give the "
             "metadata that it was trained with."
         )
+
+
+def _numbers_of(part: ArraySpec) -> tuple[int, bool]:
+    """Return how many channels an image has, or numbers a vector, and which of both it is."""
+    is_seen = len(part.shape) > 1
+    return (part.shape[2] if len(part.shape) == 3 else 1) if is_seen else part.shape[0], is_seen
+
+
+def _numbers_there(sensor: SensorLayers) -> tuple[int, bool]:
+    return sensor.shape[-1], sensor.is_image
 
 
 def _what_begins_anew(layers: PolicyLayers) -> tuple[str, ...]:

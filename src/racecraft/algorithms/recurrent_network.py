@@ -17,10 +17,11 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from racecraft.algorithms.architecture import GRU as GRU
+from racecraft.algorithms.architecture import LSTM as LSTM
+from racecraft.algorithms.architecture import NONE as NONE
 from racecraft.algorithms.networks import ActorCritic, Architecture, make_room
 from racecraft.contract.world import Array
-
-NONE, LSTM, GRU = "none", "lstm", "gru"
 
 
 @dataclass

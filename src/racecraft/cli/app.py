@@ -14,7 +14,8 @@ import typer
 
 from racecraft.cli import algorithms, bench, explain, run, settings
 from racecraft.cli.battlesnake import snakes
-from racecraft.cli.deepracer import evaluate, init, leaderboards, logs, new, replay, sensors, tracks, train
+from racecraft.cli.buckets import buckets
+from racecraft.cli.deepracer import evaluate, init, leaderboards, logs, new, race, replay, sensors, tracks, train
 from racecraft.cli.deepracer.dr import group
 from racecraft.cli.gym import gym
 from racecraft.cli.jobs import jobs, sandbox, tune
@@ -46,6 +47,7 @@ app = typer.Typer(
 
 app.command(name="train")(train.train)
 app.command(name="evaluate")(evaluate.evaluate)
+app.command(name="race")(race.race)
 app.command(name="report")(report.report)
 app.command(name="checkpoints")(checkpoints.checkpoints)
 app.command(name="look")(look.look)
@@ -67,6 +69,7 @@ app.add_typer(unity.app, name="unity")
 app.add_typer(jobs.app, name="jobs")
 app.command(name="tune", context_settings=tune.CONTEXT)(tune.tune)
 app.command(name="sandbox")(sandbox.sandbox)
+app.add_typer(buckets.app, name="bucket")
 app.command(name="serve")(serve.serve)
 app.command(name="import")(import_model.import_)
 app.command(name="export")(export.export)

@@ -11,7 +11,10 @@ Overrides = Annotated[
     list[str] | None, typer.Option("--set", help="group.name=value; `racecraft settings` lists them all.")
 ]
 From = Annotated[
-    str | None, typer.Option("--from", help="RUN[:best|last|N]: begin with the weights of an earlier run.")
+    str | None,
+    typer.Option(
+        "--from", help="RUN[:best|last|N]: begin with the weights of an earlier run; a car's may be an s3:// address."
+    ),
 ]
 Resume = Annotated[bool, typer.Option("--resume", help="Go on with the run that --run names.")]
 Detach = Annotated[

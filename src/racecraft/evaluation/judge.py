@@ -141,7 +141,7 @@ def _judge_snake(run: RunFolder, which: str, episodes: int = 50, seed: int = SEE
     from racecraft.envs.battlesnake.settings import GameSettings
     from racecraft.envs.battlesnake.world import WorldSettings
     from racecraft.evaluation.battlesnake.batch import play_batch
-    from racecraft.evaluation.battlesnake.rating import wilson
+    from racecraft.evaluation.rating import wilson
     from racecraft.players.battlesnake.anchors import ANCHORS
     from racecraft.players.battlesnake.trained import snake_config_in
 

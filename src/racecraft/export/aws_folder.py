@@ -13,18 +13,19 @@ The console's import form wants metadata and hyperparameters at the top, too.
 
 from __future__ import annotations
 
-import json
 import shutil
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 from racecraft.contract.errors import SettingError, UserInputError
-from racecraft.export.car_model import Agreement, car_layers, compare
+from racecraft.export.agreement import Agreement, compare
+from racecraft.export.car_model import car_layers, graph_answer, metadata_text
 from racecraft.formats.aws.car_archive import GRAPH, METADATA, archive_folder, write_archive
 from racecraft.formats.aws.model_folder import AwsModelFolder, CheckpointMark, write_checkpoint_marks
 from racecraft.formats.aws.policy_graph import graph_of
-from racecraft.formats.aws.policy_layers import PolicyLayersError, arrays_of, require_aws_network
+from racecraft.formats.aws.policy_layers import PolicyLayersError, require_aws_network
+from racecraft.formats.aws.policy_weights import arrays_of
 from racecraft.formats.checkpoint import CheckpointEntry, Checkpoints
 from racecraft.formats.run_folder import HYPERPARAMETERS, MODEL_METADATA, REWARD_FUNCTION, RunFolder
 from racecraft.formats.tensorflow.checkpoint import write_checkpoint
@@ -100,7 +101,7 @@ def _filled(run: RunFolder, place: Path, named: Path, check: bool) -> AwsExport:
         told[number] = car, layers, graph_of(layers)
     car, layers, graph = told[best.iteration]
     frozen = write_graph(graph)
-    agreement = compare(car, layers, frozen) if check else None
+    agreement = compare(car, layers, graph_answer(layers, frozen)) if check else None
 
     folder = AwsModelFolder(place)
     for part in (place / "model", place / "output"):
@@ -112,7 +113,7 @@ def _filled(run: RunFolder, place: Path, named: Path, check: bool) -> AwsExport:
         write_whole(place / "model" / f"model_{number}.pb", write_graph(graph))
     write_checkpoint_marks(folder.checkpoint_marks, _mark(run, best), _mark(run, last))
     write_whole(place / "model" / COACH_CHECKPOINT, _mark(run, best).name)
-    metadata = (json.dumps(car.policy.metadata["model_metadata"], indent=2) + "\n").encode()
+    metadata = metadata_text(car).encode()
     write_whole(folder.model_metadata, metadata)
     write_archive(place / "output" / "model.tar.gz", {GRAPH: frozen, METADATA: metadata})
     for copy in COPIES:

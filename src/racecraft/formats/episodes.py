@@ -38,7 +38,7 @@ class Column:
 
     name: str
     dtype: str
-    """NumPy's name of the type; "str" for text."""
+    """NumPy's name of the type; "str" for text, "struct" for a record of numbers."""
     unit: str
     doc: str
     required: bool = False
@@ -84,6 +84,13 @@ EPISODE_COLUMNS = (
     Column("track_length_m", "float64", "m", "Length of the centre line."),
     Column("pause_s", "float32", "s", "Pause after a penalty, in evaluations."),
     Column("obstacle_crashes", "int32", "", "Obstacles hit so far in this episode."),
+    Column(
+        "variation",
+        "struct",
+        "",
+        "What this episode drew where episodes differ: a number each, float32, by the names of the page on variation; "
+        "absent where they are all alike.",
+    ),
     Column("wall_clock_s", "float64", "s", "Time of day, seconds since 1970 (UTC)."),
 )
 
@@ -150,6 +157,10 @@ def episode_columns_markdown() -> str:
 
 
 def _typed(values: Array, column: Column | None) -> Any:
+    if (names := np.asarray(values).dtype.names) is not None:
+        import polars as pl
+
+        return pl.DataFrame({name: np.ascontiguousarray(values[name]) for name in names}).to_struct()
     if column is None:
         return values
     if column.dtype == "str":

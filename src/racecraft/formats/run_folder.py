@@ -16,6 +16,7 @@ Begin with `RunFolder.create` (a new one) or `RunFolder.open` (one that stands).
     checkpoints/           see checkpoint.py
     episodes/              see episodes.py
     evaluations/           one JSON file for each evaluation
+    mirror.json            the bucket in which the run is kept as well; see storage/mirror_note.py
     run.lock               held by the process that trains; the system frees it when that process dies
     generalisation.csv     how the latest evaluation went on each track, where there are several
     watched                touched while somebody watches; see live_ticks.py

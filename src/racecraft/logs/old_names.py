@@ -126,11 +126,12 @@ def _fields(row: str) -> list[str]:
 
 
 def rows_of(ticks: pl.DataFrame) -> list[str]:
-    """Return ticks as rows of a simulation log, in AWS's order and units."""
+    """Return ticks as rows of a simulation log, in AWS's order and units; episodes are counted from 0."""
     import polars as pl
 
     table = ticks.select(
-        "unique_episode", "tick", pl.col("x_m").round(4), pl.col("y_m").round(4),
+        pl.col("unique_episode") - pl.col("unique_episode").min(), "tick",
+        pl.col("x_m").round(4), pl.col("y_m").round(4),
         pl.col("yaw_rad").degrees().round(4), pl.col("steering_rad").degrees().round(2), pl.col("speed_mps").round(2),
         "action", pl.col("reward").round(4),
         pl.when(pl.col("done")).then(pl.lit("True")).otherwise(pl.lit("False")).alias("done"),

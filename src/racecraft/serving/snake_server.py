@@ -18,6 +18,7 @@ import time
 from collections import OrderedDict, deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import takewhile
 from typing import Protocol
 
 from racecraft.envs.battlesnake.board import MOVES, BoardError
@@ -33,6 +34,12 @@ from racecraft.serving.port import port_error
 SILENCE_SECONDS = 600.0
 ABANDONED_SECONDS = 30.0
 """A game silent for so long gives its place up to a new one where there is no other."""
+LIVELY_SECONDS = 2.0
+"""Games heard of within so long are thought to ask again at any moment."""
+CROWDED_SHARE = 0.75
+"""Share of its fair time that a move gets where there are more games than threads: the way in and out takes its own."""
+OVERRUN_RATE = 0.1
+"""How quickly it learns by how much players overrun their time, as they do where other programs want the cores."""
 MOST_GAMES = 10_000
 LATENCIES_KEPT = 100_000
 
@@ -98,6 +105,7 @@ class SnakeServer:
         self._pool = WorkerPool(threads or os.cpu_count() or 1)
         self._queue = BatchingQueue(player.choose_many) if isinstance(player, ManyPlayer) else None
         self._thinking = 0
+        self._overrun = 0.0
         self._heard: OrderedDict[tuple[str, str], float] = OrderedDict()
         self._service = HttpService(self._answer)
 
@@ -197,8 +205,19 @@ class SnakeServer:
         left = max(0.0, deadline - time.monotonic())
         if not isinstance(self._player, SnakePlayer):
             return self._player.move(message, left)
-        seconds = THINKING_SHARE * left * min(1.0, self._pool.size / max(1, self._thinking))
-        return self._player.choose(letter.board, letter.settings, letter.you, seconds)
+        asking = max(self._thinking, self._lively())
+        share = 1.0 if asking <= self._pool.size else CROWDED_SHARE * self._pool.size / asking
+        seconds = max(0.0, THINKING_SHARE * left * share - (self._overrun if share < 1.0 else 0.0))
+        begun = time.monotonic()
+        word = self._player.choose(letter.board, letter.settings, letter.you, seconds)
+        over = time.monotonic() - begun - seconds
+        self._overrun += OVERRUN_RATE * (max(0.0, over) - self._overrun)
+        return word
+
+    def _lively(self) -> int:
+        """Return how many games may ask at any moment, so that the first of them leaves time for the others."""
+        since = self._clock() - LIVELY_SECONDS
+        return sum(1 for _ in takewhile(lambda heard: heard > since, reversed(list(self._heard.values()))))
 
     async def _tell(self, what: str, letter: Letter, message: Message) -> None:
         """Pass a start or an end on to a player that wants to know."""

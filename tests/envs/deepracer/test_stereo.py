@@ -38,7 +38,7 @@ def frames_over_a_line(left_m):
     )
     world._sight = (scene, *world._sight[1:])
     world._palettes[:] = 0.0
-    world._palettes[:, ROAD] = BRIGHT
+    world._palettes[..., ROAD] = BRIGHT
     buffers = allocate(world.spec)
     world.reset(buffers, 0)
     state = world.save_state()
@@ -103,7 +103,7 @@ def test_a_stereo_eye_turns_colours_grey_as_the_original_does():
     """PIL's "L" is 0.299 R + 0.587 G + 0.114 B; a single camera's red counts 0.2989 (facts 2.4)."""
     scene = build_scene(load_track("reinvent_base"))
     for name, red in (("STEREO_CAMERAS", 0.299), ("FRONT_FACING_CAMERA", 0.2989)):
-        np.testing.assert_allclose(race(name)._palettes[0], scene.palette @ [red, 0.587, 0.114])
+        np.testing.assert_allclose(race(name)._palettes[0, 0], scene.palette @ [red, 0.587, 0.114])
 
 
 @pytest.mark.parametrize(

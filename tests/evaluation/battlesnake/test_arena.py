@@ -15,7 +15,6 @@ from racecraft.envs.battlesnake.board import BoardError
 from racecraft.envs.battlesnake.dice import StreamDice
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.evaluation.battlesnake.match import play
-from racecraft.evaluation.battlesnake.rating import Result, rate
 from racecraft.evaluation.battlesnake.record import read_record, write_record
 from racecraft.evaluation.battlesnake.remote import Remote
 from racecraft.evaluation.battlesnake.seats import Seat, take_seat
@@ -23,6 +22,7 @@ from racecraft.evaluation.battlesnake.skill import skills
 from racecraft.evaluation.battlesnake.standings import GameResult, table_of
 from racecraft.evaluation.battlesnake.tournament import Tournament, tournament
 from racecraft.evaluation.battlesnake.tournament_file import TournamentFile
+from racecraft.evaluation.rating import Result, rate
 from racecraft.players.battlesnake.find import PLAYERS
 from racecraft.players.battlesnake.from_file import load_file_player
 from racecraft.players.battlesnake.protocol import LatePlayerError, PlayerError

@@ -181,7 +181,10 @@ def test_the_files_for_aws_tell_the_same_race(tmp_path):
     waits = np.asarray(trace["episode_status"]) == "pause"
     assert waits.sum() == 30
     assert (np.asarray(trace["pause_duration"])[waits][:-1] > 0).all()
-    assert set(np.asarray(trace["episode"]).tolist()) == {0}, "a continuous race is one episode"
+    lap = np.asarray(trace["episode"])
+    assert (lap == (np.arange(len(lap)) > record.trials[0].end)).all(), "a trial is an episode, as in AWS's own files"
+    assert np.asarray(trace["done"]).nonzero()[0].tolist() == [len(lap) - 1], "though the car does not stop between"
+    assert (np.diff(trace["steps"]) == 1).all()
 
 
 def test_the_trace_counts_crashes_within_each_episode(tmp_path):

@@ -11,24 +11,27 @@ from racecraft.algorithms.plain_layers import layers_of
 from racecraft.algorithms.policy_spec import PolicySpec, architecture_values
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.algorithms.twin_critics import SoftActorCritic
-from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions
+from racecraft.contract.world import ContinuousActions, DiscreteActions
+from racecraft.envs.deepracer.sensors import car_sensors
 from racecraft.envs.deepracer.world import CAMERA_NAME
 
 LISTED = DiscreteActions(5)
 RANGES = ContinuousActions((-math.radians(30), 0.5), (math.radians(30), 2.0))
 ROWS = {
-    "shallow": Architecture(((32, 8, 4), (64, 4, 2), (64, 3, 1)), (), (), (512,)),
+    "shallow": Architecture(((32, 8, 4), (64, 4, 2), (64, 3, 1)), (), (256, 256), (512,)),
     "small": Architecture(((4, 6, 3), (8, 4, 2)), (), (), (16,)),
-    "tiny": Architecture(((2, 24, 16), (3, 3, 2)), (4,), (), (6,)),
+    "tiny": Architecture(((2, 24, 16), (3, 3, 2)), (4,), (5, 3), (6,)),
+    "bare": Architecture(((2, 24, 16), (3, 3, 2)), (4,), (), (6,)),
 }
 SIZES = {"small": (30, 40)}
 
 
-def layers_for(kind, network):
+def layers_for(kind, network, sensors=(CAMERA_NAME,)):
     """Return (layers, greedy policy) with every weight drawn, heads and biases too."""
     row = Architecture(**{**vars_of(ROWS[network]), "separate_networks": True, "privileged_critic": False,
                           "initialisation": "glorot"})  # fmt: skip
-    seen = {CAMERA_NAME: ArraySpec(SIZES.get(network, (120, 160)), np.uint8)}
+    height, width = SIZES.get(network, (120, 160))
+    seen = car_sensors(sensors).specs(width, height)
     actions = LISTED if kind == "discrete" else RANGES
     chance = torch.Generator().manual_seed(7)
     made = (SoftActorCritic if kind == "sac" else ActorCritic)(seen, actions, row, chance)
@@ -38,7 +41,19 @@ def layers_for(kind, network):
     told = {**architecture_values(row), "distribution": "gaussian", "probability_floor": 1e-8}
     spec = PolicySpec("sac" if kind == "sac" else "ppo", seen, actions, told)
     policy = find_algorithm(spec.algorithm).learner_class().load_policy(spec, weights)
-    return layers_of(spec, {name: value.numpy() for name, value in weights.items()}), policy
+    return layers_of(spec, {name: value.numpy() for name, value in weights.items()}, sorted(sensors)), policy
+
+
+def moments(sensors=(CAMERA_NAME,), network="tiny", count=4, seed=2):
+    """Return what such a policy may see, drawn: whole bytes of images, distances of a LiDAR."""
+    drawn = np.random.default_rng(seed)
+    height, width = SIZES.get(network, (120, 160))
+    return {
+        name: drawn.integers(0, 256, (count, *part.shape)).astype(np.uint8)
+        if len(part.shape) > 1
+        else drawn.random((count, *part.shape)).astype(np.float32)
+        for name, part in car_sensors(sensors).specs(width, height).items()
+    }
 
 
 def vars_of(row):
@@ -50,18 +65,20 @@ def _write(path, **told):
     path.write_text(json.dumps({**base, **told}))
 
 
-def write_listed(path, count=5):
+def write_listed(path, count=5, sensors=(CAMERA_NAME,)):
     space = [{"steering_angle": 30 - 10 * number, "speed": 1.0} for number in range(count)]
-    _write(path, action_space=space, training_algorithm="clipped_ppo", action_space_type="discrete")
+    _write(path, action_space=space, training_algorithm="clipped_ppo", action_space_type="discrete",
+           sensor=list(sensors))  # fmt: skip
 
 
-def write_ranges(path, algorithm="clipped_ppo"):
+def write_ranges(path, algorithm="clipped_ppo", sensors=(CAMERA_NAME,)):
     space = {"steering_angle": {"low": -30, "high": 30}, "speed": {"low": 0.5, "high": 2.0}}
-    _write(path, action_space=space, training_algorithm=algorithm, action_space_type="continuous")
+    _write(path, action_space=space, training_algorithm=algorithm, action_space_type="continuous",
+           sensor=list(sensors))  # fmt: skip
 
 
 METADATA = {
-    "discrete": write_listed,
+    "discrete": lambda path, **told: write_listed(path, **told),
     "continuous": write_ranges,
-    "sac": lambda path: write_ranges(path, "sac"),
+    "sac": lambda path, **told: write_ranges(path, "sac", **told),
 }

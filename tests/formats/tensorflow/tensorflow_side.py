@@ -1,8 +1,10 @@
 """The other side of `test_against_tensorflow.py`: a script for a Python that has TensorFlow and none of racecraft.
 
-train KIND NETWORK FOLDER    build AWS's network as Coach does, save it, freeze it, answer about frames.npy
-answer FOLDER OUTPUT         import model.pb, answer about frames.npy
-read FOLDER                  read x.ckpt into x.npz
+train KIND NETWORK FOLDER SENSORS   build AWS's network as Coach does, save it, freeze it, answer about seen.npz
+answer FOLDER OUTPUT                import model.pb, answer about seen.npz
+read FOLDER                         read x.ckpt into x.npz
+
+seen.npz holds arrays by sensor, as a graph is fed; SENSORS are names with commas between.
 """
 
 import sys
@@ -15,7 +17,7 @@ NETWORKS = {
     "tiny": ([(2, 24, 16), (3, 3, 2)], [4], [6]),
     "deep": ([(32, 8, 4), (32, 4, 2), (64, 4, 2), (64, 3, 1)], [512, 512], [256, 128]),
 }
-SENSOR = "FRONT_FACING_CAMERA"
+LIDAR_UNITS = [256, 256]
 
 
 def weights(shape, name):
@@ -43,15 +45,22 @@ def flat(x):
     return tf.reshape(x, tf.stack([rows, int(np.prod(x.shape[1:]))]))
 
 
-def body(seen, convolutions, image_units, middle):
-    with v1.variable_scope(SENSOR):
-        x, number = seen / 255.0 - 0.0, 0
-        for filters, size, stride in convolutions:
+def embedded(name, seen, convolutions, image_units):
+    """A sensor by itself: divided by its scale, layered, flattened last."""
+    is_image = len(seen.shape) == 4
+    with v1.variable_scope(name):
+        x, number = seen / (255.0 if is_image else 1.0) - 0.0, 0
+        for filters, size, stride in convolutions if is_image else []:
             x = tf.nn.relu(convolution(x, filters, size, stride, f"Conv2d_{number}"))
             number += 2
-        for units in image_units:
+        for units in image_units if is_image else LIDAR_UNITS:
             x, number = tf.nn.relu(dense(x, units, f"Dense_{number}")), number + 2
-        x = flat(x)
+        return flat(x)
+
+
+def body(seen, convolutions, image_units, middle):
+    parts = [embedded(name, seen[name], convolutions, image_units) for name in sorted(seen)]
+    x = parts[0] if len(parts) == 1 else tf.concat(parts, axis=-1, name="merger")
     with v1.variable_scope("middleware_fc_embedder"):
         for number, units in enumerate(middle):
             x = tf.nn.relu(dense(x, units, f"Dense_{2 * number}"))
@@ -59,34 +68,35 @@ def body(seen, convolutions, image_units, middle):
     return ((1 - rescaler) * tf.stop_gradient([x]) + rescaler * [x])[0]
 
 
-def train(kind, network, folder):
-    layers = NETWORKS[network]
+def train(kind, network, folder, sensors):
+    layers, fed = NETWORKS[network], np.load(folder / "seen.npz")
+    shapes = {name: [None, *fed[name].shape[1:]] for name in sensors.split(",")}
     scopes = ["main_level/agent/policy/online"] if kind == "sac" else ["main_level/agent/main/online"]
     if kind != "sac":
         scopes.append("main_level/agent/main/target")
-    seen = None
+    seen, asked = None, {}
     for scope in scopes:
         with v1.variable_scope(scope, use_resource=kind == "continuous"):
-            seen, output = networks(kind, layers, scope, seen)
-    frames = np.load(folder / "frames.npy")[..., None].astype(np.float32)
+            seen, output = networks(kind, layers, scope, seen, shapes)
+            asked = asked or seen
     output = f"{scopes[0]}/{'network_0/sac_policy_head_0' if kind == 'sac' else 'network_1/ppo_head_0'}/policy"
     with v1.Session() as session:
         session.run(v1.global_variables_initializer())
         online = [variable for variable in v1.global_variables() if "/target/" not in variable.name]
         v1.train.Saver(online).save(session, str(folder / "3_Step-700.ckpt"), write_state=False)
-        placeholder = next(node.name for node in session.graph_def.node if node.op == "Placeholder")
-        np.save(folder / "answers.npy", session.run(f"{output}:0", {f"{placeholder}:0": frames}))
+        np.save(folder / "answers.npy", session.run(f"{output}:0", {asked[name]: fed[name] for name in asked}))
         frozen = v1.graph_util.convert_variables_to_constants(session, session.graph_def, [output])
         (folder / "model_3.pb").write_bytes(frozen.SerializeToString())
 
 
-def networks(kind, layers, scope, seen):
-    name = f"{SENSOR}/{SENSOR}"
+def networks(kind, layers, scope, seen, shapes):
     output = None
     for number in range(1 if kind == "sac" else 2):
         with v1.variable_scope(f"network_{number}"):
             if number == 0:
-                seen = v1.placeholder(tf.float32, [None, 120, 160, 1], name=name)
+                seen = {
+                    name: v1.placeholder(tf.float32, shape, name=f"{name}/{name}") for name, shape in shapes.items()
+                }
             x = body(seen, *layers)
             if kind == "sac":
                 with v1.variable_scope("sac_policy_head_0"):
@@ -113,11 +123,8 @@ def answer(folder, output):
     definition = v1.GraphDef()
     definition.ParseFromString((folder / "model.pb").read_bytes())
     v1.import_graph_def(definition, name="")
-    fed = {
-        f"{node.name}:0": np.load(folder / "frames.npy")[..., None].astype(np.float32)
-        for node in definition.node
-        if node.op == "Placeholder"
-    }
+    seen = np.load(folder / "seen.npz")
+    fed = {f"{node.name}:0": seen[node.name.rpartition("/")[2]] for node in definition.node if node.op == "Placeholder"}
     with v1.Session() as session:
         np.save(folder / "answers.npy", session.run(f"{output}:0", fed))
 

@@ -9,17 +9,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.formats.tensorflow.policies import LISTED, METADATA, RANGES, layers_for
+from tests.formats.tensorflow.policies import LISTED, METADATA, RANGES, layers_for, moments
 
-from racecraft.contract.world import ArraySpec
-from racecraft.envs.deepracer.world import CAMERA_NAME
+from racecraft.export.agreement import as_fed, averages
 from racecraft.formats.aws.policy_graph import graph_of, output_name
-from racecraft.formats.aws.policy_layers import arrays_of
+from racecraft.formats.aws.policy_weights import arrays_of
 from racecraft.formats.tensorflow.checkpoint import write_checkpoint
 from racecraft.formats.tensorflow.graph import write_graph
 from racecraft.players.deepracer.foreign_model import import_model
 from racecraft.players.trained import load_policy
 
+FRONT, STEREO, OLD = "FRONT_FACING_CAMERA", "STEREO_CAMERAS", "observation"
+LIDAR, SECTORS = "LIDAR", "SECTOR_LIDAR"
 PYTHON = os.environ.get("RACECRAFT_TENSORFLOW_PYTHON", "")
 SIDE = Path(__file__).with_name("tensorflow_side.py")
 
@@ -34,31 +35,38 @@ def tensorflow(*words):
     assert done.returncode == 0, done.stderr[-2000:]
 
 
-@pytest.fixture
-def frames(tmp_path):
-    drawn = np.random.default_rng(5).integers(0, 256, (6, 120, 160)).astype(np.uint8)
-    np.save(tmp_path / "frames.npy", drawn)
-    return drawn
+def laid_out(folder, sensors, network="shallow"):
+    """Write what TensorFlow is shown, and return it as our policy sees it."""
+    whole, shrink = moments(sensors), 4 if network == "small" else 1
+    pairs = zip(sorted(whole), sorted(sensors), strict=True)
+    np.savez(folder / "seen.npz", **{theirs: as_fed(whole[ours], whole[ours].ndim > 2) for ours, theirs in pairs})
+    return {name: averages(one, shrink) if shrink > 1 and one.ndim > 2 else one for name, one in whole.items()}
+
+
+def told_commands(kind, told):
+    units = np.tanh(told) if kind == "sac" else np.clip(told, -1, 1)
+    low, high = (np.array(getattr(RANGES, end), np.float32) for end in ("low", "high"))
+    return low + (units + 1) / 2 * (high - low)
 
 
 @pytest.mark.parametrize(
-    ("kind", "network", "shrink"),
-    [("discrete", "shallow", 1), ("continuous", "shallow", 1), ("sac", "shallow", 1), ("discrete", "small", 4)],
-)
-def test_tensorflow_answers_from_our_graph_as_our_network_does(tmp_path, frames, kind, network, shrink):
-    layers, policy = layers_for(kind, network)
+    ("kind", "network", "sensors"),
+    [("discrete", "shallow", (FRONT,)), ("continuous", "shallow", (STEREO,)), ("sac", "shallow", (FRONT,)),
+     ("discrete", "small", (FRONT,)), ("discrete", "shallow", (STEREO, SECTORS)), ("sac", "tiny", (OLD, LIDAR)),
+     ("continuous", "small", (STEREO, LIDAR))],
+)  # fmt: skip
+def test_tensorflow_answers_from_our_graph_as_our_network_does(tmp_path, kind, network, sensors):
+    layers, policy = layers_for(kind, network, sensors)
     (tmp_path / "model.pb").write_bytes(write_graph(graph_of(layers)))
+    seen = laid_out(tmp_path, sensors, network)
 
     tensorflow("answer", f"{tmp_path}/", output_name(kind))
 
     told = np.load(tmp_path / "answers.npy")
-    seen = frames.reshape(6, 120 // shrink, shrink, 160 // shrink, shrink).mean((2, 4), dtype=np.float32) / 255
     if kind == "discrete":
-        np.testing.assert_allclose(told, policy.probabilities({CAMERA_NAME: seen}), atol=1e-6)
+        np.testing.assert_allclose(told, policy.probabilities(seen), atol=1e-6)
     else:
-        told = np.tanh(told) if kind == "sac" else np.clip(told, -1, 1)
-        low, high = (np.array(getattr(RANGES, end), np.float32) for end in ("low", "high"))
-        np.testing.assert_allclose(low + (told + 1) / 2 * (high - low), policy.act({CAMERA_NAME: seen}), atol=1e-5)
+        np.testing.assert_allclose(told_commands(kind, told), policy.act(seen), atol=1e-5)
 
 
 def test_tensorflow_reads_our_checkpoint(tmp_path):
@@ -74,26 +82,25 @@ def test_tensorflow_reads_our_checkpoint(tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["discrete", "continuous", "sac"])
-@pytest.mark.parametrize("network", ["shallow", "deep"])
+@pytest.mark.parametrize(("network", "sensors"), [
+    ("shallow", (FRONT,)), ("deep", (FRONT,)), ("tiny", (STEREO, SECTORS)), ("tiny", (OLD, LIDAR)),
+])  # fmt: skip
 @pytest.mark.parametrize("lone_graph", [False, True])
-def test_what_tensorflow_saved_drives_here(tmp_path, frames, kind, network, lone_graph):
+def test_what_tensorflow_saved_drives_here(tmp_path, kind, network, sensors, lone_graph):
     """The deep networks have dense layers before anything is flattened, as Coach builds them."""
-    tensorflow("train", kind, network, f"{tmp_path}/")
-    METADATA[kind](tmp_path / "model_metadata.json")
+    seen = laid_out(tmp_path, sensors)
+    tensorflow("train", kind, network, f"{tmp_path}/", ",".join(sensors))
+    METADATA[kind](tmp_path / "model_metadata.json", sensors=sensors)
     source = tmp_path / "model_3.pb" if lone_graph else tmp_path
 
     done = import_model(source, tmp_path / "run")
 
     assert done.checkpoints == (3,)
-    policy = load_policy(done.run, "last")
-    told = np.load(tmp_path / "answers.npy")
+    policy, told = load_policy(done.run, "last"), np.load(tmp_path / "answers.npy")
     if kind == "discrete":
-        np.testing.assert_allclose(policy.probabilities({CAMERA_NAME: frames}), told, atol=1e-5)
-        assert isinstance(policy.spec.observations[CAMERA_NAME], ArraySpec)
+        np.testing.assert_allclose(policy.probabilities(seen), told, atol=1e-5)
         assert policy.spec.actions.count == LISTED.count
     else:
-        units = np.tanh(told) if kind == "sac" else np.clip(told, -1, 1)
-        low, high = (np.array(getattr(RANGES, end), np.float32) for end in ("low", "high"))
-        np.testing.assert_allclose(policy.act({CAMERA_NAME: frames}), low + (units + 1) / 2 * (high - low), atol=1e-4)
-    anew = [note for note in done.notes if "begin" in note]
-    assert bool(anew) == (lone_graph or kind == "sac")
+        np.testing.assert_allclose(policy.act(seen), told_commands(kind, told), atol=1e-4)
+    assert any("was not asked" in note for note in done.notes) is False
+    assert any("begin" in note for note in done.notes) == (lone_graph or kind == "sac")

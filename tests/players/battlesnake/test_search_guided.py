@@ -6,7 +6,8 @@ import pytest
 from racecraft.envs.battlesnake.board import MOVES, Board, Snake
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.players.battlesnake.protocol import Weigher
-from racecraft.players.battlesnake.search import WEIGHER_SHARE, Search, Tree
+from racecraft.players.battlesnake.search import Search
+from racecraft.players.battlesnake.tree import WEIGHER_SHARE, Tree
 
 SETTINGS = GameSettings(7, 7, 2)
 UP, DOWN, LEFT, RIGHT = range(4)
@@ -36,14 +37,14 @@ def test_chances_are_mixed_with_what_is_safe():
     tree = Tree(open_board(), SETTINGS, "a")
     tree.believe(Sure(LEFT).weigh(open_board(), SETTINGS))
     rest = (1 - WEIGHER_SHARE) / 3
-    assert tree._priors[0, 0] == pytest.approx([rest, 0.0, WEIGHER_SHARE + rest, rest]), "down is its own neck"
-    assert tree._priors[0].sum(axis=1) == pytest.approx([1.0, 1.0])
+    assert tree.priors()[0] == pytest.approx([rest, 0.0, WEIGHER_SHARE + rest, rest]), "down is its own neck"
+    assert tree.priors().sum(axis=1) == pytest.approx([1.0, 1.0])
 
 
 def test_a_guide_who_believes_in_the_fatal_is_not_heard():
     tree = Tree(open_board(), SETTINGS, "a")
     tree.believe(Sure(DOWN).weigh(open_board(), SETTINGS))
-    assert tree._priors[0, 0] == pytest.approx([1 / 3, 0.0, 1 / 3, 1 / 3])
+    assert tree.priors()[0] == pytest.approx([1 / 3, 0.0, 1 / 3, 1 / 3])
 
 
 @pytest.mark.parametrize("way", [UP, LEFT, RIGHT])

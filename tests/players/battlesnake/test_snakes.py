@@ -18,8 +18,9 @@ from racecraft.players.battlesnake.from_file import FilePlayer, load_file_player
 from racecraft.players.battlesnake.looks import colour
 from racecraft.players.battlesnake.messages import GameCard, MessageError, message, read_message
 from racecraft.players.battlesnake.protocol import PlayerError, SnakePlayer
-from racecraft.players.battlesnake.search import Search, Tree
+from racecraft.players.battlesnake.search import Search
 from racecraft.players.battlesnake.sight import best_safe_move, safe_moves
+from racecraft.players.battlesnake.tree import Tree
 from racecraft.players.battlesnake.worker_pool import WorkerPool
 
 SMALL = GameSettings(7, 7, 2)

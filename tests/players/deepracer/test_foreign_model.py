@@ -12,7 +12,7 @@ from tests.formats.tensorflow.policies import METADATA, layers_for, write_listed
 from racecraft.contract.errors import MetadataError, RunFolderError, TrackError, UserInputError
 from racecraft.envs.deepracer.world import CAMERA_NAME
 from racecraft.formats.aws.policy_graph import graph_of
-from racecraft.formats.aws.policy_layers import arrays_of
+from racecraft.formats.aws.policy_weights import arrays_of
 from racecraft.formats.aws.trained_model import ForeignModelError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.tensorflow.checkpoint import write_checkpoint

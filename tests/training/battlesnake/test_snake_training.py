@@ -30,11 +30,11 @@ from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.collector import Collector
 from racecraft.settings.overrides import with_values
 from racecraft.training.battlesnake.evaluator import count, rating_among
-from racecraft.training.battlesnake.opponent_pool import OpponentPool
 from racecraft.training.battlesnake.self_play import ANCHOR, PAST, SELF, SelfPlayWorld, deal, world_settings
 from racecraft.training.battlesnake.settings import SelfPlayConfig
 from racecraft.training.battlesnake.trainer import SnakeRequest, default_settings
 from racecraft.training.callbacks import IterationReport
+from racecraft.training.opponent_pool import OpponentPool
 from racecraft.training.worlds import resume, train
 
 DUEL = GameSettings(7, 7, 2)
@@ -236,7 +236,7 @@ def test_batch_games_are_fair_and_end_as_they_should():
 
 
 def test_a_rating_stands_on_the_anchors_mean():
-    from racecraft.evaluation.battlesnake.rating import Result
+    from racecraft.evaluation.rating import Result
 
     level = [Result((one, two), (turn, 1 - turn)) for one in range(4) for two in range(one) for turn in (0, 1)] * 20
     assert rating_among(level).points == pytest.approx(1500, abs=1)

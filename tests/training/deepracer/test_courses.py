@@ -90,7 +90,7 @@ WRONG = [  # lines of run.env, worker-2.env, file, what the letter holds
     ((*MULTI[:1], "DR_WORKERS=1.5"), None, "run.env:2", "DR_WORKERS: '1.5'; expected a whole number"),
     ((*MULTI[:1], "DR_WORKERS=0"), None, "run.env:2", "DR_WORKERS: '0'; expected a number from 1 to 64"),
     (MULTI, "DR_WORLD_NAME=Ovl_track", "worker-2.env:1", "DR_WORLD_NAME: 'Ovl_track'"),
-    (MULTI, "\nDR_RACE_TYPE=HEAD_TO_MODEL", "worker-2.env:2", "'HEAD_TO_MODEL' is valid and not built yet"),
+    (MULTI, "\nDR_RACE_TYPE=HEAD_TO_MODEL", "worker-2.env:2", "'HEAD_TO_MODEL' races on one course only"),
     (MULTI, "DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_NUMBER_OF_OBSTACLES=x", "worker-2.env:2", "DR_OA_NUMBER_OF"),
     (MULTI, "DR_TRAIN_REVERSE_DIRECTION=left", "worker-2.env:1", "expected True or False"),
     (MULTI, "DR_TRAIN_START_POSITION_OFFSET=2", "worker-2.env:1", "expected a number from 0 to 1"),

@@ -13,7 +13,9 @@ from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.vehicle import FRONT_POINT_M
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.evaluation.deepracer.laps import Lap, LapReport
+from racecraft.formats.aws.model_folder import AwsModelFolder
 from racecraft.formats.aws.reward_file import default_reward_source
+from racecraft.formats.aws.training_params import read_params
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.tracks.catalogue import load_track
 from racecraft.training.deepracer.evaluator import CarEvaluator
@@ -152,3 +154,16 @@ def test_a_reward_that_is_compared_is_what_the_reward_function_paid():
     steps = [lap["steps"] for lap in result.details["laps"]]
     assert [lap["reward"] for lap in result.details["laps"]] == [count - 1 for count in steps]
     assert result.selection_metric[0] == np.mean(steps) - 1
+
+
+def test_domain_randomization_gives_every_episode_lamps_of_its_own(tmp_path):
+    one = train_as_asked(tmp_path, "DR_ENABLE_DOMAIN_RANDOMIZATION=True", name="varied").run
+    told = polars.read_parquet(one.episodes / "1.parquet")
+    drawn = told.unnest("variation").group_by("episode").agg(polars.col("grey_road", "gain").unique())
+    assert drawn.height > 2
+    assert all(len(road) == 1 for road in drawn["grey_road"]), "the same in every row of an episode"
+    assert len({road[0] for road in drawn["grey_road"]}) == drawn.height
+    assert {gain[0] for gain in drawn["gain"]} == {1.0}, "the original's has no such thing"
+    assert read_params(AwsModelFolder(one.path).training_params)["ENABLE_DOMAIN_RANDOMIZATION"] == "True"
+    plain = train_as_asked(tmp_path, "DR_ENABLE_DOMAIN_RANDOMIZATION=False", name="plain").run
+    assert "variation" not in polars.read_parquet(plain.episodes / "1.parquet").columns

@@ -9,6 +9,7 @@ import typer
 from racecraft.cli.battlesnake.options import JSON, FileMemory, aside
 
 if TYPE_CHECKING:
+    from racecraft.players.battlesnake.protocol import JsonPlayer, SnakePlayer
     from racecraft.serving.snake_server import SnakeServer
 
 
@@ -22,6 +23,9 @@ def serve(
     author: Annotated[str, typer.Option(help="Told on GET /.")] = "",
     margin: Annotated[int, typer.Option(min=0, help="Milliseconds of the timeout left for the way.")] = 100,
     games: Annotated[int, typer.Option(min=1, help="Games at once; a new one beyond them is refused (503).")] = 200,
+    ponder: Annotated[
+        bool, typer.Option("--ponder/--no-ponder", help="Let search think on while others think.")
+    ] = True,
     file_memory: FileMemory = 2048,
     json: JSON = False,
 ) -> None:
@@ -44,6 +48,7 @@ def serve(
     try:
         say(f"Getting {player} ready …", quiet_stdout=json)
         warm_up(found)
+        _let_ponder(found, ponder)
         settle()
         said = found.looks() if isinstance(found, FilePlayer) else {}
         if said.get("color"):
@@ -78,6 +83,13 @@ def _answer_until_interrupted(server: SnakeServer, host: str, port: int, player:
 
     with contextlib.suppress(KeyboardInterrupt, asyncio.CancelledError):
         asyncio.run(serve_until_cancelled(server, host, port, ready))
+
+
+def _let_ponder(player: SnakePlayer | JsonPlayer, ponder: bool) -> None:
+    """Tell a player that can think on while nobody asks whether it may: here, unlike in an arena, it may."""
+    minds = getattr(player, "minds", None)
+    if minds is not None:
+        minds.ponders = ponder
 
 
 def _complain(sentence: str) -> None:

@@ -9,6 +9,7 @@ import typer
 
 from racecraft.cli.battlesnake import play as snakes_play
 from racecraft.cli.battlesnake import serve as snakes_serve
+from racecraft.cli.battlesnake import study as snakes_study
 from racecraft.cli.battlesnake import tournament as snakes_tournament
 from racecraft.cli.battlesnake import train as snakes_train
 from racecraft.cli.battlesnake import watch as snakes_watch
@@ -68,3 +69,6 @@ def verify(
         say(f"{report.games} games, {report.steps} steps, {report.mismatches} mismatches", quiet_stdout=False)
     if not report.agrees:
         raise typer.Exit(1)
+
+
+app.command()(snakes_study.study)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from racecraft.cli.deepracer.film_options import FilmOptions
+from racecraft.cli.deepracer.robustness import TRIES, DisturbedDrive
 
 if TYPE_CHECKING:
     from racecraft.analysis.deepracer.films.film import FilmStyle
@@ -26,7 +27,8 @@ def evaluate(
     run: Annotated[
         Path,
         typer.Argument(
-            help="A run folder, such as runs/reinvent_base-1, or a model of AWS's, which is imported first."
+            help="A run folder, such as runs/reinvent_base-1, s3://BUCKET/PREFIX, which is fetched first, or a model "
+            "of AWS's, which is imported first."
         ),
     ],
     checkpoint: Annotated[
@@ -86,6 +88,20 @@ def evaluate(
             help="Of a race: its direction, by default as it was trained (DR_EVAL_REVERSE_DIRECTION).",
         ),
     ] = None,
+    under: Annotated[
+        str | None,
+        typer.Option(help="Judge it under variation of a level: aws, light or strong; one episode from every start."),
+    ] = None,
+    each: Annotated[
+        bool, typer.Option("--each", help="Under each of the level's disturbances by itself as well.")
+    ] = False,
+    only: Annotated[
+        list[str] | None, typer.Option(help="Under this disturbance by itself, such as glare; may be repeated.")
+    ] = None,
+    tries: Annotated[
+        int | None,
+        typer.Option(min=2, max=MAX_LAPS, help=f"Starts for each of them, spread over the lap; {TRIES} by default."),
+    ] = None,
     episodes: Annotated[
         int | None, typer.Option(min=1, help="Of another run than a car's: how many count; of a snake: games.")
     ] = None,
@@ -132,11 +148,15 @@ def evaluate(
 
         racecraft evaluate runs/reinvent_base-1 --number-of-trials 3 --off-track-penalty 2
 
+        racecraft evaluate runs/reinvent_base-1 --under strong --each
+
         racecraft evaluate runs/CartPole-v1-1 --episodes 100
 
         racecraft evaluate ~/Downloads/my-model.tar.gz --track Oval_track
     """
+    from racecraft.cli.buckets.training import fetch_run
     from racecraft.cli.deepracer.many_tracks import judge_and_tell, tracks_asked
+    from racecraft.cli.output import say
     from racecraft.cli.runs.judge import judge, refuse_words
     from racecraft.formats.run_folder import RunFolder
     from racecraft.players.deepracer.trained_car import KIND
@@ -152,18 +172,25 @@ def evaluate(
     }
     film = FilmOptions(video, view, size, fps, save_mp4)
     film.check()
-    run = _imported(run, json)
+    disturbed = DisturbedDrive(under, each, tuple(only or ()), tries)
+    of_drives = {**film.given(), **{f"--{name.replace('_', '-')}": race[name] for name in race}}
+    disturbed.check({"--laps": laps, **of_drives})
+    run = _imported(Path(fetch_run(str(run), lambda text: say(text, quiet_stdout=json))), json)
     kind = RunFolder.open(run).read_job().get("kind")
     if kind == KIND:
         refuse_words(KIND, {"--episodes": episodes})
         if tracks is not None or len(track or ()) > 1:
-            of_one = {"--picture": picture, **film.given()}
-            of_one |= {f"--{name.replace('_', '-')}": value for name, value in race.items()}
+            of_one = {"--picture": picture, **of_drives, **disturbed.given()}
             return judge_and_tell(run, checkpoint, tracks_asked(track, tracks, of_one), laps, json)
-        _judge_car(run, checkpoint, track[0] if track else None, laps, race, film, picture, json)
+        only_track = track[0] if track else None
+        if disturbed.level is not None:
+            disturbed.judge(run, checkpoint, only_track, picture, json)
+        else:
+            _judge_car(run, checkpoint, only_track, laps, race, film, picture, json)
         return
-    of_cars = {"--track": track, "--tracks": tracks, "--laps": laps, "--picture": picture, **film.given()}
-    refuse_words(str(kind), of_cars | {f"--{name.replace('_', '-')}": value for name, value in race.items()})
+    of_cars = {"--track": track, "--tracks": tracks, "--laps": laps, "--picture": picture}
+    of_cars |= {**of_drives, **disturbed.given()}
+    refuse_words(str(kind), of_cars)
     judge(run, checkpoint, episodes, json)
 
 

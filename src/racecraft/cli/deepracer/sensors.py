@@ -11,6 +11,10 @@ if TYPE_CHECKING:
     from racecraft.training.deepracer.plan import CarPlan
 
 
+SHEET_COLUMNS = 5
+"""Episodes that a sheet of disturbances shows of each."""
+
+
 def sensors(
     folder: Annotated[
         Path | None, typer.Argument(help="A racer's folder, or a run folder; by default a car with a front camera.")
@@ -24,6 +28,10 @@ def sensors(
         str | None, typer.Option(help="sane, or aws with the LiDAR as the original mounts it; by default the preset's.")
     ] = None,
     set_: Annotated[list[str] | None, typer.Option("--set", help="group.name=value, as for `racecraft train`.")] = None,
+    under: Annotated[
+        str | None,
+        typer.Option(help="Draw a sheet of frames instead: under each disturbance of a level, aws, light or strong."),
+    ] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="The picture: .png, .svg or .pdf.")] = Path(
         "sensors.png"
     ),
@@ -37,6 +45,8 @@ def sensors(
 
         racecraft sensors my-car --preset aws --track Oval_track -o seen.png
 
+        racecraft sensors my-car --under strong -o sheet.png
+
         racecraft sensors runs/reinvent_base-1 --at 0.5 --json
     """
     from racecraft.analysis.deepracer.sight import draw_sight
@@ -44,6 +54,13 @@ def sensors(
     from racecraft.contract.world import allocate
 
     planned = _planned(folder, track, preset, fidelity, tuple(set_ or ()))
+    if under is not None:
+        rows = _draw_under(planned, at, under, output)
+        if json:
+            print_json({"picture": str(output), "track": planned.track.name, "at": at, "under": under, "rows": rows})
+        else:
+            print(f"Drawn into {output}: {', '.join(rows)}.")
+        return
     world = _world_at(planned, at)
     buffers = allocate(world.spec)
     world.reset(buffers, planned.seed)
@@ -83,6 +100,39 @@ def _world_at(planned: CarPlan, at: float) -> Any:
     from racecraft.training.deepracer.trainer import race_world
 
     return race_world(planned, 1, start_shares=np.array([at % 1.0]))
+
+
+def _draw_under(planned: CarPlan, at: float, level: str, output: Path) -> list[str]:
+    """Draw what the first eye sees under each disturbance of a level that is seen at all; return their names."""
+    from dataclasses import replace
+
+    import numpy as np
+
+    from racecraft.analysis.deepracer.varied_sight import draw_sheet
+    from racecraft.contract.world import allocate
+    from racecraft.envs.deepracer.settings import TIME_TRIAL
+    from racecraft.envs.deepracer.variation import DISTURBANCES, VariationConfig, checked_level, disturbances_of, only
+    from racecraft.training.deepracer.trainer import race_world
+
+    is_still = {"dropped-frames"}  # seen in motion only
+    known = disturbances_of(level, planned.settings.race.type != TIME_TRIAL)
+    names = [name for name in known if DISTURBANCES[name].is_seen and name not in is_still]
+    rows = []
+    for name in ("undisturbed", *names, "all together"):
+        variation = (
+            VariationConfig(checked_level(level)) if name == "all together" else only(level, {name} & set(names))
+        )
+        settings = planned.settings.with_group("variation", variation)
+        starts = np.full(SHEET_COLUMNS, at % 1.0)
+        world = race_world(replace(planned, settings=settings), SHEET_COLUMNS, start_shares=starts)
+        buffers = allocate(world.spec)
+        world.reset(buffers, planned.seed)
+        frames = buffers.observations[world.sensors.camera_name][:, 0]
+        rows.append((name, frames if frames.ndim == 3 else frames[..., 0]))
+    place = f"{planned.track.title or planned.track.name}, {100 * at:g} % of the lap"
+    note = f"{place}, {SHEET_COLUMNS} episodes a row, every pixel as the network gets it"
+    draw_sheet(rows, f"Variation {level}, one disturbance at a time", note, output)
+    return [name for name, _ in rows]
 
 
 def _told(specs: dict[str, Any], observations: dict[str, Any]) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from racecraft.cli.buckets.training import MirrorAt
 from racecraft.cli.metrics_beside import MetricsPort, measured
 from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 STOP_HELP = "laps, minutes=10, iterations=50, steps=200000; may be repeated; the first that holds ends it."
 UNCHANGEABLE = (
     "folder", "track", "tracks", "group", "groups", "hold_out", "car", "preset", "fidelity", "seed", "algorithm",
-    "set_", "from_",
+    "set_", "from_", "against",
 )  # fmt: skip
 
 
@@ -62,6 +63,13 @@ def train(
     fidelity: Annotated[
         str | None, typer.Option(help="sane, or aws with the original's habits; by default what goes with the preset.")
     ] = None,
+    against: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Race others: self (past selves), RUN[:best|last|N], a model of AWS's, or a folder of runs; may be "
+            "repeated."
+        ),
+    ] = None,
     stop: Annotated[list[str] | None, typer.Option(help=STOP_HELP)] = None,
     run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/TRACK-N.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same machine, same training.")] = 1,
@@ -70,6 +78,7 @@ def train(
     from_: From = None,
     resume: Resume = False,
     detach: Detach = False,
+    mirror: MirrorAt = None,
     pictures: Annotated[
         bool, typer.Option(help="Leave a film, the path, the curves and the report in the run folder.")
     ] = True,
@@ -93,10 +102,15 @@ def train(
 
         racecraft train my-car --group cars=16 --group 'race=OBJECT_AVOIDANCE boxes.number=3 cars=16'
 
+        racecraft train my-car --against self --against runs/reinvent_base-1 --stop minutes=10
+
         racecraft train my-car --set ppo.learning_rate=1e-4 --seed 3 --json
 
         racecraft train --run runs/reinvent_base-1 --resume --stop minutes=10
+
+        racecraft train my-car --from s3://models/fast-car-1 --mirror s3://models/fast-car-2
     """
+    from racecraft.cli.buckets.training import fetch_run, mirrored, place_of_mirror
     from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.watch_beside import watched
@@ -109,9 +123,11 @@ def train(
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
-    if resume:
-        begun, request = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1"), None
-    else:
+    begun = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1") if resume else None
+    place = place_of_mirror(mirror, folder, begun, tell)
+    request = None
+    if begun is None:
+        from_ = None if from_ is None else fetch_run(from_, tell, folder)
         one, several = one_or_several(track, tracks)
         request = RaceRequest(
             folder,
@@ -122,6 +138,7 @@ def train(
             car=car,
             preset=preset,
             fidelity=fidelity,
+            against=tuple(against or ()),
             **asked(algorithm, stop, run, seed, set_, from_),
         )
     named, shown = run or folder, watcher(sys.stderr if json else sys.stdout)
@@ -129,15 +146,20 @@ def train(
     if detach:
         return detach_training(context, run, request, json)
     with watched(shown, watch, tell, stays=not json) as watching:
-        if request is None:
-            trained = resume_run(begun, tuple(stop or ()), watching, tell, "deepracer")
-        else:
-            trained = train_world(request, watching, tell)
+        with mirrored(watching, place, tell, begun) as mirroring:
+            if begun is not None:
+                trained = resume_run(begun, tuple(stop or ()), mirroring, tell, "deepracer")
+            else:
+                assert request is not None
+                trained = train_world(request, mirroring, tell)
         files = _paint(trained, tell) if pictures else {}
+        races = _race_selves(trained, pictures, tell)
         if json:
-            print_json({**trained.summary(), **files})
+            print_json({**trained.summary(), **files, **({} if races is None else {"races": races})})
         else:
             _say_what_came_of_it(trained, files)
+            if races is not None:
+                _say_who_is_better(races)
 
 
 def one_or_several(track: list[str] | None, tracks: str | None) -> tuple[str | None, tuple[str, ...]]:
@@ -157,6 +179,30 @@ def _paint(trained: Trained, tell: Callable[[str], None]) -> dict[str, str]:
     from racecraft.reporting.gallery import paint_run
 
     return {kind: str(path) for kind, path in paint_run(trained.run, tell).items()}
+
+
+def _race_selves(trained: Trained, film: bool, tell: Callable[[str], None]) -> dict[str, Any] | None:
+    """Race the last self of a car that was trained against others against earlier ones; None of any other car."""
+    rivals = trained.run.read_job()["asked"].get("against", [])
+    if not rivals:
+        return None
+    from racecraft.reporting.self_rating import rate_selves
+    from racecraft.training.deepracer.rivals import models_among
+
+    rated, files = rate_selves(trained.run, models_among(rivals), tell, film)
+    return {**rated.as_dictionary(), "files": {kind: str(path) for kind, path in files.items()}}
+
+
+def _say_who_is_better(races: dict[str, Any]) -> None:
+    gain = races["last_over_first"]
+    print(
+        f"\nAgainst others: {gain['points']:+.0f} Elo over its first self ({gain['low']:+.0f} to {gain['high']:+.0f})."
+    )
+    for one in races["selves"]:
+        print(f"  {one['name']:20} {one['points']:6.0f}   {one['wins']} of {one['races']} races won, ", end="")
+        print(f"{one['overtakes']} overtakes, {one['crashes']} crashes")
+    for kind, place in races["files"].items():
+        print(f"  {kind:8} {place}")
 
 
 def what_came_of_it(stable_seconds: float | None, best_lap_seconds: float | None) -> str:

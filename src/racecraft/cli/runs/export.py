@@ -11,9 +11,11 @@ from racecraft.contract.errors import SettingError, nearest
 
 if TYPE_CHECKING:
     from racecraft.export.car_model import CarExport
+    from racecraft.export.policy_file import PolicyExport
     from racecraft.export.unity_run import UnityExport
 
-TARGETS = ("unity", "car", "drfc", "console")
+FILES = ("onnx", "openvino", "tflite")
+TARGETS = ("unity", "car", "drfc", "console", *FILES)
 
 
 def export(
@@ -38,11 +40,16 @@ def export(
         racecraft export runs/reinvent_base-1 --to car
 
         racecraft export runs/aws-1 --to drfc --output bucket/rl-deepracer-mine
+
+        racecraft export runs/reinvent_base-1 --to onnx --output policy.onnx
     """
     if to not in TARGETS:
         raise SettingError(f"--to {to!r} is not known. {nearest(to, TARGETS)}")
     if to == "car":
         _export_car(run, checkpoint, output, check, json)
+        return
+    if to in FILES:
+        _export_file(run, to, checkpoint, output, check, json)
         return
     if to in ("drfc", "console"):
         if checkpoint != "best":
@@ -64,6 +71,8 @@ def _export_car(run: Path, checkpoint: str, output: Path | None, check: bool, js
         return
     print(f"{exported.path}: checkpoint {exported.checkpoint}, a graph as AWS's trainer freezes it.")
     print(_told_of_car(exported))
+    for note in exported.notes:
+        print(f"- {note}")
     print("Upload it in the car's own console (Models, Upload).")
 
 
@@ -76,10 +85,28 @@ def _car_figures(exported: CarExport) -> dict[str, Any]:
         "checked_on": agreement.frames if agreement else None,
         "largest_difference": agreement.largest_difference if agreement else None,
         "small_frames_alike": agreement.small_frames_share if agreement else None,
+        "notes": list(exported.notes),
     }
 
 
-def _told_of_car(exported: CarExport) -> str:
+def _export_file(run: Path, to: str, checkpoint: str, output: Path | None, check: bool, json: bool) -> None:
+    from racecraft.cli.output import print_json
+    from racecraft.export.policy_file import export_policy
+
+    exported = export_policy(run, to, checkpoint, output, check)
+    agreement = exported.agreement
+    if json:
+        print_json({"run": str(run), "to": to, "checkpoint": exported.checkpoint,
+                    "files": [str(path) for path in exported.paths], "pixels_averaged": exported.shrink,
+                    "checked_on": agreement.frames if agreement else None,
+                    "largest_difference": agreement.largest_difference if agreement else None,
+                    "small_frames_alike": agreement.small_frames_share if agreement else None})  # fmt: skip
+        return
+    print(f"{' and '.join(map(str, exported.paths))}: checkpoint {exported.checkpoint}.")
+    print(_told_of_car(exported))
+
+
+def _told_of_car(exported: CarExport | PolicyExport) -> str:
     agreement = exported.agreement
     if agreement is None:
         return "It was not checked."
@@ -90,7 +117,7 @@ def _told_of_car(exported: CarExport) -> str:
     if agreement.small_frames_share is None:
         return told
     return (
-        f"{told}\nThe graph averages {exported.shrink} x {exported.shrink} of the car's 160 x 120 pixels to one; on "
+        f"{told}\nThe file averages {exported.shrink} x {exported.shrink} of the car's 160 x 120 pixels to one; on "
         f"{agreement.small_frames_share:.0%} of the frames it decides as the checkpoint does on the simulator's own "
         "small ones."
     )

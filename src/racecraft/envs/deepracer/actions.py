@@ -130,6 +130,38 @@ class ActionBox:
 ActionSpace = ActionTable | ActionBox
 
 
+@dataclass(frozen=True, eq=False)
+class OwnActions:
+    """Cars of which each has an action space of its own: an action is a choice's number and 0, or a pair in a range."""
+
+    spaces: tuple[ActionSpace, ...]
+    """The action spaces that there are."""
+    whose: Array
+    """(N, M) the number of each car's space."""
+
+    @property
+    def spec(self) -> ContinuousActions:
+        """Two numbers, as they are handed on."""
+        return ContinuousActions((-math.inf, -math.inf), (math.inf, math.inf))
+
+    def commands(self, actions: Array) -> Commands:
+        """Return what each car's own space makes of its action.
+
+        Args:
+            actions: float64 (N, M, 2).
+
+        Raises:
+            ContractError: A number is no choice of its car's table, or none at all.
+        """
+        told = np.asarray(actions, np.float64)
+        every = Commands(np.zeros(told.shape), np.zeros(told.shape), np.full(told.shape[:-1], NO_NUMBER, np.int64))
+        for number, space in enumerate(self.spaces):
+            own = self.whose == number
+            part = space.commands(told[own, 0] if isinstance(space, ActionTable) else told[own])
+            every.chosen[own], every.sent[own], every.numbers[own] = part.chosen, part.sent, part.numbers
+        return every
+
+
 def action_space(space: Sequence[CarAction] | ActionRanges) -> ActionSpace:
     """Return the action space that a `model_metadata.json` describes."""
     if isinstance(space, ActionRanges):

@@ -34,6 +34,8 @@ class CameraMount:
     """rad, positive looks down."""
     horizontal_view: float = HORIZONTAL_VIEW_RAD
     """rad between the left and right edges of the frame."""
+    roll: float = 0.0
+    """rad, positive leans to the right, as the picture then turns to the left."""
 
 
 MOUNT_V3 = CameraMount(x=0.14529379, z=0.13032555, pitch=math.radians(13.6))
@@ -58,11 +60,19 @@ class Optics(NamedTuple):
     mount_x: float
     mount_z: float
     side: float
-    """Half width over focal length."""
+    """Half width over focal length; more where a camera that leans sees ground further aside."""
     side_norm: float
     """Norm of the side plane's normal on the ground, for circles."""
     ground_near: float
     """Depth nearer than any ground in the frame, m."""
+    cos_roll: float = 1.0
+    sin_roll: float = 0.0
+    grain: float = 0.0
+    """Spread of the field's grain, grey levels; 0 where the field is plain."""
+
+
+OPTICS = np.dtype([(name, "f8") for name in Optics._fields])
+"""One car's `Optics` as a record, so that every car may have its own."""
 
 
 class CameraError(RacecraftError):
@@ -85,7 +95,7 @@ class Camera:
                 "Give a width and height of at least 1, such as 160 and 120.",
             )
         self.scene, self.width, self.height, self.mount = scene, width, height, mount
-        self.optics = mounted_optics(width, height, mount)
+        self.optics = mounted_optics(width, height, mount)._replace(grain=scene.grass)
 
     def render_grey(
         self,
@@ -149,11 +159,23 @@ def mounted_optics(width: int, height: int, mount: CameraMount) -> Optics:
     sine, cosine = math.sin(mount.pitch), math.cos(mount.pitch)
     side = 0.5 * width / focal
     lowest = 0.5 * height / focal  # down over depth at the frame's lower edge
+    if mount.roll != 0.0:
+        side, lowest = _leaning(side, lowest, mount)
     nearest = mount.z / (sine + lowest * cosine)  # depth at which that ray meets the ground
     return Optics(
         focal, 0.5 * width, 0.5 * height, cosine, sine, mount.x, mount.z,
-        side, math.hypot(1.0, side * cosine), 0.5 * nearest,
+        side, math.hypot(1.0, side * cosine), 0.5 * nearest, math.cos(mount.roll), math.sin(mount.roll),
     )  # fmt: skip
+
+
+def _leaning(side: float, lowest: float, mount: CameraMount) -> tuple[float, float]:
+    """Return how far aside and down, over depth, ground may lie that a leaning camera must draw.
+
+    That is what is in the frame, and what is above it up to the horizon: a pixel begins with all that lies above.
+    """
+    cosine, sine = math.cos(mount.roll), abs(math.sin(mount.roll))
+    horizon = (math.tan(mount.pitch) + side * sine) / cosine
+    return side * cosine + max(lowest, horizon) * sine, math.hypot(side, lowest)
 
 
 def _checked_poses(poses: np.ndarray) -> np.ndarray:

@@ -68,6 +68,7 @@ OBJECT_STATE = np.dtype(
         ("change_in", "f8"),  # s until the next change begins
         ("pause", "f8"),  # s it will still stand
         ("changes", "i8"),  # lane changes begun since the race was reset: counts its draws
+        ("speed", "f8"),  # of another car: m/s that it drives; its `driven` is the arc of its nose
     ]
 )  # fmt: skip
 """One object beside its box. The two together are all it needs to go on."""
@@ -117,10 +118,48 @@ class Objects(NamedTuple):
     """(N, K, 6)."""
     kinds: Array
     """(N, K)."""
+    paints: Array
+    """(N, K) int64: which row of a palette, behind those of the circuit, each is painted with; as a rule its kind's."""
     states: Array
     """OBJECT_STATE (N, K)."""
     keys: Array
     """(N, 2) uint64, each world's streams of chance: of places, and of lane changes."""
+
+
+class Around(NamedTuple):
+    """What every car of N worlds finds in its way: J = K + M - 1 rows, its world's objects before the other cars."""
+
+    boxes: Array
+    """(N, M, J, 6)."""
+    kinds: Array
+    """(N, M, J)."""
+    paints: Array
+    """(N, M, J), as `Objects.paints`."""
+    states: Array
+    """OBJECT_STATE (N, M, J)."""
+    counts: Array
+    """(N, M) int64, how many of the J rows count: a parked car is nowhere."""
+    bodies: Array
+    """(N, M, 6), every car as a box."""
+    body_states: Array
+    """OBJECT_STATE (N, M), and where it lies."""
+
+
+def new_around(objects: Objects, cars_per_world: int) -> Around:
+    """Return what cars find around them before anybody looks; a car alone finds the very arrays of its objects."""
+    num_worlds, num_objects = objects.kinds.shape
+    own = (num_worlds, cars_per_world)
+    bodies = np.zeros((*own, 6))
+    car = KINDS[BOT_CAR]
+    bodies[..., 3:] = car.length / 2, car.width / 2, car.height
+    counts, body_states = np.full(own, num_objects), np.zeros(own, OBJECT_STATE)
+    if cars_per_world == 1:
+        boxes, kinds, paints = objects.boxes[:, None], objects.kinds[:, None], objects.paints[:, None]
+        return Around(boxes, kinds, paints, objects.states[:, None], counts, bodies, body_states)
+    rows = (*own, num_objects + cars_per_world - 1)
+    kinds, paints = np.full(rows, BOT_CAR), np.full(rows, BOT_CAR)
+    kinds[..., :num_objects], paints[..., :num_objects] = objects.kinds[:, None], objects.paints[:, None]
+    return Around(np.zeros((*rows, 6)), kinds, paints, np.zeros(rows, OBJECT_STATE), counts, bodies, body_states)
 
 
 def no_objects() -> ObjectPlan:
@@ -139,7 +178,7 @@ def new_objects(plan: ObjectPlan, num_worlds: int) -> Objects:
     boxes[..., 3:] = plan.sizes
     kinds = np.tile(plan.kinds, (num_worlds, 1))
     states = np.zeros((num_worlds, count), OBJECT_STATE)
-    return Objects(boxes, kinds, states, np.zeros((num_worlds, 2), np.uint64))
+    return Objects(boxes, kinds, kinds, states, np.zeros((num_worlds, 2), np.uint64))
 
 
 def lane_beside(track: Track, inner: bool) -> float:

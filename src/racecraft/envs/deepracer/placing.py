@@ -43,8 +43,8 @@ def plan_objects(track: Track, asked: BoxesConfig | BotsConfig | None, habits: H
     Raises:
         SettingError: So many do not fit, two listed places overlap, or times are the wrong way round.
     """
-    if asked is None:
-        return no_objects()
+    if asked is None:  # other cars are touched, and blamed, by the same habits
+        return no_objects()._replace(corners_only=habits.corners_collide, blames_by_lap=habits.blame_is_by_lap)
     positions = asked.positions if isinstance(asked, BoxesConfig) else ""
     places = read_positions(positions)
     count = len(places) or asked.number

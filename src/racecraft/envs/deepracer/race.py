@@ -3,9 +3,9 @@
 A tick is what happens between two camera frames, 1/15 s. There are N worlds side by side, which never meet, and M cars
 in each. A world does one act after the other, each for all its cars in turn (`kernels/race.py` has the bodies)::
 
-    report      write down pose, place on the track, objects near and touched, and the command that was chosen here: the
-                reward's parameters; and name how the car stands: lap complete, crashed, off track, immobilised,
-                reversed, out of time, in this order
+    report      write down pose, place on the track, objects and cars near and touched, and the command that was chosen
+                here: the reward's parameters; and name how the car stands: lap complete, crashed, off track,
+                immobilised, reversed, out of time, in this order
     move        steering and throttle act for one tick; then, where the car lies along the track, how far from the
                 centre, which wheels are on the road; bots drive on
     look last   a car whose episode ended sees its last frame
@@ -14,8 +14,12 @@ in each. A world does one act after the other, each for all its cars in turn (`k
     look        every car sees the frame by which its next action is chosen, and a critic what only it may see
 
 Nobody moves before all are written down, and nobody looks before all have moved: what a world's cars see and feel of
-one another is of one moment. What stands in their way are objects (`objects.py`): a car that touches one has crashed.
-Cars do not touch one another yet: a car drives through another and does not see it.
+one another is of one moment. What is in their way are objects (`objects.py`) and the other cars of their world, which
+each finds around it as boxes of a car's size (`Around`, `kernels/around.py`): a car that touches an object has crashed,
+and of two cars that touch, the one behind. Who was hit drives on.
+
+A car may be *held*: it waits where it stands, its clock runs, and others drive through it, as after a penalty. A
+*parked* one is carried off the road.
 
 So a row is (pose, action, reward): the reward speaks of the pose the action was chosen at, as in the original
 (simapp `deepracer_racetrack_env.py`). The first tick of an episode is *prepare*: the car is held at the start, its
@@ -52,9 +56,12 @@ STATUSES = (
     "prepare",
     "park",
     "crashed",
+    "pause",
 )
 """How a row stands; the code is the index. Spelling is the original's, which racers' tools look for."""
-IN_PROGRESS, LAP_COMPLETE, OFF_TRACK, IMMOBILISED, REVERSED, TIME_UP, PREPARE, PARK, CRASHED = range(len(STATUSES))
+IN_PROGRESS, LAP_COMPLETE, OFF_TRACK, IMMOBILISED, REVERSED, TIME_UP, PREPARE, PARK, CRASHED, PAUSE = range(
+    len(STATUSES)
+)
 
 START_GAP_M = 0.75
 """Cars of one world start so far behind one another along the centre line (simapp START_POS_OFFSET)."""
@@ -94,6 +101,9 @@ CAR_STATE = np.dtype(
         ("episode", "i8"), ("laps", "i8"),  # episodes begun before this one; laps done in it
         ("still_ticks", "i8"), ("backward_ticks", "i8"),  # in a row
         ("preparing", "b1"),
+        ("ended_yaw", "f8"),  # rad, where its nose pointed in the last frame of the episode before
+        ("held", "i8"),  # ticks that it still waits where it stands, as after a penalty; nobody can hit it then
+        ("away", "b1"),  # parked: carried off the road until its next start
         # Where the car lies; written by `locate`.
         ("front_x", "f8"), ("front_y", "f8"),  # the point racers call x, y
         ("arc", "f8"),  # of its projection on the centre line, m from the start line
@@ -147,6 +157,8 @@ class Rules(NamedTuple):
     """Spread of the push that the angle of the wheels takes in every tick, rad; they come back as they steer."""
     keeps_wheels: bool = False
     """Whether a car that is put back to its start keeps the angle of its wheels."""
+    start_ahead: float = 0.0
+    """m ahead of another car of its world at which a car starts again; 0: where its own next start lies."""
 
 
 PROFILE = np.dtype([(name, "f8") for name in CarProfile._fields])

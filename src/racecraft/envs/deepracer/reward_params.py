@@ -12,6 +12,8 @@ import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from racecraft.contract.world import Array
 from racecraft.tracks.track import Track
 
@@ -38,9 +40,9 @@ REWARD_PARAMETERS: dict[str, str] = {
     "objects_distance": "list of float, m along the centre line",
     "objects_distance_from_center": "list of float, m",
     "objects_heading": "list of float, rad (the original's documents say degrees; its code does not)",
-    "objects_speed": "list of float, m/s",
+    "objects_speed": "list of float, m/s: what bots were told, 0 of boxes, what another car really drives",
     "object_in_camera": "bool",
-    "is_crashed": "bool: the car touches an object",
+    "is_crashed": "bool: the car touches an object, or ran into another car",
     "is_offtrack": "bool: no wheel centre lies on the road",
     "sim_time": "float, s: simulated time since the training began",
 }
@@ -48,27 +50,34 @@ REWARD_PARAMETERS: dict[str, str] = {
 
 
 class ObjectReports(NamedTuple):
-    """How the objects of N worlds stood at the moment that is told of."""
+    """What each of R cars found around it at the moment that is told of: objects, and behind them other cars."""
 
     boxes: Array
-    """(N, K, 6), as `Objects.boxes`."""
+    """(R, J, 6), as `Objects.boxes`."""
     states: Array
-    """OBJECT_STATE (N, K)."""
+    """OBJECT_STATE (R, J)."""
+    objects: int
+    """How many of the J are boxes or bots; the others are cars."""
     drive: bool
     """Whether they are bots that drive."""
     speed: float
     """m/s that bots were told to drive, standing in penalty or not; 0 of what never drives."""
+    counts: Array | None = None
+    """(R,) how many of the J were there; None: all."""
 
-    def params(self, n: int) -> dict[str, Any]:
-        """Return what world n's objects are in the dictionary; fresh lists."""
-        states = self.states[n]
+    def params(self, car: int) -> dict[str, Any]:
+        """Return what a car found, as it is in the dictionary; fresh lists."""
+        count = self.states.shape[1] if self.counts is None else int(self.counts[car])
+        boxes, states = self.boxes[car, :count], self.states[car, :count]
+        others = states[self.objects :]
+        headings = boxes[:, 2] if self.drive else np.append(np.zeros(self.objects), boxes[self.objects :, 2])
         return {
-            "objects_location": self.boxes[n, :, :2].tolist(),
+            "objects_location": boxes[:, :2].tolist(),
             "objects_left_of_center": states["is_left"].tolist(),
             "objects_distance": states["arc"].tolist(),
             "objects_distance_from_center": states["centre_distance"].tolist(),
-            "objects_heading": self.boxes[n, :, 2].tolist() if self.drive else [0.0] * len(states),
-            "objects_speed": [self.speed] * len(states),
+            "objects_heading": headings.tolist(),
+            "objects_speed": [self.speed] * self.objects + others["speed"].tolist(),
         }
 
 
@@ -81,23 +90,23 @@ class RewardParams:
         self._is_reversed = is_reversed
 
     def of(
-        self, reports: Array, objects: ObjectReports | None = None, worlds: Array | None = None
+        self, reports: Array, objects: ObjectReports | None = None, cars: Array | None = None
     ) -> Iterator[dict[str, Any]]:
         """Yield one dictionary for each TICK_REPORT row, in order.
 
         Args:
             reports: TICK_REPORT (R,).
-            objects: What stands or drives in the worlds; None: nothing.
-            worlds: (R,) the world of each row; needed where there are objects.
+            objects: What stands or drives around every car; None: nothing.
+            cars: (R,) the row of `objects` that is of each row's car; needed where there are objects.
         """
-        if objects is None or worlds is None:
+        if objects is None or cars is None:
             yield from self._of_cars(reports)
             return
         told = zip(*(reports[name].tolist() for name in _OBJECT_COLUMNS), strict=True)
-        for params, n, (before, after, seen, crashed) in zip(
-            self._of_cars(reports), worlds.tolist(), told, strict=True
+        for params, car, (before, after, seen, crashed) in zip(
+            self._of_cars(reports), cars.tolist(), told, strict=True
         ):
-            params.update(objects.params(n))
+            params.update(objects.params(car))
             params["closest_objects"] = [before, after]
             params["object_in_camera"], params["is_crashed"] = seen, crashed
             yield params

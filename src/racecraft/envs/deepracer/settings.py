@@ -8,8 +8,15 @@ from racecraft.envs.deepracer.objects import BOX_TYPES, read_positions
 from racecraft.settings.composition import Settings
 from racecraft.settings.table import check_group, setting
 
-TIME_TRIAL, OBJECT_AVOIDANCE, HEAD_TO_BOT = RACE_TYPES = ("TIME_TRIAL", "OBJECT_AVOIDANCE", "HEAD_TO_BOT")
+TIME_TRIAL, OBJECT_AVOIDANCE, HEAD_TO_BOT, HEAD_TO_MODEL = RACE_TYPES = (
+    "TIME_TRIAL",
+    "OBJECT_AVOIDANCE",
+    "HEAD_TO_BOT",
+    "HEAD_TO_MODEL",
+)
 """What a race is about, in AWS's words."""
+MOST_CARS = 8
+"""In one race."""
 
 
 @dataclass(frozen=True)
@@ -18,7 +25,8 @@ class RaceConfig:
 
     type: str = setting(
         TIME_TRIAL,
-        "What the race is about: an empty road, boxes to drive round (the group boxes), or bots to overtake (bots).",
+        "What the race is about: an empty road, boxes to drive round (the group boxes), bots to overtake (bots), or "
+        "other cars (against).",
         choices=RACE_TYPES,
     )
     car: str = setting(
@@ -108,6 +116,32 @@ class BotsConfig:
 
 
 @dataclass(frozen=True)
+class AgainstConfig:
+    """Whom a learning car meets in a race of HEAD_TO_MODEL."""
+
+    cars: int = setting(2, "Cars in each race, the learner's own among them.", low=2, high=MOST_CARS)
+    chosen_share: float = setting(
+        0.5, "Share of the races against chosen models, where itself is met besides them.", low=0.0, high=1.0
+    )
+    pool_share: float = setting(
+        0.5, "Share of the other races that is against past selves from the pool, not itself.", low=0.0, high=1.0
+    )
+    pool_size: int = setting(8, "Past selves in the pool; the oldest leave it.", low=1, high=100)
+    pool_every: int = setting(10, "A self enters the pool after every so many iterations.", unit="iterations", low=1)
+    start_ahead: float = setting(
+        1.5,
+        "A car that is put back starts so far ahead of another car of its race, so that they meet again; 0: where its "
+        "own next start lies.",
+        unit="m",
+        low=0.0,
+        high=20.0,
+    )
+
+    def __post_init__(self) -> None:
+        check_group(self)
+
+
+@dataclass(frozen=True)
 class CameraConfig:
     """The frame the policy sees; same optics at every size."""
 
@@ -124,23 +158,29 @@ class CameraConfig:
         check_group(self)
 
 
-def race_groups(race_type: str) -> dict[str, BoxesConfig | BotsConfig]:
+def race_groups(race_type: str) -> dict[str, BoxesConfig | BotsConfig | AgainstConfig]:
     """Return the groups of settings that a type of race brings along, with their defaults.
 
     >>> list(race_groups("OBJECT_AVOIDANCE")), list(race_groups("TIME_TRIAL"))
     (['boxes'], [])
     """
-    if race_type == TIME_TRIAL:
-        return {}
-    return {"boxes": BoxesConfig()} if race_type == OBJECT_AVOIDANCE else {"bots": BotsConfig()}
+    if race_type == OBJECT_AVOIDANCE:
+        return {"boxes": BoxesConfig()}
+    if race_type == HEAD_TO_BOT:
+        return {"bots": BotsConfig()}
+    return {"against": AgainstConfig()} if race_type == HEAD_TO_MODEL else {}
+
+
+def objects_in(race_type: str) -> BoxesConfig | BotsConfig | None:
+    """Return what stands or drives in the way where nothing else is asked; other cars are no objects."""
+    own = next(iter(race_groups(race_type).values()), None)
+    return own if isinstance(own, BoxesConfig | BotsConfig) else None
 
 
 def objects_of(settings: Settings) -> BoxesConfig | BotsConfig | None:
     """Return what stands or drives in the way of a race with these settings."""
-    asked: BoxesConfig | BotsConfig | None = next(
-        (getattr(settings, name) for name in race_groups(settings.race.type) if name in settings), None
-    )
-    return asked
+    asked = next((getattr(settings, name) for name in race_groups(settings.race.type) if name in settings), None)
+    return asked if isinstance(asked, BoxesConfig | BotsConfig) else None
 
 
 def with_race_groups(settings: Settings) -> Settings:

@@ -66,6 +66,23 @@ class SideBySide:
         return np.concatenate([course.reports for course in self.courses])
 
     @property
+    def variation(self) -> Array | None:
+        """What the episodes have drawn that the reports are of, (N, M); None where all are alike on every course.
+
+        On a course without variation every number is 0; one with fewer objects names none of the others'.
+        """
+        told = [course.variation for course in self.courses]
+        dtypes = [one.dtype for one in told if one is not None]
+        if not dtypes:
+            return None
+        whole = np.zeros((self._spec.num_worlds, self._spec.num_agents), max(dtypes, key=lambda one: len(one.names)))
+        for rows, one in zip(self._rows, told, strict=True):
+            if one is not None:
+                for name in one.dtype.names:
+                    whole[name][rows] = one[name]
+        return whole
+
+    @property
     def habits(self) -> Habits:
         """Which of the original's bugs these worlds have."""
         return self.courses[0].habits

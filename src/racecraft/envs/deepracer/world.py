@@ -9,12 +9,14 @@ Sees             one camera, uint8 grey (H, W), 160x120 or any smaller size by t
 Rewarded by      the user's reward_function(params); every key in `reward_params.py`
 Begins           at rest on the centre line, nose along it; one prepare tick; each episode a little further round.
                  Several cars of a world begin in two lanes, 0.75 m behind one another, and never within each other
-Terminates       lap complete, crashed into an object, off track (all four wheels), immobilised, driving backwards
+Meets            the other cars of its world: they are in its camera and its LiDAR, in the object keys of its reward
+                 behind boxes and bots, and a car that runs into one has crashed; the one ahead drives on
+Terminates       lap complete, crashed into an object or a car, off track (all four wheels), immobilised, reversed
 Truncates        after RaceConfig.max_episode_seconds of simulated time a lap
-Settings         RaceConfig, CameraConfig
+Settings         RaceConfig, CameraConfig, VariationConfig
 Departs from AWS as `fidelity.py` says line by line: RaceConfig.fidelity `aws` brings the original's habits back
 Exactness        same seed and actions, same bits, whatever the threads; N worlds equal each alone
-Leaves out       cars of one world neither touch nor see one another yet
+Leaves out       what a collision does to the bodies: who is hit drives on as if nothing had been
 Sources          simapp 6.0.5 (Apache-2.0) as measured in the project's facts; vehicle fitted to real logs
 """
 
@@ -26,11 +28,11 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.contract.errors import ContractError
+from racecraft.contract.errors import ContractError, SettingError
 from racecraft.contract.random_streams import stream_keys
 from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffers, WorldSpec
 from racecraft.envs.deepracer import race
-from racecraft.envs.deepracer.actions import ActionSpace
+from racecraft.envs.deepracer.actions import ActionSpace, OwnActions
 from racecraft.envs.deepracer.camera import MOUNT_V1, MOUNT_V2, MOUNT_V3, Camera, CameraMount
 from racecraft.envs.deepracer.fidelity import (
     AWS_MAX_TICKS,
@@ -43,10 +45,10 @@ from racecraft.envs.deepracer.fidelity import (
 from racecraft.envs.deepracer.kernels import race as kernels
 from racecraft.envs.deepracer.kernels.eyes import join_eyes
 from racecraft.envs.deepracer.light import light_for
-from racecraft.envs.deepracer.objects import OBJECT_STATE, new_objects
+from racecraft.envs.deepracer.objects import OBJECT_STATE, new_around, new_objects
 from racecraft.envs.deepracer.placing import plan_objects
 from racecraft.envs.deepracer.reward_params import ObjectReports, RewardParams
-from racecraft.envs.deepracer.scene import Scene, build_scene
+from racecraft.envs.deepracer.scene import GREY_WEIGHTS, build_scene
 from racecraft.envs.deepracer.sensors import (
     AWS_HERTZ,
     FRONT,
@@ -58,7 +60,9 @@ from racecraft.envs.deepracer.sensors import (
     Sensors,
     mounted_lidar,
 )
-from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig, race_groups
+from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig, objects_in
+from racecraft.envs.deepracer.variation import VariationConfig
+from racecraft.envs.deepracer.varied_cars import VariedCars, plain_optics
 from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS, TICKS_PER_SECOND, CarProfile
 from racecraft.formats.aws.lidar_config import BEAMS
 from racecraft.tracks.track import Track
@@ -76,7 +80,7 @@ class RaceWorld:
 
     Args:
         track: The circuit, in driving direction.
-        actions: What a car can be told.
+        actions: What a car can be told, or what each of them can.
         reward: Called once a car and tick, world by world and in a world in the order of its cars; one for all, or one
             for each car in that order, N * M of them; None gives no reward.
         race_config: How episodes start and end.
@@ -89,16 +93,18 @@ class RaceWorld:
         cars_per_world: M.
         profiles: How each car of a world answers steering and throttle, (M,); by default all as RaceConfig.car says.
         objects: What stands or drives on the road besides; None: what RaceConfig.type has by default.
+        variation: What differs from episode to episode.
+        start_ahead: How far ahead of another car of its world a car starts again, m; 0: where its own next start lies.
 
     Raises:
-        SettingError: So many objects do not fit on the track.
-        ContractError: `start_shares` or `profiles` have the wrong length, or M cars do not fit on the lap.
+        SettingError: So many objects, or M cars, do not fit on the lap.
+        ContractError: `start_shares` or `profiles` have the wrong length.
     """
 
     def __init__(
         self,
         track: Track,
-        actions: ActionSpace,
+        actions: ActionSpace | OwnActions,
         reward: RewardFunction | Sequence[RewardFunction] | None = None,
         *,
         race_config: RaceConfig = RaceConfig(),  # noqa: B008 (frozen)
@@ -111,6 +117,8 @@ class RaceWorld:
         cars_per_world: int = 1,
         profiles: Sequence[CarProfile] | None = None,
         objects: BoxesConfig | BotsConfig | None = None,
+        variation: VariationConfig = VariationConfig(),  # noqa: B008 (frozen)
+        start_ahead: float = 0.0,
     ) -> None:
         counted = track.as_filed() if race_config.waypoints == "as_filed" else track
         self.track = counted.reversed() if race_config.reverse else counted
@@ -119,8 +127,10 @@ class RaceWorld:
             expected = num_cars * cars_per_world
             raise ContractError(f"{len(reward)} reward functions were given; expected one for all or {expected}")
         self.reward = reward
+        self.drawn_track = track.reversed() if race_config.reverse else track
+        """As `track`, with its waypoints as cameras draw them."""
         scene = build_scene(
-            track.reversed() if race_config.reverse else track,
+            self.drawn_track,
             light_for(camera_config.light, race_config.car),
             camera_config.grass,
         )
@@ -128,7 +138,6 @@ class RaceWorld:
         self.reports = np.zeros((num_cars, cars_per_world), race.TICK_REPORT)
         """What was written down of every car in the tick just taken, TICK_REPORT (N, M)."""
         self.sensors = sensors
-        self._palettes = np.tile(_grey_levels(self.camera.scene, sensors), (num_cars, 1))
         self._ranges = np.zeros((*self.reports.shape, BEAMS))
         self._no_lidar = np.zeros((*self.reports.shape, 0), np.float32)
         self._every_car = np.ones(self.reports.shape, bool)
@@ -140,7 +149,6 @@ class RaceWorld:
         """Which of the original's bugs this world has."""
         self.lidar = self._mounted()
         """The LiDAR as it sits on every car; without one on board it is never asked."""
-        self._sight = (self.camera.scene, self.camera.optics, sensors.eyes_left_m, self.lidar)
         self._rules = race.Rules(
             _max_ticks(race_config, self.track.length, laps),
             laps,
@@ -149,22 +157,31 @@ class RaceWorld:
             TICK_JITTER if self.habits.ticks_jitter else 0.0,
             WHEEL_KICK if self.habits.wheels_wander else 0.0,
             self.habits.wheels_keep_their_angle,
+            start_ahead,
         )
-        asked = objects or next(iter(race_groups(race_config.type).values()), None)
+        asked = objects or objects_in(race_config.type)
         self._plan = plan_objects(self.track, asked, self.habits, cars_per_world)
         self._objects = new_objects(self._plan, num_cars)
+        self._palettes = np.tile(self.camera.scene.palette @ _grey_weights(sensors), (*self.reports.shape, 1))
+        self._sight = (scene, plain_optics(self.camera, self.reports.shape), sensors.eyes_left_m, self.lidar)
+        self._varied = self._varied_cars(variation) if variation.is_on else None
+        self.variation = None if self._varied is None else self._varied.drawn.copy()
+        """What the episodes have drawn that the reports are of, (N, M), as `variation.DRAWN`; None: all are alike."""
+        self._around = new_around(self._objects, cars_per_world)
         self._action_shape = (num_cars, cars_per_world, *actions.spec.shape)
         self._action_count = math.prod(self._action_shape)
         self.seen_objects = np.zeros(self._objects.boxes.shape[:2], OBJECT_STATE)
         """How objects stood when the tick just taken was written down, OBJECT_STATE (N, K)."""
         self.seen_boxes = np.zeros_like(self._objects.boxes)
         """And where, (N, K, 6), as `boxes`."""
+        self._told = [part.copy() for part in self._found]
+        """And what each car then found around it: boxes, states and how many of them count, as in `Around`."""
         self._params = RewardParams(self.track, race_config.reverse)
         self._start_shares = np.arange(num_cars) / num_cars if start_shares is None else np.asarray(start_shares, float)
         if self._start_shares.shape != (num_cars,):
             raise ContractError(f"start_shares has shape {self._start_shares.shape}; expected ({num_cars},)")
         if cars_per_world * race.START_GAP_M > self.track.length:
-            raise ContractError(
+            raise SettingError(
                 f"{cars_per_world} cars start {race.START_GAP_M} m behind one another, and {track.name} is "
                 f"{self.track.length:.1f} m long; expected at most {int(self.track.length / race.START_GAP_M)} cars"
             )
@@ -174,7 +191,13 @@ class RaceWorld:
         self._reward_sums = np.zeros(self._cars.shape)
         self._finished: list[EpisodeRecord] = []
         self._spec = world_spec(
-            actions, camera_config, num_cars, f"DeepRacer {track.name}", cars_per_world, sensors, asked is not None
+            actions,
+            camera_config,
+            num_cars,
+            f"DeepRacer {track.name}",
+            cars_per_world,
+            sensors,
+            asked is not None or cars_per_world > 1,
         )
 
     @property
@@ -227,6 +250,35 @@ class RaceWorld:
         """Where the next episode would start if the first car alone had driven every car's, share of the lap."""
         return float((self._start_shares[0] + self.episodes_begun * self._rules.start_advance) % 1.0)
 
+    def _varied_cars(self, variation: VariationConfig) -> VariedCars:
+        """Return what every car sees and drives with, and let kernels take it instead of what is common to all."""
+        varied = VariedCars(
+            variation, self.camera, _grey_weights(self.sensors), len(self.sensors.eyes_left_m), self.profiles,
+            self._objects.kinds,
+        )  # fmt: skip
+        self._palettes = varied.palettes
+        self._sight = (self._sight[0], varied.optics, *self._sight[2:])
+        self._objects = self._objects._replace(paints=varied.paints)
+        return varied
+
+    def look_with(self, camera: Camera, sensors: Sensors, rows: Array) -> dict[str, Array]:
+        """Return what cars see who carry another camera than this world's: (R, H, W), of two eyes (R, H, W, 2), uint8.
+
+        Args:
+            camera: Made with a scene of the same track.
+            sensors: Which camera that is; no LiDAR.
+            rows: Which cars, (R, 2): world and number in it.
+        """
+        frames = np.empty((len(rows), len(sensors.eyes_left_m), camera.height, camera.width), np.uint8)
+        palette = camera.scene.palette @ _grey_weights(sensors)
+        around, eyes = self._around, sensors.eyes_left_m
+        kernels.look_with(camera.scene, camera.optics, eyes, palette, around, self._cars, rows, frames)
+        if sensors.camera != STEREO:
+            return {sensors.camera_name: frames[:, 0]}
+        both = np.empty((len(rows), 1, camera.height, camera.width, 2), np.uint8)
+        join_eyes(frames[:, None], np.ones((len(rows), 1), bool), both.view(EYE_PAIR)[..., 0])
+        return {STEREO: both[:, 0]}
+
     def move_starts(self, start_shares: Sequence[float] | Array) -> None:
         """Let the next `reset` line the cars up elsewhere: shares of the lap, (N,)."""
         self._start_shares = np.array(start_shares, float)
@@ -238,6 +290,8 @@ class RaceWorld:
             self._objects.states["changes"] = 0
             self._objects.keys[:] = _object_keys(seed, self._spec.num_worlds)
         self._cars = race.new_cars(self.track, self._spec.num_agents, self._start_shares)
+        if self._varied is not None:
+            self._varied.seed(seed)
         self.begin_episodes(buffers)
 
     def begin_episodes(self, buffers: StepBuffers) -> None:
@@ -245,19 +299,24 @@ class RaceWorld:
         self._parked[:] = False
         self._reward_sums[:] = 0.0
         self._finished.clear()
+        if self._varied is not None:
+            self._varied.begin(self._every_car, self._cars["episode"])
         kernels.line_up(
-            self._arrays, self._plan, self._objects, *self._sight, self._palettes, self._keys, self._cars,
-            self._ranges, *self._views(buffers.observations, self._frames),
+            self._arrays, self._plan, self._objects, self._around, *self._sight, self._palettes, self._keys,
+            self._cars, self._ranges, *self._views(buffers.observations, self._frames),
         )  # fmt: skip
+        self._disturb(self._every_car, buffers.observations, self._frames)
         self._join_eyes(self._frames, self._every_car, buffers.observations)
         self._show_active(buffers)
 
     def park(self, rows: Array) -> None:
-        """Let cars (bool (N, M)) stand where they are until `begin_episodes` or `reset`: no tick, no report, no reward.
+        """Carry cars (bool (N, M)) off the road until `begin_episodes` or `reset`: no tick, no report, no reward.
 
-        Their next start stays where it is, so that a car whose quota is full does not run ahead of the others.
+        Nobody meets them there. Their next start stays where it is, so that a car whose quota is full does not run
+        ahead of the others.
         """
-        self._parked[:] = rows
+        self._parked[:] = self._cars["away"] = rows
+        kernels.settle(self._arrays, self._objects, self._cars, self._around)
 
     def step(self, actions: Array, buffers: StepBuffers) -> None:
         """Advance every car by one tick; see `race.py` for the order of acts.
@@ -280,14 +339,23 @@ class RaceWorld:
         told = self.actions.commands(actions.reshape(self._action_shape))
         if self._objects.kinds.size:
             self.seen_objects[:], self.seen_boxes[:] = self._objects.states, self._objects.boxes
+        if self._spec.num_agents > 1 and self.reward is not None:
+            for kept, found in zip(self._told, self._found, strict=True):
+                kept[:] = found
+        varied = self._varied
+        profiles, sent = (
+            (self.profiles, told.sent) if varied is None else (varied.profiles, varied.send(self._cars, told.sent))
+        )
         kernels.tick(
-            self._arrays, self._plan, self._objects, self.profiles, self._rules, *self._sight, self._palettes,
-            told.numbers, told.chosen, told.sent, self._parked, self._keys, self._cars, self.reports, self._ranges,
+            self._arrays, self._plan, self._objects, self._around, profiles, self._rules, *self._sight, self._palettes,
+            told.numbers, told.chosen, sent, self._parked, self._keys, self._cars, self.reports, self._ranges,
             *self._views(buffers.observations, self._frames),
             *self._views(buffers.final_observations, self._last_frames),
         )  # fmt: skip
         buffers.terminated[:] = self.reports["terminated"]
         buffers.truncated[:] = self.reports["truncated"]
+        if varied is not None:
+            self._show_varied(varied, buffers)
         self._join_eyes(self._frames, self._every_car, buffers.observations)
         self._join_eyes(self._last_frames, buffers.terminated | buffers.truncated, buffers.final_observations)
         self._show_active(buffers)
@@ -310,6 +378,8 @@ class RaceWorld:
             state["object.boxes"], state["object.keys"] = self._objects.boxes.copy(), self._objects.keys.copy()
             for name in OBJECT_STATE.names or ():
                 state[f"object.{name}"] = self._objects.states[name].copy()
+        if self._varied is not None:
+            state |= self._varied.save_state()
         return {**state, "reward_sums": self._reward_sums.copy(), "keys": self._keys.copy()}
 
     def load_state(self, state: Mapping[str, Array], buffers: StepBuffers) -> None:
@@ -322,16 +392,17 @@ class RaceWorld:
         if self._objects.kinds.size:
             self._objects.boxes[:], self._objects.keys[:] = state["object.boxes"], state["object.keys"]
             for name in OBJECT_STATE.names or ():
-                self._objects.states[name] = state[f"object.{name}"]
-        self._parked[:] = False
+                if f"object.{name}" in state:
+                    self._objects.states[name] = state[f"object.{name}"]
+        self._parked[:] = self._cars["away"] = False
         self._reward_sums[:] = state["reward_sums"].reshape(self._cars.shape)
         self._finished.clear()
         if self.sensors.lidar is not None:
             self._ranges[:] = state["ranges"]
-        kernels.look_again(
-            self._arrays, self._objects, *self._sight, self._palettes, self._cars, self._ranges,
-            *self._views(buffers.observations, self._frames),
-        )  # fmt: skip
+        if self._varied is not None:
+            self._varied.load_state(state, self._cars["episode"])
+        self._look_again(self._every_car, buffers)
+        self._disturb(self._every_car, buffers.observations, self._frames)
         self._join_eyes(self._frames, self._every_car, buffers.observations)
         self._show_active(buffers)
 
@@ -340,6 +411,29 @@ class RaceWorld:
 
     def _show_active(self, buffers: StepBuffers) -> None:
         buffers.active[:] = self.habits.prepare_is_learned | ~self._cars["preparing"]
+
+    def _look_again(self, rows: Array, buffers: StepBuffers) -> None:
+        kernels.look_again(
+            self._arrays, self._objects, self._around, *self._sight, self._palettes, rows, self._cars, self._ranges,
+            *self._views(buffers.observations, self._frames),
+        )  # fmt: skip
+
+    def _show_varied(self, varied: VariedCars, buffers: StepBuffers) -> None:
+        """Disturb what was seen; cars whose episode ended go into the next with what that one draws."""
+        assert self.variation is not None
+        self.variation[:] = varied.drawn
+        ended = self.reports["terminated"] | self.reports["truncated"]
+        if ended.any():
+            self._disturb(ended, buffers.final_observations, self._last_frames, is_last=True)
+            varied.begin(ended, self._cars["episode"])
+            self._look_again(ended, buffers)
+        self._disturb(self._every_car, buffers.observations, self._frames)
+
+    def _disturb(self, rows: Array, observations: Mapping[str, Array], own: Array, is_last: bool = False) -> None:
+        """Turn what cameras should have seen into what they show; nothing where all episodes are alike."""
+        if self._varied is not None:
+            frames, _, _ = self._views(observations, own)
+            self._varied.show(self._cars, rows, frames, is_last)
 
     def _views(self, observations: Mapping[str, Array], own: Array) -> tuple[Array, Array, Array]:
         """Return what kernels write: frames (N, M, E, H, W), the critic's numbers, what the LiDAR tells.
@@ -371,17 +465,25 @@ class RaceWorld:
     def _call_reward(self, rewards: Array) -> None:
         assert self.reward is not None
         reports, paid = self.reports.reshape(-1), rewards.flat
-        called = ~np.isin(reports["status"], (race.PREPARE, race.PARK))
+        called = ~np.isin(reports["status"], (race.PREPARE, race.PARK, race.PAUSE))
         of_car = [self.reward] * called.size if callable(self.reward) else self.reward
-        objects = self._object_reports() if self._objects.kinds.size else None
+        objects = self._object_reports() if self._around.kinds.size else None
         cars = np.flatnonzero(called)
-        worlds = cars // self._spec.num_agents
-        for car, params in zip(cars.tolist(), self._params.of(reports[called], objects, worlds), strict=True):
+        for car, params in zip(cars.tolist(), self._params.of(reports[called], objects, cars), strict=True):
             paid[car] = of_car[car](params)
+
+    @property
+    def _found(self) -> tuple[Array, Array, Array]:
+        """What each car finds around it now: boxes, states and how many of them count."""
+        return self._around.boxes, self._around.states, self._around.counts
 
     def _object_reports(self) -> ObjectReports:
         drive = bool(self._plan.knots.size)
-        return ObjectReports(self.seen_boxes, self.seen_objects, drive, self._plan.speed)
+        count = len(self._plan.kinds)
+        if self._spec.num_agents == 1:
+            return ObjectReports(self.seen_boxes, self.seen_objects, count, drive, self._plan.speed)
+        boxes, states, counts = (told.reshape(-1, *told.shape[2:]) for told in self._told)
+        return ObjectReports(boxes, states, count, drive, self._plan.speed, counts)
 
     def _keep_episodes(self, rewards: Array) -> None:
         self._reward_sums += rewards
@@ -402,7 +504,7 @@ class RaceWorld:
 
 
 def world_spec(
-    actions: ActionSpace,
+    actions: ActionSpace | OwnActions,
     camera_config: CameraConfig,
     num_cars: int = 1,
     name: str = "DeepRacer",
@@ -427,11 +529,9 @@ def world_spec(
     )
 
 
-def _grey_levels(scene: Scene, sensors: Sensors) -> Array:
-    """Return the grey level of each material (M,) as this camera tells it."""
-    if sensors.camera == STEREO:
-        return np.asarray(scene.palette @ STEREO_GREY_WEIGHTS, np.float64)
-    return np.asarray(scene.grey_palette, np.float64)
+def _grey_weights(sensors: Sensors) -> Array:
+    """Return the weights (3,) of red, green and blue in the grey level that this camera tells."""
+    return STEREO_GREY_WEIGHTS if sensors.camera == STEREO else GREY_WEIGHTS
 
 
 def _keys(seed: int, shape: tuple[int, ...]) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array
 from racecraft.envs.battlesnake.world import BattlesnakeWorld, WorldSettings
-from racecraft.evaluation.battlesnake.rating import Result
+from racecraft.evaluation.rating import Result
 from racecraft.players.battlesnake.anchors import AnchorSeats
 from racecraft.rollout.episodes import play_episodes
 

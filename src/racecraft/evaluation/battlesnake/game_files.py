@@ -69,6 +69,24 @@ def games_of(path: Path) -> Iterator[RecordedGame]:
         raise InputFileError(path, f"{type(problem).__name__}: {str(problem)[:200]}", EXPECTED) from problem
 
 
+def snake_names(path: Path) -> dict[str, str]:
+    """Return the names of a file's snakes by id, where it tells any; of several games, those of the last."""
+    names: dict[str, str] = {}
+    first, whole = _open(path)
+    waiting = [whole] if whole is not None else [first] + [value for _, value in _lines(path)]
+    while waiting:
+        value = waiting.pop()
+        if isinstance(value, list):
+            waiting += value
+        elif isinstance(value, dict):
+            one, name = value.get("id", value.get("ID")), value.get("name", value.get("Name"))
+            if name and ("body" in value or "Body" in value):
+                names[str(one)] = str(name)
+            else:
+                waiting += value.values()
+    return names
+
+
 def _open(path: Path) -> tuple[Any, Any]:
     """Return the value of the first line, and of the whole file where it is one value (else None)."""
     data = _read(path)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from racecraft.evaluation.battlesnake.rating import Result
+from racecraft.evaluation.rating import Result
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from racecraft.evaluation.battlesnake.rating import Rating, Result, rate, wilson
 from racecraft.evaluation.battlesnake.skill import Skill, skills
+from racecraft.evaluation.rating import Rating, Result, rate, wilson
 
 
 @dataclass(frozen=True)

@@ -210,30 +210,46 @@ def set_back(
         waited_ticks: How long it waits there.
         buffers: What it sees from there is written.
     """
-    car, arrays = np.zeros(1, race.CAR_STATE), world.track.arrays()
+    car = np.zeros(1, race.CAR_STATE)
     for name in race.CAR_STATE.names or ():
         car[name] = before[f"car.{name}"].reshape(1)
-    one = car[0]
-    progress = float(one["progress"] if crashed else one["last_progress"])
-    share = float((one["start_share"] + progress / 100.0) % 1.0)
-    car["x"], car["y"], car["yaw"] = _place(world, share, (float(one["x"]), float(one["y"])), behind_m)
-    for name in ("speed", "steering", "old_steering", "old_speed"):
-        car[name] = 0.0
+    set_down(world, car, 0, crashed, behind_m)
     for name in ("ticks", "lap_ticks", "total_ticks"):  # the tick of the mishap counts, and so does waiting
         car[name] += 1 + waited_ticks
-    car["preparing"] = False
-    car["progress"] = progress
-    kernels.locate(arrays, car[0])
-    car["still_ticks"] = car["backward_ticks"] = 0
     state = {name: array.copy() for name, array in before.items()}
     for name in race.CAR_STATE.names or ():
         state[f"car.{name}"] = car[name].reshape(1, 1)
     world.load_state(state, buffers)
 
 
-def _place(world: RaceWorld, share: float, was: tuple[float, float], behind_m: float) -> tuple[float, float, float]:
+def set_down(world: RaceWorld, car: Array, n: int, crashed: bool, behind_m: float) -> None:
+    """Put a car of world n, CAR_STATE (1,), back on the road at rest; what else it knows of its lap stays.
+
+    Args:
+        world: Where it drives.
+        car: As it was before the tick of the mishap; written.
+        n: Its world, whose objects are kept away from.
+        crashed: It hit an object: its own place is where it is, not where it was a tick ago.
+        behind_m: How far behind an object it is set down that is too near to its own place.
+    """
+    one = car[0]
+    progress = float(one["progress"] if crashed else one["last_progress"])
+    share = float((one["start_share"] + progress / 100.0) % 1.0)
+    was = float(one["x"]), float(one["y"])
+    car["x"], car["y"], car["yaw"] = _place(world, n, share, was, behind_m)
+    for name in ("speed", "steering", "old_steering", "old_speed"):
+        car[name] = 0.0
+    car["preparing"] = False
+    car["progress"] = progress
+    kernels.locate(world.track.arrays(), car[0])
+    car["still_ticks"] = car["backward_ticks"] = 0
+
+
+def _place(
+    world: RaceWorld, n: int, share: float, was: tuple[float, float], behind_m: float
+) -> tuple[float, float, float]:
     """Return the pose at which a car is set down: the lane nearer to where it was, or away from an object."""
-    arrays, boxes = world.track.arrays(), world.boxes[0]
+    arrays, boxes = world.track.arrays(), world.boxes[n]
     x, y, _ = kernels.start_pose(arrays, share, 0.0)
     gaps = np.hypot(boxes[:, 0] - x, boxes[:, 1] - y)
     blocked = len(gaps) > 0 and float(gaps.min()) <= CLOSEST_OBJECT_M

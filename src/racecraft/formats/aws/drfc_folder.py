@@ -10,7 +10,8 @@ Begin with `open_drfc_folder`. The layout is the one racers know, but that the b
         custom_files/           DR_LOCAL_S3_CUSTOM_FILES_PREFIX: what a training reads
         rl-deepracer-sagemaker/ DR_LOCAL_S3_MODEL_PREFIX: a run folder
 
-Nothing here writes. A prefix that would leave its bucket is refused.
+Nothing here writes. A prefix that would leave its bucket is refused. Where a bucket is S3, the folder is what this
+machine has of it; `local_is_s3` and `upload_is_s3` say when, and `storage/drfc_buckets.py` where it is.
 """
 
 from __future__ import annotations
@@ -33,7 +34,12 @@ SHELL = Path("the shell")
 """Stands for the file of a value that was set in the shell."""
 MAX_RUN_ID = 999
 CLOUDS = ("local", "aws", "azure", "remote")
-"""Kinds of storage that DeepRacer for Cloud knows; whichever is named, the bucket is a folder here."""
+"""Kinds of storage that DeepRacer for Cloud knows; by itself none of them makes the bucket anything but a folder."""
+S3 = "s3://"
+ENDPOINTS = ("DR_LOCAL_S3_ENDPOINT_URL", "DR_REMOTE_MINIO_URL", "DR_MINIO_URL")
+"""Variables that name the local bucket's store, the first that counts first."""
+TEMPLATE_PROFILES = ("", "default", "minio")
+"""Profiles that stand in a folder without anybody having chosen them."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +84,26 @@ class DrfcFolder:
         return self._below(self.path, "DR_LOCAL_S3_BUCKET")
 
     @property
+    def endpoint_variable(self) -> str:
+        """The variable that names the local bucket's store; empty where none does."""
+        for name in ENDPOINTS:
+            if self.text(name) and (name != "DR_REMOTE_MINIO_URL" or self.text("DR_CLOUD") == "remote"):
+                return name
+        return ""
+
+    @property
+    def local_is_s3(self) -> bool:
+        """Whether the local bucket is S3: an endpoint, a profile of one's own, or an s3:// address is named."""
+        chosen = self.text("DR_LOCAL_S3_PROFILE") not in TEMPLATE_PROFILES
+        return bool(self.endpoint_variable) or chosen or self.text("DR_LOCAL_S3_BUCKET").startswith(S3)
+
+    @property
+    def upload_is_s3(self) -> bool:
+        """Whether the bucket for uploads is S3: a profile of one's own, or an s3:// address is named."""
+        name = self.text("DR_UPLOAD_S3_BUCKET")
+        return bool(name) and (name.startswith(S3) or self.text("DR_UPLOAD_S3_PROFILE") not in TEMPLATE_PROFILES)
+
+    @property
     def model(self) -> Path:
         """The run folder of the model, DR_LOCAL_S3_MODEL_PREFIX in the bucket."""
         return self._below(self.bucket, "DR_LOCAL_S3_MODEL_PREFIX")
@@ -101,7 +127,12 @@ class DrfcFolder:
                 "Give it a name in system.env, or upload into the local bucket with -L.",
                 found="it has no value",
             )
-        return self._below(self._below(self.path, "DR_UPLOAD_S3_BUCKET"), "DR_UPLOAD_S3_PREFIX")
+        return self._below(self.upload_bucket, "DR_UPLOAD_S3_PREFIX")
+
+    @property
+    def upload_bucket(self) -> Path:
+        """The folder that stands for the bucket for uploads, where one is named."""
+        return self._below(self.path, "DR_UPLOAD_S3_BUCKET")
 
     def key(self, name: str) -> Path:
         """Return the file in the bucket that a variable such as DR_LOCAL_S3_REWARD_KEY names."""
@@ -116,11 +147,13 @@ class DrfcFolder:
         bucket = self.bucket
         if prefix.startswith("s3://"):
             name, _, prefix = prefix.removeprefix("s3://").partition("/")
-            ours = {bucket.name: bucket, self.text("DR_UPLOAD_S3_BUCKET"): self.path / self.text("DR_UPLOAD_S3_BUCKET")}
+            ours = {bucket.name: bucket}
+            if self.text("DR_UPLOAD_S3_BUCKET"):
+                ours.setdefault(self.upload_bucket.name, self.upload_bucket)
             if name not in ours:
                 raise UserInputError(
-                    f"s3://{name}: is no bucket of {self.path}; expected {' or '.join(filter(None, ours))}. "
-                    "Buckets are folders here; those of AWS are not spoken to yet."
+                    f"s3://{name}: is no bucket of {self.path}; expected {' or '.join(ours)}. "
+                    f"`racecraft bucket pull s3://{name}/PREFIX {bucket}/PREFIX` fetches from others."
                 )
             bucket = ours[name]
         if not _stays_inside(prefix):
@@ -151,7 +184,7 @@ class DrfcFolder:
         return place if place.parent.resolve() == (self.path / EXPERIMENTS).resolve() else None
 
     def _below(self, folder: Path, name: str) -> Path:
-        prefix = self.text(name).rstrip("/")
+        prefix = self.text(name).removeprefix(S3).rstrip("/")
         if not prefix or not _stays_inside(prefix):
             raise self.letter(name, "a name that stays inside its folder, such as my-model-2")
         return folder / prefix
@@ -186,9 +219,11 @@ def open_drfc_folder(
     env = read_env_files(*files, workers=files[-1].parent)
     digest = _digest(files)
     run, notes = _with_shell(env.run, shell, digest)
-    if run.text("DR_CLOUD", "local") != "local":
-        notes += (f"DR_CLOUD={run.text('DR_CLOUD')}: the bucket is a folder here all the same",)
-    return DrfcFolder(path, files[-1], replace(env, run=run), digest, notes)
+    drfc = DrfcFolder(path, files[-1], replace(env, run=run), digest, notes)
+    if run.text("DR_CLOUD", "local") == "local" or drfc.local_is_s3:
+        return drfc
+    folder = f"DR_CLOUD={run.text('DR_CLOUD')}: the bucket is a folder here all the same, until an endpoint, a profile "
+    return replace(drfc, notes=(*notes, folder + "or an s3:// address is named"))
 
 
 def default_text(name: str, env: RunEnv) -> str:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from racecraft.contract.world import Array
+from racecraft.formats.aws.lidar_config import LIDARS
 from racecraft.formats.aws.policy_layers import (
     DISCRETE,
     HEADS,
@@ -18,14 +19,15 @@ from racecraft.formats.aws.policy_layers import (
     LAST_LAYERS,
     MIDDLEWARE,
     POLICY_SCOPES,
+    SAC,
     DenseLayer,
     PolicyLayers,
     PolicyLayersError,
     SensorLayers,
     flattened_size,
     head_layers,
-    layers_from,
 )
+from racecraft.formats.aws.policy_weights import layers_from
 from racecraft.formats.tensorflow.arithmetic import VARIABLES, GraphFunction
 from racecraft.formats.tensorflow.graph import Graph, GraphError, Node, NumberType, Shape, read_graph
 from racecraft.formats.tensorflow.tensors import FLOAT, INT32
@@ -46,6 +48,16 @@ def output_name(kind: str) -> str:
 def input_name(kind: str, sensor: str) -> str:
     """Return the node that a car's software feeds with a sensor's numbers; images 0 to 255."""
     return f"{INPUT_SCOPES[kind]}/{sensor}/{sensor}"
+
+
+def as_commands(kind: str, told: Array) -> Array:
+    """Return what a graph answers as likelihoods of choices, or as numbers in [-1, 1] units.
+
+    Two ranges are held to them, as a car's software does; those of SAC are bent by its tanh, which no graph holds.
+    """
+    if kind == DISCRETE:
+        return told
+    return np.asarray(np.tanh(told) if kind == SAC else np.clip(told, -1.0, 1.0))
 
 
 def graph_of(policy: PolicyLayers) -> Graph:
@@ -69,7 +81,7 @@ def policy_in(graph: Graph, path: str | Path) -> PolicyLayers:
         found = "it holds no weights" + (f" ({loose} is a variable)" if loose else "")
         raise GraphError(path, found, "a frozen graph", "Give the checkpoint beside it instead.")
     try:
-        return layers_from(constants, strides_in(graph), shrink_in(graph))
+        return layers_from(constants, strides_in(graph), shrink_in(graph), bare_lidars_in(graph))
     except PolicyLayersError as error:
         raise GraphError(path, str(error).split(";")[0], str(error).rpartition("expected ")[2].rstrip(".")) from error
 
@@ -127,6 +139,15 @@ def shrink_in(graph: Graph) -> int:
     return 1
 
 
+def bare_lidars_in(graph: Graph) -> dict[str, int]:
+    """Return how many numbers each LiDAR of a graph tells, by name; one that has no layers shows nowhere else."""
+    fed = (node for node in graph.nodes.values() if node.op == "Placeholder" and "/target/" not in node.name)
+    shapes: dict[str, tuple[int, ...]] = {
+        node.name.rpartition("/")[2]: getattr(node.attributes.get("shape"), "sizes", ()) for node in fed
+    }
+    return {name: sizes[-1] for name, sizes in shapes.items() if name in LIDARS and len(sizes) == 2 and sizes[-1] > 0}
+
+
 def _nodes(policy: PolicyLayers) -> Iterator[Node]:
     kind, network = policy.kind, policy.network
     scope, bend = POLICY_SCOPES[kind], _ACTIVATIONS[network.activation]
@@ -141,7 +162,7 @@ def _nodes(policy: PolicyLayers) -> Iterator[Node]:
         )
         nodes = list(_sensor(f"{scope}/{sensor.name}", input_name(kind, sensor.name), sensor, bend))
         yield from nodes
-        embedded.append(nodes[-1].name)
+        embedded.append(nodes[-1].name if nodes else input_name(kind, sensor.name))
     last = embedded[0]
     if len(embedded) > 1:
         yield _const(f"{scope}/merger/axis", np.int32(-1))

@@ -18,16 +18,11 @@ Coach `embedder.py` (flattens last), `ppo_head.py`; simapp `sac_head.py`, `custo
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-
-import numpy as np
 
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import Array
-from racecraft.formats.aws.lidar_config import LIDARS
-from racecraft.formats.aws.model_metadata import CAMERAS
 
 IMAGE = (120, 160)
 """Rows and columns of what a car's camera gives to the network, px."""
@@ -44,6 +39,8 @@ LAST_LAYERS = {DISCRETE: "policy_fc", CONTINUOUS: "policy_mean", SAC: "policy_me
 MIDDLEWARE = "middleware_fc_embedder"
 VALUE_SCOPE = "main_level/agent/main/online/network_0"
 VALUE_LAYER = "v_values_head_0/output"
+LIDAR_UNITS = (256, 256)
+"""Dense layers over any LiDAR."""
 RESCALER = "gradients_from_head_0-0_rescalers"
 """A number beside each network: 1, as no head's gradient is rescaled."""
 KNOWN_STRIDES: Mapping[tuple[tuple[int, int], ...], tuple[int, ...]] = {
@@ -53,7 +50,6 @@ KNOWN_STRIDES: Mapping[tuple[tuple[int, int], ...], tuple[int, ...]] = {
     ((3, 32), (3, 64), (3, 64), (3, 128), (3, 128)): (1, 2, 1, 2, 1),
 }
 """Strides of AWS's networks by the (kernel, filters) of their convolutions, where no graph tells them."""
-_LAYER = re.compile(r"(Conv2d|Dense)_(\d+)")
 
 
 class PolicyLayersError(UserInputError):
@@ -111,6 +107,11 @@ class NetworkLayers:
     head: DenseLayer
     activation: str = "relu"
 
+    @property
+    def shrink(self) -> int:
+        """How many of the camera's pixels, across and down, are averaged to one; 1: none."""
+        return max(sensor.shrink for sensor in self.sensors)
+
 
 @dataclass(frozen=True)
 class PolicyLayers:
@@ -154,21 +155,6 @@ def flattened_size(sensor: SensorLayers) -> int:
     return rows * columns * channels
 
 
-def arrays_of(policy: PolicyLayers) -> dict[str, Array]:
-    """Return a policy's weights, and its critic's, under AWS's names: what a checkpoint holds."""
-    scope, head = POLICY_SCOPES[policy.kind], HEADS[policy.kind]
-    arrays: dict[str, Array] = {f"{scope}/{RESCALER}": np.ones((), np.float32)}
-    arrays |= _named_network(scope, policy.network, f"{head}/{LAST_LAYERS[policy.kind]}", policy.kind)
-    if policy.log_std is not None:
-        arrays[f"{scope}/{head}/policy_log_std"] = policy.log_std.reshape(1, -1)
-    if policy.log_std_head is not None:
-        arrays |= _named(f"{scope}/{head}/dense_1", policy.log_std_head)
-    if policy.critic is not None:
-        arrays[f"{VALUE_SCOPE}/{RESCALER}"] = np.ones((), np.float32)
-        arrays |= _named_network(VALUE_SCOPE, policy.critic, VALUE_LAYER, policy.kind)
-    return {name: np.ascontiguousarray(array, np.float32).reshape(np.shape(array)) for name, array in arrays.items()}
-
-
 def is_pixel(layer: Convolution) -> bool:
     """Tell whether a convolution works on each place by itself."""
     return layer.kernel.shape[:2] == (1, 1)
@@ -193,7 +179,9 @@ def require_aws_network(policy: PolicyLayers) -> None:
         row = tuple(
             (layer.kernel.shape[0], layer.kernel.shape[3]) for layer in sensor.convolutions if not is_pixel(layer)
         )
-        if sensor.shrink != 1 or sensor.dense or row not in KNOWN_STRIDES:
+        dense = tuple(layer.kernel.shape[1] for layer in sensor.dense)
+        is_known = row in KNOWN_STRIDES and not dense if sensor.is_image else dense == LIDAR_UNITS
+        if sensor.shrink != 1 or not is_known:
             raise PolicyLayersError(
                 f"its network for {sensor.name} is none of AWS's three, or sees smaller frames; expected one that was "
                 "trained with --preset aws. --to car takes it as it is."
@@ -204,192 +192,3 @@ def head_layers(policy: PolicyLayers) -> tuple[tuple[DenseLayer, ...], tuple[Den
     """Return the trunk's layers that AWS keeps in the middleware, and those it keeps in the head (SAC's last)."""
     trunk = policy.network.trunk
     return (trunk[:-1], trunk[-1:]) if policy.kind == SAC else (trunk, ())
-
-
-def layers_from(arrays: Mapping[str, Array], strides: Mapping[str, int], shrink: int = 1) -> PolicyLayers:
-    """Return the policy that weights under AWS's names make up.
-
-    Args:
-        arrays: A checkpoint's, or a frozen graph's constants.
-        strides: Of convolutions, by the name of their kernels; empty where no graph tells them.
-        shrink: Pixels averaged to one before the first convolution.
-
-    Raises:
-        PolicyLayersError: There is no policy among them, or its layers do not fit together.
-    """
-    kind, scope = _find_policy(arrays)
-    head_scope = f"{scope}/{HEADS[kind]}"
-    network = _network(arrays, scope, _dense_at(arrays, f"{head_scope}/{LAST_LAYERS[kind]}"), strides, shrink)
-    if kind != SAC:
-        log_std = arrays.get(f"{head_scope}/policy_log_std") if kind == CONTINUOUS else None
-        value_scope = scope.removesuffix("network_1") + "network_0"
-        critic = None
-        if f"{value_scope}/{VALUE_LAYER}/kernel" in arrays:
-            twins = {name.replace(scope, value_scope, 1): stride for name, stride in strides.items()}
-            head = _dense_at(arrays, f"{value_scope}/{VALUE_LAYER}")
-            critic = _network(arrays, value_scope, head, {**twins, **strides}, shrink)
-        policy = PolicyLayers(kind, network, None if log_std is None else _numbers(log_std).reshape(-1), None, critic)
-    else:
-        inner = _unnamed(arrays, head_scope)
-        if not inner:
-            raise PolicyLayersError(f"{head_scope}: holds no dense layer before policy_mean; expected AWS's SAC head.")
-        actions = network.head.kernel.shape[1]
-        log_std_head = inner[1] if len(inner) > 1 and inner[1].kernel.shape[1] == actions else None
-        network = NetworkLayers(network.sensors, (*network.trunk, inner[0]), network.head, network.activation)
-        policy = PolicyLayers(kind, network, None, log_std_head)
-    for part in (policy.network, policy.critic):
-        if part is not None:
-            _require_fit(part)
-    return policy
-
-
-def _find_policy(arrays: Iterable[str]) -> tuple[str, str]:
-    """Return (kind, scope) of the policy that is trained, not of its slow copy."""
-    for kind in (DISCRETE, CONTINUOUS, SAC):
-        end = f"/{HEADS[kind]}/{LAST_LAYERS[kind]}/kernel"
-        found = sorted(name for name in arrays if name.endswith(end) and "/target/" not in name)
-        if found:
-            return kind, found[0].removesuffix(end)
-    some = ", ".join(sorted(arrays)[:3]) or "nothing"
-    raise PolicyLayersError(
-        f"there is no policy of a DeepRacer car among its weights ({some} …); expected names like "
-        f"{POLICY_SCOPES[DISCRETE]}/ppo_head_0/policy_fc/kernel."
-    )
-
-
-def _network(
-    arrays: Mapping[str, Array], scope: str, head: DenseLayer, strides: Mapping[str, int], shrink: int
-) -> NetworkLayers:
-    below = {name[len(scope) + 1 :].split("/")[0] for name in arrays if name.startswith(f"{scope}/")}
-    sensors = sorted(below & {*CAMERAS, *LIDARS})
-    if not sensors:
-        raise PolicyLayersError(
-            f"{scope}: holds no sensor's layers ({', '.join(sorted(below))}); expected one of {', '.join(CAMERAS)}."
-        )
-    trunk = tuple(layer for _, layer in _ordered(arrays, f"{scope}/{MIDDLEWARE}") if isinstance(layer, DenseLayer))
-    return NetworkLayers(tuple(_sensor(arrays, scope, name, strides, shrink) for name in sensors), trunk, head)
-
-
-def _sensor(
-    arrays: Mapping[str, Array], scope: str, name: str, strides: Mapping[str, int], shrink: int
-) -> SensorLayers:
-    layers = _ordered(arrays, f"{scope}/{name}")
-    kernels = [(place, layer) for place, layer in layers if isinstance(layer, Convolution)]
-    dense = [layer for _, layer in layers if isinstance(layer, DenseLayer)]
-    if not kernels:
-        if not dense:
-            raise PolicyLayersError(f"{scope}/{name}: holds no layers; expected convolutions or dense layers.")
-        return SensorLayers(name, (int(dense[0].kernel.shape[0]),), (), tuple(dense))
-    known = KNOWN_STRIDES.get(tuple((layer.kernel.shape[0], layer.kernel.shape[3]) for _, layer in kernels))
-    convolutions = []
-    for number, (place, layer) in enumerate(kernels):
-        stride = strides.get(f"{place}/kernel", known[number] if known else 0)
-        if stride < 1:
-            raise PolicyLayersError(
-                f"{place}: its stride is not known, and the network is none of AWS's; expected the .meta file beside "
-                "the checkpoint, or the frozen graph."
-            )
-        convolutions.append(Convolution(layer.kernel, layer.bias, stride))
-    while dense and dense[0].kernel.shape[0] == convolutions[-1].kernel.shape[3]:
-        pixel = dense.pop(0)  # nothing is flattened yet
-        convolutions.append(Convolution(pixel.kernel[None, None], pixel.bias, 1))
-    channels = int(convolutions[0].kernel.shape[2])
-    return SensorLayers(name, (*IMAGE, channels), tuple(convolutions), tuple(dense), shrink)
-
-
-def _ordered(arrays: Mapping[str, Array], scope: str) -> list[tuple[str, Convolution | DenseLayer]]:
-    """Return a scope's layers with their names, by number; a convolution's stride is still open (0)."""
-    numbers = {}
-    for name in arrays:
-        match = _LAYER.fullmatch(name[len(scope) + 1 :].removesuffix("/kernel")) if name.startswith(scope) else None
-        if match and name.endswith("/kernel"):
-            numbers[int(match[2])] = f"{scope}/{match[0]}"
-    layers: list[tuple[str, Convolution | DenseLayer]] = []
-    for number in sorted(numbers):
-        place = numbers[number]
-        kernel, bias = _pair(arrays, place)
-        layers.append((place, Convolution(kernel, bias, 0) if kernel.ndim == 4 else DenseLayer(kernel, bias)))
-    return layers
-
-
-def _unnamed(arrays: Mapping[str, Array], scope: str) -> list[DenseLayer]:
-    """Return a head's layers without a name of their own, "dense", "dense_1", …, in their order."""
-    found = {}
-    for name in arrays:
-        match = re.fullmatch(r"dense(?:_(\d+))?/kernel", name[len(scope) + 1 :]) if name.startswith(scope) else None
-        if match:
-            found[int(match[1] or 0)] = name.removesuffix("/kernel")
-    return [_dense_at(arrays, found[number]) for number in sorted(found)]
-
-
-def _dense_at(arrays: Mapping[str, Array], place: str) -> DenseLayer:
-    kernel, bias = _pair(arrays, place)
-    if kernel.ndim != 2:
-        raise PolicyLayersError(f"{place}/kernel has shape {kernel.shape}; expected (inputs, units).")
-    return DenseLayer(kernel, bias)
-
-
-def _pair(arrays: Mapping[str, Array], place: str) -> tuple[Array, Array]:
-    """Return a layer's kernel and bias, checked."""
-    for part in ("kernel", "bias"):
-        if f"{place}/{part}" not in arrays:
-            raise PolicyLayersError(f"{place}: has no {part}; expected kernel and bias of every layer.")
-    kernel, bias = _numbers(arrays[f"{place}/kernel"]), _numbers(arrays[f"{place}/bias"])
-    if kernel.ndim not in (2, 4) or bias.shape != kernel.shape[-1:]:
-        raise PolicyLayersError(f"{place}: kernel has shape {kernel.shape} and bias {bias.shape}; they do not fit.")
-    return kernel, bias
-
-
-def _numbers(array: Array) -> Array:
-    numbers = np.asarray(array, np.float32)
-    if not np.isfinite(numbers).all():
-        raise PolicyLayersError("weights that are no finite numbers; expected a policy whose training did not diverge.")
-    return numbers
-
-
-def _require_fit(network: NetworkLayers) -> None:
-    """Refuse layers whose sizes do not follow from one another."""
-    for sensor in network.sensors:
-        channels = sensor.shape[-1]
-        for layer in sensor.convolutions:
-            if layer.kernel.shape[2] != channels:
-                raise PolicyLayersError(
-                    f"{sensor.name}: a convolution reads {layer.kernel.shape[2]} channels where {channels} arrive."
-                )
-            channels = layer.kernel.shape[3]
-        _require_chain(sensor.name, flattened_size(sensor), sensor.dense)
-    width = sum(flat_size(sensor) for sensor in network.sensors)
-    _require_chain(MIDDLEWARE, width, (*network.trunk, network.head))
-
-
-def _require_chain(place: str, width: int, layers: Iterable[DenseLayer]) -> None:
-    for layer in layers:
-        if layer.kernel.shape[0] != width:
-            raise PolicyLayersError(
-                f"{place}: a dense layer reads {layer.kernel.shape[0]} numbers where {width} arrive; expected images "
-                f"of {IMAGE[1]} x {IMAGE[0]} px and AWS's layers."
-            )
-        width = int(layer.kernel.shape[1])
-
-
-def _named_network(scope: str, network: NetworkLayers, last: str, kind: str) -> dict[str, Array]:
-    arrays: dict[str, Array] = {}
-    for sensor in network.sensors:
-        for number, layer in enumerate(sensor.convolutions):
-            if is_pixel(layer):  # AWS's trainer knows it as a dense layer
-                pixel = DenseLayer(layer.kernel[0, 0], layer.bias)
-                arrays |= _named(f"{scope}/{sensor.name}/Dense_{2 * number}", pixel)
-            else:
-                arrays |= _named(f"{scope}/{sensor.name}/Conv2d_{2 * number}", layer)
-        for number, dense in enumerate(sensor.dense, len(sensor.convolutions)):
-            arrays |= _named(f"{scope}/{sensor.name}/Dense_{2 * number}", dense)
-    middle = network.trunk[:-1] if kind == SAC else network.trunk
-    for number, dense in enumerate(middle):
-        arrays |= _named(f"{scope}/{MIDDLEWARE}/Dense_{2 * number}", dense)
-    if kind == SAC:
-        arrays |= _named(f"{scope}/{HEADS[SAC]}/dense", network.trunk[-1])
-    return arrays | _named(f"{scope}/{last}", network.head)
-
-
-def _named(place: str, layer: Convolution | DenseLayer) -> dict[str, Array]:
-    return {f"{place}/kernel": layer.kernel, f"{place}/bias": layer.bias}

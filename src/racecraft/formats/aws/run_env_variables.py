@@ -31,7 +31,7 @@ STATUSES = {
 
 REASONS = {
     "container": "no container runs here: racecraft is one program, and there is no image to choose or to keep alive",
-    "bucket": "the bucket is a folder of this machine: it has no address, no region, no profile and no key",
+    "role": "a role belongs to a profile: `role_arn` in ~/.aws/config, and DR_UPLOAD_S3_PROFILE names the profile",
     "screen": "the simulator draws no window and needs no screen",
     "stream": "no video stream is sent anywhere; films are files (`racecraft evaluate RUN --video FILE.mp4`)",
     "clock": "simulated time waits for no clock: ticks are computed as fast as the machine can",
@@ -106,13 +106,13 @@ _RUN = _rows(
     """
 RUN_ID | 0 | verbs | Number of a run beside others: each trains, stops and shows its log by itself.
 WORLD_NAME | reinvent_base | used | Track.
-RACE_TYPE | TIME_TRIAL | used | TIME_TRIAL, OBJECT_AVOIDANCE or HEAD_TO_BOT; HEAD_TO_MODEL is not built yet.
+RACE_TYPE | TIME_TRIAL | used | TIME_TRIAL, OBJECT_AVOIDANCE, HEAD_TO_BOT or HEAD_TO_MODEL (its own past selves).
 CAR_NAME | FastCar | told | Name shown on the video.
 CAR_BODY_SHELL_TYPE | deepracer | told | Shell of the car on the video.
 CAR_COLOR | Red | told | Colour of the car on the video.
 DISPLAY_NAME | $DR_CAR_NAME | told | Name shown on the video.
 RACER_NAME | $DR_CAR_NAME | told | Name of the racer.
-ENABLE_DOMAIN_RANDOMIZATION | False | later | Other colours and light in each episode.
+ENABLE_DOMAIN_RANDOMIZATION | False | used | Other lamps, and other colours of objects, in each episode.
 EVAL_NUMBER_OF_TRIALS | 3 | used | Laps of `racecraft evaluate` where none are asked for; trials of a judged race.
 EVAL_IS_CONTINUOUS | True | used | Of a judged race: trials are laps of one drive, or each begins at rest.
 EVAL_MAX_RESETS | 100 | used | Of a judged race: how often the car is set back; the next mishap ends the trial.
@@ -175,19 +175,19 @@ H2B_BOT_CAR_PENALTY | 5.0 | used | Seconds for which they stand after one of the
 _SYSTEM = _rows(
     "system",
     """
-CLOUD | local | verbs | Kind of storage; whichever it is, the bucket is a folder here.
-AWS_APP_REGION | us-east-1 | bucket | AWS region.
-UPLOAD_S3_PROFILE | default | bucket | AWS profile for uploads.
-UPLOAD_S3_BUCKET |  | verbs | Folder that stands for the bucket for uploads.
-UPLOAD_S3_ROLE |  | bucket | Role for uploads, in older files.
-LOCAL_S3_BUCKET | bucket | verbs | Folder that stands for the bucket.
-LOCAL_S3_PROFILE | default | bucket | Profile of the local storage.
-LOCAL_S3_ENDPOINT_URL |  | bucket | Address of the local storage.
-LOCAL_S3_AUTH_MODE |  | bucket | How the local storage is opened.
-LOCAL_ACCESS_KEY_ID |  | bucket | Key of the local storage.
-LOCAL_SECRET_ACCESS_KEY |  | bucket | Key of the local storage.
-MINIO_URL |  | bucket | Address of the local storage.
-REMOTE_MINIO_URL |  | bucket | Address of a storage elsewhere.
+CLOUD | local | verbs | Kind of storage: remote has DR_REMOTE_MINIO_URL count; else the lines below decide.
+AWS_APP_REGION | us-east-1 | verbs | AWS region of buckets that are S3.
+UPLOAD_S3_PROFILE | default | verbs | AWS profile for uploads; another than default makes that bucket S3.
+UPLOAD_S3_BUCKET |  | verbs | Bucket for uploads: a folder here, or S3 (s3://NAME, or with a profile).
+UPLOAD_S3_ROLE |  | role | Role for uploads, in older files.
+LOCAL_S3_BUCKET | bucket | verbs | The bucket: a folder here, or S3 (s3://NAME, or with an endpoint or a profile).
+LOCAL_S3_PROFILE | default | verbs | Profile of the bucket; another than default and minio makes it S3.
+LOCAL_S3_ENDPOINT_URL |  | verbs | Address of the bucket's store, which makes it S3.
+LOCAL_S3_AUTH_MODE |  | verbs | role: no profile is asked for, but the role of the machine.
+LOCAL_ACCESS_KEY_ID |  | verbs | Key of the bucket's store, instead of a profile.
+LOCAL_SECRET_ACCESS_KEY |  | verbs | What belongs to that key.
+MINIO_URL |  | verbs | Address of the bucket's store, which makes it S3, where no other variable names one.
+REMOTE_MINIO_URL |  | verbs | The same, with DR_CLOUD=remote.
 GUI_ENABLE | False | screen | Window of the simulator.
 USE_GUI |  | screen | Window of the simulator.
 KINESIS_STREAM_NAME |  | stream | Video stream.

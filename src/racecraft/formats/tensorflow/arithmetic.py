@@ -154,9 +154,12 @@ def _conv(node: Node, read: Sequence[Any]) -> Any:
     windows = _windows(node, maps, kernel.shape[:2], strides, 0.0)
     _require_room((*windows.shape[:3], kernel.shape[3]))
     _require_room((windows.shape[1] * windows.shape[2], *kernel.shape[:3]))
-    rows = [row.transpose(0, 1, 3, 4, 2).reshape(-1, math.prod(kernel.shape[:3])) for row in windows]
     flat = kernel.reshape(-1, kernel.shape[3])
-    return np.stack([(row @ flat).reshape(*windows.shape[1:3], -1) for row in rows])
+    result = np.empty((*windows.shape[:3], kernel.shape[3]), np.result_type(maps, kernel))
+    for place, row in enumerate(windows):  # all laid out at once would be gigabytes
+        patches = row.transpose(0, 1, 3, 4, 2).reshape(-1, math.prod(kernel.shape[:3]))
+        result[place] = (patches @ flat).reshape(result.shape[1:])
+    return result
 
 
 def _average(node: Node, read: Sequence[Any]) -> Any:

@@ -9,7 +9,7 @@ Source: facts: TensorFlow's `tensor_bundle.proto` and `tensor_bundle.cc`.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -41,11 +41,12 @@ class TensorFlowCheckpointError(InputFileError):
     """A TensorFlow checkpoint is missing, damaged, or none."""
 
 
-def read_checkpoint(prefix: str | Path) -> dict[str, Array]:
+def read_checkpoint(prefix: str | Path, wanted: Callable[[str], bool] = lambda name: True) -> dict[str, Array]:
     """Return the arrays of a checkpoint by name; what is no number (texts) is passed over.
 
     Args:
         prefix: The checkpoint's name, such as `model/12_Step-3456.ckpt`, or its .index file.
+        wanted: Tells by its name whether an array is read at all.
 
     Raises:
         TensorFlowCheckpointError: A file is missing or damaged; checksums are looked at.
@@ -57,11 +58,9 @@ def read_checkpoint(prefix: str | Path) -> dict[str, Array]:
             raise TensorFlowCheckpointError(index, f"{index.stat().st_size} bytes long", "an index of a few kilobytes")
         entries = read_table(index.read_bytes())
         shards = _shards(entries.pop(b"", None))
-        return {
-            name.decode("utf-8"): array
-            for name, entry in entries.items()
-            if (array := _array(prefix, shards, name.decode("utf-8"), entry)) is not None
-        }
+        named = ((name.decode("utf-8"), entry) for name, entry in entries.items())
+        read = ((name, _array(prefix, shards, name, entry)) for name, entry in named if wanted(name))
+        return {name: array for name, array in read if array is not None}
     except FileNotFoundError as error:
         raise TensorFlowCheckpointError(error.filename or index, "there is no such file", KIND) from None
     except OSError as error:

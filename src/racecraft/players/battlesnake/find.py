@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from racecraft.contract.errors import nearest
@@ -20,7 +21,7 @@ PLAYERS = {
     "hungry": "straight to the nearest food",
     "flood_fill": "keeps room behind it, avoids stronger heads, eats when it must",
     "area_control": "wants more squares than the others, whatever they reply",
-    "search": "looks many moves ahead (decoupled PUCT), as long as it is given time",
+    "search": "looks many moves ahead (alpha-beta in duels, PUCT among more), as long as it is given time",
 }
 """The built-in players by name, weakest first, with what they do."""
 
@@ -61,9 +62,14 @@ def find_player(name: str, seed: int = 0, memory_mb: int = MEMORY_MB) -> SnakePl
 
 def warm_up(player: SnakePlayer | JsonPlayer) -> None:
     """Let a built-in player choose once on a small board, so that compiling does not cost it its first moves."""
-    if isinstance(player, SnakePlayer):
-        snakes = [Snake("a", [(1, 1)] * 3), Snake("b", [(5, 5)] * 3)]
-        player.choose(Board(7, 7, snakes=snakes, food=[(3, 3)]), GameSettings(7, 7, 2), "a", 0.0)
+    if not isinstance(player, SnakePlayer):
+        return
+    snakes = [Snake("a", [(1, 1)] * 3), Snake("b", [(5, 5)] * 3)]
+    board, settings = Board(7, 7, snakes=snakes, food=[(3, 3)]), GameSettings(7, 7, 2)
+    player.choose(board, settings, "a", 0.0)
+    prepare: Callable[[Board, GameSettings, str], None] | None = getattr(player, "warm_up", None)
+    if prepare is not None:
+        prepare(board, settings, "a")
 
 
 def _may_be_run(name: str) -> bool:

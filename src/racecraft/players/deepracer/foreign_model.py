@@ -1,8 +1,7 @@
 """A model of AWS's trainer as a run folder of ours: it drives, is judged, shown, cloned and exported like any other.
 
-Begin with `import_model`. Weights are read by our own small readers; where the file tells the graph as well, the graph
-itself answers beside the network that was made of it, and what disagrees is refused. A model is never resumed, for
-nothing of its trainer's state is in its files; a new training begins from it with `--from`.
+Begin with `import_model`. What its files hold is read in `foreign_policy.py`. A model is never resumed, for nothing of
+its trainer's state is in its files; a new training begins from it with `--from`.
 """
 
 from __future__ import annotations
@@ -15,18 +14,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from racecraft.algorithms.networks import NetworkConfig
-from racecraft.algorithms.plain_layers import ForeignPolicy, policy_of
+from racecraft.algorithms.architecture import NetworkConfig
 from racecraft.algorithms.policy_spec import PolicySpec
-from racecraft.algorithms.registry import find_algorithm
-from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.errors import TrackError
-from racecraft.contract.world import Array, ArraySpec
-from racecraft.envs.deepracer.actions import action_space
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
-from racecraft.envs.deepracer.world import CAMERA_NAME, world_spec
 from racecraft.formats.aws.hyperparameters import read_hyperparameters, write_hyperparameters
 from racecraft.formats.aws.model_archive import is_archive, unpack_model
 from racecraft.formats.aws.model_metadata import (
@@ -35,8 +26,6 @@ from racecraft.formats.aws.model_metadata import (
     read_model_metadata,
     write_model_metadata,
 )
-from racecraft.formats.aws.policy_graph import policy_output_in, read_policy_graph, strides_in
-from racecraft.formats.aws.policy_layers import DISCRETE, IMAGE, SAC, PolicyLayers, PolicyLayersError, layers_from
 from racecraft.formats.aws.trained_model import (
     ForeignModel,
     ForeignModelError,
@@ -47,19 +36,14 @@ from racecraft.formats.aws.trained_model import (
 from racecraft.formats.aws.training_params import ParamsFileError, read_params
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import JOB, RunFolder
-from racecraft.formats.tensorflow.arithmetic import GraphArithmeticError, GraphFunction
-from racecraft.formats.tensorflow.checkpoint import INDEX, read_checkpoint
-from racecraft.formats.tensorflow.graph import read_meta_graph
-from racecraft.formats.whole import write_whole
+from racecraft.formats.whole import OutputFileError, output_letter, write_whole
+from racecraft.players.deepracer.foreign_policy import read_foreign_policy
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.importer import route_file, travels
 from racecraft.tracks.track import Track
 
 KIND = "deepracer"
 DEFAULT_TRACK = "reinvent_base"
-ASKED_FRAMES = 8
-TOLERANCE = 1e-4
-"""How far answers of graph and network may lie apart."""
 IMPORTED = "imported"
 """What job.json holds of a run that was imported: where from."""
 
@@ -125,131 +109,83 @@ def borrowed_run(source: str | Path) -> RunFolder:
 
 def _import(model: ForeignModel, source: Path, place: str | Path | None, track: str | None) -> Import:
     car = read_model_metadata(model.metadata)
-    _require_one_camera(car, model.metadata)
     circuit, notes = _track_of(model, track)
-    policies: dict[int, tuple[ForeignWeights, ForeignPolicy]] = {}
-    for one in model.weights:  # by iteration; of the layers only the last ones are kept, for memory's sake
-        layers, last = _policy(one, car)
-        policies[one.iteration] = one, last
-    notes = list(dict.fromkeys([*car.notes, *notes, *last.notes]))
-    settings = _settings(car, layers, last)
     told = {"model_metadata": as_aws_dict(car), "track": circuit.name}
-    job = {
-        "kind": KIND,
-        "title": f"{circuit.title or circuit.name}, {source.name}",
-        "algorithm": last.spec.algorithm,
-        "asked": {"track": circuit.name, "preset": "aws", "set": [], "stops": [], "folder": None, "from": source.name},
-        IMPORTED: source.name,
-        "track": {
-            "name": circuit.name,
-            "hash": circuit.hash(),
-            "length_m": circuit.length,
-            "copy": "track.npy" if travels(circuit) else None,
-        },
-        "evaluate": {},
-        "env": {},
-        "model_metadata": told["model_metadata"],
-        "settings": settings,
-        "notes": notes,
-    }
-    fill = _filler(model, car, circuit)
-    if place is None:
-        run = RunFolder.create_numbered(Path("runs"), _name_of(source), job, fill)
-    else:
-        run = RunFolder.create(place, job, fill)
-    best = model.best if model.best is not None else max(policies)
-    shelf = Checkpoints(run.checkpoints)
-    for number, (one, policy) in policies.items():
-        card = {"kind": KIND, "policy_spec": policy.spec.as_dictionary(), **told, "settings": settings,
-                IMPORTED: list(policy.notes)}  # fmt: skip
-        shelf.save(number, one.steps, policy.weights, card, score=one.score, best=number == best)
-    return Import(run, tuple(policies), best, tuple(notes))
+    with tempfile.TemporaryDirectory(prefix="racecraft-weights-") as folder:
+        shelved = [_shelve(one, one.iteration == _best_of(model), car, told, Path(folder)) for one in model.weights]
+        last = shelved[-1]
+        notes = list(dict.fromkeys([*car.notes, *notes, *last.notes]))
+        job = {
+            "kind": KIND,
+            "title": f"{circuit.title or circuit.name}, {source.name}",
+            "algorithm": last.algorithm,
+            "asked": {"track": circuit.name, "preset": "aws", "set": [], "stops": [], "folder": None,
+                      "from": source.name},
+            IMPORTED: source.name,
+            "track": {
+                "name": circuit.name,
+                "hash": circuit.hash(),
+                "length_m": circuit.length,
+                "copy": "track.npy" if travels(circuit) else None,
+            },
+            "evaluate": {},
+            "env": {},
+            "model_metadata": told["model_metadata"],
+            "settings": last.settings,
+            "notes": notes,
+        }  # fmt: skip
+        fill = _filler(model, car, circuit, Path(folder))
+        if place is None:
+            run = RunFolder.create_numbered(Path("runs"), _name_of(source), job, fill)
+        else:
+            run = RunFolder.create(place, job, fill)
+    return Import(run, tuple(one.iteration for one in model.weights), _best_of(model), tuple(notes))
 
 
-def _policy(weights: ForeignWeights, car: ModelMetadata) -> tuple[PolicyLayers, ForeignPolicy]:
-    """Return the policy of a state of a model, having asked its graph beside it where there is one."""
-    layers, function, notes = _read(weights)
-    try:
-        policy = policy_of(layers, _observations(car, layers), action_space(car.action_space).spec)
-    except PolicyLayersError as error:
-        found, _, expected = str(error).partition("; expected ")
-        raise ForeignModelError(weights.path, found, expected.rstrip(".") or "AWS's layers") from error
-    if function is not None:
-        _require_same_answers(weights.path, layers, function, policy)
-    return layers, ForeignPolicy(policy.spec, policy.weights, (*policy.notes, *notes))
+def _best_of(model: ForeignModel) -> int:
+    return model.best if model.best is not None else model.weights[-1].iteration
 
 
-def _read(weights: ForeignWeights) -> tuple[PolicyLayers, GraphFunction | None, tuple[str, ...]]:
-    """Return a file's layers, and its graph as a function where it tells one that we can compute."""
-    if weights.is_graph:
-        return (*read_policy_graph(weights.path), ())
-    arrays = read_checkpoint(weights.path)
-    meta = Path(str(weights.path).removesuffix(INDEX) + ".meta")
-    strides: Mapping[str, int] = {}
-    function: GraphFunction | None = None
-    notes: tuple[str, ...] = ()
-    try:
-        if meta.is_file():
-            graph = read_meta_graph(meta)
-            strides = strides_in(graph)
-            function = GraphFunction(graph, policy_output_in(graph, meta), arrays)
-    except GraphArithmeticError as error:
-        notes = (f"{meta.name} was not asked beside the network: {error}",)
-    try:
-        return layers_from(arrays, strides), function, notes
-    except PolicyLayersError as error:
-        found, _, expected = str(error).partition("; expected ")
-        raise ForeignModelError(weights.path, found, expected.rstrip(".") or "AWS's layers") from error
+@dataclass(frozen=True)
+class _Shelved:
+    """What is to be remembered of a state of a model whose weights lie on the shelf."""
+
+    algorithm: str
+    settings: dict[str, Any]
+    notes: tuple[str, ...]
 
 
-def _observations(car: ModelMetadata, layers: PolicyLayers) -> dict[str, ArraySpec]:
-    shrink = max(sensor.shrink for sensor in layers.network.sensors)
-    camera = CameraConfig(width=IMAGE[1] // shrink, height=IMAGE[0] // shrink)
-    return dict(world_spec(action_space(car.action_space), camera).observations)
+def _shelve(
+    weights: ForeignWeights, is_best: bool, car: ModelMetadata, told: Mapping[str, Any], folder: Path
+) -> _Shelved:
+    """Put a state of a model on a shelf; one after the other, for a folder of them is larger than memory."""
+    policy = read_foreign_policy(weights, car)
+    settings = _settings(car, policy.spec)
+    card = {"kind": KIND, "policy_spec": policy.spec.as_dictionary(), **told, "settings": settings,
+            IMPORTED: list(policy.notes)}  # fmt: skip
+    shelf = Checkpoints(folder)
+    shelf.save(weights.iteration, weights.steps, policy.weights, card, score=weights.score, best=is_best)
+    return _Shelved(policy.spec.algorithm, settings, policy.notes)
 
 
-def _require_same_answers(path: Path, layers: PolicyLayers, function: GraphFunction, policy: ForeignPolicy) -> None:
-    """Ask graph and network about frames of noise.
-
-    Raises:
-        ForeignModelError: They answer otherwise: the graph computes more than its layers tell.
-    """
-    frames = np.random.default_rng(0).integers(0, 256, (ASKED_FRAMES, *IMAGE, 1), dtype=np.uint8)
-    sensor = layers.network.sensors[0]
-    told = function(dict.fromkeys(function.inputs, frames))
-    squares = frames.reshape(ASKED_FRAMES, IMAGE[0] // sensor.shrink, sensor.shrink, -1, sensor.shrink)
-    seen = squares.mean(axis=(2, 4), dtype=np.float32) / np.float32(255.0)
-    here = _answers(policy.spec, policy.weights, {CAMERA_NAME: seen}, layers.kind)
-    if layers.kind != DISCRETE:
-        told = np.tanh(told) if layers.kind == SAC else np.clip(told, -1.0, 1.0)
-    difference = float(np.abs(told - here).max()) if told.shape == here.shape else float("inf")
-    if not difference <= TOLERANCE:
-        raise ForeignModelError(
-            path, f"its graph answers otherwise than its layers (by {difference:g})", "a network as AWS trains it"
-        )
-
-
-def _answers(spec: PolicySpec, weights: Mapping[str, Array], seen: Mapping[str, Array], kind: str) -> Array:
-    """Return what a policy answers: likelihoods of choices, or numbers in [-1, 1] units."""
-    policy: Any = find_algorithm(spec.algorithm).learner_class().load_policy(spec, to_tensors(dict(weights)))
-    if kind == DISCRETE:
-        return np.asarray(policy.probabilities(seen))
-    bounds: Any = spec.actions
-    low, high = np.asarray(bounds.low), np.asarray(bounds.high)
-    return np.asarray(2.0 * (policy.act(seen) - low) / (high - low) - 1.0)
-
-
-def _settings(car: ModelMetadata, layers: PolicyLayers, policy: ForeignPolicy) -> dict[str, Any]:
+def _settings(car: ModelMetadata, spec: PolicySpec) -> dict[str, Any]:
     """Return the groups of settings that such a training would have had."""
-    row, shrink = policy.spec.network, layers.network.sensors[0].shrink
-    filters, kernels, strides = ([part[place] for part in row["convolutions"]] for place in range(3))
+    row = spec.network
+    filters, kernels, strides = (tuple(part[place] for part in row["convolutions"]) for place in range(3))
     network = NetworkConfig(
-        tuple(filters), tuple(kernels), tuple(strides), tuple(row["image_units"]) or None, tuple(row["trunk_units"]),
-        activation=row["activation"], privileged_critic=False, separate_networks=True, initialisation="glorot",
-    )  # fmt: skip
-    camera = CameraConfig(
-        width=IMAGE[1] // shrink, height=IMAGE[0] // shrink, light="2019" if car.version in ("1", "2") else "car"
+        conv_filters=filters,
+        conv_kernels=kernels,
+        conv_strides=strides,
+        image_units=tuple(row["image_units"]) or None,
+        vector_units=tuple(row["vector_units"]) or None,
+        hidden_units=tuple(row["trunk_units"]),
+        activation=row["activation"],
+        privileged_critic=False,
+        separate_networks=True,
+        initialisation="glorot",
     )
+    height, width = next(part.shape[:2] for part in spec.visible.values() if len(part.shape) > 1)
+    camera = CameraConfig(width=width, height=height, light="2019" if car.version in ("1", "2") else "car")
     groups: dict[str, Any] = {"race": RaceConfig(car=car.car, fidelity="aws"), "camera": camera, "network": network}
     return {name: {key: _plain(value) for key, value in asdict(group).items()} for name, group in groups.items()}
 
@@ -271,19 +207,7 @@ def _track_of(model: ForeignModel, asked: str | None) -> tuple[Track, list[str]]
         return load_track(DEFAULT_TRACK), [f"its track {named!r} is not known here; {DEFAULT_TRACK} is taken"]
 
 
-def _require_one_camera(car: ModelMetadata, path: Path) -> None:
-    """Refuse a car that sees with more than one eye: its networks have inputs that are not mapped yet.
-
-    Raises:
-        ForeignModelError: It carries a pair of cameras, or a LiDAR.
-    """
-    if len(car.sensors) > 1 or car.sensors[0] == "STEREO_CAMERAS":
-        raise ForeignModelError(
-            path, f"its car sees with {', '.join(car.sensors)}", "one camera of one eye; others are not imported yet"
-        )
-
-
-def _filler(model: ForeignModel, car: ModelMetadata, circuit: Track) -> Callable[[RunFolder], None]:
+def _filler(model: ForeignModel, car: ModelMetadata, circuit: Track, shelf: Path) -> Callable[[RunFolder], None]:
     def fill(run: RunFolder) -> None:
         write_model_metadata(car, run.model_metadata)
         if model.hyperparameters is not None:
@@ -292,6 +216,11 @@ def _filler(model: ForeignModel, car: ModelMetadata, circuit: Track) -> Callable
             write_whole(run.reward_function, model.reward.read_bytes())
         if travels(circuit):
             write_whole(run.track, route_file(circuit))
+        try:
+            for file in shelf.iterdir():
+                shutil.move(file, run.checkpoints / file.name)
+        except OSError as error:
+            raise OutputFileError(output_letter(run.checkpoints, error)) from error
 
     return fill
 

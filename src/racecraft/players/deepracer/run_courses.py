@@ -18,6 +18,7 @@ from racecraft.envs.deepracer.settings import (
     race_groups,
     with_race_groups,
 )
+from racecraft.envs.deepracer.variation import VariationConfig
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.deepracer.run_track import KIND, track_of_run
 from racecraft.settings.composition import Settings
@@ -36,7 +37,8 @@ class LaidCourse:
 
     track: Track
     settings: Settings
-    """Its race, and what stands or drives in the way: the group `race`, and the one that its type brings along."""
+    """Its race, what differs from episode to episode, and what stands or drives in the way: the groups `race` and
+    `variation`, and the one that the race's type brings along."""
     cars: int | None = None
     """As `Course.cars`."""
 
@@ -67,7 +69,7 @@ def courses_of_run(run: RunFolder) -> tuple[LaidCourse, ...]:
     """
     job, track = run.read_job_of(KIND), track_of_run(run)
     race = job["settings"]["race"]
-    own = with_race_groups(Settings(race=RaceConfig(type=race.get("type", TIME_TRIAL))))
+    own = with_race_groups(of_race(Settings(race=RaceConfig(type=race.get("type", TIME_TRIAL)))))
     settings = from_dictionary(own, job["settings"])
     told = job.get("courses", [])
     return courses_of_job(told, settings, track, run.tracks) if told else (LaidCourse(track, settings),)
@@ -84,8 +86,9 @@ def held_out_of_run(run: RunFolder) -> tuple[Track, ...]:
 
 def of_race(settings: Settings) -> Settings:
     """Return the groups of a training's settings that say what its race is."""
-    groups = ("race", *race_groups(settings.race.type))
-    return Settings(**{name: getattr(settings, name) for name in groups})
+    groups = ("race", "variation", *race_groups(settings.race.type))
+    own = {name: getattr(settings, name) for name in groups if name in settings}
+    return Settings(**{"variation": VariationConfig()} | own)
 
 
 def courses_of_job(

@@ -13,6 +13,7 @@ from racecraft.envs.deepracer.camera import CameraMount
 from racecraft.envs.deepracer.light import light_for
 from racecraft.envs.deepracer.sensors import Sensors, car_sensors
 from racecraft.envs.deepracer.settings import TIME_TRIAL, CameraConfig, RaceConfig, objects_of, race_groups
+from racecraft.envs.deepracer.variation import VariationConfig
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
 from racecraft.formats.aws.model_metadata import action_space_from_aws
 from racecraft.formats.checkpoint import CheckpointEntry
@@ -59,8 +60,12 @@ class TrainedCar:
         start_shares: Sequence[float] | None = None,
         laps: int = 1,
         race: RaceConfig | None = None,
+        variation: VariationConfig = VariationConfig(),  # noqa: B008 (frozen)
     ) -> RaceWorld:
-        """Return cars of this kind on a track, without a reward; `race` where it differs from how it was trained."""
+        """Return cars of this kind on a track, without a reward; `race` where it differs from how it was trained.
+
+        However a car was trained, it is judged without variation unless one is given.
+        """
         return RaceWorld(
             track,
             self.actions,
@@ -72,6 +77,7 @@ class TrainedCar:
             mount=self.mount,
             sensors=self.sensors,
             objects=objects_of(self.settings),
+            variation=variation,
         )
 
 

@@ -187,9 +187,14 @@ NOTEBOOKS = {
 
 CW_UTILS = '''"""Local logs under the names of the workshops' cw_utils: nothing is fetched, no account is needed."""
 
+from types import SimpleNamespace
+
 from racecraft.logs.local_streams import download_all_logs, download_log, get_log_events, iso_to_timestamp, streams
 
-__all__ = ["download_all_logs", "download_log", "get_log_events", "iso_to_timestamp", "streams"]
+boto3 = SimpleNamespace(__version__="none is needed")
+"""The old notebook asks which boto3 there is."""
+
+__all__ = ["boto3", "download_all_logs", "download_log", "get_log_events", "iso_to_timestamp", "streams"]
 '''
 
 LOG_ANALYSIS_MODULE = '''"""The workshops' log_analysis over local logs: centimetres and degrees, as it had them."""
@@ -198,19 +203,30 @@ from racecraft.analysis.deepracer.logs import find_track, simulation_agg
 from racecraft.analysis.deepracer.logs.old_names import (
     action_breakdown,
     analyze_training_progress,
+    make_error_boxes,
+    plot_coords,
     plot_episode_run,
     plot_grid_world,
+    plot_line,
     plot_top_laps,
     plot_track,
     plot_trackpoints,
     print_border,
 )
-from racecraft.logs.old_names import convert_to_pandas, episode_parser, get_closest_waypoint, load_data, ticks_of
+from racecraft.logs.old_names import (
+    EPISODE_PER_ITER,
+    convert_to_pandas,
+    episode_parser,
+    get_closest_waypoint,
+    load_data,
+    ticks_of,
+)
 
 __all__ = [
-    "action_breakdown", "analyze_training_progress", "convert_to_pandas", "episode_parser", "find_track",
-    "get_closest_waypoint", "load_data", "plot_episode_run", "plot_grid_world", "plot_top_laps", "plot_track",
-    "plot_trackpoints", "print_border", "simulation_agg", "ticks_of",
+    "EPISODE_PER_ITER", "action_breakdown", "analyze_training_progress", "convert_to_pandas", "episode_parser",
+    "find_track", "get_closest_waypoint", "load_data", "make_error_boxes", "plot_coords", "plot_episode_run",
+    "plot_grid_world", "plot_line", "plot_top_laps", "plot_track", "plot_trackpoints", "print_border",
+    "simulation_agg", "ticks_of",
 ]
 '''
 MODULES = {"cw_utils.py": CW_UTILS, "log_analysis.py": LOG_ANALYSIS_MODULE}

@@ -11,7 +11,7 @@ from racecraft.contract.policy import Policy
 from racecraft.contract.world import EpisodeRecord
 from racecraft.envs.battlesnake.world import WorldSettings
 from racecraft.evaluation.battlesnake.batch import MOST_TURNS, Player, play_batch
-from racecraft.evaluation.battlesnake.rating import MEAN, Rating, Result, rate, wilson
+from racecraft.evaluation.rating import MEAN, Rating, Result, rate, wilson
 from racecraft.players.battlesnake.anchors import ANCHORS
 from racecraft.training.callbacks import EvaluationResult
 from racecraft.training.stopping import RATING

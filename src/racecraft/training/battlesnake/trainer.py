@@ -26,10 +26,10 @@ from racecraft.rollout.settings import RolloutConfig
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, from_dictionary
 from racecraft.training.battlesnake.evaluator import RatingEvaluator
-from racecraft.training.battlesnake.opponent_pool import OpponentPool
 from racecraft.training.battlesnake.self_play import SelfPlayWorld, world_settings
 from racecraft.training.battlesnake.settings import SelfPlayConfig
 from racecraft.training.loop import Outcome
+from racecraft.training.opponent_pool import OpponentPool
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
 from racecraft.training.resume import Say, open_to_resume
 from racecraft.training.settings import EvaluationConfig, RuntimeConfig, composed

@@ -135,7 +135,8 @@ def _with_overrides(settings: Settings, course: Course) -> Settings:
     overrides = course.overrides
     types = [one.partition("=")[2] for one in overrides if one.startswith("race.type=")]
     if types and types[-1] != settings.race.type:
-        settings = with_race_groups(with_values(Settings(race=settings.race), "race", {"type": types[-1]}))
+        bare = Settings(race=settings.race, variation=settings.variation)
+        settings = with_race_groups(with_values(bare, "race", {"type": types[-1]}))
     try:
         return apply_overrides(settings, overrides)
     except SettingError as error:

@@ -20,6 +20,7 @@ from racecraft.evaluation.deepracer.by_track import Judged, figures_of, headline
 from racecraft.evaluation.deepracer.laps import LapReport, judge_laps, judge_starts
 from racecraft.formats.generalisation import TRAINED, TrackResult
 from racecraft.training.callbacks import EvaluationResult
+from racecraft.training.deepracer.against import AgainstWorld
 from racecraft.training.stopping import LAPS
 
 FLYING_LAPS = 3
@@ -49,7 +50,7 @@ class CarEvaluator:
         self,
         world: RaceWorld | SideBySide,
         policy: Policy,
-        trained_in: RaceWorld | SideBySide | None = None,
+        trained_in: RaceWorld | SideBySide | AgainstWorld | None = None,
         best_by: str = "progress",
         flying: Sequence[RaceWorld] = (),
         by_track: Sequence[Judged] = (),

@@ -14,6 +14,7 @@ from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.formats.episodes import STATUSES
 from racecraft.formats.live_ticks import OBJECTS, forget_live_ticks, is_watched, write_live_ticks
 from racecraft.formats.run_folder import RunFolder
+from racecraft.training.deepracer.against import AgainstWorld
 
 RING_TICKS = 64
 """Ticks that are left at a time: 4.3 simulated seconds."""
@@ -49,7 +50,7 @@ class LivePublisher:
 
     def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
         """Keep one tick, if somebody watches, and leave the latest when it is time."""
-        assert isinstance(world, RaceWorld | SideBySide)
+        assert isinstance(world, RaceWorld | SideBySide | AgainstWorld)
         self._ticks += 1
         if self._watched:
             self._keep(world.courses if isinstance(world, SideBySide) else (world,), buffers.reward)
@@ -64,7 +65,7 @@ class LivePublisher:
         if not self._watched:
             self._kept = 0
 
-    def _keep(self, courses: Sequence[RaceWorld], rewards: Array) -> None:
+    def _keep(self, courses: Sequence[RaceWorld | AgainstWorld], rewards: Array) -> None:
         """Keep one tick, as bytes: records are copied field by field, which takes ten times as long."""
         if self._ring is None or self._rewards is None:
             self._ring, self._rewards = self._make_room(courses, rewards.size)
@@ -78,7 +79,7 @@ class LivePublisher:
         self._rewards[place] = rewards.reshape(-1)
         self._kept, self._fresh = min(self._kept + 1, RING_TICKS), self._fresh + 1
 
-    def _make_room(self, courses: Sequence[RaceWorld], cars: int) -> tuple[Array, Array]:
+    def _make_room(self, courses: Sequence[RaceWorld | AgainstWorld], cars: int) -> tuple[Array, Array]:
         """Return room for the reports and the rewards of RING_TICKS ticks, and make some for what is in the way."""
         worlds = [course.spec.num_worlds for course in courses]
         self._first_worlds = np.cumsum([0, *worlds[:-1]])

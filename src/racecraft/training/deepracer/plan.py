@@ -13,7 +13,7 @@ from racecraft.envs.deepracer.actions import ActionSpace, action_space
 from racecraft.envs.deepracer.fidelity import habits
 from racecraft.envs.deepracer.placing import plan_objects
 from racecraft.envs.deepracer.sensors import Sensors, car_sensors
-from racecraft.envs.deepracer.settings import objects_of, with_race_groups
+from racecraft.envs.deepracer.settings import HEAD_TO_MODEL, TIME_TRIAL, objects_of, with_race_groups
 from racecraft.envs.deepracer.vehicle import PROFILES
 from racecraft.formats.aws.drfc_folder import DrfcFolder
 from racecraft.formats.aws.model_metadata import as_aws_dict
@@ -45,6 +45,10 @@ from racecraft.training.versions import versions
 
 DEFAULT_TRACK = "reinvent_base"
 DEFAULT_STOPS = ("laps", "minutes=30")
+ITSELF = "self"
+"""Word of --against: the learner's own past."""
+STOPS_AGAINST = ("minutes=10",)
+"""A car that laps alone has not learned to race."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,9 @@ class RaceRequest(TrainRequest):
     preset: str = "fast"
     fidelity: str | None = None
     """"sane" or "aws"; None: the one that goes with the preset."""
+    against: tuple[str, ...] = ()
+    """Whom the car races: ITSELF, RUN[:best|last|N], a model of AWS's, or a folder of runs; none: nobody, or itself
+    where the race is HEAD_TO_MODEL."""
     drfc: DrfcFolder | None = None
     """The installation of DeepRacer for Cloud that asks; its bucket holds the files and, in the end, the run."""
     tracks: tuple[str, ...] = ()
@@ -87,6 +94,8 @@ class CarPlan:
     """The racer's run.env, as it was read; what the AWS files repeat of it goes into job.json too."""
     judging: Mapping[str, bool | int | float | str] = field(default_factory=dict)
     """What `racecraft evaluate` does with the run where it is not told otherwise."""
+    against: tuple[str, ...] = ()
+    """Whom the car races, as `RaceRequest.against`; empty: nobody."""
     courses: tuple[LaidCourse, ...] = ()
     """The courses that cars are shared out among; empty: all drive on `track` as `settings.race` says."""
     held_out: tuple[Track, ...] = ()
@@ -132,8 +141,8 @@ def plan_car(request: RaceRequest) -> CarPlan:
     request = replace(
         request,
         track=(groups[0].track if groups else None) or (named[0] if named else asked.track) or DEFAULT_TRACK,
-        stops=request.stops or asked.stops or (DEFAULT_STOPS if request.drfc is None else ()),
-        overrides=(*offset, *asked.overrides, *request.overrides),
+        stops=request.stops or asked.stops or _default_stops(request),
+        overrides=(*offset, *asked.overrides, *request.overrides, *_race_of(request, asked.overrides)),
         clone_from=request.clone_from or asked.clone_from,
     )
     if request.car is not None and request.car not in PROFILES:
@@ -166,6 +175,7 @@ def plan_car(request: RaceRequest) -> CarPlan:
         (*notes, *notes_on_courses(courses, settings), *_notes_on_held_out(held_out)),
         asked.env.values,
         asked.judging,
+        request.against or ((ITSELF,) if settings.race.type == HEAD_TO_MODEL else ()),
         courses,
         held_out,
     )
@@ -222,6 +232,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:
         parse_stops(request.stops, LAPS),
         tuple(notes),
         job.get("env", {}),
+        against=tuple(asked.get("against", ())),
         courses=courses_of_job(job.get("courses", []), settings, track, run.tracks),
         held_out=held_out_of_job(job.get("held_out", []), run.tracks),
     )
@@ -236,6 +247,7 @@ def asked_of(plan: CarPlan) -> dict[str, Any]:
         "preset": request.preset,
         "set": list(request.overrides),
         **_told_of_groups(request),
+        "against": list(plan.against),
         "from": None if request.clone_from is None else _source_name(request.clone_from),
     }
 
@@ -288,6 +300,28 @@ def _told_of_groups(request: RaceRequest) -> dict[str, Any]:
 def _notes_on_held_out(held_out: Sequence[Track]) -> tuple[str, ...]:
     names = ", ".join(track.name for track in held_out)
     return (f"never trained on, judged at every evaluation: {names}",) if held_out else ()
+
+
+def _default_stops(request: RaceRequest) -> tuple[str, ...]:
+    if request.drfc is not None:
+        return ()
+    return STOPS_AGAINST if request.against else DEFAULT_STOPS
+
+
+def _race_of(request: RaceRequest, told: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the type of race that racing others asks for.
+
+    Raises:
+        SettingError: Another type was asked for, too.
+    """
+    wanted = f"race.type={HEAD_TO_MODEL}"
+    types = [one for one in (*told, *request.overrides) if one.startswith("race.type=")]
+    if request.against and types and types[-1] != wanted and types[-1] != f"race.type={TIME_TRIAL}":
+        raise SettingError(
+            f"--against asks for a race of {HEAD_TO_MODEL}, and {types[-1]} was asked for, too; expected one of them. "
+            "Leave one out."
+        )
+    return (wanted,) if request.against else ()
 
 
 def _load_track(request: RaceRequest, env: RunEnv) -> Track:

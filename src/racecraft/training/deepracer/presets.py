@@ -19,7 +19,15 @@ from racecraft.algorithms.sac import SacConfig
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.envs.deepracer.fidelity import FIDELITIES, habits
 from racecraft.envs.deepracer.sensors import STEREO
-from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig, with_race_groups
+from racecraft.envs.deepracer.settings import (
+    AgainstConfig,
+    BotsConfig,
+    BoxesConfig,
+    CameraConfig,
+    RaceConfig,
+    with_race_groups,
+)
+from racecraft.envs.deepracer.variation import VariationConfig
 from racecraft.formats.aws.hyperparameters import Hyperparameters
 from racecraft.formats.aws.lidar_config import LIDARS
 from racecraft.formats.aws.model_metadata import NETWORKS, ModelMetadata
@@ -185,10 +193,12 @@ def default_settings(algorithm: Algorithm = PPO) -> Settings:
         race=RaceConfig(),
         boxes=BoxesConfig(),
         bots=BotsConfig(),
+        against=AgainstConfig(),
         camera=CameraConfig(),
+        variation=VariationConfig(),
         rollout=RolloutConfig(),
         network=NetworkConfig(),
-        evaluation=EvaluationConfig(share=1.0),
+        evaluation=EvaluationConfig(share=1.5),
         runtime=RuntimeConfig(),
     )
     for name, group in TUNED_WORLDS.get(algorithm.name, {}).items():

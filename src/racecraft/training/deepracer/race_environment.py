@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from racecraft.contract.errors import SettingError
-from racecraft.envs.deepracer.settings import RACE_TYPES, TIME_TRIAL
+from racecraft.envs.deepracer.settings import HEAD_TO_MODEL, RACE_TYPES, TIME_TRIAL
 from racecraft.formats.aws.drfc_folder import DrfcFolder, default_text
 from racecraft.formats.aws.racer_files import METADATA, REWARD
 from racecraft.formats.aws.run_env import EnvFolder, RunEnv, read_env_folder
@@ -99,12 +99,8 @@ def race_environment(folder: Path | None, clones: bool = True, drfc: DrfcFolder 
 
 
 def race_type(env: RunEnv) -> str:
-    """Return the race; one that is not built yet is refused: training another one instead would be no favour."""
-    race = env.choice("DR_RACE_TYPE", TIME_TRIAL, (*RACE_TYPES, "HEAD_TO_MODEL"))
-    if race not in RACE_TYPES:
-        cure = "Change this variable, or wait for a later version."
-        raise env.letter("DR_RACE_TYPE", " or ".join(RACE_TYPES), cure, found=f"'{race}' is valid and not built yet")
-    return race
+    """Return the race."""
+    return env.choice("DR_RACE_TYPE", TIME_TRIAL, RACE_TYPES)
 
 
 def _overrides(env: RunEnv) -> tuple[str, ...]:
@@ -121,6 +117,8 @@ def _overrides(env: RunEnv) -> tuple[str, ...]:
         found.append(f"evaluation.episodes={whole_number(env, 'DR_TRAIN_MIN_EVAL_TRIALS', 1, 1000)}")
     if "DR_TRAIN_BEST_MODEL_METRIC" in env.values:
         found.append(f"evaluation.best_by={env.choice('DR_TRAIN_BEST_MODEL_METRIC', 'progress', BEST_METRICS)}")
+    if "DR_ENABLE_DOMAIN_RANDOMIZATION" in env.values:
+        found.append(f"variation.level={'aws' if env.flag('DR_ENABLE_DOMAIN_RANDOMIZATION') else 'off'}")
     return (*found, *_own_settings(env))
 
 
@@ -224,9 +222,13 @@ def _courses(whole: EnvFolder) -> tuple[Course, ...]:
 def _course_overrides(env: RunEnv, run: RunEnv) -> tuple[str, ...]:
     """Return the settings of a worker's race; what its file does not say is as in run.env."""
     race = race_type(env if "DR_RACE_TYPE" in env.values else run)
+    if race == HEAD_TO_MODEL and "DR_RACE_TYPE" in env.values:
+        cure = "Race against others in a training of its own."
+        others = " or ".join(one for one in RACE_TYPES if one != HEAD_TO_MODEL)
+        raise env.letter("DR_RACE_TYPE", others, cure, found=f"'{race}' races on one course only")
     offset = _share(env, "DR_TRAIN_START_POSITION_OFFSET")
     starts = () if offset is None else (f"race.start_offset={offset}",)
-    own = tuple(one for one in _overrides(env) if one.startswith("race."))
+    own = tuple(one for one in _overrides(env) if one.startswith(("race.", "variation.")))
     return (f"race.type={race}", *starts, *own, *objects_overrides(env, race))
 
 

@@ -8,6 +8,7 @@ from racecraft.contract.world import Array, StepBuffers, World
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.side_by_side import SideBySide
 from racecraft.envs.deepracer.world import RaceWorld
+from racecraft.training.deepracer.against import AgainstWorld
 
 
 class EpisodeRecorder:
@@ -19,20 +20,23 @@ class EpisodeRecorder:
     def __init__(self) -> None:
         self._reports: list[Array] = []
         self._rewards: list[Array] = []
+        self._varied: list[Array] = []
         self._track_lengths: Array = np.zeros(0)
 
     def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
         """Write down one tick."""
-        assert isinstance(world, RaceWorld | SideBySide)
+        assert isinstance(world, RaceWorld | SideBySide | AgainstWorld)
         self._track_lengths = world.track_lengths
         self._reports.append(world.reports.copy())
+        if world.variation is not None:
+            self._varied.append(world.variation.copy())
         self._rewards.append(buffers.reward.copy())
 
     def take(self, iteration: int) -> dict[str, Array]:
         """Return the ticks kept since the last call, T x N x M of them, as the columns of `formats/episodes.py`.
 
         Rows are ordered by world, then by car, then by time. `episode` numbers a car's own episodes from 0. Where a
-        world has several cars, the column `agent` numbers them.
+        world has several cars, the column `agent` numbers them. Where episodes differ, `variation` says by what.
         """
         reports = np.stack(self._reports, axis=2)
         flat = reports.reshape(-1)
@@ -63,6 +67,10 @@ class EpisodeRecorder:
         }
         if cars > 1:
             columns["agent"] = np.tile(np.repeat(np.arange(cars), ticks), worlds)
+        if self._varied:
+            varied = np.stack(self._varied, axis=2).reshape(-1)
+            columns["variation"] = varied.astype([(name, "f4") for name in varied.dtype.names or ()])
+            self._varied.clear()
         self._reports.clear()
         self._rewards.clear()
         driven = flat["status"] != race.PARK

@@ -36,6 +36,7 @@ from racecraft.kernels.compile import is_warm
 from racecraft.players.deepracer.run_courses import LaidCourse, cars_on, of_race
 from racecraft.players.trained import GreedyPolicy
 from racecraft.tracks.importer import route_file, travels
+from racecraft.training.deepracer.against import AgainstWorld
 from racecraft.training.deepracer.aws.files import AwsFiles
 from racecraft.training.deepracer.aws.setup import aws_setup
 from racecraft.training.deepracer.cloning import require_same_shape
@@ -53,7 +54,9 @@ from racecraft.training.deepracer.plan import (
 )
 from racecraft.training.deepracer.presets import default_settings
 from racecraft.training.deepracer.recorder import EpisodeRecorder
+from racecraft.training.deepracer.rivals import against_world, require_racing
 from racecraft.training.loop import Outcome
+from racecraft.training.opponent_pool import OpponentPool
 from racecraft.training.resume import Say
 from racecraft.training.trainer import Experiment, RunAttendants
 from racecraft.training.versions import versions
@@ -73,7 +76,8 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
     """
     settings, seed = planned.settings, planned.seed
     reward = load_reward(planned.model.reward, settings.race.reward_seconds, settings.race.type)
-    world, judged = driven_world(planned, reward), judged_world(planned, reward)
+    world, pool = learned_world(planned, reward)
+    judged = judged_world(planned, reward)
     flying = [race_world(planned, 1, None, np.zeros(1), FLYING_LAPS, course) for course in planned.all_courses]
 
     def evaluator(learner: Learner, run: RunFolder) -> CarEvaluator:
@@ -94,6 +98,8 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
         folder_name=planned.track.name if len(_names(planned)) == 1 else f"{len(_names(planned))}-tracks",
         job=job_of(planned),
         notes=planned.notes,
+        after_update=lambda learner: None if pool is None else pool.learned(learner),
+        parts={} if pool is None else {"opponents": pool},
         lay_files=lambda run: lay_files(planned, reward, run),
         warm_up=lambda tell: warm_up((world, judged, *flying), tell),
         attend=lambda run, notes: attended(planned, reward, run, notes),
@@ -155,6 +161,20 @@ def lay_files(planned: CarPlan, reward: RewardFunction, run: RunFolder) -> None:
             write_whole(run.tracks / f"{name}.npy", route_file(track))
 
 
+def learned_world(
+    planned: CarPlan, reward: RewardFunction
+) -> tuple[RaceWorld | SideBySide | AgainstWorld, OpponentPool | None]:
+    """Return what is learned in, and the pool of past selves where they are met there.
+
+    Raises:
+        UserInputError: Whoever is to be raced against cannot be.
+    """
+    if not planned.against:
+        return driven_world(planned, reward), None
+    require_racing(planned)
+    return against_world(planned, lambda cars: one_for_each(reward, cars))
+
+
 def driven_world(planned: CarPlan, reward: RewardFunction) -> RaceWorld | SideBySide:
     """Return the cars that are trained, shared out among the courses where there are several."""
     cars, own = planned.settings.rollout.num_worlds, LaidCourse(planned.track, of_race(planned.settings))
@@ -193,6 +213,7 @@ def race_world(
         mount=mount_for_version(planned.model.metadata.version),
         sensors=planned.sensors,
         objects=objects_of(course.settings),
+        variation=course.settings.variation,
     )
 
 
@@ -245,7 +266,7 @@ def open_log(run: RunFolder) -> TextIO:
         raise RunFolderError(f"{run.log}: cannot be written ({error.strerror}); expected a log file.") from error
 
 
-def warm_up(worlds: Sequence[RaceWorld | SideBySide], say: Say) -> None:
+def warm_up(worlds: Sequence[RaceWorld | SideBySide | AgainstWorld], say: Say) -> None:
     """Compile the kernels before the clock starts; on the first run ever that takes a while and is said."""
     if not is_warm():
         say("First run on this machine: compiling the simulator (once, under a minute) …")
@@ -268,8 +289,8 @@ def _where(planned: CarPlan) -> str:
     return f"{len(names)} tracks" if len(names) > 1 else planned.track.title or planned.track.name
 
 
-def _courses_of(worlds: Sequence[RaceWorld | SideBySide]) -> list[RaceWorld]:
-    return [course for one in worlds for course in (one.courses if isinstance(one, SideBySide) else (one,))]
+def _courses_of(worlds: Sequence[RaceWorld | SideBySide | AgainstWorld]) -> list[RaceWorld]:
+    return [course for one in worlds for course in ((one,) if isinstance(one, RaceWorld) else one.courses)]
 
 
 def _rounded(value: float | None) -> float | None:

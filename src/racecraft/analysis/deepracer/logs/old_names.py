@@ -15,6 +15,7 @@ import numpy as np
 from racecraft.analysis.deepracer.logs import actions, episodes, heat, paths, progress
 from racecraft.analysis.deepracer.logs.plot import QUIET, Plot, PlotError
 from racecraft.contract.world import Array
+from racecraft.tracks.picture import INK
 from racecraft.tracks.track import Track
 
 if TYPE_CHECKING:
@@ -29,6 +30,35 @@ def print_border(ax: Any, waypoints: Any, inner_border_waypoints: Any, outer_bor
         points = np.asarray(line, float)[:, :2]
         ax.plot(*points.T, color=QUIET, lw=1.0, ls=style)
     ax.set_aspect("equal")
+
+
+def plot_coords(ax: Any, ob: Any) -> None:
+    """Draw the points of a line on axes; what has `.xy`, as shapely's lines have, or (K, 2)."""
+    ax.plot(*_xy(ob), ".", color=QUIET, zorder=1)
+
+
+def plot_line(ax: Any, ob: Any) -> None:
+    """Draw a line on axes, likewise."""
+    ax.plot(*_xy(ob), color=INK, alpha=0.7, lw=3, solid_capstyle="round", zorder=2)
+
+
+def make_error_boxes(
+    ax: Any, xdata: Any, ydata: Any, xerror: Any, yerror: Any, facecolor: str = "r", edgecolor: str = "r",
+    alpha: float = 0.3,
+) -> int:  # fmt: skip
+    """Draw a box round each of K points, so far to the left and right, down and up as (2, K) errors say; return 0."""
+    from matplotlib.collections import PatchCollection
+    from matplotlib.patches import Rectangle
+
+    corners = zip(xdata, ydata, np.asarray(xerror).T, np.asarray(yerror).T, strict=True)
+    boxes = [Rectangle((x - across[0], y - up[0]), across.sum(), up.sum()) for x, y, across, up in corners]
+    ax.add_collection(PatchCollection(boxes, facecolor=facecolor, edgecolor=edgecolor, alpha=alpha))
+    return 0
+
+
+def _xy(line: Any) -> tuple[Array, Array]:
+    x, y = line.xy if hasattr(line, "xy") else np.asarray(line, float)[:, :2].T
+    return np.asarray(x), np.asarray(y)
 
 
 def plot_track(ticks: pl.DataFrame, track: Track, value: str = "reward") -> Plot:

@@ -28,6 +28,8 @@ def local_aws(context: typer.Context) -> None:
         racecraft dr local-aws s3 cp s3://bucket/custom_files/reward_function.py .
     """
     drfc = installation(context)
+    if drfc.local_is_s3:
+        print(f"- what this machine has of it; `racecraft bucket list --folder {drfc.path}` asks the bucket itself")
     words = [word for word in context.args if not word.startswith("--")]
     recursive = "--recursive" in context.args
     if words[:2] == ["s3", "ls"] and len(words) <= 3:

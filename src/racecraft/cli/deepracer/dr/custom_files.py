@@ -7,6 +7,7 @@ from pathlib import Path
 
 import typer
 
+from racecraft.cli.deepracer.dr.elsewhere import fetch_custom_files, send_custom_files
 from racecraft.cli.deepracer.dr.here import installation, say_notes
 from racecraft.contract.errors import UserInputError
 
@@ -23,6 +24,7 @@ def upload_custom_files(context: typer.Context) -> None:
         drfc.custom_prefix,
         "Put reward_function.py and the two JSON files there.",
     )
+    send_custom_files(drfc)
 
 
 def download_custom_files(context: typer.Context) -> None:
@@ -32,6 +34,7 @@ def download_custom_files(context: typer.Context) -> None:
     """
     drfc = installation(context)
     say_notes(drfc)
+    fetch_custom_files(drfc)
     _sync(drfc.custom_prefix, drfc.custom_files, "dr-upload-custom-files copies custom_files there.", keeps=True)
 
 

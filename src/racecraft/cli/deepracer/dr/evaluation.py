@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from racecraft.cli.deepracer.dr.elsewhere import place_of_model, send
 from racecraft.cli.deepracer.dr.here import (
     begin_job,
     follow_job,
@@ -62,6 +63,8 @@ def run_evaluation(context: typer.Context, model: Annotated[Path, typer.Argument
     trials = asked.pop("laps")
     track, films = drfc.env.run.values.get("DR_WORLD_NAME"), drfc.flag("DR_EVAL_SAVE_MP4")
     evaluate(model, track=[track] if track else None, number_of_trials=trials, save_mp4=films, **asked)
+    if model.absolute() == drfc.model.absolute():  # a clone is this machine's own
+        send(model, place_of_model(drfc))
 
 
 def stop_evaluation(context: typer.Context) -> None:

@@ -6,6 +6,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from racecraft.cli.deepracer.dr.elsewhere import (
+    fetched_model,
+    place_in_bucket,
+    place_of_model,
+    place_of_upload,
+    require_free,
+    send,
+)
+from racecraft.cli.deepracer.dr.elsewhere import wipe as wipe_place
 from racecraft.cli.deepracer.dr.here import ask_first, installation, say_notes
 from racecraft.contract.errors import SettingError, UserInputError
 
@@ -13,6 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from racecraft.formats.aws.drfc_folder import DrfcFolder
+    from racecraft.storage.mirror_note import Place
 
 CAR_ZIP = "carfile.tar.gz"
 """What the archive is called, as at DeepRacer for Cloud."""
@@ -55,7 +65,8 @@ def upload_model(
         drfc = installation(context)
     target = drfc.in_bucket(drfc.text("DR_UPLOAD_S3_PREFIX")) if local else drfc.upload
     source = drfc.in_bucket(prefix) if prefix else drfc.model
-    _copy(source, target, "best" if best else checkpoint or "last", force, wipe, dry_run)
+    which = "best" if best else checkpoint or "last"
+    _copy(source, target, which, force, wipe, dry_run, place_of_upload(drfc, local))
 
 
 def increment_upload_model(context: typer.Context, force: Force = False) -> None:
@@ -85,8 +96,8 @@ def download_model(
 
     drfc = installation(context)
     say_notes(drfc)
-    place = drfc.in_bucket(source) if source.startswith("s3://") else Path(source)
-    _copy(place, drfc.in_bucket(target), checkpoint, force, wipe, dry_run)
+    place = fetched_model(drfc, source) if source.startswith("s3://") else Path(source)
+    _copy(place, drfc.in_bucket(target), checkpoint, force, wipe, dry_run, place_in_bucket(drfc, target))
 
 
 def upload_car_zip(
@@ -106,9 +117,19 @@ def upload_car_zip(
     if target.exists():
         ask_first(f"{target} stands there already. Write over it?", force)
     export(drfc.model, to="car", output=target)
+    send(target, place_of_model(drfc) if local else place_of_upload(drfc, local=False))
 
 
-def _copy(source: Path, target: Path, which: str | None, force: bool, wipe: bool, dry_run: bool) -> None:
+def _copy(
+    source: Path,
+    target: Path,
+    which: str | None,
+    force: bool,
+    wipe: bool,
+    dry_run: bool,
+    place: Place | None = None,
+) -> None:
+    """Copy a model, and put the copy into its place in S3, where there is one."""
     from racecraft.formats.aws.model_copy import copy_model, require_empty, wipe_model
     from racecraft.formats.checkpoint import Checkpoints
     from racecraft.formats.run_folder import RunFolder
@@ -124,9 +145,12 @@ def _copy(source: Path, target: Path, which: str | None, force: bool, wipe: bool
     ask_first(f"Copy {source} to {target}, {what}?", force)
     if wipe:
         wipe_model(target)
+        wipe_place(place)
     require_empty(target)
+    require_free(place)
     copy_model(run, target, which)
     print(f"copied {source} to {target}, {what}")
+    send(target, place)
 
 
 def _raise_upload_prefix(drfc: DrfcFolder, dry_run: bool) -> None:

@@ -54,4 +54,11 @@ def _facts(drfc: DrfcFolder) -> dict[str, Any]:
     for kind in (TRAINING, EVALUATION):
         job = latest_job(drfc, kind)
         facts[kind] = None if job is None else f"{job.name}: {job.state}"
-    return {**facts, "bucket": str(bucket), "models": models}
+    return {**facts, "bucket": str(bucket), "bucket is S3": _elsewhere(drfc), "models": models}
+
+
+def _elsewhere(drfc: DrfcFolder) -> str | None:
+    from racecraft.storage.drfc_buckets import local_bucket
+
+    bucket = local_bucket(drfc)
+    return None if bucket is None else f"{bucket.address} at {bucket.access.endpoint or 'AWS'}"

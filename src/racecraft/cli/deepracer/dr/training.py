@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from racecraft.cli.buckets.training import mirrored
+from racecraft.cli.deepracer.dr.elsewhere import fetch_for_training, place_of_model, require_free, wipe
 from racecraft.cli.deepracer.dr.here import (
     ask_first,
     begin_job,
@@ -26,7 +28,7 @@ Quiet = Annotated[bool, typer.Option("-q", help="Show no log; dr-logs-sagemaker 
 
 def start_training(
     context: typer.Context,
-    wipe: Wipe = False,
+    wipe_first: Wipe = False,
     quiet: Quiet = False,
     sagemaker: Annotated[bool, typer.Option("-s", help="Show the log of the learner, as is done anyway.")] = False,
     robomaker: Annotated[int | None, typer.Option("-r", help="Show the log of the simulator instead.")] = None,
@@ -50,10 +52,15 @@ def start_training(
     say_notes(drfc)
     model = drfc.model
     refuse_if_busy(drfc, model)
+    place = place_of_model(drfc)
+    fetch_for_training(drfc)
     _plan(drfc)
-    if not wipe:
+    if not wipe_first:
         _require_free(drfc)
-    elif model.exists():
+        require_free(place)
+    else:
+        wipe(place)
+    if wipe_first and model.exists():
         wipe_model(model)
         print(f"{model}: wiped")
     again = ("train", f"--run={model.absolute()}", "--resume", "--no-pictures")
@@ -74,7 +81,12 @@ def run_training(context: typer.Context) -> None:
     from racecraft.training.progress import watcher
     from racecraft.training.worlds import train
 
-    train(_request(installation(context)), watcher(sys.stdout), lambda text: print(text, flush=True))
+    def say(text: str) -> None:
+        print(text, flush=True)
+
+    drfc = installation(context)
+    with mirrored(watcher(sys.stdout), place_of_model(drfc), say) as watching:
+        train(_request(drfc), watching, say)
 
 
 def increment_training(

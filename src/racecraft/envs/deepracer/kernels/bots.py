@@ -25,7 +25,8 @@ def drive_bots(track, plan, objects, reports, n):
     pauses = False
     for m in range(reports.shape[1]):
         report = reports[n, m]
-        pauses = pauses or (report.object_hit >= 0 and not report.is_crashed)
+        hit_bot = 0 <= report.object_hit < plan.kinds.shape[0]
+        pauses = pauses or (hit_bot and not report.is_crashed)
     for k in range(plan.kinds.shape[0]):
         state = objects.states[n, k]
         if pauses and state.pause <= 0.0:

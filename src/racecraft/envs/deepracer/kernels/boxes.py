@@ -179,9 +179,14 @@ def add_face(coverage, colours, optics, corners, eye_x, eye_y, cosine, sine, lev
         dx, dy = corners[corner, 0] - eye_x, corners[corner, 1] - eye_y
         dz = corners[corner, 2] - optics.mount_z
         ahead = dx * cosine + dy * sine
+        left = dy * cosine - dx * sine
+        down = -ahead * optics.sin_pitch - dz * optics.cos_pitch
+        if optics.sin_roll != 0.0:
+            left, down = (
+                optics.cos_roll * left - optics.sin_roll * down, optics.cos_roll * down + optics.sin_roll * left
+            )  # fmt: skip
         seen[corner, 0] = ahead * optics.cos_pitch - dz * optics.sin_pitch
-        seen[corner, 1] = dy * cosine - dx * sine
-        seen[corner, 2] = -ahead * optics.sin_pitch - dz * optics.cos_pitch
+        seen[corner, 1], seen[corner, 2] = left, down
     image = np.empty((6, 2))
     kept = 0
     for corner in range(4):
@@ -239,6 +244,11 @@ def is_in_frame(optics, box, x, y, yaw):
         depth = ahead * optics.cos_pitch - dz * optics.sin_pitch
         down = -ahead * optics.sin_pitch - dz * optics.cos_pitch
         left = dy * cosine - dx * sine
-        if depth > NEAR_M and abs(left) <= depth * optics.side and abs(down) * optics.focal <= depth * optics.middle_y:
+        if optics.sin_roll != 0.0:
+            left, down = (
+                optics.cos_roll * left - optics.sin_roll * down, optics.cos_roll * down + optics.sin_roll * left
+            )  # fmt: skip
+        side = optics.middle_x / optics.focal
+        if depth > NEAR_M and abs(left) <= depth * side and abs(down) * optics.focal <= depth * optics.middle_y:
             return True
     return False

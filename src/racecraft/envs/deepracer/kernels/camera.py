@@ -78,7 +78,7 @@ def render_frame(scene, optics, x, y, yaw, palette, frame):
     add_backdrop(differences, scene, optics, eye_x, eye_y, cosine, sine, levels)
     add_ground(differences, scene, optics, eye_x, eye_y, cosine, sine, levels)
     sum_columns(differences, levels[SKY], frame)
-    if scene.grass > 0.0:
+    if optics.grain > 0.0:
         grow_grass(frame, scene, optics, eye_x, eye_y, cosine, sine, palette[FIELD])
 
 
@@ -86,6 +86,9 @@ def render_frame(scene, optics, x, y, yaw, palette, frame):
 def grow_grass(frame, scene, optics, eye_x, eye_y, cosine, sine, level):
     """Give the pixels that are wholly field the grain of grass; what lies on the field keeps its edges."""
     height, width = frame.shape
+    if optics.sin_roll != 0.0:
+        grow_grass_aslant(frame, scene, optics, eye_x, eye_y, cosine, sine, level)
+        return
     plain = min(max(int(level + 0.5), 0), 255)
     for row in range(height):
         slope = (row + 0.5 - optics.middle_y) / optics.focal
@@ -96,18 +99,44 @@ def grow_grass(frame, scene, optics, eye_x, eye_y, cosine, sine, level):
         ahead = depth * (optics.cos_pitch - slope * optics.sin_pitch)
         # A pixel sees the mean over a patch that is this long on the ground.
         patch = depth / (optics.focal * drop)
-        spread = scene.grass * math.sqrt(12.0 / (1.0 + patch / GRASS_BLADE_M))
+        spread = optics.grain * math.sqrt(12.0 / (1.0 + patch / GRASS_BLADE_M))
         for column in range(width):
             if abs(int(frame[row, column]) - plain) > 1:
                 continue
             left = (optics.middle_x - column - 0.5) / optics.focal * depth
-            x = eye_x + cosine * ahead - sine * left
-            y = eye_y + sine * ahead + cosine * left
-            if scene.field_corners[0, 0] < x < scene.field_corners[2, 0] and (
-                scene.field_corners[0, 1] < y < scene.field_corners[2, 1]
-            ):
-                shade = level + spread * grass_shade(math.floor(x / GRASS_CELL_M), math.floor(y / GRASS_CELL_M))
-                frame[row, column] = np.uint8(min(max(int(shade + 0.5), 0), 255))
+            grow_spot(frame, row, column, scene, level, spread, eye_x + cosine * ahead - sine * left,
+                      eye_y + sine * ahead + cosine * left)  # fmt: skip
+
+
+@kernel
+def grow_grass_aslant(frame, scene, optics, eye_x, eye_y, cosine, sine, level):
+    """The same through a camera that leans to a side: no two pixels of a row are equally far."""
+    height, width = frame.shape
+    plain = min(max(int(level + 0.5), 0), 255)
+    for row in range(height):
+        for column in range(width):
+            if abs(int(frame[row, column]) - plain) > 1:
+                continue
+            right, below = (column + 0.5 - optics.middle_x) / optics.focal, (row + 0.5 - optics.middle_y) / optics.focal
+            aside = optics.sin_roll * below - optics.cos_roll * right
+            slope = optics.cos_roll * below + optics.sin_roll * right
+            drop = optics.sin_pitch + slope * optics.cos_pitch
+            if drop > 1e-3:
+                depth = optics.mount_z / drop
+                ahead, left = depth * (optics.cos_pitch - slope * optics.sin_pitch), depth * aside
+                spread = optics.grain * math.sqrt(12.0 / (1.0 + depth / (optics.focal * drop) / GRASS_BLADE_M))
+                grow_spot(frame, row, column, scene, level, spread, eye_x + cosine * ahead - sine * left,
+                          eye_y + sine * ahead + cosine * left)  # fmt: skip
+
+
+@kernel
+def grow_spot(frame, row, column, scene, level, spread, x, y):
+    """Give a pixel the shade of the spot of field that it sees, if the field reaches there."""
+    if scene.field_corners[0, 0] < x < scene.field_corners[2, 0] and (
+        scene.field_corners[0, 1] < y < scene.field_corners[2, 1]
+    ):
+        shade = level + spread * grass_shade(math.floor(x / GRASS_CELL_M), math.floor(y / GRASS_CELL_M))
+        frame[row, column] = np.uint8(min(max(int(shade + 0.5), 0), 255))
 
 
 @kernel
@@ -140,6 +169,7 @@ def add_ground(differences, scene, optics, eye_x, eye_y, cosine, sine, levels):
     cos_pitch, sin_pitch, eye_z = optics.cos_pitch, optics.sin_pitch, optics.mount_z
     depth_at_foot, down_at_foot = eye_z * sin_pitch, eye_z * cos_pitch
     side, side_norm = optics.side, optics.side_norm
+    cos_roll, sin_roll = optics.cos_roll, optics.sin_roll
     vertices = scene.vertices
     for chunk in range(scene.chunks.shape[0]):
         dx, dy = scene.circles[chunk, 0] - eye_x, scene.circles[chunk, 1] - eye_y
@@ -161,6 +191,8 @@ def add_ground(differences, scene, optics, eye_x, eye_y, cosine, sine, levels):
             left = dy * cosine - dx * sine
             depth = ahead * cos_pitch + depth_at_foot
             down = down_at_foot - ahead * sin_pitch
+            if sin_roll != 0.0:
+                left, down = cos_roll * left - sin_roll * down, cos_roll * down + sin_roll * left
             image_x, image_y = 0.0, 0.0
             if depth >= near:
                 scale = focal / depth
@@ -242,7 +274,10 @@ def into_camera(optics, point, eye_x, eye_y, cosine, sine):
     ahead = dx * cosine + dy * sine
     depth = ahead * optics.cos_pitch - dz * optics.sin_pitch
     down = -ahead * optics.sin_pitch - dz * optics.cos_pitch
-    return depth, dy * cosine - dx * sine, down
+    left = dy * cosine - dx * sine
+    if optics.sin_roll != 0.0:
+        left, down = optics.cos_roll * left - optics.sin_roll * down, optics.cos_roll * down + optics.sin_roll * left
+    return depth, left, down
 
 
 @kernel

@@ -11,7 +11,16 @@ import math
 
 import numpy as np
 
-from racecraft.envs.deepracer.kernels.camera import FIELD, LEVEL, SKY, add_backdrop, add_edge, grow_grass, sum_columns
+from racecraft.envs.deepracer.kernels.camera import (
+    FIELD,
+    LEVEL,
+    SKY,
+    add_backdrop,
+    add_edge,
+    grow_grass,
+    render_frame,
+    sum_columns,
+)
 from racecraft.kernels import kernel, parallel_kernel, prange
 
 
@@ -29,6 +38,11 @@ def render_pair(scene, optics, x, y, yaw, half, palette, frames):
         palette: (M,) level of each material, 0 to 255.
         frames: (2, H, W) uint8, written.
     """
+    if optics.sin_roll != 0.0:  # each leans about its own axis, and what is on the ground has no common height
+        for eye in range(2):
+            left = half if eye == 0 else -half
+            render_frame(scene, optics, x - math.sin(yaw) * left, y + math.cos(yaw) * left, yaw, palette, frames[eye])
+        return
     height, width = frames.shape[1], frames.shape[2]
     differences = np.zeros((2, height + 1, width), np.int16)
     levels = np.empty(palette.shape[0], np.int32)
@@ -42,7 +56,7 @@ def render_pair(scene, optics, x, y, yaw, half, palette, frames):
         eye_x, eye_y = middle_x - sine * left, middle_y + cosine * left
         add_backdrop(differences[eye], scene, optics, eye_x, eye_y, cosine, sine, levels)
         sum_columns(differences[eye], levels[SKY], frames[eye])
-        if scene.grass > 0.0:
+        if optics.grain > 0.0:
             grow_grass(frames[eye], scene, optics, eye_x, eye_y, cosine, sine, palette[FIELD])
 
 

@@ -57,7 +57,7 @@ def look_around(lidar, scene, objects, cars, n, m, key, ranges, view):
         begin_scan(lidar, scene, car.x, car.y, car.yaw, ranges)
         add_boxes(lidar, car.x, car.y, car.yaw, objects.boxes[n], ranges)
         for other in range(cars.shape[1]):
-            if other != m:
+            if other != m and not cars[n, other].away:
                 add_car(lidar, car, cars[n, other], ranges)
         add_noise(lidar, car, key, ranges)
     tell(lidar, ranges, view)

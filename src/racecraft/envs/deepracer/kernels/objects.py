@@ -57,19 +57,17 @@ def car_touches(x, y, yaw, margin, box):
 
 
 @kernel
-def object_hit(plan, boxes, x, y, yaw):
-    """Return the first of a world's boxes (K, 6) that a car at a pose of base_link touches, or -1."""
-    for k in range(boxes.shape[0]):
-        box = boxes[k]
-        if plan.corners_only:
-            length, width = box[3], box[4]
-            if plan.speed == 0.0:
-                length, width = length + CORNER_BUFFER_M, width + CORNER_BUFFER_M
-            if corner_inside(x, y, yaw, BODY_HALF_LENGTH_M, BODY_HALF_WIDTH_M, box[0], box[1], box[2], length, width):
-                return k
-        elif car_touches(x, y, yaw, 0.0, box):
-            return k
-    return -1
+def hits(plan, boxes, states, k, x, y, yaw):
+    """Tell whether a car at a pose of base_link hits the k-th box around it; a car that waits is let through."""
+    box, is_car = boxes[k], k >= plan.kinds.shape[0]
+    if is_car and states[k].pause > 0.0:
+        return False
+    if not plan.corners_only:
+        return car_touches(x, y, yaw, 0.0, box)
+    length, width = box[3], box[4]
+    if plan.speed == 0.0 and not is_car:
+        length, width = length + CORNER_BUFFER_M, width + CORNER_BUFFER_M
+    return corner_inside(x, y, yaw, BODY_HALF_LENGTH_M, BODY_HALF_WIDTH_M, box[0], box[1], box[2], length, width)
 
 
 @kernel
@@ -101,16 +99,18 @@ def object_near(states, arc, length, gap):
 
 
 @kernel
-def is_to_blame(plan, state, arc, length):
-    """Tell whether a car at `arc` m along the lap ran into an object it touches, and not the object into it.
+def is_to_blame(plan, states, k, arc, length):
+    """Tell whether a car at `arc` m along the lap ran into the k-th object around it, and not the object into it.
 
-    What stands is never to blame; of two that drive, the one behind is.
+    What stands is never to blame; of two that drive, the one behind is. Of two cars that are level, both are.
     """
-    if plan.speed == 0.0:
+    is_car = k >= plan.kinds.shape[0]
+    if plan.speed == 0.0 and not is_car:
         return True
+    other = states[k].driven if is_car else states[k].arc  # two cars are compared nose by nose
     if plan.blames_by_lap:
-        return arc < state.arc
-    return (state.arc - arc) % length < 0.5 * length
+        return arc < other
+    return (other - arc) % length < 0.5 * length
 
 
 @kernel

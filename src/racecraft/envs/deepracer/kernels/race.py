@@ -11,12 +11,14 @@ import math
 
 import numpy as np
 
+from racecraft.envs.deepracer.camera import Optics
+from racecraft.envs.deepracer.kernels.around import look_about
 from racecraft.envs.deepracer.kernels.bots import drive_bots
 from racecraft.envs.deepracer.kernels.boxes import draw_boxes, is_in_frame
 from racecraft.envs.deepracer.kernels.camera import render_frame
 from racecraft.envs.deepracer.kernels.eyes import render_pair
 from racecraft.envs.deepracer.kernels.lidar import look_around, tell
-from racecraft.envs.deepracer.kernels.objects import car_touches, is_to_blame, object_hit, object_near, objects_around
+from racecraft.envs.deepracer.kernels.objects import car_touches, hits, is_to_blame, object_near, objects_around
 from racecraft.envs.deepracer.kernels.placing import place_objects
 from racecraft.envs.deepracer.kernels.vehicle import drive
 from racecraft.envs.deepracer.race import (
@@ -33,6 +35,7 @@ from racecraft.envs.deepracer.race import (
     LAP_COMPLETE,
     OFF_TRACK,
     PARK,
+    PAUSE,
     PREPARE,
     REVERSED,
     REVERSED_TICKS,
@@ -63,7 +66,8 @@ FRONT_X, FRONT_Y = FRONT_WHEELS_M
 
 @parallel_kernel
 def line_up(
-    track, plan, objects, scene, optics, eyes, lidar, palettes, keys, cars, ranges, frames, critic_views, lidar_views
+    track, plan, objects, around, scene, optics, eyes, lidar, palettes, keys,
+    cars, ranges, frames, critic_views, lidar_views,
 ):  # fmt: skip
     """Put objects in their places and the cars at the start of their episode, clear of one another, and look."""
     for n in prange(cars.shape[0]):
@@ -72,26 +76,32 @@ def line_up(
         place_objects(track, plan, objects, cars[:, :1], n)
         for m in range(cars.shape[1]):
             make_room(track, objects, cars, n, m, m)
+        look_about(track, objects, cars, around, n)
         for m in range(cars.shape[1]):
-            look(track, objects, scene, optics, eyes, palettes[n], cars[n, m], n, frames[n, m], critic_views[n, m])
+            look(track, around, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m])
             look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m])
 
 
 @parallel_kernel
 def look_again(
-    track, objects, scene, optics, eyes, lidar, palettes, cars, ranges, frames, critic_views, lidar_views
+    track, objects, around, scene, optics, eyes, lidar, palettes, rows, cars, ranges, frames, critic_views, lidar_views
 ):  # fmt: skip
-    """Look from where every car is, as after loading a saved race; a LiDAR's newest reading was saved with it."""
+    """Look once more from where cars are, bool (N, M): after loading a saved race, or with other eyes.
+
+    A LiDAR's newest reading stands.
+    """
     for n in prange(cars.shape[0]):
+        look_about(track, objects, cars, around, n)
         for m in range(cars.shape[1]):
-            look(track, objects, scene, optics, eyes, palettes[n], cars[n, m], n, frames[n, m], critic_views[n, m])
-            tell(lidar, ranges[n, m], lidar_views[n, m])
+            if rows[n, m]:
+                look(track, around, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m])
+                tell(lidar, ranges[n, m], lidar_views[n, m])
 
 
 @parallel_kernel
 def tick(
-    track, plan, objects, profiles, rules, scene, optics, eyes, lidar, palettes, numbers, chosen, sent, parked, keys,
-    cars, reports, ranges, frames, critic_views, lidar_views, last_frames, last_critic_views, last_lidar_views,
+    track, plan, objects, around, profiles, rules, scene, optics, eyes, lidar, palettes, numbers, chosen, sent, parked,
+    keys, cars, reports, ranges, frames, critic_views, lidar_views, last_frames, last_critic_views, last_lidar_views,
 ):  # fmt: skip
     """Advance N worlds of M cars by one tick.
 
@@ -99,13 +109,14 @@ def tick(
         track: TrackArrays.
         plan: ObjectPlan.
         objects: Objects of the N worlds, driven on and placed anew in place.
+        around: Around, what each car finds at this moment; written anew whenever cars have moved.
         profiles: PROFILE (N, M).
         rules: Rules.
         scene: Scene, for `render_frame`.
-        optics: Optics, likewise.
+        optics: OPTICS (N, M), every car's camera.
         eyes: float64 (E,), how far left of the car's middle each eye sits, m.
         lidar: MountedLidar; without one the views of it are empty.
-        palettes: Colours of each world, first axis N.
+        palettes: float64 (N, M, P), the level of each material to every car.
         numbers: (N, M) int64, each action's number in its table, for the reports.
         chosen: (N, M, 2) commanded steering in rad and speed in m/s, as the policy chose them.
         sent: (N, M, 2) the same as sent to the cars.
@@ -127,31 +138,45 @@ def tick(
                 report_parked(reports[n, m])
             else:
                 report_moment(track, cars[n, m], reports[n, m], numbers[n, m], chosen[n, m, 0], chosen[n, m, 1])
-                report_objects(track, plan, objects, optics, cars[n, m], reports[n, m], n)
+                report_objects(track, plan, around, optics[n, m], cars[n, m], reports[n, m], n, m)
                 call_endings(rules, cars[n, m], reports[n, m])
         for m in range(cars.shape[1]):
-            if not parked[n, m]:
+            if cars[n, m].held > 0:
+                cars[n, m].held -= 1
+            elif not parked[n, m]:
                 seconds = tick_length(rules, cars[n, m], keys[n, m])
                 push_wheels(rules, cars[n, m], keys[n, m])
                 obey(profiles[n, m], cars[n, m], sent[n, m, 0], sent[n, m, 1], seconds)
                 locate(track, cars[n, m])
         drive_bots(track, plan, objects, reports, n)
+        look_about(track, objects, cars, around, n)
+        is_anew = False
         for m in range(cars.shape[1]):
             if reports[n, m].terminated or reports[n, m].truncated:
                 look(
-                    track, objects, scene, optics, eyes, palettes[n], cars[n, m], n,
+                    track, around, scene, optics, eyes, palettes, cars, n, m,
                     last_frames[n, m], last_critic_views[n, m],
                 )  # fmt: skip
                 look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], last_lidar_views[n, m])
         for m in range(cars.shape[1]):
             if reports[n, m].terminated or reports[n, m].truncated:
-                restart(track, profiles[n, m], rules, cars[n, m])
+                is_anew = True
+                restart(track, profiles[n, m], rules, cars, n, m)
                 if m == 0:
                     place_objects(track, plan, objects, cars, n)
                 make_room(track, objects, cars, n, m, cars.shape[1])
+        if is_anew:
+            look_about(track, objects, cars, around, n)
         for m in range(cars.shape[1]):
-            look(track, objects, scene, optics, eyes, palettes[n], cars[n, m], n, frames[n, m], critic_views[n, m])
+            look(track, around, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m])
             look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m])
+
+
+@parallel_kernel
+def settle(track, objects, cars, around):
+    """Write down anew what every car finds around it, as after cars were parked."""
+    for n in prange(cars.shape[0]):
+        look_about(track, objects, cars, around, n)
 
 
 @kernel
@@ -184,19 +209,23 @@ def report_moment(track, car, report, action, steering, speed):
 
 
 @kernel
-def report_objects(track, plan, objects, optics, car, report, n):
-    """Write down which objects are near, touched and seen at this moment."""
-    boxes, states = objects.boxes[n], objects.states[n]
+def report_objects(track, plan, around, optics, car, report, n, m):
+    """Write down which objects and other cars are near, touched and seen at this moment."""
+    count = around.counts[n, m]
+    boxes, states = around.boxes[n, m, :count], around.states[n, m, :count]
     report.object_before, report.object_after, report.object_hit = 0, 0, -1
     report.is_crashed = report.object_in_camera = False
-    if boxes.shape[0] == 0:
+    if count == 0:
         return
     report.object_before, report.object_after = objects_around(states, car.arc, track.length)
     report.object_in_camera = is_in_frame(optics, boxes[report.object_after], car.x, car.y, car.yaw)
-    if not car.preparing:
-        report.object_hit = object_hit(plan, boxes, car.x, car.y, car.yaw)
-        if report.object_hit >= 0:
-            report.is_crashed = is_to_blame(plan, states[report.object_hit], car.arc, track.length)
+    if car.preparing or car.held > 0:
+        return
+    for k in range(count):
+        if not report.is_crashed and hits(plan, boxes, states, k, car.x, car.y, car.yaw):
+            report.is_crashed = is_to_blame(plan, states, k, car.arc, track.length)
+            if report.is_crashed or report.object_hit < 0:
+                report.object_hit = k
 
 
 @kernel
@@ -205,7 +234,9 @@ def call_endings(rules, car, report):
     report.terminated = False
     report.truncated = False
     report.status = IN_PROGRESS
-    if car.progress >= 100.0:
+    if car.held > 0:
+        report.status = PAUSE
+    elif car.progress >= 100.0:
         report.status = LAP_COMPLETE
         car.laps += 1
         report.laps = car.laps
@@ -314,11 +345,16 @@ def wheels_on_road(track, x, y, cos, sin):
 
 
 @kernel
-def restart(track, profile, rules, car):
+def restart(track, profile, rules, cars, n, m):
     """Send an ended car to its next start; the reset takes a tick, in which its wheels still obey the last command."""
+    car = cars[n, m]
     wheels = wheels_after(profile, car, car.old_steering, TICK_SECONDS) if rules.keeps_wheels else 0.0
     car.start_share = (car.start_share + rules.start_advance) % 1.0
+    if rules.start_ahead > 0.0 and track.closed and cars.shape[1] > 1:
+        other = cars[n, (m + 1) % cars.shape[1]]
+        car.start_share = (other.arc + rules.start_ahead) / track.length % 1.0
     car.episode += 1
+    car.ended_yaw = car.yaw
     take_start(track, car)
     car.steering = wheels
 
@@ -378,7 +414,7 @@ def take_start(track, car):
     car.speed = car.steering = car.old_steering = car.old_speed = 0.0
     car.ticks = car.lap_ticks = car.laps = car.still_ticks = car.backward_ticks = 0
     car.progress = 0.0
-    car.preparing = True
+    car.preparing, car.held, car.away = True, 0, False
     locate(track, car)
 
 
@@ -393,23 +429,39 @@ def start_pose(track, share, left):
     return x, y, yaw
 
 
+@parallel_kernel
+def look_with(scene, optics, eyes, palette, around, cars, rows, frames):
+    """Draw into frames (R, E, H, W) what cars (world, number), rows (R, 2), see with another camera."""
+    for row in prange(rows.shape[0]):
+        draw_view(scene, optics, eyes, palette, around, around.kinds, cars, rows[row, 0], rows[row, 1], frames[row])
+
+
 @kernel
-def look(track, objects, scene, optics, eyes, palette, car, n, frame, critic_view):
-    """Draw what each eye sees, and write what only a critic may see.
+def draw_view(scene, camera, eyes, palette, around, painted, cars, n, m, frame):
+    """Draw what each eye of car m of world n sees, (E, H, W); `painted` says with which row of the palette."""
+    car, count = cars[n, m], around.counts[n, m]
+    if eyes.shape[0] == 1:
+        render_frame(scene, camera, car.x, car.y, car.yaw, palette, frame[0])
+    else:
+        render_pair(scene, camera, car.x, car.y, car.yaw, eyes[0], palette, frame)
+    if count > 0:
+        boxes, paints = around.boxes[n, m, :count], painted[n, m, :count]
+        cos, sin = math.cos(car.yaw), math.sin(car.yaw)
+        for eye in range(eyes.shape[0]):
+            x, y = car.x - sin * eyes[eye], car.y + cos * eyes[eye]
+            draw_boxes(camera, boxes, paints, x, y, car.yaw, palette, frame[eye])
+
+
+@kernel
+def look(track, around, scene, optics, eyes, palettes, cars, n, m, frame, critic_view):
+    """Draw what each eye of car m of world n sees, and write what only a critic may see.
 
     The critic's numbers: offset from the centre line over half the road's width (left positive), sine and cosine of the
     heading error, speed in m/s, steering in rad, then for each distance of CRITIC_LOOKS_AHEAD_M sine and cosine of the
     road's direction there against the car's.
     """
-    if eyes.shape[0] == 1:
-        render_frame(scene, optics, car.x, car.y, car.yaw, palette, frame[0])
-    else:
-        render_pair(scene, optics, car.x, car.y, car.yaw, eyes[0], palette, frame)
-    if objects.boxes.shape[1] > 0:
-        cos, sin = math.cos(car.yaw), math.sin(car.yaw)
-        for eye in range(eyes.shape[0]):
-            x, y = car.x - sin * eyes[eye], car.y + cos * eyes[eye]
-            draw_boxes(optics, objects.boxes[n], objects.kinds[n], x, y, car.yaw, palette, frame[eye])
+    draw_view(scene, as_optics(optics[n, m]), eyes, palettes[n, m], around, around.paints, cars, n, m, frame)
+    car, count = cars[n, m], around.counts[n, m]
     left = (car.border_inner < car.border_outer) == track.is_ccw
     _, _, road_yaw = pose_on_line(track.centre, track.arc, track.closed, car.arc)
     offset = car.centre_distance / (0.5 * car.track_width) if car.track_width > 0.0 else 0.0
@@ -421,7 +473,17 @@ def look(track, objects, scene, optics, eyes, palette, car, n, frame, critic_vie
         critic_view[5 + 2 * k] = math.sin(ahead_yaw - car.yaw)
         critic_view[6 + 2 * k] = math.cos(ahead_yaw - car.yaw)
     if critic_view.shape[0] > CRITIC_NUMBERS:
-        tell_objects(track, objects.states[n], car, critic_view[CRITIC_NUMBERS:])
+        tell_objects(track, around.states[n, m, :count], car, critic_view[CRITIC_NUMBERS:])
+
+
+@kernel
+def as_optics(record):
+    """Return a camera's record as the plain numbers that stay in registers while a frame is drawn."""
+    return Optics(
+        record.focal, record.middle_x, record.middle_y, record.cos_pitch, record.sin_pitch, record.mount_x,
+        record.mount_z, record.side, record.side_norm, record.ground_near, record.cos_roll, record.sin_roll,
+        record.grain,
+    )  # fmt: skip
 
 
 @kernel

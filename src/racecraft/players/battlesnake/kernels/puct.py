@@ -2,111 +2,140 @@
 
 Snakes move at the same time, so a node keeps for every snake its own visits, worths and priors of four moves, and each
 snake chooses as if alone (Tak, Lanctot, Winands: "Monte Carlo Tree Search variants for simultaneous move games", 2014).
-A child is known by the joint move that leads to it. Positions are not kept: each walk replays the rules from the root.
+A child is known by the joint move that leads to it. Positions are not kept: each walk plays forward from the root.
+
+A tree is, for K nodes and M snakes:
+
+    links         int32 (K, 3)        FIRST_CHILD, NEXT_SIBLING, IS_OVER
+    joints        int64 (K,)          the joint move that led here, two bits a snake
+    visits        int32 (K, M, 4)
+    sums          float64 (K, M, 4)   worths that came of each move
+    priors        float32 (K, M, 4)   how likely each move is thought; 0 where it is surely fatal, if another is not
+    first_worths  float32 (K, M)      what the position looked worth
+    size          int64 (1,)          nodes in use; node 0 is the root, 0 nodes begin a new tree
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from racecraft.envs.battlesnake.kernels.columns import ALIVE, CAUSE, SOLO, TURN
-from racecraft.envs.battlesnake.kernels.rules import apply_rules
 from racecraft.kernels import kernel
-from racecraft.players.battlesnake.kernels.territory import appraise, copy_game, safe_ways
+from racecraft.players.battlesnake.kernels.position import OUT, SOLO, advance, count_alive, safe_ways
+from racecraft.players.battlesnake.kernels.worth import appraise
 
-ROOT, WALKED = 0, 1  # games in the arrays: the position asked about, and the one that is walked forward
-FIRST_CHILD, NEXT_SIBLING, IS_OVER = 0, 1, 2  # columns of links
+FIRST_CHILD, NEXT_SIBLING, IS_OVER = 0, 1, 2
 
 
 @kernel
-def look_ahead(walks, me, eager, bodies, snakes, games, cells, sides, params, links, joints, visits, sums, priors,
-               first_worths, size, path, moves, scratch, squares, food_steps, worths):  # fmt: skip
-    """Add walks to the tree. `size` int64 (1,) is the number of nodes; 0 begins a new tree.
+def look_ahead(walks, me, eager, ring, rows, bits, cells, edges, rules, pools, found, worths, ways, path,
+               links, joints, visits, sums, priors, first_worths, size):  # fmt: skip
+    """Add walks to the tree of snake `me`'s position at ply 0; a full tree is walked on, but grows no more.
 
-    Nodes (K): links int32 (K, 3), joints int64 (K,), visits int32 (K, M, 4), sums and priors float64 (K, M, 4),
-    first_worths float64 (K, M). `path` int32 (D, M + 1) holds the node and the moves of each ply of a walk.
-    `eager` weighs curiosity against what is known.
+    `ways` int64 (D, M) are the moves at each ply; `path` int32 (D,) the nodes that a walk comes by, D the plies it may
+    have. `eager` weighs curiosity against what is known.
     """
-    num_snakes = snakes.shape[1]
-    if size[0] == 0:
-        copy_game(ROOT, WALKED, bodies, snakes, games, cells)
-        grow(0, me, bodies, snakes, games, cells, params, links, visits, sums, priors, first_worths,
-             scratch, squares, food_steps, worths)  # fmt: skip
-        size[0] = 1
-    for _ in range(walks):
-        copy_game(ROOT, WALKED, bodies, snakes, games, cells)
-        node, depth = 0, 0
-        while True:
-            if links[node, IS_OVER] or depth == path.shape[0]:
-                for s in range(num_snakes):
-                    worths[s] = first_worths[node, s]
-                break
-            path[depth, num_snakes] = node
+    num_snakes, left = rows.shape[1], walks
+    while left > 0 or size[0] == 0:
+        node, d, child = 0, 0, 0 if size[0] == 0 else -1
+        while child < 0 and not links[node, IS_OVER] and d < path.shape[0]:
+            path[d] = node
             joint = np.int64(0)
             for s in range(num_snakes):
                 way = 0
-                if snakes[WALKED, s, CAUSE] == 0:
-                    way = favourite(visits[node, s], sums[node, s], priors[node, s], first_worths[node, s], eager)
-                path[depth, s] = way if snakes[WALKED, s, CAUSE] == 0 else -1
-                moves[WALKED, s] = way
+                if rows[d, s, OUT] == 0:
+                    way = _favourite(node, s, eager, visits, sums, priors, first_worths)
+                ways[d, s] = way
                 joint = joint * 4 + way
-            depth += 1
-            apply_rules(WALKED, moves, bodies, snakes, games, cells, sides, params)
-            games[WALKED, TURN] += 1
-            child = links[node, FIRST_CHILD]
-            while child > 0 and joints[child] != joint:
-                child = links[child, NEXT_SIBLING]
-            if child > 0:
-                node = child
+            advance(d, ways, ring, rows, bits, cells, rules)
+            d += 1
+            known = links[node, FIRST_CHILD]
+            while known > 0 and joints[known] != joint:
+                known = links[known, NEXT_SIBLING]
+            if known > 0:
+                node = known
                 continue
-            if size[0] == links.shape[0]:
-                appraise(WALKED, bodies, snakes, cells, params, scratch, squares, food_steps, worths)
-                break
             child = size[0]
-            size[0] += 1
-            grow(child, me, bodies, snakes, games, cells, params, links, visits, sums, priors, first_worths,
-                 scratch, squares, food_steps, worths)  # fmt: skip
-            joints[child] = joint
-            links[child, NEXT_SIBLING] = links[node, FIRST_CHILD]
-            links[node, FIRST_CHILD] = child
-            break
-        for ply in range(depth):
+            if child < links.shape[0]:
+                joints[child], links[child, NEXT_SIBLING] = joint, links[node, FIRST_CHILD]
+                links[node, FIRST_CHILD] = child
+        if child < 0:
             for s in range(num_snakes):
-                way = path[ply, s]
-                if way >= 0:
-                    visits[path[ply, num_snakes], s, way] += 1
-                    sums[path[ply, num_snakes], s, way] += worths[s]
+                worths[s] = first_worths[node, s]
+        else:
+            appraise(d, ring, rows, bits, cells, edges, rules, pools, found, worths)
+            if child < links.shape[0]:
+                _grow(child, d, me, ring, rows, bits, cells, rules, worths, links, visits, sums, priors, first_worths)
+                size[0] = child + 1
+        left -= d > 0
+        for ply in range(d):
+            for s in range(num_snakes):
+                if rows[ply, s, OUT] == 0:
+                    visits[path[ply], s, ways[ply, s]] += 1
+                    sums[path[ply], s, ways[ply, s]] += worths[s]
+        if links[0, IS_OVER]:
+            return
 
 
 @kernel
-def grow(node, me, bodies, snakes, games, cells, params, links, visits, sums, priors, first_worths,
-         scratch, squares, food_steps, worths):  # fmt: skip
-    """Make a node of the walked position: what it is worth to each, and which moves are worth a look."""
-    appraise(WALKED, bodies, snakes, cells, params, scratch, squares, food_steps, worths)
-    alive = games[WALKED, ALIVE]
+def _grow(node, d, me, ring, rows, bits, cells, rules, worths, links, visits, sums, priors, first_worths):
+    """Make a node of ply d: what it is worth to each, and which moves are worth a look."""
+    alive = count_alive(d, rows)
     links[node, FIRST_CHILD] = 0
-    links[node, NEXT_SIBLING] = 0
-    links[node, IS_OVER] = alive == 0 or (alive == 1 and not params[SOLO]) or snakes[WALKED, me, CAUSE] != 0
-    for s in range(snakes.shape[1]):
+    links[node, IS_OVER] = alive == 0 or (alive == 1 and not rules[SOLO]) or rows[d, me, OUT] != 0
+    for s in range(rows.shape[1]):
         first_worths[node, s] = worths[s]
-        count = 0
-        if snakes[WALKED, s, CAUSE] == 0:
-            count = safe_ways(WALKED, s, bodies, snakes, cells, params, priors[node, s])
+        safe = 0
+        if rows[d, s, OUT] == 0:
+            safe = safe_ways(d, s, ring, rows, bits, cells, rules)
+        count = (safe & 1) + (safe >> 1 & 1) + (safe >> 2 & 1) + (safe >> 3)
         for way in range(4):
             visits[node, s, way], sums[node, s, way] = 0, 0.0
-            priors[node, s, way] = priors[node, s, way] / count if count else 0.25
+            priors[node, s, way] = (safe >> way & 1) / count if count else 0.25
 
 
 @kernel
-def favourite(visits, sums, priors, first_worth, eager):
+def _favourite(node, s, eager, visits, sums, priors, first_worths):
     """Return the move with the best of worth and curiosity; what was never tried is thought as good as the node."""
-    root = np.sqrt(visits[0] + visits[1] + visits[2] + visits[3] + 1.0)
+    tried = visits[node, s, 0] + visits[node, s, 1] + visits[node, s, 2] + visits[node, s, 3]
+    root = np.sqrt(tried + 1.0)
     best, best_score = 0, -1.0
     for way in range(4):
-        if priors[way] <= 0.0:
+        if priors[node, s, way] <= 0.0:
             continue
-        worth = sums[way] / visits[way] if visits[way] else first_worth
-        score = worth + eager * priors[way] * root / (1.0 + visits[way])
+        count = visits[node, s, way]
+        worth = sums[node, s, way] / count if count else first_worths[node, s]
+        score = worth + eager * priors[node, s, way] * root / (1.0 + count)
         if score > best_score:
             best, best_score = way, score
     return best
+
+
+@kernel
+def transplant(root, links, joints, visits, sums, priors, first_worths, places, new_links, new_joints, new_visits,
+               new_sums, new_priors, new_first_worths):  # fmt: skip
+    """Copy the tree below node `root` into other arrays, where it is node 0; return how many nodes it has.
+
+    `places` int32 (K,) is room for the way there. Siblings keep their order.
+    """
+    places[0], count, done = root, 1, 0
+    new_links[0, NEXT_SIBLING] = 0
+    while done < count:
+        node = places[done]
+        new_joints[done], new_links[done, IS_OVER] = joints[node], links[node, IS_OVER]
+        for s in range(visits.shape[1]):
+            new_first_worths[done, s] = first_worths[node, s]
+            for way in range(4):
+                new_visits[done, s, way], new_sums[done, s, way] = visits[node, s, way], sums[node, s, way]
+                new_priors[done, s, way] = priors[node, s, way]
+        child, before = links[node, FIRST_CHILD], -1
+        new_links[done, FIRST_CHILD] = count if child > 0 else 0
+        while child > 0:
+            places[count] = child
+            if before >= 0:
+                new_links[before, NEXT_SIBLING] = count
+            new_links[count, NEXT_SIBLING] = 0
+            before = count
+            count += 1
+            child = links[child, NEXT_SIBLING]
+        done += 1
+    return count

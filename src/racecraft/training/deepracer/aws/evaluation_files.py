@@ -76,7 +76,7 @@ def evaluation_trace(
             "progress_share": ticks["progress"] / 100,
             "closest_waypoint": ticks["waypoint_nearest"],
             "track_length_m": np.full(len(ticks), track_length_m),
-            "obstacle_crashes": _count_within(status == "crashed", episode),
+            "obstacle_crashes": _count_since_stop(status == "crashed", done),
             **({} if pause_s is None else {"pause_s": pause_s}),
         }
     )
@@ -84,8 +84,9 @@ def evaluation_trace(
     return trace
 
 
-def _count_within(happened: Array, episode: Array) -> Array:
-    """Return how often something happened in the episode so far, this tick included, int32 (T,)."""
+def _count_since_stop(happened: Array, stops: Array) -> Array:
+    """Return how often something happened since the car last stopped, this tick included, int32 (T,)."""
+    drive = np.concatenate([[0], np.cumsum(stops)[:-1]])
     so_far = np.cumsum(happened)
-    before = np.concatenate([[0], so_far])[np.searchsorted(episode, episode)]
+    before = np.concatenate([[0], so_far])[np.searchsorted(drive, drive)]
     return (so_far - before).astype(np.int32)

@@ -1,6 +1,7 @@
 """What a judged race leaves for AWS's own tools: every tick as a trace, pauses in it, every trial as a row of metrics.
 
-A continuous race is one episode in the trace, others one a trial (facts: deepracer.md 5.6, 9.1, 9.3).
+Each trial is an episode of the trace. In a continuous race the car does not stop between them: steps and clock run on,
+and the last row alone is done (source: a DeepRacer for Cloud evaluation of 2022; facts: deepracer.md 5.6, 9.1, 9.3).
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ def write_aws_race(
     stops = _stops(record)
     trace = evaluation_trace(
         record.ticks,
-        episode=np.concatenate([[0], np.cumsum(stops)[:-1]]),
+        episode=np.searchsorted([one.end for one in record.trials], np.arange(len(record.ticks))),
         done=stops,
         status=_statuses(record),
         track_length_m=track_length_m,

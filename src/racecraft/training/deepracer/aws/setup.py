@@ -42,9 +42,6 @@ FROM_ENV = {
 }
 """Which variable of run.env each parameter of the simulator comes from: names and colours, which change no training."""
 
-NEVER = {"ENABLE_DOMAIN_RANDOMIZATION": "False"}
-"""What no training here does, whatever run.env asks for: the files tell what ran."""
-
 
 @dataclass(frozen=True)
 class AwsSetup:
@@ -145,7 +142,7 @@ def training_params(world_name: str, settings: Settings, model_name: str, env: M
         "SIMTRACE_S3_PREFIX": model_name,
         "TRAINING_JOB_ARN": "arn:Dummy",
         **words,
-        **NEVER,
+        "ENABLE_DOMAIN_RANDOMIZATION": str(varies_as_aws(settings)),
         "WORLD_NAME": world_name,
         "START_POSITION_OFFSET": str(race.start_offset),
         "REVERSE_DIR": str(race.reverse),
@@ -156,6 +153,11 @@ def training_params(world_name: str, settings: Settings, model_name: str, env: M
         "RACE_TYPE": race.type,
         **objects_params(objects_of(settings)),
     }
+
+
+def varies_as_aws(settings: Settings) -> bool:
+    """Tell whether lamps differ from episode to episode, whoever asked for it: the files tell what ran."""
+    return "variation" in settings and bool(settings.variation.amounts["lamps"])
 
 
 def objects_params(asked: BoxesConfig | BotsConfig | None) -> dict[str, str]:

@@ -1,0 +1,217 @@
+"""`racecraft bucket`: folders up to a bucket and down from it, what is in it, and a folder served as one."""
+
+from __future__ import annotations
+
+import datetime
+import os
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from racecraft.cli.buckets.reach import Endpoint, Folder, Profile, Region, installation_at, listed, open_store, reach
+from racecraft.cli.options import Json
+from racecraft.contract.errors import SettingError, UserInputError
+
+if TYPE_CHECKING:
+    from racecraft.storage.object_store import StoredObject
+    from racecraft.storage.transfer import Transfer
+
+PORT = 9000
+"""Where MinIO stands, and DeepRacer for Cloud looks for it."""
+KEY, SECRET = "AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"
+
+At = Annotated[str, typer.Argument(metavar="S3://BUCKET/PREFIX", help="An address, such as s3://models/fast-car-1.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", "--dryrun", help="Say what would be moved, and move nothing.")]
+
+app = typer.Typer(
+    help="Buckets of S3 and MinIO: up, down, what is in them; a folder served as one.", no_args_is_help=True
+)
+
+
+@app.callback()
+def bucket() -> None:
+    """Buckets of S3 and MinIO: up, down, what is in them; a folder served as one."""
+
+
+@app.command()
+def push(
+    source: Annotated[Path, typer.Argument(help="A run folder, any other folder, or a file.")],
+    address: At,
+    dry_run: DryRun = False,
+    endpoint: Endpoint = "",
+    profile: Profile = "",
+    region: Region = "",
+    folder: Folder = None,
+    json: Json = False,
+) -> None:
+    """Put a folder into a bucket; what stands there already is passed over, so a broken one goes on where it was.
+
+    Examples:
+
+        racecraft bucket push runs/reinvent_base-1 s3://models/fast-car-1
+
+        racecraft bucket push runs/reinvent_base-1 s3://models/fast-car-1 --endpoint-url http://localhost:9000
+    """
+    from racecraft.cli.output import say
+    from racecraft.storage.address import Address
+    from racecraft.storage.transfer import push as push_folder
+
+    target = Address.parse(address)
+    store = open_store(reach(target, folder, endpoint, profile, region))
+    done = push_folder(store, source, target, dry_run=dry_run, say=lambda text: say(text, quiet_stdout=json))
+    _tell(done, str(source), str(target), dry_run, json)
+
+
+@app.command()
+def pull(
+    address: At,
+    target: Annotated[Path, typer.Argument(help="The folder that it becomes, or in which a single object is laid.")],
+    dry_run: DryRun = False,
+    endpoint: Endpoint = "",
+    profile: Profile = "",
+    region: Region = "",
+    folder: Folder = None,
+    json: Json = False,
+) -> None:
+    """Fetch a prefix of a bucket into a folder; what stands there already is passed over.
+
+    Example: racecraft bucket pull s3://models/fast-car-1 runs/fast-car-1
+    """
+    from racecraft.cli.output import say
+    from racecraft.storage.address import Address
+    from racecraft.storage.transfer import pull as pull_folder
+
+    source = Address.parse(address)
+    store = open_store(reach(source, folder, endpoint, profile, region))
+    done = pull_folder(store, source, target, dry_run=dry_run, say=lambda text: say(text, quiet_stdout=json))
+    _tell(done, str(source), str(target), dry_run, json)
+
+
+@app.command(name="list")
+def list_(
+    address: Annotated[
+        str | None, typer.Argument(metavar="[S3://BUCKET/PREFIX]", help="By default the buckets themselves.")
+    ] = None,
+    recursive: Annotated[bool, typer.Option("--recursive", help="Everything below, not only the next level.")] = False,
+    endpoint: Endpoint = "",
+    profile: Profile = "",
+    region: Region = "",
+    folder: Folder = None,
+    json: Json = False,
+) -> None:
+    """List buckets, or what is in one.
+
+    Examples:
+
+        racecraft bucket list --endpoint-url http://localhost:9000
+
+        racecraft bucket list s3://models/fast-car-1 --recursive
+    """
+    from racecraft.cli.output import print_json
+    from racecraft.storage.address import Address, BucketError
+
+    if address is None:
+        buckets = open_store(reach(None, folder, endpoint, profile, region)).buckets()
+        if json:
+            print_json({"buckets": buckets})
+        for name in [] if json else buckets:
+            print(f"s3://{name}/")
+        return
+    place = Address.parse(address)
+    found = listed(open_store(reach(place, folder, endpoint, profile, region)), place)
+    if not found and place.prefix:
+        raise BucketError(f"{place}: there is nothing; expected a prefix that holds objects.")
+    if json:
+        print_json({"objects": {name: {"size": told.size, "etag": told.etag} for name, told in found.items()}})
+        return
+    print("\n".join(_listing(found, recursive)))
+
+
+@app.command()
+def serve(
+    folder: Annotated[
+        Path, typer.Argument(help="A folder, which is the bucket of its name; or one of DeepRacer for Cloud.")
+    ] = Path("."),
+    port: Annotated[int, typer.Option(min=0, max=65535, help="0: any free one.")] = PORT,
+    signed: Annotated[
+        bool, typer.Option("--signed", help=f"Take only what is signed with {KEY} and {SECRET}; by default anything.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Give a folder an S3 address on this machine, for boto3 and `aws s3`; until Ctrl-C.
+
+    Examples:
+
+        racecraft bucket serve runs
+
+        racecraft bucket serve deepracer-for-cloud --port 9000
+    """
+    from racecraft.cli.output import print_json
+    from racecraft.serving.buckets.server import BucketServer
+
+    keys = _keys() if signed else {}
+    folders = _folders(folder)
+    server = BucketServer(folders, keys)
+    address = server.start(port)
+    try:
+        with suppress(KeyboardInterrupt):
+            if json:
+                print_json({"url": address, "buckets": {name: str(path) for name, path in folders.items()}})
+            else:
+                for name, path in folders.items():
+                    print(f"s3://{name}/ is {path}")
+                print(f"{address}  (Ctrl-C ends)\n  export AWS_ENDPOINT_URL={address}", flush=True)
+            while True:
+                time.sleep(3600)
+    finally:
+        server.close()
+
+
+def _folders(folder: Path) -> dict[str, Path]:
+    """Return the folders that are served, by the name of their bucket."""
+    from racecraft.formats.whole import make_folder
+
+    drfc = installation_at(folder)
+    if drfc is None:
+        path = folder.resolve()
+        if not path.is_dir() or not path.name:
+            raise UserInputError(f"{folder}: there is no such folder; expected one to serve as a bucket.")
+        return {path.name: path}
+    found = {drfc.bucket.name: drfc.bucket}
+    if drfc.text("DR_UPLOAD_S3_BUCKET"):
+        found.setdefault(drfc.upload_bucket.name, drfc.upload_bucket)
+    for path in found.values():
+        make_folder(path)
+    return found
+
+
+def _keys() -> dict[str, str]:
+    if not os.environ.get(KEY) or not os.environ.get(SECRET):
+        raise SettingError(f"--signed: {KEY} and {SECRET} are not both set; expected the keys that may ask.")
+    return {os.environ[KEY]: os.environ[SECRET]}
+
+
+def _tell(done: Transfer, source: str, target: str, dry_run: bool, json: bool) -> None:
+    from racecraft.cli.output import print_json
+
+    if json:
+        print_json({"moved": done.moved, "skipped": done.skipped, "bytes": done.bytes, "dry_run": dry_run})
+        return
+    word = "would be moved" if dry_run else "moved"
+    print(f"{source} to {target}: {len(done.moved)} {word} ({done.bytes} bytes), {done.skipped} stood there already")
+
+
+def _listing(found: dict[str, StoredObject], recursive: bool) -> list[str]:
+    """Return lines as `aws s3 ls` prints them."""
+    lines, folders = [], set()
+    for name, told in sorted(found.items()):
+        top, slash, _ = name.partition("/")
+        if slash and not recursive:
+            folders.add(top)
+            continue
+        when = datetime.datetime.fromtimestamp(told.modified).strftime("%Y-%m-%d %H:%M:%S")
+        lines.append(f"{when} {told.size:>10} {name}")
+    return [f"{'PRE':>30} {name}/" for name in sorted(folders)] + lines

@@ -1,0 +1,94 @@
+"""How a command reaches a bucket: what was typed, then a DeepRacer-for-Cloud folder, then the environment."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from racecraft.formats.aws.drfc_folder import DrfcFolder
+    from racecraft.storage.access import Access
+    from racecraft.storage.address import Address
+    from racecraft.storage.object_store import ObjectStore, StoredObject
+
+Endpoint = Annotated[
+    str, typer.Option("--endpoint-url", help="Address of a store that is not AWS's; else AWS_ENDPOINT_URL.")
+]
+Profile = Annotated[str, typer.Option(help="Profile of ~/.aws; else AWS_PROFILE.")]
+Region = Annotated[str, typer.Option(help="Region of AWS; else AWS_REGION.")]
+Folder = Annotated[
+    Path | None,
+    typer.Option("--folder", envvar="DR_DIR", help="Where it is reached as the system.env of this folder says."),
+]
+
+
+def reach(
+    address: Address | None, folder: Path | None, endpoint: str = "", profile: str = "", region: str = ""
+) -> Access:
+    """Return how an address is reached.
+
+    Args:
+        address: Its bucket chooses between the folder's two; None: no certain one.
+        folder: A DeepRacer-for-Cloud folder; None, or one without a run.env: none.
+        endpoint: As typed; it counts before the folder, like the two behind it.
+        profile: As typed.
+        region: As typed.
+
+    Raises:
+        UserInputError: Something written cannot be used.
+    """
+    from racecraft.storage.access import access_of_environment
+
+    drfc = installation_at(folder)
+    known = None if drfc is None else _access_in(drfc, address)
+    if known is None:
+        return access_of_environment(endpoint, profile, region)
+    typed = {"endpoint": endpoint, "profile": profile, "region": region}
+    changed = {name: value for name, value in typed.items() if value}
+    return replace(known, **changed, **({"key": "", "secret": ""} if profile else {}))
+
+
+def open_store(access: Access) -> ObjectStore:
+    """Open a store.
+
+    Raises:
+        MissingExtraError: s3fs is not installed; the letter says how.
+        BucketError: The profile is not known.
+    """
+    from racecraft.storage.object_store import ObjectStore
+
+    return ObjectStore(access)
+
+
+def listed(store: ObjectStore, place: Address) -> dict[str, StoredObject]:
+    """Return the objects below a place; a network that fails is asked again, twice.
+
+    Raises:
+        BucketError: As `ObjectStore.listed`.
+    """
+    from racecraft.storage.retrying import FIRST_CONTACT
+
+    return FIRST_CONTACT.keep_trying(lambda: store.listed(place))
+
+
+def installation_at(folder: Path | None) -> DrfcFolder | None:
+    """Return the DeepRacer-for-Cloud folder that stands there; None where there is none."""
+    from racecraft.formats.aws.drfc_folder import RUN_ENV, open_drfc_folder
+
+    if folder is None or not (folder / RUN_ENV).is_file():
+        return None
+    return open_drfc_folder(folder, shell=os.environ)
+
+
+def _access_in(drfc: DrfcFolder, address: Address | None) -> Access | None:
+    from racecraft.storage.drfc_buckets import local_bucket, upload_bucket
+
+    for place in (local_bucket(drfc), upload_bucket(drfc)):
+        if place is not None and address is not None and place.address.bucket == address.bucket:
+            return place.access
+    local = local_bucket(drfc)
+    return None if local is None else local.access

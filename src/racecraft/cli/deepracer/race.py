@@ -1,0 +1,110 @@
+"""`racecraft race`: cars against each other."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from racecraft.evaluation.deepracer.head_to_head import RaceResult
+
+
+def race(
+    cars: Annotated[
+        list[str],
+        typer.Argument(help="2 to 8 of them: RUN[:best|last|N], or a model of AWS's. The first is seen in the film."),
+    ],
+    track: Annotated[
+        str | None, typer.Option(help="A name or a waypoint file; by default the track the first was trained on.")
+    ] = None,
+    laps: Annotated[int, typer.Option(help="Of every car.")] = 3,
+    races: Annotated[
+        int | None,
+        typer.Option(help="How many; by default one for each car, which then stands on every place of the grid once."),
+    ] = None,
+    done_condition: Annotated[
+        str, typer.Option(help="any: a race is over with the first car that finishes; all: with the last.")
+    ] = "all",
+    max_resets: Annotated[int, typer.Option(help="How often a car is set back in a race.")] = 100,
+    off_track_penalty: Annotated[float, typer.Option(help="Seconds it waits after leaving the road.")] = 5.0,
+    collision_penalty: Annotated[float, typer.Option(help="Seconds it waits after running into another car.")] = 5.0,
+    reverse_direction: Annotated[
+        bool | None,
+        typer.Option("--reverse-direction/--no-reverse-direction", help="By default as the first was trained."),
+    ] = None,
+    video: Annotated[Path | None, typer.Option(help="Film the first race into this MP4 file.")] = None,
+    view: Annotated[str, typer.Option(help="Camera of the film: car, chase, top, or pip.")] = "pip",
+    size: Annotated[str, typer.Option(help="Of the film: 480p, 540p, 720p or 1080p.")] = "720p",
+    fps: Annotated[int, typer.Option(help="Its pictures a second, 15 to 60.")] = 30,
+    seed: Annotated[int, typer.Option(min=0, help="Of what chance does to the cars, with fidelity aws.")] = 0,
+    json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
+) -> None:
+    """Race trained cars against each other, as HEAD_TO_MODEL does: they see each other, and who runs into one waits.
+
+    Examples:
+
+        racecraft race runs/reinvent_base-1 runs/reinvent_base-2 --video race.mp4
+
+        racecraft race runs/mine:last runs/mine:0 --races 20 --laps 1
+
+        racecraft race runs/mine ~/Downloads/their-model.tar.gz runs/other --track Oval_track --json
+    """
+    from dataclasses import replace
+
+    from racecraft.analysis.deepracer.films.film import FilmStyle
+    from racecraft.analysis.video import film_path
+    from racecraft.cli.output import print_json, say
+    from racecraft.evaluation.deepracer.head_to_head import HeadToHead, race_heads, require_company
+    from racecraft.players.deepracer.driver import driver_of, load_car, names_of
+    from racecraft.reporting.race_film import film_race
+    from racecraft.tracks.catalogue import load_track
+
+    style = FilmStyle(view, size, fps)
+    if video is not None:
+        film_path(video)  # refused before the race, not after it
+    rules = HeadToHead(laps, races, done_condition, max_resets, off_track_penalty, collision_penalty)
+    require_company(len(cars))
+    loaded = [load_car(source) for source in cars]
+    drivers = [driver_of(car, name) for car, name in zip(loaded, names_of(cars), strict=True)]
+    circuit = load_track(track) if track else loaded[0].trained_on
+    config = loaded[0].settings.race
+    if reverse_direction is not None:
+        config = replace(config, reverse=reverse_direction)
+    result = race_heads(drivers, circuit, rules, config, seed)
+    files: dict[str, Path] = {}
+    if video is not None:
+        say(f"Filming {len(result.ticks)} ticks …", quiet_stdout=json)
+        files = film_race(result, drivers, circuit.reversed() if config.reverse else circuit, video, style)
+    facts: dict[str, Any] = {
+        "track": circuit.name,
+        **result.as_dictionary(),
+        "video": None,
+        **{kind: str(path) for kind, path in files.items()},
+    }
+    if json:
+        print_json(facts)
+        return
+    print(f"{len(result.races)} races over {laps} laps on {circuit.title or circuit.name}:")
+    print_standings(result)
+    for kind, path in files.items():
+        print(f"{kind}: {path}")
+
+
+def print_standings(result: RaceResult) -> None:
+    """Print a row a driver, the one with the best mean place first."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    titles = ("car", "wins", "mean place", "finishes", "mean seconds", "overtakes", "crashes", "was hit", "off track")
+    for title in titles:
+        table.add_column(title, justify="left" if title == "car" else "right")
+    told = result.as_dictionary()["drivers"]
+    for one in sorted(told, key=lambda facts: facts["mean_place"]):
+        seconds = "-" if one["mean_seconds"] is None else f"{one['mean_seconds']:.2f}"
+        counts = (str(one[name]) for name in ("overtakes", "crashes", "was_hit", "off_tracks"))
+        finishes = f"{one['finishes']}/{one['races']}"
+        table.add_row(one["driver"], str(one["wins"]), f"{one['mean_place']:.2f}", finishes, seconds, *counts)
+    Console().print(table)

@@ -1,0 +1,56 @@
+"""A race of several cars as a film: seen from one of them, with the others on the road. See `film_race`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from racecraft.analysis.deepracer.drive import Drive, as_drive
+from racecraft.analysis.deepracer.films.film import FilmStyle, OtherCar, write_film
+from racecraft.contract.world import Array
+from racecraft.envs.deepracer import race
+from racecraft.envs.deepracer.vehicle import TICK_SECONDS
+from racecraft.evaluation.deepracer.head_to_head import RaceResult
+from racecraft.evaluation.deepracer.judged_race import MISHAPS
+from racecraft.players.deepracer.driver import Driver
+from racecraft.tracks.track import Track
+
+OWN_COLOUR = "Purple"
+OTHER_COLOURS = ("Orange", "Blue", "White", "Red", "Black", "Grey", "Orange")
+"""The original paints its two cars purple and orange (facts: deepracer.md 6.3); further ones are ours."""
+
+
+def film_race(
+    result: RaceResult, drivers: list[Driver], track: Track, video: Path, style: FilmStyle
+) -> dict[str, Path]:
+    """Film the first race from the first driver's car; return the film and its strip by kind.
+
+    Args:
+        result: The races.
+        drivers: Who drove.
+        track: The circuit as it was driven.
+        video: Where the film goes.
+        style: Camera, size and pace; name and colour are the race's own.
+    """
+    drives = [drive_of(result.ticks[:, number]) for number in range(len(drivers))]
+    others = [OtherCar(one, colour=colour) for one, colour in zip(drives[1:], OTHER_COLOURS, strict=False)]
+    own = drivers[0]
+    style = replace(style, name=own.name, colour=OWN_COLOUR)
+    title = " against ".join(result.drivers)
+    film, strip = write_film(video, drives[0], track, style, own.mount, own.light, others, title)
+    return {"video": film, "strip": strip}
+
+
+def drive_of(ticks: Array) -> Drive:
+    """Return what a car did until it was carried off the road, TICK_REPORT (T,)."""
+    parked = np.flatnonzero(ticks["status"] == race.PARK)
+    ticks = ticks[: parked[0]] if len(parked) else ticks
+    status = ticks["status"]
+    return replace(
+        as_drive(ticks),
+        lap=1 + ticks["laps"] - (status == race.LAP_COMPLETE),
+        resets=np.cumsum(np.isin(status, list(MISHAPS))),
+        penalty_seconds=np.cumsum(status == race.PAUSE) * TICK_SECONDS,
+    )

@@ -1,0 +1,61 @@
+"""Where a run folder is kept as well, so that whoever goes on with it goes on keeping it there: `mirror.json` in it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from racecraft.contract.errors import UserInputError
+from racecraft.formats.whole import write_whole
+from racecraft.storage.access import Access
+from racecraft.storage.address import Address
+from racecraft.storage.transfer import MIRROR
+
+_NAMED = ("endpoint", "profile", "region")
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place in a bucket, and how it is reached."""
+
+    address: Address
+    access: Access = field(default_factory=Access)
+    installation: str = ""
+    """The DeepRacer-for-Cloud folder whose files say how it is reached, keys among it; empty: none."""
+
+    @property
+    def command(self) -> str:
+        """What follows the words of a command: the address, then the options."""
+        return f"{self.address}{self.access.words}"
+
+
+def write_note(run: Path, place: Place) -> None:
+    """Note where a run is kept as well. Keys are not noted, but the installation that holds them is.
+
+    Raises:
+        OutputFileError: The file cannot be written.
+    """
+    known = {name: getattr(place.access, name) for name in _NAMED}
+    note = {"address": str(place.address), **known, "installation": place.installation}
+    write_whole(run / MIRROR, json.dumps(note, indent=2) + "\n")
+
+
+def noted_place(run: Path) -> Place | None:
+    """Return where a run is kept as well; None: nowhere.
+
+    Raises:
+        UserInputError: The note is damaged, or the installation that it names says something that cannot be used.
+    """
+    path = run / MIRROR
+    if not path.is_file():
+        return None
+    try:
+        noted = json.loads(path.read_text(encoding="utf-8"))
+        access = Access(**{name: str(noted[name]) for name in _NAMED})
+        return Place(Address.parse(str(noted["address"])), access, str(noted["installation"]))
+    except (ValueError, KeyError, TypeError, OSError) as error:
+        raise UserInputError(
+            f"{path}: damaged ({error}); expected what racecraft wrote. Take the file away: the run is then kept in no "
+            "bucket, until --mirror names one."
+        ) from error

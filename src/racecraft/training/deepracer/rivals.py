@@ -1,0 +1,122 @@
+"""Whom a training races against, made definite: models, and the world with all of them. See `against_world`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from racecraft.algorithms.building import build_learner
+from racecraft.algorithms.weights import to_arrays
+from racecraft.contract.errors import SettingError
+from racecraft.envs.deepracer.settings import HEAD_TO_MODEL
+from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
+from racecraft.formats.checkpoint import Checkpoints
+from racecraft.players.deepracer.driver import Driver, league_in, load_driver
+from racecraft.players.deepracer.foreign_model import borrowed_run
+from racecraft.players.trained import split_source
+from racecraft.training.deepracer.against import AgainstWorld, deal, own_actions
+from racecraft.training.deepracer.plan import ITSELF, CarPlan
+from racecraft.training.opponent_pool import OpponentPool
+from racecraft.training.processor import prepare_processor
+
+
+def models_among(against: Sequence[str]) -> list[Driver]:
+    """Return the chosen models among the words of --against; a folder of runs stands for all of them.
+
+    Raises:
+        UserInputError: One of them cannot be used, as a letter.
+    """
+    return [load_driver(source) for source in league_in(one for one in against if one != ITSELF)]
+
+
+def against_world(
+    planned: CarPlan, reward: Callable[[int], Sequence[Callable[[dict[str, Any]], float]]]
+) -> tuple[AgainstWorld, OpponentPool | None]:
+    """Return the races that are learned in, and the pool of past selves where they are met there.
+
+    Args:
+        planned: The training; `race.type` is HEAD_TO_MODEL.
+        reward: Makes a reward function for each of so many cars.
+
+    Raises:
+        UserInputError: A chosen model cannot be used, or does not see in this company.
+    """
+    settings, config = planned.settings, planned.settings.against
+    chosen, itself = models_among(planned.against), ITSELF in planned.against
+    races = settings.rollout.num_worlds
+    dealt = deal(races, config, len(chosen), itself)
+    learner = as_driver(planned)
+    inner = RaceWorld(
+        planned.track,
+        own_actions(planned.actions, chosen, dealt),
+        reward(races * config.cars),
+        race_config=settings.race,
+        camera_config=settings.camera,
+        num_cars=races,
+        start_shares=(settings.race.start_offset + np.arange(races) / races) % 1.0,
+        mount=learner.mount,
+        sensors=planned.sensors,
+        cars_per_world=config.cars,
+        start_ahead=config.start_ahead,
+    )
+    world = AgainstWorld(inner, learner, dealt, chosen)
+    if not itself:
+        return world, None
+    pool = _pool(planned, world)
+    world.meet(pool)
+    return world, pool
+
+
+def as_driver(planned: CarPlan) -> Driver:
+    """Return what the learner's own car sees and can be told."""
+    mount = mount_for_version(planned.model.metadata.version)
+    settings = planned.settings
+    return Driver(
+        "the learner", _Learner(), planned.actions, settings.race.car, settings.camera, mount, planned.sensors
+    )
+
+
+def require_racing(planned: CarPlan) -> None:
+    """Refuse what cannot be trained in a race against others.
+
+    Raises:
+        SettingError: The letter says what.
+    """
+    if planned.settings.race.type != HEAD_TO_MODEL:
+        return
+    if planned.courses:
+        raise SettingError(
+            "the cars of this training are shared out among several courses (worker-N.env, or both directions), and "
+            "they race each other; expected one course. Leave --against out, or drive on one course."
+        )
+    network = planned.settings.network
+    if network.memory != "none" or network.stack_size > 1:
+        raise SettingError(
+            "network.memory or network.stack_size is set, and past selves are exchanged while they drive; expected a "
+            "network that decides by what it sees. Leave them at none and 1 where cars race each other."
+        )
+
+
+def _pool(planned: CarPlan, world: AgainstWorld) -> OpponentPool:
+    """Return a pool that holds the self that the training begins with."""
+    config, runtime = planned.settings.against, planned.settings.runtime
+    prepare_processor(runtime.threads, runtime.device)  # first weights are the learner's to the bit by as many threads
+    learner = build_learner(planned.algorithm, world.spec, planned.settings, planned.seed)
+    first = to_arrays(learner.state_dict())["network"]
+    if planned.request.clone_from is not None:
+        path, which = split_source(planned.request.clone_from)
+        first = Checkpoints(borrowed_run(Path(path)).checkpoints).load_policy(which)[0]
+    return OpponentPool(learner.policy_spec, first, config.pool_size, config.pool_every, planned.seed)
+
+
+class _Learner:
+    """Stands for the learner, who is asked elsewhere."""
+
+    def act(self, observations: Any, action_mask: Any = None) -> Any:
+        raise AssertionError("the learner decides in the collector")
+
+    def forget(self, rows: Any) -> None:
+        """Nothing is known."""

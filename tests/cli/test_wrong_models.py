@@ -1,0 +1,258 @@
+"""Models that cannot be taken in and policies that cannot be handed over: exit code 2, a letter, nothing left."""
+
+import bz2
+import io
+import json
+import sys
+import tarfile
+import zipfile
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.cli.conftest import TINY
+from tests.formats.tensorflow.policies import layers_for, write_listed
+
+from racecraft.formats.aws.policy_graph import graph_of
+from racecraft.formats.aws.policy_weights import arrays_of
+from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.tensorflow.checkpoint import write_checkpoint
+from racecraft.formats.tensorflow.graph import Graph, Node, write_graph
+
+FRONT, STEREO, SECTORS, STEPS = "FRONT_FACING_CAMERA", "STEREO_CAMERAS", "SECTOR_LIDAR", "DISCRETIZED_SECTOR_LIDAR"
+HEAD = "main_level/agent/main/online/network_1/ppo_head_0"
+LAST = f"{HEAD}/policy"
+
+
+def frozen(change=lambda node: node, sensors=(FRONT,)):
+    """Return a frozen graph, each node of it changed; None takes a node away."""
+    nodes = graph_of(layers_for("discrete", "tiny", sensors)[0]).nodes.values()
+    return write_graph(Graph(node for node in map(change, nodes) if node is not None))
+
+
+def model(folder, content=None, sensors=(FRONT,), told=None, count=5):
+    """Write a folder with a graph and its metadata."""
+    folder.mkdir(exist_ok=True)
+    (folder / "model.pb").write_bytes(frozen(sensors=sensors) if content is None else content)
+    write_listed(folder / "model_metadata.json", count, told or sensors)
+    return folder
+
+
+def only(part, **told):
+    """Return a change of the nodes whose names hold a part."""
+    return lambda node: replace(node, **told) if part in node.name else node
+
+
+def without(end):
+    return lambda node: None if node.name.endswith(end) else node
+
+
+def with_attributes(part, **told):
+    return lambda node: replace(node, attributes={**node.attributes, **told}) if part in node.name else node
+
+
+def checkpoint(folder, spoil=lambda path: None):
+    folder.mkdir()
+    write_checkpoint(folder / "3_Step-9.ckpt", arrays_of(layers_for("discrete", "shallow")[0]))
+    write_listed(folder / "model_metadata.json")
+    spoil(folder)
+    return folder
+
+
+def flip(folder):
+    path = folder / "3_Step-9.ckpt.data-00000-of-00001"
+    content = bytearray(path.read_bytes())
+    content[1000] ^= 1
+    path.write_bytes(content)
+
+
+def archive(path, members):
+    with tarfile.open(path, "w:gz") as packed:
+        for name, content in members.items():
+            entry = tarfile.TarInfo(name)
+            entry.size = len(content)
+            packed.addfile(entry, io.BytesIO(content))
+    return path
+
+
+def zipped(path, members):
+    with zipfile.ZipFile(path, "w") as packed:
+        for name, content in members.items():
+            packed.writestr(name, content)
+    return path
+
+
+def cut(path, content):
+    path.write_bytes(content[: len(content) // 2])
+    return path
+
+
+def whole_archive(folder):
+    source = model(folder / "whole")
+    return archive(folder / "whole.tar.gz", {"agent/model.pb": (source / "model.pb").read_bytes()}).read_bytes()
+
+
+def nan_head(node):
+    if not node.name.endswith("policy_fc/bias"):
+        return node
+    return replace(node, attributes={**node.attributes, "value": np.full(5, np.nan, np.float32)})
+
+
+IMPORTS = {
+    # What the letter must hold, and what is imported, laid out in an empty folder.
+    "nothing there": (["there is no such file or folder"], lambda t: t / "gone.tar.gz"),
+    "a text": (["its name is no graph's"], lambda t: (t / "notes.txt").write_text("x") and t / "notes.txt"),
+    "an empty folder": (["holds no weights"], lambda t: (t / "empty").mkdir() or t / "empty"),
+    "a lone graph without metadata": (
+        ["no model_metadata.json lies beside it", "--metadata FILE"],
+        lambda t: (t / "lone.pb").write_bytes(frozen()) and t / "lone.pb",
+    ),
+    "a page of a browser in place of a graph": (["damaged, or no graph"], lambda t: model(t / "m", b"<html></html>")),
+    "half a graph": (["model.pb"], lambda t: model(t / "m", frozen()[: len(frozen()) // 2])),
+    "an empty graph": (["it holds no node"], lambda t: model(t / "m", b"")),
+    "a graph that is not frozen": (
+        ["holds no weights", "is a variable", "Give the checkpoint"],
+        lambda t: model(t / "m", frozen(lambda node: replace(node, op="VariableV2") if node.op == "Const" else node)),
+    ),
+    "a graph with a foreign operation": (
+        ["m/model.pb: main_level", "the operation Erf is not known here", "convolutions and dense layers"],
+        lambda t: model(t / "m", frozen(lambda node: replace(node, op="Erf") if node.op == "Relu" else node)),
+    ),
+    "a graph of another program": (
+        ["no policy of a DeepRacer car", "ppo_head_0/policy_fc/kernel"],
+        lambda t: model(t / "m", write_graph(Graph([Node("a/kernel", "Const", (), {"value": np.ones((2, 2), "f4")})]))),
+    ),
+    "a graph without its policy node": (
+        ["no node that ends in ppo_head_0/policy"],
+        lambda t: model(t / "m", frozen(without("ppo_head_0/policy"))),
+    ),
+    "a graph that reads a node it does not hold": (
+        ["Flatten/flatten/Reshape/shape", "the graph holds no such node"],
+        lambda t: model(t / "m", frozen(without("Reshape/shape"))),
+    ),
+    "a graph that reads itself": (
+        ["reads itself in a circle"],
+        lambda t: model(t / "m", frozen(only("policy_fc/MatMul", inputs=(LAST, f"{HEAD}/policy_fc/kernel/read")))),
+    ),
+    "a padded convolution": (
+        ["no padding", "SAME"], lambda t: model(t / "m", frozen(with_attributes("Conv2D", padding=b"SAME")))
+    ),
+    "a layer without its bias": (["has no bias"], lambda t: model(t / "m", frozen(without("policy_fc/bias")))),
+    "weights that are no numbers": (["no finite numbers"], lambda t: model(t / "m", frozen(nan_head))),
+    "metadata of more actions": (["chooses among 5", "7 actions"], lambda t: model(t / "m", count=7)),
+    "metadata of another camera": (
+        ["its network sees by FRONT_FACING_CAMERA, its car by STEREO_CAMERAS"],
+        lambda t: model(t / "m", told=(STEREO,)),
+    ),
+    "metadata with a LiDAR more": (
+        ["its car by FRONT_FACING_CAMERA, SECTOR_LIDAR"], lambda t: model(t / "m", told=(FRONT, SECTORS))
+    ),
+    "metadata of a LiDAR of other sectors": (
+        ["its network sees DISCRETIZED_SECTOR_LIDAR (64,)", "DISCRETIZED_SECTOR_LIDAR (32,)"],
+        lambda t: with_sectors(model(t / "m", sensors=(FRONT, STEPS))),
+    ),
+    "metadata with a typing error": (
+        ["model_metadata.json:1", "JSON"],
+        lambda t: (model(t / "m") / "model_metadata.json").write_text("{'sensor': 1}") and t / "m",
+    ),
+    "a checkpoint without its numbers": (
+        ["there is no such file"],
+        lambda t: checkpoint(t / "m", lambda folder: (folder / "3_Step-9.ckpt.data-00000-of-00001").unlink()),
+    ),
+    "a checkpoint with a flipped bit": (["checksum"], lambda t: checkpoint(t / "m", flip)),
+    "an archive of bzip2": (
+        ["a.tar.bz2", "no graph's and no checkpoint's"],
+        lambda t: (t / "a.tar.bz2").write_bytes(bz2.compress(b"x")) and t / "a.tar.bz2",
+    ),
+    "half an archive": (["damaged"], lambda t: cut(t / "half.tar.gz", whole_archive(t))),
+    "an archive that leads out of itself": (
+        ["'../model.pb' leads out of the archive"], lambda t: archive(t / "a.tar.gz", {"../model.pb": b"x"})
+    ),
+    "an archive of pictures": (["holds no file of a model"], lambda t: zipped(t / "a.zip", {"me.png": b"x"})),
+    "an archive without metadata": (
+        ["holds no model_metadata.json"], lambda t: archive(t / "a.tar.gz", {"agent/model.pb": frozen()})
+    ),
+}  # fmt: skip
+
+
+def with_sectors(folder):
+    path = folder / "model_metadata.json"
+    told = json.loads(path.read_text()) | {"lidar_config": {"num_sectors": 4, "num_values_per_sector": 8}}
+    path.write_text(json.dumps(told))
+    return folder
+
+
+@pytest.mark.parametrize("name", IMPORTS)
+def test_what_is_no_model_is_named_and_leaves_no_run(name, racecraft, tmp_path):
+    wanted, lay = IMPORTS[name]
+    said = racecraft("import", lay(tmp_path), "run")
+    assert said.code == 2, said.err
+    assert "Traceback" not in said.err
+    for part in wanted:
+        assert part in " ".join(said.err.split()), said.err
+    assert not (tmp_path / "run").exists()
+
+
+def imported(racecraft, folder):
+    assert racecraft("import", model(folder / "m"), "r", "--track", "Oval_track").code == 0
+
+
+EXPORTS = {
+    "an unknown format": (["--to 'onxx'", "Did you mean 'onnx'?"], ["--to", "onxx"]),
+    "a run that is not there": (["there is no such folder"], ["gone", "--to", "car"]),
+    "a checkpoint that is not there": (["no checkpoint '99'"], ["--to", "onnx", "--checkpoint", "99"]),
+    "a file of another end": (["ends in .onnx"], ["--to", "onnx", "--output", "mine.pb"]),
+    "an archive of another end": (["mine.zip", ".tar.gz"], ["--to", "car", "--output", "mine.zip"]),
+    "a checkpoint for AWS's trainer": (["takes best and last"], ["--to", "drfc", "--checkpoint", "0"]),
+    "a lone graph for AWS's trainer": (["none of AWS's three"], ["--to", "drfc"]),
+    "a car for Unity": (["one of `racecraft unity train`"], ["--to", "unity"]),
+}
+
+
+@pytest.mark.parametrize("name", EXPORTS)
+def test_what_cannot_be_handed_over_is_said(name, racecraft, tmp_path):
+    wanted, words = EXPORTS[name]
+    imported(racecraft, tmp_path)
+    said = racecraft("export", *([] if words[0] == "gone" else ["r"]), *words)
+    assert said.code == 2, said.err
+    assert "Traceback" not in said.err
+    for part in wanted:
+        assert part in " ".join(said.err.split()), said.err
+    assert not (tmp_path / "r" / "export").exists()
+
+
+@pytest.mark.parametrize(("to", "package"), [("onnx", "onnx"), ("openvino", "openvino"), ("tflite", "tensorflow")])
+def test_a_missing_extra_is_named_with_its_command(racecraft, tmp_path, monkeypatch, to, package):
+    imported(racecraft, tmp_path)
+    monkeypatch.setitem(sys.modules, package, None)
+    said = racecraft("export", "r", "--to", to)
+    assert (said.code, f"pip install 'racecraft[{to}]'" in said.err) == (2, True)
+    assert not (tmp_path / "r" / "export").exists()
+
+
+@pytest.mark.parametrize("to", ["car", "onnx", "drfc"])
+def test_a_run_of_another_world_is_no_car(racecraft, tmp_path, to):
+    RunFolder.create(tmp_path / "snake", {"kind": "battlesnake", "title": "a snake"})
+    said = racecraft("export", "snake", "--to", to)
+    assert said.code == 2
+    assert "one of `racecraft snakes train`" in said.err
+
+
+def test_a_policy_with_a_memory_is_refused_by_the_setting_that_made_it(racecraft, tmp_path):
+    words = ["--set", "network.memory=lstm", "--stop", "iterations=1", "--no-pictures"]
+    assert racecraft("train", "--run", "r", *words, *TINY).code == 0
+    for to in ("car", "onnx"):
+        said = racecraft("export", "r", "--to", to)
+        assert said.code == 2
+        assert "network.memory=lstm" in said.err
+        assert "Train without it" in said.err
+
+
+def test_what_the_command_prints(racecraft, tmp_path):
+    pytest.importorskip("onnxruntime")
+    imported(racecraft, tmp_path)
+    done = racecraft("export", "r", "--to", "onnx", "--output", "mine.onnx", "--json")
+    told = json.loads(done.out)
+    assert (told["files"], told["checked_on"], told["pixels_averaged"]) == (["mine.onnx"], 192, 1)
+    said = racecraft("export", "r", "--to", "onnx")
+    assert "every action agrees" in said.out

@@ -1,0 +1,177 @@
+"""Races of several cars: who wins, who overtakes, who waits; by drivers that follow a line beside the centre."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from racecraft.contract.errors import SettingError
+from racecraft.envs.deepracer.actions import ActionBox, ActionTable
+from racecraft.envs.deepracer.camera import MOUNT_V2, MOUNT_V3
+from racecraft.envs.deepracer.sensors import FRONT_CAMERA, car_sensors
+from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
+from racecraft.envs.deepracer.world import CAMERA_NAME, CRITIC_NAME
+from racecraft.evaluation.deepracer.head_to_head import HeadToHead, race_heads
+from racecraft.evaluation.rating import Result, rate, wilson
+from racecraft.players.deepracer.driver import Driver
+from racecraft.tracks.catalogue import load_track
+
+TRACK = load_track("Oval_track")
+WHEELBASE_M = 0.164
+BOX = ActionBox((-0.52, 0.52), (0.1, 4.0))
+
+
+class Follower:
+    """Drives at one speed so far beside the centre line (share of the half road), by what a critic is told."""
+
+    def __init__(self, speed, beside=0.0, noise=0.0, seed=0):
+        self.speed, self.beside, self.noise, self.chance = speed, beside, noise, np.random.default_rng(seed)
+
+    def act(self, observations, action_mask=None):
+        told = observations[CRITIC_NAME].astype(float)
+        here, ahead = np.arctan2(told[:, 1], told[:, 2]), np.arctan2(told[:, 7], told[:, 8])  # half a metre on
+        bend = np.arctan(WHEELBASE_M * (ahead - here) / 0.5)
+        steering = bend + 0.5 * here - 0.15 * (told[:, 0] - self.beside)
+        speed = self.speed * np.exp(self.noise * self.chance.normal(size=len(told)))
+        return np.column_stack([np.clip(steering, -0.52, 0.52), speed])
+
+    def forget(self, rows):
+        pass
+
+
+def driver(name, speed, beside=0.0, **options):
+    policy = Follower(speed, beside, options.pop("noise", 0.0), options.pop("seed", 0))
+    return replace(Driver(name, policy, BOX, "kinematic", CameraConfig(8, 6), MOUNT_V3, FRONT_CAMERA), **options)
+
+
+def race(*drivers, config=None, **rules):
+    rules.setdefault("laps", 1)
+    return race_heads(drivers, TRACK, HeadToHead(**rules), config)
+
+
+def test_a_policy_is_level_with_its_mirror():
+    """Its own twin wins about half of 200 races."""
+    result = race(*(driver(name, 1.5, noise=0.3, seed=seed) for seed, name in enumerate("ab")), races=200)
+    wins = sum(a.place < b.place for a, b in result.races)
+    draws = sum(a.place == b.place for a, b in result.races)
+    low, high = wilson(wins + draws / 2, 200)
+    assert low < 0.5 < high
+    assert draws < 100
+    a, b = rate(2, [Result((0, 1), (one.place, other.place)) for one, other in result.races])
+    assert a.low < b.high
+    assert b.low < a.high
+    fronts = sum(one.place == 1 for pair in result.races for one in pair if one.grid == 1)
+    assert fronts > 150, "in one lane the front place is worth much: only taking turns makes the race fair"
+
+
+def test_a_faster_car_in_the_other_lane_overtakes_once_and_wins():
+    result = race(driver("slow", 1.0, -0.5), driver("fast", 2.0, 0.5))
+    for grid, (slow, fast) in enumerate(result.races):
+        assert (slow.grid, fast.grid) == ((1, 2), (2, 1))[grid]
+        assert (slow.place, fast.place) == (2, 1)
+        assert fast.overtakes == slow.overtaken == (fast.grid == 2)
+        assert slow.overtakes == fast.crashes == slow.crashes == fast.off_tracks == 0
+        assert slow.ended == fast.ended == "finished"
+        assert slow.laps == fast.laps == 1.0
+        assert slow.seconds == pytest.approx(2 * fast.seconds, rel=0.12)  # lanes differ in length
+    inner = TRACK.length - 2 * math.pi * 0.5 * 0.305  # half of a half road of 0.609 m nearer to the middle
+    assert result.of(1)[0].seconds == pytest.approx(inner / 2.0, rel=0.05)
+
+
+def test_who_runs_into_another_waits_and_who_was_hit_drives_on():
+    lone = race(driver("slow", 1.0, 0.0), driver("fast", 2.0, 0.0)).races[1]  # the fast one is away at once
+    slow, fast = race(driver("slow", 1.0, 0.0), driver("fast", 2.0, 0.0), races=1).races[0]
+    assert (slow.grid, fast.grid) == (1, 2)
+    assert fast.crashes == slow.was_hit >= 1
+    assert slow.crashes == fast.was_hit == 0
+    assert slow.seconds == pytest.approx(lone[0].seconds, rel=0.1)
+    assert fast.seconds > 5.0 * fast.crashes
+    free = race(driver("slow", 1.0, 0.0), driver("fast", 2.0, 0.0), races=1, collision_penalty=0.0).races[0]
+    assert free[1].crashes > fast.crashes, "who does not wait runs into it again"
+
+
+def test_penalties_are_waited_in_simulated_time():
+    slow, fast = race(driver("slow", 1.0, 0.0), driver("fast", 2.0, 0.0), races=1, collision_penalty=4.0).races[0]
+    ticks = race(driver("slow", 1.0, 0.0), driver("fast", 2.0, 0.0), races=1, collision_penalty=4.0).ticks
+    waited = (np.array(ticks["status"][:, 1]) == 9).sum()
+    assert waited == 60 * fast.crashes
+    assert fast.seconds == pytest.approx((ticks["status"][:, 1] != 7).sum() / 15)
+
+
+def test_a_race_ends_with_the_first_or_with_the_last():
+    slow, fast = race(driver("slow", 1.0, -0.5), driver("fast", 2.0, 0.5), done_condition="any").races[0]
+    assert fast.ended == "finished"
+    assert slow.ended == "not_finished"
+    assert slow.laps == pytest.approx(0.5, abs=0.05)
+    assert slow.seconds is None
+
+
+def test_a_car_without_resets_left_is_out_and_out_of_the_way():
+    blind, calm = driver("blind", 1.0), driver("calm", 1.0, 0.0)
+    blind.policy.act = lambda seen, mask=None: np.tile([0.4, 1.0], (len(seen[CRITIC_NAME]), 1))
+    lost, won = race(blind, calm, max_resets=2, off_track_penalty=1.0).races[0]
+    assert lost.ended == "retired"
+    assert lost.off_tracks == 3
+    assert lost.place == 2
+    assert won.ended == "finished"
+    assert won.crashes == 0
+
+
+def test_every_driver_sees_and_is_told_in_its_own_way():
+    """One by a table and a frame of 20 x 15 of version 2, one by ranges and two eyes, in the company of a third."""
+    seen = {}
+
+    def table(observations, mask=None):
+        seen["table"] = {name: part.shape[1:] for name, part in observations.items()}
+        return np.full(len(observations[CAMERA_NAME]), 1)
+
+    def eyes(observations, mask=None):
+        seen["eyes"] = {name: part.shape[1:] for name, part in observations.items()}
+        return np.tile([0.0, 0.5], (len(observations["STEREO_CAMERAS"]), 1))
+
+    actions = ActionTable.of([(0.0, 0.5), (math.radians(20), 1.0)])
+    first = driver("first", 1.0, 0.0)
+    one = driver("one", 1.0, actions=actions, frame=CameraConfig(20, 15), mount=MOUNT_V2, car="v4")
+    two = driver("two", 1.0, sensors=car_sensors(("STEREO_CAMERAS",), None))
+    one.policy.act, two.policy.act = table, eyes
+    result = race(first, one, two, max_resets=0)
+    assert seen == {"table": {CAMERA_NAME: (15, 20)}, "eyes": {"STEREO_CAMERAS": (6, 8, 2)}}
+    told = result.ticks[1]
+    assert told["action"].tolist() == [-1, 1, -1]
+    assert told["steering"][1] == pytest.approx(math.radians(20))
+    assert told["speed"].tolist() == [1.0, 1.0, 0.5]
+
+
+def test_eight_cars_race_and_nine_are_refused():
+    result = race(*(driver(f"car {k}", 1.0 + 0.1 * k, 0.5 if k % 2 else -0.5) for k in range(8)), races=1)
+    assert sorted(one.grid for one in result.races[0]) == list(range(1, 9))
+    assert all(one.ended == "finished" for one in result.races[0])
+    assert [one.place for one in sorted(result.races[0], key=lambda one: one.seconds)] == sorted(
+        one.place for one in result.races[0]
+    )
+    with pytest.raises(SettingError, match="9 cars were named for one race; expected 2 to 8"):
+        race(*(driver(str(k), 1.0) for k in range(9)))
+    with pytest.raises(SettingError, match="1 cars"):
+        race(driver("alone", 1.0))
+
+
+def test_a_lidar_among_cars_without_one_is_named():
+    lidar = driver("scanner", 1.0, sensors=car_sensors(("FRONT_FACING_CAMERA", "LIDAR"), None))
+    with pytest.raises(SettingError, match="scanner drives by LIDAR and plain without a LiDAR"):
+        race(driver("plain", 1.0), lidar)
+    race(lidar, replace(lidar, name="another"), races=1, max_resets=0, config=RaceConfig(max_episode_seconds=2.0))
+
+
+@pytest.mark.parametrize(
+    ("rules", "said"),
+    [
+        ({"laps": 0}, "laps is 0; expected 1 to 1000"),
+        ({"races": 0}, "races is 0; expected 1 to 10000"),
+        ({"max_resets": -1}, "max_resets is -1; expected 0"),
+        ({"done_condition": "some"}, "done_condition is 'some'; expected any or all"),
+    ],
+)
+def test_what_no_race_can_be_is_named(rules, said):
+    with pytest.raises(SettingError, match=said):
+        HeadToHead(**rules)
