@@ -43,8 +43,10 @@ def plan_objects(track: Track, asked: BoxesConfig | BotsConfig | None, habits: H
     Raises:
         SettingError: So many do not fit, two listed places overlap, or times are the wrong way round.
     """
-    if asked is None:  # other cars are touched, and blamed, by the same habits
-        return no_objects()._replace(corners_only=habits.corners_collide, blames_by_lap=habits.blame_is_by_lap)
+    # Other cars are touched, and blamed, by the same habits as objects.
+    empty = no_objects()._replace(corners_only=habits.corners_collide, blames_by_lap=habits.blame_is_by_lap)
+    if asked is None:
+        return empty
     positions = asked.positions if isinstance(asked, BoxesConfig) else ""
     places = read_positions(positions)
     count = len(places) or asked.number
@@ -57,15 +59,13 @@ def plan_objects(track: Track, asked: BoxesConfig | BotsConfig | None, habits: H
     moves = isinstance(asked, BotsConfig)
     kind = BOX_TYPES.index(asked.type) if isinstance(asked, BoxesConfig) and not asked.as_cars else BOT_CAR
     built = KINDS[kind]
-    plan = no_objects()._replace(
+    plan = empty._replace(
         sizes=np.tile([built.length / 2, built.width / 2, built.height], (count, 1)),
         kinds=np.full(count, kind, np.int64),
         arcs=arcs,
         lanes=np.array([lane_beside(track, is_inner) for is_inner in inner]),
         is_random=asked.random and not places,
         slips=habits.box_distance_slips and not moves,
-        corners_only=habits.corners_collide,
-        blames_by_lap=habits.blame_is_by_lap,
         least_distance=asked.min_distance,
     )
     if isinstance(asked, BotsConfig):
