@@ -29,6 +29,7 @@ GROUND = {"contract": 0, "kernels": 1, "settings": 1, "formats": 2, "tracks": 3,
 HEAVY = {
     "torch": {"algorithms", "rollout", "export", "analysis", "training"},
     "ray": {"training", "jobs"},
+    "mlflow": {"training"},
     "grpc": {"envs"},
     "sqlalchemy": {"jobs", "league"},
     "optuna": {"jobs"},

@@ -17,7 +17,7 @@ from racecraft.jobs.store import NameTakenError
 TOOLKIT = {"toolkit": RLToolkit.RAY, "toolkit_version": "1.6.0", "framework": RLFramework.PYTORCH, "role": "r"}
 TELLS = """
 import json, os, sys
-names = [name for name in os.environ if name.startswith(("SM_", "SAGEMAKER_"))]
+names = [name for name in os.environ if name.startswith(("SM_", "SAGEMAKER_", "RACECRAFT_TRIAL"))]
 told = {"args": sys.argv[1:], "variables": {name: os.environ[name] for name in names}, "here": sorted(os.listdir("."))}
 told["inputs"] = sorted(os.listdir(os.environ["SM_CHANNEL_TRAIN"]))
 open(os.path.join(os.environ["SM_OUTPUT_DATA_DIR"], "told.json"), "w").write(json.dumps(told))
@@ -48,7 +48,7 @@ def estimator(**words):
 def test_a_script_finds_what_it_would_find_at_sagemaker(source, capsys):
     made = estimator(dependencies=["common/library"], hyperparameters={"num_iters": 3, "e": 0.5}, base_job_name="rl_it")
     address = Session().upload_data("data", key_prefix="maps")
-    made.fit({"train": address})
+    made.fit({"train": address}, experiment_config={"TrialName": "first"})
     job = made.latest_training_job
     assert job.job_name.startswith("rl-it-20")
     assert len(job.job_name) <= 63
@@ -72,6 +72,7 @@ def test_a_script_finds_what_it_would_find_at_sagemaker(source, capsys):
     assert [variables[name] for name in names] == ["3", "1", "algo-1"]
     assert json.loads(variables["SM_CHANNELS"]) == ["train"]
     assert variables["SM_MODEL_DIR"] == os.path.join(variables["SAGEMAKER_BASE_DIR"], "model")
+    assert told["variables"]["RACECRAFT_TRIAL"] == "first"
 
 
 def test_a_script_that_fails_is_told_by_fit_and_in_its_room(source, home):

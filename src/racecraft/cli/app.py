@@ -18,7 +18,7 @@ from racecraft.cli.buckets import buckets
 from racecraft.cli.deepracer import evaluate, init, leaderboards, logs, new, race, replay, sensors, tracks, train
 from racecraft.cli.deepracer.dr import group
 from racecraft.cli.gym import gym
-from racecraft.cli.jobs import jobs, tune
+from racecraft.cli.jobs import jobs, sandbox, tune
 from racecraft.cli.runs import (
     checkpoints,
     export,
@@ -68,6 +68,7 @@ app.add_typer(snakes.app, name="snakes")
 app.add_typer(unity.app, name="unity")
 app.add_typer(jobs.app, name="jobs")
 app.command(name="tune", context_settings=tune.CONTEXT)(tune.tune)
+app.command(name="sandbox")(sandbox.sandbox)
 app.add_typer(buckets.app, name="bucket")
 app.command(name="serve")(serve.serve)
 app.command(name="import")(import_model.import_)

@@ -35,6 +35,12 @@ LEGAL_NAME = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9-]{0,61}[A-Za-z0-9])?")
 """Names of jobs: those of SageMaker (facts: battlesnake-and-sagemaker-rl.md C.1), so that old ones go on working."""
 COMMANDS = ("train", "gym", "snakes", "unity", "run", "serve", "dr", "jobs")
 """The first words of racecraft's commands that may be a job."""
+EXPERIMENT_VARIABLES = {
+    "ExperimentName": "RACECRAFT_EXPERIMENT",
+    "TrialName": "RACECRAFT_TRIAL",
+    "TrialComponentDisplayName": "RACECRAFT_TRIAL_COMPONENT",
+}
+"""Where a job's training finds the names that SageMaker's `experiment_config` gives."""
 
 
 class JobSpecError(InputFileError):

@@ -22,6 +22,7 @@ from racecraft.jobs.estimator_words import (
     RLToolkit,
     check_image,
     default_metric_definitions,
+    experiment_variables,
     require_known,
     second_names,
 )
@@ -276,7 +277,7 @@ class RLEstimator:
             wait: Whether to wait for its end.
             logs: Whether what it says is said here, too, while it is waited for.
             job_name: Its name; None: `base_job_name` and the time.
-            experiment_config: Recorded.
+            experiment_config: Recorded; MLflow is told it, where a training of the job's tells MLflow.
 
         Raises:
             NameTakenError: There is a job of that name.
@@ -350,7 +351,7 @@ class RLEstimator:
             ("jobs", "enter", str(folder)),
             name,
             folder=str(folder),
-            environment={**environment_here(), **self.environment},
+            environment={**environment_here(), **experiment_variables(experiment), **self.environment},
             cores=self.cores,
             memory_mib=self.memory_mib,
             max_run_seconds=self.max_run,

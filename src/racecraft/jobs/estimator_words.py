@@ -11,6 +11,7 @@ from enum import Enum
 from typing import Any
 
 from racecraft.contract.errors import SettingError, nearest
+from racecraft.formats.job_spec import EXPERIMENT_VARIABLES
 
 
 class RLToolkit(Enum):
@@ -130,3 +131,13 @@ def default_metric_definitions(toolkit: RLToolkit | str) -> list[dict[str, str]]
 
 def _word(value: Any) -> Any:
     return value.value if isinstance(value, Enum) else value
+
+
+def experiment_variables(experiment: Mapping[str, str] | None) -> dict[str, str]:
+    """Return how a job's training hears of `experiment_config`; words that SageMaker does not know are left out.
+
+    >>> experiment_variables({"TrialName": "snakes-1"})
+    {'RACECRAFT_TRIAL': 'snakes-1'}
+    """
+    given = experiment or {}
+    return {variable: str(given[key]) for key, variable in EXPERIMENT_VARIABLES.items() if given.get(key)}

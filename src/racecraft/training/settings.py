@@ -55,6 +55,11 @@ class RuntimeConfig:
     tensorboard: bool = setting(
         False, "Whether curves are also written for TensorBoard, into the run folder's `tensorboard`."
     )
+    mlflow: str | None = setting(
+        None,
+        "Address of an MLflow that is told of the training, too (http://HOST:PORT, sqlite:///FILE). true: "
+        "MLFLOW_TRACKING_URI, else `mlflow.db` beside the run folder. none: nobody.",
+    )
 
     def __post_init__(self) -> None:
         check_group(self)

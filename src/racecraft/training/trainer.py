@@ -34,6 +34,7 @@ from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import as_dictionary
 from racecraft.training.callbacks import Callbacks, KnowsRun, TrainingCallback
 from racecraft.training.loop import Evaluator, Outcome, TrainingLoop
+from racecraft.training.mlflow_tracking import MlflowRun, RunDescription, client_class, tracking_uri
 from racecraft.training.named_files import as_in_run, asked_in_run, found_in_run, lay_named_files, named_files
 from racecraft.training.processor import prepare_processor
 from racecraft.training.resume import Say, restore_run, tell_resumed
@@ -138,10 +139,9 @@ def train(
         RunFolderError: The place is taken, or the weights do not fit.
         CheckpointError: No such checkpoint, or a damaged one.
         SettingError: The algorithm does not fit the world's actions, a stop can never hold, or a replay is too large.
-        MissingExtraError: Curves are to be written for TensorBoard, and it is not installed.
+        MissingExtraError: Curves are to be written for TensorBoard or MLflow, and it is not installed.
     """
-    if experiment.settings.runtime.tensorboard:
-        summary_writer()
+    _require_trackers(experiment.settings)
     learner = _learner(experiment, experiment.settings)
     feed = feed_for(learner, experiment)
     if source is not None:
@@ -186,6 +186,9 @@ class TrainingSession:
         self._experiment, self._run, self._say, self._learner = experiment, run, say, learner
         if settings.runtime.tensorboard:
             callback = Callbacks(TensorBoard(run.path / FOLDER), callback)
+        if settings.runtime.mlflow is not None:
+            description = RunDescription(run.path, run.read_job())
+            callback = Callbacks(MlflowRun(settings.runtime.mlflow, description, say), callback)
         if isinstance(callback, KnowsRun):
             callback.run_made(run.path)
         experiment.warm_up(say)
@@ -312,6 +315,15 @@ def summary_of(outcome: Outcome, run: RunFolder, seed: int) -> dict[str, Any]:
         "seed": seed,
         "versions": versions(),
     }
+
+
+def _require_trackers(settings: Settings) -> None:
+    """Look whether whoever is to be told of the training can be, before anything is made."""
+    if settings.runtime.tensorboard:
+        summary_writer()
+    if settings.runtime.mlflow is not None:
+        tracking_uri(settings.runtime.mlflow, Path("."))
+        client_class(settings.runtime.mlflow)
 
 
 def _learner(experiment: Experiment, settings: Settings) -> Learner:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+from racecraft.compat.local_buckets import Buckets
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.jobs.estimator import TrainingJob
 from racecraft.jobs.home import JobHome
-from racecraft.jobs.session import ACCOUNT, REGION, ROLE
+from racecraft.jobs.sandbox.making import recorded_stacks
+from racecraft.jobs.session import ACCOUNT, REGION, ROLE, buckets_of
 
-SERVICES = ("sagemaker", "sts")
+SERVICES = ("sagemaker", "sts", "s3", "cloudformation")
 
 
 class Session:
@@ -34,7 +36,9 @@ def client(service: str, **recorded: Any) -> Any:
             f"boto3.client('{service}'): `racecraft run` offers {', '.join(SERVICES)} of AWS's services. "
             f"{nearest(service, SERVICES)} Install boto3 where AWS itself is meant."
         )
-    return _SageMaker() if service == "sagemaker" else _Sts()
+    if service == "s3":
+        return Buckets(buckets_of(JobHome.of_user()))
+    return {"sagemaker": _SageMaker, "sts": _Sts, "cloudformation": _CloudFormation}[service]()
 
 
 class _SageMaker:
@@ -45,6 +49,36 @@ class _SageMaker:
     def stop_training_job(self, *, TrainingJobName: str) -> None:  # noqa: N803 - AWS's own name
         """Ask a job to end."""
         TrainingJob(TrainingJobName, JobHome.of_user()).stop()
+
+
+class _CloudFormation:
+    def describe_stacks(self, *, StackName: str | None = None) -> dict[str, Any]:  # noqa: N803 - AWS's own name
+        """Return what `racecraft sandbox` made.
+
+        Raises:
+            SettingError: There is no such stack.
+        """
+        stacks = {told["stack"]: told for told in recorded_stacks(JobHome.of_user())}
+        if StackName is not None and StackName not in stacks:
+            raise SettingError(
+                f"describe_stacks: there is no stack '{StackName}'. `racecraft sandbox TEMPLATE.yaml` makes one. "
+                + (nearest(StackName, stacks) if stacks else "")
+            )
+        chosen = stacks.values() if StackName is None else [stacks[StackName]]
+        return {"Stacks": [_described(told) for told in chosen]}
+
+
+def _described(told: dict[str, Any]) -> dict[str, Any]:
+    outputs = [
+        {"OutputKey": one["name"], "OutputValue": one["value"], "Description": one["description"]}
+        for one in told["outputs"]
+        if one["value"] is not None
+    ]
+    parameters = [{"ParameterKey": key, "ParameterValue": value} for key, value in told["parameters"].items()]
+    return {
+        "StackName": told["stack"], "StackStatus": "CREATE_COMPLETE", "Description": told["description"],
+        "Outputs": outputs, "Parameters": parameters,
+    }  # fmt: skip
 
 
 class _Sts:

@@ -1,0 +1,1 @@
+"""CloudFormation templates, read without AWS: nothing in them is run."""
