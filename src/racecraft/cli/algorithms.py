@@ -10,11 +10,10 @@ def algorithms(json: bool = typer.Option(False, "--json", help="One JSON object 
 
     Example: racecraft algorithms
     """
-    from rich.console import Console
     from rich.table import Table
 
     from racecraft.algorithms.registry import all_algorithms
-    from racecraft.cli.output import print_json
+    from racecraft.cli.output import print_json, print_table
 
     found = all_algorithms()
     if json:
@@ -26,5 +25,5 @@ def algorithms(json: bool = typer.Option(False, "--json", help="One JSON object 
         table.add_column(title, no_wrap=title == "algorithm")
     for one in found:
         table.add_row(one.name, one.acts_text, one.title)
-    Console().print(table)
+    print_table(table)
     print("\nYour own: --algorithm module:Class. Settings of one: racecraft settings --algorithm NAME")

@@ -5,7 +5,14 @@ from __future__ import annotations
 import json
 import math
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+WIDE = 250
+"""Columns of a pipe: it has no width, and whoever reads it wants every word."""
 
 
 def print_json(value: Any) -> None:
@@ -16,6 +23,21 @@ def print_json(value: Any) -> None:
 def say(text: str, *, quiet_stdout: bool) -> None:
     """Print a line for people: to standard error where standard output belongs to `--json`."""
     print(text, file=sys.stderr if quiet_stdout else sys.stdout, flush=True)
+
+
+def console() -> Console:
+    """Return where tables are printed: as wide as the terminal, and wide where there is none."""
+    from rich.console import Console
+
+    made = Console()
+    if not made.is_terminal:
+        made.width = WIDE
+    return made
+
+
+def print_table(table: Table) -> None:
+    """Print a table, whole; in a pipe no word of it is cut."""
+    console().print(table)
 
 
 def _plain(value: Any) -> Any:

@@ -33,11 +33,10 @@ def settings(
 
         print_folder_settings(folder, json)
         return
-    from rich.console import Console
     from rich.table import Table
 
     from racecraft.algorithms.registry import find_algorithm
-    from racecraft.cli.output import print_json
+    from racecraft.cli.output import print_json, print_table
     from racecraft.settings.describe import value_text
     from racecraft.settings.overrides import as_dictionary
     from racecraft.settings.table import rows_of
@@ -53,4 +52,4 @@ def settings(
     for name in defaults:
         for row in rows_of(getattr(defaults, name), name):
             table.add_row(row.full_name, value_text(getattr(getattr(defaults, name), row.name)), row.unit, row.doc)
-    Console().print(table)
+    print_table(table)

@@ -285,8 +285,9 @@ def _imported(run: Path, json: bool) -> Path:
 
 
 def _print_table(report: LapReport) -> None:
-    from rich.console import Console
     from rich.table import Table
+
+    from racecraft.cli.output import print_table
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     for title in ("lap", "seconds", "progress", "ended"):
@@ -294,4 +295,4 @@ def _print_table(report: LapReport) -> None:
     for number, lap in enumerate(report.laps, 1):
         seconds = f"{lap.seconds:.2f}" if lap.seconds is not None else "-"
         table.add_row(str(number), seconds, f"{lap.progress_percent:.1f} %", lap.status.replace("_", " "))
-    Console().print(table)
+    print_table(table)

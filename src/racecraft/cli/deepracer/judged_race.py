@@ -55,8 +55,9 @@ def race_car(car: TrainedCar, circuit: Track, rules: JudgedRace, reverse: bool |
 
 def print_race(record: RaceRecord) -> None:
     """Print a row a trial."""
-    from rich.console import Console
     from rich.table import Table
+
+    from racecraft.cli.output import print_table
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     for title in ("trial", "seconds", "progress", "resets", "penalty", "ended"):
@@ -66,4 +67,4 @@ def print_race(record: RaceRecord) -> None:
         resets, penalty = str(one.reset_count), f"{one.penalty_seconds:.0f} s"
         ended = one.status.replace("_", " ")
         table.add_row(str(one.trial), seconds, f"{one.progress_percent:.1f} %", resets, penalty, ended)
-    Console().print(table)
+    print_table(table)

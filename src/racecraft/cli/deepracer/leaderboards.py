@@ -113,8 +113,9 @@ def _placed_row(board: Leaderboard, report: LapReport, driven: str) -> dict[str,
 
 
 def _print(facts: dict[str, Any], report: LapReport | None) -> None:
-    from rich.console import Console
     from rich.table import Table
+
+    from racecraft.cli.output import print_table
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     heads = ["launched", "race", "track", "type", "timed by", "racers", "winner", "s"]
@@ -129,7 +130,7 @@ def _print(facts: dict[str, Any], report: LapReport | None) -> None:
         if report is not None:
             cells += [_seconds(row["own_seconds"]), "–" if row["own_rank"] is None else str(row["own_rank"])]
         table.add_row(*cells)
-    Console(width=160).print(table)
+    print_table(table)
     if report is None and len(rows) > MOST_ROWS:
         print(f"The latest {MOST_ROWS} of {len(rows)} races; --track NAME shows all on one track, --json all of them.")
     if report is not None:

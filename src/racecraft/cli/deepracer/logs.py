@@ -189,8 +189,9 @@ def _print(facts: dict[str, Any]) -> None:
 
 
 def _print_table(rows: list[dict[str, Any]]) -> None:
-    from rich.console import Console
     from rich.table import Table
+
+    from racecraft.cli.output import print_table
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("what")
@@ -204,4 +205,4 @@ def _print_table(rows: list[dict[str, Any]]) -> None:
             f"{row['iterations']:,}", f"{row['episodes']:,}", f"{row['full_laps']:,}",
             "-" if best is None else f"{best:.2f} s", f"{100 * row['mean_progress_share']:.1f} %",
         )  # fmt: skip
-    Console().print(table)
+    print_table(table)

@@ -65,8 +65,9 @@ def judge_and_tell(run: Path, checkpoint: str | None, names: Sequence[str], laps
 
 
 def _print_table(results: Sequence[TrackResult]) -> None:
-    from rich.console import Console
     from rich.table import Table
+
+    from racecraft.cli.output import print_table
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     for title in ("track", "", "full laps", "mean progress", "best lap"):
@@ -75,4 +76,4 @@ def _print_table(results: Sequence[TrackResult]) -> None:
         lap = "-" if one.best_lap_seconds is None else f"{one.best_lap_seconds:.2f} s"
         laps, progress = f"{one.full_laps} of {one.laps}", f"{one.mean_progress_percent:.1f} %"
         table.add_row(one.label, one.role.replace("_", " "), laps, progress, lap)
-    Console().print(table)
+    print_table(table)

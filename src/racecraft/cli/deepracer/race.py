@@ -94,8 +94,9 @@ def race(
 
 def print_standings(result: RaceResult) -> None:
     """Print a row a driver, the one with the best mean place first."""
-    from rich.console import Console
     from rich.table import Table
+
+    from racecraft.cli.output import print_table
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     titles = ("car", "wins", "mean place", "finishes", "mean seconds", "overtakes", "crashes", "was hit", "off track")
@@ -107,4 +108,4 @@ def print_standings(result: RaceResult) -> None:
         counts = (str(one[name]) for name in ("overtakes", "crashes", "was_hit", "off_tracks"))
         finishes = f"{one['finishes']}/{one['races']}"
         table.add_row(one["driver"], str(one["wins"]), f"{one['mean_place']:.2f}", finishes, seconds, *counts)
-    Console().print(table)
+    print_table(table)

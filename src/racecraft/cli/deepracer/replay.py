@@ -93,8 +93,9 @@ def _print_report(report: ReplayReport, facts: dict[str, Any]) -> None:
 
 
 def _print_open_loop(report: ReplayReport, facts: dict[str, Any]) -> None:
-    from rich.console import Console
     from rich.table import Table
+
+    from racecraft.cli.output import print_table
 
     print(f"\nDriven again by {report.car} ({CARS[report.car]}), blind, from every fifth row:")
     table = Table(box=None, pad_edge=False, header_style="bold")
@@ -108,7 +109,7 @@ def _print_open_loop(report: ReplayReport, facts: dict[str, Any]) -> None:
             *(_shown(position[key], 3, " m") for key in ("median", "p90")),
             *(_shown(yaw[key], 1, "°") for key in ("median", "p90")),
         )
-    Console().print(table)
+    print_table(table)
     if len(report.strayed_m) > 1:
         tried = ", ".join(f"{name} {_shown(strayed, 3, ' m')}" for name, strayed in report.strayed_m.items())
         print(f"  median after a second of every car tried: {tried}")

@@ -94,8 +94,9 @@ class DisturbedDrive:
 
 
 def _print_bars(bars: list[dict[str, Any]]) -> None:
-    from rich.console import Console
     from rich.table import Table
+
+    from racecraft.cli.output import print_table
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     for title in ("disturbance", "laps", "95 % of laps", "mean progress", "mostly ended"):
@@ -105,4 +106,4 @@ def _print_bars(bars: list[dict[str, Any]]) -> None:
         interval = f"{100 * bar['full_laps_share_low']:.0f} to {100 * bar['full_laps_share_high']:.0f} %"
         laps, progress = f"{bar['full_laps']}/{bar['tries']}", f"{bar['mean_progress_percent']:.1f} %"
         table.add_row(bar["disturbance"], laps, interval, progress, ended)
-    Console().print(table)
+    print_table(table)

@@ -123,14 +123,14 @@ def _own_summaries() -> list[TrackSummary]:
 
 
 TOLD_BY_DIRECTION = ("clockwise", "counter-clockwise")
-WIDE = 250
 TAGS_WIDTH = len("short, narrow")
 
 
 def _print_table(summaries: list[TrackSummary]) -> None:
     """Print a line a track, however narrow the terminal; the title gives way first, in a pipe nothing does."""
-    from rich.console import Console
     from rich.table import Table
+
+    from racecraft.cli.output import console
 
     rows = [("track", "length", "width", "direction", "tags", "title")]
     for part in summaries:
@@ -141,11 +141,9 @@ def _print_table(summaries: list[TrackSummary]) -> None:
     for k, heading in enumerate(rows[0][:4]):
         side = "right" if heading in ("length", "width") else "left"
         table.add_column(heading, justify=side, min_width=max(len(row[k]) for row in rows))  # type: ignore[arg-type]
-    console = Console()
-    if not console.is_terminal:
-        console.width = WIDE  # a pipe has no width, and whoever reads it wants every word
-    table.add_column("tags", no_wrap=True, width=TAGS_WIDTH if console.is_terminal else None)
+    screen = console()
+    table.add_column("tags", no_wrap=True, width=TAGS_WIDTH if screen.is_terminal else None)
     table.add_column("title", no_wrap=True)
     for row in rows[1:]:
         table.add_row(*row)
-    console.print(table)
+    screen.print(table)

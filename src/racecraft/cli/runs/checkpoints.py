@@ -73,8 +73,9 @@ def _told(one: RankedCheckpoint, marks: dict[int, list[str]]) -> dict[str, Any]:
 
 
 def _print_table(found: list[RankedCheckpoint], marks: dict[int, list[str]]) -> None:
-    from rich.console import Console
     from rich.table import Table
+
+    from racecraft.cli.output import print_table
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     for title in ("checkpoint", "steps", "score", "reward", "best lap s", "worst start %", "spread s", ""):
@@ -84,4 +85,4 @@ def _print_table(found: list[RankedCheckpoint], marks: dict[int, list[str]]) -> 
         told = ["-" if value is None else f"{value:.2f}" for value in numbers]
         called = ", ".join(marks.get(one.entry.iteration, []))
         table.add_row(str(one.entry.iteration), f"{one.entry.steps:,}", *told, called)
-    Console().print(table)
+    print_table(table)

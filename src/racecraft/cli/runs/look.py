@@ -134,8 +134,9 @@ def _sureness(look: Look) -> dict[str, Any]:
 
 
 def _print(facts: dict[str, Any]) -> None:
-    from rich.console import Console
     from rich.table import Table
+
+    from racecraft.cli.output import print_table
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     if "surfaces" in facts:
@@ -153,7 +154,7 @@ def _print(facts: dict[str, Any]) -> None:
             table.add_column(title.replace("_", " "), justify="left" if title in ("chosen", "second") else "right")
         for number, row in enumerate(facts["pictures"][:MOST_ROWS], 1):
             table.add_row(str(number), *(one if isinstance(one, str) else f"{one:.3f}" for one in row.values()))
-    Console().print(table)
+    print_table(table)
     print(f"{facts['sureness']}: {facts['mean_sureness']:.3g} on average, {facts['least_sureness']:.3g} at least")
     for sentence in facts.get("findings", ()):
         print(sentence)
