@@ -1,6 +1,7 @@
 """Films from outside the car: what is where in the picture, when it was taken, and what cannot be filmed."""
 
 import math
+from dataclasses import replace
 
 import av
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from PIL import Image
 
 from racecraft.analysis.deepracer.drive import Drive
+from racecraft.analysis.deepracer.films import figures
 from racecraft.analysis.deepracer.films.film import SIZES, FilmStyle, OtherCar, write_film
 from racecraft.analysis.deepracer.films.moments import HELD_SECONDS, moments
 from racecraft.analysis.deepracer.films.shells import COLOURS, F1_COLOURS, SHELLS, shell_named
@@ -235,3 +237,19 @@ def test_a_film_of_every_view_with_its_strip(tmp_path, track, drive, view):
 def test_what_cannot_be_filmed_is_named(wrong, words):
     with pytest.raises(UserInputError, match=words):
         FilmStyle(**wrong)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_every_figure_is_written_whole(monkeypatch, drive, size):
+    judged = replace(
+        drive, resets=np.zeros(len(drive.status), int), penalty_seconds=np.zeros(len(drive.status)),
+        driven_mps=np.full(len(drive.status), 12.34),
+    )  # fmt: skip
+    written = []
+    monkeypatch.setattr(figures, "fitted", lambda text, face, width: written.append((text, face, width)) or text)
+    width, height = SIZES[size]
+    figures.Overlay(judged, "reinvent_base-1", width, height).lay(5, np.zeros((height, width, 3), np.uint8))
+    assert [text for text, *_ in written][0] == "reinvent_base-1"
+    assert "12.34 m/s" in [text for text, *_ in written]
+    for text, face, room in written:
+        assert face.getlength(text) <= room, text

@@ -19,6 +19,9 @@ STRIP_SHARE, STRIP_OF_WIDTH, VEIL = 0.115, 0.07, 0.68
 BANNER_SHARE = 0.66
 """Width of the banner, share of the picture's: the rest is the small picture's."""
 
+WIDEST, LEAST_SIZE = "00.00 m/s", 10
+"""The widest of the figures; px of the smallest letters: what is wider then is cut."""
+
 
 class Overlay:
     """Lays a drive's figures over pictures of one size.
@@ -34,8 +37,9 @@ class Overlay:
         self._strip = round(min(STRIP_SHARE * height, STRIP_OF_WIDTH * width))
         self._share = 0.96 * width / (len(self.words(0)) + 1.6)
         self._small = font(max(9, round(0.24 * self._strip)))
-        self._large = font(max(10, round(min(0.42 * self._strip, self._share / 4.8))), bold=True)
+        self._large = _bold_within(WIDEST, 0.94 * self._share, 0.42 * self._strip)
         self._banner = font(max(12, round(0.5 * self._strip)), bold=True)
+        self._title = _bold_within(name, 1.5 * self._share, 0.5 * self._strip)
 
     def lay(self, tick: int, picture: Array) -> None:
         """Lay the figures of a tick over a picture (H, W, 3) uint8, in place."""
@@ -46,7 +50,7 @@ class Overlay:
         sheet = Image.fromarray(foot)
         pen = ImageDraw.Draw(sheet)
         left, share = round(0.02 * self._width), self._share
-        pen.text((left, self._strip * 0.5), fitted(self._name, self._banner, 1.5 * share), WHITE, self._banner, "lm")
+        pen.text((left, self._strip * 0.5), fitted(self._name, self._title, 1.5 * share), WHITE, self._title, "lm")
         for k, (label, value) in enumerate(self.words(tick)):
             x = left + (k + 1.6) * share
             pen.text((x, self._strip * 0.12), label, QUIET, self._small)
@@ -88,3 +92,11 @@ class Overlay:
         sheet = Image.new("RGB", (band.shape[1], band.shape[0]), colour)
         ImageDraw.Draw(sheet).text((band.shape[1] / 2, band.shape[0] / 2), words, WHITE, self._banner, anchor="mm")
         band[:] = np.asarray(sheet)
+
+
+def _bold_within(text: str, width: float, most: float) -> Any:
+    """Return the largest bold letters, at most so many px, in which a text is no wider than so many px."""
+    size = max(LEAST_SIZE, round(most))
+    while size > LEAST_SIZE and font(size, bold=True).getlength(text) > width:
+        size -= 1
+    return font(size, bold=True)
