@@ -10,7 +10,7 @@ from racecraft.contract.world import allocate
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionBox, ActionTable, OwnActions
 from racecraft.envs.deepracer.camera import MOUNT_V3, Camera
-from racecraft.envs.deepracer.kernels.race import locate
+from racecraft.envs.deepracer.kernels.whereabouts import locate
 from racecraft.envs.deepracer.objects import BOT_CAR
 from racecraft.envs.deepracer.scene import build_scene
 from racecraft.envs.deepracer.sensors import FRONT_CAMERA, car_sensors

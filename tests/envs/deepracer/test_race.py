@@ -9,7 +9,7 @@ from racecraft.contract.errors import ContractError
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionTable
-from racecraft.envs.deepracer.kernels.race import progress_percent
+from racecraft.envs.deepracer.kernels.whereabouts import progress_percent
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import CAMERA_NAME, CRITIC_NAME, RaceWorld
 from racecraft.kernels import set_threads, threads

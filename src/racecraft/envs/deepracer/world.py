@@ -43,6 +43,7 @@ from racecraft.envs.deepracer.fidelity import (
     habits,
 )
 from racecraft.envs.deepracer.kernels import race as kernels
+from racecraft.envs.deepracer.kernels import sight
 from racecraft.envs.deepracer.kernels.eyes import join_eyes
 from racecraft.envs.deepracer.light import light_for
 from racecraft.envs.deepracer.objects import OBJECT_STATE, new_around, new_objects
@@ -272,7 +273,7 @@ class RaceWorld:
         frames = np.empty((len(rows), len(sensors.eyes_left_m), camera.height, camera.width), np.uint8)
         palette = camera.scene.palette @ _grey_weights(sensors)
         around, eyes = self._around, sensors.eyes_left_m
-        kernels.look_with(camera.scene, camera.optics, eyes, palette, around, self._cars, rows, frames)
+        sight.look_with(camera.scene, camera.optics, eyes, palette, around, self._cars, rows, frames)
         if sensors.camera != STEREO:
             return {sensors.camera_name: frames[:, 0]}
         both = np.empty((len(rows), 1, camera.height, camera.width, 2), np.uint8)

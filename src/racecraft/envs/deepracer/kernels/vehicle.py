@@ -79,3 +79,10 @@ def approach_speed(car, speed, command, seconds):
 def wrap_angle(angle):
     """Return the angle in [-pi, pi], rad."""
     return math.atan2(math.sin(angle), math.cos(angle))
+
+
+@kernel
+def wheels_after(profile, car, steering, seconds):
+    """Return the angle of the wheels, rad, after they were told so for so many seconds."""
+    _, _, _, _, angle = drive(profile, 0.0, 0.0, 0.0, 0.0, car.steering, car.old_steering, 0.0, steering, 0.0, seconds)
+    return angle

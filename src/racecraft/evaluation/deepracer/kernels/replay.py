@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 
-from racecraft.envs.deepracer.kernels.race import progress_percent, wheels_on_road
 from racecraft.envs.deepracer.kernels.vehicle import drive
+from racecraft.envs.deepracer.kernels.whereabouts import progress_percent, wheels_on_road
 from racecraft.envs.deepracer.vehicle import FRONT_POINT_M
 from racecraft.kernels import kernel
 
