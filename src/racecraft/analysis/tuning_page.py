@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from racecraft.analysis.figures import BLUE, ORANGE, small_axes
 from racecraft.analysis.page import Bar, card, drawing, escaped, page, source, table, tiles
+from racecraft.formats.tuning import TrialRecord, TuningRecord
 from racecraft.formats.whole import write_whole
 from racecraft.tracks.picture import INK, QUIET
 
@@ -19,64 +19,28 @@ if TYPE_CHECKING:
 LETTERS = 9.0
 
 
-@dataclass(frozen=True)
-class TriedValues:
-    """One trial, as the page tells of it."""
-
-    number: int
-    values: Mapping[str, Any]
-    state: str
-    score: float | None
-    seconds: float | None
-    note: str = ""
-
-    @property
-    def is_done(self) -> bool:
-        """Whether it came to its end with a score."""
-        return self.state == "complete" and self.score is not None
-
-
-@dataclass(frozen=True)
-class TuningFacts:
-    """What the page tells."""
-
-    title: str
-    objective: str
-    maximise: bool
-    trials: Sequence[TriedValues]
-    importances: Mapping[str, float]
-    """Shares of 1; {}: too little was tried."""
-    log_scale: Sequence[str]
-    """Parameters that are drawn over their logarithm."""
-    best_command: str
-    """What trains with the best values; "": nothing has a score."""
-
-    @property
-    def best(self) -> TriedValues | None:
-        """The best trial; None without one."""
-        sign = 1.0 if self.maximise else -1.0
-        done = [one for one in self.trials if one.is_done]
-        return max(done, key=lambda one: (sign * float(one.score or 0.0), -one.number), default=None)
-
-    @property
-    def names(self) -> list[str]:
-        """The parameters."""
-        return list(self.trials[0].values) if self.trials else []
-
-
-def write_tuning_page(path: str | Path, facts: TuningFacts) -> None:
+def write_tuning_page(
+    path: str | Path, record: TuningRecord, title: str, log_scale: Sequence[str], best_command: str
+) -> None:
     """Write the page.
+
+    Args:
+        path: An HTML file.
+        record: What was tried.
+        title: Of the page.
+        log_scale: Parameters that are drawn over their logarithm.
+        best_command: What trains with the best values; "": nothing has a score.
 
     Raises:
         OutputFileError: It cannot be written.
     """
-    write_whole(path, page(facts.title, _parts(facts)))
+    write_whole(path, page(title, _parts(record, title, log_scale, best_command)))
 
 
-def _parts(facts: TuningFacts) -> Iterator[str]:
+def _parts(facts: TuningRecord, title: str, log_scale: Sequence[str], best_command: str) -> Iterator[str]:
     best = facts.best
     aim = "largest" if facts.maximise else "smallest"
-    yield f"<h1>{escaped(facts.title)}</h1><p class='quiet'>looked for the {aim} {escaped(facts.objective)}</p>"
+    yield f"<h1>{escaped(title)}</h1><p class='quiet'>looked for the {aim} {escaped(facts.objective)}</p>"
     counts = {state: sum(one.state == state for one in facts.trials) for state in ("complete", "pruned", "failed")}
     yield tiles(
         [
@@ -87,7 +51,7 @@ def _parts(facts: TuningFacts) -> Iterator[str]:
         ]
     )
     if best is not None:
-        yield f"<h2>Train with the best values</h2><p>Trial {best.number}.</p>" + source(facts.best_command)
+        yield f"<h2>Train with the best values</h2><p>Trial {best.number}.</p>" + source(best_command)
         yield "<h2>Trial after trial</h2>" + card(
             drawing(history_figure(facts), "score of every trial, and the best so far")
         )
@@ -101,23 +65,25 @@ def _parts(facts: TuningFacts) -> Iterator[str]:
         )  # fmt: skip
     if sum(one.is_done for one in facts.trials) > 1:
         yield "<h2>All at once</h2>" + card(
-            drawing(parallel_figure(facts), "one line a trial across every parameter, the better the darker")
+            drawing(parallel_figure(facts, log_scale), "one line a trial across every parameter, the better the darker")
         )
-        slices = (card(drawing(slice_figure(facts, name), f"score over {name}")) for name in facts.names)
+        slices = (
+            card(drawing(slice_figure(facts, name, name in log_scale), f"score over {name}")) for name in _names(facts)
+        )
         yield f"<h2>One by one</h2><div class='grid'>{''.join(slices)}</div>"
     yield "<h2>Every trial</h2>" + card(_table(facts))
 
 
-def _table(facts: TuningFacts) -> str:
-    heads = ("trial", facts.objective, "ended", "seconds", *facts.names, "")
+def _table(facts: TuningRecord) -> str:
+    heads = ("trial", facts.objective, "ended", "seconds", *_names(facts), "")
     rows = []
     for one in facts.trials:
-        values = (plain(one.values.get(name)) for name in facts.names)
+        values = (plain(one.values.get(name)) for name in _names(facts))
         rows.append((one.number, plain(one.score), one.state, plain(one.seconds), *values, one.note))
     return table(heads, rows, numbers=(0, 1, 3))
 
 
-def history_figure(facts: TuningFacts) -> Figure:
+def history_figure(facts: TuningRecord) -> Figure:
     """Return the score of every trial that came to its end, and the best so far."""
     figure, axes = small_axes(facts.objective, 7.6, 2.6, LETTERS)
     done = [one for one in facts.trials if one.is_done]
@@ -131,12 +97,12 @@ def history_figure(facts: TuningFacts) -> Figure:
     return figure
 
 
-def parallel_figure(facts: TuningFacts) -> Figure:
+def parallel_figure(facts: TuningRecord, log_scale: Sequence[str]) -> Figure:
     """Return a line a trial across an upright axis a parameter, the score the last; the better the darker."""
     done = sorted((one for one in facts.trials if one.is_done), key=lambda one: _goodness(facts, one))
-    columns = [*facts.names, facts.objective]
+    columns = [*_names(facts), facts.objective]
     figure, axes = small_axes("one line a trial, the better the darker", max(7.6, 1.5 * len(columns)), 3.2, LETTERS)
-    scales = [_Scale([_of(one, name, facts) for one in done], name in facts.log_scale) for name in columns]
+    scales = [_Scale([_of(one, name, facts) for one in done], name in log_scale) for name in columns]
     for rank, one in enumerate(done):
         share = (rank + 1) / len(done)
         heights = [scale.share(_of(one, name, facts)) for scale, name in zip(scales, columns, strict=True)]
@@ -151,7 +117,7 @@ def parallel_figure(facts: TuningFacts) -> Figure:
     return figure
 
 
-def slice_figure(facts: TuningFacts, name: str) -> Figure:
+def slice_figure(facts: TuningRecord, name: str, is_log: bool) -> Figure:
     """Return the score over one parameter."""
     figure, axes = small_axes(name, 3.6, 2.4, LETTERS)
     done = [one for one in facts.trials if one.is_done]
@@ -159,7 +125,7 @@ def slice_figure(facts: TuningFacts, name: str) -> Figure:
     if not all(_is_number(value) for value in values):
         values = [str(value) for value in values]
     axes.scatter(values, [one.score for one in done], s=18, color=BLUE)
-    if name in facts.log_scale:
+    if is_log:
         axes.set_xscale("log")
     axes.set_ylabel(facts.objective, fontsize=LETTERS - 1, color=QUIET)
     return figure
@@ -207,11 +173,15 @@ def plain(value: Any) -> str:
     return str(value)
 
 
-def _goodness(facts: TuningFacts, one: TriedValues) -> float:
+def _names(facts: TuningRecord) -> list[str]:
+    return list(facts.trials[0].values) if facts.trials else []
+
+
+def _goodness(facts: TuningRecord, one: TrialRecord) -> float:
     return float(one.score or 0.0) * (1.0 if facts.maximise else -1.0)
 
 
-def _of(one: TriedValues, name: str, facts: TuningFacts) -> Any:
+def _of(one: TrialRecord, name: str, facts: TuningRecord) -> Any:
     return one.score if name == facts.objective else one.values[name]
 
 

@@ -5,10 +5,11 @@ import json
 import pytest
 
 from racecraft.contract.errors import SettingError
+from racecraft.formats.tuning import COMPLETE, FAILED, PRUNED
 from racecraft.jobs.tuning import search as searching
 from racecraft.jobs.tuning.search import Standing, search
 from racecraft.jobs.tuning.space import CategoricalParameter, ContinuousParameter, IntegerParameter, read_parameter
-from racecraft.jobs.tuning.study import DONE, FAILED, PRUNED, Study, TuningError
+from racecraft.jobs.tuning.study import Study, TuningError
 from racecraft.jobs.tuning.training_trials import Objective, check_command, column_of
 
 PARAMETERS = {"x": ContinuousParameter(-4.0, 4.0), "kind": CategoricalParameter(["plain", "shifted"])}
@@ -77,13 +78,13 @@ def test_a_hopeless_trial_is_stopped(tmp_path):
     trials = [Scripted([10.0, 20.0, 30.0, 40.0]) for _ in range(4)] + [Scripted([1.0, 2.0, 3.0, 4.0])]
     study = Study(tmp_path, PARAMETERS)
     search(study, lambda number, values: trials[number], 5, 1, lambda one: None)
-    assert [one.state for one in study.trials()] == [DONE] * 4 + [PRUNED]
+    assert [one.state for one in study.trials()] == [COMPLETE] * 4 + [PRUNED]
     assert (trials[4].stopped, trials[3].stopped) == (True, False)
     assert study.trials()[4].score < 4.0, "it did not come to its end"
     (tmp_path / "free").mkdir()
     free = Study(tmp_path / "free", PARAMETERS, pruner="none")
     search(free, lambda number, values: Scripted(trials[number].scores), 5, 1, lambda one: None)
-    assert {one.state for one in free.trials()} == {DONE}
+    assert {one.state for one in free.trials()} == {COMPLETE}
 
 
 def test_what_fails_is_told_and_what_only_fails_ends_the_search(tmp_path):
@@ -91,7 +92,7 @@ def test_what_fails_is_told_and_what_only_fails_ends_the_search(tmp_path):
     trials = [Scripted([1.0]), Scripted([1.0], failure="exit code 2: no such thing"), Scripted([])]
     search(study, lambda number, values: trials[number], 3, 1, lambda one: None)
     notes = [(one.state, one.note) for one in study.trials()]
-    assert notes == [(DONE, ""), (FAILED, "exit code 2: no such thing"), (FAILED, "it ended without a score")]
+    assert notes == [(COMPLETE, ""), (FAILED, "exit code 2: no such thing"), (FAILED, "it ended without a score")]
     (tmp_path / "b").mkdir()
     with pytest.raises(TuningError, match="The first 2 trials failed. Number 1: no such thing"):
         search(Study(tmp_path / "b", PARAMETERS), lambda *_: Scripted([1.0], "no such thing"), 9, 1, lambda one: None)
@@ -112,7 +113,7 @@ def test_ctrl_c_stops_what_is_under_way_and_the_search_can_go_on(tmp_path):
     assert [one.stopped for one in begun] == [True, True]
     again = Study(tmp_path, PARAMETERS)
     search(again, hill, 6, 1, lambda one: None)
-    assert [one.state for one in again.trials()] == [FAILED] * 3 + [DONE] * 3
+    assert [one.state for one in again.trials()] == [FAILED] * 3 + [COMPLETE] * 3
 
 
 def test_an_earlier_search_is_taken_over_where_it_fits(tmp_path):

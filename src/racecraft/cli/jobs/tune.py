@@ -13,8 +13,9 @@ from racecraft.cli.jobs.jobs import WORDS
 from racecraft.cli.options import Json
 
 if TYPE_CHECKING:
+    from racecraft.formats.tuning import TrialRecord
     from racecraft.jobs.tuning.space import Parameter
-    from racecraft.jobs.tuning.study import Study, TrialRecord
+    from racecraft.jobs.tuning.study import Study
     from racecraft.jobs.tuning.training_trials import Objective
 
 PAGE, SPEC = "tuning.html", "tuning.json"
@@ -121,32 +122,15 @@ def _line(one: TrialRecord, study: Study) -> str:
 def _leave(
     folder: Path, study: Study, aim: Objective, parameters: dict[str, Parameter], words: tuple[str, ...]
 ) -> None:
-    """Write the page, and every trial as a table that a program reads."""
-    import json
+    """Write the page, and every trial as a file that a program reads."""
+    from racecraft.analysis.tuning_page import write_tuning_page
+    from racecraft.formats.tuning import TuningRecord, write_tuning
 
-    from racecraft.analysis.tuning_page import TriedValues, TuningFacts, write_tuning_page
-    from racecraft.formats.whole import write_whole
-
-    records = study.trials()
-    facts = TuningFacts(
-        title=f"Tuning {folder.name}: {' '.join(words)}",
-        objective=aim.name,
-        maximise=aim.maximise,
-        trials=[TriedValues(**vars(one)) for one in records],
-        importances=study.importances(),
-        log_scale=[name for name, one in parameters.items() if getattr(one, "is_log", False)],
-        best_command=_best_command(study, words),
-    )
-    write_tuning_page(folder / PAGE, facts)
-    told = {
-        "format": "racecraft tuning",
-        "version": 1,
-        "command": list(words),
-        "objective": {"name": aim.name, "maximise": aim.maximise, "take_last": aim.take_last},
-        "importances": facts.importances,
-        "trials": [{**vars(one), "values": dict(one.values)} for one in records],
-    }
-    write_whole(folder / SPEC, json.dumps(told, indent=2) + "\n")
+    record = TuningRecord(words, aim.name, aim.maximise, aim.take_last, study.trials(), study.importances())
+    log_scale = [name for name, one in parameters.items() if getattr(one, "is_log", False)]
+    title = f"Tuning {folder.name}: {' '.join(words)}"
+    write_tuning_page(folder / PAGE, record, title, log_scale, _best_command(study, words))
+    write_tuning(folder / SPEC, record)
 
 
 def _best_command(study: Study, words: tuple[str, ...]) -> str:

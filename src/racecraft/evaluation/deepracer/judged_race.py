@@ -22,7 +22,7 @@ from racecraft.contract.errors import SettingError
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, StepBuffers, allocate
 from racecraft.envs.deepracer import race
-from racecraft.envs.deepracer.kernels import race as kernels
+from racecraft.envs.deepracer.kernels import starts, whereabouts
 from racecraft.envs.deepracer.settings import RaceConfig
 from racecraft.envs.deepracer.vehicle import TICK_SECONDS, TICKS_PER_SECOND
 from racecraft.envs.deepracer.world import RaceWorld
@@ -241,7 +241,7 @@ def set_down(world: RaceWorld, car: Array, n: int, crashed: bool, behind_m: floa
         car[name] = 0.0
     car["preparing"] = False
     car["progress"] = progress
-    kernels.locate(world.track.arrays(), car[0])
+    whereabouts.locate(world.track.arrays(), car[0])
     car["still_ticks"] = car["backward_ticks"] = 0
 
 
@@ -250,13 +250,13 @@ def _place(
 ) -> tuple[float, float, float]:
     """Return the pose at which a car is set down: the lane nearer to where it was, or away from an object."""
     arrays, boxes = world.track.arrays(), world.boxes[n]
-    x, y, _ = kernels.start_pose(arrays, share, 0.0)
+    x, y, _ = starts.start_pose(arrays, share, 0.0)
     gaps = np.hypot(boxes[:, 0] - x, boxes[:, 1] - y)
     blocked = len(gaps) > 0 and float(gaps.min()) <= CLOSEST_OBJECT_M
     if blocked:
         x, y = boxes[int(gaps.argmin()), :2]
         share = (float(world.track.locate(np.array([[x, y]])).arc[0]) - behind_m) / world.track.length % 1.0
-    lanes = [kernels.start_pose(arrays, share, side) for side in (race.START_LANE, -race.START_LANE)]
+    lanes = [starts.start_pose(arrays, share, side) for side in (race.START_LANE, -race.START_LANE)]
     left, right = (
         math.hypot(lane[0] - (x if blocked else was[0]), lane[1] - (y if blocked else was[1])) for lane in lanes
     )

@@ -15,13 +15,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from racecraft.contract.errors import MissingExtraError, SettingError, nearest
+from racecraft.formats.tuning import COMPLETE, TrialRecord
 from racecraft.formats.whole import make_folder
 from racecraft.jobs.estimator import RLEstimator, TrainingJob
 from racecraft.jobs.home import JobHome
 from racecraft.jobs.metrics import check_definitions
 from racecraft.jobs.tuning.search import Standing, search
 from racecraft.jobs.tuning.space import Parameter
-from racecraft.jobs.tuning.study import DONE, Study, TrialRecord
+from racecraft.jobs.tuning.study import Study
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
@@ -153,7 +154,7 @@ class HyperparameterTuner:
         return {
             "HyperParameterTuningJobName": None if self.latest_tuning_job is None else self.latest_tuning_job.name,
             "HyperParameterTuningJobStatus": "Completed",
-            "TrainingJobStatusCounters": {"Completed": sum(one.state == DONE for one in records)},
+            "TrainingJobStatusCounters": {"Completed": sum(one.state == COMPLETE for one in records)},
             "BestTrainingJob": None
             if best is None
             else {

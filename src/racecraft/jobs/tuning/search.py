@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from racecraft.jobs.tuning.study import DONE, FAILED, PRUNED, RUNNING, Study, TrialRecord, TuningError
+from racecraft.formats.tuning import COMPLETE, FAILED, PRUNED, RUNNING, TrialRecord
+from racecraft.jobs.tuning.study import Study, TuningError
 
 LOOK_SECONDS = 0.5
 BROKEN_OFF = "the search was broken off"
@@ -99,7 +100,7 @@ class _Watched:
         elif standing.failure or not standing.scores:
             study.finish(self.number, FAILED, note=standing.failure or "it ended without a score")
         else:
-            study.finish(self.number, DONE, standing.scores[-1][1])
+            study.finish(self.number, COMPLETE, standing.scores[-1][1])
         return True
 
 

@@ -10,11 +10,11 @@ import itertools
 import math
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from racecraft.contract.errors import MissingExtraError, SettingError, UserInputError, nearest
+from racecraft.formats.tuning import COMPLETE, FAILED, PRUNED, RUNNING, TrialRecord, best_of
 from racecraft.jobs.tuning.space import CategoricalParameter, IntegerParameter, Parameter
 
 if TYPE_CHECKING:
@@ -38,29 +38,9 @@ FIRST_TRIALS = 4
 ENOUGH_TO_JUDGE = 10
 """Trials that are done before anything is said of what mattered."""
 
-DONE, PRUNED, FAILED, RUNNING = "complete", "pruned", "failed", "running"
-
 
 class TuningError(UserInputError):
     """A search for settings cannot be begun or gone on with."""
-
-
-@dataclass(frozen=True)
-class TrialRecord:
-    """One trial as it stands."""
-
-    number: int
-    """Counted from 0."""
-    values: Mapping[str, Any]
-    """What was tried, by parameter."""
-    state: str
-    """"complete", "pruned", "failed" or "running"."""
-    score: float | None
-    """What came of it; of a pruned one, what was last seen; None: nothing yet."""
-    seconds: float | None
-    """From its beginning to its end; None while it runs."""
-    note: str = ""
-    """Why it failed."""
 
 
 class Study:
@@ -129,13 +109,13 @@ class Study:
         return bool(trial.should_prune())
 
     def finish(self, number: int, state: str, score: float | None = None, note: str = "") -> None:
-        """End a trial as DONE, PRUNED or FAILED; one that is done has a score."""
+        """End a trial as COMPLETE, PRUNED or FAILED; one that is done has a score."""
         optuna = _optuna()
         states = optuna.trial.TrialState
-        to = {DONE: states.COMPLETE, PRUNED: states.PRUNED, FAILED: states.FAIL}[state]
+        to = {COMPLETE: states.COMPLETE, PRUNED: states.PRUNED, FAILED: states.FAIL}[state]
         if note:
             self._live(number).set_user_attr("note", note)
-        self._study.tell(number, score if state == DONE else None, to)
+        self._study.tell(number, score if state == COMPLETE else None, to)
 
     def trials(self) -> list[TrialRecord]:
         """Return every trial in the order of its number."""
@@ -144,9 +124,7 @@ class Study:
 
     def best(self) -> TrialRecord | None:
         """Return the best trial that is done; of equals the first; None without one."""
-        done = [one for one in self.trials() if one.state == DONE and one.score is not None]
-        sign = 1.0 if self.maximise else -1.0
-        return max(done, key=lambda one: (sign * float(one.score or 0.0), -one.number), default=None)
+        return best_of(self.trials(), self.maximise)
 
     def importances(self) -> dict[str, float]:
         """Return how much of what tells good trials from others each parameter decides, shares of 1 (PED-ANOVA).
@@ -154,7 +132,7 @@ class Study:
         {} before ENOUGH_TO_JUDGE trials are done: of fewer it tells chance.
         """
         optuna = _optuna()
-        scores = [one.score for one in self.trials() if one.state == DONE]
+        scores = [one.score for one in self.trials() if one.state == COMPLETE]
         if len(scores) < ENOUGH_TO_JUDGE or len(set(scores)) < 3:
             return {}
         with warnings.catch_warnings():
@@ -242,7 +220,7 @@ def _pruner(optuna: Any, name: str) -> Any:
 
 
 def _record(one: Any) -> TrialRecord:
-    words = {"COMPLETE": DONE, "PRUNED": PRUNED, "FAIL": FAILED}
+    words = {"COMPLETE": COMPLETE, "PRUNED": PRUNED, "FAIL": FAILED}
     score = one.value if one.value is not None else one.intermediate_values.get(one.last_step)
     return TrialRecord(
         one.number,

@@ -20,6 +20,7 @@ from racecraft.envs.battlesnake.settings import SnakeConfig
 from racecraft.envs.battlesnake.world import BattlesnakeWorld, Prizes, WorldSettings
 from racecraft.players.battlesnake.anchors import AnchorSeats
 from racecraft.training.battlesnake.settings import SelfPlayConfig
+from racecraft.training.own_rows import OwnRows
 
 ANCHOR, PAST, SELF = "anchor", "past", "self"
 """Whom a game is played against."""
@@ -50,12 +51,12 @@ class SelfPlayWorld:
         mine = np.zeros((num_games, seats), bool)
         mine[:, 0] = True
         mine[[kind == SELF for kind in self.dealt]] = True
-        self._mine, self._row_of = mine, np.cumsum(mine.reshape(-1)).reshape(mine.shape) - 1
+        self._own = OwnRows(mine)
         self._past = np.zeros_like(mine)
         self._past[[kind == PAST for kind in self.dealt], 1:] = True
         self.inner.looks[...] = mine | self._past
         self._anchors = AnchorSeats(self._seating(seats), self.inner)
-        self._spec = replace(self.inner.spec, num_worlds=int(mine.sum()), num_agents=1)
+        self._spec = replace(self.inner.spec, num_worlds=len(self._own), num_agents=1)
         self._buffers = allocate(self.inner.spec)
         self._moves = np.zeros((num_games, seats), np.int64)
 
@@ -78,22 +79,16 @@ class SelfPlayWorld:
 
     def step(self, actions: Array, buffers: StepBuffers) -> None:
         """Play one turn of every game: the learner's moves as given, everybody else's as they choose."""
-        self._moves[self._mine] = actions[:, 0]
+        self._moves[self._own.mine] = actions[:, 0]
         self._anchors.choose(self._moves)
         self._ask_opponent()
         self.inner.step(self._moves, self._buffers)
-        for name in ("reward", "terminated", "truncated"):
-            getattr(buffers, name)[:, 0] = getattr(self._buffers, name)[self._mine]
-        ended = buffers.ended[:, 0]
-        if ended.any():
-            for name, array in self._buffers.final_observations.items():
-                buffers.final_observations[name][ended, 0] = array[self._mine][ended]
+        self._own.hand_on(self._buffers, buffers)
         self._show(buffers)
 
     def take_episodes(self) -> list[EpisodeRecord]:
         """Return the finished episodes of the learner's seats; the agent is always 0, the world the row."""
-        told = [one for one in self.inner.take_episodes() if self._mine[one.world, one.agent]]
-        return [replace(one, world=int(self._row_of[one.world, one.agent]), agent=0) for one in told]
+        return self._own.episodes(self.inner.take_episodes())
 
     def save_state(self) -> dict[str, Array]:
         """Return copies of everything: games and the anchors' dice. The opponent keeps its own state."""
@@ -128,11 +123,7 @@ class SelfPlayWorld:
             self._moves[asked] = self._opponent.act(seen, None if mask is None else mask[asked])
 
     def _show(self, buffers: StepBuffers) -> None:
-        for name, array in self._buffers.observations.items():
-            buffers.observations[name][:, 0] = array[self._mine]
-        buffers.active[:, 0] = self._buffers.active[self._mine]
-        if buffers.action_mask is not None and self._buffers.action_mask is not None:
-            buffers.action_mask[:, 0] = self._buffers.action_mask[self._mine]
+        self._own.show(self._buffers, buffers)
 
 
 def deal(num_games: int, config: SelfPlayConfig) -> list[str]:

@@ -23,6 +23,7 @@ from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.players.deepracer.driver import Driver
 from racecraft.players.deepracer.seats import NOBODY, Seats
 from racecraft.tracks.track import Track
+from racecraft.training.own_rows import OwnRows
 
 CHOSEN, PAST, SELF = "chosen", "past", "self"
 """Whom a race is driven against."""
@@ -94,8 +95,8 @@ class AgainstWorld:
     def __init__(self, inner: RaceWorld, learner: Driver, dealt: Dealt, chosen: Sequence[Driver]) -> None:
         self.inner, self.dealt, self._mine = inner, dealt, dealt.mine
         self._learner, self._chosen = learner, tuple(chosen)
-        self._row_of = np.cumsum(self._mine.reshape(-1)).reshape(self._mine.shape) - 1
-        self._spec = replace(inner.spec, num_worlds=int(self._mine.sum()), num_agents=1, actions=learner.actions.spec)
+        self._own = OwnRows(self._mine)
+        self._spec = replace(inner.spec, num_worlds=len(self._own), num_agents=1, actions=learner.actions.spec)
         self._buffers = allocate(inner.spec)
         self._actions = np.zeros((*self._mine.shape, 2))
         self._past: PastSelf | None = None
@@ -195,18 +196,12 @@ class AgainstWorld:
         self._seats.choose(self._buffers.observations, self._actions)
         self.inner.step(self._actions, self._buffers)
         self._seats.forget(self._buffers.ended)
-        for name in ("reward", "terminated", "truncated"):
-            getattr(buffers, name)[:, 0] = getattr(self._buffers, name)[self._mine]
-        ended = buffers.ended[:, 0]
-        if ended.any():
-            for name, array in self._buffers.final_observations.items():
-                buffers.final_observations[name][ended, 0] = array[self._mine][ended]
+        self._own.hand_on(self._buffers, buffers)
         self._show(buffers)
 
     def take_episodes(self) -> list[EpisodeRecord]:
         """Return the finished episodes of the learner's cars; the agent is always 0, the world the row."""
-        told = [one for one in self.inner.take_episodes() if self._mine[one.world, one.agent]]
-        return [replace(one, world=int(self._row_of[one.world, one.agent]), agent=0) for one in told]
+        return self._own.episodes(self.inner.take_episodes())
 
     def save_state(self) -> dict[str, Array]:
         """Return the races; past selves keep their own state."""
@@ -230,9 +225,7 @@ class AgainstWorld:
         return Seats(self.inner, self._learner, (past, *self._chosen), whose)
 
     def _show(self, buffers: StepBuffers) -> None:
-        for name, array in self._buffers.observations.items():
-            buffers.observations[name][:, 0] = array[self._mine]
-        buffers.active[:, 0] = self._buffers.active[self._mine]
+        self._own.show(self._buffers, buffers)
 
 
 def own_actions(learner: ActionSpace, chosen: Sequence[Driver], dealt: Dealt) -> OwnActions:
