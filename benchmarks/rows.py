@@ -150,9 +150,9 @@ def snake_search_rows(figures: dict[str, Any]) -> list[Row]:
         for what, name, floor, aim in (
             (f"search, 11×11, {snakes}, no policy, one core: positions played by alpha-beta, {depth}",
              "sure_positions", "200k", "1M"),
-            ("the same: positions played by the tree", "tree_positions", "200k", "1M"),
-            ("the same: positions appraised by the tree, one a walk", "tree_walks", "-", "-"),
-            ("the same: turns of the rules alone, random safe moves chosen", "rules", "2M", "3M"),
+            (f"the same, {snakes}: positions played by the tree", "tree_positions", "200k", "1M"),
+            (f"the same, {snakes}: positions appraised by the tree, one a walk", "tree_walks", "-", "-"),
+            (f"the same, {snakes}: turns of the rules alone, random safe moves chosen", "rules", "2M", "3M"),
         ):  # fmt: skip
             middle, low, high = told[f"{name}_a_second"]
             rows.append((what, f"{middle:,} /s", floor, aim, f"{low:,} – {high:,}"))

@@ -94,7 +94,8 @@ def page(results: dict[str, Any]) -> str:
             "settings; no search for better ones of its own was made.",
             "",
             "The learning curve of the preset `aws` beside real AWS trainings has a page of its own, "
-            "[aws-curve.md](aws-curve.md), made by `python benchmarks/aws_curve.py`.",
+            "[aws-curve.md](aws-curve.md), made by `python benchmarks/aws_curve.py`; so has one model that learns 20 "
+            "tracks and is judged on ten others, [many-tracks.md](many-tracks.md), by `benchmarks/many_tracks.py`.",
             "",
         ]
     )
