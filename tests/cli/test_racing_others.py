@@ -43,6 +43,7 @@ WRONG = {
     "done_condition is 'some'; expected any or all": ["race", "r", "r", "--done-condition", "some"],
     "laps is 0": ["race", "r", "r", "--laps", "0"],
     "no view 'side'": ["race", "r", "r", "--view", "side"],
+    "--size 480p films nothing; expected --video": ["race", "r", "r", "--size", "480p"],
     "Did you mean 'Oval_track'": ["race", "r", "r", "--track", "Oval_trak"],
     "gone: there is no such folder": ["train", "--against", "gone", *STOP],
     "--against asks for a race of HEAD_TO_MODEL": ["train", "--against", "self", "--set", "race.type=HEAD_TO_BOT"],

@@ -46,6 +46,14 @@ def test_a_command_is_tuned_and_its_best_is_told(home, tmp_path, monkeypatch):  
     assert f"--set=ppo.epochs={told['best']['values']['ppo.epochs']}" in page
 
 
+def test_what_would_be_ignored_is_refused(home, tmp_path, monkeypatch):  # noqa: F811
+    monkeypatch.chdir(tmp_path)
+    asked = ["tune", "--last", "--pruner", "median", "--param", "ppo.epochs=1..2", "gym", "train", "CartPole-v1", *TINY]
+    done = CliRunner().invoke(app, asked)
+    assert "--last gives nothing up early, and --pruner median would" in str(done.exception)
+    assert not (tmp_path / "tunings").exists(), "nothing was begun"
+
+
 def test_a_setting_that_is_none_is_named_after_two_trials(home, tmp_path, monkeypatch):  # noqa: F811
     monkeypatch.chdir(tmp_path)
     asked = ["tune", "--trials", "9", "--parallel", "2", "--param", "ppo.learning_rat=1e-4..1e-2"]

@@ -35,9 +35,13 @@ def race(
         typer.Option("--reverse-direction/--no-reverse-direction", help="By default as the first was trained."),
     ] = None,
     video: Annotated[Path | None, typer.Option(help="Film the first race into this MP4 file.")] = None,
-    view: Annotated[str, typer.Option(help="Camera of the film: car, chase, top, or pip.")] = "pip",
-    size: Annotated[str, typer.Option(help="Of the film: 480p, 540p, 720p or 1080p.")] = "720p",
-    fps: Annotated[int, typer.Option(help="Its pictures a second, 15 to 60.")] = 30,
+    view: Annotated[
+        str | None, typer.Option(help="Camera of the film: car, chase, top, or pip (where nobody says).")
+    ] = None,
+    size: Annotated[
+        str | None, typer.Option(help="Of the film: 480p, 540p, 720p (where nobody says) or 1080p.")
+    ] = None,
+    fps: Annotated[int | None, typer.Option(help="Its pictures a second: 15 to 60, 30 where nobody says.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of what chance does to the cars, with fidelity aws.")] = 0,
     json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
 ) -> None:
@@ -56,14 +60,19 @@ def race(
     from racecraft.analysis.deepracer.films.film import FilmStyle
     from racecraft.analysis.video import film_path
     from racecraft.cli.output import print_json, say
+    from racecraft.contract.errors import SettingError
     from racecraft.evaluation.deepracer.head_to_head import HeadToHead, race_heads, require_company
     from racecraft.players.deepracer.driver import driver_of, load_car, names_of
     from racecraft.reporting.race_film import film_race
     from racecraft.tracks.catalogue import load_track
 
-    style = FilmStyle(view, size, fps)
+    filming = {name: value for name, value in (("view", view), ("size", size), ("fps", fps)) if value is not None}
+    style = FilmStyle(**filming)
     if video is not None:
         film_path(video)  # refused before the race, not after it
+    elif filming:
+        name, value = next(iter(filming.items()))
+        raise SettingError(f"--{name} {value} films nothing; expected --video FILE.mp4 with it.")
     rules = HeadToHead(laps, races, done_condition, max_resets, off_track_penalty, collision_penalty)
     require_company(len(cars))
     loaded = [load_car(source) for source in cars]

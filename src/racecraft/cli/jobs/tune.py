@@ -48,7 +48,9 @@ def tune(
         bool, typer.Option("--last", help="The last figure counts and not the best; nothing is given up early.")
     ] = False,
     sampler: Annotated[str, typer.Option(help="Who says what is tried next: tpe, random or grid.")] = "tpe",
-    pruner: Annotated[str, typer.Option(help="Who gives trials up early: median, hyperband or none.")] = "median",
+    pruner: Annotated[
+        str | None, typer.Option(help="Who gives trials up early: median (where nobody says), hyperband or none.")
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the sampler.")] = 0,
     run: Annotated[
         Path | None, typer.Option(help="Folder of the search; one that is there is gone on with. By default tunings/N.")
@@ -84,10 +86,12 @@ def tune(
     parameters = dict(read_parameter(one) for one in param)
     if len(parameters) < len(param):
         raise SettingError("a --param is given twice; expected every name once.")
+    if last and pruner not in (None, "none"):
+        raise SettingError(f"--last gives nothing up early, and --pruner {pruner} would; expected one of them.")
     aim = Objective(objective, not minimize, last)
     folder = run or _next_folder(Path("tunings"))
     make_folder(folder)
-    study = Study(folder, parameters, not minimize, sampler, "none" if last else pruner, seed)
+    study = Study(folder, parameters, not minimize, sampler, pruner or ("none" if last else "median"), seed)
     if from_ is not None:
         say(f"begins with {study.take_over(from_)} trials of {from_}", quiet_stdout=json)
     cores = os.cpu_count() or 1
