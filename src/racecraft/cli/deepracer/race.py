@@ -66,7 +66,8 @@ def race(
     from racecraft.reporting.race_film import film_race
     from racecraft.tracks.catalogue import load_track
 
-    filming = {name: value for name, value in (("view", view), ("size", size), ("fps", fps)) if value is not None}
+    named: dict[str, Any] = {"view": view, "size": size, "fps": fps}
+    filming = {name: value for name, value in named.items() if value is not None}
     style = FilmStyle(**filming)
     if video is not None:
         film_path(video)  # refused before the race, not after it
