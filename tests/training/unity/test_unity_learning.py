@@ -149,6 +149,11 @@ def test_a_file_that_asks_for_sac_is_learnt_by_sac_and_goes_on(player, tmp_path)
     assert any("sac reads vectors as they are" in note for note in trained.summary()["notes"])
     further = resume(tmp_path / "run", ("iterations=2",), Silence(), str)
     assert further.run.read_job()["algorithm"] == "sac"
+    pytest.importorskip("onnxruntime", reason="the extra racecraft[onnx] is not installed")
+    (exported,) = export_to_unity(tmp_path / "run")
+    assert exported.recorded
+    assert exported.checked_on >= 16
+    assert exported.largest_difference < 1e-5
 
 
 def test_two_behaviors_learn_side_by_side_and_both_go_back_into_unity(player, tmp_path):
