@@ -3,6 +3,7 @@
 network.stack_size → stacking.py      sees the last k observations
 curiosity, rnd     → intrinsic.py     is also rewarded for what it has not seen
 gail               → intrinsic.py     is also rewarded for what passes for what was shown
+imitation          → imitation.py     also does what was shown
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ if TYPE_CHECKING:  # torch is imported when something is built, not by whoever a
 
 SIGNALS = ("curiosity", "rnd", "gail")
 """Groups of settings that add to what is rewarded."""
+IMITATION = "imitation"
+"""The group of what is imitated beside."""
 NOT_EVERYBODYS = {"memory": "none", "normalise": False, "encoder": None}
 """Settings of `network` that only some learners follow (their `follows`), with the value that asks for nothing."""
 SEED_APART = 7_919
@@ -46,7 +49,7 @@ def build_learner(algorithm: Algorithm, spec: WorldSpec, settings: Settings, see
 
     def build(seen: WorldSpec) -> Learner:
         built: Learner = learner_class.build(seen, settings, seed)
-        return with_reward_signals(built, settings, seed)
+        return with_reward_signals(with_imitation(built, settings, seed), settings, seed)
 
     if network is None or network.stack_size == 1:
         return build(spec)
@@ -73,6 +76,28 @@ def _require_followed(algorithm: Algorithm, network: NetworkConfig, follows: tup
             f"network.encoder and network.{other} are both given; a network of your own takes the place of both. "
             "Leave one of them."
         )
+
+
+def with_imitation(learner: Learner, settings: Settings, seed: int) -> Learner:
+    """Return the learner, also imitating what `imitation` names where it has a strength.
+
+    Raises:
+        SettingError: The learner cannot; demonstrations are missing, or of another world.
+        CheckpointError: The file of demonstrations is none.
+        DemonstrationError: A `.demo` file cannot be used.
+    """
+    config = getattr(settings, IMITATION) if IMITATION in settings else None
+    if config is None or not config.strength:
+        return learner
+    from racecraft.algorithms.demonstrations import read_shown
+    from racecraft.algorithms.imitation import Imitating
+
+    if config.demonstrations is None:
+        raise SettingError(
+            f"imitation.strength is {config.strength:g} and no demonstrations are named; expected "
+            "--set imitation.demonstrations=FILE, such as `racecraft record RUN` writes, or Unity's .demo files."
+        )
+    return Imitating(learner, config, read_shown(config.demonstrations), seed + (len(SIGNALS) + 1) * SEED_APART)
 
 
 def with_reward_signals(learner: Learner, settings: Settings, seed: int) -> Learner:
@@ -119,9 +144,10 @@ def _reward_model(name: str, spec: WorldSpec, settings: Settings, seed: int) -> 
 
 
 def signal_groups() -> dict[str, Any]:
-    """Return the groups of settings of the reward signals, each at strength 0."""
+    """Return the groups of settings of the reward signals and of imitation, each at strength 0."""
     from racecraft.algorithms.curiosity import CuriosityConfig
     from racecraft.algorithms.gail import GailConfig
+    from racecraft.algorithms.imitation import ImitationConfig
     from racecraft.algorithms.rnd import RndConfig
 
-    return {"curiosity": CuriosityConfig(), "rnd": RndConfig(), "gail": GailConfig()}
+    return {"curiosity": CuriosityConfig(), "rnd": RndConfig(), "gail": GailConfig(), IMITATION: ImitationConfig()}

@@ -77,7 +77,7 @@ def composed(world: Settings, algorithm: Algorithm, tuned: Any = None) -> Settin
 
     >>> from racecraft.algorithms.registry import find_algorithm
     >>> list(composed(Settings(network=1, runtime=2), find_algorithm("ppo")))
-    ['network', 'ppo', 'curiosity', 'rnd', 'gail', 'runtime']
+    ['network', 'ppo', 'curiosity', 'rnd', 'gail', 'imitation', 'runtime']
     """
     if algorithm.replay and "replay" not in world:
         world = world.with_group("replay", ReplayConfig(**algorithm.replay_values))

@@ -156,7 +156,6 @@ def test_the_environment_engine_and_parameters_are_read(read):
         ("reward_signals: {curiosity: {gamma: 0.9}}", "reward_signals.curiosity.gamma"),
         ("reward_signals: {extrinsic: {strength: 2}}", "reward_signals.extrinsic.strength"),
         ("self_play: {window: 10}", "self_play"),
-        ("behavioral_cloning: {demo_path: a.demo}", "behavioral_cloning"),
     ],
 )
 def test_what_is_not_followed_is_named(read, text, key):
@@ -189,6 +188,18 @@ def test_a_section_for_sac_sets_sac_and_its_memory(read):
         "hyperparameters.save_replay_buffer", "hyperparameters.learning_rate_schedule", "reward_signals.rnd",
         "max_steps",
     ]  # fmt: skip
+
+
+def test_behavioral_cloning_becomes_imitation_beside_ppo(read):
+    text = (
+        "behaviors: {A: {hyperparameters: {learning_rate: 2e-3}, behavioral_cloning: {demo_path: Demos/a.demo, "
+        "strength: 0.5, steps: 10000, num_epoch: 2, batch_size: 32, samples_per_update: 64}}}"
+    )
+    settings = apply_overrides(default_settings(find_algorithm("ppo")), read(text).behavior("A").overrides())
+    told = settings.imitation
+    assert (told.strength, told.learning_rate, told.demonstrations) == (0.5, 2e-3, "Demos/a.demo")
+    assert (told.steps, told.epochs, told.batch_size, told.samples_per_update) == (10_000, 2, 32, 64)
+    assert not [note for note in read(text).notes if "cloning" in note]
 
 
 def test_a_section_for_sac_lends_ppo_what_both_know(read):

@@ -61,6 +61,9 @@ class BehaviorConfig:
     signals: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     """Of `curiosity`, `rnd` and `gail`, where asked for: strength, learning_rate, units; of GAIL also demonstrations
     and use_actions."""
+    cloning: Mapping[str, Any] = field(default_factory=dict)
+    """Of `behavioral_cloning`, where asked for: strength, demonstrations, steps, batch_size, epochs,
+    samples_per_update."""
     trainer: str = PPO
     """`trainer_type`, as the file has it."""
     tau: float | None = None
@@ -89,6 +92,10 @@ class BehaviorConfig:
         told |= self._of_network(algorithm)
         for signal, values in self.signals.items() if algorithm != SAC else ():
             told |= {f"{signal}.{name}": value for name, value in values.items()}
+        if self.cloning and algorithm != SAC:
+            told |= {f"imitation.{name}": value for name, value in self.cloning.items()}
+            if self.learning_rate is not None:  # there it is the trainer's own
+                told["imitation.learning_rate"] = self.learning_rate
         return tuple(f"{name}={value}" for name, value in told.items())
 
     def _named(self, settings: Mapping[str, str]) -> dict[str, Any]:

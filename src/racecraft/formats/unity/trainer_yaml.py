@@ -56,6 +56,7 @@ _NETWORK = (
     "conditioning_type",
 )  # fmt: skip
 _SIGNAL = ("strength", "gamma", "learning_rate", "network_settings", "encoding_size")
+_CLONING = ("demo_path", "strength", "steps", "samples_per_update", "num_epoch", "batch_size")
 _IMITATION = ("demo_path", "use_actions", "use_vail")
 _ENV = (
     "env_path", "env_args", "base_port", "num_envs", "num_areas", "timeout_wait", "seed", "max_lifetime_restarts",
@@ -181,6 +182,7 @@ class _Reader:
             memory_size=memory_size,
             sequence_length=sequence_length,
             signals=self._signals(self._group(section, "reward_signals", at), (*at, "reward_signals")),
+            cloning=self._cloning(section, at),
             trainer=str(kind),
             tau=self._number(rates, "tau", inside, 0.0, 1.0),
             steps_per_update=self._number(rates, "steps_per_update", inside, 1.0),
@@ -228,7 +230,6 @@ class _Reader:
     ) -> None:
         for key, why in (
             ("self_play", "teams learn together, from one policy"),
-            ("behavioral_cloning", "demonstrations are not imitated"),
             ("init_path", "name the model to begin from on the command line"),
             ("time_horizon", "rollouts run through episodes and bootstrap at their end"),
         ):
@@ -290,6 +291,25 @@ class _Reader:
         if told.get("use_vail"):
             self._note((*here, "use_vail"), "the discriminator has no bottleneck")
         return {"demonstrations": told["demo_path"], "use_actions": "true" if told.get("use_actions") else None}
+
+    def _cloning(self, section: dict[str, Any], at: tuple[str, ...]) -> dict[str, Any]:
+        """Return what is imitated beside what is learned from reward, by the names of our settings."""
+        if section.get("behavioral_cloning") is None:
+            return {}
+        here, told = (*at, "behavioral_cloning"), self._group(section, "behavioral_cloning", at)
+        self._know(told, _CLONING, here)
+        if not isinstance(told.get("demo_path"), str):
+            self._refuse((*here, "demo_path"), repr(told.get("demo_path")), "a .demo file, or a folder of them")
+        strength = self._number(told, "strength", here, 0.0)
+        values = {
+            "strength": 1.0 if strength is None else strength,
+            "demonstrations": told["demo_path"],
+            "steps": self._whole(told, "steps", here, 0),
+            "batch_size": self._whole(told, "batch_size", here, 1),
+            "epochs": self._whole(told, "num_epoch", here, 1),
+            "samples_per_update": self._whole(told, "samples_per_update", here, 0),
+        }
+        return {key: value for key, value in values.items() if value is not None}
 
     def _memory(self, network: dict[str, Any], at: tuple[str, ...]) -> tuple[int | None, int | None]:
         """Return what an LSTM carries, and how far back it is taught."""

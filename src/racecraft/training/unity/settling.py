@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from racecraft.algorithms.building import SIGNALS
+from racecraft.algorithms.building import IMITATION, SIGNALS
 from racecraft.algorithms.registry import Algorithm
 from racecraft.contract.errors import RunFolderError
 from racecraft.envs.unity.behaviors import Behavior, card_of
@@ -49,7 +49,7 @@ class Settled:
 
 def own_groups(settled: Settled, algorithm: Algorithm) -> dict[str, dict[str, dict[str, Any]]]:
     """Return the groups of settings that each behavior has for itself, as plain values."""
-    own = ("network", algorithm.group, *SIGNALS)
+    own = ("network", algorithm.group, *SIGNALS, IMITATION)
     told = {base: as_dictionary(settings) for base, settings in settled.each.items()}
     return {base: {name: groups[name] for name in own if name in groups} for base, groups in told.items()}
 
@@ -129,6 +129,8 @@ def _notes_on_trainer(section: BehaviorConfig, algorithm: Algorithm, is_configur
     if section.memory_size is not None:
         notes.append(f"{at}.network_settings.memory: {name} has none")
     notes += [f"{at}.reward_signals.{signal}: {name} has no such signal" for signal in section.signals]
+    if section.cloning:
+        notes.append(f"{at}.behavioral_cloning: {name} imitates nothing")
     if name != section.trainer:
         whose = "the network, batch_size, learning_rate and gamma are" if name == SAC else "the network is"
         notes.append(f"{at}.trainer_type: '{section.trainer}', and {name} learns; of this section {whose} followed")

@@ -1,0 +1,189 @@
+"""Beside what it learns from reward, a learner makes what was shown likelier. Begin with `Imitating`.
+
+ML-Agents calls it `behavioral_cloning`. After each update the policy takes gradient steps of its own towards recorded
+actions, with an Adam of its own; their size may fall to nothing, so that the demonstrator is outgrown. With
+`behaviour_cloning.py` it shares the loss; there nothing is learned from the world.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from racecraft.algorithms.adam import Adam
+from racecraft.algorithms.behaviour_cloning import cloning_loss, to_raw
+from racecraft.algorithms.demonstrations import shown_tensors
+from racecraft.algorithms.learner import Anneals, Decision, DivergedError, Learner, StateDict, greedy_policy_of
+from racecraft.algorithms.policy_spec import PolicySpec
+from racecraft.algorithms.ppo import PpoLearner
+from racecraft.algorithms.recurrent_network import RecurrentActorCritic
+from racecraft.algorithms.rollout_batch import RolloutBatch
+from racecraft.contract.errors import SettingError
+from racecraft.contract.policy import Policy
+from racecraft.contract.world import Array, ArraySpec, GroupedActions
+from racecraft.formats.demonstrations import Demonstrations
+from racecraft.settings.table import check_group, setting
+
+STATE = "imitation"
+"""Of its state, and of its group of settings."""
+
+
+@dataclass(frozen=True)
+class ImitationConfig:
+    """What was shown is made likelier, beside what is learned from reward (ML-Agents' behavioral_cloning)."""
+
+    strength: float = setting(0.0, "Size of its steps, in parts of `learning_rate`; 0: nothing is imitated.", low=0.0)
+    demonstrations: str | None = setting(
+        None, "Recorded episodes: a file of `racecraft record RUN`, or ML-Agents' `.demo`, one or a folder of them."
+    )
+    steps: int = setting(0, "Its steps fall in a straight line to nothing until so many are collected; 0: never.",
+                         unit="steps", low=0)  # fmt: skip
+    learning_rate: float = setting(3e-4, "Adam's step size at strength 1.", low=1e-8, high=1.0)
+    batch_size: int = setting(128, "Recorded ticks in one minibatch.", low=1)
+    epochs: int = setting(3, "Passes over what was shown, after each update.", low=1, high=100)
+    samples_per_update: int = setting(0, "Recorded ticks that a pass takes at most; 0: all.", unit="ticks", low=0)
+
+    def __post_init__(self) -> None:
+        check_group(self)
+
+
+class Imitating:
+    """A learner that also does what it was shown. Towards everybody it is that learner.
+
+    Args:
+        inner: Learns from reward; ppo without a memory.
+        config: The settings.
+        shown: What was recorded.
+        seed: Of the order of minibatches.
+
+    Raises:
+        SettingError: The learner has no actor network of one look, or another world was recorded.
+    """
+
+    def __init__(self, inner: Learner, config: ImitationConfig, shown: Demonstrations, seed: int) -> None:
+        if not isinstance(inner, PpoLearner) or isinstance(inner.network, RecurrentActorCritic):
+            raise SettingError(
+                f"imitation.strength is {config.strength:g}; what was shown is imitated beside ppo without a memory. "
+                "Use ppo with --set network.memory=none, or leave it at 0."
+            )
+        assert not isinstance(inner.spec.actions, GroupedActions), "agents of each kind have a learner of their own"
+        self.inner, self.learner, self.config, self.spec = inner, inner, config, inner.spec
+        self.eats, self.device = inner.eats, inner.device
+        told = shown_tensors(
+            shown, inner.spec, inner.network.policy_body.names, inner.device, "imitation.demonstrations"
+        )
+        self.shown = replace(told, actions=to_raw(told.actions, inner.spec.actions))
+        self.optimiser = Adam(inner.network.parameters(), config.strength * config.learning_rate, 1e-8)
+        self.generator = torch.Generator().manual_seed(seed)
+        self.collected = 0
+        """Steps collected so far; the size of its own steps falls with them."""
+        self.figures = {
+            **inner.figures,
+            "imitation_loss": "Mean -log probability of the recorded actions, in nats (of numbers: -log density); 0 "
+            "once nothing is imitated any more.",
+            "imitation_agreement": "Share of recorded choices that are the policy's likeliest; of numbers: of those "
+            "within a tenth of their range.",
+        }
+
+    @property
+    def columns(self) -> Mapping[str, ArraySpec]:
+        """What the inner learner notes."""
+        return self.inner.columns
+
+    @property
+    def policy_spec(self) -> PolicySpec:
+        """The inner learner's."""
+        return self.inner.policy_spec
+
+    @property
+    def share(self) -> float:
+        """What is left of the size of its steps, 0 to 1."""
+        return max(0.0, 1.0 - self.collected / self.config.steps) if self.config.steps else 1.0
+
+    def act(
+        self,
+        observations: Mapping[str, Array],
+        action_mask: Array | None = None,
+        *,
+        generator: torch.Generator | None = None,
+        rows: Array | None = None,
+    ) -> Decision:
+        """Decide as the inner learner does."""
+        return self.inner.act(observations, action_mask, generator=generator, rows=rows)
+
+    def forget(self, rows: Array) -> None:
+        """Begin anew for the rows whose episode ended."""
+        self.inner.forget(rows)
+
+    def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
+        """Return greedy actions."""
+        return self.inner.choose(observations, action_mask)
+
+    def greedy_policy(self) -> Policy:
+        """Return the inner learner's."""
+        return greedy_policy_of(self.inner)
+
+    def update(self, experience: RolloutBatch) -> dict[str, float]:
+        """Have the learner learn, then imitate; return the figures of both.
+
+        Raises:
+            DivergedError: A loss is no longer a number.
+        """
+        told: Mapping[str, Any] = self.inner.update(experience)
+        loss, agreement = self._imitate()
+        self.collected += experience.num_active
+        return {**told, "imitation_loss": loss, "imitation_agreement": agreement}
+
+    def anneal(self, done: float) -> None:
+        """Follow the inner learner's schedules."""
+        if isinstance(self.inner, Anneals):
+            self.inner.anneal(done)
+
+    def state_dict(self) -> StateDict:
+        """Return the inner learner's state and, in a group of its own, what imitation remembers."""
+        own = {f"optimiser/{name}": part for name, part in self.optimiser.state_dict().items()}
+        own |= {"generator": self.generator.get_state(), "collected": torch.tensor(self.collected)}
+        return {**self.inner.state_dict(), STATE: own}
+
+    def load_state_dict(self, state: Mapping[str, Mapping[str, Tensor]]) -> None:
+        """Go on from what `state_dict` gave; groups other than "network" may be absent."""
+        self.inner.load_state_dict(state)
+        if own := state.get(STATE):
+            kept = {name.partition("/")[2]: part for name, part in own.items() if name.startswith("optimiser/")}
+            self.optimiser.load_state_dict(kept)
+            self.generator.set_state(own["generator"].cpu())
+            self.collected = int(own["collected"])
+
+    def _imitate(self) -> tuple[float, float]:
+        """Go over what was shown; return mean loss and agreement, 0 and 0 where nothing is imitated any more."""
+        config, share = self.config, self.share
+        if share == 0.0:
+            return 0.0, 0.0
+        self.optimiser.learning_rate = share * config.strength * config.learning_rate
+        told = []
+        for _ in range(config.epochs):
+            order = torch.randperm(len(self.shown), generator=self.generator)
+            order = order[: config.samples_per_update or None].to(self.device)
+            told += [self._step(rows) for rows in order.split(config.batch_size)]
+        loss, agreement = torch.stack(told).mean(dim=0).tolist()
+        if not np.isfinite(loss):
+            raise DivergedError(
+                f"After {len(told)} minibatches of what was shown the loss is {loss}; expected a number. Lower "
+                "imitation.strength, and go on from the last checkpoint."
+            )
+        if self.learner.half is not None:
+            self.learner.half.refresh()
+        return loss, agreement
+
+    def _step(self, rows: Tensor) -> Tensor:
+        network = self.learner.network
+        loss, agreement = cloning_loss(network, self.learner.distribution, self.shown.take(rows))
+        network.zero_grad(set_to_none=True)
+        loss.backward()
+        self.optimiser.step()
+        return torch.stack([loss.detach(), agreement])
