@@ -39,7 +39,7 @@ def read_cluster(text: str) -> ClusterAsked:
     count, at, address = text.rpartition("@")
     if not at and text.lstrip("-").isdigit():
         count, address = text, ""
-    if not count and not address or at and not count:
+    if at and not (count and address) or not (count or address):
         raise SettingError(f"--cluster is '{text}'; {EXPECTED}.")
     return ClusterAsked(_workers(count, text) if count else None, _address(address, text) if address else None)
 

@@ -43,6 +43,7 @@ class RayTransport:
     def __init__(self, asked: ClusterAsked) -> None:
         self._ray = ray = imported_ray()
         self._asked, self._doors = asked, contextlib.ExitStack()
+        self._workers: list[Any] = []
         with _closed_on_failure(self._doors):
             if asked.address is None:
                 self._make(asked.workers or 1)
@@ -53,7 +54,6 @@ class RayTransport:
         self._worker = ray.remote(max_restarts=0, max_task_retries=0, scheduling_strategy="SPREAD")(Worker)
         here = Surroundings(tuple(place or os.getcwd() for place in sys.path), os.getcwd())
         self._surroundings = ray.put(here)
-        self._workers: list[Any] = []
 
     @property
     def room(self) -> int:
