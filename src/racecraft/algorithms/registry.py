@@ -59,6 +59,9 @@ class Algorithm:
     """Whether agents of several kinds may learn side by side, each with a policy of its own."""
     whole_episodes: bool = False
     """Whether it learns from whole episodes only (its learner eats EPISODES)."""
+    stays: str = ""
+    """Why its actors cannot be in other processes than its learner, a clause that its name begins; "": they can. They
+    are given the group "network" of its weights."""
     own: Any = None
     """A user's own class; None: a built-in one, imported when it is asked for."""
 
@@ -142,6 +145,7 @@ ALGORITHMS: dict[str, Algorithm] = {
             "EsConfig",
             "Evolution strategies: a population of perturbed policies, no gradients through the network.",
             whole_episodes=True,
+            stays="deals a member of its population to every row in one process",
         ),
         Algorithm(
             "bc",
@@ -149,6 +153,7 @@ ALGORITHMS: dict[str, Algorithm] = {
             "BcLearner",
             "BcConfig",
             "Behavioural cloning: learns to do what recorded episodes show; others go on from its weights.",
+            stays="collects nothing: it learns from files",
         ),
     )
 }

@@ -10,7 +10,7 @@ import typer
 
 from racecraft.cli.battlesnake.options import JSON
 from racecraft.cli.metrics_beside import MetricsPort, measured
-from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Overrides, Resume, asked
+from racecraft.cli.options import DEFAULT, AlgorithmName, Cluster, Detach, From, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 
 if TYPE_CHECKING:
@@ -44,6 +44,7 @@ def train(
     from_: From = None,
     resume: Resume = False,
     detach: Detach = False,
+    cluster: Cluster = None,
     metrics_port: MetricsPort = None,
     json: JSON = False,
 ) -> None:
@@ -60,6 +61,7 @@ def train(
     from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.report import leave_report
+    from racecraft.cluster.spreading import spread_over
     from racecraft.envs.battlesnake.settings import GameSettings
     from racecraft.training.battlesnake.trainer import SnakeRequest
     from racecraft.training.progress import watcher
@@ -69,19 +71,20 @@ def train(
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
+    spread = spread_over(cluster)
     stops, shown = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
     watching = measured(shown, metrics_port, run.name if run is not None else "snakes", tell, detach)
     if resume:
         begun = refuse_changes(context, run, UNCHANGEABLE, "runs/snakes-1")
         if detach:
             return detach_training(context, run, None, json)
-        trained = resume_run(begun, stops, watching, tell, "battlesnake")
+        trained = resume_run(begun, stops, watching, tell, "battlesnake", spread)
     else:
         game = GameSettings(width or size, height or size, snakes, ruleset, map_)
         request = SnakeRequest(game, **asked(algorithm, stop, run, seed, set_, from_))
         if detach:
             return detach_training(context, run, request, json)
-        trained = train_world(request, watching, tell)
+        trained = train_world(request, watching, tell, spread)
     summary, files = trained.summary(), leave_report(trained.run.path, tell)
     if json:
         print_json({**summary, **files})

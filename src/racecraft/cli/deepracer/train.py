@@ -11,7 +11,7 @@ import typer
 
 from racecraft.cli.buckets.training import MirrorAt
 from racecraft.cli.metrics_beside import MetricsPort, measured
-from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Json, Overrides, Resume, asked
+from racecraft.cli.options import DEFAULT, AlgorithmName, Cluster, Detach, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 from racecraft.contract.errors import SettingError
 
@@ -98,6 +98,7 @@ def train(
     set_: Overrides = None,
     from_: From = None,
     resume: Resume = False,
+    cluster: Cluster = None,
     detach: Detach = False,
     mirror: MirrorAt = None,
     pictures: Annotated[
@@ -135,6 +136,7 @@ def train(
     from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.watch_beside import watched
+    from racecraft.cluster.spreading import spread_over
     from racecraft.training.deepracer.groups import read_groups
     from racecraft.training.deepracer.plan import RaceRequest
     from racecraft.training.progress import watcher
@@ -144,6 +146,7 @@ def train(
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
+    spread = spread_over(cluster)
     begun = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1") if resume else None
     place = place_of_mirror(mirror, folder, begun, tell)
     request = None
@@ -169,10 +172,10 @@ def train(
     with watched(shown, watch, tell, stays=not json) as watching:
         with mirrored(watching, place, tell, begun) as mirroring:
             if begun is not None:
-                trained = resume_run(begun, tuple(stop or ()), mirroring, tell, "deepracer")
+                trained = resume_run(begun, tuple(stop or ()), mirroring, tell, "deepracer", spread)
             else:
                 assert request is not None
-                trained = train_world(request, mirroring, tell)
+                trained = train_world(request, mirroring, tell, spread)
         files = _paint(trained, tell) if pictures else {}
         races = _race_selves(trained, pictures, tell)
         if json:

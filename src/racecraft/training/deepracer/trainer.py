@@ -66,6 +66,11 @@ __all__ = ["KIND", "RaceRequest", "Request", "default_settings", "opened", "plan
 Request = RaceRequest
 plan = plan_car
 
+AWS_STAYS = (
+    "with fidelity aws every evaluation begins where training's next episode would, and cars in several processes have "
+    "no such one place; --fidelity sane has none of it."
+)
+
 
 @contextlib.contextmanager
 def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
@@ -104,6 +109,8 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
         warm_up=lambda tell: warm_up((world, judged, *flying), tell),
         attend=lambda run, notes: attended(planned, reward, run, notes),
         same_shape=lambda path, metadata: require_same_shape(planned, path, metadata),
+        recorder=EpisodeRecorder,
+        stays=AWS_STAYS if judged.habits.evaluation_follows_training else "",
     )
 
 
