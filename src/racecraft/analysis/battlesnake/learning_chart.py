@@ -134,8 +134,8 @@ READING = (
     "The source ran 210 minutes on 1 to 12 cores of several machines, each snake with a network of its own. Here all "
     "rows have one machine and few minutes, so they stand earlier on their curves.",
     "Heterogeneous means there a GPU for the learner and cores of other machines for the actors. Here the learner's "
-    "thread has one core for itself and the actors the others; its core is no faster than theirs. Homogeneous means that "
-    "both share all cores.",
+    "thread has one core for itself and the actors the others; its core is no faster than theirs. Homogeneous means "
+    "that both share all cores.",
     "The hand-written DQN is ours with the old script's figures: a memory of 5,000 drawn from evenly, one game at a "
     "time, a step of learning every 20 moves on 64, a target that follows by 0.001. MXNet's code itself is not run.",
 )
