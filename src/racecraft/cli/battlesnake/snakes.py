@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from racecraft.cli.battlesnake import play as snakes_play
+from racecraft.cli.battlesnake import reproduce as snakes_reproduce
 from racecraft.cli.battlesnake import serve as snakes_serve
 from racecraft.cli.battlesnake import study as snakes_study
 from racecraft.cli.battlesnake import tournament as snakes_tournament
@@ -37,6 +38,7 @@ def players(json: JSON = False) -> None:
 app.command()(snakes_play.play)
 app.command()(snakes_tournament.tournament)
 app.command()(snakes_train.train)
+app.command()(snakes_reproduce.reproduce)
 app.command()(snakes_serve.serve)
 app.command()(snakes_watch.watch)
 app.command()(snakes_watch.film)
