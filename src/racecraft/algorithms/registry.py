@@ -59,6 +59,8 @@ class Algorithm:
     """Whether agents of several kinds may learn side by side, each with a policy of its own."""
     whole_episodes: bool = False
     """Whether it learns from whole episodes only (its learner eats EPISODES)."""
+    searches: bool = False
+    """Whether it learns from a search that the world brings along, so that such a training has the group `search`."""
     own: Any = None
     """A user's own class; None: a built-in one, imported when it is asked for."""
 
@@ -142,6 +144,16 @@ ALGORITHMS: dict[str, Algorithm] = {
             "EsConfig",
             "Evolution strategies: a population of perturbed policies, no gradients through the network.",
             whole_episodes=True,
+        ),
+        Algorithm(
+            "alphazero",
+            "racecraft.algorithms.alphazero",
+            "AlphaZeroLearner",
+            "AlphaZeroConfig",
+            "Learning by search: the policy follows a search that asks it, the critic who won; for snakes, best begun "
+            "from a run of ppo.",
+            acts=(CHOICES,),
+            searches=True,
         ),
         Algorithm(
             "bc",

@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import OrderedDict
+from collections.abc import Callable
 
 from racecraft.envs.battlesnake.board import Board, BoardError, Snake
 from racecraft.envs.battlesnake.settings import GameSettings
@@ -22,6 +23,8 @@ PONDER_SECONDS = 2.0
 PONDER_CHUNK_SECONDS = 0.004
 
 Key = tuple[object, ...]
+Plant = Callable[[Board, GameSettings, str], Tree]
+"""Begins a tree of a position, for the snake whose move is asked for."""
 
 
 class Mind:
@@ -31,10 +34,11 @@ class Mind:
         board: The position.
         settings: What is played.
         snake_id: Whose mind it is; alive.
+        plant: Begins its tree.
     """
 
-    def __init__(self, board: Board, settings: GameSettings, snake_id: str) -> None:
-        self.board, self.settings, self.snake_id = board, settings, snake_id
+    def __init__(self, board: Board, settings: GameSettings, snake_id: str, plant: Plant = Tree) -> None:
+        self.board, self.settings, self.snake_id, self._plant = board, settings, snake_id, plant
         self._certainty: Certainty | None = None
         self._is_current = False
         self.tree: Tree | None = None
@@ -58,7 +62,7 @@ class Mind:
     def grown_tree(self) -> Tree:
         """Return the tree, begun if there is none."""
         if self.tree is None:
-            self.tree = Tree(self.board, self.settings, self.snake_id)
+            self.tree = self._plant(self.board, self.settings, self.snake_id)
         return self.tree
 
     def settle_on(self, move: str) -> None:
@@ -83,10 +87,11 @@ class Minds:
     Args:
         most: Games remembered.
         ponders: Whether a thread thinks on about the game asked about last, while nobody asks.
+        plant: Begins the trees.
     """
 
-    def __init__(self, most: int = MINDS_KEPT, ponders: bool = False) -> None:
-        self._most, self.ponders = most, ponders
+    def __init__(self, most: int = MINDS_KEPT, ponders: bool = False, plant: Plant = Tree) -> None:
+        self._most, self.ponders, self._plant = most, ponders, plant
         self._kept: OrderedDict[Key, Mind] = OrderedDict()
         self._lock = threading.Condition()
         self._busy, self._pondered = 0, False
@@ -108,7 +113,7 @@ class Minds:
                 self._lock.wait()
             mind = self._kept.pop(key, None)
         if mind is None:
-            return Mind(board, settings, snake_id)
+            return Mind(board, settings, snake_id, self._plant)
         mind.go_on(board, settings)
         return mind
 

@@ -14,13 +14,16 @@ from __future__ import annotations
 
 import time
 from contextlib import suppress
+from functools import partial
 
 import numpy as np
 
 from racecraft.envs.battlesnake.board import MOVES, Board
 from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.players.battlesnake.foresight import DEEPEST
 from racecraft.players.battlesnake.kernels.alpha_beta import DRAWN
-from racecraft.players.battlesnake.minds import Mind, Minds
+from racecraft.players.battlesnake.minds import Mind, Minds, Plant
+from racecraft.players.battlesnake.network_tree import Network, NetworkTree
 from racecraft.players.battlesnake.protocol import SnakePlayer, Weigher
 from racecraft.players.battlesnake.sight import best_safe_move, find_snake, safe_moves
 from racecraft.players.battlesnake.tree import Tree
@@ -31,6 +34,8 @@ NEAR_TURNS = 3
 """Turns ahead within which a tree's moves must not lose, or end in a draw, against any play."""
 NEAR_EFFORT = 3000
 """Turns played for that, for each move; a few milliseconds."""
+SURE_EFFORT = 20_000
+"""Turns played for each move of a duel to prove what it can, before a network is asked."""
 NEAR_SHARE = 0.3
 """Share of the time that it may take."""
 
@@ -45,6 +50,8 @@ class Search:
         guide: A player that says where to look first; with one it always grows a tree.
         sure_among: Snakes alive up to which it looks for what it can be sure of; 0 never.
         ponders: Whether it thinks on while nobody asks it.
+        network: A policy with its critic, which is asked about the leaves of its trees; with one it always grows a
+            tree, once it knows that nothing is certain.
     """
 
     def __init__(
@@ -53,10 +60,12 @@ class Search:
         guide: SnakePlayer | None = None,
         sure_among: int = SURE_AMONG,
         ponders: bool = False,
+        network: Network | None = None,
     ) -> None:
-        self.most_walks, self.guide = most_walks, guide
-        self.sure_among = 0 if guide is not None else sure_among
-        self.minds = Minds(ponders=ponders)
+        self.most_walks, self.guide, self.network = most_walks, guide, network
+        self.sure_among = 0 if guide is not None or network is not None else sure_among
+        self._plant: Plant = Tree if network is None else partial(NetworkTree, network=network)
+        self.minds = Minds(ponders=ponders, plant=self._plant)
 
     def choose(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
         """Return the move that is surest, or was walked most, when the time is up."""
@@ -66,7 +75,7 @@ class Search:
         if len(mine) < 2:
             return mine[0] if mine else best_safe_move(board, settings, snake_id)
         if self.most_walks is not None:
-            return self._think(Mind(board, settings, snake_id), mine, seconds, until)
+            return self._think(Mind(board, settings, snake_id, self._plant), mine, seconds, until)
         mind, move = self.minds.recall(board, settings, snake_id), None
         try:
             move = self._think(mind, mine, seconds, until)
@@ -76,7 +85,7 @@ class Search:
 
     def warm_up(self, board: Board, settings: GameSettings, snake_id: str) -> None:
         """Have everything compiled that a game may come to need."""
-        mind = Mind(board, settings, snake_id)
+        mind = Mind(board, settings, snake_id, self._plant)
         mind.certainty.deepen(0.0)
         mind.grown_tree().keep_below(0)
         mind.go_on(board, settings)
@@ -92,7 +101,10 @@ class Search:
     def _walk(self, mind: Mind, mine: list[str], seconds: float, until: float) -> str:
         tree = mind.grown_tree()
         self._ask_guide(tree, mind, seconds)
-        tree.shun(self._dangers(mind, mine, until - (1 - NEAR_SHARE) * seconds))
+        surest, dangers = self._prove(mind, mine, until - (1 - NEAR_SHARE) * seconds)
+        if surest is not None:
+            return surest
+        tree.shun(dangers)
         left = self.most_walks if self.most_walks is not None else 1 << 30
         while left > 0:
             walks = min(left, tree.walks_at_a_time)
@@ -110,12 +122,24 @@ class Search:
             with suppress(TimeoutError):  # a user's file that is too slow is no help, and no harm
                 tree.trust(guide.choose(board, settings, mind.snake_id, seconds / 4))
 
-    def _dangers(self, mind: Mind, mine: list[str], until: float) -> list[str]:
-        """Return the moves after which others may end the snake within a few turns, whatever it does."""
+    def _prove(self, mind: Mind, mine: list[str], until: float) -> tuple[str | None, list[str]]:
+        """Return a move that wins against any play, if one is found, and those not to be walked.
+
+        Not to be walked are moves after which the others may end the snake, or the game in a draw, within a few turns,
+        whatever it does; in a duel with a network, where there is time to look further, those that are proven to lose.
+        """
+        deepest, effort = (NEAR_TURNS, NEAR_EFFORT)
+        if self.network is not None and len(mind.board.alive()) <= SURE_AMONG:
+            deepest, effort = DEEPEST - 1, SURE_EFFORT
         found = []
-        for move in mine:
+        for number, move in enumerate(mine):
+            now = time.monotonic()
             mind.certainty.narrow([move])
-            deepest = 1 if time.monotonic() >= until else NEAR_TURNS
-            if mind.certainty.deepen(until, NEAR_EFFORT, deepest).value <= DRAWN + mind.board.turn + NEAR_TURNS:
+            finding = mind.certainty.deepen(
+                now + (until - now) / (len(mine) - number), effort, 1 if now >= until else deepest
+            )
+            if finding.wins:
+                return move, found
+            if finding.loses or (finding.value <= DRAWN + mind.board.turn + NEAR_TURNS):
                 found.append(move)
-        return found
+        return None, found

@@ -69,6 +69,11 @@ class SelfPlayWorld:
         """R rows of one agent."""
         return self._spec
 
+    @property
+    def mine(self) -> Array:
+        """Which seats are the learner's, bool (N, M); its rows are these, game by game."""
+        return self._own.mine
+
     def reset(self, buffers: StepBuffers, seed: int) -> None:
         """Begin every game anew; the seed decides the opponents' dice, too."""
         self._anchors.begin(seed)

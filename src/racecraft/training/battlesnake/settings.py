@@ -27,3 +27,16 @@ class SelfPlayConfig:
 
     def __post_init__(self) -> None:
         check_group(self)
+
+
+@dataclass(frozen=True)
+class SearchConfig:
+    """How every position is searched while a snake learns by search."""
+
+    walks: int = setting(48, "Walks of the tree of each position; most of the time goes there.", low=4, high=4096)
+    noise_share: float = setting(
+        0.2, "Share of chance in how likely moves are thought at first, so that all are tried.", low=0.0, high=1.0
+    )
+
+    def __post_init__(self) -> None:
+        check_group(self)
