@@ -26,6 +26,7 @@ class ActorPolicy:
 
     def __init__(self, network: ActorCritic, distribution: Distribution) -> None:
         self.network, self.distribution = network, distribution
+        self._any_weight = next(network.parameters())
 
     @torch.inference_mode()
     def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
@@ -78,7 +79,7 @@ class ActorPolicy:
 
     @property
     def _device(self) -> torch.device:
-        return next(self.network.parameters()).device
+        return self._any_weight.device
 
     def _params(self, observations: Mapping[str, Array]) -> Tensor:
         names = self.network.policy_body.names

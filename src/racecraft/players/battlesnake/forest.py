@@ -36,8 +36,10 @@ class Forest:
         self._network, self._settings, self._walks, self._noise_share = network, settings, walks, noise_share
         self._leaves: dict[tuple[int, int], Leaves] = {}
 
-    def search(self, boards: Sequence[Board], chance: np.random.Generator) -> list[Array]:
+    def search(self, boards: Sequence[Board], chances: Sequence[np.random.Generator]) -> list[Array]:
         """Return for each board how often every living snake's moves were walked, int32 (M, 4), in their order.
+
+        Each board has chance of its own, so that what is found there does not depend on the others.
 
         Raises:
             BoardError: Living snakes overlap or lie off the board.
@@ -46,11 +48,13 @@ class Forest:
         numbers = [len(board.alive()) for board in boards]
         for num_snakes in sorted(set(numbers)):
             chosen = [place for place, number in enumerate(numbers) if number == num_snakes]
-            for place, visits in zip(chosen, self._grow([boards[one] for one in chosen], chance), strict=True):
+            for place, visits in zip(
+                chosen, self._grow([boards[one] for one in chosen], [chances[one] for one in chosen]), strict=True
+            ):
                 found[place] = visits
         return found
 
-    def _grow(self, boards: list[Board], chance: np.random.Generator) -> Array:
+    def _grow(self, boards: list[Board], chances: list[np.random.Generator]) -> Array:
         """Return visits at the roots of boards with the same number of living snakes, int32 (G, M, 4)."""
         positions = [position_of(board, self._settings) for board in boards]
         count, num_snakes = len(boards), positions[0].rows.shape[1]
@@ -72,12 +76,13 @@ class Forest:
                     *leaves.appraise(which), nodes[0], nodes[3], nodes[4], nodes[5],
                 )  # fmt: skip
             if number == 0:
-                self._stir(nodes[4][:, 0], chance)
+                self._stir(nodes[4][:, 0], chances)
         return nodes[2][:, 0].copy()
 
-    def _stir(self, priors: Array, chance: np.random.Generator) -> None:
+    def _stir(self, priors: Array, chances: list[np.random.Generator]) -> None:
         """Mix chance into the roots' priors (G, M, 4), in place; what is surely fatal stays out."""
-        noise = np.where(priors > 0, chance.standard_exponential(priors.shape), 0.0)
+        drawn = np.stack([chance.standard_exponential(priors.shape[1:]) for chance in chances])
+        noise = np.where(priors > 0, drawn, 0.0)
         noise /= np.maximum(noise.sum(axis=-1, keepdims=True), 1e-12)
         priors[...] = (1 - self._noise_share) * priors + self._noise_share * noise
 

@@ -99,11 +99,11 @@ class Search:
         return self._walk(mind, mine, seconds, until)
 
     def _walk(self, mind: Mind, mine: list[str], seconds: float, until: float) -> str:
-        tree = mind.grown_tree()
-        self._ask_guide(tree, mind, seconds)
         surest, dangers = self._prove(mind, mine, until - (1 - NEAR_SHARE) * seconds)
         if surest is not None:
             return surest
+        tree = mind.grown_tree()
+        self._ask_guide(tree, mind, seconds)
         tree.shun(dangers)
         left = self.most_walks if self.most_walks is not None else 1 << 30
         while left > 0:
