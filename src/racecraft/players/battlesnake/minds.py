@@ -21,6 +21,8 @@ MINDS_KEPT = 64
 PONDER_SECONDS = 2.0
 """How long a mind is pondered on at most, if nobody asks: then the game is over, or the other will not answer."""
 PONDER_CHUNK_SECONDS = 0.004
+HELPERS_CURIOSITY = 1.5
+"""How much more curious the tree of a second core is."""
 
 Key = tuple[object, ...]
 Plant = Callable[[Board, GameSettings, str], Tree]
@@ -42,12 +44,15 @@ class Mind:
         self._certainty: Certainty | None = None
         self._is_current = False
         self.tree: Tree | None = None
+        self._helper: Mind | None = None
 
     def go_on(self, board: Board, settings: GameSettings) -> None:
         """Turn to the game's next position; keep what is still true there."""
         if self.tree is not None and not self.tree.follow(board, settings):
             self.tree = None
         self.board, self.settings, self._is_current = board, settings, False
+        if self._helper is not None:
+            self._helper.go_on(board, settings)
 
     @property
     def certainty(self) -> Certainty:
@@ -64,6 +69,23 @@ class Mind:
         if self.tree is None:
             self.tree = self._plant(self.board, self.settings, self.snake_id)
         return self.tree
+
+    @property
+    def helper(self) -> Mind:
+        """A mind about the same position for another thread, which remembers proofs in the same place.
+
+        Its tree is its own, and more curious than this one's, so that both do not walk the same.
+        """
+        if self._helper is None:
+            self._helper = Mind(self.board, self.settings, self.snake_id, self._plant_curious)
+            self._helper._certainty = Certainty(self.board, self.settings, self.snake_id, self.certainty)
+            self._helper._is_current = True
+        return self._helper
+
+    def _plant_curious(self, board: Board, settings: GameSettings, snake_id: str) -> Tree:
+        tree = self._plant(board, settings, snake_id)
+        tree.eagerness *= HELPERS_CURIOSITY
+        return tree
 
     def settle_on(self, move: str) -> None:
         """Look, from now on, only at what may follow the move that was chosen."""

@@ -28,7 +28,7 @@ from racecraft.envs.battlesnake.state import allocate_games, params_of
 from racecraft.players.battlesnake.foresight import DEEPEST
 from racecraft.players.battlesnake.kernels.leaves import descend, hear
 from racecraft.players.battlesnake.kernels.puct import IS_OVER
-from racecraft.players.battlesnake.tree import EAGERNESS, Tree
+from racecraft.players.battlesnake.tree import Tree
 
 LEAVES_AT_A_TIME = 16
 """Leaves that the network is asked about at once, a millisecond or two: two looks at the clock lie so far apart."""
@@ -134,8 +134,8 @@ class NetworkTree(Tree):
         self.make_room(left)
         while left > 0 and not self._nodes[0][0, IS_OVER]:
             asked, ended = descend(
-                left, self._me, EAGERNESS, 0, LEAVES_AT_A_TIME, *self.position, *self._room, self._ways, *self._nodes,
-                self._size, *self._leaves.found, *self._leaves.games,
+                left, self._me, self.eagerness, 0, LEAVES_AT_A_TIME, *self.position, *self._room, self._ways,
+                *self._nodes, self._size, *self._leaves.found, *self._leaves.games,
             )  # fmt: skip
             if asked + ended == 0:  # the tree is full
                 return

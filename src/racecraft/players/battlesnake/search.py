@@ -12,14 +12,17 @@ at as likely as it thinks them.
 
 from __future__ import annotations
 
+import threading
 import time
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import partial
 
 import numpy as np
 
 from racecraft.envs.battlesnake.board import MOVES, Board
 from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.players.battlesnake.certainty import Finding
 from racecraft.players.battlesnake.foresight import DEEPEST
 from racecraft.players.battlesnake.kernels.alpha_beta import DRAWN
 from racecraft.players.battlesnake.minds import Mind, Minds, Plant
@@ -27,6 +30,7 @@ from racecraft.players.battlesnake.network_tree import Network, NetworkTree
 from racecraft.players.battlesnake.protocol import SnakePlayer, Weigher
 from racecraft.players.battlesnake.sight import best_safe_move, find_snake, safe_moves
 from racecraft.players.battlesnake.tree import Tree
+from racecraft.players.battlesnake.worker_pool import WorkerPool
 
 SURE_AMONG = 2
 """Snakes alive up to which it looks for what it can be sure of."""
@@ -50,6 +54,8 @@ class Search:
         guide: A player that says where to look first; with one it always grows a tree.
         sure_among: Snakes alive up to which it looks for what it can be sure of; 0 never.
         ponders: Whether it thinks on while nobody asks it.
+        cores: Cores that may think about one move, 1 or 2. A second one looks a turn deeper by alpha-beta, remembering
+            in the same place, or grows a tree of its own whose visits count like the first one's.
         network: A policy with its critic, which is asked about the leaves of its trees; with one it always grows a
             tree, once it knows that nothing is certain.
     """
@@ -61,7 +67,9 @@ class Search:
         sure_among: int = SURE_AMONG,
         ponders: bool = False,
         network: Network | None = None,
+        cores: int = 1,
     ) -> None:
+        self.cores, self._helpers, self._is_free = cores, WorkerPool(), threading.Lock()
         self.most_walks, self.guide, self.network = most_walks, guide, network
         self.sure_among = 0 if guide is not None or network is not None else sure_among
         self._plant: Plant = Tree if network is None else partial(NetworkTree, network=network)
@@ -93,7 +101,7 @@ class Search:
     def _think(self, mind: Mind, mine: list[str], seconds: float, until: float) -> str:
         if len(mind.board.alive()) <= self.sure_among:
             mind.tree = None
-            found = mind.certainty.deepen(until, self.most_walks)
+            found = self._deepen(mind, until)
             if not found.loses or found.depth > NEAR_TURNS:
                 return found.move
         return self._walk(mind, mine, seconds, until)
@@ -105,6 +113,13 @@ class Search:
         tree = mind.grown_tree()
         self._ask_guide(tree, mind, seconds)
         tree.shun(dangers)
+        with self._second_core(lambda: self._begin_beside(mind, seconds, dangers)) as other:
+            self._grow(tree, until)
+        visits = tree.visits() + (other.tree.visits() if other is not None and other.tree is not None else 0)
+        return MOVES[int(np.argmax(visits))]
+
+    def _grow(self, tree: Tree, until: float) -> None:
+        """Walk a tree until the time is up, or it was walked enough."""
         left = self.most_walks if self.most_walks is not None else 1 << 30
         while left > 0:
             walks = min(left, tree.walks_at_a_time)
@@ -112,7 +127,55 @@ class Search:
             left -= walks
             if time.monotonic() >= until:
                 break
-        return MOVES[int(np.argmax(tree.visits()))]
+
+    def _deepen(self, mind: Mind, until: float) -> Finding:
+        """Look for what is sure, on as many cores as there may be; of two findings the deeper one counts."""
+
+        def begin() -> Mind:
+            mind.helper.tree = None
+            return mind.helper
+
+        with self._second_core(begin) as other:
+            own = mind.certainty.deepen(until, self.most_walks)
+        if other is None:
+            return own
+        its = other.certainty.found
+        return its if its.wins or (its.depth > own.depth and not own.wins) else own
+
+    def _begin_beside(self, mind: Mind, seconds: float, dangers: list[str]) -> Mind:
+        """Return a second mind whose tree is ready to be walked."""
+        other = mind.helper
+        tree = other.grown_tree()
+        self._ask_guide(tree, other, seconds)
+        tree.shun(dangers)
+        return other
+
+    @contextmanager
+    def _second_core(self, begin: Callable[[], Mind]) -> Iterator[Mind | None]:
+        """Let a second core think on until this block is left, a few milliseconds at a time.
+
+        Yields:
+            Whose thoughts they are, to be read behind the block; None where there is no second core, or it is busy with
+            another game: nobody waits for it.
+        """
+        if self.cores < 2 or self.most_walks is not None or not self._is_free.acquire(blocking=False):
+            yield None
+            return
+        try:
+            other, done = begin(), threading.Event()
+
+            def think() -> None:
+                while not done.is_set() and other.ponder():
+                    pass
+
+            beside = self._helpers.submit(think)
+            try:
+                yield other
+            finally:
+                done.set()
+                beside.result()
+        finally:
+            self._is_free.release()
 
     def _ask_guide(self, tree: Tree, mind: Mind, seconds: float) -> None:
         board, settings, guide = mind.board, mind.settings, self.guide

@@ -52,6 +52,7 @@ class Tree:
         self._ways = np.zeros((DEEPEST, num_snakes), np.int64)
         self._path = np.zeros(DEEPEST, np.int32)
         self._size = np.zeros(1, np.int64)
+        self.eagerness = EAGERNESS
         self._nodes = empty_nodes(FIRST_NODES, num_snakes)
         self.walk(0)
 
@@ -69,7 +70,8 @@ class Tree:
         """Add walks."""
         self.make_room(walks)
         look_ahead(
-            walks, self._me, EAGERNESS, *self.position, *self._room, self._ways, self._path, *self._nodes, self._size
+            walks, self._me, self.eagerness, *self.position, *self._room, self._ways, self._path, *self._nodes,
+            self._size,
         )  # fmt: skip
 
     def make_room(self, walks: int) -> None:
