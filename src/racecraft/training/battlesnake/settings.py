@@ -19,6 +19,11 @@ class SelfPlayConfig:
         "Who sits there, in turn; a name may stand several times.",
         choices=("random_safe", "hungry", "flood_fill"),
     )
+    foreign: tuple[str, ...] = setting(
+        (), "Foreign snakes that are met, too: addresses of servers, runs, files; `--anchors` names them."
+    )
+    foreign_share: float = setting(0.125, "Share of the games against those, where there are any.", low=0.0, high=1.0)
+    foreign_ms: int = setting(100, "What they may think for a move.", unit="ms", low=1, high=60_000)
     pool_share: float = setting(
         0.25, "Share of the games against a past self from the pool; the rest is against itself.", low=0.0, high=1.0
     )
