@@ -16,7 +16,7 @@ from racecraft.cli.resuming import refuse_changes
 if TYPE_CHECKING:
     from racecraft.envs.battlesnake.settings import GameSettings
 
-UNCHANGEABLE = ("width", "height", "size", "snakes", "ruleset", "map_", "seed", "algorithm", "set_", "from_")
+UNCHANGEABLE = ("width", "height", "size", "snakes", "ruleset", "map_", "seed", "algorithm", "set_", "from_", "anchors")
 
 
 def train(
@@ -39,6 +39,10 @@ def train(
     ] = None,
     run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/snakes-N.")] = None,
     seed: Annotated[int, typer.Option(help="Same seed, same machine, same training.")] = 1,
+    anchors: Annotated[
+        list[str] | None,
+        typer.Option(help="A foreign snake to learn against: URL of a server, RUN, FILE.py or name; may be repeated."),
+    ] = None,
     algorithm: AlgorithmName = DEFAULT,
     set_: Overrides = None,
     from_: From = None,
@@ -55,6 +59,8 @@ def train(
         racecraft snakes train --snakes 2 --stop minutes=10
 
         racecraft snakes train --size 7 --ruleset wrapped --set selfplay.anchor_share=0.3
+
+        racecraft snakes train --snakes 2 --algorithm alphazero --from runs/snakes-1 --anchors http://localhost:8000
 
         racecraft snakes train --run runs/snakes-1 --resume --stop minutes=20
     """
@@ -81,7 +87,8 @@ def train(
         trained = resume_run(begun, stops, watching, tell, "battlesnake", spread)
     else:
         game = GameSettings(width or size, height or size, snakes, ruleset, map_)
-        request = SnakeRequest(game, **asked(algorithm, stop, run, seed, set_, from_))
+        foreign = [f"selfplay.foreign={','.join(anchors)}"] if anchors else []
+        request = SnakeRequest(game, **asked(algorithm, stop, run, seed, [*(set_ or ()), *foreign], from_))
         if detach:
             return detach_training(context, run, request, json)
         trained = train_world(request, watching, tell, spread)
