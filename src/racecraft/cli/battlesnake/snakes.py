@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from racecraft.cli.battlesnake import arena as snakes_arena
 from racecraft.cli.battlesnake import play as snakes_play
 from racecraft.cli.battlesnake import serve as snakes_serve
 from racecraft.cli.battlesnake import study as snakes_study
@@ -36,6 +37,7 @@ def players(json: JSON = False) -> None:
 
 app.command()(snakes_play.play)
 app.command()(snakes_tournament.tournament)
+app.add_typer(snakes_arena.app, name="arena")
 app.command()(snakes_train.train)
 app.command()(snakes_serve.serve)
 app.command()(snakes_watch.watch)
