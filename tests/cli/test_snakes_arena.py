@@ -91,3 +91,40 @@ def test_ctrl_c_keeps_everything_and_the_board_answers_meanwhile(racecraft, aren
     kept = json.loads(racecraft("snakes", "arena", "show", "--json").out)["games"]
     assert kept >= 3
     assert json.loads(racecraft("snakes", "arena", "play", "--games", 1, "--json").out)["games"] == kept + 1
+
+
+def test_weights_are_tuned_and_played_by(racecraft, tmp_path):
+    tune = (
+        "snakes",
+        "tune",
+        "w.json",
+        "-W",
+        7,
+        "-H",
+        7,
+        "--rounds",
+        1,
+        "--proof",
+        2,
+        "--effort",
+        16,
+        "--most-turns",
+        5,
+    )
+    said = racecraft(*tune, "--json")
+    assert said.code == 0, said.err
+    told = json.loads(said.out)
+    assert (told["rounds"], told["proven"]["games"]) == (1, 2)
+    assert told["weights"] == json.loads((tmp_path / "w.json").read_text())["weights"]
+    assert "squares" in racecraft(*tune).out
+    played = ("snakes", "play", "-u", "search:w.json", "-u", "hungry", "-W", 7, "-H", 7, "--most-turns", 3, "-t", 500)
+    assert racecraft(*played).code == 0
+    assert racecraft(*NEW).code == 0
+    assert racecraft("snakes", "arena", "add", "search:w.json", "--name", "tuned").code == 0
+    (tmp_path / "w.json").write_text("{}")
+    for bad in (tune, played):
+        said = racecraft(*bad)
+        assert said.code == 2
+        assert "another kind of file" in said.err
+    assert racecraft("snakes", "tune", "x.json", "--snakes", 3).code == 2
+    assert not (tmp_path / "x.json").exists()

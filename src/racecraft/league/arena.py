@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from typing import Any
 
 from racecraft.contract.errors import UserInputError
@@ -47,7 +47,7 @@ class Arena:
         self._pauses: dict[int, tuple[float, float]] = {}
         self._left_out: set[int] = set()
 
-    def play(self) -> Iterator[tuple[ArenaGame, Played]]:
+    def play(self) -> Generator[tuple[ArenaGame, Played], None, None]:
         """Play game after game, each kept before it is told; closing the iterator is how it ends.
 
         Raises:

@@ -14,7 +14,7 @@ from racecraft.evaluation.battlesnake.seats import take_seat
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.league.terms import ArenaError, Entrant
-from racecraft.players.battlesnake.find import PLAYERS
+from racecraft.players.battlesnake.find import PLAYERS, WEIGHED
 from racecraft.players.trained import split_source
 
 SEARCH = "search"
@@ -35,7 +35,7 @@ def entrant_of(what: str, name: str = "", anchor: bool = False) -> Entrant:
         RunFolderError: No run folder, or the run of something else.
         CheckpointError: No such checkpoint, or a damaged one.
     """
-    if anchor and ("://" in what or what == SEARCH or what.startswith(ON_TOP)):
+    if anchor and ("://" in what or what == SEARCH or what.startswith((ON_TOP, WEIGHED))):
         raise ArenaError(
             f"{what}: it may change (a server its program, search with the machine); expected an anchor that never "
             f"does: {', '.join(one for one in PLAYERS if one != SEARCH)}, a FILE.py or a RUN."
@@ -51,6 +51,8 @@ def pinned(what: str) -> str:
         return ON_TOP + pinned(what.removeprefix(ON_TOP))
     if "://" in what or (what in PLAYERS and not Path(what).is_file()):
         return what
+    if what.startswith(WEIGHED):
+        return WEIGHED + pinned(what.removeprefix(WEIGHED))
     if Path(what).is_file():
         return str(Path(what).resolve())
     path, which = split_source(what)
@@ -66,11 +68,11 @@ def fingerprint(source: str) -> str:
         RunFolderError: The run is.
         CheckpointError: The checkpoint is.
     """
-    source = source.removeprefix(ON_TOP)
+    source = source.removeprefix(ON_TOP).removeprefix(WEIGHED)
     if "://" in source or source in PLAYERS:
         return ""
     path = Path(source)
-    if not source.endswith(".py") and not path.is_file():
+    if not source.endswith((".py", ".json")) and not path.is_file():
         run, which = split_source(source)
         shelf = Checkpoints(RunFolder.open(run).checkpoints)
         path = shelf.folder / shelf.find(which).policy

@@ -14,6 +14,7 @@ from racecraft.envs.battlesnake.board import Board, BoardError, Snake
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.players.battlesnake.certainty import Certainty
 from racecraft.players.battlesnake.tree import Tree
+from racecraft.players.battlesnake.weights import USUAL, Weights
 
 MINDS_KEPT = 64
 """Games remembered; the one not heard of for the longest goes first."""
@@ -31,9 +32,11 @@ class Mind:
         board: The position.
         settings: What is played.
         snake_id: Whose mind it is; alive.
+        weights: What positions are appraised by.
     """
 
-    def __init__(self, board: Board, settings: GameSettings, snake_id: str) -> None:
+    def __init__(self, board: Board, settings: GameSettings, snake_id: str, weights: Weights = USUAL) -> None:
+        self._weights = weights
         self.board, self.settings, self.snake_id = board, settings, snake_id
         self._certainty: Certainty | None = None
         self._is_current = False
@@ -49,7 +52,7 @@ class Mind:
     def certainty(self) -> Certainty:
         """What it can be sure of at this position."""
         if self._certainty is None:
-            self._certainty = Certainty(self.board, self.settings, self.snake_id)
+            self._certainty = Certainty(self.board, self.settings, self.snake_id, self._weights)
         elif not self._is_current:
             self._certainty.look(self.board, self.settings, self.snake_id)
         self._is_current = True
@@ -58,7 +61,7 @@ class Mind:
     def grown_tree(self) -> Tree:
         """Return the tree, begun if there is none."""
         if self.tree is None:
-            self.tree = Tree(self.board, self.settings, self.snake_id)
+            self.tree = Tree(self.board, self.settings, self.snake_id, self._weights)
         return self.tree
 
     def settle_on(self, move: str) -> None:
@@ -83,9 +86,11 @@ class Minds:
     Args:
         most: Games remembered.
         ponders: Whether a thread thinks on about the game asked about last, while nobody asks.
+        weights: What positions are appraised by.
     """
 
-    def __init__(self, most: int = MINDS_KEPT, ponders: bool = False) -> None:
+    def __init__(self, most: int = MINDS_KEPT, ponders: bool = False, weights: Weights = USUAL) -> None:
+        self._weights = weights
         self._most, self.ponders = most, ponders
         self._kept: OrderedDict[Key, Mind] = OrderedDict()
         self._lock = threading.Condition()
@@ -108,7 +113,7 @@ class Minds:
                 self._lock.wait()
             mind = self._kept.pop(key, None)
         if mind is None:
-            return Mind(board, settings, snake_id)
+            return Mind(board, settings, snake_id, self._weights)
         mind.go_on(board, settings)
         return mind
 

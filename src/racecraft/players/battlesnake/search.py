@@ -24,6 +24,7 @@ from racecraft.players.battlesnake.minds import Mind, Minds
 from racecraft.players.battlesnake.protocol import SnakePlayer, Weigher
 from racecraft.players.battlesnake.sight import best_safe_move, find_snake, safe_moves
 from racecraft.players.battlesnake.tree import Tree
+from racecraft.players.battlesnake.weights import USUAL, Weights
 
 SURE_AMONG = 2
 """Snakes alive up to which it looks for what it can be sure of."""
@@ -45,6 +46,7 @@ class Search:
         guide: A player that says where to look first; with one it always grows a tree.
         sure_among: Snakes alive up to which it looks for what it can be sure of; 0 never.
         ponders: Whether it thinks on while nobody asks it.
+        weights: What positions are appraised by.
     """
 
     def __init__(
@@ -53,10 +55,12 @@ class Search:
         guide: SnakePlayer | None = None,
         sure_among: int = SURE_AMONG,
         ponders: bool = False,
+        weights: Weights = USUAL,
     ) -> None:
+        self.weights = weights
         self.most_walks, self.guide = most_walks, guide
         self.sure_among = 0 if guide is not None else sure_among
-        self.minds = Minds(ponders=ponders)
+        self.minds = Minds(ponders=ponders, weights=weights)
 
     def choose(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
         """Return the move that is surest, or was walked most, when the time is up."""
@@ -66,7 +70,7 @@ class Search:
         if len(mine) < 2:
             return mine[0] if mine else best_safe_move(board, settings, snake_id)
         if self.most_walks is not None:
-            return self._think(Mind(board, settings, snake_id), mine, seconds, until)
+            return self._think(Mind(board, settings, snake_id, self.weights), mine, seconds, until)
         mind, move = self.minds.recall(board, settings, snake_id), None
         try:
             move = self._think(mind, mine, seconds, until)
@@ -76,7 +80,7 @@ class Search:
 
     def warm_up(self, board: Board, settings: GameSettings, snake_id: str) -> None:
         """Have everything compiled that a game may come to need."""
-        mind = Mind(board, settings, snake_id)
+        mind = Mind(board, settings, snake_id, self.weights)
         mind.certainty.deepen(0.0)
         mind.grown_tree().keep_below(0)
         mind.go_on(board, settings)
