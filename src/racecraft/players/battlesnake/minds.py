@@ -15,6 +15,7 @@ from racecraft.envs.battlesnake.board import Board, BoardError, Snake
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.players.battlesnake.certainty import Certainty
 from racecraft.players.battlesnake.tree import Tree
+from racecraft.players.battlesnake.weights import USUAL, Weights
 
 MINDS_KEPT = 64
 """Games remembered; the one not heard of for the longest goes first."""
@@ -37,10 +38,14 @@ class Mind:
         settings: What is played.
         snake_id: Whose mind it is; alive.
         plant: Begins its tree.
+        weights: What positions are appraised by where it looks for what is certain.
     """
 
-    def __init__(self, board: Board, settings: GameSettings, snake_id: str, plant: Plant = Tree) -> None:
-        self.board, self.settings, self.snake_id, self._plant = board, settings, snake_id, plant
+    def __init__(
+        self, board: Board, settings: GameSettings, snake_id: str, plant: Plant = Tree, weights: Weights = USUAL
+    ) -> None:
+        self.board, self.settings, self.snake_id = board, settings, snake_id
+        self._plant, self._weights = plant, weights
         self._certainty: Certainty | None = None
         self._is_current = False
         self.tree: Tree | None = None
@@ -58,7 +63,7 @@ class Mind:
     def certainty(self) -> Certainty:
         """What it can be sure of at this position."""
         if self._certainty is None:
-            self._certainty = Certainty(self.board, self.settings, self.snake_id)
+            self._certainty = Certainty(self.board, self.settings, self.snake_id, self._weights)
         elif not self._is_current:
             self._certainty.look(self.board, self.settings, self.snake_id)
         self._is_current = True
@@ -77,8 +82,10 @@ class Mind:
         Its tree is its own, and more curious than this one's, so that both do not walk the same.
         """
         if self._helper is None:
-            self._helper = Mind(self.board, self.settings, self.snake_id, self._plant_curious)
-            self._helper._certainty = Certainty(self.board, self.settings, self.snake_id, self.certainty)
+            self._helper = Mind(self.board, self.settings, self.snake_id, self._plant_curious, self._weights)
+            self._helper._certainty = Certainty(
+                self.board, self.settings, self.snake_id, self._weights, self.certainty
+            )
             self._helper._is_current = True
         return self._helper
 
@@ -110,10 +117,13 @@ class Minds:
         most: Games remembered.
         ponders: Whether a thread thinks on about the game asked about last, while nobody asks.
         plant: Begins the trees.
+        weights: What positions are appraised by where they look for what is certain.
     """
 
-    def __init__(self, most: int = MINDS_KEPT, ponders: bool = False, plant: Plant = Tree) -> None:
-        self._most, self.ponders, self._plant = most, ponders, plant
+    def __init__(
+        self, most: int = MINDS_KEPT, ponders: bool = False, plant: Plant = Tree, weights: Weights = USUAL
+    ) -> None:
+        self._most, self.ponders, self._plant, self._weights = most, ponders, plant, weights
         self._kept: OrderedDict[Key, Mind] = OrderedDict()
         self._lock = threading.Condition()
         self._busy, self._pondered = 0, False
@@ -135,7 +145,7 @@ class Minds:
                 self._lock.wait()
             mind = self._kept.pop(key, None)
         if mind is None:
-            return Mind(board, settings, snake_id, self._plant)
+            return Mind(board, settings, snake_id, self._plant, self._weights)
         mind.go_on(board, settings)
         return mind
 

@@ -30,6 +30,7 @@ from racecraft.players.battlesnake.network_tree import Network, NetworkTree
 from racecraft.players.battlesnake.protocol import SnakePlayer, Weigher
 from racecraft.players.battlesnake.sight import best_safe_move, find_snake, safe_moves
 from racecraft.players.battlesnake.tree import Tree
+from racecraft.players.battlesnake.weights import USUAL, Weights
 from racecraft.players.battlesnake.worker_pool import WorkerPool
 
 SURE_AMONG = 2
@@ -58,6 +59,7 @@ class Search:
             in the same place, or grows a tree of its own whose visits count like the first one's.
         network: A policy with its critic, which is asked about the leaves of its trees; with one it always grows a
             tree, once it knows that nothing is certain.
+        weights: What positions are appraised by, where no network is asked.
     """
 
     def __init__(
@@ -68,12 +70,15 @@ class Search:
         ponders: bool = False,
         network: Network | None = None,
         cores: int = 1,
+        weights: Weights = USUAL,
     ) -> None:
         self.cores, self._helpers, self._is_free = cores, WorkerPool(), threading.Lock()
-        self.most_walks, self.guide, self.network = most_walks, guide, network
+        self.most_walks, self.guide, self.network, self.weights = most_walks, guide, network, weights
         self.sure_among = 0 if guide is not None or network is not None else sure_among
-        self._plant: Plant = Tree if network is None else partial(NetworkTree, network=network)
-        self.minds = Minds(ponders=ponders, plant=self._plant)
+        self._plant: Plant = (
+            partial(Tree, weights=weights) if network is None else partial(NetworkTree, network=network)
+        )
+        self.minds = Minds(ponders=ponders, plant=self._plant, weights=weights)
 
     def choose(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
         """Return the move that is surest, or was walked most, when the time is up."""
@@ -83,7 +88,7 @@ class Search:
         if len(mine) < 2:
             return mine[0] if mine else best_safe_move(board, settings, snake_id)
         if self.most_walks is not None:
-            return self._think(Mind(board, settings, snake_id, self._plant), mine, seconds, until)
+            return self._think(Mind(board, settings, snake_id, self._plant, self.weights), mine, seconds, until)
         mind, move = self.minds.recall(board, settings, snake_id), None
         try:
             move = self._think(mind, mine, seconds, until)
@@ -93,7 +98,7 @@ class Search:
 
     def warm_up(self, board: Board, settings: GameSettings, snake_id: str) -> None:
         """Have everything compiled that a game may come to need."""
-        mind = Mind(board, settings, snake_id, self._plant)
+        mind = Mind(board, settings, snake_id, self._plant, self.weights)
         mind.certainty.deepen(0.0)
         mind.grown_tree().keep_below(0)
         mind.go_on(board, settings)

@@ -18,6 +18,7 @@ from racecraft.players.battlesnake.foresight import DEEPEST, Position, board_at,
 from racecraft.players.battlesnake.kernels import position as at
 from racecraft.players.battlesnake.kernels.position import advance
 from racecraft.players.battlesnake.kernels.puct import FIRST_CHILD, NEXT_SIBLING, look_ahead, transplant
+from racecraft.players.battlesnake.weights import USUAL, Weights
 
 WALKS_AT_A_TIME = 128
 """Walks between two looks at the clock in a duel, one or two milliseconds; fewer where there is more to do."""
@@ -38,13 +39,15 @@ class Tree:
         board: The position.
         settings: What is played.
         snake_id: Whose move is asked for; alive.
+        weights: What positions are appraised by.
 
     Raises:
         BoardError: Living snakes overlap or lie off the board.
     """
 
-    def __init__(self, board: Board, settings: GameSettings, snake_id: str) -> None:
-        self.position: Position = position_of(board, settings)
+    def __init__(self, board: Board, settings: GameSettings, snake_id: str, weights: Weights = USUAL) -> None:
+        self._weights = weights
+        self.position: Position = position_of(board, settings, weights=weights)
         self._board = board
         self._me = [snake.id for snake in board.alive()].index(snake_id)
         num_snakes = self.position.rows.shape[1]
@@ -140,7 +143,7 @@ class Tree:
         if child <= 0:
             return False
         self.keep_below(child)
-        self.position, self._board = position_of(board, settings), board
+        self.position, self._board = position_of(board, settings, weights=self._weights), board
         return True
 
     def keep_below(self, node: int) -> None:
