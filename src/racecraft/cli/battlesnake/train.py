@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from racecraft.cli.battlesnake.options import JSON
+from racecraft.cli.buckets.training import MirrorAt
 from racecraft.cli.metrics_beside import MetricsPort, measured
 from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
@@ -44,6 +45,7 @@ def train(
     from_: From = None,
     resume: Resume = False,
     detach: Detach = False,
+    mirror: MirrorAt = None,
     metrics_port: MetricsPort = None,
     json: JSON = False,
 ) -> None:
@@ -57,6 +59,7 @@ def train(
 
         racecraft snakes train --run runs/snakes-1 --resume --stop minutes=20
     """
+    from racecraft.cli.buckets.training import fetch_run, mirrored, place_of_mirror
     from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.report import leave_report
@@ -69,20 +72,23 @@ def train(
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
-    stops, shown = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
-    watching = measured(shown, metrics_port, run.name if run is not None else "snakes", tell, detach)
-    if resume:
-        begun = refuse_changes(context, run, UNCHANGEABLE, "runs/snakes-1")
-        if detach:
-            return detach_training(context, run, None, json)
-        trained = resume_run(begun, stops, watching, tell, "battlesnake")
-    else:
+    begun = refuse_changes(context, run, UNCHANGEABLE, "runs/snakes-1") if resume else None
+    place, request = place_of_mirror(mirror, None, begun, tell), None
+    if begun is None:
         game = GameSettings(width or size, height or size, snakes, ruleset, map_)
-        request = SnakeRequest(game, **asked(algorithm, stop, run, seed, set_, from_))
-        if detach:
-            return detach_training(context, run, request, json)
-        trained = train_world(request, watching, tell)
-    summary, files = trained.summary(), leave_report(trained.run.path, tell)
+        source = None if from_ is None else fetch_run(from_, tell)
+        request = SnakeRequest(game, **asked(algorithm, stop, run, seed, set_, source))
+    shown = watcher(sys.stderr if json else sys.stdout)
+    watching = measured(shown, metrics_port, run.name if run is not None else "snakes", tell, detach)
+    if detach:
+        return detach_training(context, run, request, json)
+    with mirrored(watching, place, tell, begun) as mirroring:
+        if begun is not None:
+            trained = resume_run(begun, tuple(stop or ()), mirroring, tell, "battlesnake")
+        else:
+            assert request is not None
+            trained = train_world(request, mirroring, tell)
+        summary, files = trained.summary(), leave_report(trained.run.path, tell)
     if json:
         print_json({**summary, **files})
         return
