@@ -235,18 +235,16 @@ class Copy:
         return done.returncode in (0, 5), done.stdout
 
     def _near(self, path: Path) -> list[str]:
-        """Return the test files that import a module by its name, or bear it."""
+        """Return the module with its examples, and the test files that import it by its name, or bear it."""
         name = ".".join(path.with_suffix("").parts[1:]).removesuffix(".__init__")
         parent, _, last = name.rpartition(".")
         imports = re.compile(rf"{re.escape(name)}\b|from {re.escape(parent)} import [^\n]*\b{re.escape(last)}\b")
         mirrored = self._root / "tests" / path.parts[2]
         files = sorted(mirrored.rglob("test_*.py")) if mirrored.is_dir() else []
         named = f"test_{last}.py"
-        return [
-            str(one.relative_to(self._root))
-            for one in files
-            if one.name == named or imports.search(one.read_text(encoding="utf-8"))
-        ]
+        near = [one for one in files if one.name == named or imports.search(one.read_text(encoding="utf-8"))]
+        own = [self._root / path] if ">>> " in (self._root / path).read_text(encoding="utf-8") else []
+        return [str(one.relative_to(self._root)) for one in [*own, *near]]
 
     def _folder(self, path: Path) -> list[str]:
         """Return the folder of tests that mirrors a module's own, or the nearest above it."""

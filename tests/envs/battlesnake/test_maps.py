@@ -10,7 +10,7 @@ from tests.reference import DATA
 
 from racecraft.envs.battlesnake.board import Board, Snake
 from racecraft.envs.battlesnake.dice import LoadedDice, StreamDice
-from racecraft.envs.battlesnake.hazard_plans import expand_box, expand_scatter, spiral
+from racecraft.envs.battlesnake.hazard_plans import expand_box, expand_scatter, grow_box, spiral
 from racecraft.envs.battlesnake.maps import MAPS, MapState, after_turn, move_hazards, set_up
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.solo_maze import build_level, level_of
@@ -203,6 +203,12 @@ def test_solo_maze_grows_with_every_food_as_recorded():
             assert not board.hazards[board.food[0]]
             board.food = []
             after_turn(board, settings, state, dice)
+
+
+def test_a_growing_box_begins_at_least_two_squares_from_the_left_and_below_and_one_from_the_right_and_above():
+    settings = GameSettings(11, 19, 2)
+    for rolls, first in (([0, 0], (2, 2)), ([99, 99], (9, 17))):
+        assert grow_box(settings, LoadedDice(rolls)).changes[0] == (0, first, 1)
 
 
 class WatchedDice(StreamDice):
