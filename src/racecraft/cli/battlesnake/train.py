@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from racecraft.cli.battlesnake.options import JSON
+from racecraft.cli.buckets.training import MirrorAt
 from racecraft.cli.metrics_beside import MetricsPort, measured
 from racecraft.cli.options import DEFAULT, AlgorithmName, Cluster, Detach, From, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
@@ -49,6 +50,7 @@ def train(
     resume: Resume = False,
     detach: Detach = False,
     cluster: Cluster = None,
+    mirror: MirrorAt = None,
     metrics_port: MetricsPort = None,
     json: JSON = False,
 ) -> None:
@@ -64,6 +66,7 @@ def train(
 
         racecraft snakes train --run runs/snakes-1 --resume --stop minutes=20
     """
+    from racecraft.cli.buckets.training import fetch_run, mirrored, place_of_mirror
     from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.report import leave_report
@@ -78,21 +81,24 @@ def train(
         say(text, quiet_stdout=json)
 
     spread = spread_over(cluster)
-    stops, shown = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
-    watching = measured(shown, metrics_port, run.name if run is not None else "snakes", tell, detach)
-    if resume:
-        begun = refuse_changes(context, run, UNCHANGEABLE, "runs/snakes-1")
-        if detach:
-            return detach_training(context, run, None, json)
-        trained = resume_run(begun, stops, watching, tell, "battlesnake", spread)
-    else:
+    begun = refuse_changes(context, run, UNCHANGEABLE, "runs/snakes-1") if resume else None
+    place, request = place_of_mirror(mirror, None, begun, tell), None
+    if begun is None:
         game = GameSettings(width or size, height or size, snakes, ruleset, map_)
         foreign = [f"selfplay.foreign={','.join(anchors)}"] if anchors else []
-        request = SnakeRequest(game, **asked(algorithm, stop, run, seed, [*(set_ or ()), *foreign], from_))
-        if detach:
-            return detach_training(context, run, request, json)
-        trained = train_world(request, watching, tell, spread)
-    summary, files = trained.summary(), leave_report(trained.run.path, tell)
+        source = None if from_ is None else fetch_run(from_, tell)
+        request = SnakeRequest(game, **asked(algorithm, stop, run, seed, [*(set_ or ()), *foreign], source))
+    shown = watcher(sys.stderr if json else sys.stdout)
+    watching = measured(shown, metrics_port, run.name if run is not None else "snakes", tell, detach)
+    if detach:
+        return detach_training(context, run, request, json)
+    with mirrored(watching, place, tell, begun) as mirroring:
+        if begun is not None:
+            trained = resume_run(begun, tuple(stop or ()), mirroring, tell, "battlesnake", spread)
+        else:
+            assert request is not None
+            trained = train_world(request, mirroring, tell, spread)
+        summary, files = trained.summary(), leave_report(trained.run.path, tell)
     if json:
         print_json({**summary, **files})
         return
