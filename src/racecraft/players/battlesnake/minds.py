@@ -83,9 +83,7 @@ class Mind:
         """
         if self._helper is None:
             self._helper = Mind(self.board, self.settings, self.snake_id, self._plant_curious, self._weights)
-            self._helper._certainty = Certainty(
-                self.board, self.settings, self.snake_id, self._weights, self.certainty
-            )
+            self._helper._certainty = Certainty(self.board, self.settings, self.snake_id, self._weights, self.certainty)
             self._helper._is_current = True
         return self._helper
 
