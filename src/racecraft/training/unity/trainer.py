@@ -95,6 +95,7 @@ def opened(planned: UnityPlan, say: Say) -> Iterator[Experiment]:
             learner=lambda: _learner(planned, world, settled),
             world_lasts=False,
             same_shape=_require_same_heads,
+            stays="a Unity scene is a program of its own, begun and ended beside its training.",
         )  # fmt: skip
 
 
