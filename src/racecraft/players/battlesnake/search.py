@@ -194,7 +194,7 @@ class Search:
         deepest, effort = (NEAR_TURNS, NEAR_EFFORT)
         if self.network is not None and len(mind.board.alive()) <= SURE_AMONG:
             deepest, effort = DEEPEST - 1, SURE_EFFORT
-        found = []
+        found: list[str] = []
         for number, move in enumerate(mine):
             now = time.monotonic()
             mind.certainty.narrow([move])
