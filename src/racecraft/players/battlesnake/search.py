@@ -173,7 +173,8 @@ class Search:
                 yield other
             finally:
                 done.set()
-                beside.result()
+                if not beside.cancel():  # one that has not begun by now never will
+                    beside.result()
         finally:
             self._is_free.release()
 
