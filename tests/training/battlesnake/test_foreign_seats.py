@@ -105,9 +105,13 @@ def test_a_snake_that_never_answers_ends_the_training_with_its_name(server, monk
     world = world_against(server.url)
     buffers = allocate(world.spec)
     world.reset(buffers, 3)
-    with pytest.raises(PlayerError, match=f"{server.url} gave none of the last 5 moves"):
+
+    def play():
         for _ in range(40):
             world.step(buffers.action_mask.argmax(axis=2), buffers)
+
+    with pytest.raises(PlayerError, match=f"{server.url} gave none of the last 5 moves"):
+        play()
     world.close()
 
 

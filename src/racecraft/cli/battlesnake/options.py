@@ -39,7 +39,7 @@ def take_seats(who: list[str], names: list[str], seed: int, quiet: bool, memory_
 
     if len(names) > len(who):
         raise PlayerError(f"{len(names)} names for {len(who)} players; expected one --url for every --name.")
-    if any(one in ("area_control", "search") or one.startswith("search+") for one in who):
+    if any(one in ("area_control", "search") or one.startswith(("search+", "search:")) for one in who):
         say("Getting the players ready …", quiet_stdout=quiet)
     given = names + who[len(names) :]
     taken: list[Seat] = []

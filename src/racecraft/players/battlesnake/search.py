@@ -178,7 +178,8 @@ class Search:
                 yield other
             finally:
                 done.set()
-                beside.result()
+                if not beside.cancel():  # one that has not begun by now never will
+                    beside.result()
         finally:
             self._is_free.release()
 
@@ -199,7 +200,7 @@ class Search:
         deepest, effort = (NEAR_TURNS, NEAR_EFFORT)
         if self.network is not None and len(mind.board.alive()) <= SURE_AMONG:
             deepest, effort = DEEPEST - 1, SURE_EFFORT
-        found = []
+        found: list[str] = []
         for number, move in enumerate(mine):
             now = time.monotonic()
             mind.certainty.narrow([move])
