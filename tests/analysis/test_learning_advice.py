@@ -125,7 +125,7 @@ def told(ticks, words):
 def test_a_corner_that_takes_half_of_the_exits(tmp_path):
     same = [makers.episode(k, 0.3, ticks=20) for k in range(24)]
     spread = [makers.episode(k, 0.1 + 0.85 * k / 24, ticks=20) for k in range(24)]
-    (found,) = told(ticks_of(tmp_path / "a", same), "Pay for the right line or less speed there")
+    (found,) = told(ticks_of(tmp_path / "a", same), "Pay for the right line or less speed in")
     assert "takes" in found.found
     evenly = ticks_of(tmp_path / "b", spread)
     assert not told(evenly.filter(pl.col("status") != "off_track"), "Pay for the right line")

@@ -137,7 +137,7 @@ def _exits(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
         yield Advice(
             f"Segment {worst['name']} takes {worst['exits']} of {table['exits'].sum()} exits of the last two fifths; "
             f"{100 * worst['passed_share']:.0f} % get through it, at {worst['speed_mps']:.2f} m/s where they leave.",
-            "Pay for the right line or less speed there, and start more episodes before it.",
+            f"Pay for the right line or less speed in {worst['name']}, and start more episodes before it.",
             lambda: exit_points(ticks, track),
             "racecraft why RUN",
         )
@@ -166,7 +166,7 @@ def _sectors(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
     yield Advice(
         f"Full laps lose {lost:.2f} s to the best sectors put together, {worst['lost_seconds']:.2f} s of it in "
         f"{worst['name']}.",
-        "That segment has the most time to win.",
+        f"Look at {worst['name']} first: it has the most time to win.",
         lambda: sector_losses(ticks, track),
         "racecraft evaluate RUN --laps 5 --video laps.mp4",
     )
