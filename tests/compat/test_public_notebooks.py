@@ -47,7 +47,7 @@ def run(tmp_path_factory):
         return Path(RUN).expanduser().resolve()
     folder = tmp_path_factory.mktemp("trained") / "run"
     commands = (
-        ["train", "--stop", "iterations=14", "--run", folder, "--quiet"], ["evaluate", folder, "--number-of-trials", 3],
+        ["train", "--stop", "iterations=14", "--run", folder], ["evaluate", folder, "--number-of-trials", 3],
     )  # fmt: skip
     for command in commands:
         words = [sys.executable, "-m", "racecraft", *map(str, command)]

@@ -9,13 +9,28 @@ import typer
 
 from racecraft.analysis import learning_advice
 from racecraft.analysis.deepracer.logs import advice
+from racecraft.analysis.learner import Learner
 from racecraft.cli.app import app
 from racecraft.reporting.account import as_asked
 from racecraft.settings.overrides import apply_overrides
 from racecraft.training.deepracer.presets import default_settings
 
+LEARNER = Learner("ppo", {"ppo": {"learning_rate": 5e-4, "entropy_weight": 0.01}, "rollout": {"horizon": 64}})
+OPTIONS = {
+    "{learner.smaller_steps()}": LEARNER.smaller_steps(), "{more}": LEARNER.more_exploration(),
+    "{learner.more_experience()}": LEARNER.more_experience(),
+}  # fmt: skip
+"""What stands in advice's commands for an option of the run's own algorithm."""
+
+
+def with_options(command):
+    for name, option in OPTIONS.items():
+        command = command.replace(name, option)
+    return command
+
+
 COMMANDS = sorted({
-    found for module in (learning_advice, advice)
+    with_options(found) for module in (learning_advice, advice)
     for found in re.findall(r'"(racecraft [^"]+)"', inspect.getsource(module))
 })  # fmt: skip
 GAME = {"width": 7, "height": 7, "players": 2, "ruleset": "wrapped", "map": "standard"}
@@ -37,6 +52,8 @@ def parsed(command):
 
 def test_there_are_commands():
     assert len(COMMANDS) >= 8
+    assert any("--set ppo.learning_rate=0.00025" in command for command in COMMANDS)
+    assert all(OPTIONS.values())
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -53,6 +70,9 @@ def test_a_command_is_of_the_run_s_own_kind(kind):
     anew = as_asked("racecraft train --from RUN:best --set ppo.learning_rate=1e-4", job)
     assert anew == f"{begins} --from RUN:best --set ppo.learning_rate=1e-4"
     assert parsed(anew)["from_"] == "RUN:best"
+    other = as_asked("racecraft train --from RUN:best --set dqn.learning_rate=1e-4", {**job, "algorithm": "dqn"})
+    assert other == f"{begins} --algorithm dqn --from RUN:best --set dqn.learning_rate=1e-4"
+    assert parsed(other)["algorithm"] == "dqn"
     goes_on = as_asked("racecraft train --run RUN --resume --stop minutes=10", job)
     assert (
         goes_on == f"{' '.join(begins.split()[: 2 if kind == 'deepracer' else 3])} --run RUN --resume --stop minutes=10"

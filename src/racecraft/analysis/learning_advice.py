@@ -14,6 +14,7 @@ from racecraft.analysis import figures
 from racecraft.analysis.deepracer.logs.advice import Advice
 from racecraft.analysis.deepracer.logs.plot import Plot
 from racecraft.analysis.figures import Curve, MetricRows, Panel
+from racecraft.analysis.learner import Learner
 from racecraft.contract.world import Array
 
 FEWEST = 10
@@ -28,23 +29,30 @@ BLIND, FAR = 0.2, 0.05
 """Explained variance below which a critic is blind; change of the policy, in nats, above which a step is far."""
 
 
-def learning_advice(metrics: MetricRows, top_score: float | None = None) -> list[Advice]:
+def learning_advice(metrics: MetricRows, learner: Learner, top_score: float | None = None) -> list[Advice]:
     """Return what a training's metrics suggest, the weightiest first.
 
     Args:
         metrics: Lines of metrics.jsonl.
+        learner: Which algorithm learned, and how it was set.
         top_score: The best score there can be, such as 100 per cent of a lap; None: unknown.
     """
     if len(metrics) < FEWEST:
         return []
-    return [*_entropy(metrics, top_score), *_forgetting(metrics), *_steps(metrics), *_critic(metrics, top_score)]
+    return [
+        *_entropy(metrics, learner, top_score),
+        *_forgetting(metrics, learner),
+        *_steps(metrics, learner),
+        *_critic(metrics, learner, top_score),
+    ]
 
 
-def _entropy(metrics: MetricRows, top_score: float | None) -> Iterator[Advice]:
+def _entropy(metrics: MetricRows, learner: Learner, top_score: float | None) -> Iterator[Advice]:
     entropy, score = column(metrics, "entropy"), column(metrics, "evaluation_score")
     there = np.isfinite(entropy)
-    if there.sum() < FEWEST or np.nanmin(entropy) < 0.0:
-        return  # the entropy of numbers has no nought to come to
+    more = learner.more_exploration()
+    if not more or there.sum() < FEWEST or np.nanmin(entropy) < 0.0:
+        return  # it does not weigh the entropy, or it decides numbers, whose entropy has no nought to come to
     start = float(np.nanmean(entropy[there][:3]))
     gone = np.flatnonzero(there & (entropy < GONE * start))
     if not len(gone) or gone[0] > SOON * len(metrics):
@@ -58,11 +66,11 @@ def _entropy(metrics: MetricRows, top_score: float | None) -> Iterator[Advice]:
         "trying other actions early.",
         "Exploration ended too soon: ask for more entropy, or a smaller learning rate, and begin anew.",
         _panel(metrics, Panel("entropy of the policy (nat)", (Curve("entropy", "entropy", figures.GREEN),), 0.0)),
-        "racecraft train --set ppo.entropy_weight=0.03",
+        f"racecraft train{more}",
     )
 
 
-def _forgetting(metrics: MetricRows) -> Iterator[Advice]:
+def _forgetting(metrics: MetricRows, learner: Learner) -> Iterator[Advice]:
     score = column(metrics, "evaluation_score")
     told = np.flatnonzero(np.isfinite(score))
     if len(told) < 4:
@@ -74,11 +82,11 @@ def _forgetting(metrics: MetricRows) -> Iterator[Advice]:
             "average.",
             "It forgot what it could do: go on from the best checkpoint, with a smaller learning rate.",
             _panel(metrics, Panel("score", figures.LEARNING.curves)),
-            "racecraft train --from RUN:best --set ppo.learning_rate=1e-4",
+            f"racecraft train --from RUN:best{learner.smaller_steps()}",
         )
 
 
-def _steps(metrics: MetricRows) -> Iterator[Advice]:
+def _steps(metrics: MetricRows, learner: Learner) -> Iterator[Advice]:
     change = _last_third(metrics, "approx_kl")
     if len(change) >= 3 and float(np.median(change)) > FAR:
         yield Advice(
@@ -86,11 +94,11 @@ def _steps(metrics: MetricRows) -> Iterator[Advice]:
             f"up to {FAR:g} is usual.",
             "Updates go too far: take a smaller learning rate or fewer epochs.",
             _panel(metrics, Panel("change of the policy (KL, nat)", (Curve("approx_kl", "KL", figures.GREEN),), 0.0)),
-            "racecraft train --set ppo.learning_rate=1e-4",
+            f"racecraft train{learner.smaller_steps()}",
         )
 
 
-def _critic(metrics: MetricRows, top_score: float | None) -> Iterator[Advice]:
+def _critic(metrics: MetricRows, learner: Learner, top_score: float | None) -> Iterator[Advice]:
     explained = _last_third(metrics, "explained_variance")
     if _is_solved(metrics, top_score):
         return  # episodes that all go well hardly vary, and what does not vary cannot be explained
@@ -100,7 +108,7 @@ def _critic(metrics: MetricRows, top_score: float | None) -> Iterator[Advice]:
             "The critic learns nothing: the reward jumps or is too large. Keep it between 0 and about 5 a step, and "
             "give an update more steps.",
             _panel(metrics, Panel("explained variance", (Curve("explained_variance", "explained", figures.GREEN),))),
-            "racecraft train --set rollout.horizon=256",
+            f"racecraft train{learner.more_experience()}",
         )
 
 

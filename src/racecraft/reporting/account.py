@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from racecraft.analysis.deepracer.logs import own_plots, track_or_none
 from racecraft.analysis.deepracer.logs.advice import Advice, advice
 from racecraft.analysis.deepracer.logs.plot import Plot
+from racecraft.analysis.learner import learner_of_job
 from racecraft.analysis.learning_advice import learning_advice
 from racecraft.formats.run_folder import RunFolder
 from racecraft.logs import read
@@ -25,6 +26,8 @@ KIND = "deepracer"
 TRAIN = "racecraft train"
 VERBS = {"gymnasium": "racecraft gym train", "battlesnake": "racecraft snakes train", "unity": "racecraft unity train"}
 """How a training of each kind is typed; a car's is TRAIN."""
+USUAL = "ppo"
+"""The algorithm of a training that asks for none."""
 WHOLE_LAP = 100.0
 """The best score of a car, per cent of a lap."""
 MOST_TICKS = 500_000
@@ -35,15 +38,16 @@ def advice_of(run: RunFolder) -> list[Advice]:
     """Return what a run suggests, the learner's side first; nothing where there is too little to go by."""
     job = run.read_job()
     is_car = job.get("kind") == KIND
-    found = learning_advice(run.read_metrics(), WHOLE_LAP if is_car else None)
+    learner = learner_of_job(job)
+    found = learning_advice(run.read_metrics(), learner, WHOLE_LAP if is_car else None)
     told = _log_of(run) if is_car else None
     if told is not None:
-        found += advice(*told)
+        found += advice(*told, learner)
     return [replace(one, command=as_asked(one.command, job)) for one in found]
 
 
 def as_asked(command: str, job: Mapping[str, Any]) -> str:
-    """Return a command as this run's training is typed: its world's verb, and what it was asked to train on.
+    """Return a command as this run's training is typed: its world's verb, what it was asked to train on, and by what.
 
     >>> as_asked("racecraft train --from RUN:best", {"kind": "gymnasium", "asked": {"environment": "CartPole-v1"}})
     'racecraft gym train CartPole-v1 --from RUN:best'
@@ -54,7 +58,13 @@ def as_asked(command: str, job: Mapping[str, Any]) -> str:
     rest = command.removeprefix(TRAIN).removeprefix(" my-car")
     if "--run RUN" in rest:
         return f"{verb}{rest}"  # who goes on is asked nothing anew
-    return " ".join([verb, *_subject(str(job.get("kind")), asked)]) + rest
+    return " ".join([verb, *_subject(str(job.get("kind")), asked), *_algorithm(job)]) + rest
+
+
+def _algorithm(job: Mapping[str, Any]) -> list[str]:
+    """Return the words that ask for the run's algorithm; none where it is the usual one."""
+    name = str(job.get("algorithm", USUAL))
+    return [] if name == USUAL else ["--algorithm", shlex.quote(name)]
 
 
 def _subject(kind: str, asked: Mapping[str, Any]) -> list[str]:

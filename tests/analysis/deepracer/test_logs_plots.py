@@ -40,6 +40,17 @@ def test_one_row_an_episode(laps):
     assert table["distance_m"][0] == pytest.approx(load_track("reinvent_base").length, rel=0.02)
 
 
+def test_what_a_reset_moves_the_car_is_not_driven(tmp_path):
+    columns = makers.episode(0, 0.5, ticks=100)
+    there = analysis.simulation_agg(logs_of(tmp_path / "a", columns))["distance_m"][0]
+    for name in ("X", "Y"):
+        columns[name][60:] = columns[name][20:60]  # off the road at tick 60, and set back by 40 ticks
+    jump = np.hypot(columns["X"][60] - columns["X"][59], columns["Y"][60] - columns["Y"][59])
+    assert jump > 2.0
+    told = analysis.simulation_agg(logs_of(tmp_path / "b", columns))["distance_m"][0]
+    assert told == pytest.approx(there * 98 / 99, rel=0.02)
+
+
 def test_the_stability_of_steps_that_take_a_fifteenth_of_a_second(laps):
     row = analysis.stability(laps).data.row(0, named=True)
     assert (row["mean_ms"], row["max_ms"], row["steps"]) == (pytest.approx(1000 / 15), pytest.approx(1000 / 15), 127)
@@ -256,12 +267,16 @@ def test_episodes_agree_with_deepracer_utils():
     table = utils.AnalysisUtils.simulation_agg(theirs.df, secondgroup="unique_episode").sort_values("unique_episode")
     ours = analysis.simulation_agg(read(TRACES / "drfc-1-worker").training)
     for name, column, factor in (
-        ("steps", "steps", 1), ("progress", "progress_share", 100), ("time", "seconds", 1), ("dist", "distance_m", 1),
+        ("steps", "steps", 1), ("progress", "progress_share", 100), ("time", "seconds", 1),
         ("speed", "speed_mps", 1), ("reward", "reward", 1), ("start_at", "start_at", 1), ("complete", "complete", 1),
         ("time_if_complete", "seconds_if_complete", 1), ("reward_if_complete", "reward_if_complete", 1),
     ):  # fmt: skip
         mine = ours[column].cast(pl.Float64).to_numpy() * factor
         assert mine == pytest.approx(table[name].astype(float).to_numpy(), rel=1e-9), name
+    theirs_m, ours_m = table["dist"].astype(float).to_numpy(), ours["distance_m"].to_numpy()
+    same = np.isclose(ours_m, theirs_m, rtol=1e-9)
+    assert (same.sum(), len(same)) == (536, 540)
+    assert (theirs_m[~same] - ours_m[~same] > 0.9).all()  # theirs counts how far the car was set down elsewhere
 
 
 def test_stability_agrees_with_deepracer_utils():

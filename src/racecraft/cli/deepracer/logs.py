@@ -92,6 +92,7 @@ def _facts(found: Logs, ticks: pl.DataFrame, circuit: Track | None) -> dict[str,
     import polars as pl
 
     from racecraft.analysis.deepracer.logs.advice import advice
+    from racecraft.analysis.learner import learner_of_log
 
     facts: dict[str, Any] = {
         "files": len(found.files),
@@ -107,7 +108,9 @@ def _facts(found: Logs, ticks: pl.DataFrame, circuit: Track | None) -> dict[str,
     facts["phases"] = _phases(ticks)
     training = ticks.filter(pl.col("phase") == "training")
     if training.height:
-        facts["advice"] = [{"found": one.found, "try": one.try_} for one in advice(training, circuit)]
+        facts["advice"] = [
+            {"found": one.found, "try": one.try_} for one in advice(training, circuit, learner_of_log(found.about))
+        ]
     return facts
 
 

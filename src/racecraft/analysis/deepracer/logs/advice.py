@@ -18,6 +18,7 @@ from racecraft.analysis.deepracer.logs.progress import training_progress
 from racecraft.analysis.deepracer.logs.scatter import scatter_of_laps
 from racecraft.analysis.deepracer.logs.step_times import stability
 from racecraft.analysis.deepracer.logs.straights import straights_and_curves
+from racecraft.analysis.learner import Learner
 from racecraft.tracks.track import Track
 
 if TYPE_CHECKING:
@@ -41,12 +42,18 @@ class Advice:
     """What to type next; RUN stands for the run or log."""
 
 
-def advice(ticks: pl.DataFrame, track: Track | None) -> list[Advice]:
-    """Return what a training's ticks suggest, the weightiest first; nothing where there are too few episodes."""
+def advice(ticks: pl.DataFrame, track: Track | None, learner: Learner | None = None) -> list[Advice]:
+    """Return what a training's ticks suggest, the weightiest first; nothing where there are too few episodes.
+
+    Args:
+        ticks: A training's.
+        track: The circuit; None: unknown, and nothing is said of places.
+        learner: Which algorithm learned, and how it was set; None: unknown, and no setting of it is named.
+    """
     episodes = simulation_agg(ticks)
     if episodes.height < FEWEST_EPISODES:
         return []
-    found = [*_timing(ticks), *_learning(ticks, episodes), *_reward(ticks, episodes)]
+    found = [*_timing(ticks), *_learning(ticks, episodes, learner or Learner()), *_reward(ticks, episodes)]
     if track is not None:
         last = ticks.filter(ticks["unique_episode"].is_in(_last_fifths(episodes).implode()))
         found += [*_quietly(_exits, last, track), *_quietly(_speed, last, track), *_quietly(_sectors, ticks, track)]
@@ -79,7 +86,7 @@ def _timing(ticks: pl.DataFrame) -> Iterator[Advice]:
         )
 
 
-def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame) -> Iterator[Advice]:
+def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame, learner: Learner) -> Iterator[Advice]:
     import polars as pl
 
     fifths = episodes.group_by("quintile").agg(pl.col("progress_share").mean(), pl.col("complete").mean())
@@ -92,7 +99,7 @@ def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame) -> Iterator[Advice]:
         command = "racecraft train --run RUN --resume --stop minutes=10"
     elif now < before - 0.03:
         try_ = "It has got worse: go on from the best checkpoint, with a smaller learning rate."
-        command = "racecraft train --from RUN:best --set ppo.learning_rate=1e-4"
+        command = f"racecraft train --from RUN:best{learner.smaller_steps()}"
     elif full < 0.5:
         try_ = "It stands still below full laps: change the reward or the actions where it leaves the road."
         command = "racecraft why RUN"
@@ -130,7 +137,7 @@ def _exits(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
         yield Advice(
             f"Segment {worst['name']} takes {worst['exits']} of {table['exits'].sum()} exits of the last two fifths; "
             f"{100 * worst['passed_share']:.0f} % get through it, at {worst['speed_mps']:.2f} m/s where they leave.",
-            "Pay for the right line or less speed there, and start more episodes before it.",
+            f"Pay for the right line or less speed in {worst['name']}, and start more episodes before it.",
             lambda: exit_points(ticks, track),
             "racecraft why RUN",
         )
@@ -159,7 +166,7 @@ def _sectors(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
     yield Advice(
         f"Full laps lose {lost:.2f} s to the best sectors put together, {worst['lost_seconds']:.2f} s of it in "
         f"{worst['name']}.",
-        "That segment has the most time to win.",
+        f"Look at {worst['name']} first: it has the most time to win.",
         lambda: sector_losses(ticks, track),
         "racecraft evaluate RUN --laps 5 --video laps.mp4",
     )

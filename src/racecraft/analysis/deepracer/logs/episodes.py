@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from racecraft.analysis.deepracer.logs.plot import require
+from racecraft.analysis.deepracer.logs.plot import require, was_set_down
 
 if TYPE_CHECKING:
     import polars as pl
@@ -19,10 +19,11 @@ def simulation_agg(ticks: pl.DataFrame | pl.LazyFrame) -> pl.DataFrame:
 
     Columns: where it comes from (round, phase, stream, worker, iteration, episode, unique_episode); `steps`;
     `start_at` and `end_at` (waypoints as recorded); `progress_share`; `seconds` (simulated; a lap that goes on from the
-    one before is timed from that one's end); `distance_m`; `speed_mps` (mean commanded); `reward` and
-    `reward_per_step`; `seconds_if_complete` and `reward_if_complete` (scaled to a whole lap; null without progress);
-    `complete`; `status` (how it ended); `off_track` and `crashed` (how often); `x_m`, `y_m` (where it ended);
-    `quintile` (fifth of the episodes of its phase, "1st" to "5th").
+    one before is timed from that one's end); `distance_m` (driven, without steps by which the car was set down
+    elsewhere); `speed_mps` (mean commanded); `reward` and `reward_per_step`; `seconds_if_complete` and
+    `reward_if_complete` (scaled to a whole lap; null without progress); `complete`; `status` (how it ended);
+    `off_track` and `crashed` (how often); `x_m`, `y_m` (where it ended); `quintile` (fifth of the episodes of its
+    phase, "1st" to "5th").
 
     Raises:
         PlotError: There are no ticks, or columns are missing.
@@ -36,11 +37,11 @@ def simulation_agg(ticks: pl.DataFrame | pl.LazyFrame) -> pl.DataFrame:
     begun = pl.col("unique_episode") != pl.col("unique_episode").shift()
     fresh = fresh | (begun & (pl.col("phase") == "training")).fill_null(True)
     steps = pl.when(fresh).then(0.0)
+    metres = ((pl.col("x_m") - pl.col("x_m").shift()) ** 2 + (pl.col("y_m") - pl.col("y_m").shift()) ** 2).sqrt()
     moved = frame.select(
         *ORIGIN, "tick", "x_m", "y_m", "speed_mps", "reward", "progress_share", "status", "closest_waypoint",
         steps.otherwise(pl.col("time_s") - pl.col("time_s").shift()).alias("_seconds"),
-        steps.otherwise(((pl.col("x_m") - pl.col("x_m").shift()) ** 2
-                         + (pl.col("y_m") - pl.col("y_m").shift()) ** 2).sqrt()).alias("_metres"),
+        pl.when(fresh | was_set_down(metres)).then(0.0).otherwise(metres).alias("_metres"),
     )  # fmt: skip
     table = moved.group_by("unique_episode", maintain_order=True).agg(
         *(pl.col(name).first() for name in ORIGIN if name != "unique_episode"),

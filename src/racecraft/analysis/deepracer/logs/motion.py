@@ -16,8 +16,6 @@ from racecraft.analysis.deepracer.logs.episodes import simulation_agg
 from racecraft.analysis.deepracer.logs.plot import (
     BLUE,
     ORANGE,
-    SET_BACK,
-    SET_BACK_M,
     Plot,
     colour_bar,
     few,
@@ -26,6 +24,7 @@ from racecraft.analysis.deepracer.logs.plot import (
     require,
     sheet,
     values,
+    was_set_down,
 )  # fmt: skip
 from racecraft.tracks.track import Track
 
@@ -51,8 +50,7 @@ def with_motion(ticks: pl.DataFrame | pl.LazyFrame) -> pl.DataFrame:
     dx, dy, dt = (pl.col(name) - pl.col(name).shift() for name in ("x_m", "y_m", "time_s"))
     step = pl.when(same).then((dx**2 + dy**2).sqrt())
     frame = frame.with_columns(step.alias("_step"), pl.arctan2(dy, dx).alias("_course"))
-    usual = pl.col("_step").median().over("unique_episode")
-    driven = (dt > 0) & (pl.col("_step") <= pl.max_horizontal(usual * SET_BACK, pl.lit(SET_BACK_M)))
+    driven = (dt > 0) & ~was_set_down(pl.col("_step"))
     frame = frame.with_columns(pl.when(driven).then(pl.col("_step") / dt).alias("driven_mps"))
     turn = pl.col("_course") - (pl.col("yaw_rad") + pl.col("yaw_rad").shift()) / 2
     between = (pl.col("yaw_rad") - pl.col("yaw_rad").shift()).abs() > math.pi  # the mean of 179° and -179° is no angle

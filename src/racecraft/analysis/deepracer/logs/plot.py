@@ -38,6 +38,14 @@ class PlotError(UserInputError):
     """A plot or table cannot be made of these ticks."""
 
 
+def was_set_down(step_m: pl.Expr) -> pl.Expr:
+    """Tell in which ticks a car was not driven but set down elsewhere (see SET_BACK), by its steps in metres."""
+    import polars as pl
+
+    usual = step_m.median().over("unique_episode")
+    return (step_m > pl.max_horizontal(usual * SET_BACK, pl.lit(SET_BACK_M))).fill_null(False)
+
+
 @dataclass(frozen=True, eq=False)
 class Plot:
     """Data and their figure.
