@@ -9,6 +9,7 @@ import typer
 
 from racecraft.cli.battlesnake import arena as snakes_arena
 from racecraft.cli.battlesnake import play as snakes_play
+from racecraft.cli.battlesnake import reproduce as snakes_reproduce
 from racecraft.cli.battlesnake import serve as snakes_serve
 from racecraft.cli.battlesnake import study as snakes_study
 from racecraft.cli.battlesnake import tournament as snakes_tournament
@@ -41,6 +42,7 @@ app.command()(snakes_play.play)
 app.command()(snakes_tournament.tournament)
 app.add_typer(snakes_arena.app, name="arena")
 app.command()(snakes_train.train)
+app.command()(snakes_reproduce.reproduce)
 app.command()(snakes_serve.serve)
 app.command()(snakes_watch.watch)
 app.command()(snakes_watch.film)

@@ -63,14 +63,26 @@ class Certainty:
         settings: What is played.
         snake_id: Whose move is asked for; alive.
         weights: What positions are appraised by.
+        beside: Another of the same snake and game, which may think in another thread: both remember in one place.
 
     Raises:
         BoardError: Living snakes overlap or lie off the board.
     """
 
-    def __init__(self, board: Board, settings: GameSettings, snake_id: str, weights: Weights = USUAL) -> None:
+    def __init__(
+        self,
+        board: Board,
+        settings: GameSettings,
+        snake_id: str,
+        weights: Weights = USUAL,
+        beside: Certainty | None = None,
+    ) -> None:
         self._weights = weights
         self._keys, self._table = np.zeros(REMEMBERED, np.uint64), np.zeros((REMEMBERED, 4), np.int32)
+        if beside is not None:
+            self._keys, self._table = beside._keys, beside._table
+        self._ahead = int(beside is not None)
+        """Turns that its looks begin deeper, so that two do not look at the same."""
         self._state = np.zeros(ab.NUM_STATE, np.int64)
         self.look(board, settings, snake_id)
 
@@ -110,8 +122,9 @@ class Certainty:
         state, found = self._state, self.found
         if state[ab.TOP] < 0:
             first = MOVES.index(found.move) if found.move else -1
+            deeper = 1 if found.depth else 1 + self._ahead
             ab.begin(
-                found.depth + 1, first, self._only, state, self._stack, self._seats, self._history,
+                found.depth + deeper, first, self._only, state, self._stack, self._seats, self._history,
                 *self.position[:4], self.position.rules,
             )  # fmt: skip
         while state[ab.TOP] >= 0:
@@ -126,7 +139,7 @@ class Certainty:
             )  # fmt: skip
             turns, leaves = state[[ab.TURNS, ab.LEAVES]] - before
             found.turns, found.leaves = found.turns + int(turns), found.leaves + int(leaves)
-        found.depth += 1
+        found.depth = int(state[ab.DEPTH])
         found.move, found.value = MOVES[int(self._stack[0, ab.BEST_WAY])], int(self._stack[0, ab.BEST])
         found.by_depth.append((found.move, found.value))
         return True

@@ -1,4 +1,4 @@
-"""Finds a snake player by what the user wrote: a name, a FILE.py, a RUN, or `search+` one of them."""
+"""Finds a snake player by what the user wrote: a name, a FILE.py, a RUN, `search:` a RUN, or `search+` one of them."""
 
 from __future__ import annotations
 
@@ -34,6 +34,8 @@ def find_player(name: str, seed: int = 0, memory_mb: int = MEMORY_MB) -> SnakePl
 
     RUN is the folder of a training by itself (its best checkpoint) or with `:best`, `:last` or `:N` behind it. Search
     on top of a trained snake weighs every move as its policy does; on top of others it looks at their move first.
+    `search:RUN` asks the trained snake about every position that it comes to: its policy where to look, its critic what
+    it is worth.
 
     `search:FILE.json` is search by the weights that `snakes tune` found.
 
@@ -56,6 +58,11 @@ def find_player(name: str, seed: int = 0, memory_mb: int = MEMORY_MB) -> SnakePl
         from racecraft.players.battlesnake.search import Search
 
         return Search(weights=read_weights(name.removeprefix(WEIGHED)))
+    if name.startswith("search:") and not Path(name).is_file():
+        from racecraft.players.battlesnake.search import Search
+        from racecraft.players.battlesnake.trained import load_network
+
+        return Search(network=load_network(name.removeprefix("search:")))
     if name.endswith(".py") or Path(name).is_file():
         return load_file_player(name, memory_mb)
     if name not in PLAYERS and _may_be_run(name):

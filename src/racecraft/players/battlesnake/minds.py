@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import OrderedDict
+from collections.abc import Callable
 
 from racecraft.envs.battlesnake.board import Board, BoardError, Snake
 from racecraft.envs.battlesnake.settings import GameSettings
@@ -21,8 +22,12 @@ MINDS_KEPT = 64
 PONDER_SECONDS = 2.0
 """How long a mind is pondered on at most, if nobody asks: then the game is over, or the other will not answer."""
 PONDER_CHUNK_SECONDS = 0.004
+HELPERS_CURIOSITY = 1.5
+"""How much more curious the tree of a second core is."""
 
 Key = tuple[object, ...]
+Plant = Callable[[Board, GameSettings, str], Tree]
+"""Begins a tree of a position, for the snake whose move is asked for."""
 
 
 class Mind:
@@ -32,21 +37,27 @@ class Mind:
         board: The position.
         settings: What is played.
         snake_id: Whose mind it is; alive.
-        weights: What positions are appraised by.
+        plant: Begins its tree.
+        weights: What positions are appraised by where it looks for what is certain.
     """
 
-    def __init__(self, board: Board, settings: GameSettings, snake_id: str, weights: Weights = USUAL) -> None:
-        self._weights = weights
+    def __init__(
+        self, board: Board, settings: GameSettings, snake_id: str, plant: Plant = Tree, weights: Weights = USUAL
+    ) -> None:
         self.board, self.settings, self.snake_id = board, settings, snake_id
+        self._plant, self._weights = plant, weights
         self._certainty: Certainty | None = None
         self._is_current = False
         self.tree: Tree | None = None
+        self._helper: Mind | None = None
 
     def go_on(self, board: Board, settings: GameSettings) -> None:
         """Turn to the game's next position; keep what is still true there."""
         if self.tree is not None and not self.tree.follow(board, settings):
             self.tree = None
         self.board, self.settings, self._is_current = board, settings, False
+        if self._helper is not None:
+            self._helper.go_on(board, settings)
 
     @property
     def certainty(self) -> Certainty:
@@ -61,8 +72,25 @@ class Mind:
     def grown_tree(self) -> Tree:
         """Return the tree, begun if there is none."""
         if self.tree is None:
-            self.tree = Tree(self.board, self.settings, self.snake_id, self._weights)
+            self.tree = self._plant(self.board, self.settings, self.snake_id)
         return self.tree
+
+    @property
+    def helper(self) -> Mind:
+        """A mind about the same position for another thread, which remembers proofs in the same place.
+
+        Its tree is its own, and more curious than this one's, so that both do not walk the same.
+        """
+        if self._helper is None:
+            self._helper = Mind(self.board, self.settings, self.snake_id, self._plant_curious, self._weights)
+            self._helper._certainty = Certainty(self.board, self.settings, self.snake_id, self._weights, self.certainty)
+            self._helper._is_current = True
+        return self._helper
+
+    def _plant_curious(self, board: Board, settings: GameSettings, snake_id: str) -> Tree:
+        tree = self._plant(board, settings, snake_id)
+        tree.eagerness *= HELPERS_CURIOSITY
+        return tree
 
     def settle_on(self, move: str) -> None:
         """Look, from now on, only at what may follow the move that was chosen."""
@@ -86,12 +114,14 @@ class Minds:
     Args:
         most: Games remembered.
         ponders: Whether a thread thinks on about the game asked about last, while nobody asks.
-        weights: What positions are appraised by.
+        plant: Begins the trees.
+        weights: What positions are appraised by where they look for what is certain.
     """
 
-    def __init__(self, most: int = MINDS_KEPT, ponders: bool = False, weights: Weights = USUAL) -> None:
-        self._weights = weights
-        self._most, self.ponders = most, ponders
+    def __init__(
+        self, most: int = MINDS_KEPT, ponders: bool = False, plant: Plant = Tree, weights: Weights = USUAL
+    ) -> None:
+        self._most, self.ponders, self._plant, self._weights = most, ponders, plant, weights
         self._kept: OrderedDict[Key, Mind] = OrderedDict()
         self._lock = threading.Condition()
         self._busy, self._pondered = 0, False
@@ -113,7 +143,7 @@ class Minds:
                 self._lock.wait()
             mind = self._kept.pop(key, None)
         if mind is None:
-            return Mind(board, settings, snake_id, self._weights)
+            return Mind(board, settings, snake_id, self._plant, self._weights)
         mind.go_on(board, settings)
         return mind
 

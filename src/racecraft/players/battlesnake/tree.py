@@ -55,7 +55,8 @@ class Tree:
         self._ways = np.zeros((DEEPEST, num_snakes), np.int64)
         self._path = np.zeros(DEEPEST, np.int32)
         self._size = np.zeros(1, np.int64)
-        self._nodes = _nodes(FIRST_NODES, num_snakes)
+        self.eagerness = EAGERNESS
+        self._nodes = empty_nodes(FIRST_NODES, num_snakes)
         self.walk(0)
 
     @property
@@ -70,14 +71,19 @@ class Tree:
 
     def walk(self, walks: int) -> None:
         """Add walks."""
+        self.make_room(walks)
+        look_ahead(
+            walks, self._me, self.eagerness, *self.position, *self._room, self._ways, self._path, *self._nodes,
+            self._size,
+        )  # fmt: skip
+
+    def make_room(self, walks: int) -> None:
+        """Give the tree room for so many walks more, up to the most it may have."""
         room = len(self._nodes[0])
         while room < min(self.size + walks, MOST_NODES):
             room = min(2 * room, MOST_NODES)
         if room > len(self._nodes[0]):
             self._nodes = tuple(_lengthened(array, room) for array in self._nodes)
-        look_ahead(
-            walks, self._me, EAGERNESS, *self.position, *self._room, self._ways, self._path, *self._nodes, self._size
-        )  # fmt: skip
 
     def shun(self, moves: Iterable[str]) -> None:
         """Walk certain own moves no more, unless there are no others."""
@@ -143,7 +149,7 @@ class Tree:
     def keep_below(self, node: int) -> None:
         """Let go of all that does not lie below a node, which becomes the root."""
         room = len(self._nodes[0])
-        kept = _nodes(room, self.position.rows.shape[1])
+        kept = empty_nodes(room, self.position.rows.shape[1])
         self._size[0] = transplant(node, *self._nodes, np.zeros(room, np.int32), *kept)
         self._nodes = kept
 
@@ -164,7 +170,7 @@ class Tree:
         return ways if same else None
 
 
-def _nodes(room: int, num_snakes: int) -> tuple[Array, ...]:
+def empty_nodes(room: int, num_snakes: int) -> tuple[Array, ...]:
     """Return the arrays of so many nodes; see `kernels/puct.py`."""
     moves = (room, num_snakes, 4)
     return (
