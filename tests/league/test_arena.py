@@ -181,6 +181,8 @@ def test_a_ladder_counts_what_it_hears_apart_and_together():
     best = ladder.rungs(entrants, 4)[0]
     assert (best.name, best.games, best.wins) == ("d", 1, 1)
     assert ladder.met(entrants, 4)[0, 3] == 1
+    anchor = next(line for line in ladder.rungs(entrants) if line.name == "a")
+    assert anchor.rating.points == pytest.approx(1500), "the only anchor is the scale"
 
 
 def test_a_file_that_changes_is_another_player(tmp_path):
@@ -201,23 +203,23 @@ def test_a_file_that_changes_is_another_player(tmp_path):
     assert any(mine.number in game.players for game in play(store, 6))
 
 
+def serve():
+    loop, made = asyncio.new_event_loop(), SnakeServer(find_player("flood_fill"))
+    thread = threading.Thread(target=loop.run_forever, daemon=True)
+    thread.start()
+    port = asyncio.run_coroutine_threadsafe(made.listen(port=0), loop).result(60)
+
+    def stop():
+        asyncio.run_coroutine_threadsafe(made.close(), loop).result(60)
+        loop.call_soon_threadsafe(loop.stop)
+        thread.join(60)
+        loop.close()
+
+    return port, stop
+
+
 def test_a_server_that_went_away_loses_no_game_by_it(tmp_path, monkeypatch):
     monkeypatch.setattr(arena_at_play, "FIRST_PAUSE_SECONDS", 0.2)
-
-    def serve():
-        loop, made = asyncio.new_event_loop(), SnakeServer(find_player("flood_fill"))
-        thread = threading.Thread(target=loop.run_forever, daemon=True)
-        thread.start()
-        port = asyncio.run_coroutine_threadsafe(made.listen(port=0), loop).result(60)
-
-        def stop():
-            asyncio.run_coroutine_threadsafe(made.close(), loop).result(60)
-            loop.call_soon_threadsafe(loop.stop)
-            thread.join(60)
-            loop.close()
-
-        return port, stop
-
     port, stop = serve()
     store = arena_of(tmp_path, "hungry", "random_safe")
     remote = store.add(entrant_of(f"http://127.0.0.1:{port}", "far"))
@@ -228,6 +230,26 @@ def test_a_server_that_went_away_loses_no_game_by_it(tmp_path, monkeypatch):
     assert all(remote.number not in game.players for game in games)
     assert said
     assert said[0].startswith("far sits out for")
+
+
+def test_a_game_during_which_a_server_went_away_does_not_count(tmp_path, monkeypatch):
+    port, stop = serve()
+    store = arena_of(tmp_path, "hungry", "random_safe")
+    far = store.add(entrant_of(f"http://127.0.0.1:{port}", "far"))
+    real, stopped = arena_at_play.play, []
+
+    def gone(settings, seats, *rest, **more):
+        if not stopped and any(seat.name == "far" for seat in seats):
+            stop()
+            stopped.append(True)
+        return real(settings, seats, *rest, **more)
+
+    monkeypatch.setattr(arena_at_play, "play", gone)
+    said = []
+    games = play(store, 4, said)
+    assert stopped
+    assert all(far.number not in game.players for game in games)
+    assert "its server went away; the game does not count" in said[0]
 
 
 @pytest.mark.parametrize(

@@ -177,8 +177,7 @@ class Gauntlet:
         return 1.0 - sum(best) / len(best)
 
     def _read(self) -> None:
-        told = read_weights_file(self.path)
-        kept = told.get("gauntlet")
+        kept: Any = read_weights_file(self.path).get("gauntlet")
         try:
             asked = {"settings": asdict(self.settings), "start": asdict(self.start)}
             found = {name: kept[name] for name in asked}

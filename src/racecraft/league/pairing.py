@@ -54,7 +54,8 @@ def next_group(
     def adds(one: int) -> tuple[float, ...]:
         return float(told[one, group].sum()), -float(met[one, group].sum()), -one
 
-    group = list(max(((a, b) for a in able for b in able if a < b), key=first))
+    pairs: list[tuple[int, int]] = [(a, b) for a in able for b in able if a < b]
+    group: list[int] = [*max(pairs, key=first)]
     while len(group) < size:
         group.append(max((one for one in able if one not in group), key=adds))
     return group

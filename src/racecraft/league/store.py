@@ -156,7 +156,10 @@ class ArenaStore:
         names = ", ".join(field.name for field in fields(Entrant))
         with self._open() as database:
             rows = database.execute(f"select {names} from players order by number").fetchall()
-        return [Entrant(*row[:4], bool(row[4]), bool(row[5]), row[6]) for row in rows]
+        return [
+            Entrant(number, name, source, fingerprint, bool(is_anchor), bool(rests), since)
+            for number, name, source, fingerprint, is_anchor, rests, since in rows
+        ]
 
     def find(self, name: str) -> Entrant:
         """Return the player of a name.

@@ -71,10 +71,14 @@ def words(found: Finding, turn: int) -> str:
     'lost within 7 turns'
     """
     if found.wins:
-        return f"won within {max(1, _ends_in(found, turn))} turns"
+        return f"won within {_turns(max(1, _ends_in(found, turn)))}"
     if found.loses:
-        return f"lost within {max(1, _ends_in(found, turn))} turns"
-    return f"{found.value / UNIT:+.2f} after {found.depth} turns"
+        return f"lost within {_turns(max(1, _ends_in(found, turn)))}"
+    return f"{found.value / UNIT:+.2f} after {_turns(found.depth)}"
+
+
+def _turns(count: int) -> str:
+    return f"{count} turn" + "s" * (count != 1)
 
 
 def study_game(

@@ -26,11 +26,11 @@ from racecraft.envs.battlesnake.kernels.columns import (
     X,
     Y,
 )
-from racecraft.kernels import kernel
+from racecraft.kernels import inner_kernel, kernel
 from racecraft.kernels.chance import random_bits
 
 
-@kernel
+@inner_kernel
 def below(g, chance, count):
     """Roll game g's dice: a number from 0 to count - 1 (twin of `dice.StreamDice`). `chance` (N, 2): key, counter."""
     bits = random_bits(chance[g, 0], chance[g, 1])
@@ -38,7 +38,7 @@ def below(g, chance, count):
     return np.int64(((bits >> np.uint64(32)) * np.uint64(count)) >> np.uint64(32))
 
 
-@kernel
+@inner_kernel
 def after_turn(g, bodies, snakes, games, cells, sides, events, chance, params, food_squares):
     """Let food fall and hazards change; the turn still shows the old number."""
     rule = params[FOOD_RULE]
@@ -101,7 +101,7 @@ def fall_anywhere(g, count, spare_hazards, snakes, games, cells, chance, params)
     _mark_heads(g, snakes, cells, params, -1, 0)
 
 
-@kernel
+@inner_kernel
 def _is_free(g, cell, cells, spare_hazards):
     free = (cells[g, OWNER, cell] == 0) & (cells[g, MEAL, cell] == 0)
     return np.int64(free & ((not spare_hazards) | (cells[g, HAZARD, cell] == 0)))
@@ -121,7 +121,7 @@ def _mark_heads(g, snakes, cells, params, before, after):
                 cells[g, OWNER, y * width + x] = after
 
 
-@kernel
+@inner_kernel
 def _standard_food(g, snakes, games, cells, chance, params):
     missing = params[MIN_FOOD] - games[g, FOOD]
     if missing <= 0:

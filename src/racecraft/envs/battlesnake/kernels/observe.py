@@ -22,7 +22,7 @@ from racecraft.envs.battlesnake.kernels.columns import (
     X,
     Y,
 )
-from racecraft.kernels import kernel
+from racecraft.kernels import inner_kernel, kernel
 
 OWN_BODY = 0
 OTHER_BODIES = 1
@@ -68,7 +68,7 @@ def mark(g, bodies, snakes, cells, params, squares, marks):
     marks[g, 0, 0] = count
 
 
-@kernel
+@inner_kernel
 def observe(g, m, snakes, games, params, marks, walls, planes, numbers):
     """Write what snake m of game g sees; a snake that is out sees nothing.
 
@@ -106,7 +106,7 @@ def observe(g, m, snakes, games, params, marks, walls, planes, numbers):
     _count(g, m, snakes, games, params, numbers)
 
 
-@kernel
+@inner_kernel
 def allow(g, m, bodies, snakes, cells, params, mask):
     """Write which moves of snake m are not surely fatal into `mask[g, m]`, bool (N, M, 4).
 
@@ -138,19 +138,19 @@ def allow(g, m, bodies, snakes, cells, params, mask):
         mask[g, m, :] = True
 
 
-@kernel
+@inner_kernel
 def _note(g, row, marks, x, y, value, plane):
     marks[g, row, 0], marks[g, row, 1], marks[g, row, 2], marks[g, row, 3] = x, y, value, plane
 
 
-@kernel
+@inner_kernel
 def _copy(source, target):
     """Copy byte by byte, which compiles to one block move (a slice assignment does not)."""
     for place in range(target.size):
         target[place] = source[place]
 
 
-@kernel
+@inner_kernel
 def _paint_heads(g, m, right, down, snakes, params, planes):
     """Mark the others' heads by whether they would survive a meeting."""
     side = planes.shape[3]
@@ -169,7 +169,7 @@ def _paint_heads(g, m, right, down, snakes, params, planes):
             planes[g, m, plane, row, column] = value
 
 
-@kernel
+@inner_kernel
 def _count(g, m, snakes, games, params, numbers):
     longest = 0
     for s in range(snakes.shape[1]):

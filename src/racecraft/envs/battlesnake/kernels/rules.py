@@ -44,10 +44,10 @@ from racecraft.envs.battlesnake.kernels.columns import (
     Y,
 )
 from racecraft.envs.battlesnake.kernels.food_and_hazards import after_turn, lay_safe_zone
-from racecraft.kernels import kernel
+from racecraft.kernels import inner_kernel, kernel
 
 
-@kernel
+@inner_kernel
 def play_turn(g, moves, bodies, snakes, games, cells, sides, events, chance, params, food_squares):
     """Play one turn of game g: rules, then map, then the count. `moves` (N, M): 0 up, 1 down, 2 left, 3 right."""
     apply_rules(g, moves, bodies, snakes, games, cells, sides, params)
@@ -55,7 +55,7 @@ def play_turn(g, moves, bodies, snakes, games, cells, sides, events, chance, par
     games[g, TURN] += 1
 
 
-@kernel
+@inner_kernel
 def apply_rules(g, moves, bodies, snakes, games, cells, sides, params):
     """Walk the ruleset's stages for game g."""
     move(g, moves, bodies, snakes, cells, params)
@@ -72,7 +72,7 @@ def apply_rules(g, moves, bodies, snakes, games, cells, sides, params):
     games[g, ALIVE] = alive
 
 
-@kernel
+@inner_kernel
 def move(g, moves, bodies, snakes, cells, params):
     """New head in front, last segment away; the tail's cell falls free unless another segment lies on it."""
     width, height, wrapped = params[WIDTH], params[HEIGHT], params[WRAPPED]
@@ -95,7 +95,7 @@ def move(g, moves, bodies, snakes, cells, params):
         snakes[g, s, START], snakes[g, s, X], snakes[g, s, Y] = start, x, y
 
 
-@kernel
+@inner_kernel
 def lose_health(g, bodies, snakes, games, cells, params):
     """One health from each, then the hazards under the head, unless food lies there; at 0 a hazard kills at once."""
     last = bodies.shape[2] - 1
@@ -116,7 +116,7 @@ def lose_health(g, bodies, snakes, games, cells, params):
             _leave(g, s, BURNT, -1, bodies, snakes, games, cells)
 
 
-@kernel
+@inner_kernel
 def feed(g, bodies, snakes, games, cells, params):
     """Every living head on food eats it: health 100, tail doubled; then the food is gone."""
     last = bodies.shape[2] - 1
@@ -139,7 +139,7 @@ def feed(g, bodies, snakes, games, cells, params):
                 games[g, FOOD] -= 1
 
 
-@kernel
+@inner_kernel
 def eliminate(g, bodies, snakes, games, cells, params):
     """The starved and those off the board first; then verdicts on all collisions, carried out together."""
     for s in range(snakes.shape[1]):
@@ -184,7 +184,7 @@ def grow(g, bodies, snakes, games, cells):
             snakes[g, s, LENGTH] = length + 1
 
 
-@kernel
+@inner_kernel
 def _judge(g, s, bodies, snakes, cells):
     """Write the verdict on snake s: 0, or why it dies; the longest that qualifies did it, the first among equals."""
     cell = bodies[g, s, snakes[g, s, START]]

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from racecraft.kernels import kernel
+from racecraft.kernels import inner_kernel, kernel
 
 START, COUNT, STACK, HEALTH, HEAD, OUT = 0, 1, 2, 3, 4, 5
 """Place of the head in the ring, cells the body lies on, segments stacked on its tail beyond one, health, cell of the
@@ -40,19 +40,19 @@ WEIGHT_SCALE = 10_000
 NONE, ONE, LOW_SIX = np.uint64(0), np.uint64(1), np.uint64(63)
 
 
-@kernel
+@inner_kernel
 def is_set(d, plane, cell, bits):
     """Tell whether a cell's bit is set on a board of ply d."""
     return (bits[d, plane, cell >> 6] >> (np.uint64(cell) & LOW_SIX)) & ONE != NONE
 
 
-@kernel
+@inner_kernel
 def clear(d, plane, cell, bits):
     """Clear a cell's bit."""
     bits[d, plane, cell >> 6] &= ~(ONE << (np.uint64(cell) & LOW_SIX))
 
 
-@kernel
+@inner_kernel
 def count_alive(d, rows):
     """Return how many snakes live at ply d."""
     alive = 0
@@ -61,7 +61,7 @@ def count_alive(d, rows):
     return alive
 
 
-@kernel
+@inner_kernel
 def is_over(d, rows, rules):
     """Tell whether the game is over at ply d."""
     return count_alive(d, rows) <= (0 if rules[SOLO] else 1)
@@ -90,7 +90,7 @@ def advance(d, ways, ring, rows, bits, cells, rules):
             bits[e, FOOD, word] = NONE
 
 
-@kernel
+@inner_kernel
 def _move(e, ways, ring, rows, bits, cells, rules):
     """New heads, tails away, one health less and what hazards take; whom a hazard kills is gone at once."""
     last = ring.shape[1] - 1
@@ -116,7 +116,7 @@ def _move(e, ways, ring, rows, bits, cells, rules):
         rows[e, s, HEALTH] = health
 
 
-@kernel
+@inner_kernel
 def _feed(e, ring, rows, bits):
     """Heads on food eat it, all of them; then the starved and those off the board leave."""
     fed = False
@@ -133,7 +133,7 @@ def _feed(e, ring, rows, bits):
                 _leave(e, s, ring, rows, bits)
 
 
-@kernel
+@inner_kernel
 def _collide(e, ring, rows, bits):
     """Judge all heads, then let those leave who ran into a body, or into a head of a snake that is not shorter."""
     hit = 0
@@ -161,7 +161,7 @@ def _leave(e, s, ring, rows, bits):
         clear(e, BODIES, ring[s, (rows[e, s, START] + place) & (ring.shape[1] - 1)], bits)
 
 
-@kernel
+@inner_kernel
 def safe_ways(d, s, ring, rows, bits, cells, rules):
     """Return the moves of snake s at ply d that are not surely fatal, as bits: 1 up, 2 down, 4 left, 8 right.
 
@@ -179,7 +179,7 @@ def safe_ways(d, s, ring, rows, bits, cells, rules):
     return safe
 
 
-@kernel
+@inner_kernel
 def _is_leaving(d, cell, ring, rows):
     """Tell whether a cell is that of a tail that moves on."""
     for s in range(rows.shape[1]):
