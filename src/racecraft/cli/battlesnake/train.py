@@ -92,8 +92,8 @@ def train(
     if json:
         print_json({**summary, **files})
         return
-    judged, place = summary["evaluation"], trained.run.path
-    print(f"{summary['env_steps']:,} steps; run: {place}")
+    judged, folder = summary["evaluation"], trained.run.path
+    print(f"{summary['env_steps']:,} steps; run: {folder}")
     if judged is None:
         print("stopped before its first evaluation")
         return
@@ -101,7 +101,7 @@ def train(
     for name, told in judged["against"].items():
         print(f"  {told['won']:3} of {told['games']} against {name}")
     same = _same_game(GameSettings(**summary["game"]))
-    print(f"next: racecraft snakes play --url {place} --url flood_fill --view{same}")
+    print(f"next: racecraft snakes play --url {folder} --url flood_fill --view{same}")
 
 
 def _same_game(game: GameSettings) -> str:
