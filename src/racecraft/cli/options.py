@@ -22,6 +22,14 @@ Resume = Annotated[bool, typer.Option("--resume", help="Go on with the run that 
 Detach = Annotated[
     bool, typer.Option("--detach", help="Go on as a job: the terminal is free, `racecraft jobs` looks after it.")
 ]
+Cluster = Annotated[
+    str | None,
+    typer.Option(
+        "--cluster",
+        metavar="N|auto|HOST:PORT",
+        help="Carry the worlds by workers: N processes here, or those of a Ray cluster (N@HOST:PORT: so many of it).",
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")]
 AlgorithmName = Annotated[
     str | None,

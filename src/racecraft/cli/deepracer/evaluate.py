@@ -305,14 +305,16 @@ def _drive_laps(car: TrainedCar, circuit: Track, laps: int) -> tuple[Drive, str]
 
 def _show(drive: Drive, film: FilmOptions, style: FilmStyle | None, picture: Path, json: bool) -> dict[str, Path]:
     """Write the pictures and films that are asked for; return the files by kind."""
-    from racecraft.cli.output import say
+    from racecraft.cli.output import counting, say
     from racecraft.reporting.gallery import film_as_aws, show_drive
 
     if film.video is not None or film.save_mp4:
         say(f"Filming {len(drive.ticks)} ticks …", quiet_stdout=json)
-    files = show_drive(drive, video=film.video, picture=picture, style=style if film.from_outside else None)
-    if film.save_mp4 and style is not None:
-        files |= film_as_aws(drive, style, drive.car.checkpoint.iteration)
+    outside = style if film.from_outside else None
+    with counting("pictures", quiet_stdout=json) as count:
+        files = show_drive(drive, video=film.video, picture=picture, style=outside, count=count)
+        if film.save_mp4 and style is not None:
+            files |= film_as_aws(drive, style, drive.car.checkpoint.iteration, count)
     return files
 
 

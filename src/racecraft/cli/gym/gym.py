@@ -10,7 +10,7 @@ import typer
 
 from racecraft.cli.buckets.training import MirrorAt
 from racecraft.cli.metrics_beside import MetricsPort, measured
-from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Json, Overrides, Resume, asked
+from racecraft.cli.options import DEFAULT, AlgorithmName, Cluster, Detach, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 from racecraft.contract.errors import SettingError
 
@@ -41,6 +41,7 @@ def train(
     from_: From = None,
     resume: Resume = False,
     detach: Detach = False,
+    cluster: Cluster = None,
     mirror: MirrorAt = None,
     metrics_port: MetricsPort = None,
     json: Json = False,
@@ -59,6 +60,7 @@ def train(
     from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.report import leave_report
+    from racecraft.cluster.spreading import spread_over
     from racecraft.training.gymnasium.trainer import GymRequest
     from racecraft.training.progress import watcher
     from racecraft.training.worlds import resume as resume_run
@@ -67,6 +69,7 @@ def train(
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
+    spread = spread_over(cluster)
     begun = refuse_changes(context, run, UNCHANGEABLE, "runs/CartPole-v1-1") if resume else None
     place, request = place_of_mirror(mirror, None, begun, tell), None
     if begun is None:
@@ -80,10 +83,10 @@ def train(
         return detach_training(context, run, request, json)
     with mirrored(watching, place, tell, begun) as mirroring:
         if begun is not None:
-            trained = resume_run(begun, tuple(stop or ()), mirroring, tell, "gymnasium")
+            trained = resume_run(begun, tuple(stop or ()), mirroring, tell, "gymnasium", spread)
         else:
             assert request is not None
-            trained = train_world(request, mirroring, tell)
+            trained = train_world(request, mirroring, tell, spread)
         summary, files = trained.summary(), leave_report(trained.run.path, tell)
     if json:
         print_json({**summary, **files})

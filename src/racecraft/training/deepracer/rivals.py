@@ -61,6 +61,7 @@ def against_world(
         sensors=planned.sensors,
         cars_per_world=config.cars,
         start_ahead=config.start_ahead,
+        variation=settings.variation,
     )
     world = AgainstWorld(inner, learner, dealt, chosen)
     if not itself:
