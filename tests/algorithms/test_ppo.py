@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -314,3 +315,9 @@ def test_what_is_constant_stays_so():
     constant = a_learner(learning_rate=1e-3)
     constant.anneal(0.9)
     assert (constant.learning_rate, constant.now) == (1e-3, constant.config)
+
+
+def test_random_choices_fall_from_all_to_the_last_share_in_a_straight_line():
+    config = SimpleNamespace(epsilon_last=0.1, epsilon_steps=100)
+    shares = [PpoLearner.epsilon.fget(SimpleNamespace(config=config, explored=steps)) for steps in (0, 50, 100, 900)]
+    assert shares == pytest.approx([1.0, 0.55, 0.1, 0.1])

@@ -186,3 +186,14 @@ def test_a_checkpoint_that_is_not_there_gets_a_letter(tmp_path):
     (tmp_path / "checkpoints.json").write_text('{"version": 1')
     with pytest.raises(CheckpointError, match=r"checkpoints\.json: damaged"):
         shelf.entries()
+
+
+def test_arrays_that_lie_otherwise_come_back_row_by_row(tmp_path, monkeypatch):
+    monkeypatch.setattr("racecraft.formats.tensor_file.PIECE_BYTES", 100)
+    lying = np.arange(2 * 30 * 7, dtype=np.float32).reshape(2, 30, 7)
+    arrays = {"turned": lying.T, "sliced": lying[:, ::3, 1:], "one": lying[:1, :1, :1].T, "none": lying[:, :0].T}
+    save_policy(tmp_path / "views", arrays, {})
+    save_policy(tmp_path / "copies", {name: np.ascontiguousarray(array) for name, array in arrays.items()}, {})
+    assert (tmp_path / "views").read_bytes() == (tmp_path / "copies").read_bytes()
+    for name, array in load_policy(tmp_path / "views")[0].items():
+        np.testing.assert_array_equal(array, arrays[name])

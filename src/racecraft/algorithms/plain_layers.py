@@ -213,7 +213,7 @@ def _architecture_of(network: NetworkLayers) -> Architecture:
 
 
 def _weights_of(layers: PolicyLayers) -> dict[str, Array]:
-    """Return the weights that a file told, by our names."""
+    """Return the weights that a file told, by our names: views of them, for copies would double a large network."""
     if layers.kind == SAC:
         head, spread = layers.network.head, layers.log_std_head
         if spread is None:
@@ -234,7 +234,7 @@ def _named(network: NetworkLayers, body: str, trunk: str, last: str) -> dict[str
     for number, sensor in enumerate(network.sensors):
         place = f"{body}.embedders.{number}"
         for layer, convolution in enumerate(sensor.convolutions):
-            weights[f"{place}.{1 + 2 * layer}.weight"] = np.ascontiguousarray(convolution.kernel.transpose(3, 2, 0, 1))
+            weights[f"{place}.{1 + 2 * layer}.weight"] = convolution.kernel.transpose(3, 2, 0, 1)
             weights[f"{place}.{1 + 2 * layer}.bias"] = np.array(convolution.bias)
         first = 2 + 2 * len(sensor.convolutions) if sensor.is_image else 1
         for layer, dense in enumerate(sensor.dense):
@@ -245,7 +245,7 @@ def _named(network: NetworkLayers, body: str, trunk: str, last: str) -> dict[str
 
 
 def _named_dense(layer: DenseLayer, place: str) -> dict[str, Array]:
-    return {f"{place}.weight": np.ascontiguousarray(layer.kernel.T), f"{place}.bias": np.array(layer.bias)}
+    return {f"{place}.weight": layer.kernel.T, f"{place}.bias": np.array(layer.bias)}
 
 
 def _require_same_world(

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,8 @@ from racecraft.contract.world import Array
 from racecraft.formats.whole import whole_file
 
 VERSION = 1
+PIECE_BYTES = 2**24
+"""Bytes that are copied at once of an array whose rows do not lie behind each other."""
 _HEADER_MULTIPLE = 8
 """Bytes to whose multiple the header is filled up, so that numbers lie where processors like them."""
 _TYPES = {
@@ -53,7 +55,7 @@ def write_tensors(path: str | Path, kind: str, arrays: Mapping[str, Array], card
     with whole_file(path) as part, open(part, "wb") as file:
         file.write(_header(laid, metadata))
         for array in laid.values():
-            file.write(_bytes_of(array))
+            file.writelines(_bytes_of(array))
 
 
 def read_tensors(path: Path, kind: str) -> tuple[dict[str, Array], Any]:
@@ -91,14 +93,15 @@ def digest(arrays: Mapping[str, Array]) -> str:
     for name in sorted(arrays):
         array = arrays[name]
         total.update(f"{name} {array.dtype} {array.shape}\n".encode())
-        total.update(_bytes_of(array))
+        for piece in _bytes_of(array):
+            total.update(piece)
     return total.hexdigest()
 
 
 def _as_stored(array: Array) -> Array:
-    """Return the array as the file holds it: little-endian, rows behind each other, no axis added."""
+    """Return the array with numbers as the file holds them, little-endian; how it lies in memory stays."""
     array = np.asarray(array)
-    return np.asarray(array, dtype=array.dtype.newbyteorder("<"), order="C")
+    return np.asarray(array, dtype=array.dtype.newbyteorder("<"))
 
 
 def _in_order_of_size(arrays: dict[str, Array]) -> dict[str, Array]:
@@ -117,6 +120,12 @@ def _header(arrays: Mapping[str, Array], metadata: Mapping[str, str]) -> bytes:
     return struct.pack("<Q", len(text)) + text
 
 
-def _bytes_of(array: Array) -> memoryview | bytes:
-    """Return the array's bytes as they lie in memory; views that have none in a row are copied."""
-    return array.reshape(-1).view(np.uint8).data if array.size and array.flags.c_contiguous else array.tobytes()
+def _bytes_of(array: Array) -> Iterator[memoryview | bytes]:
+    """Yield the array's bytes, rows behind each other; of views that do not lie so, a few rows are copied at a time."""
+    if array.size and array.flags.c_contiguous:
+        yield array.reshape(-1).view(np.uint8).data
+    elif array.size <= 1:
+        yield array.tobytes()
+    else:
+        rows = max(1, PIECE_BYTES * len(array) // array.nbytes)
+        yield from (array[begin : begin + rows].tobytes() for begin in range(0, len(array), rows))

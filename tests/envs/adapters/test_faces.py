@@ -128,6 +128,14 @@ def test_a_vector_env_tells_its_endings_as_gymnasiums_same_step_mode_does():
     assert ours.world.closed == 1
 
 
+def test_a_vector_env_begins_as_its_seed_says_and_without_one_each_time_otherwise():
+    env = WorldVectorEnv(Walk(8))
+    starts = [env.reset(seed=seed)[0]["square"].tolist() for seed in (5, 6, 5)]
+    assert starts[0] == starts[2] != starts[1]
+    assert env.reset(seed=[5])[0]["square"].tolist() == starts[0]
+    assert env.reset()[0]["square"].tolist() != env.reset()[0]["square"].tolist()
+
+
 def test_stable_baselines3_learns_on_our_world():
     stable_baselines3 = pytest.importorskip("stable_baselines3")
     env = sb3_vec_env(Walk(4), seed=1)

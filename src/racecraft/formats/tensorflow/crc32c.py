@@ -16,6 +16,8 @@ from racecraft.contract.world import Array
 POLYNOMIAL = 0x82F63B78
 """Castagnoli's, bits reversed."""
 LANES = 4096
+PIECE_BYTES = 2**24
+"""Bytes that are laid out for the lanes at once, for that takes as much memory again."""
 _MASK = 0xA282EAD8
 
 
@@ -36,14 +38,21 @@ def crc32c(data: bytes | memoryview | Array) -> int:
     '0xe3069283'
     """
     raw = np.frombuffer(data, np.uint8) if not isinstance(data, np.ndarray) else data.reshape(-1).view(np.uint8)
+    state = 0xFFFFFFFF
+    for begin in range(0, len(raw), PIECE_BYTES):
+        state = _behind(state, raw[begin : begin + PIECE_BYTES])
+    return state ^ 0xFFFFFFFF
+
+
+def _behind(state: int, raw: Array) -> int:
+    """Return the state behind a piece of bytes."""
     length = len(raw) // LANES
-    if length < 16:
-        return int(_advanced(np.array([0xFFFFFFFF], np.uint32), raw[None])[0]) ^ 0xFFFFFFFF
-    body, rest = raw[: length * LANES].reshape(LANES, length), raw[length * LANES :]
-    starts = np.zeros(LANES, np.uint32)
-    starts[0] = 0xFFFFFFFF
-    joined = _joined(_advanced(starts, body), length)
-    return int(_advanced(np.array([joined], np.uint32), rest[None])[0]) ^ 0xFFFFFFFF
+    if length >= 16:
+        starts = np.zeros(LANES, np.uint32)
+        starts[0] = state
+        state = _joined(_advanced(starts, raw[: length * LANES].reshape(LANES, length)), length)
+        raw = raw[length * LANES :]
+    return int(_advanced(np.array([state], np.uint32), raw[None])[0])
 
 
 def _advanced(state: Array, lanes: Array) -> Array:
