@@ -24,6 +24,7 @@ SMALL = (
     "evaluation.every=2",
     "evaluation.episodes=2",
     "network.hidden_units=8",
+    "runtime.threads=1",
 )
 
 
@@ -45,7 +46,7 @@ def snakes(run, *more):
 
 
 def cars(run, *more):
-    return RaceRequest(run=run, stops=("iterations=4",), overrides=(*SMALL[:4], *more))
+    return RaceRequest(run=run, stops=("iterations=4",), overrides=(*SMALL[:4], SMALL[5], *more))
 
 
 def curve(run):
@@ -221,6 +222,8 @@ def test_a_reward_function_that_fails_in_a_worker_is_the_users_letter(tmp_path):
     (tmp_path / "car" / "reward_function.py").write_text(
         "def reward_function(params):\n    if params['steps'] > 5:\n        return 1 / 0\n    return 1.0\n"
     )
-    request = RaceRequest(tmp_path / "car", run=tmp_path / "run", stops=("iterations=4",), overrides=SMALL[:4])
+    request = RaceRequest(
+        tmp_path / "car", run=tmp_path / "run", stops=("iterations=4",), overrides=(*SMALL[:4], SMALL[5])
+    )
     with pytest.raises(UserInputError, match="ZeroDivisionError"):
         train(request, Silent(), lambda text: None, spread_here(2)[0])
