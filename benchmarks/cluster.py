@@ -243,8 +243,8 @@ def page(results: dict[str, Any]) -> str:
         "## On paper",
         "",
         f"A node is {CORES} cores with a worker each, which has as many steps an iteration as the one worker above; "
-        f"the learner's machine has a link of {LINK * 8 / 1e9:.0f} gigabit a second and learns as fast as this one. Bytes "
-        "and times are the medians above; `on_paper` in `benchmarks/cluster.py` is the whole of it.",
+        f"the learner's machine has a link of {LINK * 8 / 1e9:.0f} gigabit a second and learns as fast as this one. "
+        "Bytes and times are medians of the runs with one worker; `on_paper` in `benchmarks/cluster.py` is all of it.",
         "",
     ]
     for name, by in results["worlds"].items():

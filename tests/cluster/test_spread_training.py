@@ -146,9 +146,8 @@ def test_a_place_that_loses_every_worker_is_named(tmp_path):
     assert len(curve(tmp_path / "run")) == 2  # what was learned until then stands
 
 
-def test_workers_that_never_come_are_named(tmp_path, monkeypatch):
-    monkeypatch.setattr("racecraft.cluster.crew.COME_SECONDS", 0.0)
-    spread, transport = spread_here(2, never_come=True)
+def test_workers_that_never_come_are_named(tmp_path):
+    spread, transport = spread_here(2, come_seconds=0.0, never_come=True)
     with pytest.raises(ClusterError, match="0 of 2 workers came"):
         train(cart(tmp_path / "run"), Silent(), lambda text: None, spread)
     assert transport.closed
