@@ -25,7 +25,7 @@ from typing import Any
 
 HERE = Path(__file__).resolve().parent
 RESULTS = HERE / "cluster.json"
-PAGE = HERE.parent / "docs" / "jobs" / "cluster_figures.md"
+PAGE = HERE / "cluster.md"
 ROUNDS, WARM_UP = 5, 2
 ITERATIONS = {"cars": 14, "snakes": 8}
 NODES = (1, 2, 10, 100, 1_000)
