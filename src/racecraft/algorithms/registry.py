@@ -62,6 +62,8 @@ class Algorithm:
     stays: str = ""
     """Why its actors cannot be in other processes than its learner, a clause that its name begins; "": they can. They
     are given the group "network" of its weights."""
+    searches: bool = False
+    """Whether it learns from a search that the world brings along, so that such a training has the group `search`."""
     own: Any = None
     """A user's own class; None: a built-in one, imported when it is asked for."""
 
@@ -146,6 +148,17 @@ ALGORITHMS: dict[str, Algorithm] = {
             "Evolution strategies: a population of perturbed policies, no gradients through the network.",
             whole_episodes=True,
             stays="deals a member of its population to every row in one process",
+        ),
+        Algorithm(
+            "alphazero",
+            "racecraft.algorithms.alphazero",
+            "AlphaZeroLearner",
+            "AlphaZeroConfig",
+            "Learning by search: the policy follows a search that asks it, the critic who won; for snakes, best begun "
+            "from a run of ppo.",
+            acts=(CHOICES,),
+            searches=True,
+            stays="asks the search that the world of its own process brings along",
         ),
         Algorithm(
             "bc",

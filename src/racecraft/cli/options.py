@@ -13,7 +13,9 @@ Overrides = Annotated[
 From = Annotated[
     str | None,
     typer.Option(
-        "--from", help="RUN[:best|last|N]: begin with the weights of an earlier run; a car's may be an s3:// address."
+        "--from",
+        help="RUN[:best|last|N|laptime …]: begin with the weights of an earlier run, or of one at an s3:// address; a "
+        "merit of `racecraft checkpoints` names the first by it.",
     ),
 ]
 Resume = Annotated[bool, typer.Option("--resume", help="Go on with the run that --run names.")]

@@ -164,8 +164,11 @@ def _parse(text: str, kind: Any) -> Any:
     if kind in (int, float, str):
         return kind(text)
     if typing.get_origin(kind) is tuple:
-        return tuple(_parse(part.strip(), typing.get_args(kind)[0]) for part in text.split(","))
+        inner = typing.get_args(kind)[0]
+        if not text and inner is int:
+            return ()  # no layers, as `describe.value_text` writes it
+        return tuple(_parse(part.strip(), inner) for part in text.split(","))
     if text.casefold() in ("none", ""):
         return None
-    inner = [part for part in typing.get_args(kind) if part is not types.NoneType]
-    return _parse(text, inner[0])
+    others = [part for part in typing.get_args(kind) if part is not types.NoneType]
+    return _parse(text, others[0])

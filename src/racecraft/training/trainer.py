@@ -24,6 +24,7 @@ from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.errors import RacecraftError, RunFolderError
 from racecraft.contract.world import World, WorldSpec
 from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.checkpoint_ranking import load_weights
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.deepracer.foreign_model import IMPORTED, borrowed_run
 from racecraft.players.trained import SPEC, split_source
@@ -306,7 +307,7 @@ def begin_with(learner: Learner, source: str, experiment: Experiment) -> tuple[s
     path, which = split_source(source)
     run = borrowed_run(path)
     run.read_job_of(experiment.kind)
-    weights, metadata = Checkpoints(run.checkpoints).load_policy(which)
+    weights, metadata = load_weights(run, which)
     notes = (*experiment.same_shape(path, metadata), *metadata.get(IMPORTED, ()))
     mine = learner.state_dict()["network"]
     for name in sorted(set(mine) | set(weights)):

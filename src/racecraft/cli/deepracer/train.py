@@ -147,7 +147,9 @@ def train(
         say(text, quiet_stdout=json)
 
     spread = spread_over(cluster)
-    begun = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1") if resume else None
+    shares = (*(read_groups(groups) if groups else ()), *(group or ()))
+    kept_as = dict.fromkeys(("group", "groups"), ("groups", list(shares)))
+    begun = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1", kept_as) if resume else None
     place = place_of_mirror(mirror, folder, begun, tell)
     request = None
     if begun is None:
@@ -157,7 +159,7 @@ def train(
             folder,
             one,
             tracks=several,
-            groups=(*(read_groups(groups) if groups else ()), *(group or ())),
+            groups=shares,
             hold_out=tuple(hold_out or ()),
             car=car,
             preset=preset,
@@ -225,6 +227,10 @@ def _say_who_is_better(races: dict[str, Any]) -> None:
     for one in races["selves"]:
         print(f"  {one['name']:20} {one['points']:6.0f}   {one['wins']} of {one['races']} races won, ", end="")
         print(f"{one['overtakes']} overtakes, {one['crashes']} crashes")
+    passing = races["against_a_slower_self"]
+    told = f"against itself at {passing['pace']:.0%} of its pace"
+    print(f"  {told}: {passing['overtakes_per_race']:.2f} overtakes a race, ", end="")
+    print(f"{passing['wins']} of {passing['races']} races won, {passing['crashes']} crashes")
     for kind, place in races["files"].items():
         print(f"  {kind:8} {place}")
 

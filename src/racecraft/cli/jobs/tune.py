@@ -22,6 +22,7 @@ PAGE, SPEC = "tuning.html", "tuning.json"
 
 
 def tune(
+    context: typer.Context,
     words: Annotated[
         list[str],
         typer.Argument(metavar="COMMAND…", help="A training command, the words behind `racecraft`; with --stop."),
@@ -47,7 +48,15 @@ def tune(
     last: Annotated[
         bool, typer.Option("--last", help="The last figure counts and not the best; nothing is given up early.")
     ] = False,
-    sampler: Annotated[str, typer.Option(help="Who says what is tried next: tpe, random or grid.")] = "tpe",
+    sampler: Annotated[
+        str,
+        typer.Option(
+            help="Who says what is tried next: tpe, random or grid; or pbt, a population that trains in rounds, in "
+            "which bad members take over weights and settings of good ones."
+        ),
+    ] = "tpe",
+    population: Annotated[int, typer.Option(help="Members of the population (pbt).")] = 4,
+    rounds: Annotated[int, typer.Option(help="Rounds that it trains, each to the command's --stop (pbt).")] = 5,
     pruner: Annotated[
         str | None, typer.Option(help="Who gives trials up early: median (where nobody says), hyperband or none.")
     ] = None,
@@ -72,9 +81,13 @@ def tune(
         racecraft tune --objective seconds --minimize --last --param ppo.epochs=2..6 train --stop laps --stop minutes=1
 
         racecraft tune --run tunings/1 --trials 40 --param network.activation=relu,tanh train my-car --stop minutes=1
+
+        racecraft tune --sampler pbt --param ppo.learning_rate=1e-4..1e-2:log snakes train --stop minutes=2
     """
+    from racecraft.cli.jobs.population import NOT_OF_POPULATIONS, PBT, train_population
     from racecraft.cli.output import say
     from racecraft.contract.errors import SettingError
+    from racecraft.formats.population import PopulationRecord
     from racecraft.formats.whole import make_folder
     from racecraft.jobs.home import JobHome
     from racecraft.jobs.tuning.search import search
@@ -86,6 +99,13 @@ def tune(
     parameters = dict(read_parameter(one) for one in param)
     if len(parameters) < len(param):
         raise SettingError("a --param is given twice; expected every name once.")
+    if sampler == PBT:
+        _refuse_given(context, NOT_OF_POPULATIONS, f"--sampler {PBT} has a population and rounds")
+        record = PopulationRecord(
+            command, objective, not minimize, dict(one.split("=", 1) for one in param), population, rounds, seed
+        )
+        return train_population(record, parameters, run or _next_folder(Path("tunings")), parallel, json)
+    _refuse_given(context, ("population", "rounds"), f"only --sampler {PBT} has a population")
     if last and pruner not in (None, "none"):
         raise SettingError(f"--last gives nothing up early, and --pruner {pruner} would; expected one of them.")
     aim = Objective(objective, not minimize, last)
@@ -103,6 +123,16 @@ def tune(
     finally:
         _leave(folder, study, aim, parameters, command)
     _tell(folder, study, json)
+
+
+def _refuse_given(context: typer.Context, names: tuple[str, ...], because: str) -> None:
+    """Refuse options that were typed and would be ignored."""
+    from racecraft.contract.errors import SettingError
+
+    for name in names:
+        source = context.get_parameter_source(name)
+        if source is not None and source.name == "COMMANDLINE":
+            raise SettingError(f"--{name.strip('_')}: {because}; expected it left out.")
 
 
 def _next_folder(place: Path) -> Path:

@@ -4,6 +4,8 @@
     study.py             the one door to Optuna: what is tried next, what is given up, what mattered
     search.py            the loop: begin trials, look after them, give up the hopeless ones
     training_trials.py   a trial is a training command of ours, run as a job
+    population.py        population-based training: rounds, and the bad ones take over from the good
+    population_trials.py a member's round is a training command of ours, run as a job
     estimator_trials.py  a trial is a job of `RLEstimator`; `HyperparameterTuner` over it
 
 Begin with `search.py`.

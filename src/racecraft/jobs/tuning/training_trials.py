@@ -80,7 +80,7 @@ class TrainingTrials:
         """Begin a trial."""
         place = self._folder / TRIALS / str(number)
         sets = tuple(f"--set={name}={as_text(value)}" for name, value in values.items())
-        verb, rest = _verb(self._words)
+        verb, rest = split_verb(self._words)
 
         def spec(name: str) -> JobSpec:
             return JobSpec(
@@ -94,7 +94,7 @@ class TrainingTrials:
                 recorded={"tuning": str(self._folder), "trial": number, "values": dict(values)},
             )
 
-        job = submit_numbered(self._home, f"{_legal(self._folder.name)}-{number}", spec)
+        job = submit_numbered(self._home, f"{legal_name(self._folder.name)}-{number}", spec)
         return TrainingTrial(job.name, place, self._objective, self._home)
 
 
@@ -163,7 +163,7 @@ def check_command(words: Sequence[str]) -> tuple[str, ...]:
         SettingError: They train nothing, or say what every trial is told by itself.
     """
     words = _joined(words)
-    verb, rest = _verb(words)
+    verb, rest = split_verb(words)
     if verb[-1] != "train":
         raise SettingError(
             f"'{' '.join(words)}' trains nothing; expected a training command, such as gym train Pendulum-v1."
@@ -189,8 +189,12 @@ def _joined(words: Sequence[str]) -> list[str]:
     return joined
 
 
-def _verb(words: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the words up to "train", and those behind it."""
+def split_verb(words: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the words up to "train", and those behind it.
+
+    >>> split_verb(("gym", "train", "CartPole-v1"))
+    (('gym', 'train'), ('CartPole-v1',))
+    """
     cut = 1 if words[0] == "train" else 2
     return tuple(words[:cut]), tuple(words[cut:])
 
@@ -199,5 +203,6 @@ def _failure(job: Job) -> str:
     return job.reason.strip() or "it failed" if job.ended and job.state is State.FAILED else ""
 
 
-def _legal(name: str) -> str:
+def legal_name(name: str) -> str:
+    """Return what of a folder's name may stand in a job's, 40 letters at most."""
     return re.sub(r"[^A-Za-z0-9]+", "-", name).strip("-")[:40] or "tuning"

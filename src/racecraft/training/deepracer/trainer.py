@@ -16,7 +16,7 @@ import numpy as np
 from racecraft.algorithms.learner import Learner
 from racecraft.contract.errors import RunFolderError
 from racecraft.contract.world import Array, allocate
-from racecraft.envs.deepracer.settings import TIME_TRIAL, objects_of
+from racecraft.envs.deepracer.settings import HEAD_TO_MODEL, TIME_TRIAL, objects_of
 from racecraft.envs.deepracer.side_by_side import SideBySide
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
 from racecraft.evaluation.deepracer.by_track import Judged, judged_course
@@ -261,7 +261,7 @@ def load_reward(
         return load_reward_function(source, seconds=seconds)
     with tempfile.TemporaryDirectory() as folder:
         default = Path(folder) / "reward_function.py"
-        default.write_text(default_reward_source(race_type != TIME_TRIAL), encoding="utf-8")
+        default.write_text(default_reward_source(race_type != TIME_TRIAL, race_type == HEAD_TO_MODEL), encoding="utf-8")
         return load_reward_function(default, seconds=seconds)
 
 
