@@ -24,15 +24,21 @@ pytest.importorskip("ray", reason="needs ray: pip install 'racecraft[cluster]'")
 
 PATIENCE = 240.0
 """Seconds that anything may take on a machine with much else to do."""
-SMALL = ("rollout.num_worlds=4", "rollout.horizon=256", "evaluation.every=5", "evaluation.episodes=2", "network.hidden_units=8")  # fmt: skip
+SMALL = (
+    "rollout.num_worlds=4",
+    "rollout.horizon=256",
+    "evaluation.every=5",
+    "evaluation.episodes=2",
+    "network.hidden_units=8",
+)
 ITERATIONS = 30
 RAYS_OWN = ("raylet", "gcs_server", "ray::", "ray._private", "ray/_private")
 
 
 def words(run, cluster, iterations=ITERATIONS):
+    asked = [f"--cluster={cluster}", f"--run={run}", f"--stop=iterations={iterations}"]
     settings = [word for one in SMALL for word in ("--set", one)]
-    stop = f"--stop=iterations={iterations}"
-    return [sys.executable, "-m", "racecraft", "gym", "train", "CartPole-v1", f"--cluster={cluster}", f"--run={run}", stop, *settings]  # fmt: skip
+    return [sys.executable, "-m", "racecraft", "gym", "train", "CartPole-v1", *asked, *settings]
 
 
 def begin(run, cluster, iterations=ITERATIONS):
@@ -53,24 +59,25 @@ def iterations(run):
     return len(file.read_text().splitlines()) if file.exists() else 0
 
 
-def processes():
-    """Yield (pid, pid of its parent, command) of every process that lives."""
-    for place in Path("/proc").iterdir():
+def processes(sessions):
+    """Yield (pid, command) of every process of Ray that lives in some sessions; others on this machine are not ours."""
+    for place in Path("/proc").glob("[0-9]*"):
         try:
             told, stat = (place / "cmdline").read_bytes(), (place / "stat").read_text()
         except OSError:
             continue
-        state, parent = stat.rpartition(")")[2].split()[:2]
-        if told and state != "Z":
-            yield int(place.name), int(parent), told.replace(b"\0", b" ").decode(errors="replace")
+        state, _, _, session = stat.rpartition(")")[2].split()[:4]
+        command = told.replace(b"\0", b" ").decode(errors="replace")
+        if state != "Z" and int(session) in sessions and any(name in command for name in RAYS_OWN):
+            yield int(place.name), command
 
 
-def of_ray(before=()):
-    return {pid for pid, _, command in processes() if any(name in command for name in RAYS_OWN)} - set(before)
+def are_gone(*sessions):
+    return not list(processes(sessions))
 
 
-def workers(before=()):
-    return [pid for pid, _, command in processes() if "ray::Worker" in command and pid not in before]
+def workers(session):
+    return [pid for pid, command in processes({session}) if "ray::Worker" in command]
 
 
 @pytest.fixture
@@ -85,14 +92,14 @@ def undisturbed(tmp_path):
 
 
 def test_workers_killed_at_random_moments_lose_no_update(tmp_path, undisturbed):
-    before, chance = of_ray(), random.Random(7)
+    chance = random.Random(7)
     run, killed, at = tmp_path / "run", 0, 0
     training = begin(run, 2)
     try:
         for at in (3, 9, 16):
             until(lambda at=at: iterations(run) >= at or training.poll() is not None, f"iteration {at}")
             time.sleep(chance.uniform(0.0, 0.1))
-            if theirs := workers(before):
+            if theirs := workers(training.pid):
                 os.kill(chance.choice(theirs), signal.SIGKILL)
                 killed += 1
         assert training.wait(PATIENCE) == 0, run.with_suffix(".log").read_text()
@@ -101,12 +108,12 @@ def test_workers_killed_at_random_moments_lose_no_update(tmp_path, undisturbed):
     assert killed == 3
     assert run.with_suffix(".log").read_text().count("was lost") >= 1
     assert_same(undisturbed, run)
-    until(lambda: not of_ray(before), "the end of every process")
+    until(lambda: are_gone(training.pid), "the end of every process")
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
 def test_a_head_that_is_ended_leaves_no_process_and_goes_on_to_the_same_curve(tmp_path, undisturbed, how):
-    before, run = of_ray(), tmp_path / "run"
+    run = tmp_path / "run"
     training = begin(run, 2)
     until(lambda: iterations(run) >= 4 or training.poll() is not None, "iteration 4")
     if how == signal.SIGINT:
@@ -114,7 +121,7 @@ def test_a_head_that_is_ended_leaves_no_process_and_goes_on_to_the_same_curve(tm
     else:
         training.kill()
     training.wait(PATIENCE)
-    until(lambda: not of_ray(before), "the end of every process")
+    until(lambda: are_gone(training.pid), "the end of every process")
     assert iterations(run) < ITERATIONS
     resume(run, (f"iterations={ITERATIONS}",), Silent(), lambda text: None, spread=spread_here(2)[0])
     assert [row for row in curve(run) if row["evaluation_score"] is None or row["iteration"] % 5 == 0]
@@ -132,7 +139,7 @@ def assert_same_but_for_the_last_look(one, other):
 def test_a_node_that_fails_is_made_up_for_by_the_others(tmp_path, undisturbed):
     from ray.cluster_utils import Cluster
 
-    before, run = of_ray(), tmp_path / "run"
+    run = tmp_path / "run"
     cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 0, "include_dashboard": False})
     training = None
     try:
@@ -148,7 +155,7 @@ def test_a_node_that_fails_is_made_up_for_by_the_others(tmp_path, undisturbed):
     assert "was lost" in run.with_suffix(".log").read_text()
     assert json.loads((run / "job.json").read_text())["cluster"] == {"asked": f"2@{cluster.address}", "workers": 2}
     assert_same(undisturbed, run)
-    until(lambda: not of_ray(before), "the end of every process")
+    until(lambda: are_gone(training.pid, os.getsid(0)), "the end of every process")
 
 
 def test_a_cluster_that_does_not_stand_is_named(tmp_path):

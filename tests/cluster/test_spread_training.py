@@ -24,6 +24,7 @@ SMALL = (
     "evaluation.every=2",
     "evaluation.episodes=2",
     "network.hidden_units=8",
+    "runtime.threads=1",
 )
 
 
@@ -45,7 +46,7 @@ def snakes(run, *more):
 
 
 def cars(run, *more):
-    return RaceRequest(run=run, stops=("iterations=4",), overrides=(*SMALL[:4], *more))
+    return RaceRequest(run=run, stops=("iterations=4",), overrides=(*SMALL[:4], SMALL[5], *more))
 
 
 def curve(run):
@@ -145,9 +146,8 @@ def test_a_place_that_loses_every_worker_is_named(tmp_path):
     assert len(curve(tmp_path / "run")) == 2  # what was learned until then stands
 
 
-def test_workers_that_never_come_are_named(tmp_path, monkeypatch):
-    monkeypatch.setattr("racecraft.cluster.crew.COME_SECONDS", 0.0)
-    spread, transport = spread_here(2, never_come=True)
+def test_workers_that_never_come_are_named(tmp_path):
+    spread, transport = spread_here(2, come_seconds=0.0, never_come=True)
     with pytest.raises(ClusterError, match="0 of 2 workers came"):
         train(cart(tmp_path / "run"), Silent(), lambda text: None, spread)
     assert transport.closed
@@ -221,6 +221,8 @@ def test_a_reward_function_that_fails_in_a_worker_is_the_users_letter(tmp_path):
     (tmp_path / "car" / "reward_function.py").write_text(
         "def reward_function(params):\n    if params['steps'] > 5:\n        return 1 / 0\n    return 1.0\n"
     )
-    request = RaceRequest(tmp_path / "car", run=tmp_path / "run", stops=("iterations=4",), overrides=SMALL[:4])
+    request = RaceRequest(
+        tmp_path / "car", run=tmp_path / "run", stops=("iterations=4",), overrides=(*SMALL[:4], SMALL[5])
+    )
     with pytest.raises(UserInputError, match="ZeroDivisionError"):
         train(request, Silent(), lambda text: None, spread_here(2)[0])

@@ -2,9 +2,10 @@
 
 import itertools
 import os
-import pickle
 import sys
 from dataclasses import dataclass, field
+
+import cloudpickle  # as Ray does; it comes with gymnasium
 
 from racecraft.cluster.asked import ClusterAsked
 from racecraft.cluster.messages import Surroundings
@@ -39,8 +40,8 @@ class WorkersHere:
             return ticket
         if what == "collect" and next(self._collectings) in self.lost_at:
             self._lost.add(worker)
-        answer = getattr(worker, what)(pickle.loads(pickle.dumps(message)))
-        self._answers[ticket] = None if worker in self._lost else (pickle.dumps(answer),)
+        answer = getattr(worker, what)(cloudpickle.loads(cloudpickle.dumps(message)))
+        self._answers[ticket] = None if worker in self._lost else (cloudpickle.dumps(answer),)
         return ticket
 
     def for_all(self, message):
@@ -53,7 +54,7 @@ class WorkersHere:
         answer = self._answers.pop(ticket)
         if answer is None:
             raise WorkerLostError("as the test has it")
-        return pickle.loads(answer[0])
+        return cloudpickle.loads(answer[0])
 
     def end(self, worker):
         self.ended += 1
@@ -63,7 +64,7 @@ class WorkersHere:
         self.closed = True
 
 
-def spread_here(workers, **more):
+def spread_here(workers, come_seconds=60.0, **more):
     """Return what carries worlds to workers in this process, and their transport."""
     transport = WorkersHere(workers, **more)
-    return spread_by(lambda: transport, ClusterAsked(workers, None)), transport
+    return spread_by(lambda: transport, ClusterAsked(workers, None), come_seconds), transport

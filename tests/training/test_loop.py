@@ -77,7 +77,10 @@ class Collector:
     """Collects nothing, and has two episodes of rewards 3 and 6 each time."""
 
     def __init__(self):
-        self.observers, self.steps_taken = [], 0
+        self.steps_taken = 0
+
+    def look_meanwhile(self, look):
+        """Nobody looks: nothing lasts here."""
 
     def collect(self):
         self.steps_taken += 5

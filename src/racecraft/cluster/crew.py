@@ -6,6 +6,7 @@ the same chance, and gives the very answer that was lost: a training loses no up
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -18,8 +19,9 @@ from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.contract.world import WorldSpec
 from racecraft.training.versions import versions
 
-COME_SECONDS = 120.0
-"""Workers that are not there by then do not come: a process begins and imports what it needs in some ten seconds."""
+COME_SECONDS = 180.0
+"""Workers that are not there by then do not come: a process begins in some ten seconds, on a machine at work in sixty.
+Opening worlds, which may mean to compile them, is not limited."""
 LOOK_SECONDS = 0.5
 """How often, while workers are at work, somebody may look at the clock."""
 LOST_IN_A_ROW = 5
@@ -56,6 +58,8 @@ class Crew:
             UserInputError: What they are to open cannot be opened.
         """
         self._workers = [self._transport.start() for _ in self._orders]
+        coming = {self._transport.ask(worker, "come", None): place for place, worker in enumerate(self._workers)}
+        self._wait_for_all(coming, self._come_seconds)
         asked = {self._transport.ask(self._workers[place], "open", order): place for place, order in self._places()}
         self.opened = [answer for _, answer in sorted(self._wait_for_all(asked).items())]
         for place, opened in enumerate(self.opened):
@@ -123,9 +127,9 @@ class Crew:
         self._transport.ask(self._workers[place], "open", self._orders[place])
         self._transport.ask(self._workers[place], "begin", start)
 
-    def _wait_for_all(self, asked: Mapping[Ticket, int]) -> dict[int, Any]:
+    def _wait_for_all(self, asked: Mapping[Ticket, int], seconds: float = math.inf) -> dict[int, Any]:
         """Wait until workers have answered that were just started."""
-        waiting, answers, until = dict(asked), dict[int, Any](), time.monotonic() + self._come_seconds
+        waiting, answers, until = dict(asked), dict[int, Any](), time.monotonic() + seconds
         while waiting:
             for ticket in self._transport.answered(list(waiting), LOOK_SECONDS):
                 place = waiting.pop(ticket)
@@ -138,7 +142,7 @@ class Crew:
                     ) from lost
             if waiting and time.monotonic() > until:
                 raise ClusterError(
-                    f"cluster: {len(answers)} of {len(asked)} workers came within {self._come_seconds:.0f} s; expected "
+                    f"cluster: {len(answers)} of {len(asked)} workers came within {seconds:.0f} s; expected "
                     "all of them. Look with `ray status` which cores are taken, ask for fewer workers (N@…), or begin "
                     "more machines with `ray start --address=HOST:PORT`."
                 )

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from racecraft.algorithms.learner import Learner
 from racecraft.cluster.asked import ClusterAsked, read_cluster
 from racecraft.cluster.collector import ClusterCollector, Updates
-from racecraft.cluster.crew import Crew
+from racecraft.cluster.crew import COME_SECONDS, Crew
 from racecraft.cluster.messages import Order
 from racecraft.cluster.shares import plan_of_share, shares_of
 from racecraft.cluster.transport import Transport
@@ -66,19 +66,20 @@ def spread_over(cluster: str | int | None) -> Spread | None:
     return spread_by(lambda: RayTransport(asked), asked)
 
 
-def spread_by(reach: Any, asked: ClusterAsked) -> Spread:
+def spread_by(reach: Callable[[], Transport], asked: ClusterAsked, come_seconds: float = COME_SECONDS) -> Spread:
     """Return what carries a training's worlds to workers.
 
     Args:
         reach: Makes a `Transport`, once it is known that the training can be spread.
         asked: Which cluster, for what is said and for job.json.
+        come_seconds: Workers are there by then, or do not come.
     """
 
     @contextlib.contextmanager
     def spread(kind: str, planned: Any, experiment: Experiment, say: Say) -> Iterator[Experiment]:
         _require_spreadable(experiment)
         with contextlib.closing(reach()) as transport:
-            crew = _opened_crew(transport, kind, planned, say)
+            crew = _crew(transport, kind, planned, come_seconds, say)
             gatherer = ClusterGatherer(crew, crew.open(), experiment)
             _tell(crew, asked, say)
 
@@ -90,7 +91,6 @@ def spread_by(reach: Any, asked: ClusterAsked) -> Spread:
                 experiment,
                 gatherer=gatherer,
                 after_update=after_update,
-                world_lasts=experiment.world_lasts,
                 job={**experiment.job, "cluster": {"asked": str(asked), "workers": len(crew.opened)}},
             )
             _tell_traffic(gatherer, say)
@@ -98,11 +98,13 @@ def spread_by(reach: Any, asked: ClusterAsked) -> Spread:
     return spread
 
 
-def _opened_crew(transport: Transport, kind: str, planned: Any, say: Say) -> Crew:
+def _crew(transport: Transport, kind: str, planned: Any, come_seconds: float, say: Say) -> Crew:
+    """Return workers in their places, not yet started."""
     shares = shares_of(planned.settings.rollout.num_worlds, transport.room, planned.seed)
     if len(shares) < transport.room:
         say(f"- cluster: {transport.room} workers, and rollout.num_worlds is {len(shares)}; so many of them work")
-    return Crew(transport, [Order(kind, plan_of_share(planned, share), share) for share in shares], say)
+    orders = [Order(kind, plan_of_share(planned, share), share) for share in shares]
+    return Crew(transport, orders, say, come_seconds)
 
 
 def _require_spreadable(experiment: Experiment) -> None:

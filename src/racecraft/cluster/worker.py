@@ -51,6 +51,9 @@ class Worker:
         self._worlds = contextlib.ExitStack()
         self._trouble: Trouble | None = None
 
+    def come(self, message: None) -> None:
+        """Be there: whoever hears the answer knows that this process runs."""
+
     def open(self, order: Order) -> Opened | Trouble:
         """Open the worlds of a share."""
         return self._told(lambda: self._open(order))
