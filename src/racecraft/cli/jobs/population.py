@@ -52,7 +52,8 @@ def train_population(
     if best is None:
         print("nobody came to a score")
         return
-    print(f"best: member {best.member} at the end of round {best.round}, {plain(best.score)}: {run}, checkpoint {best.iteration}")
+    print(f"best: member {best.member} at the end of round {best.round}, {plain(best.score)}")
+    print(f"  {run}, checkpoint {best.iteration}")
     for name, value in best.values.items():
         print(f"  {name} = {plain(value)}")
     print(f"page: {folder / PAGE}")
