@@ -1,16 +1,17 @@
 """How fast a replay is drawn from, with and without priorities: batches a second on one core.
 
-    python benchmarks/replay.py [--transitions 1000000] [--batch 512] [--seconds 2]
+    python benchmarks/replay.py [--transitions 1000000] [--batch 512] [--seconds 4]
 
 Rows: drawing places and their weights alone (the sum tree), whole transitions of a small world (four numbers, as
 CartPole shows), whole transitions with every priority set anew afterwards, and the same drawn all alike. Repeats are
 interleaved and the median is told. What counts is processor time, so that a busy machine tells almost what an idle one
-does; its caches are shared all the same.
+does; its caches are shared all the same. The last line of the output is one JSON object.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import statistics
 import time
 from collections.abc import Callable
@@ -24,6 +25,12 @@ from racecraft.rollout.replay import Replay
 from racecraft.rollout.replay_settings import ReplayConfig
 
 ROWS, REPEATS = 8, 9
+TOLD = {
+    "places": "places and shares by priority",
+    "transitions": "transitions by priority",
+    "set_anew": "transitions by priority, set anew",
+    "alike": "transitions all alike",
+}
 
 
 def filled(transitions: int, prioritised: bool) -> Replay:
@@ -57,7 +64,7 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     options.add_argument("--transitions", type=int, default=1_000_000)
     options.add_argument("--batch", type=int, default=512)
-    options.add_argument("--seconds", type=float, default=2.0, help="of each row, all repeats together")
+    options.add_argument("--seconds", type=float, default=4.0, help="of each row, all repeats together")
     asked = options.parse_args()
     torch.set_num_threads(1)
     chance, size = torch.Generator().manual_seed(1), asked.batch
@@ -69,12 +76,10 @@ def main() -> None:
         weighed.set_priorities(weighed.sample(size, chance).index, errors)
 
     rows: dict[str, Callable[[], object]] = {
-        "places and shares by priority": lambda: tree.draw(
-            torch.rand(size, generator=chance, dtype=torch.float64).numpy()
-        ),
-        "transitions by priority": lambda: weighed.sample(size, chance),
-        "transitions by priority, set anew": set_anew,
-        "transitions all alike": lambda: alike.sample(size, chance),
+        "places": lambda: tree.draw(torch.rand(size, generator=chance, dtype=torch.float64).numpy()),
+        "transitions": lambda: weighed.sample(size, chance),
+        "set_anew": set_anew,
+        "alike": lambda: alike.sample(size, chance),
     }
     rates: dict[str, list[float]] = {name: [] for name in rows}
     for one in rows.values():
@@ -86,9 +91,13 @@ def main() -> None:
                 one()
                 count += 1
             rates[name].append(count / spent)
-    print(f"{asked.transitions:,} transitions, batch {size}; median (best) of {REPEATS}")
+    figures: dict[str, float] = {"stored": asked.transitions, "batch": size}
+    print(f"{asked.transitions:,} transitions, batch {size}; median (lowest, highest) of {REPEATS}")
     for name, found in rates.items():
-        print(f"{name:36} {statistics.median(found):9,.0f} ({max(found):,.0f}) batches a processor second")
+        middle, low, high = (round(one) for one in (statistics.median(found), min(found), max(found)))
+        figures |= {name: middle, f"{name}_low": low, f"{name}_high": high}
+        print(f"{TOLD[name]:36} {middle:9,} ({low:,}, {high:,}) batches a processor second")
+    print(json.dumps(figures))
 
 
 if __name__ == "__main__":

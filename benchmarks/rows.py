@@ -98,6 +98,22 @@ def cartpole_rows(figures: dict[str, Any]) -> list[Row]:
     return [(what, f"{figures['median_seconds']:g} s", "60 s", "20 s", spread)]
 
 
+def replay_rows(figures: dict[str, Any]) -> list[Row]:
+    """Return the rows of how fast a replay is drawn from."""
+
+    def row(what: str, name: str, floor: str, aim: str) -> Row:
+        spread = f"{figures[f'{name}_low']:,} – {figures[f'{name}_high']:,}"
+        return (what, f"{figures[name]:,} batches/s", floor, aim, spread)
+
+    whole = f"replay of {figures['stored']:,} transitions, batches of {figures['batch']} by priority, one core"
+    return [
+        row(f"{whole}: places and their weights", "places", "5k", "20k"),
+        row("the same: whole transitions of four numbers", "transitions", "5k", "20k"),
+        row("the same, every priority set anew afterwards", "set_anew", "-", "-"),
+        row("whole transitions, all alike", "alike", "-", "-"),
+    ]
+
+
 def battlesnake_rows(figures: dict[str, Any]) -> list[Row]:
     """Return the rows of the game's own speed."""
 
@@ -183,6 +199,7 @@ ROWS = {
     "sb3": sb3_rows,
     "start_up": start_up_rows,
     "cartpole": cartpole_rows,
+    "replay": replay_rows,
     "battlesnake": battlesnake_rows,
     "unity": unity_rows,
     "snake_search": snake_search_rows,

@@ -30,6 +30,7 @@ COMMANDS = {
     "sb3": [str(HERE / "sb3_cars.py")],
     "start_up": [str(HERE / "start_up.py")],
     "cartpole": [str(HERE / "cartpole.py")],
+    "replay": [str(HERE / "replay.py")],
     "battlesnake": [str(HERE / "battlesnake.py")],
     "unity": [str(HERE / "unity.py")],
     "snake_search": [str(HERE / "snake_search.py")],

@@ -7,16 +7,19 @@
 
 A mutant is one change in one file: a comparison or a sum turned round, a constant moved, a condition negated, a
 statement left out. It is tried in a copy of the house, so that nothing here is touched and several samples can run side
-by side. First come the tests that name the module, then, where those pass, the folder of tests that mirrors its room;
-tests that fail without any mutant are left out. One that runs much longer than without a mutant counts as noticed, and
-is told as "late", since on a loaded machine it may only have been unlucky. docs/decisions/0009-mutants.md says why this
-is a script of ours, and which survivors were read.
+by side. First come the tests that name the module or bear its name, then, where those pass, the folder of tests that
+mirrors its room; tests that fail without any mutant are left out, and tests that come to no end without one are no
+judges. One that runs much longer than without a mutant counts as noticed, and is told as "late", since on a loaded
+machine it may only have been unlucky. Of compiled kernels only those are compiled again that read what was changed, and
+mutants of what no kernel reads are tried first. docs/decisions/0009-mutants.md says why this is a script of ours, and
+which survivors were read.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import contextlib
 import os
 import random
 import re
@@ -29,10 +32,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from racecraft.kernels import compile as kernels
+
 ROOT = Path(__file__).resolve().parents[1]
 HOUSE = Path("src/racecraft")
 ROOMS = ("contract", "envs", "algorithms", "rollout", "evaluation", "formats")
 LONGEST_SECONDS = 600
+UNASKED = "unasked"
 PATIENCE = 4
 """A mutant may take so many times as long as the tests do without it, and a minute."""
 
@@ -76,17 +82,17 @@ def main(words: list[str]) -> int:
     sample = random.Random(asked.seed).sample(every, min(asked.count, len(every)))
     print(f"{len(sample)} of {len(every):,} mutants, seed {asked.seed}", flush=True)
     began, survivors, tried = time.monotonic(), [], 0
-    sample = sample[asked.skip :]
+    numbered = list(enumerate(sample, 1))[asked.skip :]
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         copy = Copy(Path(folder))
-        for mutant in sample:
+        for number, mutant in sorted(numbered, key=lambda one: copy.costs(one[1].path)):
             if time.monotonic() - began > 60 * asked.minutes:
                 break
             noticed_by = copy.noticed(mutant, asked.near)
-            tried += 1
+            tried += noticed_by != UNASKED
             survivors += [] if noticed_by else [mutant]
             print(
-                f"{asked.skip + tried:4} {noticed_by or 'SURVIVES':9} {mutant.path}:{mutant.line}  {mutant.what}",
+                f"{number:4} {noticed_by or 'SURVIVES':9} {mutant.path}:{mutant.line}  {mutant.what}",
                 flush=True,
             )
     dead = tried - len(survivors)
@@ -149,40 +155,77 @@ class Copy:
         shutil.copytree(ROOT, self._root, ignore=leave)
         if (ROOT.parent / "shared").exists():
             (folder / "shared").symlink_to((ROOT.parent / "shared").resolve())
-        self._known: dict[tuple[str, ...], tuple[list[str], float]] = {}
+        self._compiled, self._tried = folder / "compiled", folder / "compiled-with-mutant"
+        package = self._root / HOUSE
+        self._reads = {path: set(kernels.read_by(path, package)) for path in package.rglob("kernels/*.py")}
+        self._known: dict[tuple[str, ...], tuple[list[str], float, bool]] = {}
 
     def noticed(self, mutant: Mutant, only_near: bool = False) -> str:
-        """Return what noticed a mutant: "near" tests, those of its "folder", their being "late", or "" for nothing."""
-        path = self._root / mutant.path
-        source = path.read_text(encoding="utf-8")
+        """Return what noticed a mutant: "near" tests, those of its "folder", their being "late"; "" for nobody.
+
+        Where no tests come to an end without it, the answer is UNASKED.
+        """
         near, folder = self._near(mutant.path), self._folder(mutant.path)
         asked = {"near": near, "folder": [] if only_near and near else folder}
+        answer = UNASKED
         for kind, tests in asked.items():
             if not tests:
                 continue
-            failing, seconds = self._without_mutant(tuple(tests))
-            path.write_text(changed(source, mutant.number), encoding="utf-8")
-            try:
-                passed, said = self._run([*tests, "-x", *failing], min(LONGEST_SECONDS, 60 + PATIENCE * seconds))
-            finally:
-                path.write_text(source, encoding="utf-8")
+            failing, seconds, judges = self._without_mutant(tuple(tests))
+            if not judges:
+                continue
+            with self._living(mutant):
+                limit = min(LONGEST_SECONDS, 60 + PATIENCE * seconds)
+                passed, said = self._run([*tests, "-x", *failing], limit, self._tried)
             if not passed:
                 return kind if said else "late"
-        return ""
+            answer = ""
+        return answer
 
-    def _without_mutant(self, tests: tuple[str, ...]) -> tuple[list[str], float]:
-        """Return the options that leave out what fails anyway, and how long the tests take."""
+    def costs(self, path: Path) -> tuple[bool, bool]:
+        """Return what sorts files by what it costs to try one of their mutants, the cheap ones first."""
+        return bool(self.read_by(path)), not self._near(path)
+
+    def read_by(self, path: Path) -> list[Path]:
+        """Return the kernels that a file's numbers and functions are compiled into, itself among them."""
+        return [kernel for kernel, read in self._reads.items() if self._root / path in read]
+
+    @contextlib.contextmanager
+    def _living(self, mutant: Mutant) -> Iterator[None]:
+        """Put a mutant into the house for a while, with compiled kernels that know nothing of what it changes."""
+        path = self._root / mutant.path
+        source, told = path.read_text(encoding="utf-8"), path.stat()
+        self._compiled.mkdir(exist_ok=True)
+        shutil.copytree(self._compiled, self._tried, copy_function=os.link)
+        for kernel in self.read_by(mutant.path):
+            for one in self._tried.glob(f"*/{kernel.stem}.*"):
+                one.unlink()
+        path.write_text(changed(source, mutant.number), encoding="utf-8")
+        try:
+            yield
+        finally:
+            path.write_text(source, encoding="utf-8")
+            os.utime(path, ns=(told.st_atime_ns, told.st_mtime_ns))  # by which Numba knows what it compiled
+            shutil.rmtree(self._tried)
+
+    def _without_mutant(self, tests: tuple[str, ...]) -> tuple[list[str], float, bool]:
+        """Return the options that leave out what fails anyway, how long the tests take, and whether they end."""
         if tests not in self._known:
+            self._compiled.mkdir(exist_ok=True)
             began = time.monotonic()
-            _, said = self._run([*tests], LONGEST_SECONDS)
+            passed, said = self._run([*tests], LONGEST_SECONDS, self._compiled)
             failing = re.findall(r"^(?:FAILED|ERROR) (\S+)", said, re.MULTILINE)
-            self._known[tests] = ([f"--deselect={one}" for one in failing], time.monotonic() - began)
+            took = time.monotonic() - began
+            self._known[tests] = ([f"--deselect={one}" for one in failing], took, passed or bool(said))
+            if not passed and not said:
+                print(f"     {' '.join(tests)}: no end in {took:.0f} s without a mutant; not asked", flush=True)
         return self._known[tests]
 
-    def _run(self, words: list[str], seconds: float) -> tuple[bool, str]:
+    def _run(self, words: list[str], seconds: float, compiled: Path) -> tuple[bool, str]:
         """Run tests; return whether all passed in time, and what was said."""
         command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *words]
-        environment = {**os.environ, "PYTHONPATH": str(self._root / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
+        environment = os.environ | {"PYTHONPATH": str(self._root / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
+        environment["NUMBA_CACHE_DIR"] = str(compiled)
         try:
             done = subprocess.run(
                 command, cwd=self._root, env=environment, capture_output=True, text=True, timeout=seconds
@@ -192,13 +235,16 @@ class Copy:
         return done.returncode in (0, 5), done.stdout
 
     def _near(self, path: Path) -> list[str]:
-        """Return the test files that import a module by its name."""
+        """Return the module with its examples, and the test files that import it by its name, or bear it."""
         name = ".".join(path.with_suffix("").parts[1:]).removesuffix(".__init__")
         parent, _, last = name.rpartition(".")
         imports = re.compile(rf"{re.escape(name)}\b|from {re.escape(parent)} import [^\n]*\b{re.escape(last)}\b")
         mirrored = self._root / "tests" / path.parts[2]
         files = sorted(mirrored.rglob("test_*.py")) if mirrored.is_dir() else []
-        return [str(one.relative_to(self._root)) for one in files if imports.search(one.read_text(encoding="utf-8"))]
+        named = f"test_{last}.py"
+        near = [one for one in files if one.name == named or imports.search(one.read_text(encoding="utf-8"))]
+        own = [self._root / path] if ">>> " in (self._root / path).read_text(encoding="utf-8") else []
+        return [str(one.relative_to(self._root)) for one in [*own, *near]]
 
     def _folder(self, path: Path) -> list[str]:
         """Return the folder of tests that mirrors a module's own, or the nearest above it."""

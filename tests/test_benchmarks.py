@@ -63,3 +63,21 @@ def test_a_speed_up_is_counted_from_the_best_figure_of_one_core(rows):
     (row,) = [row for row in rows.battlesnake_rows(figures) if "over the best of one core" in row[0]]
     assert row[1] == "1.65×"
     assert re.search(r"568,568 over 344,839", row[4])
+
+
+def test_who_never_solves_a_world_counts_as_endless_beside_the_others():
+    """By hand: ours 2, 4, 6 processor seconds (median 4), theirs 6, 10 and never (median 10, 2.5 times as long)."""
+    spec = importlib.util.spec_from_file_location("peers", HERE / "peers.py")
+    peers = importlib.util.module_from_spec(spec)
+    sys.modules["peers"] = peers  # its dataclass looks there for its own module
+    spec.loader.exec_module(peers)
+
+    def runs(*seconds):
+        return [{"seconds": one, "processor_seconds": one, "steps": 1} for one in seconds]
+
+    found = {"CartPole-v1": {"racecraft": runs(2, 4, 6), "stable-baselines3": runs(6, 10, None)}}
+    ours, theirs = peers.table(found).splitlines()[2:]
+    assert ours == "| CartPole-v1 | racecraft | 3 of 3 | 4 | 4 | - | 2, 4, 6 |"
+    assert theirs == "| CartPole-v1 | stable-baselines3 | 2 of 3 | 10 | 10 | 2.50× | 6, 10, not solved |"
+    found["CartPole-v1"]["stable-baselines3"] = runs(6, None, None)
+    assert "| inf | inf | inf× |" in peers.table(found)

@@ -50,3 +50,32 @@ def test_the_fast_car_is_a_folder_that_trains():
     assert max(plan.actions.speed) == 2.4 <= MAX_SPEED_MPS
     paid = validate(load_reward_function(folder / "reward_function.py"))
     assert paid["on the way"] > paid["near the border"] > 0
+
+
+CARS = {"six_boxes": "OBJECT_AVOIDANCE", "three_bots": "HEAD_TO_BOT", "overtaking": "HEAD_TO_MODEL"}
+
+
+@pytest.mark.parametrize("name", CARS)
+def test_a_car_among_others_is_a_folder_that_trains(name):
+    from racecraft.training.deepracer.trainer import RaceRequest, plan_car
+
+    planned = plan_car(RaceRequest(folder=EXAMPLES / name))
+    assert planned.settings.race.type == CARS[name]
+    assert planned.track.name == "reInvent2019_wide"
+    assert planned.stops, "it ends by itself"
+    assert not [note for note in planned.notes if "a time trial" in note or "centre line" in note]
+
+
+def test_the_boxes_are_six_and_the_bots_three():
+    from racecraft.training.deepracer.trainer import RaceRequest, plan_car
+
+    boxes = plan_car(RaceRequest(folder=EXAMPLES / "six_boxes")).settings.boxes
+    assert (boxes.number, boxes.random, boxes.min_distance) == (6, True, 2.0)
+    assert plan_car(RaceRequest(folder=EXAMPLES / "three_bots")).settings.bots.number == 3
+
+
+def test_the_overtaking_car_is_paid_by_the_default_of_its_race():
+    from racecraft.formats.aws.reward_file import default_reward_source
+
+    text = (EXAMPLES / "overtaking" / "reward_function.py").read_text(encoding="utf-8")
+    assert text == default_reward_source(has_objects=True, has_rivals=True)

@@ -15,7 +15,7 @@ FLOOR = {
     "rollout": 2, "players": 2,
     "evaluation": 3, "analysis": 3, "export": 3, "logs": 3,
     "training": 4, "reporting": 4,
-    "jobs": 5, "league": 5,
+    "jobs": 5, "cluster": 5, "league": 5,
     "console": 6, "serving": 6, "lessons": 6, "compat": 6, "api": 6, "estimator": 6,
     "cli": 7,
 }  # fmt: skip
@@ -28,7 +28,7 @@ GROUND = {"contract": 0, "kernels": 1, "settings": 1, "formats": 2, "tracks": 3,
 
 HEAVY = {
     "torch": {"algorithms", "rollout", "export", "analysis", "training"},
-    "ray": {"training", "jobs"},
+    "ray": {"cluster"},
     "mlflow": {"training"},
     "grpc": {"envs"},
     "sqlalchemy": {"jobs", "league"},

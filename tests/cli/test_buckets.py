@@ -54,6 +54,33 @@ def test_a_training_is_mirrored_gone_on_with_and_begun_from(racecraft, served):
     assert files_of(Path("d")) == files_of(Path("a"))
 
 
+SMALL_BOARDS = (
+    "--size", "7", "--snakes", "2", "--set", "rollout.num_worlds=8", "--set", "rollout.horizon=8",
+    "--set", "network.image_units=8", "--set", "network.hidden_units=8", "--set", "ppo.batch_size=64",
+    "--set", "evaluation.episodes=4", "--set", "snake.max_turns=40", "--set", "runtime.threads=1",
+)  # fmt: skip
+KINDS = {
+    "gym": ("gym", "train", "CartPole-v1"),
+    "snakes": ("snakes", "train", *SMALL_BOARDS),
+    "unity": ("unity", "train", "builtin:Basic", "--set", "rollout.horizon=16"),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_trainings_of_every_kind_are_mirrored_gone_on_with_and_begun_from(racecraft, served, kind):
+    _, bucket = served
+    words, once = KINDS[kind], ("--stop", "iterations=1")
+    said = racecraft(*words, *once, "--run", "a", "--mirror", f"s3://models/{kind}")
+    assert (said.code, f"mirrored: s3://models/{kind} holds all of a" in said.out) == (0, True), said.err
+    again = racecraft(*words[:2], "--run", "a", "--resume", "--stop", "iterations=2")
+    assert again.code == 0, again.err
+    assert files_of(Path("a")) == files_of(bucket / kind)
+    cloned = racecraft(*words, *once, "--run", "b", "--from", f"s3://models/{kind}:last")
+    assert (cloned.code, f"fetching s3://models/{kind} into" in cloned.out) == (0, True), cloned.err
+    taken = racecraft(*words, *once, "--run", "c", "--mirror", f"s3://models/{kind}")
+    assert (taken.code, "expected a free prefix" in taken.err) == (2, True)
+
+
 def test_a_training_goes_on_where_no_store_answers(racecraft, monkeypatch):
     monkeypatch.setenv("AWS_ENDPOINT_URL", "http://127.0.0.1:9")
     said = racecraft("train", *STOP, "--run", "a", "--mirror", "s3://models/a", *TINY)

@@ -39,7 +39,10 @@ def test_one_command_trains_groups_and_another_judges_them(racecraft, tmp_path):
     assert "Of 1 never seen in training, 0 lapped from every start" in page
     assert page.index("LGSWide") < page.index("Oval_track boxes"), "tracks never seen come first"
     assert racecraft("train", "--run", "r", "--resume", "--track", "Vegas_track").code == 2
-    again = ("--run", "r", "--resume", "--stop", "iterations=2", "--hold-out", "LGSWide", "--no-pictures")
+    other = ("--group", "cars=2", "--group", "race=OBJECT_AVOIDANCE boxes.number=2 cars=2")
+    refused = racecraft("train", "--run", "r", "--resume", *other)
+    assert (refused.code, "--group cannot change" in refused.err) == (2, True), refused.err
+    again = ("--run", "r", "--resume", "--stop", "iterations=2", "--hold-out", "LGSWide", *GROUPS, "--no-pictures")
     assert racecraft("train", *again).code == 0, "what is said again changes nothing"
 
 

@@ -1,9 +1,12 @@
 """`racecraft train --against` and `racecraft race`, as a user types them."""
 
 import json
+import shutil
 
 import pytest
 from tests.cli.conftest import TINY
+
+from racecraft.formats.aws.training_metrics import read_metrics_file
 
 STOP = ("--stop", "iterations=1", "--no-pictures")
 
@@ -62,3 +65,66 @@ def test_cars_that_do_not_fit_on_the_lap_are_named(racecraft, run):
     told = racecraft("race", *["r"] * 8, "--track", "Straight_track")
     assert told.code == 2
     assert "8 cars start 0.75 m behind one another" in told.err
+
+
+def test_a_race_says_how_often_cars_overtook_in_it(racecraft, run):
+    said = racecraft("race", "r", "r:0", "--laps", 1, "--max-resets", 0, "--json")
+    told = json.loads(said.out)
+    passed = sum(one["overtakes"] for race in told["races"] for one in race)
+    assert told["overtakes_per_race"] == passed / len(told["races"])
+    assert "overtakes a race" in racecraft("race", "r", "r:0", "--laps", 1, "--max-resets", 0).out
+
+
+@pytest.fixture
+def installation(racecraft, run, tmp_path):
+    """A folder of DeepRacer for Cloud whose bucket holds two models; returns what writes its run.env."""
+    for name in ("mine", "theirs"):
+        shutil.copytree(tmp_path / "r", tmp_path / "bucket" / name)
+
+    def write(*lines):
+        said = ("DR_RACE_TYPE=HEAD_TO_MODEL", "DR_LOCAL_S3_MODEL_PREFIX=mine", "DR_EVAL_OPP_S3_MODEL_PREFIX=theirs")
+        (tmp_path / "run.env").write_text("\n".join((*said, "DR_EVAL_MAX_RESETS=0", *lines)) + "\n")
+
+    return write
+
+
+def test_a_dr_evaluation_races_the_opponent_and_leaves_aws_files_with_both(racecraft, installation, tmp_path):
+    installation("DR_EVAL_NUMBER_OF_TRIALS=1", "DR_DISPLAY_NAME=Ann", "DR_EVAL_OPP_CAR_NAME=Zoom")
+    said = racecraft("dr", "run-evaluation", tmp_path / "bucket" / "mine")
+    assert said.code == 0, said.err
+    assert "Ann" in said.out
+    assert "Zoom" in said.out
+    for name in ("mine", "theirs"):
+        [metrics] = (tmp_path / "bucket" / name / "metrics" / "evaluation").glob("evaluation-*.json")
+        [row] = read_metrics_file(metrics).rows
+        assert row.trial == 1
+        assert row.reset_count == 1 or row.episode_status == "Time Up"
+        [trace] = (tmp_path / "bucket" / name).glob("evaluation-*/evaluation-simtrace/*.csv")
+        assert len(trace.read_text().splitlines()) > 2
+    assert not list(tmp_path.glob("bucket/*/mp4"))
+
+
+def test_a_dr_race_is_filmed_with_the_original_s_cameras(racecraft, installation, tmp_path):
+    installation("DR_EVAL_NUMBER_OF_TRIALS=1", "DR_EVAL_SAVE_MP4=True", "DR_EVAL_OPP_CAR_BODY_SHELL_TYPE=x")
+    said = racecraft("dr", "run-evaluation", tmp_path / "bucket" / "mine")
+    assert said.code == 2
+    assert "'x'" in said.err, "the opponent's shell is what its run.env says"
+    installation("DR_EVAL_NUMBER_OF_TRIALS=1", "DR_EVAL_SAVE_MP4=True")
+    said = racecraft("dr", "run-evaluation", tmp_path / "bucket" / "mine")
+    assert said.code == 0, said.err
+    assert len(list((tmp_path / "bucket" / "mine" / "mp4").glob("camera-*/*-video.mp4"))) == 3
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("DR_EVAL_IS_CONTINUOUS=False", "DR_EVAL_IS_CONTINUOUS"),
+        ("DR_EVAL_OPP_S3_MODEL_PREFIX=gone", "DR_EVAL_OPP_S3_MODEL_PREFIX"),
+        ("DR_EVAL_OPP_S3_MODEL_PREFIX=../out", "stays inside its folder"),
+    ],
+)
+def test_a_dr_race_that_cannot_be_is_named(racecraft, installation, tmp_path, line, said):
+    installation(line)
+    told = racecraft("dr", "run-evaluation", tmp_path / "bucket" / "mine")
+    assert told.code == 2
+    assert said in told.err

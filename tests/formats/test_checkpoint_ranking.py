@@ -7,8 +7,9 @@ import pytest
 
 from racecraft.contract.errors import RunFolderError, SettingError
 from racecraft.formats.checkpoint import Checkpoints
-from racecraft.formats.checkpoint_ranking import MERITS, ranked
+from racecraft.formats.checkpoint_ranking import MERITS, find_checkpoint, load_weights, ranked
 from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.tensor_file import CheckpointError
 
 
 def lap(progress, seconds=None, reward=None):
@@ -64,3 +65,17 @@ def test_only_every_so_many_weights_stay_beside_first_best_and_the_last_two(tmp_
     assert {path.name for path in tmp_path.glob("*.safetensors")} == {
         f"{iteration}.policy.safetensors" for iteration in (0, 4, 5, 8, 10, 11)
     }
+
+
+@pytest.mark.parametrize("by", MERITS)
+def test_a_merit_names_the_checkpoint_that_is_first_by_it(run, by):
+    assert find_checkpoint(run, by).iteration == ORDER[by][0]
+    assert load_weights(run, by)[1]["iteration"] == ORDER[by][0]
+    assert find_checkpoint(run, "3").iteration == 3
+
+
+def test_a_merit_that_no_checkpoint_has_is_refused(run):
+    for path in run.evaluations.glob("*.json"):
+        path.write_text(json.dumps({"laps": [lap(40)]}))
+    with pytest.raises(CheckpointError, match="no checkpoint has what 'laptime' asks for .*racecraft checkpoints"):
+        find_checkpoint(run, "laptime")

@@ -7,6 +7,7 @@ import torch
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
+from racecraft.rollout.kernels.story import NOBODY, TERMINATED, TRUNCATED
 from racecraft.rollout.priorities import Priorities
 from racecraft.rollout.replay import Replay
 from racecraft.rollout.replay_settings import ReplayConfig
@@ -110,6 +111,37 @@ def test_whatever_the_pieces_the_newest_ticks_are_kept(pieces):
             steps, then_expected = 2, tick + 2 + 1000 * row
         assert reward == sum((tick + 1 + k) * GAMMA**k for k in range(steps))
         assert (discount, then) == (GAMMA**steps, then_expected)
+
+
+def followed_slowly(ring, place, n_step):
+    """Return reward, discount, then and cut of one story, tick by tick, as the module says it."""
+    reward, end, active = ring.flat("reward"), ring.flat("end"), ring.flat("active")
+    total, weight = np.float32(0.0), np.float32(1.0)
+    for step in range(n_step):
+        if step and not active[place]:
+            break
+        total += weight * reward[place]
+        weight *= np.float32(GAMMA)
+        last, place = place, (place + ring.rows) % len(reward)
+        if end[last] == TERMINATED:
+            return total, 0.0, place, NOBODY
+        if end[last] == TRUNCATED:
+            return total, weight, place, last
+    return total, weight, place, NOBODY
+
+
+@pytest.mark.parametrize("n_step", [1, 2, 5])
+def test_stories_are_followed_as_a_slow_reader_follows_them(n_step):
+    ring, rng = TransitionRing(world(3), 50), np.random.default_rng(n_step)
+    for name, below in (("end", 3), ("active", 2)):
+        dealt = rng.integers(0, below, ring.arrays[name].shape)
+        ring.arrays[name][:] = np.where(rng.random(dealt.shape) < 0.3, dealt, below == 2)
+    ring.arrays["reward"][:] = rng.normal(size=ring.arrays["reward"].shape)
+    places = rng.integers(0, ring.slots * ring.rows, 500)
+    told = ring.look_ahead(places, n_step, GAMMA)
+    slowly = zip(*(followed_slowly(ring, place, n_step) for place in places), strict=True)
+    for found, expected in zip(told, slowly, strict=True):
+        np.testing.assert_array_equal(found, expected)
 
 
 def test_each_frame_is_stored_once_in_its_own_type():

@@ -124,6 +124,23 @@ def test_a_large_file_goes_on_up_where_it_was_broken_off(store, large):
     assert push(store.open(), large, AT).moved == ()
 
 
+def test_a_store_that_cannot_say_what_it_has_gets_a_large_file_all_the_same(our_store, large, monkeypatch):
+    from botocore.exceptions import ClientError
+
+    store = our_store.open()
+    asked = store._s3.call_s3
+
+    def call(request, **words):
+        if request != "list_multipart_uploads":
+            return asked(request, **words)
+        told = {"Error": {"Code": "NotImplemented"}, "ResponseMetadata": {"HTTPStatusCode": 501}}
+        raise ClientError(told, "ListMultipartUploads")
+
+    monkeypatch.setattr(store._s3, "call_s3", call)
+    push(store, large, AT, patience=ONCE)
+    assert our_store.contents() == {"models/fast-car/large.bin": large.read_bytes()}
+
+
 def test_a_large_file_goes_on_down_where_it_was_broken_off(store, large, tmp_path):
     size = large.stat().st_size
     push(store.open(), large, AT)

@@ -26,6 +26,7 @@ class ActorPolicy:
 
     def __init__(self, network: ActorCritic, distribution: Distribution) -> None:
         self.network, self.distribution = network, distribution
+        self._any_weight = next(network.parameters())
 
     @torch.inference_mode()
     def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
@@ -46,6 +47,20 @@ class ActorPolicy:
         assert isinstance(self.distribution, Categorical), "only single choices have probabilities"
         return self.distribution.probabilities(self._params(observations), self._mask(action_mask)).cpu().numpy()
 
+    @torch.inference_mode()
+    def appraise(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> tuple[Array, Array]:
+        """Return how likely each of A choices is, float32 (R, A), and what the critic expects, float32 (R,).
+
+        Discrete actions only, and a critic that sees nothing privileged.
+        """
+        assert isinstance(self.distribution, Categorical), "only single choices have probabilities"
+        names = self.network.policy_body.names
+        device = self._device
+        seen = {name: torch.from_numpy(observations[name]).to(device) for name in names}
+        params, values = self.network(seen)
+        chances = self.distribution.probabilities(params, self._mask(action_mask))
+        return chances.cpu().numpy(), values.cpu().numpy()
+
     def forget(self, rows: Array) -> None:
         """Nothing is remembered from tick to tick."""
 
@@ -64,7 +79,7 @@ class ActorPolicy:
 
     @property
     def _device(self) -> torch.device:
-        return next(self.network.parameters()).device
+        return self._any_weight.device
 
     def _params(self, observations: Mapping[str, Array]) -> Tensor:
         names = self.network.policy_body.names

@@ -25,6 +25,9 @@ from racecraft.contract.world import Array, ArraySpec, WorldSpec
 
 ROLLOUT, EPISODES, REPLAY = "rollout", "episodes", "replay"
 
+ACTING = ("memory", "stack", "exploration")
+"""Groups of a learner's state that belong to whoever acts, row by row, and not to what is learned."""
+
 StateDict = dict[str, dict[str, Tensor]]
 """Named tensors in groups; the group "network" is all that a policy is made of."""
 
@@ -128,6 +131,24 @@ class Remembers(Protocol):
     def greedy_policy(self) -> Policy:
         """Return the greedy policy with a memory of its own; it follows what is learned."""
         ...
+
+
+@runtime_checkable
+class CountsDecisions(Protocol):
+    """A learner whose exploration falls with the decisions that were drawn."""
+
+    explored: int
+    """Decisions drawn so far."""
+
+
+def counting(learner: Learner) -> CountsDecisions | None:
+    """Return whoever counts decisions among a learner and those that it is laid round; None: nobody does."""
+    within: Any = learner
+    while within is not None:
+        if isinstance(within, CountsDecisions):
+            return within
+        within = getattr(within, "inner", None)
+    return None
 
 
 class LearnersChoice:

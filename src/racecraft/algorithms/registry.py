@@ -59,6 +59,11 @@ class Algorithm:
     """Whether agents of several kinds may learn side by side, each with a policy of its own."""
     whole_episodes: bool = False
     """Whether it learns from whole episodes only (its learner eats EPISODES)."""
+    stays: str = ""
+    """Why its actors cannot be in other processes than its learner, a clause that its name begins; "": they can. They
+    are given the group "network" of its weights."""
+    searches: bool = False
+    """Whether it learns from a search that the world brings along, so that such a training has the group `search`."""
     own: Any = None
     """A user's own class; None: a built-in one, imported when it is asked for."""
 
@@ -142,6 +147,18 @@ ALGORITHMS: dict[str, Algorithm] = {
             "EsConfig",
             "Evolution strategies: a population of perturbed policies, no gradients through the network.",
             whole_episodes=True,
+            stays="deals a member of its population to every row in one process",
+        ),
+        Algorithm(
+            "alphazero",
+            "racecraft.algorithms.alphazero",
+            "AlphaZeroLearner",
+            "AlphaZeroConfig",
+            "Learning by search: the policy follows a search that asks it, the critic who won; for snakes, best begun "
+            "from a run of ppo.",
+            acts=(CHOICES,),
+            searches=True,
+            stays="asks the search that the world of its own process brings along",
         ),
         Algorithm(
             "bc",
@@ -149,6 +166,7 @@ ALGORITHMS: dict[str, Algorithm] = {
             "BcLearner",
             "BcConfig",
             "Behavioural cloning: learns to do what recorded episodes show; others go on from its weights.",
+            stays="collects nothing: it learns from files",
         ),
     )
 }

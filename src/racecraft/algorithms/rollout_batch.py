@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -74,3 +75,70 @@ class RolloutBatch:
             final_index=ticks[mine] * len(rows) + places[owners[mine]],
             final_observations={name: array[mine] for name, array in self.final_observations.items()},
         )
+
+
+def side_by_side(batches: Sequence[RolloutBatch]) -> RolloutBatch:
+    """Return the rows of several batches as those of one, in their order (copies): the reverse of `of_rows`.
+
+    Where some have fewer ticks than others, their rows stand still at the end and are not learned from there.
+    """
+    if len(batches) == 1:
+        return batches[0]
+    first, ticks = batches[0], max(batch.shape[0] for batch in batches)
+    width = sum(batch.shape[1] for batch in batches)
+
+    def rows(arrays: Sequence[Array]) -> Array:
+        joined = np.zeros((ticks, width, *arrays[0].shape[2:]), arrays[0].dtype)
+        at = 0
+        for array in arrays:
+            joined[: len(array), at : at + array.shape[1]] = array
+            at += array.shape[1]
+        return joined
+
+    def masks(arrays: Sequence[Array | None]) -> Array | None:
+        known = [array for array in arrays if array is not None]
+        if not known:
+            return None
+        joined = rows(known)
+        at = 0
+        for array in known:
+            joined[len(array) :, at : at + array.shape[1]] = True  # a row that stands still may do anything
+            at += array.shape[1]
+        return joined
+
+    lasts = [batch.last_action_mask for batch in batches if batch.last_action_mask is not None]
+    order, final_index, finals = _finals_side_by_side(batches, width)
+    return RolloutBatch(
+        observations={name: rows([batch.observations[name] for batch in batches]) for name in first.observations},
+        actions=rows([batch.actions for batch in batches]),
+        reward=rows([batch.reward for batch in batches]),
+        terminated=rows([batch.terminated for batch in batches]),
+        truncated=rows([batch.truncated for batch in batches]),
+        active=rows([batch.active for batch in batches]),
+        last_observations={
+            name: np.concatenate([batch.last_observations[name] for batch in batches])
+            for name in first.last_observations
+        },
+        last_active=np.concatenate([batch.last_active for batch in batches]),
+        columns={name: rows([batch.columns[name] for batch in batches]) for name in first.columns},
+        action_mask=masks([batch.action_mask for batch in batches]),
+        last_action_mask=np.concatenate(lasts) if lasts else None,
+        final_index=final_index,
+        final_observations={
+            name: np.concatenate([batch.final_observations[name] for batch in finals])[order]
+            for name in (finals[0].final_observations if finals else ())
+        },
+    )
+
+
+def _finals_side_by_side(batches: Sequence[RolloutBatch], width: int) -> tuple[Array, Array, list[RolloutBatch]]:
+    """Return in which order the final observations of all batches stand, their places, and which batches have any."""
+    places, having, at = [np.zeros(0, np.int64)], [], 0
+    for batch in batches:
+        ticks, owners = np.divmod(batch.final_index, batch.shape[1])
+        places.append(ticks * width + at + owners)
+        having += [batch] if len(batch.final_index) else []
+        at += batch.shape[1]
+    every = np.concatenate(places)
+    order = np.argsort(every, kind="stable")
+    return order, every[order], having

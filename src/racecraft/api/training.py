@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from racecraft.cluster.spreading import spread_over
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.settings.describe import value_text
 from racecraft.training import worlds
@@ -22,6 +23,7 @@ def train(
     stops: str | Iterable[str] = (),
     callback: TrainingCallback | None = None,
     quiet: bool = False,
+    cluster: str | int | None = None,
     **asked: Any,
 ) -> Trained:
     """Train in any kind of world until a stop condition holds.
@@ -32,6 +34,8 @@ def train(
         stops: "minutes=5", or several; none: the world's own.
         callback: Watches; None: a line an iteration on standard error, or nothing where `quiet`.
         quiet: Say nothing.
+        cluster: Who carries the worlds, as after `--cluster`: 4 processes here, "auto" or "HOST:PORT" those of a Ray
+            cluster; None: this process.
         asked: What the command of that kind is asked: `algorithm`, `run`, `seed`, `clone_from`, and the world's own
             words (`folder`, `track`, `tracks`, `groups`, `hold_out`, `preset` …; `environment`; `game`; `build`,
             `config` …).
@@ -55,11 +59,16 @@ def train(
         if name in words:
             words[name] = (words[name],) if isinstance(words[name], str | Mapping) else tuple(words[name])
     request = request_class(stops=_texts(stops), overrides=_overrides(settings), **words)
-    return worlds.train(request, callback or _callback(quiet), _say(quiet))
+    return worlds.train(request, callback or _callback(quiet), _say(quiet), spread_over(cluster))
 
 
 def resume(
-    run: str | Path, *, stops: str | Iterable[str] = (), callback: TrainingCallback | None = None, quiet: bool = False
+    run: str | Path,
+    *,
+    stops: str | Iterable[str] = (),
+    callback: TrainingCallback | None = None,
+    quiet: bool = False,
+    cluster: str | int | None = None,
 ) -> Trained:
     """Go on with a run of any kind from its last whole iteration, as if it had never stopped.
 
@@ -68,11 +77,12 @@ def resume(
         stops: New stop conditions; none: those it was begun with.
         callback: Watches, as in `train`.
         quiet: Say nothing.
+        cluster: Who carries the worlds from now on, as in `train`; whoever did until now.
 
     Raises:
         RunFolderError: No run folder, or it is being trained.
     """
-    return worlds.resume(run, _texts(stops), callback or _callback(quiet), _say(quiet))
+    return worlds.resume(run, _texts(stops), callback or _callback(quiet), _say(quiet), spread=spread_over(cluster))
 
 
 def _texts(stops: str | Iterable[str]) -> tuple[str, ...]:

@@ -13,12 +13,22 @@ Overrides = Annotated[
 From = Annotated[
     str | None,
     typer.Option(
-        "--from", help="RUN[:best|last|N]: begin with the weights of an earlier run; a car's may be an s3:// address."
+        "--from",
+        help="RUN[:best|last|N|laptime …]: begin with the weights of an earlier run, or of one at an s3:// address; a "
+        "merit of `racecraft checkpoints` names the first by it.",
     ),
 ]
 Resume = Annotated[bool, typer.Option("--resume", help="Go on with the run that --run names.")]
 Detach = Annotated[
     bool, typer.Option("--detach", help="Go on as a job: the terminal is free, `racecraft jobs` looks after it.")
+]
+Cluster = Annotated[
+    str | None,
+    typer.Option(
+        "--cluster",
+        metavar="N|auto|HOST:PORT",
+        help="Carry the worlds by workers: N processes here, or those of a Ray cluster (N@HOST:PORT: so many of it).",
+    ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")]
 AlgorithmName = Annotated[

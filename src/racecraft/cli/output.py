@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import math
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -33,6 +35,24 @@ def console() -> Console:
     if not made.is_terminal:
         made.width = WIDE
     return made
+
+
+@contextmanager
+def counting(what: str, *, quiet_stdout: bool) -> Iterator[Callable[[int, int], None]]:
+    """Yield what hears how much is done, and of how much, and shows it on a terminal; elsewhere nobody is told.
+
+    Args:
+        what: Is counted: "pictures".
+        quiet_stdout: Standard output belongs to `--json`; the bar is then shown on standard error.
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    shown = Console(stderr=quiet_stdout)
+    columns = (BarColumn(), MofNCompleteColumn(), TextColumn(what), TimeRemainingColumn(compact=True))
+    with Progress(*columns, console=shown, transient=True, disable=not shown.is_terminal) as progress:
+        task = progress.add_task(what, total=None)
+        yield lambda done, whole: progress.update(task, completed=done, total=whole)
 
 
 def print_table(table: Table) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,13 @@ from racecraft.contract.errors import RunFolderError, SettingError
 from racecraft.formats.run_folder import RunFolder
 
 
-def refuse_changes(context: typer.Context, run: Path | None, unchangeable: Sequence[str], example: str) -> Path:
+def refuse_changes(
+    context: typer.Context,
+    run: Path | None,
+    unchangeable: Sequence[str],
+    example: str,
+    kept_as: Mapping[str, tuple[str, Any]] | None = None,
+) -> Path:
     """Return the run to go on with; it keeps what it was begun with, only its stops may change.
 
     What is said again as it was said at the beginning changes nothing and may be said.
@@ -22,6 +28,7 @@ def refuse_changes(context: typer.Context, run: Path | None, unchangeable: Seque
         run: What --run named.
         unchangeable: The command's parameters that belong to a new run only, by their names in Python.
         example: A run folder as this command makes it.
+        kept_as: Of parameters that the run keeps otherwise than they are typed: the name there, and the whole value.
 
     Raises:
         SettingError: No run is named, or something else is.
@@ -33,12 +40,13 @@ def refuse_changes(context: typer.Context, run: Path | None, unchangeable: Seque
         for part in context.command.params
         if part.param_type_name == "argument"
     }
+    kept_as = kept_as or {}
     for name in unchangeable:
         source = context.get_parameter_source(name)
         if (
             source is not None
             and source.name == "COMMANDLINE"
-            and (name in arguments or not _is_as_begun(run, name, context.params[name]))
+            and (name in arguments or not _is_as_begun(run, *kept_as.get(name, (name, context.params[name]))))
         ):
             flag = arguments.get(name, f"--{name.rstrip('_').replace('_', '-')}")
             raise SettingError(

@@ -1,7 +1,8 @@
 """Strength from results: Bradley and Terry's model, with intervals.
 
 Two players' chance is a logistic of the difference of their ratings; 400 points apart means 10 to 1 (Elo's scale), and
-the mean of all is 1500. All results count alike, whatever their order, because the players do not change on the way.
+the mean of all, or of the anchors where some are named, is 1500. All results count alike, whatever their order, because
+the players do not change on the way.
 A game of M snakes is M (M - 1) / 2 comparisons that hang together, so each counts 1 / (M - 1). A weak prior (a spread
 of 400 points) keeps the rating of who never lost finite.
 
@@ -41,27 +42,57 @@ class Result:
     """Moves that all of them made together; 0 where nobody counted."""
 
 
-def rate(num_players: int, results: Sequence[Result]) -> list[Rating]:
+def rate(num_players: int, results: Sequence[Result], anchors: Sequence[int] = ()) -> list[Rating]:
     """Return every player's rating.
 
     >>> games = [Result((0, 1), (0, 1))] * 10 + [Result((0, 1), (1, 0))] * 10
     >>> [round(rating.points) for rating in rate(2, games)]
     [1500, 1500]
+
+    Args:
+        num_players: How many there are.
+        results: Their games.
+        anchors: Players whose mean is 1500, whoever else comes and goes; of all players where it is empty.
     """
-    wins = _wins(num_players, results)
-    strengths = np.zeros(num_players)
+    return [strength.rating for strength in strengths(wins_of(num_players, results), anchors)[0]]
+
+
+@dataclass(frozen=True)
+class Strength:
+    """A strength as the model holds it, in nats above the anchors' mean, with its standard deviation."""
+
+    nats: float
+    spread: float
+
+    @property
+    def rating(self) -> Rating:
+        """The same in Elo points."""
+        low, mid, high = (float(MEAN + POINTS_PER_NAT * (self.nats + sign * 1.96 * self.spread)) for sign in (-1, 0, 1))
+        return Rating(mid, low, high)
+
+
+def strengths(wins: Array, anchors: Sequence[int] = ()) -> tuple[list[Strength], Array]:
+    """Return the strength of every player, and how sure they are: the covariance of all strengths in nats, (P, P).
+
+    Args:
+        wins: What `wins_of` counts, (P, P).
+        anchors: As for `rate`.
+    """
+    num_players = len(wins)
+    found = np.zeros(num_players)
     for _ in range(50):
-        slope, curvature = _slope(wins, strengths)
+        slope, curvature = _slope(wins, found)
         step = np.linalg.solve(curvature, slope)
-        strengths += step
-        if np.abs(step).max() < 1e-10:
+        found += step
+        if np.abs(step).max(initial=0.0) < 1e-10:
             break
-    strengths -= strengths.mean()
-    centre = np.eye(num_players) - 1 / num_players
-    covariance = centre @ np.linalg.inv(_slope(wins, strengths)[1]) @ centre
-    spread = 1.96 * np.sqrt(np.maximum(0.0, np.diag(covariance)))
-    low, mid, high = (MEAN + POINTS_PER_NAT * (strengths + sign * spread) for sign in (-1, 0, 1))
-    return [Rating(float(m), float(lo), float(hi)) for m, lo, hi in zip(mid, low, high, strict=True)]
+    scale = np.zeros(num_players)
+    scale[list(anchors) or slice(None)] = 1.0 / (len(anchors) or max(1, num_players))
+    centre = np.eye(num_players) - scale
+    covariance = centre @ np.linalg.inv(_slope(wins, found)[1]) @ centre.T
+    found = centre @ found
+    spread = np.sqrt(np.maximum(0.0, np.diag(covariance)))
+    return [Strength(*pair) for pair in zip(found.tolist(), spread.tolist(), strict=True)], covariance
 
 
 def wilson(wins: float, games: int) -> tuple[float, float]:
@@ -80,7 +111,7 @@ def wilson(wins: float, games: int) -> tuple[float, float]:
     return float((middle - half) / scale), float((middle + half) / scale)
 
 
-def _wins(num_players: int, results: Sequence[Result]) -> Array:
+def wins_of(num_players: int, results: Sequence[Result]) -> Array:
     """Return how often (weighted) the row's player ended before the column's, float64 (P, P); draws are halves."""
     wins = np.zeros((num_players, num_players))
     for result in results:

@@ -31,12 +31,16 @@ from torch import nn
 from racecraft.algorithms.actor_policy import ActorPolicy
 from racecraft.algorithms.distributions import LOG_STD_RANGE, Distribution, Hybrid, SquashedGaussian
 from racecraft.algorithms.networks import MOST_DEVIATIONS, Encoder, FlattenChannelsLast, Image, Vector
+from racecraft.algorithms.sac import SacPolicy
+from racecraft.algorithms.twin_critics import LOG_STD_RANGE as SAC_LOG_STD_RANGE
 from racecraft.contract.errors import MissingExtraError, UserInputError
 from racecraft.contract.world import Array
 from racecraft.envs.unity.actions import ActionTable
 from racecraft.envs.unity.behaviors import Behavior, Sensor
 from racecraft.formats.whole import write_whole
 
+UnityPolicy = ActorPolicy | SacPolicy
+"""What there is a graph for: an actor network that tells what it draws from."""
 OPSET = 9
 IR_VERSION = 6
 MODEL_VERSION = 3.0
@@ -44,7 +48,7 @@ FORBIDDEN_PENALTY = 1e8
 """What is taken from the score of a forbidden action, as ML-Agents does."""
 
 
-def write_unity_model(path: str | Path, policy: ActorPolicy, behavior: Behavior) -> Path:
+def write_unity_model(path: str | Path, policy: UnityPolicy, behavior: Behavior) -> Path:
     """Write `<behavior>.onnx` (or the file that `path` names) in one move and return where it lies.
 
     Args:
@@ -65,10 +69,10 @@ def write_unity_model(path: str | Path, policy: ActorPolicy, behavior: Behavior)
     return target
 
 
-def unity_model(policy: ActorPolicy, behavior: Behavior) -> Any:
+def unity_model(policy: UnityPolicy, behavior: Behavior) -> Any:
     """Return the policy as an `onnx.ModelProto`, checked by the ONNX checker."""
-    onnx, network = _onnx(), policy.network
-    if not isinstance(network.policy_body, Encoder):
+    onnx, body = _onnx(), _body_of(policy)
+    if not isinstance(body, Encoder):
         raise UserInputError(
             "the policy's network is one of your own (network.encoder); expected one of the built-in layers, which are "
             "all that is known in ONNX here."
@@ -78,10 +82,14 @@ def unity_model(policy: ActorPolicy, behavior: Behavior) -> Any:
     graph = _Graph(onnx)
     inputs = {sensor.name: graph.input(f"obs_{i}", _wire_shape(sensor)) for i, sensor in enumerate(behavior.sensors)}
     masks = graph.input("action_masks", (sum(branches),)) if branches else ""
-    params = graph.dense(network.policy_head, graph.body(network.policy_body, inputs))
+    features = graph.body(body, inputs)
 
     graph.constant_output("version_number", [MODEL_VERSION])
     graph.constant_output("memory_size", [0.0])
+    if isinstance(policy, SacPolicy):
+        _add_soft_numbers(graph, continuous, graph.layers(policy.network.actor, features))
+        return graph.finish(behavior.base_name)
+    params = graph.dense(policy.network.policy_head, features)
     means, logits = params, params
     if continuous and branches:
         means = graph.columns(params, 0, continuous)
@@ -95,7 +103,7 @@ def unity_model(policy: ActorPolicy, behavior: Behavior) -> Any:
 
 def check_unity_model(
     model: Any,
-    policy: ActorPolicy,
+    policy: UnityPolicy,
     behavior: Behavior,
     observations: Mapping[str, Array],
     allowed: Array | None = None,
@@ -145,14 +153,19 @@ def to_wire(sensor: Sensor, values: Array) -> Array:
     return np.ascontiguousarray(numbers.transpose(0, 3, 1, 2)) if sensor.is_picture else numbers
 
 
-def _require_made_for(behavior: Behavior, policy: ActorPolicy) -> None:
-    reads = policy.network.policy_body.names
+def _body_of(policy: UnityPolicy) -> nn.Module:
+    """Return the network from observations to features."""
+    return policy.eyes if isinstance(policy, SacPolicy) else policy.network.policy_body
+
+
+def _require_made_for(behavior: Behavior, policy: UnityPolicy) -> None:
+    reads = (policy.eyes if isinstance(policy, SacPolicy) else policy.network.policy_body).names
     if sorted(reads) != sorted(sensor.name for sensor in behavior.sensors):
         raise UserInputError(
             f"the policy reads {', '.join(reads)}; behavior '{behavior.name}' shows "
             f"{', '.join(sensor.name for sensor in behavior.sensors)}. Export it with the behavior it was trained on."
         )
-    decides = policy.distribution.spec
+    decides = (policy.kind if isinstance(policy, SacPolicy) else policy.distribution).spec
     if decides != (wanted := ActionTable(behavior.actions).spec):
         raise UserInputError(
             f"the policy decides {decides}; behavior '{behavior.name}' obeys {wanted}. Export it with the behavior it "
@@ -176,6 +189,18 @@ def _add_choices(graph: _Graph, branches: Sequence[int], logits: str, masks: str
         chosen = graph.node("Concat", *parts, axis=1) if len(parts) > 1 else parts[0]
         graph.output(name, chosen, len(branches), graph.INT64)
     graph.constant_output("discrete_action_output_shape", [[float(size) for size in branches]])
+
+
+def _add_soft_numbers(graph: _Graph, continuous: int, params: str) -> None:
+    """Numbers bent into [-1, 1], each with a spread that hangs on what is seen: once drawn, and once their middle."""
+    means = graph.columns(params, 0, continuous)
+    low, high = SAC_LOG_STD_RANGE
+    log_std = graph.node("Clip", graph.columns(params, continuous, 2 * continuous), min=low, max=high)
+    noise = graph.node("RandomNormalLike", means, dtype=graph.FLOAT, mean=0.0, scale=1.0)
+    drawn = graph.node("Add", means, graph.node("Mul", noise, graph.node("Exp", log_std)))
+    for prefix, values in (("", drawn), ("deterministic_", means)):
+        graph.output(f"{prefix}continuous_actions", graph.node("Tanh", values), continuous, graph.FLOAT)
+    graph.constant_output("continuous_action_output_shape", [float(continuous)])
 
 
 def _add_numbers(graph: _Graph, continuous: int, means: str, policy: ActorPolicy) -> None:

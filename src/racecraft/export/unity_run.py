@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.algorithms.actor_policy import ActorPolicy
 from racecraft.algorithms.multi_policy import of_member
 from racecraft.contract.errors import MissingExtraError, RacecraftError, SettingError
 from racecraft.contract.world import Array
 from racecraft.envs.unity.behaviors import Behavior
 from racecraft.envs.unity.cards import behaviors_in
-from racecraft.export.unity_model import check_unity_model, unity_model, write_unity_model
+from racecraft.export.unity_model import UnityPolicy, check_unity_model, unity_model, write_unity_model
 from racecraft.formats.checkpoint import load_state
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import load_policy
@@ -90,21 +89,21 @@ def export_to_unity(path: str | Path, which: str = "best", output: str | Path | 
 def can_export_to_unity(path: str | Path) -> bool:
     """Return whether Unity can load what the latest checkpoint of a run decides with; a group asks its first member."""
     policy = load_policy(RunFolder.open(path), "last").policy
-    return isinstance(next(iter(getattr(policy, "members", {"": policy}).values())), ActorPolicy)
+    return isinstance(next(iter(getattr(policy, "members", {"": policy}).values())), UnityPolicy)
 
 
-def _actor(policy: Any, path: str | Path, base: str) -> ActorPolicy:
-    if not isinstance(policy, ActorPolicy):
+def _actor(policy: Any, path: str | Path, base: str) -> UnityPolicy:
+    if not isinstance(policy, UnityPolicy):
         raise SettingError(
             f"{path}: the policy of '{base}' is a {type(policy).__name__}; expected one with an actor network (as of "
-            "ppo), which Unity can load."
+            "ppo or sac), which Unity can load."
         )
     return policy
 
 
 def _check(
-    path: str | Path, behavior: Behavior, policy: ActorPolicy, recorded: Mapping[str, Array]
-) -> tuple[Behavior, ActorPolicy, int | None, bool, float | None]:
+    path: str | Path, behavior: Behavior, policy: UnityPolicy, recorded: Mapping[str, Array]
+) -> tuple[Behavior, UnityPolicy, int | None, bool, float | None]:
     """Run a behavior's model beside its network, on what was recorded where that fits."""
     fits = _fit(recorded, behavior)
     seen = recorded if fits else _made_up(behavior)
@@ -119,7 +118,7 @@ def _check(
 
 
 def _compare(
-    model: Any, policy: ActorPolicy, behavior: Behavior, seen: Mapping[str, Array]
+    model: Any, policy: UnityPolicy, behavior: Behavior, seen: Mapping[str, Array]
 ) -> tuple[int | None, float | None]:
     """Run model and checkpoint side by side, everything allowed and with drawn masks."""
     rows = len(next(iter(seen.values())))

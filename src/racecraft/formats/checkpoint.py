@@ -27,6 +27,7 @@ from racecraft.formats.whole import write_whole
 
 VERSION = 1
 INDEX = "checkpoints.json"
+BEST, LAST = "best", "last"
 STATES_KEPT = 2
 WEIGHTS_BUDGET_BYTES = 4 * 10**9
 """Weights of one run take at most so much: ten thousand small networks, or eighty of AWS's size (47 MB each)."""
@@ -187,8 +188,8 @@ class Checkpoints:
             CheckpointError: There is no such checkpoint, or the index is damaged.
         """
         index = self._index()
-        wanted = str(index[which]) if which in ("best", "last") else which
-        if which == "best" and not _is_evaluated(index):
+        wanted = str(index[which]) if which in (BEST, LAST) else which
+        if which == BEST and not _is_evaluated(index):
             wanted = str(index["last"])
         for entry in index["checkpoints"]:
             if str(entry["iteration"]) == wanted:

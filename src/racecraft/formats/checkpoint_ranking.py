@@ -1,4 +1,8 @@
-"""The checkpoints of a run, each with what its evaluation came to, in order of merit. Begin with `ranked`."""
+"""The checkpoints of a run, each with what its evaluation came to, in order of merit.
+
+Begin with `ranked`; `find_checkpoint` hears every word that a checkpoint can be called by: best, last, an iteration, or
+what it is the first in.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +13,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from racecraft.contract.errors import RunFolderError, SettingError, nearest
-from racecraft.formats.checkpoint import CheckpointEntry, Checkpoints
+from racecraft.contract.world import Array
+from racecraft.formats.checkpoint import BEST, LAST, CheckpointEntry, Checkpoints
 from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.tensor_file import CheckpointError
 
 
 @dataclass(frozen=True)
@@ -59,6 +65,40 @@ def ranked(run: RunFolder, by: str = "progress") -> list[RankedCheckpoint]:
     found = [_with_merits(run, entry, rewards) for entry in Checkpoints(run.checkpoints).entries()]
     merit = MERITS[by][1]
     return sorted(found, key=lambda one: (one.score is not None, merit(one), one.entry.iteration), reverse=True)
+
+
+def is_checkpoint_name(word: str) -> bool:
+    """Tell whether a word behind a run's colon names a checkpoint.
+
+    >>> [is_checkpoint_name(word) for word in ("best", "12", "laptime", "fast-car")]
+    [True, True, True, False]
+    """
+    return word in (BEST, LAST, *MERITS) or word.isdigit()
+
+
+def find_checkpoint(run: RunFolder, which: str) -> CheckpointEntry:
+    """Return the checkpoint that a word names: best, last, an iteration, or the first by one of `MERITS`.
+
+    Raises:
+        CheckpointError: There is no such checkpoint, none has that merit, or the index is damaged.
+        RunFolderError: The metrics are damaged.
+    """
+    if which not in MERITS:
+        return Checkpoints(run.checkpoints).find(which)
+    first = ranked(run, which)[:1]
+    if not first or MERITS[which][1](first[0])[0] == -math.inf:
+        raise CheckpointError(
+            run.checkpoints,
+            f"no checkpoint has what '{which}' asks for ({MERITS[which][0]})",
+            "an evaluation that tells it",
+            f"racecraft checkpoints {run.path} shows what is known of each.",
+        )
+    return first[0].entry
+
+
+def load_weights(run: RunFolder, which: str) -> tuple[dict[str, Array], dict[str, Any]]:
+    """Return weights and card of the checkpoint that a word names. Errors are those of `find_checkpoint`."""
+    return Checkpoints(run.checkpoints).load_policy(str(find_checkpoint(run, which).iteration))
 
 
 def _with_merits(run: RunFolder, entry: CheckpointEntry, rewards: Mapping[int, float | None]) -> RankedCheckpoint:

@@ -91,6 +91,13 @@ EPISODE_COLUMNS = (
         "What this episode drew where episodes differ: a number each, float32, by the names of the page on variation; "
         "absent where they are all alike.",
     ),
+    Column(
+        "objects",
+        "struct",
+        "",
+        "Where boxes and bots stood, in their order: x_0, y_0 (m), yaw_0 (rad), x_1 and so on, float32, nan where this "
+        "course has fewer; absent where the road is empty.",
+    ),
     Column("wall_clock_s", "float64", "s", "Time of day, seconds since 1970 (UTC)."),
 )
 

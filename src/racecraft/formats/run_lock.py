@@ -1,6 +1,7 @@
 """The right to write to a run folder: one holder at a time, and a process that is killed holds nothing. See `RunLock`.
 
-The lock is the operating system's own, on a file in the folder that says who holds it and since when.
+The lock is the operating system's own, on a file in the folder that says who holds it and since when. `FileLock` is the
+same for whatever else only one process at a time may write.
 """
 
 from __future__ import annotations
@@ -10,10 +11,11 @@ import datetime
 import json
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 
-from racecraft.contract.errors import RunFolderError
+from racecraft.contract.errors import RunFolderError, UserInputError
 
 LOCK = "run.lock"
 
@@ -21,21 +23,26 @@ _LOCKED_BYTE = 1 << 20
 """Where Windows locks: far behind the text, so that others can still read who holds the folder."""
 
 
-class RunLock:
-    """The right to write to a run folder. One holder at a time; a process that is killed holds nothing."""
+class FileLock:
+    """The right that a lock file stands for. One holder at a time; a process that is killed holds nothing.
 
-    def __init__(self, folder: Path) -> None:
-        self.path = folder / LOCK
+    Args:
+        path: The lock file; made where there is none.
+        taken: Returns the letter for whoever comes second, told who the holder is.
+
+    Raises:
+        UserInputError: Somebody holds it (what `taken` returns), or the place cannot be written.
+    """
+
+    def __init__(self, path: Path, taken: Callable[[str], UserInputError]) -> None:
+        self.path = path
         try:
             self._handle: int | None = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
         except OSError as error:
             raise unwritable(self.path, error) from error
         if not _try_lock(self._handle):
             os.close(self._handle)
-            raise RunFolderError(
-                f"{folder}: another training holds it ({_holder(self.path)}); expected a free folder. "
-                "Wait for it, stop it, or train into another folder."
-            )
+            raise taken(_holder(self.path))
         now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
         os.ftruncate(self._handle, 0)
         os.write(self._handle, json.dumps({"pid": os.getpid(), "since": now}).encode())
@@ -56,7 +63,7 @@ class RunLock:
             self._handle = None
             _held.discard(self)
 
-    def __enter__(self) -> RunLock:
+    def __enter__(self) -> FileLock:
         return self
 
     def __exit__(
@@ -65,11 +72,24 @@ class RunLock:
         self.release()
 
 
-_held: set[RunLock] = set()
+class RunLock(FileLock):
+    """The right to write to a run folder."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(
+            folder / LOCK,
+            lambda holder: RunFolderError(
+                f"{folder}: another training holds it ({holder}); expected a free folder. "
+                "Wait for it, stop it, or train into another folder."
+            ),
+        )
+
+
+_held: set[FileLock] = set()
 _watching_forks = False
 
 
-def _remember(lock: RunLock) -> None:
+def _remember(lock: FileLock) -> None:
     """See to it that forked children do not keep the folder taken when this process is killed."""
     global _watching_forks
     _held.add(lock)
@@ -122,12 +142,17 @@ def _holder(path: Path) -> str:
 
 
 def holder(folder: Path) -> int | None:
-    """Return the process that holds a folder; None where nobody does. Looking takes nothing from anybody.
+    """Return the process that holds a folder; None where nobody does."""
+    return holder_of(folder / LOCK)
+
+
+def holder_of(lock: Path) -> int | None:
+    """Return the process that holds a lock file; None where nobody does. Looking takes nothing from anybody.
 
     A holder that was killed leaves its number behind, so it is asked whether such a process lives on this machine.
     """
     try:
-        pid = int(json.loads((folder / LOCK).read_text(encoding="utf-8"))["pid"])
+        pid = int(json.loads(lock.read_text(encoding="utf-8"))["pid"])
     except (OSError, ValueError, KeyError, TypeError):
         return None
     return pid if _is_alive(pid) else None

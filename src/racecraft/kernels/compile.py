@@ -14,7 +14,7 @@ import hashlib
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -76,14 +76,23 @@ def sources(package: Path) -> list[Path]:
     Kernels freeze the globals they use. A number that `kernels/race.py` takes from `envs/deepracer/vehicle.py` stands
     in the machine code, so that an edit there is an edit of the kernel.
     """
+    return sorted(_read_by(package.rglob("kernels/*.py"), package))
+
+
+def read_by(kernel_file: Path, package: Path) -> list[Path]:
+    """Return the files that one kernel file's compiled code is made of, itself among them."""
+    return sorted(_read_by([kernel_file], package))
+
+
+def _read_by(files: Iterable[Path], package: Path) -> set[Path]:
     found: set[Path] = set()
-    waiting = list(package.rglob("kernels/*.py"))
+    waiting = list(files)
     while waiting:
         source = waiting.pop()
         if source not in found:
             found.add(source)
             waiting += _imported(source.read_text(encoding="utf-8"), package)
-    return sorted(found)
+    return found
 
 
 _IMPORT = re.compile(r"^(?:from racecraft\.?([\w.]*) import (\([^)]*\)|.*)|import racecraft\.([\w.]+))", re.MULTILINE)

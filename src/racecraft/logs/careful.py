@@ -69,13 +69,12 @@ def _taken(key: str) -> pl.Expr:
     if kind == "str":
         return text.cast(pl.Enum(STATUSES), strict=False)
     if key == "action":
-        continuous = text.str.contains(r"^\[.*\]$")
-        return pl.when(continuous).then(pl.lit("-1")).otherwise(text).cast(pl.Float64, strict=False).cast(pl.Int32)
+        text = pl.when(text.str.contains(r"^\[.*\]$")).then(pl.lit("-1")).otherwise(text)
     number = text.cast(pl.Float64, strict=False)
     number = pl.when(number.is_finite()).then(number)
-    if kind == "int64":
+    if kind == "int64" or key == "steps":
         return pl.when(number % 1 == 0).then(number).cast(pl.Int32, strict=False)
-    return pl.when(number % 1 == 0).then(number) if key == "steps" else number
+    return number
 
 
 def _bad_cells(cells: pl.DataFrame, read: pl.DataFrame):

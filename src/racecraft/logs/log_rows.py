@@ -5,21 +5,21 @@ Begin with `read_log`. A row is what follows SIM_TRACE_LOG: on a line; newer log
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
-from io import BytesIO
+from collections import Counter
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from racecraft.formats.aws.sim_trace import NAMES, TRACE_COLUMNS
-from racecraft.logs.careful import read_carefully
 from racecraft.logs.errors import Damage
+from racecraft.logs.rows_of_text import MARK, Text, read_rows
 from racecraft.logs.sources import Source
-from racecraft.logs.trace_rows import in_file, tidy, trace_schema, unsound_files
 
 if TYPE_CHECKING:
     import polars as pl
 
-MARK = "SIM_TRACE_LOG:"
 _ENDED = re.compile(rb"Worker=(\d+), Episode=(\d+),[^\n]*?Training iteration=(\d+)")
 _WORLD = re.compile(r"WORLD_NAME:?\s*=?\s*([A-Za-z0-9_\-]+)")
 _NODE = re.compile(r"^\s*(?:\[[^\]]*\]\s+)+", re.MULTILINE)
@@ -27,6 +27,7 @@ _HYPERPARAMETERS = re.compile(r"Using the following hyper-parameters\s*(\{.*?\})
 _ACTIONS = re.compile(r"ction space from file: (.+)")
 _FEWEST = sum(column.required for column in TRACE_COLUMNS)
 HEAD_BYTES = 1 << 20
+SAMPLED_ROWS = 200
 USUAL_EPISODES = 20
 """Episodes an iteration where a log does not say (the console's default)."""
 
@@ -47,66 +48,34 @@ def read_log(
     """
     import polars as pl
 
-    data = source.read()
-    rows = _rows_in(data)
-    if not rows.height:
+    header = _header(source)
+    if not header:
         return pl.DataFrame(), [], {}
-    says = (before or {}) | what_it_says(data)
-    frame, damage = _rows(place, source, rows)
+    if not _FEWEST <= len(header) <= len(NAMES):
+        what = f"{len(header)} values in a row where {_FEWEST} to {len(NAMES)} are expected; left out"
+        return pl.DataFrame(), [Damage(source.name, None, what)], {}
+    rows = read_rows(header, [Text(place, source)], marked=True)
+    says = (before or {}) | what_it_says(rows.between)
+    frame = rows.frame
     if frame.height:
-        frame = frame.with_columns(_iterations(frame["episode"], data, says, source.phase))
-    return frame, damage, says
+        frame = frame.with_columns(_iterations(frame["episode"], rows.between, says, source.phase))
+    return frame, rows.damage, says
 
 
-def _rows_in(data: bytes) -> pl.DataFrame:
-    """Return the rows as text: `line`, counted from 1, and `row`, what follows the mark."""
-    import polars as pl
-
-    if MARK.encode() not in data:
-        return pl.DataFrame({"line": [], "row": []}, schema={"line": pl.Int32, "row": pl.String})
-    lines = pl.read_csv(
-        BytesIO(data), has_header=False, separator="\x1f", quote_char=None, schema={"row": pl.String},
-        row_index_name="line", row_index_offset=1, encoding="utf8-lossy", truncate_ragged_lines=True,
-    )  # fmt: skip
-    lines = lines.filter(pl.col("row").str.contains(MARK, literal=True))
-    after = pl.col("row").str.slice(pl.col("row").str.find(MARK, literal=True) + len(MARK))
-    return lines.select(
-        pl.col("line").cast(pl.Int32), after.str.split_exact("\t", 0).struct.field("field_0").alias("row")
-    )
-
-
-def _rows(place: int, source: Source, rows: pl.DataFrame) -> tuple[pl.DataFrame, list[Damage]]:
-    import polars as pl
-
-    fields = _usual_count(rows["row"])
-    if not _FEWEST <= fields <= len(NAMES):
-        what = f"{fields} values in a row where {_FEWEST} to {len(NAMES)} are expected; left out"
-        return pl.DataFrame(), [Damage(source.name, None, what)]
-    header = list(NAMES[:fields])
+def _header(source: Source) -> tuple[str, ...]:
+    """Return AWS's names of a log's columns, by how many values most of its first rows have; () where it has no row."""
+    counts: Counter[int] = Counter()
+    for line in itertools.islice(_lines_with_rows(source), SAMPLED_ROWS):
+        counts[line.split(MARK.encode(), 1)[1].split(b"\t", 1)[0].count(b",") + 1] += 1
+    fields = counts.most_common(1)[0][0] if counts else 0
     if fields == 18:  # between 2022 and 2026 the count of obstacles was left out
-        header = [*NAMES[:17], NAMES[18]]
-    text = BytesIO()
-    rows.select("row").write_csv(text, include_header=False, quote_style="never")
-    for continuous in (False, True):
-        schema = trace_schema(header) | ({"action": pl.String()} if continuous else {})
-        try:
-            frame = pl.read_csv(text.getvalue(), schema=schema, has_header=False, quote_char=None)
-        except pl.exceptions.PolarsError:
-            continue
-        if frame.height != rows.height:
-            break
-        frame = frame.with_columns(pl.lit(place, pl.UInt32).alias("file"), rows["line"])
-        if not unsound_files(frame, tuple(header)):
-            return tidy(frame, header), []
-        break
-    frame, damage = read_carefully(source.name, header, rows["line"].to_list(), rows["row"].to_list())
-    return in_file(tidy(frame, header), place), damage
+        return (*NAMES[:17], NAMES[18])
+    return NAMES[:fields] if fields <= len(NAMES) else ("",) * fields
 
 
-def _usual_count(rows: pl.Series) -> int:
-    """Return how many values most rows have; a sample tells."""
-    sample = rows.gather_every(max(1, len(rows) // 200))
-    return 1 + int(sample.str.count_matches(",", literal=True).mode().max() or 0)  # type: ignore[arg-type]
+def _lines_with_rows(source: Source) -> Iterator[bytes]:
+    with source.open() as file:
+        yield from (line for line in file if MARK.encode() in line)
 
 
 def _iterations(episodes: pl.Series, data: bytes, says: dict[str, Any], phase: str | None) -> pl.Series:

@@ -15,6 +15,7 @@ import os
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from io import BufferedReader, BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +67,15 @@ class Source:
     def name(self) -> str:
         """The file, as the user would name it."""
         return str(self.file)
+
+    @property
+    def size(self) -> int:
+        """Bytes that the file holds."""
+        return self.file.stat().st_size if isinstance(self.file, Path) else len(self.file.data)
+
+    def open(self) -> BufferedReader | BytesIO:
+        """Open the file for reading."""
+        return open(self.file, "rb") if isinstance(self.file, Path) else BytesIO(self.file.data)
 
     def read(self) -> bytes:
         """Return what the file holds."""

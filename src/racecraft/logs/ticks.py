@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from racecraft.formats.episodes import FORMAT, VERSION
 from racecraft.logs.columns import PHASES, TICK_COLUMNS, empty, schema
 from racecraft.logs.errors import Damage
@@ -93,20 +95,22 @@ def _placed(trace: pl.DataFrame, pairs: list[tuple[int, Source]], phase: str | N
     ).filter(pl.col("file").is_in(trace["file"].unique().implode()))
     counts = trace["file"].rle().struct.unnest()
     rows = origin.join(counts, left_on="file", right_on="value", how="right", maintain_order="right")
-    lengths = rows["len"]
-    repeated = [
-        pl.Series(name, rows[name].gather(pl.int_range(len(rows), eager=True).repeat_by(lengths).explode()))
-        for name in ("round", "phase", "stream", "worker", "iteration")
-        if name not in trace.columns
-    ]
+    told_by_path = [name for name in ("round", "phase", "stream", "worker", "iteration") if name not in trace.columns]
+    repeated = [_repeated(rows[name], rows["len"]) for name in told_by_path]
     named = trace.rename({theirs: ours for theirs, ours in OURS.items() if theirs in trace.columns})
     units = [
-        pl.col("tick").cast(pl.Int32),
         pl.col("yaw_rad").radians(),
         pl.col("steering_rad").radians(),
         pl.col("progress_share") / 100.0,
     ]
     return [named.with_columns(*units, *repeated)]
+
+
+def _repeated(values: pl.Series, counts: pl.Series) -> pl.Series:
+    """Return each value so many times."""
+    if values.n_unique() == 1:
+        return values.new_from_index(0, int(counts.sum()))
+    return values.gather(np.repeat(np.arange(len(values), dtype=np.uint32), counts.to_numpy()))
 
 
 def _own_episodes(place: int, source: Source) -> tuple[list[pl.DataFrame], list[Damage]]:

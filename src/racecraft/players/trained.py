@@ -18,7 +18,8 @@ from racecraft.algorithms.stacking import load_stacked
 from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array
-from racecraft.formats.checkpoint import CheckpointEntry, Checkpoints
+from racecraft.formats.checkpoint import BEST, CheckpointEntry, Checkpoints
+from racecraft.formats.checkpoint_ranking import find_checkpoint, is_checkpoint_name
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.deepracer.foreign_model import borrowed_run
 from racecraft.players.older_runs import older_spec, refuse_older_heads
@@ -74,15 +75,15 @@ class TrainedPolicy:
 
 
 def split_source(source: str) -> tuple[str, str]:
-    """Return (run folder, checkpoint) of "RUN[:best|last|N]".
+    """Return (run folder, checkpoint) of "RUN[:best|last|N|laptime …]".
 
-    >>> split_source("runs/oval-1:last"), split_source("runs/oval-1")
-    (('runs/oval-1', 'last'), ('runs/oval-1', 'best'))
+    >>> split_source("runs/oval-1:last"), split_source("runs/oval-1"), split_source("oval-1:laptime")
+    (('runs/oval-1', 'last'), ('runs/oval-1', 'best'), ('oval-1', 'laptime'))
     """
     path, colon, which = source.rpartition(":")
-    if colon and (which in ("best", "last") or which.isdigit()):
+    if colon and is_checkpoint_name(which):
         return path, which
-    return source, "best"
+    return source, BEST
 
 
 def load_policy(run: str | Path | RunFolder, which: str = "") -> TrainedPolicy:
@@ -90,7 +91,7 @@ def load_policy(run: str | Path | RunFolder, which: str = "") -> TrainedPolicy:
 
     Args:
         run: The folder; RUN:best, RUN:last and RUN:N name a checkpoint. A model: an archive, folder, graph, checkpoint.
-        which: "best", "last" or the number of an iteration; "": what `run` says, else the best.
+        which: "best", "last", an iteration's number or a merit such as "laptime"; "": what `run` says, else best.
 
     Raises:
         RunFolderError: There is no run folder, or an older racecraft's whose policy decides otherwise than today.
@@ -98,12 +99,11 @@ def load_policy(run: str | Path | RunFolder, which: str = "") -> TrainedPolicy:
         PolicySpecError: A newer racecraft wrote it.
         SettingError: Its algorithm is a user's own and is not found here.
     """
-    folder, named = (run, "best") if isinstance(run, RunFolder) else _opened(str(run))
-    shelf = Checkpoints(folder.checkpoints)
-    which = which or named
-    weights, metadata = shelf.load_policy(which)
+    folder, named = (run, BEST) if isinstance(run, RunFolder) else _opened(str(run))
+    checkpoint = find_checkpoint(folder, which or named)
+    weights, metadata = Checkpoints(folder.checkpoints).load_policy(str(checkpoint.iteration))
     spec = spec_in(folder, metadata)
-    return TrainedPolicy(folder, shelf.find(which), spec, policy_from(spec, to_tensors(weights)), metadata)
+    return TrainedPolicy(folder, checkpoint, spec, policy_from(spec, to_tensors(weights)), metadata)
 
 
 def spec_in(run: RunFolder, metadata: Mapping[str, Any]) -> PolicySpec:

@@ -10,7 +10,7 @@ import numpy as np
 
 from racecraft.analysis.deepracer.drive import PAUSE, as_drive
 from racecraft.analysis.deepracer.drive import Drive as CarDrive
-from racecraft.analysis.deepracer.films.film import FilmStyle, write_film
+from racecraft.analysis.deepracer.films.film import FilmStyle, PictureCount, write_film
 from racecraft.analysis.deepracer.films.shells import DEEPRACER
 from racecraft.analysis.deepracer.films.views import AWS_FOLDERS
 from racecraft.analysis.figures import draw_curves, draw_path
@@ -137,7 +137,12 @@ def _headline(car: TrainedCar) -> str:
 
 
 def show_drive(
-    drive: Drive, *, video: Path | None = None, picture: Path | None = None, style: FilmStyle | None = None
+    drive: Drive,
+    *,
+    video: Path | None = None,
+    picture: Path | None = None,
+    style: FilmStyle | None = None,
+    count: PictureCount | None = None,
 ) -> dict[str, Path]:
     """Write the film and the path of a drive, whichever is asked for; return the files by kind.
 
@@ -146,6 +151,7 @@ def show_drive(
         video: Where the film goes.
         picture: Where the path goes.
         style: The camera it is filmed with; None: the car's own view beside a panel of figures.
+        count: Hears how many pictures are painted, and of how many; not where `style` is None.
     """
     files = {}
     if picture is not None:
@@ -163,25 +169,26 @@ def show_drive(
         )
         files["video"] = video
     elif video is not None and style is not None:
-        files["video"], files["strip"] = film_drive(drive, video, style)
+        files["video"], files["strip"] = film_drive(drive, video, style, count)
     return files
 
 
-def film_drive(drive: Drive, video: Path, style: FilmStyle) -> tuple[Path, Path]:
+def film_drive(drive: Drive, video: Path, style: FilmStyle, count: PictureCount | None = None) -> tuple[Path, Path]:
     """Film a drive with one of the cameras of `analysis/deepracer/films/views.py`; return the film and its strip."""
     car = drive.car
     return write_film(
-        video, drive.shown, drive.track, style, car.mount, car.light, title=_headline(car), objects=drive.objects
-    )
+        video, drive.shown, drive.track, style, car.mount, car.light, title=_headline(car), objects=drive.objects,
+        count=count,
+    )  # fmt: skip
 
 
-def film_as_aws(drive: Drive, style: FilmStyle, number: int) -> dict[str, Path]:
+def film_as_aws(drive: Drive, style: FilmStyle, number: int, count: PictureCount | None = None) -> dict[str, Path]:
     """Film a drive with the original's three cameras into mp4/ of its run folder; return the files by view."""
     films = {}
     for view, folder in AWS_FOLDERS.items():
         place = drive.car.run.path / "mp4" / folder / f"{number}-video.mp4"
         make_folder(place.parent)
-        films[view], _ = film_drive(drive, place, replace(style, view=view))
+        films[view], _ = film_drive(drive, place, replace(style, view=view), count)
     return films
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from racecraft.analysis.deepracer.drive import Drive, as_drive
-from racecraft.analysis.deepracer.films.film import FilmStyle, OtherCar, write_film
+from racecraft.analysis.deepracer.films.film import FilmStyle, OtherCar, PictureCount, write_film
+from racecraft.analysis.deepracer.films.shells import DEEPRACER
 from racecraft.contract.world import Array
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.vehicle import TICK_SECONDS
@@ -23,7 +25,13 @@ OTHER_COLOURS = ("Orange", "Blue", "White", "Red", "Black", "Grey", "Orange")
 
 
 def film_race(
-    result: RaceResult, drivers: list[Driver], track: Track, video: Path, style: FilmStyle
+    result: RaceResult,
+    drivers: Sequence[Driver],
+    track: Track,
+    video: Path,
+    style: FilmStyle,
+    shells: Sequence[str] = (),
+    count: PictureCount | None = None,
 ) -> dict[str, Path]:
     """Film the first race from the first driver's car; return the film and its strip by kind.
 
@@ -33,13 +41,16 @@ def film_race(
         track: The circuit as it was driven.
         video: Where the film goes.
         style: Camera, size and pace; name and colour are the race's own.
+        shells: Of the others, by the original's names; the plain one where none is given.
+        count: Hears how many pictures are painted, and of how many.
     """
     drives = [drive_of(result.ticks[:, number]) for number in range(len(drivers))]
-    others = [OtherCar(one, colour=colour) for one, colour in zip(drives[1:], OTHER_COLOURS, strict=False)]
+    worn = [*shells, *[DEEPRACER] * len(drives)]
+    others = [OtherCar(*car) for car in zip(drives[1:], worn, OTHER_COLOURS, strict=False)]
     own = drivers[0]
     style = replace(style, name=own.name, colour=OWN_COLOUR)
     title = " against ".join(result.drivers)
-    film, strip = write_film(video, drives[0], track, style, own.mount, own.light, others, title)
+    film, strip = write_film(video, drives[0], track, style, own.mount, own.light, others, title, count=count)
     return {"video": film, "strip": strip}
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,8 @@ from racecraft.tracks.track import Track
 RATING, FILM = "selves.json", "race.mp4"
 RACES, LAPS, MAX_RESETS = 8, 1, 2
 """Races of every pair, over so many laps; after a few mishaps who cannot drive at all is out."""
+PASSING_LAPS = 2
+"""Of the races against a slower car, in which it is lapped as well as overtaken."""
 STEPS = 2
 """Earlier selves that are met, evenly spread over the training, the first among them."""
 
@@ -41,6 +43,8 @@ class SelfRating:
     """The least and the most that the 95 % intervals of both leave of it."""
     driven: tuple[dict[str, Any], ...]
     """What each driver came to over all its races, as `head_to_head.summed` has it."""
+    passing: dict[str, Any]
+    """What the last self came to against itself in a slower car, likewise, and its `pace`: whether it overtakes."""
 
     def as_dictionary(self) -> dict[str, Any]:
         """Return the ratings as plain values, fit for JSON."""
@@ -49,7 +53,7 @@ class SelfRating:
             for name, one, facts in zip(self.names, self.ratings, self.driven, strict=True)
         ]
         gain = {"points": round(self.gain, 1), "low": round(self.low, 1), "high": round(self.high, 1)}
-        return {"selves": told, "last_over_first": gain}
+        return {"selves": told, "last_over_first": gain, "against_a_slower_self": self.passing}
 
 
 def rate_selves(
@@ -61,7 +65,7 @@ def rate_selves(
         run: A car's run.
         chosen: Models that it trained against.
         say: Hears what is being done.
-        film: Whether the last self's race against the strongest of the others is filmed.
+        film: Whether the last self's race against a slower car of its own is filmed.
 
     Returns:
         The ratings, also written into the run folder, and the files by kind.
@@ -78,16 +82,17 @@ def rate_selves(
         results += [Result((one, other), (a.place, b.place)) for a, b in met[one, other].races]
     ratings = rate(len(drivers), results)
     driven = tuple(_driven(number, driver, met) for number, driver in enumerate(drivers))
-    rated = _rating(tuple(driver.name for driver in drivers), ratings, len(selves), driven)
+    last, pace = selves[-1], cars[-1].settings.against.slowest
+    slower = replace(last, name=f"{last.name}, {pace:.0%} pace", pace=pace)
+    passed = _meet([last, slower], track, config, PASSING_LAPS)
+    passing = {**summed(last.name, passed.of(0)), "pace": pace}
+    rated = _rating(tuple(driver.name for driver in drivers), ratings, len(selves), driven, passing)
     place = run.path / RATING
     write_whole(place, json.dumps(rated.as_dictionary(), indent=2) + "\n")
     files = {"rating": place}
-    if film and len(drivers) > 1:
+    if film:
         say("Filming a race …")
-        last = len(selves) - 1
-        rival = max((k for k in range(len(drivers)) if k != last), key=lambda k: ratings[k].points)
-        pair = [drivers[last], drivers[rival]]
-        files |= film_race(_meet(pair, track, config, races=1), pair, track, run.path / FILM, FilmStyle("pip"))
+        files |= film_race(passed, [last, slower], track, run.path / FILM, FilmStyle("pip"))
     return rated, files
 
 
@@ -98,8 +103,8 @@ def _steps(run: RunFolder) -> list[int]:
     return sorted({kept[round(k * (len(kept) - 1) / max(count - 1, 1))] for k in range(count)})
 
 
-def _meet(pair: Sequence[Driver], track: Track, config: RaceConfig, races: int = RACES) -> RaceResult:
-    return race_heads(pair, track, HeadToHead(laps=LAPS, races=races, max_resets=MAX_RESETS), config)
+def _meet(pair: Sequence[Driver], track: Track, config: RaceConfig, laps: int = LAPS) -> RaceResult:
+    return race_heads(pair, track, HeadToHead(laps=laps, races=RACES, max_resets=MAX_RESETS), config)
 
 
 def _driven(number: int, driver: Driver, met: dict[tuple[int, int], RaceResult]) -> dict[str, Any]:
@@ -109,8 +114,12 @@ def _driven(number: int, driver: Driver, met: dict[tuple[int, int], RaceResult])
 
 
 def _rating(
-    names: tuple[str, ...], ratings: Sequence[Rating], selves: int, driven: tuple[dict[str, Any], ...]
+    names: tuple[str, ...],
+    ratings: Sequence[Rating],
+    selves: int,
+    driven: tuple[dict[str, Any], ...],
+    passing: dict[str, Any],
 ) -> SelfRating:
     first, last = ratings[0], ratings[selves - 1]
     gain = last.points - first.points
-    return SelfRating(names, tuple(ratings), gain, last.low - first.high, last.high - first.low, driven)
+    return SelfRating(names, tuple(ratings), gain, last.low - first.high, last.high - first.low, driven, passing)

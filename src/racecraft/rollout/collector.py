@@ -11,7 +11,7 @@ end are the shortest and would be learned from too often.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -35,6 +35,48 @@ class ParksAgents(Protocol):
 
     def park(self, rows: Array) -> None:
         """Leave these agents (bool (N, M)) standing: nothing is done to them, and nothing comes of their actions."""
+        ...
+
+
+class CarriedOtherwiseError(ContractError):
+    """Worlds were carried by other processes, or by fewer of them, so that they cannot go on where they were."""
+
+
+class Collects(Protocol):
+    """What a training asks of whoever collects for it, in this process (`Collector`) or in others."""
+
+    @property
+    def steps_taken(self) -> int:
+        """Environment steps taken: ticks times worlds times agents, less those of parked agents."""
+        ...
+
+    def collect(self) -> RolloutBatch:
+        """Carry on for the horizon and return what happened; episodes under way go on in the next call."""
+        ...
+
+    def collect_episodes(self, quota: int) -> RolloutBatch:
+        """Begin an episode in every world and carry on until each agent has played `quota` whole episodes."""
+        ...
+
+    def take_episodes(self) -> list[EpisodeRecord]:
+        """Return the episodes that ended since the last call."""
+        ...
+
+    def look_meanwhile(self, look: Callable[[], None]) -> None:
+        """Have somebody called every now and then while it collects; what that raises breaks the collecting off."""
+        ...
+
+    def state(self) -> dict[str, Any]:
+        """Return everything a continuation needs, as named arrays (copies)."""
+        ...
+
+    def restore(self, state: Mapping[str, Any], anew: bool = False) -> None:
+        """Go on from what `state` gave; with `anew` every episode begins anew, and only counts and chance go on.
+
+        Raises:
+            CarriedOtherwiseError: The worlds were carried by other processes; with `anew` they may have been.
+            ContractError: The worlds do not show what they showed; with `anew` they need not.
+        """
         ...
 
 
@@ -106,6 +148,10 @@ class Collector:
         self._row = t
         return buffer.batch(t)
 
+    def look_meanwhile(self, look: Callable[[], None]) -> None:
+        """Have somebody called after every tick; what that raises breaks the collecting off."""
+        self.observers.append(lambda world, buffers, actions: look())
+
     def take_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call, oldest first."""
         return self.counter.take()
@@ -123,6 +169,7 @@ class Collector:
                 "ticks_taken": np.array(self.ticks_taken),
                 "resets": np.array(self._resets),
                 "parked_steps": np.array(self._parked_steps),
+                "steps_taken": np.array(self.steps_taken),
             },
         }
 
@@ -133,8 +180,11 @@ class Collector:
         cannot be kept. Counts and the chance of exploration go on; episodes under way are lost.
 
         Raises:
+            CarriedOtherwiseError: The state is that of worlds in other processes; `anew` takes its counts.
             ContractError: The world does not show what it showed; with `anew` it need not.
         """
+        if not anew and "world" not in state:
+            raise CarriedOtherwiseError("its worlds were carried by workers")
         self._resets = int(state["counts"]["resets"])
         if anew:
             self._begin_worlds()
@@ -143,6 +193,8 @@ class Collector:
         self.generator.set_state(torch.from_numpy(np.asarray(state["exploration"]["generator"])))
         self.ticks_taken = int(state["counts"]["ticks_taken"])
         self._parked_steps = int(state["counts"].get("parked_steps", 0))
+        if "world" not in state:  # workers need not have as many rows, nor as many ticks each
+            self._parked_steps += self.steps_taken - int(state["counts"]["steps_taken"])
 
     def _restore_world(self, state: Mapping[str, Any]) -> None:
         self._row = 0

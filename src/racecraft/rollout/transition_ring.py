@@ -28,13 +28,12 @@ from racecraft.algorithms.replay_sampler import Transitions
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.algorithms.stacking import AGE, joined
 from racecraft.contract.world import Array, ArraySpec, WorldSpec, mask_width
+from racecraft.rollout.kernels.story import GOES_ON, NOBODY, TERMINATED, TRUNCATED, follow
 
-GOES_ON, TERMINATED, TRUNCATED = 0, 1, 2
 FINAL_SHARE = 16
 """One tick in so many may have a final observation; with more, the oldest of those ticks are not learned from."""
 SEEN, FINAL, COLUMN = "observations/", "finals/", "columns/"
 """Where arrays with names of their own stand among those of the ring."""
-NOBODY = -1
 
 
 class TransitionRing:
@@ -58,6 +57,9 @@ class TransitionRing:
         self.arrays = {name: np.zeros(shape, dtype) for name, (shape, dtype) in layout.items()}
         """All that is kept, by name: (slots, R, ...), those of the finals (F, ...)."""
         self.arrays["final_owner"][:] = NOBODY
+        self._flat = {name: array.reshape(-1, *array.shape[2:]) for name, array in self.arrays.items()}
+        """The same by place, (slots * R, ...); views, made once, as a batch asks for a dozen of them."""
+        self._names = [name.removeprefix(SEEN) for name in self.arrays if name.startswith(SEEN)]
         self.head = 0
         """Ticks put in so far. Tick number `head` is yet to come; what it will begin with is seen already."""
         self.finals_put = 0
@@ -105,8 +107,7 @@ class TransitionRing:
 
     def flat(self, name: str) -> Array:
         """Return an array by place, (slots * R, ...); a view."""
-        array = self.arrays[name]
-        return array.reshape(-1, *array.shape[2:])
+        return self._flat[name]
 
     def look_ahead(self, index: Array, n_step: int, discount: float) -> tuple[Array, Array, Array, Array]:
         """Follow the story from B places for n steps at most.
@@ -121,33 +122,25 @@ class TransitionRing:
             float32 (B,); the place of what is seen then (B,); the last tick's place where the episode was cut, so that
             its final observation is meant, `NOBODY` elsewhere (B,).
         """
-        reward, end, active = self.flat("reward"), self.flat("end"), self.flat("active")
-        gamma = np.float32(discount)
-        total, ended, at = reward.take(index), end.take(index), self._after(index)
-        weight = np.where(ended == TERMINATED, np.float32(0.0), gamma)
-        cut = np.where(ended == TRUNCATED, index, NOBODY)
-        going = ended == GOES_ON
-        for _ in range(n_step - 1):
-            going &= active.take(at)
-            total += np.where(going, weight * reward.take(at), np.float32(0.0))
-            ended = np.where(going, end.take(at), GOES_ON)
-            weight = np.where(going, weight * gamma, weight)
-            weight[ended == TERMINATED] = 0.0
-            cut = np.where(ended == TRUNCATED, at, cut)
-            at = np.where(going, self._after(at), at)
-            going &= ended == GOES_ON
-        return total, weight, at, cut
+        count = len(index)
+        total, weight = np.empty(count, np.float32), np.empty(count, np.float32)
+        then, cut = np.empty(count, np.int64), np.empty(count, np.int64)
+        follow(
+            self.flat("reward"), self.flat("end"), self.flat("active"), np.ascontiguousarray(index, np.int64),
+            self.rows, n_step, np.float32(discount), total, weight, then, cut,
+        )  # fmt: skip
+        return total, weight, then, cut
 
     def gather(self, index: Array, n_step: int, discount: float) -> Transitions:
         """Return the transitions in B places, all weights 1; see `look_ahead`."""
         total, weight, then, cut = self.look_ahead(index, n_step, discount)
         cuts = np.flatnonzero(cut != NOBODY)
-        final = self.flat("final_at")[cut[cuts]]
-        names = [name.removeprefix(SEEN) for name in self.arrays if name.startswith(SEEN)]
-        seen = {name: self.flat(SEEN + name).take(index, axis=0) for name in names}
-        following = {name: self.flat(SEEN + name).take(then, axis=0) for name in names}
-        for name, array in following.items():
-            array[cuts] = self.arrays[FINAL + name][final]
+        seen = {name: self.flat(SEEN + name).take(index, axis=0) for name in self._names}
+        following = {name: self.flat(SEEN + name).take(then, axis=0) for name in self._names}
+        if len(cuts):
+            final = self.flat("final_at")[cut[cuts]]
+            for name, array in following.items():
+                array[cuts] = self.arrays[FINAL + name][final]
         if self.stack_size > 1:
             age = self._age(index)
             seen |= self._stacks(seen, index, age)
@@ -207,12 +200,6 @@ class TransitionRing:
         """Return the places so many ticks earlier."""
         before: Array = (places - ticks * self.rows) % (self.slots * self.rows)
         return before
-
-    def _after(self, places: Array) -> Array:
-        """Return the places one tick later."""
-        after: Array = places + self.rows
-        after[after >= self.slots * self.rows] -= self.slots * self.rows
-        return after
 
     def _spans(self, first: int, last: int) -> Iterator[tuple[slice, slice]]:
         """Yield where ticks first to last - 1 lie, in one piece or two: slots, and which of these ticks."""

@@ -177,7 +177,10 @@ class ObjectStore:
 
     def begun_upload(self, bucket: str, key: str) -> str | None:
         """Return the latest upload of a key that was begun and not completed."""
-        answer = self._ask(bucket, "list_multipart_uploads", Prefix=key)
+        try:
+            answer = self._ask(bucket, "list_multipart_uploads", Prefix=key)
+        except UnknownRequestError:  # such a store cannot say what it has; a large file is then begun anew
+            return None
         ours = [one for one in answer.get("Uploads", ()) if one["Key"] == key]
         return str(max(ours, key=lambda one: one["Initiated"])["UploadId"]) if ours else None
 
@@ -239,6 +242,10 @@ class NoSuchObjectError(BucketError):
     """There is no such object, or no such bucket."""
 
 
+class UnknownRequestError(BucketError):
+    """The store does not know what it was asked for."""
+
+
 def _told(answer: Mapping[str, Any], size: int) -> StoredObject:
     moment = answer.get("LastModified")
     return StoredObject(size, str(answer.get("ETag", "")).strip('"'), moment.timestamp() if moment else 0.0)
@@ -273,6 +280,11 @@ def _letter(error: Exception, bucket: str, access: Access) -> BucketError:
         return BucketError(
             f"{place}: {where} refuses it ({code if code not in ('', '403') else 'forbidden'}); expected the right to "
             "list, read and write there. Look at the profile and at the bucket's policy."
+        )
+    if status == 501 or code == "NotImplemented":
+        return UnknownRequestError(
+            f"{place}: {where} does not know what it was asked for ({_short(error)}); expected one that does. What is "
+            "asked of a store stands in docs/racing/buckets.md."
         )
     if status >= 500 or status == 429 or code in _BUSY:
         return NetworkError(f"{place}: {where} cannot answer just now ({code or status}); expected an answer.")

@@ -15,8 +15,8 @@ from typing import Any, Protocol
 from racecraft.algorithms.learner import EPISODES, Anneals, Learner
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
-from racecraft.contract.world import Array, EpisodeRecord, StepBuffers, World
-from racecraft.rollout.collector import Collector
+from racecraft.contract.world import EpisodeRecord
+from racecraft.rollout.collector import Collects
 from racecraft.rollout.memory import within_memory
 from racecraft.rollout.settings import RolloutConfig
 from racecraft.training.callbacks import EvaluationResult, IterationReport, TrainingCallback
@@ -148,7 +148,7 @@ class TrainingLoop:
 
     def __init__(
         self,
-        collector: Collector,
+        collector: Collects,
         learner: Learner,
         evaluator: Evaluator,
         writer: Writer,
@@ -173,7 +173,7 @@ class TrainingLoop:
         self._first_goal: float | None = None
         self._stable: float | None = None
         self._began = self._seconds_before = self._seconds_writing = self._looked = 0.0
-        collector.observers.append(self._look_at_clock)
+        collector.look_meanwhile(self._look_at_clock)
 
     def run(self, title: str) -> Outcome:
         """Train until a stop condition holds or Ctrl-C; tell what came of it.
@@ -378,8 +378,8 @@ class TrainingLoop:
             score=self._last.score if self._last is not None and evaluated else None,
         )
 
-    def _look_at_clock(self, world: World, buffers: StepBuffers, actions: Array) -> None:
-        """Break a long iteration off when its minutes are over or somebody asks; called after every tick."""
+    def _look_at_clock(self) -> None:
+        """Break a long iteration off when its minutes are over or somebody asks; called while it collects."""
         now = time.perf_counter()
         if now - self._looked < LOOK_SECONDS:
             return

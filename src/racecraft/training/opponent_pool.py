@@ -68,7 +68,7 @@ class OpponentPool:
         return {
             "updates": self.updates,
             "selves": [dict(weights) for weights in self.selves],
-            "chance": self._chance.get_state().numpy().copy(),
+            "chance": self.dice(),
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
@@ -76,8 +76,16 @@ class OpponentPool:
         self.updates = int(state["updates"])
         self.selves.clear()
         self.selves.extend(dict(weights) for weights in state["selves"])
-        self._chance.set_state(torch.from_numpy(np.asarray(state["chance"])))
+        self.take_dice(state["chance"])
         self._draw()
+
+    def dice(self) -> Array:
+        """Return how the dice of whoever plays stand (a copy)."""
+        return self._chance.get_state().numpy().copy()
+
+    def take_dice(self, dice: Array) -> None:
+        """Go on with dice as they stood."""
+        self._chance.set_state(torch.from_numpy(np.asarray(dice)))
 
     def _draw(self) -> None:
         chosen = int(generator(self._seed + self.updates, "past self").integers(len(self.selves)))

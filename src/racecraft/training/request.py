@@ -27,4 +27,5 @@ class TrainRequest:
     overrides: tuple[str, ...] = ()
     """group.name=value, as typed."""
     clone_from: str | None = None
-    """RUN, RUN:best, RUN:last or RUN:N, whose weights the training begins with; None: fresh weights."""
+    """RUN, RUN:best, RUN:last, RUN:N or a merit such as RUN:laptime, whose weights the training begins with; None:
+    fresh weights."""

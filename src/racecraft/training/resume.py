@@ -11,7 +11,7 @@ from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.errors import ContractError, RunFolderError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
-from racecraft.rollout.collector import Collector
+from racecraft.rollout.collector import CarriedOtherwiseError, Collects
 from racecraft.training.versions import versions
 
 Say = Callable[[str], None]
@@ -46,11 +46,11 @@ def open_to_resume(path: Path, kind: str) -> tuple[RunFolder, dict[str, Any], tu
 def restore_run(
     run: RunFolder,
     learner: Learner,
-    collector: Collector,
+    collector: Collects,
     loop: Restores,
     writer: Restores,
     world_lasts: bool | None = True,
-) -> tuple[int, bool]:
+) -> tuple[int, str]:
     """Take up the last whole iteration; metrics of what came after it are cut off.
 
     Args:
@@ -63,7 +63,7 @@ def restore_run(
             something else than it did.
 
     Returns:
-        Its number, 0 where none was saved; and whether the world did go on where it was.
+        Its number, 0 where none was saved; and why its episodes begin anew, a clause, "" where they do not.
 
     Raises:
         RunFolderError: An older racecraft wrote the state.
@@ -74,29 +74,29 @@ def restore_run(
     entries = [entry for entry in checkpoints.entries() if entry.state is not None]
     if not entries:
         run.cut_metrics(0)
-        return 0, True
+        return 0, ""
     last = entries[-1].iteration
     state = checkpoints.load_state(str(last))
     _require_known(run, state["loop"])
     weights, _ = checkpoints.load_policy(str(last))
     learner.load_state_dict(to_tensors({"network": weights, **state["learner"]}))
     writer.restore(state)
-    lasted = _restore_worlds(collector, state["collector"], world_lasts)
+    why = _restore_worlds(collector, state["collector"], world_lasts)
     loop.restore(state["loop"])
     run.cut_metrics(last)
-    return last, lasted
+    return last, why
 
 
-def tell_resumed(iteration: int, lasted: bool, say: Say) -> None:
+def tell_resumed(iteration: int, why_anew: str, say: Say) -> None:
     """Say where a run goes on."""
     if not iteration:
         say("no whole iteration was saved: starts fresh")
-    elif lasted:
+    elif not why_anew:
         say(f"goes on after iteration {iteration}")
     else:
         say(
-            f"goes on after iteration {iteration}; the world's inner state cannot be kept, so its episodes begin anew "
-            "and the curve is not bit by bit that of an unbroken run"
+            f"goes on after iteration {iteration}; {why_anew}, so its episodes begin anew and the curve is not bit by "
+            "bit that of an unbroken run"
         )
 
 
@@ -108,14 +108,17 @@ def _require_known(run: RunFolder, loop: Mapping[str, Any]) -> None:
         )
 
 
-def _restore_worlds(collector: Collector, state: Mapping[str, Any], world_lasts: bool | None) -> bool:
-    """Have the worlds go on where they were, or begin anew; tell which."""
+def _restore_worlds(collector: Collects, state: Mapping[str, Any], world_lasts: bool | None) -> str:
+    """Have the worlds go on where they were, or begin anew; return why they do, "" where they go on."""
+    why = "the world's inner state cannot be kept"
     if world_lasts is not False:
         try:
             collector.restore(state)
-            return True
+            return ""
+        except CarriedOtherwiseError as otherwise:
+            why = str(otherwise)
         except ContractError:
             if world_lasts:
                 raise
     collector.restore(state, anew=True)
-    return False
+    return why

@@ -19,7 +19,7 @@ from racecraft.formats.episodes import write_episodes
 from racecraft.formats.generalisation import write_generalisation
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import write_whole
-from racecraft.rollout.collector import Collector
+from racecraft.rollout.collector import Collects
 from racecraft.training.background import Background
 from racecraft.training.callbacks import IterationReport
 
@@ -85,7 +85,7 @@ class RunWriter:
         self,
         run: RunFolder,
         learner: Learner,
-        collector: Collector,
+        collector: Collects,
         metadata: Mapping[str, Any],
         recorder: TickRecorder | None = None,
         episode_files: EpisodeFiles | None = None,

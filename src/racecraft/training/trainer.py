@@ -22,17 +22,19 @@ from racecraft.algorithms.registry import Algorithm, require_fit
 from racecraft.algorithms.replay_sampler import ReplayLearner
 from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.errors import RacecraftError, RunFolderError
-from racecraft.contract.world import World
+from racecraft.contract.world import World, WorldSpec
 from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.checkpoint_ranking import load_weights
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.deepracer.foreign_model import IMPORTED, borrowed_run
 from racecraft.players.trained import SPEC, split_source
-from racecraft.rollout.collector import Collector
+from racecraft.rollout.collector import Collector, Collects
 from racecraft.rollout.episodes import StepObserver
 from racecraft.rollout.replay import Replay
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import as_dictionary
 from racecraft.training.callbacks import Callbacks, KnowsRun, TrainingCallback
+from racecraft.training.gathering import Gatherer, RecordingObserver
 from racecraft.training.loop import Evaluator, Outcome, TrainingLoop
 from racecraft.training.mlflow_tracking import MlflowRun, RunDescription, client_class, tracking_uri
 from racecraft.training.named_files import as_in_run, asked_in_run, found_in_run, lay_named_files, named_files
@@ -101,6 +103,17 @@ class Experiment:
     same_shape: Callable[[str, Mapping[str, Any]], tuple[str, ...]] = lambda path, metadata: ()
     """Refuses the metadata of a checkpoint whose weights are not to be begun with (it hears the run's path, too); of
     one that may be, it returns what is worth saying."""
+    gatherer: Gatherer | None = None
+    """Who carries the learner through worlds elsewhere; None: it is carried through `world`, here."""
+    recorder: Callable[[], RecordingObserver] | None = None
+    """Makes what keeps the ticks of worlds elsewhere for the episode files; None: none are kept."""
+    stays: str = ""
+    """Why its worlds cannot be elsewhere, a sentence; "" where they can."""
+
+    @property
+    def spec(self) -> WorldSpec:
+        """What the worlds that are learned in promise, wherever they are."""
+        return self.world.spec if self.gatherer is None else self.gatherer.spec
 
 
 @dataclass(frozen=True)
@@ -192,8 +205,7 @@ class TrainingSession:
         if isinstance(callback, KnowsRun):
             callback.run_made(run.path)
         experiment.warm_up(say)
-        observers = [*attendants.observers]
-        self._collector = Collector(experiment.world, learner, settings.rollout.horizon, experiment.seed, observers)
+        self._collector, recorder = _collector(experiment, learner, attendants)
         self._replay = feed
         parts = dict(experiment.parts) | ({} if feed is None else {"replay": feed})
         self._writer = RunWriter(
@@ -201,8 +213,8 @@ class TrainingSession:
             learner,
             self._collector,
             checkpoint_metadata(experiment, learner),
-            attendants.recorder,
-            attendants.episode_files,
+            recorder,
+            attendants.episode_files if recorder is not None else None,
             parts,
             Checkpoints(run.checkpoints, settings.runtime.keep_mib * 2**20, settings.runtime.keep_every),
         )
@@ -246,6 +258,17 @@ class TrainingSession:
             raise
 
 
+def _collector(
+    experiment: Experiment, learner: Learner, attendants: RunAttendants
+) -> tuple[Collects, TickRecorder | None]:
+    """Return what collects, here or elsewhere, and who keeps the ticks."""
+    horizon, elsewhere = experiment.settings.rollout.horizon, experiment.gatherer
+    if elsewhere is not None:
+        return elsewhere.collector(learner, horizon), elsewhere.recorder
+    observers = [*attendants.observers]
+    return Collector(experiment.world, learner, horizon, experiment.seed, observers), attendants.recorder
+
+
 def feed_for(learner: Learner, experiment: Experiment) -> Replay | None:
     """Return what stands between collector and learner: a replay where the learner eats from one; None: nothing.
 
@@ -257,7 +280,7 @@ def feed_for(learner: Learner, experiment: Experiment) -> Replay | None:
     eater = cast(ReplayLearner, learner)
     settings = experiment.settings.replay
     stack_size = experiment.settings.network.stack_size
-    return Replay(experiment.world.spec, settings, eater.discount, eater.n_step, learner.columns, stack_size)
+    return Replay(experiment.spec, settings, eater.discount, eater.n_step, learner.columns, stack_size)
 
 
 def checkpoint_metadata(experiment: Experiment, learner: Learner) -> dict[str, Any]:
@@ -284,7 +307,7 @@ def begin_with(learner: Learner, source: str, experiment: Experiment) -> tuple[s
     path, which = split_source(source)
     run = borrowed_run(path)
     run.read_job_of(experiment.kind)
-    weights, metadata = Checkpoints(run.checkpoints).load_policy(which)
+    weights, metadata = load_weights(run, which)
     notes = (*experiment.same_shape(path, metadata), *metadata.get(IMPORTED, ()))
     mine = learner.state_dict()["network"]
     for name in sorted(set(mine) | set(weights)):
@@ -331,7 +354,7 @@ def _learner(experiment: Experiment, settings: Settings) -> Learner:
     require_fit(experiment.algorithm, experiment.world.spec.actions, experiment.title)
     if experiment.learner is not None:
         return experiment.learner()
-    return build_learner(experiment.algorithm, experiment.world.spec, settings, experiment.seed)
+    return build_learner(experiment.algorithm, experiment.spec, settings, experiment.seed)
 
 
 def note_on_schedules(settings: Settings, algorithm: Algorithm, stops: Sequence[StopCondition]) -> tuple[str, ...]:

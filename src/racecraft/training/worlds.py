@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Protocol, cast
 
@@ -17,6 +18,7 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.settings.composition import Settings
 from racecraft.training import trainer
 from racecraft.training.callbacks import TrainingCallback
+from racecraft.training.gathering import Spread
 from racecraft.training.loop import Outcome
 from racecraft.training.request import TrainRequest
 from racecraft.training.resume import Say
@@ -83,32 +85,40 @@ def plan(request: TrainRequest) -> Any:
     return kind_named(request.kind).plan(request)
 
 
-def train(request: TrainRequest, callback: TrainingCallback, say: Say = print) -> Trained:
+def train(request: TrainRequest, callback: TrainingCallback, say: Say = print, spread: Spread | None = None) -> Trained:
     """Train what is asked for until a stop condition holds.
 
     Args:
         request: What is trained, and how.
         callback: Watches the training.
         say: Says a line to a person.
+        spread: Carries the worlds elsewhere; None: they are carried here.
 
     Raises:
         UserInputError: Whatever was asked for and cannot be used, as a letter.
     """
-    return carry_out(request.kind, plan(request), callback, say)
+    return carry_out(request.kind, plan(request), callback, say, spread)
 
 
-def carry_out(kind: str, planned: Any, callback: TrainingCallback, say: Say = print) -> Trained:
+def carry_out(
+    kind: str, planned: Any, callback: TrainingCallback, say: Say = print, spread: Spread | None = None
+) -> Trained:
     """Train as planned, in a run folder of its own."""
     module = kind_named(kind)
     request = planned.request
-    with module.opened(planned, say) as experiment:
+    with _opened(kind, planned, say, spread) as experiment:
         run, outcome = trainer.train(experiment, request.run, callback, say, request.clone_from)
         seed = experiment.seed
     return Trained(kind, run, outcome, seed, module.summary(planned, run, outcome))
 
 
 def resume(
-    path: str | Path, stops: tuple[str, ...], callback: TrainingCallback, say: Say = print, kind: str | None = None
+    path: str | Path,
+    stops: tuple[str, ...],
+    callback: TrainingCallback,
+    say: Say = print,
+    kind: str | None = None,
+    spread: Spread | None = None,
 ) -> Trained:
     """Go on with a run from its last whole iteration, as if it had never stopped.
 
@@ -118,6 +128,7 @@ def resume(
         callback: Watches the training.
         say: Says a line to a person.
         kind: What the run must be of; None: any kind.
+        spread: Carries the worlds elsewhere, wherever they were until now; None: they are carried here.
 
     Raises:
         RunFolderError: No run folder, one of another kind, one that is being trained, or that cannot be gone on with.
@@ -126,7 +137,16 @@ def resume(
     kind = (run.read_job() if kind is None else run.read_job_of(kind)).get("kind", "")
     module = kind_named(kind)
     planned = module.plan_resume(Path(path), stops)
-    with module.opened(planned, say) as experiment:
+    with _opened(kind, planned, say, spread) as experiment:
         outcome = trainer.resume(experiment, run, callback, say)
         seed = experiment.seed
     return Trained(kind, run, outcome, seed, module.summary(planned, run, outcome))
+
+
+@contextlib.contextmanager
+def _opened(kind: str, planned: Any, say: Say, spread: Spread | None) -> Iterator[Experiment]:
+    """Open the worlds, and have them carried elsewhere where that is asked for."""
+    with kind_named(kind).opened(planned, say) as experiment:
+        elsewhere = contextlib.nullcontext(experiment) if spread is None else spread(kind, planned, experiment, say)
+        with elsewhere as settled:
+            yield settled

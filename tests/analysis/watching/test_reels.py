@@ -10,6 +10,7 @@ import pytest
 
 from racecraft.analysis.watching.facts import curves, run_facts
 from racecraft.analysis.watching.reels import ReelError, episode_reel, iteration_reel, kept_iterations, track_shape
+from racecraft.formats.episodes import read_episodes, write_episodes
 from racecraft.formats.run_folder import RunFolder
 from racecraft.tracks.catalogue import load_track
 
@@ -68,6 +69,36 @@ def test_worlds_of_several_cars_name_each(tmp_path):
     assert [car["name"] for car in reel["cars"]] == ["0.0", "0.1", "1.0", "1.1"]
     one = reel["episodes"][-1]
     assert episode_reel(RunFolder.open(tmp_path / "r"), 1, one["world"], 1, one["episode"])["cars"][0]["name"] == "1.1"
+
+
+def test_boxes_of_a_kept_iteration_stand_where_they_stood(tmp_path):
+    """Two boxes in world 0, which move at tick 4 of 10; in world 1 one, and a place that this course does not have."""
+    run = make_run(tmp_path / "r", 1, 10, worlds=2)
+    kept = read_episodes(run.episodes / "1.parquet")
+    columns = {name: kept[name].to_numpy() for name in kept.columns}
+    columns["status"] = kept["status"].to_list()
+    boxes = np.zeros(20, [(f"{axis}_{k}", "f4") for k in range(2) for axis in ("x", "y", "yaw")])
+    first, second = np.arange(20) < 10, np.arange(20) >= 10
+    boxes["x_0"][first], boxes["x_1"][first], boxes["yaw_1"][first] = 1.0, 2.0, 0.5
+    boxes["x_0"][4:10] = 1.5
+    boxes["y_0"][second] = 3.0
+    for axis in ("x_1", "y_1", "yaw_1"):
+        boxes[axis][second] = np.nan
+    write_episodes(run.episodes / "1.parquet", {**columns, "objects": boxes})
+    reel = iteration_reel(run, 1)
+    assert reel["objects"] == {
+        "0": [[0, [[1.0, 0.0, 0.0], [2.0, 0.0, 0.5]]], [4, [[1.5, 0.0, 0.0], [2.0, 0.0, 0.5]]]],
+        "1": [[0, [[0.0, 3.0, 0.0]]]],
+    }
+    assert [len(car["x"]) for car in reel["cars"]] == [10, 10]
+    one = next(part for part in reel["episodes"] if part["world"] == 1)
+    alone = episode_reel(run, 1, 1, 0, one["episode"])
+    assert alone["objects"] == {"1": [[0, [[0.0, 3.0, 0.0]]]]}
+    json.dumps(reel, allow_nan=False)
+
+
+def test_a_run_without_boxes_has_none(run):
+    assert iteration_reel(run, 1)["objects"] == {}
 
 
 def test_what_is_not_kept_is_named(run):

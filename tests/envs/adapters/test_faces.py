@@ -77,7 +77,7 @@ def test_gymnasiums_own_checker_accepts_our_env(continuous):
 
 
 def test_an_env_shows_the_end_and_then_the_start_that_the_world_had_begun():
-    env, world = WorldEnv(Walk(1)), Walk(1)
+    env = WorldEnv(Walk(1))
     env.reset(seed=1)
     for _ in range(LIMIT):
         seen, _, terminated, truncated, info = env.step(2)
@@ -91,7 +91,9 @@ def test_an_env_shows_the_end_and_then_the_start_that_the_world_had_begun():
     assert env.world.episode[0, 0] == 0
     with pytest.raises(ContractError, match="Use WorldVectorEnv"):
         WorldEnv(Walk(2))
-    assert world.closed == 0
+    assert env.world.closed == 0
+    env.close()
+    assert env.world.closed == 1
 
 
 def test_a_vector_env_tells_its_endings_as_gymnasiums_same_step_mode_does():

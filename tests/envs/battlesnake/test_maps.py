@@ -10,10 +10,10 @@ from tests.reference import DATA
 
 from racecraft.envs.battlesnake.board import Board, Snake
 from racecraft.envs.battlesnake.dice import LoadedDice, StreamDice
-from racecraft.envs.battlesnake.hazard_plans import expand_box, expand_scatter, spiral
+from racecraft.envs.battlesnake.hazard_plans import expand_box, expand_scatter, grow_box, spiral
 from racecraft.envs.battlesnake.maps import MAPS, MapState, after_turn, move_hazards, set_up
 from racecraft.envs.battlesnake.settings import GameSettings
-from racecraft.envs.battlesnake.solo_maze import level_of
+from racecraft.envs.battlesnake.solo_maze import build_level, level_of
 from racecraft.envs.battlesnake.stages import outside_safe_zone
 
 RECORD = DATA / "battlesnake" / "maps.jsonl.gz"
@@ -203,6 +203,38 @@ def test_solo_maze_grows_with_every_food_as_recorded():
             assert not board.hazards[board.food[0]]
             board.food = []
             after_turn(board, settings, state, dice)
+
+
+def test_a_growing_box_begins_at_least_two_squares_from_the_left_and_below_and_one_from_the_right_and_above():
+    settings = GameSettings(11, 19, 2)
+    for rolls, first in (([0, 0], (2, 2)), ([99, 99], (9, 17))):
+        assert grow_box(settings, LoadedDice(rolls)).changes[0] == (0, first, 1)
+
+
+class WatchedDice(StreamDice):
+    """Dice that remember among how many the last roll chose."""
+
+    def below(self, count):
+        self.last = count
+        return super().below(count)
+
+
+def test_the_food_of_a_solo_maze_stands_anywhere_the_snake_can_come_to():
+    settings, level = GameSettings(19, 21, 1, "solo", "solo_maze"), 12
+    for seed in range(20):
+        dice = WatchedDice(seed)
+        board, _ = set_up(settings, dice)
+        build_level(board, level, dice)
+        floor = {point for point in board.squares() if inside(point, board, level) and not board.hazards[point]}
+        come_to = {board.snakes[0].head}
+        while more := {point for point in floor - come_to if any(is_beside(point, one) for one in come_to)}:
+            come_to |= more
+        assert dice.last == len(come_to) - 1
+        assert board.food[0] in come_to
+
+
+def is_beside(one, other):
+    return abs(one[0] - other[0]) + abs(one[1] - other[1]) == 1
 
 
 def inside(point, board, level):

@@ -228,6 +228,44 @@ class TellScene:
         return Seen(np.array([self.numbers[i], self.bits[i]], np.float32), "sight")
 
 
+class AimScene:
+    """Each agent sees a number in [-1, 1] and should tell it: numbers alone. It earns 1 less how far it is away.
+
+    One telling is an episode.
+    """
+
+    behaviors = {"Aim?team=0": ActionCard(continuous=1)}
+
+    def __init__(self, agents=16):
+        self.agents = agents
+        self.ended = []
+
+    def begin(self, seed):
+        self.rng = np.random.default_rng(seed)
+        self._draw()
+
+    def reset(self):
+        self.ended.clear()
+
+    def infos(self):
+        told = list(self.ended)
+        self.ended.clear()
+        return {"Aim?team=0": told + [Info(i, [self._seen(i)]) for i in range(self.agents)]}
+
+    def act(self, actions):
+        listed = actions.get("Aim?team=0") or [Act([0.0], [])] * self.agents
+        for i, action in enumerate(listed):
+            reward = 1.0 - abs(action.continuous[0] - self.numbers[i])
+            self.ended.append(Info(i, [self._seen(i)], float(reward), done=True))
+        self._draw()
+
+    def _draw(self):
+        self.numbers = self.rng.uniform(-1, 1, self.agents)
+
+    def _seen(self, i):
+        return Seen(np.array([self.numbers[i]], np.float32), "sight")
+
+
 class LeverScene:
     """Two levers of two and three places; each agent sees where both should stand: several branches.
 
@@ -419,6 +457,7 @@ PROGRAMS = {
     "copy": CopyScene,
     "game": GameScene,
     "basic": BasicScene,
+    "aim": AimScene,
     "doors": MaskScene,
     "duo": DuoScene,
     "levers": LeverScene,

@@ -36,6 +36,20 @@ def seats_of(*names):
     return [take_seat(name, f"{name}{number}", seed=number) for number, name in enumerate(names)]
 
 
+def test_a_player_has_chosen_once_before_its_first_game(monkeypatch):
+    class Counts:
+        asked = 0
+
+        def choose(self, board, settings, snake_id, seconds):
+            self.asked += 1
+            return "up"
+
+    player = Counts()
+    monkeypatch.setattr("racecraft.evaluation.battlesnake.seats.find_player", lambda what, seed, memory_mb: player)
+    assert take_seat("counts", "", 1).player is player
+    assert player.asked == 1
+
+
 def test_a_game_is_played_to_its_end_and_repeats_itself():
     games = [play(SMALL, seats_of("flood_fill", "random_safe"), StreamDice(5)) for _ in range(2)]
     assert games[0].boards == games[1].boards

@@ -65,6 +65,7 @@ def test_a_clean_race_is_its_laps():
     assert second.begin == first.end + 1
     assert first.seconds == pytest.approx((first.end + 1) / 15)
     assert second.seconds == pytest.approx((second.end - first.end) / 15)
+    assert record.trial.tolist() == [1] * (first.end + 1) + [2] * (second.end - first.end)
     assert not (record.status == "pause").any()
     assert record.best_lap_seconds == min(first.seconds, second.seconds)
 

@@ -261,3 +261,22 @@ def test_what_numpy_returns_is_no_surprise(tmp_path):
     assert reward.call({"d": 0.0}) == 1.0
     with pytest.raises(RewardError, match="returned inf"), np.errstate(over="ignore"):
         reward.call({"d": -1e4})
+
+
+def test_a_car_among_cars_is_paid_for_speed_in_the_lane_that_is_free(tmp_path):
+    """Behind a car on the left of a road 1 m wide: the right lane pays more than the middle, and that than the left."""
+    reward = loaded(tmp_path, default_reward_source(has_objects=True, has_rivals=True))
+    behind = {**example_situations()["an object ahead"], "projection_distance": 5.5}
+
+    def paid(place, **changes):
+        beside = {"distance_from_center": abs(place), "is_left_of_center": place > 0}
+        return reward.call({**behind, **beside, **changes})
+
+    assert paid(-0.25) > paid(0.0) > paid(0.25) > 1e-3
+    assert paid(-0.25, speed=2.0) == 2 * paid(-0.25, speed=1.0) == 2.0
+    assert paid(-0.25, is_crashed=True) == paid(-0.25, is_offtrack=True) == 1e-3
+    far = {"projection_distance": 1.0}
+    assert paid(0.0, **far) > paid(-0.25, **far), "nobody near: the middle of the road"
+    passed = {"projection_distance": 6.3 + 0.3}
+    assert paid(-0.25, **passed) > paid(0.0, **passed), "beside the other, until it is passed"
+    assert paid(0.0, projection_distance=6.3 + 0.5) > paid(-0.25, projection_distance=6.3 + 0.5)

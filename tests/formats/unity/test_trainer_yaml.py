@@ -149,7 +149,6 @@ def test_the_environment_engine_and_parameters_are_read(read):
 @pytest.mark.parametrize(
     ("text", "key"),
     [
-        ("trainer_type: sac", "trainer_type"),
         ("trainer_type: poca", "trainer_type"),
         ("hyperparameters: {tau: 0.005}", "hyperparameters.tau"),
         ("network_settings: {vis_encode_type: resnet}", "network_settings.vis_encode_type"),
@@ -163,6 +162,44 @@ def test_the_environment_engine_and_parameters_are_read(read):
 def test_what_is_not_followed_is_named(read, text, key):
     notes = read(f"behaviors:\n  A:\n    {text}\n").notes
     assert [note for note in notes if note.startswith(f"behaviors.A.{key}: ")]
+
+
+SAC = """
+behaviors:
+  Ball:
+    trainer_type: sac
+    hyperparameters: {batch_size: 64, buffer_size: 9000, buffer_init_steps: 500, tau: 0.01, steps_per_update: 4,
+      init_entcoef: 0.5, learning_rate: 1e-3, save_replay_buffer: true, learning_rate_schedule: linear}
+    network_settings: {hidden_units: 32, num_layers: 2, normalize: true, memory: {}}
+    reward_signals: {extrinsic: {gamma: 0.9}, rnd: {strength: 0.1}}
+"""
+
+
+def test_a_section_for_sac_sets_sac_and_its_memory(read):
+    config = read(SAC)
+    settings = apply_overrides(
+        default_settings(find_algorithm("sac")), config.behavior("Ball").overrides(num_agents=4, algorithm="sac")
+    )
+    assert (settings.sac.batch_size, settings.sac.learning_rate, settings.sac.discount) == (64, 1e-3, 0.9)
+    assert (settings.sac.target_rate, settings.sac.initial_temperature) == (0.01, 0.5)
+    assert settings.sac.gradient_steps_per_step == 0.25, "a gradient step for every four steps"
+    assert (settings.replay.capacity, settings.replay.learning_starts) == (9000, 500)
+    assert settings.network.hidden_units == (32, 32)
+    assert [note.split(": ")[0].removeprefix("behaviors.Ball.") for note in config.notes] == [
+        "hyperparameters.save_replay_buffer", "hyperparameters.learning_rate_schedule", "reward_signals.rnd",
+        "max_steps",
+    ]  # fmt: skip
+
+
+def test_a_section_for_sac_lends_ppo_what_both_know(read):
+    behavior = read(SAC).behavior("Ball")
+    told = behavior.overrides(num_agents=4)
+    assert {"ppo.batch_size=64", "ppo.learning_rate=0.001", "ppo.discount=0.9", "network.normalise=true"} <= set(told)
+    assert not [name for name in told if name.startswith(("sac.", "replay.", "rollout."))], "its buffer is a memory"
+    assert read(BASIC).behavior("Basic").overrides(4, "sac") == (
+        "sac.batch_size=32", "sac.learning_rate=0.0003", "sac.discount=0.9", "network.hidden_units=20",
+        "network.conv_filters=16,32", "network.conv_kernels=8,4", "network.conv_strides=4,2",
+    )  # fmt: skip
 
 
 def besides_schedules(behavior):

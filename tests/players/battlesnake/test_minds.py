@@ -11,6 +11,7 @@ from racecraft.envs.battlesnake.board import MOVES
 from racecraft.envs.battlesnake.dice import StreamDice
 from racecraft.envs.battlesnake.reference import Referee
 from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.players.battlesnake.certainty import Certainty
 from racecraft.players.battlesnake.minds import Minds
 from racecraft.players.battlesnake.protocol import PlayerError
 from racecraft.players.battlesnake.search import Search
@@ -149,3 +150,44 @@ def test_a_game_is_played_through_with_what_was_kept():
             assert player.choose(board, settings, snake.id, 0.005) in MOVES
     with pytest.raises(PlayerError):
         player.choose(board, settings, "nobody", 0.01)
+
+
+def test_a_second_core_thinks_about_the_same_position_and_is_heard():
+    """Both cores are asked in a duel and among several; what they remember is one table, their trees are two."""
+    for snakes in (2, 4):
+        settings = GameSettings(11, 11, snakes)
+        board, player = begun(5, settings).board, Search(cores=2)
+        assert player.choose(board, settings, "s0", 0.3) in MOVES
+        (mind,) = player.minds._kept.values()
+        helper = mind.helper
+        if snakes == 2:
+            assert helper.certainty.found.turns > 0
+            assert helper.certainty._table is mind.certainty._table
+        else:
+            assert helper.tree.size > 1
+            assert helper.tree is not mind.tree
+            assert (helper.tree.visits() != mind.tree.visits()).any(), "it is more curious"
+        assert player._is_free.acquire(blocking=False), "the second core is free again"
+
+
+def test_nobody_waits_for_a_second_core_that_is_busy():
+    settings = GameSettings(11, 11, 2)
+    board, player = begun(5, settings).board, Search(cores=2)
+    with player._is_free:
+        assert player.choose(board, settings, "s0", 0.05) in MOVES
+    (mind,) = player.minds._kept.values()
+    assert mind._helper is None
+
+
+def test_what_two_threads_wrote_into_one_place_is_not_believed():
+    """A torn entry, the key of one position and the value of another, is as good as none."""
+    settings = GameSettings(11, 11, 2)
+    board = begun(5, settings).board
+    plain, torn = Certainty(board, settings, "s0"), Certainty(board, settings, "s0")
+    plain.deepen(time.monotonic() + 60, 20_000)
+    for _ in range(4):
+        torn.deepen(time.monotonic() + 60, torn.found.turns + 2_000)
+        torn._table[:, 0] = 999_000  # as if every place held somebody else's certain win
+    torn.deepen(time.monotonic() + 60, 20_000)
+    assert not torn.found.wins
+    assert abs(torn.found.value) < 10_000

@@ -92,6 +92,21 @@ def test_only_the_learners_cars_are_rows():
     )
 
 
+def test_past_selves_drive_slower_cars_in_some_races_and_nobody_else_does():
+    """Of 4 races all are against the past: at 0.4, 0.6, 0.8 and 1.0 of the speed that is told."""
+    world = make_world(4, AgainstConfig(pool_share=1.0, slowest=0.4), past=Always(1))
+    world.meet(Always(1))  # another past self gets in: cars are as slow as before
+    buffers = allocate(world.spec)
+    world.reset(buffers, 0)
+    for _ in range(6):
+        world.step(np.ones((4, 1), int), buffers)
+    driven, others = world.inner.reports["driven_speed"], ~world.dealt.mine
+    assert (world.inner.reports["speed"] == 1.5).all()
+    own = driven[world.dealt.mine]
+    np.testing.assert_allclose(driven[others] / own, [0.4, 0.6, 0.8, 1.0], rtol=1e-6)
+    assert np.ptp(own) < 1e-9
+
+
 def test_episodes_of_the_learner_alone_are_told_by_row():
     world = make_world(4, AgainstConfig(cars=3), (driver("left", Always(2)),))
     buffers = allocate(world.spec)

@@ -124,6 +124,38 @@ def test_a_scene_is_learnt_that_chance_does_not_solve(player, tmp_path, scene, w
     assert exported.largest_difference < 1e-5
 
 
+SAC = """
+behaviors:
+  Aim:
+    trainer_type: sac
+    hyperparameters: {batch_size: 64, buffer_size: 20000, learning_rate: 3e-3, steps_per_update: 4, init_entcoef: 0.1}
+    network_settings: {hidden_units: 32, num_layers: 2, normalize: true}
+    reward_signals: {extrinsic: {gamma: 0.9, strength: 1.0}}
+    max_steps: 40000
+"""
+
+
+def test_a_file_that_asks_for_sac_is_learnt_by_sac_and_goes_on(player, tmp_path):
+    pytest.importorskip("yaml", reason="pyyaml is not installed")
+    (tmp_path / "aim.yaml").write_text(SAC)
+    request = UnityRequest(
+        player("aim"), config=tmp_path / "aim.yaml", stops=("score=0.8",), run=tmp_path / "run",
+        overrides=("evaluation.every=4", "evaluation.episodes=16"),
+    )  # fmt: skip
+    trained = train(request, Silence(), str)
+    job = trained.run.read_job()
+    assert (job["algorithm"], trained.outcome.reason) == ("sac", "score=0.8")
+    assert (job["settings"]["sac"]["gradient_steps_per_step"], job["settings"]["replay"]["capacity"]) == (0.25, 20_000)
+    assert any("sac reads vectors as they are" in note for note in trained.summary()["notes"])
+    further = resume(tmp_path / "run", ("iterations=2",), Silence(), str)
+    assert further.run.read_job()["algorithm"] == "sac"
+    pytest.importorskip("onnxruntime", reason="the extra racecraft[onnx] is not installed")
+    (exported,) = export_to_unity(tmp_path / "run")
+    assert exported.recorded
+    assert exported.checked_on >= 16
+    assert exported.largest_difference < 1e-5
+
+
 def test_two_behaviors_learn_side_by_side_and_both_go_back_into_unity(player, tmp_path):
     """One sees pictures and asks at every second message, the other tells numbers and bits."""
     more = ("evaluation.every=4", "rollout.horizon=48", *SMALL_EYE[:3])

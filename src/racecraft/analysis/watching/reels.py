@@ -5,8 +5,9 @@ A reel is T ticks of C cars side by side, from what a training left a moment ago
 
     {"ticks": T, "cars": [{"name": "7", "world": 7, "agent": 0, "x": [T], "y": [T], "yaw": [T], …}], "endings": […]}
 
-Metres, radians, m/s; progress in per cent. A car that stands parked has null for x. Of a live reel `objects` says where
-boxes and bots stand: by world, from which tick on they stand so, `{"7": [[0, [[x, y, yaw], …]], …]}`.
+Metres, radians, m/s; progress in per cent. A car that stands parked has null for x. Besides, `objects` says where boxes
+and bots stand: by world, from which tick on they stand so, `{"7": [[0, [[x, y, yaw], …]], …]}`; runs that were trained
+before episode files told it have none.
 """
 
 from __future__ import annotations
@@ -93,13 +94,19 @@ def _objects(columns: Mapping[str, Array]) -> dict[str, list[list[Any]]]:
     """Return where the boxes and bots of each world stand, and from which tick on: what stands still is told once."""
     told: dict[str, list[list[Any]]] = {}
     for name in (name for name in columns if name.startswith(OBJECTS)):
-        first, places = int(name[len(OBJECTS) :]), np.round(columns[name].astype(np.float64), 3)
-        moved = np.ones(places.shape[:2], bool)
-        moved[1:] = (places[1:] != places[:-1]).any(axis=(2, 3))
-        for world in range(places.shape[1]):
-            ticks = np.flatnonzero(moved[:, world])
-            told[str(first + world)] = [[int(tick), places[tick, world].tolist()] for tick in ticks]
+        first = int(name[len(OBJECTS) :])
+        for world in range(columns[name].shape[1]):
+            told[str(first + world)] = _stands(columns[name][:, world])
     return told
+
+
+def _stands(places: Array) -> list[list[Any]]:
+    """Return from which ticks on objects stand where, of places (T, K, 3); nan ones are not there."""
+    there = ~np.isnan(places[0, :, 0])
+    places = np.round(places[:, there].astype(np.float64), 3)
+    moved = np.ones(len(places), bool)
+    moved[1:] = (places[1:] != places[:-1]).any(axis=(1, 2))
+    return [[int(tick), places[tick].tolist()] for tick in np.flatnonzero(moved)] if there.any() else []
 
 
 def kept_iterations(run: RunFolder) -> list[int]:
@@ -121,6 +128,8 @@ def iteration_reel(run: RunFolder, iteration: int) -> dict[str, Any]:
     row, car = np.arange(len(cars)) - np.repeat(starts, lengths), np.repeat(np.arange(len(starts)), lengths)
     columns = {}
     for name, values in table.items():
+        if name == "objects":
+            continue
         whole = np.full((lengths.max(), len(starts)), PARKED if name == "status" else 0, values.dtype)
         whole[row, car] = values
         columns[name] = whole
@@ -129,7 +138,19 @@ def iteration_reel(run: RunFolder, iteration: int) -> dict[str, Any]:
     return {
         "iteration": iteration,
         **_reel(columns, places, agents),
+        "objects": _kept_objects(table, starts, lengths),
         "episodes": episodes_in(table, starts, agents),
+    }
+
+
+def _kept_objects(table: Mapping[str, Array], starts: Array, lengths: Array) -> dict[str, list[list[Any]]]:
+    """Return where the objects of each world stood, by its first car's rows; nothing where the file does not tell."""
+    if "objects" not in table:
+        return {}
+    return {
+        str(table["world"][start]): _stands(table["objects"][start : start + length])
+        for start, length in zip(starts, lengths, strict=True)
+        if table["agent"][start] == 0
     }
 
 
@@ -188,7 +209,9 @@ def episode_reel(run: RunFolder, iteration: int, world: int, agent: int, episode
         if not len(parts[-1]["tick"]):
             break
     columns = {name: np.concatenate([part[name] for part in parts])[:, None] for name in parts[0]}
-    return {"iteration": iteration, **_reel(columns, [(world, agent)], 2 if agent else 1)}
+    places = columns.pop("objects", None)
+    objects = {} if places is None else {str(world): _stands(places[:, 0])}
+    return {"iteration": iteration, **_reel(columns, [(world, agent)], 2 if agent else 1), "objects": objects}
 
 
 def _part(run: RunFolder, iteration: int, world: int, agent: int, episode: int) -> dict[str, Array]:
@@ -198,11 +221,13 @@ def _part(run: RunFolder, iteration: int, world: int, agent: int, episode: int) 
 
 
 def _table(path: Path) -> dict[str, Array]:
-    """Return a file's columns; the status as a code, the agent 0 where every world has one car."""
+    """Return a file's columns; the status as a code, the agent 0 where every world has one car, objects (R, K, 3)."""
     frame = read_episodes(path)
     table = {name: frame[name].to_numpy() for name in COLUMNS if name != "status"}
     codes = {word: code for code, word in enumerate(STATUSES)}
     table["status"] = frame["status"].replace_strict(codes, default=codes["in_progress"]).to_numpy().astype(np.uint8)
+    if "objects" in frame.columns:
+        table["objects"] = frame["objects"].struct.unnest().to_numpy().reshape(len(frame), -1, 3)
     table["agent"] = frame["agent"].to_numpy() if "agent" in frame.columns else np.zeros(len(frame), np.int32)
     return table
 

@@ -26,6 +26,7 @@ def serve(
     ponder: Annotated[
         bool, typer.Option("--ponder/--no-ponder", help="Let search think on while others think.")
     ] = True,
+    cores: Annotated[int, typer.Option(min=1, max=2, help="Cores that search may think about one move with.")] = 1,
     file_memory: FileMemory = 2048,
     json: JSON = False,
 ) -> None:
@@ -49,6 +50,7 @@ def serve(
         say(f"Getting {player} ready …", quiet_stdout=json)
         warm_up(found)
         _let_ponder(found, ponder)
+        _let_use(found, cores, player)
         settle()
         said = found.looks() if isinstance(found, FilePlayer) else {}
         if said.get("color"):
@@ -90,6 +92,23 @@ def _let_ponder(player: SnakePlayer | JsonPlayer, ponder: bool) -> None:
     minds = getattr(player, "minds", None)
     if minds is not None:
         minds.ponders = ponder
+
+
+def _let_use(player: SnakePlayer | JsonPlayer, cores: int, name: str) -> None:
+    """Tell search how many cores it may think with.
+
+    Raises:
+        PlayerError: More than one are given to a player that thinks with one.
+    """
+    from racecraft.players.battlesnake.protocol import PlayerError
+    from racecraft.players.battlesnake.search import Search
+
+    if isinstance(player, Search):
+        player.cores = cores
+    elif cores > 1:
+        raise PlayerError(
+            f"--cores is {cores}, and {name} thinks with one; expected search, search:RUN or search+ one."
+        )
 
 
 def _complain(sentence: str) -> None:

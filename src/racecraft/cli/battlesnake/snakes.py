@@ -7,12 +7,14 @@ from typing import Annotated
 
 import typer
 
+from racecraft.cli.battlesnake import arena as snakes_arena
 from racecraft.cli.battlesnake import play as snakes_play
 from racecraft.cli.battlesnake import reproduce as snakes_reproduce
 from racecraft.cli.battlesnake import serve as snakes_serve
 from racecraft.cli.battlesnake import study as snakes_study
 from racecraft.cli.battlesnake import tournament as snakes_tournament
 from racecraft.cli.battlesnake import train as snakes_train
+from racecraft.cli.battlesnake import tune as snakes_tune
 from racecraft.cli.battlesnake import watch as snakes_watch
 from racecraft.cli.battlesnake.options import JSON
 
@@ -32,11 +34,13 @@ def players(json: JSON = False) -> None:
         print(f"{name:14} {what}")
     print("\nRUN            a snake you trained: runs/snakes-1, runs/snakes-1:last")
     print("search+NAME    search on top of another player, a RUN or a FILE.py")
+    print("search:FILE    search by weights that `snakes tune` found: search:tuned.json")
     print("FILE.py        your own: def move(data): …")
 
 
 app.command()(snakes_play.play)
 app.command()(snakes_tournament.tournament)
+app.add_typer(snakes_arena.app, name="arena")
 app.command()(snakes_train.train)
 app.command()(snakes_reproduce.reproduce)
 app.command()(snakes_serve.serve)
@@ -74,3 +78,4 @@ def verify(
 
 
 app.command()(snakes_study.study)
+app.command()(snakes_tune.tune)

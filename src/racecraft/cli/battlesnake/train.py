@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from racecraft.cli.battlesnake.options import JSON
+from racecraft.cli.buckets.training import MirrorAt
 from racecraft.cli.metrics_beside import MetricsPort, measured
-from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Overrides, Resume, asked
+from racecraft.cli.options import DEFAULT, AlgorithmName, Cluster, Detach, From, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 
 if TYPE_CHECKING:
     from racecraft.envs.battlesnake.settings import GameSettings
 
-UNCHANGEABLE = ("width", "height", "size", "snakes", "ruleset", "map_", "seed", "algorithm", "set_", "from_")
+UNCHANGEABLE = ("width", "height", "size", "snakes", "ruleset", "map_", "seed", "algorithm", "set_", "from_", "anchors")
 
 
 def train(
@@ -39,11 +40,17 @@ def train(
     ] = None,
     run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/snakes-N.")] = None,
     seed: Annotated[int, typer.Option(help="Same seed, same machine, same training.")] = 1,
+    anchors: Annotated[
+        list[str] | None,
+        typer.Option(help="A foreign snake to learn against: URL of a server, RUN, FILE.py or name; may be repeated."),
+    ] = None,
     algorithm: AlgorithmName = DEFAULT,
     set_: Overrides = None,
     from_: From = None,
     resume: Resume = False,
     detach: Detach = False,
+    cluster: Cluster = None,
+    mirror: MirrorAt = None,
     metrics_port: MetricsPort = None,
     json: JSON = False,
 ) -> None:
@@ -55,11 +62,15 @@ def train(
 
         racecraft snakes train --size 7 --ruleset wrapped --set selfplay.anchor_share=0.3
 
+        racecraft snakes train --snakes 2 --algorithm alphazero --from runs/snakes-1 --anchors http://localhost:8000
+
         racecraft snakes train --run runs/snakes-1 --resume --stop minutes=20
     """
+    from racecraft.cli.buckets.training import fetch_run, mirrored, place_of_mirror
     from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.report import leave_report
+    from racecraft.cluster.spreading import spread_over
     from racecraft.envs.battlesnake.settings import GameSettings
     from racecraft.training.battlesnake.trainer import SnakeRequest
     from racecraft.training.progress import watcher
@@ -69,25 +80,30 @@ def train(
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
-    stops, shown = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
-    watching = measured(shown, metrics_port, run.name if run is not None else "snakes", tell, detach)
-    if resume:
-        begun = refuse_changes(context, run, UNCHANGEABLE, "runs/snakes-1")
-        if detach:
-            return detach_training(context, run, None, json)
-        trained = resume_run(begun, stops, watching, tell, "battlesnake")
-    else:
+    spread = spread_over(cluster)
+    begun = refuse_changes(context, run, UNCHANGEABLE, "runs/snakes-1") if resume else None
+    place, request = place_of_mirror(mirror, None, begun, tell), None
+    if begun is None:
         game = GameSettings(width or size, height or size, snakes, ruleset, map_)
-        request = SnakeRequest(game, **asked(algorithm, stop, run, seed, set_, from_))
-        if detach:
-            return detach_training(context, run, request, json)
-        trained = train_world(request, watching, tell)
-    summary, files = trained.summary(), leave_report(trained.run.path, tell)
+        foreign = [f"selfplay.foreign={','.join(anchors)}"] if anchors else []
+        source = None if from_ is None else fetch_run(from_, tell)
+        request = SnakeRequest(game, **asked(algorithm, stop, run, seed, [*(set_ or ()), *foreign], source))
+    shown = watcher(sys.stderr if json else sys.stdout)
+    watching = measured(shown, metrics_port, run.name if run is not None else "snakes", tell, detach)
+    if detach:
+        return detach_training(context, run, request, json)
+    with mirrored(watching, place, tell, begun) as mirroring:
+        if begun is not None:
+            trained = resume_run(begun, tuple(stop or ()), mirroring, tell, "battlesnake", spread)
+        else:
+            assert request is not None
+            trained = train_world(request, mirroring, tell, spread)
+        summary, files = trained.summary(), leave_report(trained.run.path, tell)
     if json:
         print_json({**summary, **files})
         return
-    judged, place = summary["evaluation"], trained.run.path
-    print(f"{summary['env_steps']:,} steps; run: {place}")
+    judged, folder = summary["evaluation"], trained.run.path
+    print(f"{summary['env_steps']:,} steps; run: {folder}")
     if judged is None:
         print("stopped before its first evaluation")
         return
@@ -95,7 +111,7 @@ def train(
     for name, told in judged["against"].items():
         print(f"  {told['won']:3} of {told['games']} against {name}")
     same = _same_game(GameSettings(**summary["game"]))
-    print(f"next: racecraft snakes play --url {place} --url flood_fill --view{same}")
+    print(f"next: racecraft snakes play --url {folder} --url flood_fill --view{same}")
 
 
 def _same_game(game: GameSettings) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from racecraft.cli.buckets.reach import Endpoint, Folder, Profile, Region, installation_at, listed, open_store, reach
+from racecraft.cli.buckets.reach import Way, installation_at, listed, says_the_way
 from racecraft.cli.options import Json
 from racecraft.contract.errors import SettingError, UserInputError
 
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 PORT = 9000
 """Where MinIO stands, and DeepRacer for Cloud looks for it."""
+HERE = Way()
+"""Nothing was typed."""
 KEY, SECRET = "AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"
 
 At = Annotated[str, typer.Argument(metavar="S3://BUCKET/PREFIX", help="An address, such as s3://models/fast-car-1.")]
@@ -37,14 +39,12 @@ def bucket() -> None:
 
 
 @app.command()
+@says_the_way
 def push(
     source: Annotated[Path, typer.Argument(help="A run folder, any other folder, or a file.")],
     address: At,
     dry_run: DryRun = False,
-    endpoint: Endpoint = "",
-    profile: Profile = "",
-    region: Region = "",
-    folder: Folder = None,
+    way: Way = HERE,
     json: Json = False,
 ) -> None:
     """Put a folder into a bucket; what stands there already is passed over, so a broken one goes on where it was.
@@ -60,20 +60,18 @@ def push(
     from racecraft.storage.transfer import push as push_folder
 
     target = Address.parse(address)
-    store = open_store(reach(target, folder, endpoint, profile, region))
+    store = way.open(target)
     done = push_folder(store, source, target, dry_run=dry_run, say=lambda text: say(text, quiet_stdout=json))
     _tell(done, str(source), str(target), dry_run, json)
 
 
 @app.command()
+@says_the_way
 def pull(
     address: At,
     target: Annotated[Path, typer.Argument(help="The folder that it becomes, or in which a single object is laid.")],
     dry_run: DryRun = False,
-    endpoint: Endpoint = "",
-    profile: Profile = "",
-    region: Region = "",
-    folder: Folder = None,
+    way: Way = HERE,
     json: Json = False,
 ) -> None:
     """Fetch a prefix of a bucket into a folder; what stands there already is passed over.
@@ -85,21 +83,19 @@ def pull(
     from racecraft.storage.transfer import pull as pull_folder
 
     source = Address.parse(address)
-    store = open_store(reach(source, folder, endpoint, profile, region))
+    store = way.open(source)
     done = pull_folder(store, source, target, dry_run=dry_run, say=lambda text: say(text, quiet_stdout=json))
     _tell(done, str(source), str(target), dry_run, json)
 
 
 @app.command(name="list")
+@says_the_way
 def list_(
     address: Annotated[
         str | None, typer.Argument(metavar="[S3://BUCKET/PREFIX]", help="By default the buckets themselves.")
     ] = None,
     recursive: Annotated[bool, typer.Option("--recursive", help="Everything below, not only the next level.")] = False,
-    endpoint: Endpoint = "",
-    profile: Profile = "",
-    region: Region = "",
-    folder: Folder = None,
+    way: Way = HERE,
     json: Json = False,
 ) -> None:
     """List buckets, or what is in one.
@@ -114,14 +110,14 @@ def list_(
     from racecraft.storage.address import Address, BucketError
 
     if address is None:
-        buckets = open_store(reach(None, folder, endpoint, profile, region)).buckets()
+        buckets = way.open(None).buckets()
         if json:
             print_json({"buckets": buckets})
         for name in [] if json else buckets:
             print(f"s3://{name}/")
         return
     place = Address.parse(address)
-    found = listed(open_store(reach(place, folder, endpoint, profile, region)), place)
+    found = listed(way.open(place), place)
     if not found and place.prefix:
         raise BucketError(f"{place}: there is nothing; expected a prefix that holds objects.")
     if json:

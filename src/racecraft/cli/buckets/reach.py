@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import os
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
@@ -15,15 +18,52 @@ if TYPE_CHECKING:
     from racecraft.storage.address import Address
     from racecraft.storage.object_store import ObjectStore, StoredObject
 
-Endpoint = Annotated[
-    str, typer.Option("--endpoint-url", help="Address of a store that is not AWS's; else AWS_ENDPOINT_URL.")
-]
-Profile = Annotated[str, typer.Option(help="Profile of ~/.aws; else AWS_PROFILE.")]
-Region = Annotated[str, typer.Option(help="Region of AWS; else AWS_REGION.")]
-Folder = Annotated[
-    Path | None,
-    typer.Option("--folder", envvar="DR_DIR", help="Where it is reached as the system.env of this folder says."),
-]
+
+@dataclass(frozen=True)
+class Way:
+    """How a store is reached, as it was typed: each field is an option."""
+
+    endpoint: Annotated[
+        str, typer.Option("--endpoint-url", help="Address of a store that is not AWS's; else AWS_ENDPOINT_URL.")
+    ] = ""
+    profile: Annotated[str, typer.Option("--profile", help="Profile of ~/.aws; else AWS_PROFILE.")] = ""
+    region: Annotated[str, typer.Option("--region", help="Region of AWS; else AWS_REGION.")] = ""
+    folder: Annotated[
+        Path | None,
+        typer.Option("--folder", envvar="DR_DIR", help="Where it is reached as the system.env of this folder says."),
+    ] = None
+
+    def open(self, address: Address | None) -> ObjectStore:
+        """Open the store of an address; None: no certain one.
+
+        Raises:
+            UserInputError: Something written cannot be used.
+        """
+        return open_store(reach(address, self.folder, self.endpoint, self.profile, self.region))
+
+
+def says_the_way(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options of `Way`, in the place of its parameter `way`."""
+    hints = get_type_hints(Way, include_extras=True)
+    options = [
+        inspect.Parameter(one.name, inspect.Parameter.KEYWORD_ONLY, default=one.default, annotation=hints[one.name])
+        for one in fields(Way)
+    ]
+    own = [
+        one.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+        for one in inspect.signature(command, eval_str=True).parameters.values()
+    ]
+    at = [one.name for one in own].index("way")
+    typed = [*own[:at], *options, *own[at + 1 :]]
+
+    @functools.wraps(command)
+    def with_way(**words: Any) -> None:
+        way = Way(**{one.name: words.pop(one.name) for one in options})
+        command(**words, way=way)
+
+    with_way.__signature__ = inspect.Signature(typed)  # type: ignore[attr-defined]
+    with_way.__annotations__ = {one.name: one.annotation for one in typed}
+    return with_way
 
 
 def reach(

@@ -205,8 +205,10 @@ def _split(named: str) -> tuple[str, str]:
     >>> _split("s3://models/fast-car-1:best"), _split("s3://models/fast-car-1")
     (('s3://models/fast-car-1', ':best'), ('s3://models/fast-car-1', ''))
     """
+    from racecraft.formats.checkpoint_ranking import is_checkpoint_name
+
     text, colon, which = named.rpartition(":")
-    if colon and (which in ("best", "last") or which.isdigit()):
+    if colon and is_checkpoint_name(which):
         return text, f":{which}"
     return named, ""
 

@@ -29,13 +29,16 @@ def evaluate(
     run: Annotated[
         Path,
         typer.Argument(
-            help="A run folder, such as runs/reinvent_base-1, s3://BUCKET/PREFIX, which is fetched first, or a model "
-            "of AWS's, which is imported first."
+            help="RUN[:best|last|N|laptime …], such as runs/reinvent_base-1; s3://BUCKET/PREFIX, fetched first; or a "
+            "model of AWS's, imported first."
         ),
     ],
     checkpoint: Annotated[
         str | None,
-        typer.Option(help="best, last, or the number of an iteration; by default what run.env asked for, else best."),
+        typer.Option(
+            help="best, last, the number of an iteration, or a merit such as laptime; by default what run.env "
+            "asked for, else best."
+        ),
     ] = None,
     track: Annotated[
         list[str] | None,
@@ -220,7 +223,8 @@ def evaluate(
     disturbed = DisturbedDrive(under, each, tuple(only or ()), tries)
     of_drives = {**film.given(), **{f"--{name.replace('_', '-')}": race[name] for name in race}}
     disturbed.check({"--laps": laps, **of_drives})
-    run = _imported(Path(fetch_run(str(run), lambda text: say(text, quiet_stdout=json))), json)
+    path, checkpoint = _named(fetch_run(str(run), lambda text: say(text, quiet_stdout=json)), checkpoint)
+    run = _imported(path, json)
     kind = RunFolder.open(run).read_job().get("kind")
     if kind == KIND:
         refuse_words(KIND, {"--episodes": episodes})
@@ -237,6 +241,23 @@ def evaluate(
     of_cars |= {**of_drives, **disturbed.given()}
     refuse_words(str(kind), of_cars)
     judge(run, checkpoint, episodes, json)
+
+
+def _named(source: str, checkpoint: str | None) -> tuple[Path, str | None]:
+    """Return the run of RUN[:best|last|N|laptime …] and the checkpoint, which --checkpoint may name instead.
+
+    Raises:
+        SettingError: Both name one.
+    """
+    from racecraft.contract.errors import SettingError
+    from racecraft.players.trained import split_source
+
+    path, which = split_source(source)
+    if path == source:
+        return Path(source), checkpoint
+    if checkpoint is not None:
+        raise SettingError(f"{source} and --checkpoint {checkpoint} were given; expected one of them to name it.")
+    return Path(path), which
 
 
 def _judge_car(
@@ -284,14 +305,16 @@ def _drive_laps(car: TrainedCar, circuit: Track, laps: int) -> tuple[Drive, str]
 
 def _show(drive: Drive, film: FilmOptions, style: FilmStyle | None, picture: Path, json: bool) -> dict[str, Path]:
     """Write the pictures and films that are asked for; return the files by kind."""
-    from racecraft.cli.output import say
+    from racecraft.cli.output import counting, say
     from racecraft.reporting.gallery import film_as_aws, show_drive
 
     if film.video is not None or film.save_mp4:
         say(f"Filming {len(drive.ticks)} ticks …", quiet_stdout=json)
-    files = show_drive(drive, video=film.video, picture=picture, style=style if film.from_outside else None)
-    if film.save_mp4 and style is not None:
-        files |= film_as_aws(drive, style, drive.car.checkpoint.iteration)
+    outside = style if film.from_outside else None
+    with counting("pictures", quiet_stdout=json) as count:
+        files = show_drive(drive, video=film.video, picture=picture, style=outside, count=count)
+        if film.save_mp4 and style is not None:
+            files |= film_as_aws(drive, style, drive.car.checkpoint.iteration, count)
     return files
 
 

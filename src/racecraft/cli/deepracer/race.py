@@ -11,6 +11,10 @@ if TYPE_CHECKING:
     from racecraft.evaluation.deepracer.head_to_head import RaceResult
 
 
+LEAST_PACE = 0.1
+"""Share of the speed it is told that a car may be slowed down to."""
+
+
 def race(
     cars: Annotated[
         list[str],
@@ -34,6 +38,12 @@ def race(
         bool | None,
         typer.Option("--reverse-direction/--no-reverse-direction", help="By default as the first was trained."),
     ] = None,
+    pace: Annotated[
+        list[float] | None,
+        typer.Option(
+            help="Share of the speed it is told that each car drives at, 0.1 to 1, as often as there are cars."
+        ),
+    ] = None,
     video: Annotated[Path | None, typer.Option(help="Film the first race into this MP4 file.")] = None,
     view: Annotated[
         str | None, typer.Option(help="Camera of the film: car, chase, top, or pip (where nobody says).")
@@ -53,13 +63,15 @@ def race(
 
         racecraft race runs/mine:last runs/mine:0 --races 20 --laps 1
 
+        racecraft race runs/mine:last runs/mine:last --pace 1 --pace 0.5 --video pass.mp4
+
         racecraft race runs/mine ~/Downloads/their-model.tar.gz runs/other --track Oval_track --json
     """
     from dataclasses import replace
 
     from racecraft.analysis.deepracer.films.film import FilmStyle
     from racecraft.analysis.video import film_path
-    from racecraft.cli.output import print_json, say
+    from racecraft.cli.output import counting, print_json, say
     from racecraft.contract.errors import SettingError
     from racecraft.evaluation.deepracer.head_to_head import HeadToHead, race_heads, require_company
     from racecraft.players.deepracer.driver import driver_of, load_car, names_of
@@ -76,8 +88,12 @@ def race(
         raise SettingError(f"--{name} {value} films nothing; expected --video FILE.mp4 with it.")
     rules = HeadToHead(laps, races, done_condition, max_resets, off_track_penalty, collision_penalty)
     require_company(len(cars))
+    paces = paces_asked(pace, len(cars))
     loaded = [load_car(source) for source in cars]
-    drivers = [driver_of(car, name) for car, name in zip(loaded, names_of(cars), strict=True)]
+    drivers = [
+        replace(driver_of(car, name), pace=share)
+        for car, name, share in zip(loaded, names_of(cars), paces, strict=True)
+    ]
     circuit = load_track(track) if track else loaded[0].trained_on
     config = loaded[0].settings.race
     if reverse_direction is not None:
@@ -86,7 +102,9 @@ def race(
     files: dict[str, Path] = {}
     if video is not None:
         say(f"Filming {len(result.ticks)} ticks …", quiet_stdout=json)
-        files = film_race(result, drivers, circuit.reversed() if config.reverse else circuit, video, style)
+        shown = circuit.reversed() if config.reverse else circuit
+        with counting("pictures", quiet_stdout=json) as count:
+            files = film_race(result, drivers, shown, video, style, count=count)
     facts: dict[str, Any] = {
         "track": circuit.name,
         **result.as_dictionary(),
@@ -98,8 +116,25 @@ def race(
         return
     print(f"{len(result.races)} races over {laps} laps on {circuit.title or circuit.name}:")
     print_standings(result)
+    print(f"{result.overtakes_per_race:.2f} overtakes a race")
     for kind, path in files.items():
         print(f"{kind}: {path}")
+
+
+def paces_asked(paces: list[float] | None, cars: int) -> list[float]:
+    """Return each car's pace; 1 where nobody says.
+
+    Raises:
+        SettingError: There is not one for each car, or one is out of its range.
+    """
+    from racecraft.contract.errors import SettingError
+
+    if not paces:
+        return [1.0] * cars
+    if len(paces) != cars or not all(LEAST_PACE <= pace <= 1.0 for pace in paces):
+        told = " ".join(f"--pace {pace:g}" for pace in paces)
+        raise SettingError(f"{told}: expected {cars} shares from {LEAST_PACE:g} to 1, one for each car in their order.")
+    return paces
 
 
 def print_standings(result: RaceResult) -> None:

@@ -11,7 +11,7 @@ import typer
 
 from racecraft.cli.buckets.training import MirrorAt
 from racecraft.cli.metrics_beside import MetricsPort, measured
-from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Json, Overrides, Resume, asked
+from racecraft.cli.options import DEFAULT, AlgorithmName, Cluster, Detach, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 from racecraft.contract.errors import SettingError
 
@@ -98,6 +98,7 @@ def train(
     set_: Overrides = None,
     from_: From = None,
     resume: Resume = False,
+    cluster: Cluster = None,
     detach: Detach = False,
     mirror: MirrorAt = None,
     pictures: Annotated[
@@ -135,6 +136,7 @@ def train(
     from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.watch_beside import watched
+    from racecraft.cluster.spreading import spread_over
     from racecraft.training.deepracer.groups import read_groups
     from racecraft.training.deepracer.plan import RaceRequest
     from racecraft.training.progress import watcher
@@ -144,7 +146,10 @@ def train(
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
-    begun = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1") if resume else None
+    spread = spread_over(cluster)
+    shares = (*(read_groups(groups) if groups else ()), *(group or ()))
+    kept_as = dict.fromkeys(("group", "groups"), ("groups", list(shares)))
+    begun = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1", kept_as) if resume else None
     place = place_of_mirror(mirror, folder, begun, tell)
     request = None
     if begun is None:
@@ -154,7 +159,7 @@ def train(
             folder,
             one,
             tracks=several,
-            groups=(*(read_groups(groups) if groups else ()), *(group or ())),
+            groups=shares,
             hold_out=tuple(hold_out or ()),
             car=car,
             preset=preset,
@@ -169,10 +174,10 @@ def train(
     with watched(shown, watch, tell, stays=not json) as watching:
         with mirrored(watching, place, tell, begun) as mirroring:
             if begun is not None:
-                trained = resume_run(begun, tuple(stop or ()), mirroring, tell, "deepracer")
+                trained = resume_run(begun, tuple(stop or ()), mirroring, tell, "deepracer", spread)
             else:
                 assert request is not None
-                trained = train_world(request, mirroring, tell)
+                trained = train_world(request, mirroring, tell, spread)
         files = _paint(trained, tell) if pictures else {}
         races = _race_selves(trained, pictures, tell)
         if json:
@@ -222,6 +227,10 @@ def _say_who_is_better(races: dict[str, Any]) -> None:
     for one in races["selves"]:
         print(f"  {one['name']:20} {one['points']:6.0f}   {one['wins']} of {one['races']} races won, ", end="")
         print(f"{one['overtakes']} overtakes, {one['crashes']} crashes")
+    passing = races["against_a_slower_self"]
+    told = f"against itself at {passing['pace']:.0%} of its pace"
+    print(f"  {told}: {passing['overtakes_per_race']:.2f} overtakes a race, ", end="")
+    print(f"{passing['wins']} of {passing['races']} races won, {passing['crashes']} crashes")
     for kind, place in races["files"].items():
         print(f"  {kind:8} {place}")
 

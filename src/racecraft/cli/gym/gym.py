@@ -8,8 +8,9 @@ from typing import Annotated
 
 import typer
 
+from racecraft.cli.buckets.training import MirrorAt
 from racecraft.cli.metrics_beside import MetricsPort, measured
-from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Json, Overrides, Resume, asked
+from racecraft.cli.options import DEFAULT, AlgorithmName, Cluster, Detach, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
 from racecraft.contract.errors import SettingError
 
@@ -40,6 +41,8 @@ def train(
     from_: From = None,
     resume: Resume = False,
     detach: Detach = False,
+    cluster: Cluster = None,
+    mirror: MirrorAt = None,
     metrics_port: MetricsPort = None,
     json: Json = False,
 ) -> None:
@@ -53,9 +56,11 @@ def train(
 
         racecraft gym train --run runs/CartPole-v1-1 --resume --stop minutes=5
     """
+    from racecraft.cli.buckets.training import fetch_run, mirrored, place_of_mirror
     from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.report import leave_report
+    from racecraft.cluster.spreading import spread_over
     from racecraft.training.gymnasium.trainer import GymRequest
     from racecraft.training.progress import watcher
     from racecraft.training.worlds import resume as resume_run
@@ -64,21 +69,25 @@ def train(
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
-    stops, shown = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
+    spread = spread_over(cluster)
+    begun = refuse_changes(context, run, UNCHANGEABLE, "runs/CartPole-v1-1") if resume else None
+    place, request = place_of_mirror(mirror, None, begun, tell), None
+    if begun is None:
+        if environment is None:
+            raise SettingError("no environment is named; expected ID, such as: racecraft gym train CartPole-v1")
+        source = None if from_ is None else fetch_run(from_, tell)
+        request = GymRequest(environment, **asked(algorithm, stop, run, seed, set_, source))
+    shown = watcher(sys.stderr if json else sys.stdout)
     watching = measured(shown, metrics_port, run.name if run is not None else environment, tell, detach)
-    if resume:
-        begun = refuse_changes(context, run, UNCHANGEABLE, "runs/CartPole-v1-1")
-        if detach:
-            return detach_training(context, run, None, json)
-        trained = resume_run(begun, stops, watching, tell, "gymnasium")
-    elif environment is None:
-        raise SettingError("no environment is named; expected ID, such as: racecraft gym train CartPole-v1")
-    else:
-        request = GymRequest(environment, **asked(algorithm, stop, run, seed, set_, from_))
-        if detach:
-            return detach_training(context, run, request, json)
-        trained = train_world(request, watching, tell)
-    summary, files = trained.summary(), leave_report(trained.run.path, tell)
+    if detach:
+        return detach_training(context, run, request, json)
+    with mirrored(watching, place, tell, begun) as mirroring:
+        if begun is not None:
+            trained = resume_run(begun, tuple(stop or ()), mirroring, tell, "gymnasium", spread)
+        else:
+            assert request is not None
+            trained = train_world(request, mirroring, tell, spread)
+        summary, files = trained.summary(), leave_report(trained.run.path, tell)
     if json:
         print_json({**summary, **files})
         return

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 NOT_FOR_THE_JOB = ("detach", "resume", "run", "json")
 """Parameters of a training command that its job is not told, or told otherwise."""
-KEPT_ON_RESUME = ("--stop", "--pictures", "--no-pictures")
+KEPT_ON_RESUME = ("--stop", "--pictures", "--no-pictures", "--cluster")
 
 
 def detach_training(context: typer.Context, run: Path | None, request: TrainRequest | None, json: bool) -> None:

@@ -21,14 +21,14 @@ def checkpoints(
 ) -> None:
     """List every checkpoint that is kept, the best first, with what its evaluation came to.
 
-    Any of them can be begun with, judged or handed on: --from RUN:N, --checkpoint N. How many are kept say the settings
-    runtime.keep_every and runtime.keep_mib.
+    Any of them can be begun with, judged or handed on: --from RUN:N, --checkpoint N; a merit in place of N names the
+    first by it: --from RUN:laptime. How many are kept say the settings runtime.keep_every and runtime.keep_mib.
 
     Examples:
 
         racecraft checkpoints runs/reinvent_base-1 --by laptime
 
-        racecraft train --from runs/reinvent_base-1:12 --track Oval_track
+        racecraft train --from runs/reinvent_base-1:laptime --track Oval_track
     """
     from racecraft.cli.output import print_json
     from racecraft.formats.checkpoint_ranking import MERITS, ranked

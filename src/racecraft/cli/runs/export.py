@@ -21,7 +21,9 @@ TARGETS = ("unity", "car", "drfc", "console", *FILES)
 def export(
     run: Annotated[Path, typer.Argument(help="A run folder, such as runs/Basic-1.")],
     to: Annotated[str, typer.Option(help=f"Whom it is for: {', '.join(TARGETS)}.")],
-    checkpoint: Annotated[str, typer.Option(help="best, last, or the number of an iteration.")] = "best",
+    checkpoint: Annotated[
+        str, typer.Option(help="best, last, an iteration's number, or a merit such as laptime.")
+    ] = "best",
     output: Annotated[
         Path | None,
         typer.Option(help="A file, or a folder; by default in RUN/export."),

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
+from racecraft.cli.buckets.training import MirrorAt
 from racecraft.cli.metrics_beside import MetricsPort, measured
 from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
@@ -93,6 +94,7 @@ def train(
     from_: From = None,
     resume: Resume = False,
     detach: Detach = False,
+    mirror: MirrorAt = None,
     metrics_port: MetricsPort = None,
     json: Json = False,
 ) -> None:
@@ -110,6 +112,7 @@ def train(
 
         racecraft unity train --from runs/Basic-1 --inference
     """
+    from racecraft.cli.buckets.training import fetch_run, mirrored, place_of_mirror
     from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
     from racecraft.cli.runs.report import leave_report
@@ -136,28 +139,30 @@ def train(
             **asked(algorithm, stop, run, seed, set_, source),
         )
 
+    from_ = None if from_ is None else fetch_run(from_, tell)
     if inference:
         from racecraft.contract.errors import SettingError
         from racecraft.training.unity.inference import play_scene
 
         if detach:
             raise SettingError("--inference and --detach were given; expected one of them: what plays, is played here.")
+        if mirror is not None:
+            raise SettingError("--inference and --mirror were given; expected one of them: what plays leaves no run.")
         played = play_scene(request(f"{run}:last" if resume and run is not None else from_), tell)
         print_json(played) if json else _tell_played(played)
         return
-    stops, shown = tuple(stop or ()), watcher(sys.stderr if json else sys.stdout)
+    begun = refuse_changes(context, run, UNCHANGEABLE, "runs/Basic-1") if resume else None
+    place = place_of_mirror(mirror, None, begun, tell)
+    shown = watcher(sys.stderr if json else sys.stdout)
     watching = measured(shown, metrics_port, run.name if run is not None else behavior, tell, detach)
-    if resume:
-        begun = refuse_changes(context, run, UNCHANGEABLE, "runs/Basic-1")
-        if detach:
-            return detach_training(context, run, None, json)
-        trained = resume_run(begun, stops, watching, tell, "unity")
-    else:
-        asked_for = request(from_)
-        if detach:
-            return detach_training(context, run, asked_for, json)
-        trained = train_world(asked_for, watching, tell)
-    summary, files = trained.summary(), leave_report(trained.run.path, tell)
+    if detach:
+        return detach_training(context, run, None if begun is not None else request(from_), json)
+    with mirrored(watching, place, tell, begun) as mirroring:
+        if begun is not None:
+            trained = resume_run(begun, tuple(stop or ()), mirroring, tell, "unity")
+        else:
+            trained = train_world(request(from_), mirroring, tell)
+        summary, files = trained.summary(), leave_report(trained.run.path, tell)
     if json:
         print_json({**summary, **files})
         return

@@ -128,6 +128,13 @@ class AgainstConfig:
     )
     pool_size: int = setting(8, "Past selves in the pool; the oldest leave it.", low=1, high=100)
     pool_every: int = setting(10, "A self enters the pool after every so many iterations.", unit="iterations", low=1)
+    slowest: float = setting(
+        0.5,
+        "Cars of past selves drive at a share of the speed that they are told: from this one to all of it, spread over "
+        "their races, so that there is somebody to overtake; 1: all as fast as told.",
+        low=0.1,
+        high=1.0,
+    )
     start_ahead: float = setting(
         1.5,
         "A car that is put back starts so far ahead of another car of its race, so that they meet again; 0: where its "

@@ -31,6 +31,12 @@ SUN_FROM = np.array([0.5, -0.1, 0.9]) / math.sqrt(1.07)
 GLARE_LOW_RAD, GLARE_HIGH_RAD = -0.4, 0.15
 """A glow stands so high: a lamp below the ceiling, or its reflection on the floor."""
 PURPOSES = ("variation", "noise of commands", "noise of frames", "frames that fail")
+EITHER_WAY = (
+    "gain", "gradient_x", "gradient_y", "glare_azimuth", "camera_height", "camera_pitch", "camera_roll", "camera_view",
+    "steering_gain", "steering_offset", "speed_gain",
+)  # fmt: skip
+"""What is drawn to either side of what it is without chance."""
+LATENCY = [one.name for one in DRAWN].index("latency")
 LAMP_DRAWS, MATERIAL_DRAWS = 9, 3 * len(MATERIALS)
 
 
@@ -58,6 +64,7 @@ class VariedCars:
         self.config = config
         self._amounts = config.amounts
         self._camera, self._weights = camera, grey_weights
+        self._ranges = self._ranges_of_draws()
         self._base, self._kinds = profiles, kinds
         shape, objects = profiles.shape, kinds.shape[1]
         self.drawn = np.zeros(shape, drawn_dtype(objects))
@@ -89,12 +96,10 @@ class VariedCars:
     def begin(self, rows: Array, episodes: Array) -> None:
         """Draw the episodes (int64 (N, M)) that the cars of `rows` (bool (N, M)) begin."""
         kernels.draw_evenly(self._keys[0], rows, episodes, self._draws)
-        draws, drawn = self._draws[rows], self.drawn[rows]
-        for place, one in enumerate(DRAWN):
-            drawn[one.name] = self._amount(one.name, draws[:, place])
+        draws = self._draws[rows]
         levels = self._levels(draws[:, len(DRAWN) :], self._kinds[np.nonzero(rows)[0]])
-        for place, name in enumerate((drawn.dtype.names or ())[len(DRAWN) :]):
-            drawn[name] = levels[:, place]
+        amounts = self._drawn_from(draws[:, : len(DRAWN)])
+        drawn = np.column_stack([amounts, levels]).view(self.drawn.dtype)[:, 0]
         self.drawn[rows], self.palettes[rows] = drawn, levels
         self.latency[rows] = np.rint(drawn["latency"] / TICK_SECONDS)
         self.profiles[rows] = self._answering(self._base[rows], drawn)
@@ -131,25 +136,31 @@ class VariedCars:
             self._waiting[:], self._shown[:] = state["variation.waiting"], state["variation.shown"]
         self.begin(np.ones(self.drawn.shape, bool), episodes)
 
-    def _amount(self, name: str, draw: Array) -> Array:
-        """Return what an episode has of something, of draws from 0 to 1."""
-        most = self._amounts
-        either_way = 2.0 * draw - 1.0
-        if name in ("gain", "steering_gain", "speed_gain"):
-            return 1.0 + most[name] * either_way
-        if name in ("gradient_x", "gradient_y"):
-            return most["gradient"] * either_way
-        if name == "glare_azimuth":
-            return math.pi * either_way
-        if name == "glare_elevation":
-            return GLARE_LOW_RAD + (GLARE_HIGH_RAD - GLARE_LOW_RAD) * draw
-        if name == "latency":
-            return TICK_SECONDS * np.floor(draw * (round(most[name] / TICK_SECONDS) + 1))
-        if name == "grain":
-            return self._camera.optics.grain + most[name] * draw
-        if name in ("camera_height", "camera_pitch", "camera_roll", "camera_view", "steering_offset"):
-            return most[name] * either_way
-        return most[name] * draw
+    def _drawn_from(self, draws: Array) -> Array:
+        """Return what episodes have of everything in `DRAWN`, (R, D), of draws from 0 to 1 (R, D)."""
+        least, most, either_way = self._ranges
+        found = least + most * np.where(either_way, 2.0 * draws - 1.0, draws)
+        ticks = round(self._amounts["latency"] / TICK_SECONDS)
+        found[:, LATENCY] = TICK_SECONDS * np.floor(draws[:, LATENCY] * (ticks + 1))
+        return found
+
+    def _ranges_of_draws(self) -> tuple[Array, Array, Array]:
+        """Return of everything in `DRAWN` what it is without chance, what chance adds, and whether either way, (D,)."""
+        names = [one.name for one in DRAWN]
+        amounts = {
+            **self._amounts,
+            "gradient_x": self._amounts["gradient"],
+            "gradient_y": self._amounts["gradient"],
+            "glare_azimuth": math.pi,
+            "glare_elevation": GLARE_HIGH_RAD - GLARE_LOW_RAD,
+        }
+        least = dict.fromkeys(("gain", "steering_gain", "speed_gain"), 1.0)
+        least |= {"glare_elevation": GLARE_LOW_RAD, "grain": self._camera.optics.grain}
+        return (
+            np.array([least.get(name, 0.0) for name in names]),
+            np.array([amounts[name] for name in names]),
+            np.isin(names, EITHER_WAY),
+        )
 
     def _levels(self, draws: Array, kinds: Array) -> Array:
         """Return grey levels (R, P) of materials and objects, of draws from 0 to 1."""

@@ -28,20 +28,13 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.contract.errors import ContractError, SettingError
+from racecraft.contract.errors import ContractError
 from racecraft.contract.random_streams import stream_keys
 from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffers, WorldSpec
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionSpace, OwnActions
 from racecraft.envs.deepracer.camera import MOUNT_V1, MOUNT_V2, MOUNT_V3, Camera, CameraMount
-from racecraft.envs.deepracer.fidelity import (
-    AWS_MAX_TICKS,
-    SANE_LEAST_SPEED,
-    SANE_MAX_SECONDS,
-    TICK_JITTER,
-    WHEEL_KICK,
-    habits,
-)
+from racecraft.envs.deepracer.fidelity import habits
 from racecraft.envs.deepracer.kernels import race as kernels
 from racecraft.envs.deepracer.kernels import sight
 from racecraft.envs.deepracer.kernels.eyes import join_eyes
@@ -49,6 +42,7 @@ from racecraft.envs.deepracer.light import light_for
 from racecraft.envs.deepracer.objects import OBJECT_STATE, new_around, new_objects
 from racecraft.envs.deepracer.placing import plan_objects
 from racecraft.envs.deepracer.reward_params import ObjectReports, RewardParams
+from racecraft.envs.deepracer.rules import first_starts, require_grid, rules_of
 from racecraft.envs.deepracer.scene import GREY_WEIGHTS, build_scene
 from racecraft.envs.deepracer.sensors import (
     AWS_HERTZ,
@@ -124,17 +118,11 @@ class RaceWorld:
         counted = track.as_filed() if race_config.waypoints == "as_filed" else track
         self.track = counted.reversed() if race_config.reverse else counted
         self.actions = actions
-        if isinstance(reward, Sequence) and len(reward) != num_cars * cars_per_world:
-            expected = num_cars * cars_per_world
-            raise ContractError(f"{len(reward)} reward functions were given; expected one for all or {expected}")
+        _require_rewards(reward, num_cars * cars_per_world)
         self.reward = reward
         self.drawn_track = track.reversed() if race_config.reverse else track
         """As `track`, with its waypoints as cameras draw them."""
-        scene = build_scene(
-            self.drawn_track,
-            light_for(camera_config.light, race_config.car),
-            camera_config.grass,
-        )
+        scene = build_scene(self.drawn_track, light_for(camera_config.light, race_config.car), camera_config.grass)
         self.camera = Camera(scene, camera_config.width, camera_config.height, mount)
         self.reports = np.zeros((num_cars, cars_per_world), race.TICK_REPORT)
         """What was written down of every car in the tick just taken, TICK_REPORT (N, M)."""
@@ -150,16 +138,7 @@ class RaceWorld:
         """Which of the original's bugs this world has."""
         self.lidar = self._mounted()
         """The LiDAR as it sits on every car; without one on board it is never asked."""
-        self._rules = race.Rules(
-            _max_ticks(race_config, self.track.length, laps),
-            laps,
-            race_config.start_advance if race_config.change_start else 0.0,
-            self.habits.cut_is_an_end,
-            TICK_JITTER if self.habits.ticks_jitter else 0.0,
-            WHEEL_KICK if self.habits.wheels_wander else 0.0,
-            self.habits.wheels_keep_their_angle,
-            start_ahead,
-        )
+        self._rules = rules_of(race_config, self.track.length, laps, start_ahead)
         asked = objects or objects_in(race_config.type)
         self._plan = plan_objects(self.track, asked, self.habits, cars_per_world)
         self._objects = new_objects(self._plan, num_cars)
@@ -178,27 +157,16 @@ class RaceWorld:
         self._told = [part.copy() for part in self._found]
         """And what each car then found around it: boxes, states and how many of them count, as in `Around`."""
         self._params = RewardParams(self.track, race_config.reverse)
-        self._start_shares = np.arange(num_cars) / num_cars if start_shares is None else np.asarray(start_shares, float)
-        if self._start_shares.shape != (num_cars,):
-            raise ContractError(f"start_shares has shape {self._start_shares.shape}; expected ({num_cars},)")
-        if cars_per_world * race.START_GAP_M > self.track.length:
-            raise SettingError(
-                f"{cars_per_world} cars start {race.START_GAP_M} m behind one another, and {track.name} is "
-                f"{self.track.length:.1f} m long; expected at most {int(self.track.length / race.START_GAP_M)} cars"
-            )
+        self._start_shares = first_starts(start_shares, num_cars)
+        require_grid(self.track, cars_per_world)
         self._cars = race.new_cars(self.track, cars_per_world, self._start_shares)
         self._parked = np.zeros(self._cars.shape, bool)
         self._keys = _keys(0, self._cars.shape)
         self._reward_sums = np.zeros(self._cars.shape)
         self._finished: list[EpisodeRecord] = []
+        has_objects = asked is not None or cars_per_world > 1
         self._spec = world_spec(
-            actions,
-            camera_config,
-            num_cars,
-            f"DeepRacer {track.name}",
-            cars_per_world,
-            sensors,
-            asked is not None or cars_per_world > 1,
+            actions, camera_config, num_cars, f"DeepRacer {track.name}", cars_per_world, sensors, has_objects
         )
 
     @property
@@ -547,6 +515,11 @@ def _object_keys(seed: int, num_worlds: int) -> Array:
     return np.column_stack([stream_keys(seed, what, num_worlds) for what in ("places of objects", "lanes of bots")])
 
 
+def _require_rewards(reward: RewardFunction | Sequence[RewardFunction] | None, cars: int) -> None:
+    if isinstance(reward, Sequence) and len(reward) != cars:
+        raise ContractError(f"{len(reward)} reward functions were given; expected one for all or {cars}")
+
+
 def _profiles(profiles: Sequence[CarProfile], shape: tuple[int, ...]) -> Array:
     if len(profiles) != shape[1]:
         raise ContractError(f"{len(profiles)} profiles for {shape[1]} cars a world; expected one for each")
@@ -558,12 +531,3 @@ def mount_for_version(version: str | None) -> CameraMount:
     if version is None or float(version) >= 3:
         return MOUNT_V3
     return MOUNT_V2 if float(version) >= 2 else MOUNT_V1
-
-
-def _max_ticks(race_config: RaceConfig, track_length: float, laps: int) -> int:
-    """Return the limit on an episode of so many laps: what was asked for a lap, or what the fidelity has."""
-    if race_config.max_episode_seconds is not None:
-        return race.max_ticks(race_config.max_episode_seconds * laps)
-    if habits(race_config.fidelity).episodes_are_endless:
-        return AWS_MAX_TICKS
-    return race.max_ticks(max(SANE_MAX_SECONDS, track_length / SANE_LEAST_SPEED) * laps)

@@ -8,6 +8,7 @@ more, which other readers pass over: `"eliminations": [{"id", "cause", "by", "tu
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -27,13 +28,18 @@ _EXPECTED = "the output file of `snakes play --output`"
 
 def write_record(played: Played, path: str | Path) -> None:
     """Write a game that was played, whole or not at all."""
+    write_whole(path, record_text(played))
+
+
+def record_text(played: Played) -> str:
+    """Return what the file holds of a game that was played."""
     lines: list[dict[str, Any]] = [game_part(played.card, played.settings)]
     for board in played.boards:
         you = (board.alive() or board.snakes)[0].id
         lines.append(message(board, played.settings, you, played.card))
     dead = [snake for snake in played.boards[-1].snakes if not snake.alive]
     lines.append(verdict(played) | {"eliminations": [_elimination(snake) for snake in dead]})
-    write_whole(path, "".join(json.dumps(line, separators=(",", ":")) + "\n" for line in lines))
+    return "".join(json.dumps(line, separators=(",", ":")) + "\n" for line in lines)
 
 
 def verdict(played: Played) -> dict[str, Any]:
@@ -58,22 +64,31 @@ def read_record(path: str | Path) -> Played:
         InputFileError: It is no such file; names the line.
     """
     path = Path(path)
-    letters: list[tuple[Letter, list[Any]]] = []
-    told: dict[str, Any] = {}
     try:
         with open(path, encoding="utf-8") as file:
-            for number, text in enumerate(file, 1):
-                line = _read_line(text, path, number)
-                if number == 1 or not isinstance(line, dict):
-                    continue
-                if "board" in line:
-                    letters.append((_read_letter(line, path, number), line["board"]["snakes"]))
-                elif "winnerId" in line:
-                    told = line
+            return played_in(file, path)
     except UnicodeDecodeError as problem:
         raise InputFileError(path, "the file is no UTF-8 text", _EXPECTED) from problem
     except OSError as problem:
         raise InputFileError(path, f"the file cannot be read ({problem.strerror})", _EXPECTED) from problem
+
+
+def played_in(texts: Iterable[str], path: Path) -> Played:
+    """Return the game that such lines tell; `path` is where they come from, for errors.
+
+    Raises:
+        InputFileError: They tell none; names the line.
+    """
+    letters: list[tuple[Letter, list[Any]]] = []
+    told: dict[str, Any] = {}
+    for number, text in enumerate(texts, 1):
+        line = _read_line(text, path, number)
+        if number == 1 or not isinstance(line, dict):
+            continue
+        if "board" in line:
+            letters.append((_read_letter(line, path, number), line["board"]["snakes"]))
+        elif "winnerId" in line:
+            told = line
     if not letters:
         raise InputFileError(path, "no turn in it", _EXPECTED)
     boards = [letter.board for letter, _ in letters]

@@ -107,9 +107,15 @@ class RaceResult:
         """Return what a driver came to, race by race."""
         return [one[number] for one in self.races]
 
+    @property
+    def overtakes_per_race(self) -> float:
+        """How often, in a race, one of its cars passed another that was under way."""
+        return sum(showing.overtakes for one in self.races for showing in one) / len(self.races)
+
     def as_dictionary(self) -> dict[str, Any]:
         """Return the figures as plain values, fit for JSON."""
         return {
+            "overtakes_per_race": round(self.overtakes_per_race, 3),
             "drivers": [summed(name, self.of(number)) for number, name in enumerate(self.drivers)],
             "races": [[asdict(showing) for showing in one] for one in self.races],
         }
@@ -127,6 +133,7 @@ def summed(name: str, showings: Sequence[Showing]) -> dict[str, Any]:
         "finishes": len(times),
         "mean_seconds": round(float(np.mean(times)), 3) if times else None,
         **{count: sum(getattr(one, count) for one in showings) for count in counts},
+        "overtakes_per_race": round(sum(one.overtakes for one in showings) / len(showings), 3),
     }
 
 

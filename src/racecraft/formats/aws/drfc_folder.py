@@ -109,6 +109,11 @@ class DrfcFolder:
         return self._below(self.bucket, "DR_LOCAL_S3_MODEL_PREFIX")
 
     @property
+    def opponent(self) -> Path:
+        """The run folder of the model that is raced, DR_EVAL_OPP_S3_MODEL_PREFIX in the bucket."""
+        return self._below(self.bucket, "DR_EVAL_OPP_S3_MODEL_PREFIX")
+
+    @property
     def custom_prefix(self) -> Path:
         """Where in the bucket a training looks for the racer's files."""
         return self._below(self.bucket, "DR_LOCAL_S3_CUSTOM_FILES_PREFIX")

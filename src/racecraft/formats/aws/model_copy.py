@@ -12,7 +12,8 @@ import tempfile
 from pathlib import Path
 
 from racecraft.contract.errors import RunFolderError
-from racecraft.formats.checkpoint import INDEX, VERSION, CheckpointEntry, Checkpoints
+from racecraft.formats.checkpoint import INDEX, VERSION, CheckpointEntry
+from racecraft.formats.checkpoint_ranking import find_checkpoint
 from racecraft.formats.run_folder import CHECKPOINTS, STOP, RunFolder
 from racecraft.formats.run_lock import LOCK, unwritable
 from racecraft.formats.whole import write_whole
@@ -33,7 +34,7 @@ def copy_model(source: RunFolder, target: Path, which: str | None = None) -> Che
         RunFolderError: Something stands at the target, or it cannot be written.
         CheckpointError: There is no such checkpoint.
     """
-    chosen = None if which is None else Checkpoints(source.checkpoints).find(which)
+    chosen = None if which is None else find_checkpoint(source, which)
     require_empty(target)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)

@@ -20,6 +20,8 @@ EXITS = {"_exit": "os._exit", "abort": "os.abort"}
 """What ends the process at once, whatever is being saved, by attribute."""
 FIRST_STEPS = 2.0
 """What `steps` is at the first call of an episode, here as at AWS."""
+NO_OBJECTS = "a time trial has no objects"
+"""Said of a reward that reads of objects; in other races it does not hold."""
 OBJECT_KEYS = ("closest_objects", "object_in_camera")
 
 
@@ -189,8 +191,8 @@ def _objects(tree: ast.Module) -> Iterator[Remark]:
     if read:
         yield Remark(
             min(read.values()),
-            f"{', '.join(f'`{key}`' for key in sorted(read))}: a time trial has no objects, so lists of them are "
-            "empty, here as at AWS",
+            f"{', '.join(f'`{key}`' for key in sorted(read))}: {NO_OBJECTS}, so lists of them are empty, here "
+            "as at AWS",
         )
 
 

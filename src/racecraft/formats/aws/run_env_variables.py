@@ -41,6 +41,7 @@ REASONS = {
     "metrics": "live figures go to no server: --set runtime.tensorboard=true, `racecraft report RUN`",
     "layout": "a run folder has one layout, and each file one name in it",
     "thrown": "no experience is thrown away: rollout.horizon and rollout.num_worlds say how much an iteration collects",
+    "racer": "cars race here, and no board names who sent them: DR_EVAL_OPP_DISPLAY_NAME is what table and film say",
     "droa": "no account of DeepRacer on AWS is spoken to",
 }
 """Why a variable has nothing to say here, by the word in its row."""
@@ -120,11 +121,11 @@ EVAL_OFF_TRACK_PENALTY | 5.0 | used | Of a judged race: seconds for leaving the 
 EVAL_COLLISION_PENALTY | 5.0 | used | Of a judged race: seconds for a collision.
 EVAL_SAVE_MP4 | False | verbs | Whether dr-start-evaluation films the race, with the original's three cameras into mp4/.
 EVAL_CHECKPOINT | last | used | The checkpoint it drives where none is asked for: last or best.
-EVAL_OPP_S3_MODEL_PREFIX | rl-deepracer-sagemaker | later | Model of the opponent.
-EVAL_OPP_CAR_BODY_SHELL_TYPE | deepracer | later | Shell of the opponent.
-EVAL_OPP_CAR_NAME | FasterCar | later | Name of the opponent's car.
-EVAL_OPP_DISPLAY_NAME | $DR_EVAL_OPP_CAR_NAME | later | Name of the opponent on the video.
-EVAL_OPP_RACER_NAME | $DR_EVAL_OPP_CAR_NAME | later | Name of the opponent.
+EVAL_OPP_S3_MODEL_PREFIX | rl-deepracer-sagemaker | verbs | Model that dr-start-evaluation races, in HEAD_TO_MODEL.
+EVAL_OPP_CAR_BODY_SHELL_TYPE | deepracer | verbs | Shell of the opponent on the video.
+EVAL_OPP_CAR_NAME | FasterCar | verbs | Name of the opponent where DR_EVAL_OPP_DISPLAY_NAME gives it none.
+EVAL_OPP_DISPLAY_NAME | $DR_EVAL_OPP_CAR_NAME | verbs | Name of the opponent in the table and the film's title.
+EVAL_OPP_RACER_NAME | $DR_EVAL_OPP_CAR_NAME | racer | Name of the opponent's racer.
 EVAL_DEBUG_REWARD | False | later | Run the reward function in evaluations too.
 EVAL_RESET_BEHIND_DIST | 1.0 | used | Of a judged race: metres behind an object that is too near where the car goes on.
 EVAL_REVERSE_DIRECTION | False | used | Of a judged race: in the opposite direction, else the track's own.

@@ -11,6 +11,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+PPO, SAC = "ppo", "sac"
+"""Trainers whose sections are followed, by ML-Agents' names, which are ours as well."""
+
 
 @dataclass(frozen=True)
 class BehaviorConfig:
@@ -58,22 +61,58 @@ class BehaviorConfig:
     signals: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     """Of `curiosity`, `rnd` and `gail`, where asked for: strength, learning_rate, units; of GAIL also demonstrations
     and use_actions."""
+    trainer: str = PPO
+    """`trainer_type`, as the file has it."""
+    tau: float | None = None
+    """How far SAC's slow critics follow at a time, 0 to 1."""
+    steps_per_update: float | None = None
+    """Steps of all agents together for each of SAC's gradient steps."""
+    buffer_init_steps: int | None = None
+    """Steps before SAC begins to learn."""
+    init_entcoef: float | None = None
+    """Where SAC's temperature begins."""
 
-    def overrides(self, num_agents: int = 1) -> tuple[str, ...]:
+    def overrides(self, num_agents: int = 1, algorithm: str = PPO) -> tuple[str, ...]:
         """Return the settings as "group.name=value", for `apply_overrides`.
 
         Args:
             num_agents: Agents that act side by side; they share the buffer.
+            algorithm: What learns: `ppo` or `sac`. Of a section for another trainer only the network is followed, and
+                what both know: the size of a minibatch, the step size and the discount.
 
         >>> BehaviorConfig("Basic", batch_size=32, buffer_size=256, hidden_units=20, num_layers=1).overrides(4)
         ('ppo.batch_size=32', 'rollout.horizon=64', 'network.hidden_units=20')
+        >>> BehaviorConfig("Ball", trainer="sac", buffer_size=9000, steps_per_update=2).overrides(4, "sac")
+        ('sac.gradient_steps_per_step=0.5', 'replay.capacity=9000')
         """
-        told = {
-            setting: getattr(self, key) for setting, key in _SETTINGS.items() if getattr(self, key) is not None
-        }  # fmt: skip
-        if self.buffer_size is not None:
+        told = self._of_sac() if algorithm == SAC else self._of_ppo(num_agents)
+        told |= self._of_network(algorithm)
+        for signal, values in self.signals.items() if algorithm != SAC else ():
+            told |= {f"{signal}.{name}": value for name, value in values.items()}
+        return tuple(f"{name}={value}" for name, value in told.items())
+
+    def _named(self, settings: Mapping[str, str]) -> dict[str, Any]:
+        return {setting: getattr(self, key) for setting, key in settings.items() if getattr(self, key) is not None}
+
+    def _of_ppo(self, num_agents: int) -> dict[str, Any]:
+        told = self._named(_PPO_SETTINGS)
+        if self.buffer_size is not None and self.trainer != SAC:  # there it is a memory, and no rollout
             told["rollout.horizon"] = max(1, math.ceil(self.buffer_size / num_agents))
-        if self.normalize:
+        return told
+
+    def _of_sac(self) -> dict[str, Any]:
+        if self.trainer != SAC:
+            return self._named(_SHARED_SETTINGS)
+        told = self._named({**_SHARED_SETTINGS, **_SAC_SETTINGS})
+        if self.steps_per_update is not None:
+            told["sac.gradient_steps_per_step"] = f"{1.0 / self.steps_per_update:g}"
+        if self.buffer_init_steps is not None:
+            told["replay.learning_starts"] = max(self.buffer_init_steps, self.batch_size or 1)
+        return told
+
+    def _of_network(self, algorithm: str) -> dict[str, Any]:
+        told: dict[str, Any] = {}
+        if self.normalize and algorithm != SAC:
             told["network.normalise"] = "true"
         if self.hidden_units is not None or self.num_layers is not None:
             units, layers = self.hidden_units or DEFAULT_UNITS, self.num_layers or DEFAULT_LAYERS
@@ -82,12 +121,10 @@ class BehaviorConfig:
             columns = zip(*ENCODERS[self.vis_encode_type], strict=True)
             for name, column in zip(("filters", "kernels", "strides"), columns, strict=True):
                 told[f"network.conv_{name}"] = ",".join(map(str, column))
-        if self.memory_size is not None:
+        if self.memory_size is not None and algorithm != SAC:
             told |= {"network.memory": "lstm", "network.memory_units": self.memory_size // 2}
             told["ppo.sequence_length"] = self.sequence_length or DEFAULT_SEQUENCE_LENGTH
-        for signal, values in self.signals.items():
-            told |= {f"{signal}.{name}": value for name, value in values.items()}
-        return tuple(f"{name}={value}" for name, value in told.items())
+        return told
 
 
 @dataclass(frozen=True)
@@ -162,7 +199,7 @@ ENCODERS = {
     "nature_cnn": ((32, 8, 4), (64, 4, 2), (64, 3, 1)),
 }
 """(filters, kernel, stride) of the picture encoders that we follow."""
-_SETTINGS = {
+_PPO_SETTINGS = {
     "ppo.batch_size": "batch_size",
     "ppo.learning_rate": "learning_rate",
     "ppo.entropy_weight": "beta",
@@ -173,4 +210,14 @@ _SETTINGS = {
     "ppo.learning_rate_schedule": "learning_rate_schedule",
     "ppo.entropy_schedule": "beta_schedule",
     "ppo.clip_schedule": "epsilon_schedule",
+}
+_SHARED_SETTINGS = {
+    "sac.batch_size": "batch_size",
+    "sac.learning_rate": "learning_rate",
+    "sac.discount": "gamma",
+}
+_SAC_SETTINGS = {
+    "sac.target_rate": "tau",
+    "sac.initial_temperature": "init_entcoef",
+    "replay.capacity": "buffer_size",
 }

@@ -1,7 +1,7 @@
 """ML-Agents' trainer configuration, the YAML that `mlagents-learn` takes.
 
 Begin with `read_trainer_yaml`. What the file gives is kept as it stands; what stands in for the rest is the caller's
-choice. `BehaviorConfig.overrides` says it in the names of our settings. What we read but do not follow (other trainers,
+choice. `BehaviorConfig.overrides` says it in the names of our settings. What we read but do not follow (POCA,
 self-play …) is named in `notes`, each with its key; so is what is done as ML-Agents does it where the file is
 silent (schedules that fall, 500,000 steps). A key that ML-Agents itself would not know is refused with the nearest
 known one.
@@ -22,6 +22,8 @@ from racecraft.formats.unity.trainer_config import (
     DEFAULT_MEMORY_SIZE,
     DEFAULT_SEQUENCE_LENGTH,
     ENCODERS,
+    PPO,
+    SAC,
     SILENT_DEFAULTS,
     BehaviorConfig,
     Sampler,
@@ -148,8 +150,8 @@ class _Reader:
         at = ("behaviors", name) if name != "*" else ("default_settings",)
         section = _merged(defaults, given)
         self._know(section, _BEHAVIOR, at)
-        kind = section.get("trainer_type", "ppo")
-        if kind != "ppo":
+        kind = section.get("trainer_type", PPO)
+        if kind not in (PPO, SAC):
             self._note((*at, "trainer_type"), f"'{kind}' is not followed; PPO learns instead")
         rates = self._group(section, "hyperparameters", at)
         network = self._group(section, "network_settings", at)
@@ -162,7 +164,7 @@ class _Reader:
         found = BehaviorConfig(
             name=name,
             batch_size=self._whole(rates, "batch_size", inside, 1),
-            buffer_size=self._whole(rates, "buffer_size", inside, 1) if kind != "sac" else None,
+            buffer_size=self._whole(rates, "buffer_size", inside, 1),
             learning_rate=self._number(rates, "learning_rate", inside, 0.0),
             beta=self._number(rates, "beta", inside, 0.0),
             epsilon=self._number(rates, "epsilon", inside, 0.0, 1.0),
@@ -179,13 +181,18 @@ class _Reader:
             memory_size=memory_size,
             sequence_length=sequence_length,
             signals=self._signals(self._group(section, "reward_signals", at), (*at, "reward_signals")),
+            trainer=str(kind),
+            tau=self._number(rates, "tau", inside, 0.0, 1.0),
+            steps_per_update=self._number(rates, "steps_per_update", inside, 1.0),
+            buffer_init_steps=self._whole(rates, "buffer_init_steps", inside, 0),
+            init_entcoef=self._number(rates, "init_entcoef", inside, 1e-6, 1e3),
         )
         self._note_silence(found, section, at, kind)
         return found
 
     def _schedules(self, rates: dict[str, Any], at: tuple[str, ...], kind: str) -> dict[str, str | None]:
         """Return what falls while learning goes on, and say what does so silently."""
-        on_policy = kind != "sac"
+        on_policy = kind != SAC
         first = self._schedule(rates, "learning_rate_schedule", at) or ("linear" if on_policy else "constant")
         told: dict[str, str | None] = {"learning_rate_schedule": first}
         for name in ("beta_schedule", "epsilon_schedule"):
@@ -209,7 +216,7 @@ class _Reader:
         """Say what ML-Agents does where the section is silent."""
         if section.get("max_steps") is None:
             self._note((*at, "max_steps"), f"{DEFAULT_MAX_STEPS}, as ML-Agents does where the file does not say it")
-        if kind == "ppo":
+        if kind == PPO:
             silent = [f"{key} ({value:g})" for key, value in SILENT_DEFAULTS.items() if getattr(found, key) is None]
             if silent:
                 self._note(
@@ -227,9 +234,18 @@ class _Reader:
         ):
             if section.get(key) is not None:
                 self._note((*at, key), why)
+        is_sac = section.get("trainer_type") == SAC
         for key in _HYPERPARAMETERS[11:]:
-            if key in rates:
+            if key in rates and not is_sac:
                 self._note((*at, "hyperparameters", key), "belongs to SAC")
+        for key, why in (
+            ("save_replay_buffer", "a replay of at most replay.keep_mib is kept in every checkpoint"),
+            ("reward_signal_steps_per_update", "SAC here has no reward signals beside the world's own"),
+        ):
+            if is_sac and key in rates:
+                self._note((*at, "hyperparameters", key), why)
+        if is_sac and rates.get("learning_rate_schedule") == "linear":
+            self._note((*at, "hyperparameters", "learning_rate_schedule"), "SAC's step size stays what it is")
 
     def _gamma(self, signals: dict[str, Any], at: tuple[str, ...]) -> float | None:
         self._know(signals, ("extrinsic", "curiosity", "gail", "rnd"), at)

@@ -19,6 +19,7 @@ from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.players.battlesnake.foresight import DEEPEST, Position, bulk, position_of, pouring_room
 from racecraft.players.battlesnake.hungry import steps_between
 from racecraft.players.battlesnake.kernels import alpha_beta as ab
+from racecraft.players.battlesnake.weights import USUAL, Weights
 
 TURNS_AT_A_TIME = 500
 """Turns played between two looks at the clock in a duel, one or two milliseconds; fewer where there is more to do."""
@@ -61,19 +62,33 @@ class Certainty:
         board: Its position.
         settings: What is played.
         snake_id: Whose move is asked for; alive.
+        weights: What positions are appraised by.
+        beside: Another of the same snake and game, which may think in another thread: both remember in one place.
 
     Raises:
         BoardError: Living snakes overlap or lie off the board.
     """
 
-    def __init__(self, board: Board, settings: GameSettings, snake_id: str) -> None:
+    def __init__(
+        self,
+        board: Board,
+        settings: GameSettings,
+        snake_id: str,
+        weights: Weights = USUAL,
+        beside: Certainty | None = None,
+    ) -> None:
+        self._weights = weights
         self._keys, self._table = np.zeros(REMEMBERED, np.uint64), np.zeros((REMEMBERED, 4), np.int32)
+        if beside is not None:
+            self._keys, self._table = beside._keys, beside._table
+        self._ahead = int(beside is not None)
+        """Turns that its looks begin deeper, so that two do not look at the same."""
         self._state = np.zeros(ab.NUM_STATE, np.int64)
         self.look(board, settings, snake_id)
 
     def look(self, board: Board, settings: GameSettings, snake_id: str) -> None:
         """Turn to a position, of the same game; what is remembered stays."""
-        self.position: Position = position_of(board, settings)
+        self.position: Position = position_of(board, settings, weights=self._weights)
         num_snakes, area = self.position.rows.shape[1], len(self.position.cells)
         self._seats = _seats(board, settings, snake_id)
         self._stack = np.zeros((DEEPEST * num_snakes + 1, ab.NUM_FRAME_COLUMNS), np.int32)
@@ -107,8 +122,9 @@ class Certainty:
         state, found = self._state, self.found
         if state[ab.TOP] < 0:
             first = MOVES.index(found.move) if found.move else -1
+            deeper = 1 if found.depth else 1 + self._ahead
             ab.begin(
-                found.depth + 1, first, self._only, state, self._stack, self._seats, self._history,
+                found.depth + deeper, first, self._only, state, self._stack, self._seats, self._history,
                 *self.position[:4], self.position.rules,
             )  # fmt: skip
         while state[ab.TOP] >= 0:
@@ -123,7 +139,7 @@ class Certainty:
             )  # fmt: skip
             turns, leaves = state[[ab.TURNS, ab.LEAVES]] - before
             found.turns, found.leaves = found.turns + int(turns), found.leaves + int(leaves)
-        found.depth += 1
+        found.depth = int(state[ab.DEPTH])
         found.move, found.value = MOVES[int(self._stack[0, ab.BEST_WAY])], int(self._stack[0, ab.BEST])
         found.by_depth.append((found.move, found.value))
         return True

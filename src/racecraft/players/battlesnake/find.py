@@ -1,4 +1,4 @@
-"""Finds a snake player by what the user wrote: a name, a FILE.py, a RUN, or `search+` one of them."""
+"""Finds a snake player by what the user wrote: a name, a FILE.py, a RUN, `search:` a RUN, or `search+` one of them."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from racecraft.players.battlesnake.hungry import Hungry
 from racecraft.players.battlesnake.json_adapter import JsonAdapter
 from racecraft.players.battlesnake.protocol import JsonPlayer, PlayerError, SnakePlayer
 from racecraft.players.battlesnake.random_safe import RandomSafe
+from racecraft.players.battlesnake.weights import read_weights
 
 PLAYERS = {
     "random_safe": "any move that is not surely fatal",
@@ -24,6 +25,8 @@ PLAYERS = {
     "search": "looks many moves ahead (alpha-beta in duels, PUCT among more), as long as it is given time",
 }
 """The built-in players by name, weakest first, with what they do."""
+WEIGHED = "search:"
+"""Before a FILE.json of weights: search that appraises positions by them."""
 
 
 def find_player(name: str, seed: int = 0, memory_mb: int = MEMORY_MB) -> SnakePlayer | JsonPlayer:
@@ -31,6 +34,10 @@ def find_player(name: str, seed: int = 0, memory_mb: int = MEMORY_MB) -> SnakePl
 
     RUN is the folder of a training by itself (its best checkpoint) or with `:best`, `:last` or `:N` behind it. Search
     on top of a trained snake weighs every move as its policy does; on top of others it looks at their move first.
+    `search:RUN` asks the trained snake about every position that it comes to: its policy where to look, its critic what
+    it is worth.
+
+    `search:FILE.json` is search by the weights that `snakes tune` found.
 
     Args:
         name: What the user wrote.
@@ -40,12 +47,22 @@ def find_player(name: str, seed: int = 0, memory_mb: int = MEMORY_MB) -> SnakePl
     Raises:
         PlayerError: There is no such player, or the file or run cannot be used.
         CheckpointError: No such checkpoint, or a damaged one.
+        InputFileError: No weights.
     """
     if name.startswith("search+") and not Path(name).is_file():
         from racecraft.players.battlesnake.search import Search
 
         guide = find_player(name.removeprefix("search+"), seed, memory_mb)
         return Search(guide=guide if isinstance(guide, SnakePlayer) else JsonAdapter(guide))
+    if name.startswith(WEIGHED) and name.endswith(".json"):
+        from racecraft.players.battlesnake.search import Search
+
+        return Search(weights=read_weights(name.removeprefix(WEIGHED)))
+    if name.startswith("search:") and not Path(name).is_file():
+        from racecraft.players.battlesnake.search import Search
+        from racecraft.players.battlesnake.trained import load_network
+
+        return Search(network=load_network(name.removeprefix("search:")))
     if name.endswith(".py") or Path(name).is_file():
         return load_file_player(name, memory_mb)
     if name not in PLAYERS and _may_be_run(name):

@@ -16,6 +16,7 @@ from racecraft.envs.battlesnake.rulesets import is_over
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.players.battlesnake.kernels import position as at
 from racecraft.players.battlesnake.sight import is_wrapped
+from racecraft.players.battlesnake.weights import USUAL, Weights
 
 DEEPEST = 64
 """Turns that a search plays forward at most."""
@@ -32,7 +33,7 @@ class Position(NamedTuple):
     rules: Array
 
 
-def position_of(board: Board, settings: GameSettings, deepest: int = DEEPEST) -> Position:
+def position_of(board: Board, settings: GameSettings, deepest: int = DEEPEST, weights: Weights = USUAL) -> Position:
     """Return a board as ply 0 of a line.
 
     Raises:
@@ -57,6 +58,7 @@ def position_of(board: Board, settings: GameSettings, deepest: int = DEEPEST) ->
     position.rules[: at.TURN + 1] = (
         board.width, board.height, wrapped, grows, solo, settings.hazard_damage, board.turn
     )  # fmt: skip
+    position.rules[at.SQUARES_WEIGHT : at.BURN_WEIGHT + 1] = weights.parts()
     return position
 
 

@@ -9,19 +9,25 @@ from __future__ import annotations
 import threading
 import time
 from collections import OrderedDict
+from collections.abc import Callable
 
 from racecraft.envs.battlesnake.board import Board, BoardError, Snake
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.players.battlesnake.certainty import Certainty
 from racecraft.players.battlesnake.tree import Tree
+from racecraft.players.battlesnake.weights import USUAL, Weights
 
 MINDS_KEPT = 64
 """Games remembered; the one not heard of for the longest goes first."""
 PONDER_SECONDS = 2.0
 """How long a mind is pondered on at most, if nobody asks: then the game is over, or the other will not answer."""
 PONDER_CHUNK_SECONDS = 0.004
+HELPERS_CURIOSITY = 1.5
+"""How much more curious the tree of a second core is."""
 
 Key = tuple[object, ...]
+Plant = Callable[[Board, GameSettings, str], Tree]
+"""Begins a tree of a position, for the snake whose move is asked for."""
 
 
 class Mind:
@@ -31,25 +37,33 @@ class Mind:
         board: The position.
         settings: What is played.
         snake_id: Whose mind it is; alive.
+        plant: Begins its tree.
+        weights: What positions are appraised by where it looks for what is certain.
     """
 
-    def __init__(self, board: Board, settings: GameSettings, snake_id: str) -> None:
+    def __init__(
+        self, board: Board, settings: GameSettings, snake_id: str, plant: Plant = Tree, weights: Weights = USUAL
+    ) -> None:
         self.board, self.settings, self.snake_id = board, settings, snake_id
+        self._plant, self._weights = plant, weights
         self._certainty: Certainty | None = None
         self._is_current = False
         self.tree: Tree | None = None
+        self._helper: Mind | None = None
 
     def go_on(self, board: Board, settings: GameSettings) -> None:
         """Turn to the game's next position; keep what is still true there."""
         if self.tree is not None and not self.tree.follow(board, settings):
             self.tree = None
         self.board, self.settings, self._is_current = board, settings, False
+        if self._helper is not None:
+            self._helper.go_on(board, settings)
 
     @property
     def certainty(self) -> Certainty:
         """What it can be sure of at this position."""
         if self._certainty is None:
-            self._certainty = Certainty(self.board, self.settings, self.snake_id)
+            self._certainty = Certainty(self.board, self.settings, self.snake_id, self._weights)
         elif not self._is_current:
             self._certainty.look(self.board, self.settings, self.snake_id)
         self._is_current = True
@@ -58,8 +72,25 @@ class Mind:
     def grown_tree(self) -> Tree:
         """Return the tree, begun if there is none."""
         if self.tree is None:
-            self.tree = Tree(self.board, self.settings, self.snake_id)
+            self.tree = self._plant(self.board, self.settings, self.snake_id)
         return self.tree
+
+    @property
+    def helper(self) -> Mind:
+        """A mind about the same position for another thread, which remembers proofs in the same place.
+
+        Its tree is its own, and more curious than this one's, so that both do not walk the same.
+        """
+        if self._helper is None:
+            self._helper = Mind(self.board, self.settings, self.snake_id, self._plant_curious, self._weights)
+            self._helper._certainty = Certainty(self.board, self.settings, self.snake_id, self._weights, self.certainty)
+            self._helper._is_current = True
+        return self._helper
+
+    def _plant_curious(self, board: Board, settings: GameSettings, snake_id: str) -> Tree:
+        tree = self._plant(board, settings, snake_id)
+        tree.eagerness *= HELPERS_CURIOSITY
+        return tree
 
     def settle_on(self, move: str) -> None:
         """Look, from now on, only at what may follow the move that was chosen."""
@@ -83,10 +114,14 @@ class Minds:
     Args:
         most: Games remembered.
         ponders: Whether a thread thinks on about the game asked about last, while nobody asks.
+        plant: Begins the trees.
+        weights: What positions are appraised by where they look for what is certain.
     """
 
-    def __init__(self, most: int = MINDS_KEPT, ponders: bool = False) -> None:
-        self._most, self.ponders = most, ponders
+    def __init__(
+        self, most: int = MINDS_KEPT, ponders: bool = False, plant: Plant = Tree, weights: Weights = USUAL
+    ) -> None:
+        self._most, self.ponders, self._plant, self._weights = most, ponders, plant, weights
         self._kept: OrderedDict[Key, Mind] = OrderedDict()
         self._lock = threading.Condition()
         self._busy, self._pondered = 0, False
@@ -108,7 +143,7 @@ class Minds:
                 self._lock.wait()
             mind = self._kept.pop(key, None)
         if mind is None:
-            return Mind(board, settings, snake_id)
+            return Mind(board, settings, snake_id, self._plant, self._weights)
         mind.go_on(board, settings)
         return mind
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -13,7 +14,8 @@ from racecraft.envs.battlesnake.board import MOVES, Board
 from racecraft.envs.battlesnake.observation import observe_board
 from racecraft.envs.battlesnake.settings import GameSettings, SnakeConfig
 from racecraft.formats.run_folder import RunFolder
-from racecraft.players.battlesnake.protocol import Question
+from racecraft.players.battlesnake.network_tree import Appraiser, Network
+from racecraft.players.battlesnake.protocol import PlayerError, Question
 from racecraft.players.trained import load_policy, split_source
 
 KIND = "battlesnake"
@@ -84,6 +86,36 @@ def load_trained_snake(name: str) -> TrainedSnake:
     run.read_job_of(KIND)
     policy = load_policy(run, which)
     return TrainedSnake(policy, snake_config_in(policy.metadata["settings"]), name)
+
+
+def load_network(name: str) -> Network:
+    """Load a snake's policy with its critic from its run folder, for the leaves of a search.
+
+    Args:
+        name: RUN, RUN:best, RUN:last or RUN:N.
+
+    Raises:
+        RunFolderError: No run folder, or the run of something else than a snake.
+        CheckpointError: No such checkpoint, or a damaged one.
+        PlayerError: Its algorithm has no critic.
+    """
+    if not _run_there(name):
+        raise PlayerError(
+            f"search:{name}: no such folder; expected the RUN of a training, such as search:runs/snakes-1."
+        )
+    snake = load_trained_snake(name)
+    policy = getattr(snake.policy, "policy", snake.policy)
+    if not isinstance(policy, Appraiser):
+        algorithm = getattr(getattr(snake.policy, "spec", None), "algorithm", "its algorithm")
+        raise PlayerError(
+            f"search:{name}: {algorithm} has no critic that could say what a position is worth; expected the run of "
+            f"ppo or alphazero. search+{name} asks the policy alone."
+        )
+    return Network(policy, snake.seen)
+
+
+def _run_there(name: str) -> bool:
+    return Path(split_source(name)[0]).is_dir()
 
 
 def snake_config_in(settings: Mapping[str, Mapping[str, Any]]) -> SnakeConfig:

@@ -18,6 +18,7 @@ from racecraft.players.battlesnake.foresight import DEEPEST, Position, board_at,
 from racecraft.players.battlesnake.kernels import position as at
 from racecraft.players.battlesnake.kernels.position import advance
 from racecraft.players.battlesnake.kernels.puct import FIRST_CHILD, NEXT_SIBLING, look_ahead, transplant
+from racecraft.players.battlesnake.weights import USUAL, Weights
 
 WALKS_AT_A_TIME = 128
 """Walks between two looks at the clock in a duel, one or two milliseconds; fewer where there is more to do."""
@@ -38,13 +39,15 @@ class Tree:
         board: The position.
         settings: What is played.
         snake_id: Whose move is asked for; alive.
+        weights: What positions are appraised by.
 
     Raises:
         BoardError: Living snakes overlap or lie off the board.
     """
 
-    def __init__(self, board: Board, settings: GameSettings, snake_id: str) -> None:
-        self.position: Position = position_of(board, settings)
+    def __init__(self, board: Board, settings: GameSettings, snake_id: str, weights: Weights = USUAL) -> None:
+        self._weights = weights
+        self.position: Position = position_of(board, settings, weights=weights)
         self._board = board
         self._me = [snake.id for snake in board.alive()].index(snake_id)
         num_snakes = self.position.rows.shape[1]
@@ -52,7 +55,8 @@ class Tree:
         self._ways = np.zeros((DEEPEST, num_snakes), np.int64)
         self._path = np.zeros(DEEPEST, np.int32)
         self._size = np.zeros(1, np.int64)
-        self._nodes = _nodes(FIRST_NODES, num_snakes)
+        self.eagerness = EAGERNESS
+        self._nodes = empty_nodes(FIRST_NODES, num_snakes)
         self.walk(0)
 
     @property
@@ -67,14 +71,19 @@ class Tree:
 
     def walk(self, walks: int) -> None:
         """Add walks."""
+        self.make_room(walks)
+        look_ahead(
+            walks, self._me, self.eagerness, *self.position, *self._room, self._ways, self._path, *self._nodes,
+            self._size,
+        )  # fmt: skip
+
+    def make_room(self, walks: int) -> None:
+        """Give the tree room for so many walks more, up to the most it may have."""
         room = len(self._nodes[0])
         while room < min(self.size + walks, MOST_NODES):
             room = min(2 * room, MOST_NODES)
         if room > len(self._nodes[0]):
             self._nodes = tuple(_lengthened(array, room) for array in self._nodes)
-        look_ahead(
-            walks, self._me, EAGERNESS, *self.position, *self._room, self._ways, self._path, *self._nodes, self._size
-        )  # fmt: skip
 
     def shun(self, moves: Iterable[str]) -> None:
         """Walk certain own moves no more, unless there are no others."""
@@ -134,13 +143,13 @@ class Tree:
         if child <= 0:
             return False
         self.keep_below(child)
-        self.position, self._board = position_of(board, settings), board
+        self.position, self._board = position_of(board, settings, weights=self._weights), board
         return True
 
     def keep_below(self, node: int) -> None:
         """Let go of all that does not lie below a node, which becomes the root."""
         room = len(self._nodes[0])
-        kept = _nodes(room, self.position.rows.shape[1])
+        kept = empty_nodes(room, self.position.rows.shape[1])
         self._size[0] = transplant(node, *self._nodes, np.zeros(room, np.int32), *kept)
         self._nodes = kept
 
@@ -161,7 +170,7 @@ class Tree:
         return ways if same else None
 
 
-def _nodes(room: int, num_snakes: int) -> tuple[Array, ...]:
+def empty_nodes(room: int, num_snakes: int) -> tuple[Array, ...]:
     """Return the arrays of so many nodes; see `kernels/puct.py`."""
     moves = (room, num_snakes, 4)
     return (

@@ -37,6 +37,8 @@ class Driver:
     """Where its camera sits."""
     sensors: Sensors
     """What it sees with."""
+    pace: float = 1.0
+    """Share of the speed it is told that its car drives at."""
 
     @property
     def light(self) -> str:

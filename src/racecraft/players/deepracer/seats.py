@@ -40,7 +40,9 @@ class Seats:
         self._rows = [np.argwhere(whose == number) for number in range(len(self._drivers))]
         self._cameras = [self._camera_of(driver, own) for driver in self._drivers]
         for driver, rows in zip(self._drivers, self._rows, strict=True):
-            world.profiles[rows[:, 0], rows[:, 1]] = race.car_profiles([PROFILES[driver.car]])[0]
+            profile = PROFILES[driver.car]
+            profile = profile._replace(speed_gain=profile.speed_gain * driver.pace)
+            world.profiles[rows[:, 0], rows[:, 1]] = race.car_profiles([profile])[0]
 
     def choose(self, shown: Mapping[str, Array], actions: Array) -> None:
         """Write every driver's choice, as `OwnActions` takes it.

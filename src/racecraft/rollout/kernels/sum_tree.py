@@ -7,6 +7,9 @@ not by trying one after the other.
 
 A node is always summed afresh from its children, in their order: the tree is a function of its leaves, and no rounding
 adds up over time.
+
+Places are unsigned in here: of a signed one Numba asks at every access whether it counts from the end, which took
+longer than all the rest.
 """
 
 from __future__ import annotations
@@ -18,6 +21,7 @@ from racecraft.kernels import kernel
 
 FAN_BITS = 4
 FAN = 1 << FAN_BITS
+U = np.uint64
 BELOW_ONE = 1.0 - 2.0**-53
 
 
@@ -29,24 +33,25 @@ def set_leaves(tree: Array, running: Array, offsets: Array, index: Array, values
         tree: float64, all levels.
         running: float64, as `tree`: the sum of each number and its elder siblings.
         offsets: int64 (L,), where each level begins.
-        index: int64 (B,), which leaves; neighbours that share a parent cost one sum.
+        index: int64 (B,), which leaves, 0 or more; neighbours that share a parent cost one sum.
         values: float64 (B,), 0 or more.
     """
     for i in range(len(index)):
-        tree[index[i]] = values[i]
+        tree[U(index[i])] = values[i]
     for level in range(1, len(offsets)):
-        last = -1
+        below, above = U(offsets[level - 1]), U(offsets[level])
+        last = U(len(tree))  # no place at all
         for i in range(len(index)):
-            place = index[i] >> (FAN_BITS * level)
+            place = U(index[i]) >> U(FAN_BITS * level)
             if place == last:
                 continue
             last = place
-            start = offsets[level - 1] + (place << FAN_BITS)
+            start = below + (place << U(FAN_BITS))
             total = 0.0
-            for child in range(start, start + FAN):
-                total += tree[child]
-                running[child] = total
-            tree[offsets[level] + place] = total
+            for child in range(U(FAN)):
+                total += tree[start + child]
+                running[start + child] = total
+            tree[above + place] = total
 
 
 @kernel
@@ -61,22 +66,29 @@ def draw_leaves(tree: Array, running: Array, offsets: Array, uniform: Array, ind
         index: int64 (B,), written: the leaves; none has weight 0.
         share: float64 (B,), written: their weight in the whole sum, above 0.
     """
-    whole, count = tree[offsets[-1]], len(uniform)
-    masses = np.empty(count)
+    whole, count = tree[U(offsets[-1])], len(uniform)
+    masses, places = np.empty(count), np.zeros(count, np.uint64)
     for i in range(count):
         masses[i] = (i + uniform[i]) / count * whole
-        index[i] = 0
     # Level by level, so that the memory is asked for many leaves at a time.
     for level in range(len(offsets) - 2, -1, -1):
-        for i in range(count):
-            start = offsets[level] + (index[i] << FAN_BITS)
-            mass = min(masses[i], running[start + FAN - 1] * BELOW_ONE)  # rounding may carry it past the last child
-            elder = np.int64(0)
-            for child in range(FAN):
-                elder += np.int64(mass >= running[start + child])
-            if elder > 0:
-                mass -= running[start + elder - 1]
-            masses[i] = mass
-            index[i] = start + elder - offsets[level]
-    for i in range(count):
-        share[i] = tree[index[i]] / whole
+        below = U(offsets[level])
+        for i in range(U(count)):
+            start = below + (places[i] << U(FAN_BITS))
+            mass = min(masses[i], running[start + U(FAN - 1)] * BELOW_ONE)  # rounding may carry it past the last child
+            elder = _child_at(running, start, mass)
+            masses[i] = mass - (running[start + elder - U(1)] if elder > U(0) else 0.0)
+            places[i] = (places[i] << U(FAN_BITS)) + elder
+    for i in range(U(count)):
+        index[i] = np.int64(places[i])
+        share[i] = tree[places[i]] / whole
+
+
+@kernel
+def _child_at(running: Array, start: np.uint64, mass: float) -> np.uint64:
+    """Return how many of the sixteen running sums from `start` on are `mass` or less; the last is known to be more."""
+    elder = U(mass >= running[start + U(7)]) << U(3)
+    elder += U(mass >= running[start + elder + U(3)]) << U(2)
+    elder += U(mass >= running[start + elder + U(1)]) << U(1)
+    elder += U(mass >= running[start + elder])
+    return elder

@@ -1,9 +1,9 @@
 """Self-play as a world: what the learner sees of it are its own seats, one row each. Begin with `SelfPlayWorld.step`.
 
-Games are dealt once: a share against anchors (built-in players), a share against a past self, the rest against itself.
-In the first two the learner holds seat 0 (start squares are drawn, so that no seat is better), in the last all of them.
-Opponents' seats are no rows here, so nothing of theirs is ever learned from. Who the past self is, the world does not
-know: to it that is a policy like another (`opponent_pool.py`).
+Games are dealt once: a share against anchors (built-in players), one against foreign snakes where there are any, one
+against a past self, the rest against itself. In the last the learner holds all seats, in the others seat 0 (start
+squares are drawn, so that no seat is better). Opponents' seats are no rows here, so nothing of theirs is ever learned
+from. Who the past self is, the world does not know: to it that is a policy like another (`opponent_pool.py`).
 """
 
 from __future__ import annotations
@@ -19,10 +19,11 @@ from racecraft.contract.world import Array, EpisodeRecord, StepBuffers, WorldSpe
 from racecraft.envs.battlesnake.settings import SnakeConfig
 from racecraft.envs.battlesnake.world import BattlesnakeWorld, Prizes, WorldSettings
 from racecraft.players.battlesnake.anchors import AnchorSeats
+from racecraft.training.battlesnake.foreign_seats import ForeignSeats
 from racecraft.training.battlesnake.settings import SelfPlayConfig
 from racecraft.training.own_rows import OwnRows
 
-ANCHOR, PAST, SELF = "anchor", "past", "self"
+ANCHOR, FOREIGN, PAST, SELF = "anchor", "foreign", "past", "self"
 """Whom a game is played against."""
 
 
@@ -56,6 +57,7 @@ class SelfPlayWorld:
         self._past[[kind == PAST for kind in self.dealt], 1:] = True
         self.inner.looks[...] = mine | self._past
         self._anchors = AnchorSeats(self._seating(seats), self.inner)
+        self._foreign = ForeignSeats(self._foreign_seating(seats), self.inner, config.foreign_ms)
         self._spec = replace(self.inner.spec, num_worlds=len(self._own), num_agents=1)
         self._buffers = allocate(self.inner.spec)
         self._moves = np.zeros((num_games, seats), np.int64)
@@ -68,6 +70,11 @@ class SelfPlayWorld:
     def spec(self) -> WorldSpec:
         """R rows of one agent."""
         return self._spec
+
+    @property
+    def mine(self) -> Array:
+        """Which seats are the learner's, bool (N, M); its rows are these, game by game."""
+        return self._own.mine
 
     def reset(self, buffers: StepBuffers, seed: int) -> None:
         """Begin every game anew; the seed decides the opponents' dice, too."""
@@ -82,6 +89,7 @@ class SelfPlayWorld:
         self._moves[self._own.mine] = actions[:, 0]
         self._anchors.choose(self._moves)
         self._ask_opponent()
+        self._foreign.choose(self._moves)
         self.inner.step(self._moves, self._buffers)
         self._own.hand_on(self._buffers, buffers)
         self._show(buffers)
@@ -103,7 +111,8 @@ class SelfPlayWorld:
         self._show(buffers)
 
     def close(self) -> None:
-        """Let go of the threads."""
+        """Let go of the threads, and of foreign snakes."""
+        self._foreign.close()
         self.inner.close()
 
     def _seating(self, seats: int) -> list[list[str]]:
@@ -113,6 +122,16 @@ class SelfPlayWorld:
             ["", *(names[(game + seat) % len(names)] for seat in range(seats - 1))] if anchored else [""] * seats
             for game, anchored in enumerate(against)
         ]
+
+    def _foreign_seating(self, seats: int) -> dict[tuple[int, int], str]:
+        """Return which foreign snake sits where; they take turns."""
+        names = self.config.foreign
+        games = [game for game, kind in enumerate(self.dealt) if kind == FOREIGN]
+        return {
+            (game, seat): names[(place + seat - 1) % len(names)]
+            for place, game in enumerate(games)
+            for seat in range(1, seats)
+        }
 
     def _ask_opponent(self) -> None:
         asked = self._past & self._buffers.active
@@ -127,14 +146,16 @@ class SelfPlayWorld:
 
 
 def deal(num_games: int, config: SelfPlayConfig) -> list[str]:
-    """Return whom each game is played against, anchors first.
+    """Return whom each game is played against, anchors first; foreign snakes have a game at least, if there are any.
 
     >>> deal(4, SelfPlayConfig(anchor_share=0.5, pool_share=0.25))
     ['anchor', 'anchor', 'past', 'self']
     """
-    anchors = round(num_games * config.anchor_share)
-    past = min(num_games - anchors, round(num_games * config.pool_share))
-    return [ANCHOR] * anchors + [PAST] * past + [SELF] * (num_games - anchors - past)
+    foreign = max(1, round(num_games * config.foreign_share)) if config.foreign else 0
+    anchors = min(num_games - foreign, round(num_games * config.anchor_share))
+    past = min(num_games - anchors - foreign, round(num_games * config.pool_share))
+    rest = num_games - anchors - foreign - past
+    return [ANCHOR] * anchors + [FOREIGN] * foreign + [PAST] * past + [SELF] * rest
 
 
 def world_settings(game: WorldSettings, config: SnakeConfig, num_games: int) -> WorldSettings:

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+from racecraft.algorithms.alphazero import AlphaZeroLearner
 from racecraft.algorithms.apex import ApexConfig
 from racecraft.algorithms.building import build_learner
 from racecraft.algorithms.dqn import DqnConfig
@@ -20,14 +21,17 @@ from racecraft.contract.errors import SettingError
 from racecraft.envs.battlesnake.settings import GameSettings, SnakeConfig
 from racecraft.envs.battlesnake.world import WorldSettings
 from racecraft.formats.run_folder import RunFolder
+from racecraft.players.battlesnake.network_tree import Network
 from racecraft.players.battlesnake.trained import KIND
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.settings import RolloutConfig
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, from_dictionary
 from racecraft.training.battlesnake.evaluator import RatingEvaluator
+from racecraft.training.battlesnake.searched_play import SearchedWorld
 from racecraft.training.battlesnake.self_play import SelfPlayWorld, world_settings
-from racecraft.training.battlesnake.settings import SelfPlayConfig
+from racecraft.training.battlesnake.settings import SearchConfig, SelfPlayConfig
+from racecraft.training.battlesnake.symmetries import SYMMETRIES
 from racecraft.training.loop import Outcome
 from racecraft.training.opponent_pool import OpponentPool
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
@@ -48,6 +52,12 @@ WORLD_SETTINGS = Settings(
     evaluation=EvaluationConfig(every=10, episodes=50),
     runtime=RuntimeConfig(),
 )
+SEARCHED_SETTINGS = (
+    WORLD_SETTINGS.with_group("search", SearchConfig())
+    .with_group("rollout", RolloutConfig(num_worlds=64, horizon=32))
+    .with_group("selfplay", SelfPlayConfig(anchor_share=0.125, pool_share=0.125))
+)
+"""Fewer games at once where each position is searched, and most against itself: there a tree teaches all its snakes."""
 TUNED: Mapping[str, Any] = {
     "ppo": PpoConfig(
         learning_rate=5e-4, discount=0.995, gae_lambda=0.95, epochs=3, batch_size=2048, entropy_weight=0.01
@@ -119,7 +129,7 @@ def opened(planned: SnakePlan, say: Say) -> Iterator[Experiment]:
     """Open the games that are learned in, and the pool of past selves that are met there."""
     settings, game = planned.settings, planned.request.game
     played = world_settings(WorldSettings(game), settings.snake, settings.rollout.num_worlds)
-    with contextlib.closing(SelfPlayWorld(played, settings.selfplay)) as world:
+    with contextlib.closing(_games(played, planned)) as world:
         title = f"snakes: {game.ruleset}, {game.players} on {game.width}x{game.height}, map {game.map}"
         require_fit(planned.algorithm, world.spec.actions, title)
         pool = _pool_of_untrained(planned, world)
@@ -143,6 +153,7 @@ def opened(planned: SnakePlan, say: Say) -> Iterator[Experiment]:
             title=title,
             folder_name="snakes",
             notes=planned.notes,
+            learner=lambda: _learner(planned, world),
             after_update=pool.learned,
             parts={"opponents": pool},
         )
@@ -157,10 +168,29 @@ def summary(planned: SnakePlan, run: RunFolder, outcome: Outcome) -> dict[str, A
 
 def default_settings(algorithm: Algorithm) -> Settings:
     """Return what snakes are taught with."""
+    if algorithm.searches:
+        return composed(SEARCHED_SETTINGS, algorithm)
     return composed(WORLD_SETTINGS, algorithm, TUNED.get(algorithm.name))
 
 
-def _pool_of_untrained(planned: SnakePlan, world: SelfPlayWorld) -> OpponentPool:
+def _games(played: WorldSettings, planned: SnakePlan) -> SelfPlayWorld | SearchedWorld:
+    """Return the games that are learned in, searched where the algorithm learns by search."""
+    games = SelfPlayWorld(played, planned.settings.selfplay)
+    return SearchedWorld(games, planned.settings.search) if planned.algorithm.searches else games
+
+
+def _learner(planned: SnakePlan, world: SelfPlayWorld | SearchedWorld) -> Learner:
+    """Return the learner; a search asks it from now on."""
+    learner = build_learner(planned.algorithm, world.spec, planned.settings, planned.seed)
+    if isinstance(world, SearchedWorld):
+        seen = planned.settings.snake
+        assert isinstance(learner, AlphaZeroLearner), "who learns by search has a critic to be asked"
+        learner.symmetries = SYMMETRIES
+        world.ask(Network(learner.policy, seen))
+    return learner
+
+
+def _pool_of_untrained(planned: SnakePlan, world: SelfPlayWorld | SearchedWorld) -> OpponentPool:
     """Return a pool that holds one untrained self."""
     learner = build_learner(planned.algorithm, world.spec, planned.settings, planned.seed)
     config = planned.settings.selfplay

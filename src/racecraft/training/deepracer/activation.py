@@ -66,8 +66,14 @@ $env:DR_DIR = (Resolve-Path (Join-Path $PSScriptRoot "..")).Path
 Remove-Item Env:DR_CONFIG -ErrorAction SilentlyContinue
 if ($Config) { $env:DR_CONFIG = (Resolve-Path $Config).Path }
 
+if (-not (Get-Command racecraft -ErrorAction SilentlyContinue)) {
+    Write-Error "racecraft is not on the path of this shell; expected the environment it is installed in."
+    return
+}
+
 function global:dr-update-env {
-    racecraft dr env --shell powershell | Out-String | Invoke-Expression
+    $lines = racecraft dr env --shell powershell | Out-String
+    if ($LASTEXITCODE -eq 0) { Invoke-Expression $lines }
 }
 
 foreach ($verb in "@VERBS@".Split(" ")) {

@@ -4,6 +4,9 @@ Races are dealt once: a share against chosen models, a share against a past self
 two the learner drives one car, on a place of the grid that differs from race to race; in the last all of them. The
 others' cars are no rows here, so nothing of theirs is ever learned from. Who the past self is, the world does not know:
 to it that is a policy like another (`training/opponent_pool.py`).
+
+A past self is as fast as the learner once both drive at their table's top speed, and a car that is never caught up with
+teaches nobody to pass it. So in some races its car is a slower one (`Dealt.paces`).
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ from racecraft.contract.world import Array, EpisodeRecord, StepBuffers, WorldSpe
 from racecraft.envs.deepracer.actions import ActionSpace, ActionTable, OwnActions
 from racecraft.envs.deepracer.fidelity import Habits
 from racecraft.envs.deepracer.settings import AgainstConfig
+from racecraft.envs.deepracer.vehicle import PROFILES
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.players.deepracer.driver import Driver
 from racecraft.players.deepracer.seats import NOBODY, Seats
@@ -47,6 +51,8 @@ class Dealt:
     """Whom each race is driven against, (N,)."""
     whose: Array
     """(N, M) LEARNER, POOL, or 2 and on: the number of a chosen model, plus 2."""
+    paces: Array
+    """(N,) share of the speed they are told that cars of past selves drive at; 1 where none is met."""
 
     @property
     def mine(self) -> Array:
@@ -67,11 +73,15 @@ def deal(races: int, config: AgainstConfig, chosen: int, itself: bool) -> Dealt:
     ('chosen', 'chosen', 'past', 'self')
     >>> deal(2, AgainstConfig(cars=3), chosen=2, itself=False).whose.tolist()
     [[0, 2, 3], [2, 0, 3]]
+    >>> deal(6, AgainstConfig(slowest=0.5), chosen=0, itself=True).paces.tolist()
+    [0.5, 0.75, 1.0, 1.0, 1.0, 1.0]
     """
     against = (round(races * config.chosen_share) if itself else races) if chosen else 0
     past = round((races - against) * config.pool_share)
     kinds = (CHOSEN,) * against + (PAST,) * past + (SELF,) * (races - against - past)
     whose = np.full((races, config.cars), LEARNER)
+    paces = np.ones(races)
+    paces[against : against + past] = np.linspace(config.slowest, 1.0, past)
     turn = 0
     for n, kind in enumerate(kinds):
         for m in range(config.cars):
@@ -79,7 +89,7 @@ def deal(races: int, config: AgainstConfig, chosen: int, itself: bool) -> Dealt:
                 continue
             whose[n, m] = POOL if kind == PAST else 2 + turn % chosen
             turn += kind == CHOSEN
-    return Dealt(kinds, whose)
+    return Dealt(kinds, whose, paces)
 
 
 class AgainstWorld:
@@ -222,7 +232,11 @@ class AgainstWorld:
         assert NOBODY == LEARNER - 1
         if self._past is None:
             whose = np.where(whose == POOL - 1, NOBODY, whose)
-        return Seats(self.inner, self._learner, (past, *self._chosen), whose)
+        seats = Seats(self.inner, self._learner, (past, *self._chosen), whose)
+        gains = self.inner.profiles["speed_gain"]
+        own = PROFILES[self._learner.car].speed_gain * self.dealt.paces[:, None]
+        gains[:] = np.where(self.dealt.whose == POOL, own, gains)
+        return seats
 
     def _show(self, buffers: StepBuffers) -> None:
         self._own.show(self._buffers, buffers)

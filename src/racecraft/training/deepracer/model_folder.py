@@ -7,9 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from racecraft.contract.errors import UserInputError
+from racecraft.envs.deepracer.settings import HEAD_TO_BOT, HEAD_TO_MODEL, OBJECT_AVOIDANCE, TIME_TRIAL
 from racecraft.formats.aws.hyperparameters import Hyperparameters, read_hyperparameters
 from racecraft.formats.aws.model_metadata import ModelMetadata, default_model_metadata, read_model_metadata
 from racecraft.formats.aws.racer_files import METADATA, PLACES, REWARD, RacerFiles, find_racer_files
+from racecraft.formats.aws.reward_analysis import NO_OBJECTS
 from racecraft.formats.aws.reward_source import RewardSource, read_reward_source
 from racecraft.formats.run_folder import HYPERPARAMETERS
 
@@ -30,6 +32,21 @@ class ModelFolder:
     hyperparameters: Hyperparameters
     notes: tuple[str, ...] = field(default=())
     """What is worth saying: absent files, unknown keys, what does nothing."""
+
+
+PAID_FOR = {
+    TIME_TRIAL: "staying near the centre line",
+    OBJECT_AVOIDANCE: "the middle of the lane that the next box leaves free",
+    HEAD_TO_BOT: "the middle of the lane that the next bot leaves free",
+    HEAD_TO_MODEL: "speed, in the lane that the next car leaves free",
+}
+"""What a car without a reward function is paid for, by type of race."""
+
+
+def notes_in(model: ModelFolder, race_type: str) -> list[str]:
+    """Return what is worth saying of a racer's files in a race: what is paid by default, and no word of other races."""
+    own = [] if model.reward is not None else [f"no {REWARD}: paid for {PAID_FOR[race_type]}"]
+    return own + [note for note in model.notes if race_type == TIME_TRIAL or NO_OBJECTS not in note]
 
 
 def read_model_folder(folder: Path | None, keys: Mapping[str, Path] | None = None) -> ModelFolder:
@@ -54,9 +71,7 @@ def read_model_folder(folder: Path | None, keys: Mapping[str, Path] | None = Non
         raise UserInputError(f"{folder}: holds none of a racer's files; {EXPECTED}")
     notes = list(files.notes)
     reward = None
-    if files.reward is None:
-        notes.append(f"no {REWARD}: paid for staying near the centre line")
-    else:
+    if files.reward is not None:
         reward = read_reward_source(files.reward)
         notes += reward.remarks
     metadata = default_model_metadata()

@@ -36,7 +36,7 @@ from racecraft.training.deepracer.courses import Course, lay_out, notes_on_cours
 from racecraft.training.deepracer.groups import ALL, Group, groups_asked, track_names, worlds_for
 from racecraft.training.deepracer.hold_out import as_dictionary as held_out_as_dictionary
 from racecraft.training.deepracer.hold_out import held_out_tracks, require_apart, twins_of
-from racecraft.training.deepracer.model_folder import ModelFolder, read_model_folder
+from racecraft.training.deepracer.model_folder import ModelFolder, notes_in, read_model_folder
 from racecraft.training.deepracer.presets import ASKED_BY, default_settings, settings_for, stops_given
 from racecraft.training.deepracer.race_environment import TRACK_VARIABLE, race_environment
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
@@ -162,7 +162,8 @@ def plan_car(request: RaceRequest) -> CarPlan:
     courses = lay_out(groups or asked.courses, track, settings, TRACK_VARIABLE)
     _require_drivable(courses, held_out, settings)
     apart = require_apart([course.track for course in courses] or [track], held_out)
-    notes = [*asked.notes, *model.notes, *notes, *car_notes, *waypoint_notes(settings, track), *apart]
+    told = notes_in(model, settings.race.type)
+    notes = [*asked.notes, *told, *notes, *car_notes, *waypoint_notes(settings, track), *apart]
     if groups and asked.courses:
         notes.append("the courses of run.env and its workers are not driven: the command names others")
     return CarPlan(

@@ -21,6 +21,7 @@ class EpisodeRecorder:
         self._reports: list[Array] = []
         self._rewards: list[Array] = []
         self._varied: list[Array] = []
+        self._objects: list[Array] = []
         self._track_lengths: Array = np.zeros(0)
 
     def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
@@ -30,13 +31,17 @@ class EpisodeRecorder:
         self._reports.append(world.reports.copy())
         if world.variation is not None:
             self._varied.append(world.variation.copy())
+        places = places_of_objects(world)
+        if places.size:
+            self._objects.append(places)
         self._rewards.append(buffers.reward.copy())
 
     def take(self, iteration: int) -> dict[str, Array]:
         """Return the ticks kept since the last call, T x N x M of them, as the columns of `formats/episodes.py`.
 
         Rows are ordered by world, then by car, then by time. `episode` numbers a car's own episodes from 0. Where a
-        world has several cars, the column `agent` numbers them. Where episodes differ, `variation` says by what.
+        world has several cars, the column `agent` numbers them. Where episodes differ, `variation` says by what; where
+        objects are on the road, `objects` says where they stood.
         """
         reports = np.stack(self._reports, axis=2)
         flat = reports.reshape(-1)
@@ -71,7 +76,33 @@ class EpisodeRecorder:
             varied = np.stack(self._varied, axis=2).reshape(-1)
             columns["variation"] = varied.astype([(name, "f4") for name in varied.dtype.names or ()])
             self._varied.clear()
+        if self._objects:
+            columns["objects"] = _by_name(np.repeat(np.stack(self._objects, axis=1), cars, axis=0))
+            self._objects.clear()
         self._reports.clear()
         self._rewards.clear()
         driven = flat["status"] != race.PARK
         return columns if driven.all() else {name: column[driven] for name, column in columns.items()}
+
+
+def places_of_objects(world: RaceWorld | SideBySide | AgainstWorld) -> Array:
+    """Return where boxes and bots of every world stood in the tick just taken, float32 (N, K, 3): x, y (m), yaw (rad).
+
+    K is that of the course with most of them; where there are fewer, the rest is nan.
+    """
+    courses = world.courses if isinstance(world, SideBySide) else (world,)
+    seen = [course.seen_boxes for course in courses]
+    places = np.full((sum(len(boxes) for boxes in seen), max(boxes.shape[1] for boxes in seen), 3), np.nan, np.float32)
+    first = 0
+    for boxes in seen:
+        places[first : first + len(boxes), : boxes.shape[1]] = boxes[..., :3]
+        first += len(boxes)
+    return places
+
+
+def _by_name(places: Array) -> Array:
+    """Return places (R, T, K, 3) as the records of the column `objects`, (R * T,)."""
+    count = places.shape[2]
+    record = np.dtype([(f"{axis}_{k}", "f4") for k in range(count) for axis in ("x", "y", "yaw")])
+    records: Array = np.ascontiguousarray(places.reshape(-1, 3 * count)).view(record)[:, 0]
+    return records

@@ -13,7 +13,7 @@ from racecraft.algorithms.weights import to_arrays
 from racecraft.contract.errors import SettingError
 from racecraft.envs.deepracer.settings import HEAD_TO_MODEL
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
-from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.checkpoint_ranking import load_weights
 from racecraft.players.deepracer.driver import Driver, league_in, load_driver
 from racecraft.players.deepracer.foreign_model import borrowed_run
 from racecraft.players.trained import split_source
@@ -61,6 +61,7 @@ def against_world(
         sensors=planned.sensors,
         cars_per_world=config.cars,
         start_ahead=config.start_ahead,
+        variation=settings.variation,
     )
     world = AgainstWorld(inner, learner, dealt, chosen)
     if not itself:
@@ -108,7 +109,7 @@ def _pool(planned: CarPlan, world: AgainstWorld) -> OpponentPool:
     first = to_arrays(learner.state_dict())["network"]
     if planned.request.clone_from is not None:
         path, which = split_source(planned.request.clone_from)
-        first = Checkpoints(borrowed_run(Path(path)).checkpoints).load_policy(which)[0]
+        first = load_weights(borrowed_run(Path(path)), which)[0]
     return OpponentPool(learner.policy_spec, first, config.pool_size, config.pool_every, planned.seed)
 
 

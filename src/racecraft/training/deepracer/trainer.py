@@ -16,7 +16,7 @@ import numpy as np
 from racecraft.algorithms.learner import Learner
 from racecraft.contract.errors import RunFolderError
 from racecraft.contract.world import Array, allocate
-from racecraft.envs.deepracer.settings import TIME_TRIAL, objects_of
+from racecraft.envs.deepracer.settings import HEAD_TO_MODEL, TIME_TRIAL, objects_of
 from racecraft.envs.deepracer.side_by_side import SideBySide
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
 from racecraft.evaluation.deepracer.by_track import Judged, judged_course
@@ -66,6 +66,11 @@ __all__ = ["KIND", "RaceRequest", "Request", "default_settings", "opened", "plan
 Request = RaceRequest
 plan = plan_car
 
+AWS_STAYS = (
+    "with fidelity aws every evaluation begins where training's next episode would, and cars in several processes have "
+    "no such one place; --fidelity sane has none of it."
+)
+
 
 @contextlib.contextmanager
 def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
@@ -104,6 +109,8 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
         warm_up=lambda tell: warm_up((world, judged, *flying), tell),
         attend=lambda run, notes: attended(planned, reward, run, notes),
         same_shape=lambda path, metadata: require_same_shape(planned, path, metadata),
+        recorder=EpisodeRecorder,
+        stays=AWS_STAYS if judged.habits.evaluation_follows_training else "",
     )
 
 
@@ -254,7 +261,7 @@ def load_reward(
         return load_reward_function(source, seconds=seconds)
     with tempfile.TemporaryDirectory() as folder:
         default = Path(folder) / "reward_function.py"
-        default.write_text(default_reward_source(race_type != TIME_TRIAL), encoding="utf-8")
+        default.write_text(default_reward_source(race_type != TIME_TRIAL, race_type == HEAD_TO_MODEL), encoding="utf-8")
         return load_reward_function(default, seconds=seconds)
 
 

@@ -22,6 +22,7 @@ from racecraft.envs.unity.behaviors import Behavior
 from racecraft.envs.unity.builds import Build, find_build
 from racecraft.envs.unity.trainer_words import words_of
 from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.unity.trainer_config import SAC
 from racecraft.formats.unity.trainer_yaml import TrainerConfig, read_trainer_yaml
 from racecraft.rollout.settings import RolloutConfig
 from racecraft.settings.composition import Settings
@@ -57,6 +58,8 @@ TUNED: Mapping[str, Any] = {
     "apex": ApexConfig(learning_rate=1e-3, target_every=128, optimiser="adam"),
 }  # fmt: skip
 """What each algorithm learns small scenes with."""
+SAC_OVERRIDES = ("rollout.horizon=8",)
+"""What SAC learns scenes with: it learns from each step, not from long rollouts."""
 BASIC_OVERRIDES = ("rollout.horizon=32", "evaluation.every=3")
 BASIC_PPO = ("ppo.learning_rate=3e-3", "ppo.discount=0.95")
 """What Basic learns soonest with: its episodes are short."""
@@ -176,7 +179,7 @@ def plan_unity(request: UnityRequest, learns: bool = True) -> UnityPlan:
             "Try: racecraft unity train builtin:Basic"
         )
     parse_stops(request.stops, SCORE)
-    algorithm = find_algorithm(request.algorithm or DEFAULT_ALGORITHM)
+    algorithm = find_algorithm(request.algorithm or _trainer_of(config, request.behavior))
     settings = apply_overrides(defaults_for(build_name, algorithm), request.overrides)
     seed = request.seed if request.seed is not None else 1 if config.seed is None else config.seed
     return UnityPlan(request, config, _lasting_name(build_name), find_build(build_name), seed, algorithm, settings)
@@ -249,9 +252,37 @@ def default_settings(algorithm: Algorithm) -> Settings:
 def defaults_for(build_name: str, algorithm: Algorithm) -> Settings:
     """Return what a training runs with where nothing is said."""
     settings = default_settings(algorithm)
+    if algorithm.name == SAC:
+        settings = apply_overrides(settings, SAC_OVERRIDES)
     if build_name != BASIC:
         return settings
     return apply_overrides(settings, (*BASIC_OVERRIDES, *(BASIC_PPO if algorithm.name == "ppo" else ())))
+
+
+def _trainer_of(config: TrainerConfig, behavior: str | None) -> str:
+    """Return what the configuration lets learn: SAC where every section that counts says so."""
+    sections = [config.behavior(behavior)] if behavior else list(config.behaviors.values())
+    named = [one for one in sections if one.name != "*"] or sections
+    return SAC if named and all(one.trainer == SAC for one in named) else DEFAULT_ALGORITHM
+
+
+def heard(plan: UnityPlan, behaviors: Sequence[Behavior]) -> UnityPlan:
+    """Return the plan now that the scene is known.
+
+    Where only the configuration asks for SAC, and SAC cannot learn this scene, PPO learns instead, and that is said.
+    """
+    if plan.algorithm.name != SAC or plan.request.algorithm or plan.begun is not None:
+        return plan
+    if len(behaviors) > 1:
+        why = "teaches one policy, and here several learn"
+    elif behaviors[0].actions.branches:
+        why = f"decides numbers alone, and an action of '{behaviors[0].base_name}' has choices"
+    else:
+        return plan
+    ppo = find_algorithm(DEFAULT_ALGORITHM)
+    settings = apply_overrides(defaults_for(plan.build_name, ppo), plan.request.overrides)
+    note = f"trainer_type: 'sac' {why}; PPO learns instead"
+    return replace(plan, algorithm=ppo, settings=settings, notes=(*plan.notes, note))
 
 
 def _lasting_name(build_name: str) -> str:

@@ -16,6 +16,7 @@ from racecraft.envs.unity.behaviors import Behavior, card_of
 from racecraft.envs.unity.cards import behaviors_in
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.unity.trainer_config import PPO, SAC, BehaviorConfig
 from racecraft.players.trained import spec_in
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, as_dictionary, from_dictionary, with_values
@@ -70,7 +71,7 @@ def settle(plan: UnityPlan, behaviors: Sequence[Behavior], rows_of: Mapping[str,
     rows = sum(agents.values())
     if plan.begun is not None:
         return Settled(_settings_of_begun(plan, plan.begun, behaviors, rows), plan.notes)
-    notes = [*plan.config.notes, *_notes_on(plan, behaviors, rows)]
+    notes = [*plan.config.notes, *plan.notes, *_notes_on(plan, behaviors, rows)]
     each = {}
     for behavior in behaviors:
         each[behavior.base_name], more = _settings_for(plan, behavior, agents[behavior.base_name])
@@ -103,10 +104,35 @@ def _notes_on(plan: UnityPlan, behaviors: Sequence[Behavior], rows: int) -> list
 
 def _settings_for(plan: UnityPlan, behavior: Behavior, agents: int) -> tuple[Settings, tuple[str, ...]]:
     defaults, notes = _with_room_for(behavior, defaults_for(plan.build_name, plan.algorithm))
-    told = plan.config.behavior(behavior.name).overrides(agents)
+    section = plan.config.behavior(behavior.name)
+    told = _told_by(section, plan.algorithm, agents)
+    notes = (*notes, *_notes_on_trainer(section, plan.algorithm, section in plan.config.behaviors.values()))
     if plan.config.device is not None:
         told = (*told, f"runtime.device={plan.config.device}")
     return apply_overrides(defaults, (*told, *plan.request.overrides)), notes
+
+
+def _told_by(section: BehaviorConfig, algorithm: Algorithm, agents: int) -> tuple[str, ...]:
+    """Return what a section of the configuration sets of an algorithm; of one that ML-Agents has not, the network."""
+    if algorithm.name in (PPO, SAC):
+        return section.overrides(agents, algorithm.name)
+    return tuple(told for told in section.overrides(agents, SAC) if told.startswith("network."))
+
+
+def _notes_on_trainer(section: BehaviorConfig, algorithm: Algorithm, is_configured: bool) -> list[str]:
+    """Return what a section says and this algorithm does not follow, a clause each."""
+    at, name, notes = f"behaviors.{section.name}", algorithm.name, []
+    if name == PPO or not is_configured:
+        return []
+    if section.normalize:
+        notes.append(f"{at}.network_settings.normalize: {name} reads vectors as they are")
+    if section.memory_size is not None:
+        notes.append(f"{at}.network_settings.memory: {name} has none")
+    notes += [f"{at}.reward_signals.{signal}: {name} has no such signal" for signal in section.signals]
+    if name != section.trainer:
+        whose = "the network, batch_size, learning_rate and gamma are" if name == SAC else "the network is"
+        notes.append(f"{at}.trainer_type: '{section.trainer}', and {name} learns; of this section {whose} followed")
+    return notes
 
 
 def _with_room_for(behavior: Behavior, settings: Settings) -> tuple[Settings, tuple[str, ...]]:

@@ -32,6 +32,7 @@ from racecraft.training.unity.plan import (
     UnityPlan,
     UnityRequest,
     default_settings,
+    heard,
     plan_resume,
     plan_unity,
     stops_for,
@@ -64,6 +65,7 @@ def opened(planned: UnityPlan, say: Say) -> Iterator[Experiment]:
         world = UnityWorld(planned.build, **planned.words())
         players.callback(world.close)
         behaviors = world.behaviors
+        planned = heard(planned, behaviors)
         settled = settle(planned, behaviors, world.rows_of)
         stops = parse_stops(planned.request.stops, SCORE)
         if planned.begun is None:
@@ -93,6 +95,7 @@ def opened(planned: UnityPlan, say: Say) -> Iterator[Experiment]:
             learner=lambda: _learner(planned, world, settled),
             world_lasts=False,
             same_shape=_require_same_heads,
+            stays="a Unity scene is a program of its own, begun and ended beside its training.",
         )  # fmt: skip
 
 

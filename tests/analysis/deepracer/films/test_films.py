@@ -214,7 +214,12 @@ def test_a_wide_picture_shows_no_less_above():
 @pytest.mark.parametrize("view", VIEWS)
 def test_a_film_of_every_view_with_its_strip(tmp_path, track, drive, view):
     style = FilmStyle(view, "480p", 15, "f1_car_12", name="Ada")
-    film, strip = write_film(tmp_path / "race.mp4", drive, track, style, others=[OtherCar(drive)])
+    heard = []
+    film, strip = write_film(
+        tmp_path / "race.mp4", drive, track, style, others=[OtherCar(drive)], count=lambda *told: heard.append(told)
+    )
+    whole = 40 + 15 * HELD_SECONDS
+    assert heard == [(number, whole) for number in range(1, whole + 1)]
     with av.open(str(film)) as container:
         stream = container.streams.video[0]
         assert (stream.average_rate, stream.width, stream.height) == (15, *SIZES["480p"])

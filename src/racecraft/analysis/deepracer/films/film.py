@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,6 +25,10 @@ SIZES = {"480p": (640, 480), "540p": (960, 540), "720p": (1280, 720), "1080p": (
 """Pixels of a film by the names users type; 480p is the original's 4 : 3."""
 STILLS, STILLS_A_ROW, STILL_WIDTH = 12, 4, 320
 """Stills of a strip, how many stand side by side, and how wide each is."""
+
+
+PictureCount = Callable[[int, int], None]
+"""Hears how many pictures of a film are painted, and of how many."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +83,7 @@ def write_film(
     others: Sequence[OtherCar] = (),
     title: str = "",
     objects: tuple[Array, Array] | None = None,
+    count: PictureCount | None = None,
 ) -> tuple[Path, Path]:
     """Film a drive, and lay its stills on a strip.
 
@@ -92,6 +97,7 @@ def write_film(
         others: Further cars, from the same moment on.
         title: Kept in the file.
         objects: Boxes and bots in every tick, (T, K, 6) and their kinds (T, K), as `objects.Objects` has them.
+        count: Hears how many pictures are painted, and of how many, after each.
 
     Returns:
         The film, and its strip: the same name ending in -strip.png.
@@ -106,11 +112,19 @@ def write_film(
     cars += [FilmedCar(moments(one.drive, style.fps), shell_named(one.shell, one.colour)) for one in others]
     strip = Strip(len(taken), SIZES[style.size])
     stage = Stage(track, light, mount, cars, filmed_objects(objects, taken))
-    pictures = _pictures(drive, taken, stage, style)
+    pictures = counted(_pictures(drive, taken, stage, style), len(taken), count)
     encode_film(path, strip.watch(pictures), style.fps, title)
     stills = path.with_name(f"{path.stem}-strip.png")
     strip.write(stills)
     return path, stills
+
+
+def counted(pictures: Iterator[Array], whole: int, count: PictureCount | None) -> Iterator[Array]:
+    """Pass pictures on, and tell somebody how many of the whole number have passed."""
+    for number, picture in enumerate(pictures, 1):
+        yield picture
+        if count is not None:
+            count(number, whole)
 
 
 def _pictures(drive: Drive, taken: Moments, stage: Stage, style: FilmStyle) -> Iterator[Array]:

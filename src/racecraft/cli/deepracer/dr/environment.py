@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import sys
 from collections.abc import Iterator
@@ -53,8 +54,17 @@ def _lines(drfc: DrfcFolder, shell: str) -> Iterator[str]:
         yield f"unset {name}" if shell == "sh" else f"Remove-Item Env:{name} -ErrorAction SilentlyContinue"
     for name, value in values.items():
         if name not in kept:
-            quoted = shlex.quote(value) if shell == "sh" else "'" + value.replace("'", "''") + "'"
+            quoted = shlex.quote(value) if shell == "sh" else _quoted_for_powershell(value)
             yield f"export {name}={quoted}" if shell == "sh" else f"$env:{name} = {quoted}"
+
+
+def _quoted_for_powershell(value: str) -> str:
+    """Return a value in single quotes; to PowerShell curly ones are quotes as well.
+
+    >>> print(_quoted_for_powershell("it's \u2019so\u2019"))
+    'it''s \u2019\u2019so\u2019\u2019'
+    """
+    return "'" + re.sub("(['\u2018-\u201b])", r"\1\1", value) + "'"
 
 
 def _files(context: typer.Context) -> DrfcFolder:

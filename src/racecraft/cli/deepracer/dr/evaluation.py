@@ -55,11 +55,16 @@ def start_evaluation(
 
 def run_evaluation(context: typer.Context, model: Annotated[Path, typer.Argument(help="The run folder.")]) -> None:
     """Judge a model in this process as run.env asks; dr-start-evaluation has it done in the background."""
+    from racecraft.cli.deepracer.dr.opponent import race_opponent
     from racecraft.cli.deepracer.evaluate import evaluate
+    from racecraft.envs.deepracer.settings import HEAD_TO_MODEL
     from racecraft.training.deepracer.race_rules import judging_in_drfc
 
     drfc = installation(context)
     asked: dict[str, Any] = judging_in_drfc(drfc.env.run)
+    if drfc.text("DR_RACE_TYPE") == HEAD_TO_MODEL:
+        race_opponent(drfc, model, asked)
+        return
     trials = asked.pop("laps")
     track, films = drfc.env.run.values.get("DR_WORLD_NAME"), drfc.flag("DR_EVAL_SAVE_MP4")
     evaluate(model, track=[track] if track else None, number_of_trials=trials, save_mp4=films, **asked)

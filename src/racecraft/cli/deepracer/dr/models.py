@@ -131,13 +131,13 @@ def _copy(
 ) -> None:
     """Copy a model, and put the copy into its place in S3, where there is one."""
     from racecraft.formats.aws.model_copy import copy_model, require_empty, wipe_model
-    from racecraft.formats.checkpoint import Checkpoints
+    from racecraft.formats.checkpoint_ranking import find_checkpoint
     from racecraft.formats.run_folder import RunFolder
 
     run = RunFolder.open(source)
     if target.resolve() == source.resolve():
         raise UserInputError(f"{target}: is the model itself; expected another place to copy it to.")
-    chosen = None if which is None else Checkpoints(run.checkpoints).find(which)
+    chosen = None if which is None else find_checkpoint(run, which)
     what = "all checkpoints" if chosen is None else f"checkpoint: {chosen.iteration} ({chosen.steps} steps)"
     if dry_run:
         print(f"would copy {source} to {target}, {what}; nothing was done")

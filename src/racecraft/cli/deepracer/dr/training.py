@@ -160,7 +160,7 @@ def _request(drfc: DrfcFolder) -> Any:
 
 def _plan(drfc: DrfcFolder) -> None:
     """Read and check everything now, so that a letter comes in this terminal and not in a log."""
-    from racecraft.formats.checkpoint import Checkpoints
+    from racecraft.formats.checkpoint_ranking import load_weights
     from racecraft.players.deepracer.foreign_model import borrowed_run
     from racecraft.players.trained import split_source
     from racecraft.training.deepracer.cloning import require_same_shape
@@ -173,4 +173,4 @@ def _plan(drfc: DrfcFolder) -> None:
         path, which = split_source(planned.request.clone_from)
         older = borrowed_run(path)
         older.read_job_of(KIND)
-        require_same_shape(planned, path, Checkpoints(older.checkpoints).load_policy(which)[1])
+        require_same_shape(planned, path, load_weights(older, which)[1])

@@ -216,17 +216,28 @@ def add_face(coverage, colours, optics, corners, eye_x, eye_y, cosine, sine, lev
 def lay_over(frame, coverage, colours, top, bottom, left, right):
     """Sum both sheets down their columns, lay the colours over the frame by their coverage; leave the sheets empty."""
     covered, coloured = np.zeros(right - left, np.int16), np.zeros(right - left, np.int16)
+    mixed = np.empty(right - left, np.int32)
     for row in range(top, bottom):
-        for column in range(left, right):
-            share = np.int16(covered[column - left] + coverage[row, column])
-            colour = np.int16(coloured[column - left] + colours[row, column])
-            covered[column - left], coloured[column - left] = share, colour
-            level = (
-                np.int32(frame[row, column]) * (FULL - share) + np.int32(colour) * (FULL // LEVEL) + FULL // 2
-            ) >> 14
-            frame[row, column] = min(max(level, 0), 255)
-    coverage[top : bottom + 1, left:right] = 0
-    colours[top : bottom + 1, left:right] = 0
+        lay_row(frame[row, left:right], coverage[row, left:right], colours[row, left:right], covered, coloured, mixed)
+    coverage[bottom, left:right] = 0
+    colours[bottom, left:right] = 0
+
+
+@kernel
+def lay_row(pixels, coverage, colours, covered, coloured, mixed):
+    """Lay one row's colours over its pixels: the sums so far go on, the sheets' row is left empty.
+
+    Numbers are kept as narrow as they are, in an array of int32, so that many pixels are worked on at a time.
+    """
+    for column in range(pixels.shape[0]):
+        share = np.int16(covered[column] + coverage[column])
+        colour = np.int16(coloured[column] + colours[column])
+        covered[column], coloured[column] = share, colour
+        coverage[column] = colours[column] = 0
+        mixed[column] = np.int32(pixels[column]) * (FULL - share) + np.int32(colour) * (FULL // LEVEL) + FULL // 2
+    for column in range(pixels.shape[0]):
+        level = np.int16(mixed[column] >> 14)
+        pixels[column] = np.uint8(min(max(level, np.int16(0)), np.int16(255)))
 
 
 @kernel

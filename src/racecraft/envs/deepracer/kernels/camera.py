@@ -26,6 +26,8 @@ FIELD = 0
 FIRST_WALL = 5
 GRASS_CELL_M = 0.012
 """Spots of grass of this size have one shade."""
+GRASS_CELLS = 1.0 / GRASS_CELL_M
+"""Such spots in a metre."""
 GRASS_BLADE_M = 0.35
 """A patch so long on the ground shows the grain by half its variance."""
 WALL_NEAR_M = 0.02
@@ -84,12 +86,17 @@ def render_frame(scene, optics, x, y, yaw, palette, frame):
 
 @kernel
 def grow_grass(frame, scene, optics, eye_x, eye_y, cosine, sine, level):
-    """Give the pixels that are wholly field the grain of grass; what lies on the field keeps its edges."""
+    """Give the pixels that are wholly field the grain of grass; what lies on the field keeps its edges.
+
+    For each row it is worked out first where its pixels look, and then what grows there, many pixels at a time.
+    """
     height, width = frame.shape
     if optics.sin_roll != 0.0:
         grow_grass_aslant(frame, scene, optics, eye_x, eye_y, cosine, sine, level)
         return
-    plain = min(max(int(level + 0.5), 0), 255)
+    sides, xs, ys, spreads = np.empty(width), np.empty(width), np.empty(width), np.empty(width)
+    for column in range(width):
+        sides[column] = (optics.middle_x - column - 0.5) / optics.focal
     for row in range(height):
         slope = (row + 0.5 - optics.middle_y) / optics.focal
         drop = optics.sin_pitch + slope * optics.cos_pitch
@@ -99,44 +106,56 @@ def grow_grass(frame, scene, optics, eye_x, eye_y, cosine, sine, level):
         ahead = depth * (optics.cos_pitch - slope * optics.sin_pitch)
         # A pixel sees the mean over a patch that is this long on the ground.
         patch = depth / (optics.focal * drop)
-        spread = optics.grain * math.sqrt(12.0 / (1.0 + patch / GRASS_BLADE_M))
+        spreads[:] = optics.grain * math.sqrt(12.0 / (1.0 + patch / GRASS_BLADE_M))
         for column in range(width):
-            if abs(int(frame[row, column]) - plain) > 1:
-                continue
-            left = (optics.middle_x - column - 0.5) / optics.focal * depth
-            grow_spot(frame, row, column, scene, level, spread, eye_x + cosine * ahead - sine * left,
-                      eye_y + sine * ahead + cosine * left)  # fmt: skip
+            left = sides[column] * depth
+            xs[column] = eye_x + cosine * ahead - sine * left
+            ys[column] = eye_y + sine * ahead + cosine * left
+        grow_row(frame[row], scene.field_corners, level, xs, ys, spreads)
 
 
 @kernel
 def grow_grass_aslant(frame, scene, optics, eye_x, eye_y, cosine, sine, level):
     """The same through a camera that leans to a side: no two pixels of a row are equally far."""
     height, width = frame.shape
-    plain = min(max(int(level + 0.5), 0), 255)
+    xs, ys, spreads = np.empty(width), np.empty(width), np.empty(width)
     for row in range(height):
+        below = (row + 0.5 - optics.middle_y) / optics.focal
         for column in range(width):
-            if abs(int(frame[row, column]) - plain) > 1:
-                continue
-            right, below = (column + 0.5 - optics.middle_x) / optics.focal, (row + 0.5 - optics.middle_y) / optics.focal
+            right = (column + 0.5 - optics.middle_x) / optics.focal
             aside = optics.sin_roll * below - optics.cos_roll * right
             slope = optics.cos_roll * below + optics.sin_roll * right
             drop = optics.sin_pitch + slope * optics.cos_pitch
-            if drop > 1e-3:
-                depth = optics.mount_z / drop
-                ahead, left = depth * (optics.cos_pitch - slope * optics.sin_pitch), depth * aside
-                spread = optics.grain * math.sqrt(12.0 / (1.0 + depth / (optics.focal * drop) / GRASS_BLADE_M))
-                grow_spot(frame, row, column, scene, level, spread, eye_x + cosine * ahead - sine * left,
-                          eye_y + sine * ahead + cosine * left)  # fmt: skip
+            is_ground = drop > 1e-3
+            drop = drop if is_ground else 1.0
+            depth = optics.mount_z / drop
+            ahead, left = depth * (optics.cos_pitch - slope * optics.sin_pitch), depth * aside
+            spreads[column] = optics.grain * math.sqrt(12.0 / (1.0 + depth / (optics.focal * drop) / GRASS_BLADE_M))
+            xs[column] = eye_x + cosine * ahead - sine * left if is_ground else math.inf
+            ys[column] = eye_y + sine * ahead + cosine * left
+        grow_row(frame[row], scene.field_corners, level, xs, ys, spreads)
 
 
 @kernel
-def grow_spot(frame, row, column, scene, level, spread, x, y):
-    """Give a pixel the shade of the spot of field that it sees, if the field reaches there."""
-    if scene.field_corners[0, 0] < x < scene.field_corners[2, 0] and (
-        scene.field_corners[0, 1] < y < scene.field_corners[2, 1]
-    ):
-        shade = level + spread * grass_shade(math.floor(x / GRASS_CELL_M), math.floor(y / GRASS_CELL_M))
-        frame[row, column] = np.uint8(min(max(int(shade + 0.5), 0), 255))
+def grow_row(pixels, corners, level, xs, ys, spreads):
+    """Give the pixels of a row (W,) the shade of the spot of field that each sees, if the field reaches there.
+
+    Args:
+        pixels: (W,) uint8, changed where they show the field's own level.
+        corners: (4, 2) of the field, m.
+        level: Of the field, 0 to 255.
+        xs: (W,) where each pixel looks at the ground, m.
+        ys: (W,) likewise.
+        spreads: (W,) how far the shades of spots lie apart there, levels.
+    """
+    plain = min(max(int(level + 0.5), 0), 255)
+    west, south, east, north = corners[0, 0], corners[0, 1], corners[2, 0], corners[2, 1]
+    for column in range(pixels.shape[0]):
+        x, y, pixel = xs[column], ys[column], pixels[column]
+        is_field = (abs(int(pixel) - plain) <= 1) & (west < x) & (x < east) & (south < y) & (y < north)
+        shade = level + spreads[column] * grass_shade(math.floor(x * GRASS_CELLS), math.floor(y * GRASS_CELLS))
+        grown = np.uint8(min(max(int(shade + 0.5), 0), 255))
+        pixels[column] = grown if is_field else pixel
 
 
 @kernel

@@ -111,7 +111,7 @@ def think(most_turns, state, stack, seats, ways, history, keys, table, ring, row
             if state[DEPTH] - d > 1:
                 key = key_of(d, me, ring, rows, bits)
                 place = np.int64(key & np.uint64(keys.shape[0] - 1))
-                if keys[place] == key:
+                if keys[place] == key ^ _seal(place, table):
                     first = table[place, TABLE_WAY]
                     if _is_known(place, state[DEPTH] - d, alpha, beta, table):
                         state[VALUE], state[TOLD] = table[place, TABLE_VALUE], 1
@@ -135,6 +135,17 @@ def _is_known(place, depth, alpha, beta, table):
     value, kind = table[place, TABLE_VALUE], table[place, TABLE_KIND]
     deep = table[place, TABLE_DEPTH] >= depth or abs(value) > PROVEN
     return deep and (kind == EXACT or (kind == AT_LEAST and value >= beta) or (kind == AT_MOST and value <= alpha))
+
+
+@kernel
+def _seal(place, table):
+    """Return a number that what is remembered at a place is sealed with.
+
+    Two threads may write into one place at once; a key then opens nothing but what was written with it (Hyatt, Mann:
+    "A lockless transposition table implementation for parallel search", 2002).
+    """
+    rest = (table[place, TABLE_DEPTH] * 4 + table[place, TABLE_KIND]) * 8 + table[place, TABLE_WAY] + 1
+    return random_bits(np.uint64(table[place, TABLE_VALUE] - LEAST), np.uint64(rest))
 
 
 @kernel
@@ -190,9 +201,10 @@ def _answer(top, state, stack, seats, keys, table, ring, rows, bits):
             kind = AT_MOST
         elif value >= stack[top, BETA]:
             kind = AT_LEAST
-        keys[place] = key
         table[place, TABLE_VALUE], table[place, TABLE_DEPTH], table[place, TABLE_KIND] = value, depth, kind
         table[place, TABLE_WAY] = stack[top, BEST_WAY]
+        seal = random_bits(np.uint64(value - LEAST), np.uint64((depth * 4 + kind) * 8 + stack[top, BEST_WAY] + 1))
+        keys[place] = key ^ seal
     state[VALUE], state[TOLD] = value, 1
     state[TOP] = top - 1
 

@@ -13,7 +13,7 @@ The arrays, for M snakes on C = width * height cells (cell y * width + x); board
     bits    uint64 (D + 1, 2, W)  boards of bits of each ply: BODIES of the living, FOOD
     cells   int16 (C, 5)          the cell that each move leads to (-1 off the board), and stacked HAZARDS
     edges   uint64 (5, W)         boards of bits that stay: BOARD, LEFT, RIGHT, BOTTOM, TOP
-    rules   int32 (8,)            WIDTH … TURN, that of ply 0; one more is spare
+    rules   int32 (14,)           WIDTH … TURN, that of ply 0, and SQUARES_WEIGHT … BURN_WEIGHT of `worth.py`
 
 No function takes a slice of an array: to make one costs more than a turn.
 """
@@ -32,7 +32,10 @@ BODIES, FOOD = 0, 1
 HAZARDS = 4
 BOARD, LEFT, RIGHT, BOTTOM, TOP = 0, 1, 2, 3, 4
 WIDTH, HEIGHT, WRAPPED, CONSTRICTOR, SOLO, DAMAGE, TURN = 0, 1, 2, 3, 4, 5, 6
-NUM_RULES = 8
+SQUARES_WEIGHT, LENGTH_WEIGHT, MEAL_WEIGHT, HEALTH_WEIGHT, ROOM_WEIGHT, BURN_WEIGHT = 7, 8, 9, 10, 11, 12
+"""What counts how much, in parts of WEIGHT_SCALE."""
+NUM_RULES = 14
+WEIGHT_SCALE = 10_000
 
 NONE, ONE, LOW_SIX = np.uint64(0), np.uint64(1), np.uint64(63)
 

@@ -6,7 +6,7 @@ A child is known by the joint move that leads to it. Positions are not kept: eac
 
 A tree is, for K nodes and M snakes:
 
-    links         int32 (K, 3)        FIRST_CHILD, NEXT_SIBLING, IS_OVER
+    links         int32 (K, 3)        FIRST_CHILD, NEXT_SIBLING, IS_OVER (0; 1; 2 while `leaves.py` waits for it)
     joints        int64 (K,)          the joint move that led here, two bits a snake
     visits        int32 (K, M, 4)
     sums          float64 (K, M, 4)   worths that came of each move
@@ -43,7 +43,7 @@ def look_ahead(walks, me, eager, ring, rows, bits, cells, edges, rules, pools, f
             for s in range(num_snakes):
                 way = 0
                 if rows[d, s, OUT] == 0:
-                    way = _favourite(node, s, eager, visits, sums, priors, first_worths)
+                    way = choose_way(node, s, eager, visits, sums, priors, first_worths)
                 ways[d, s] = way
                 joint = joint * 4 + way
             advance(d, ways, ring, rows, bits, cells, rules)
@@ -64,7 +64,9 @@ def look_ahead(walks, me, eager, ring, rows, bits, cells, edges, rules, pools, f
         else:
             appraise(d, ring, rows, bits, cells, edges, rules, pools, found, worths)
             if child < links.shape[0]:
-                _grow(child, d, me, ring, rows, bits, cells, rules, worths, links, visits, sums, priors, first_worths)
+                make_node(
+                    child, d, me, ring, rows, bits, cells, rules, worths, links, visits, sums, priors, first_worths
+                )
                 size[0] = child + 1
         left -= d > 0
         for ply in range(d):
@@ -77,7 +79,7 @@ def look_ahead(walks, me, eager, ring, rows, bits, cells, edges, rules, pools, f
 
 
 @kernel
-def _grow(node, d, me, ring, rows, bits, cells, rules, worths, links, visits, sums, priors, first_worths):
+def make_node(node, d, me, ring, rows, bits, cells, rules, worths, links, visits, sums, priors, first_worths):
     """Make a node of ply d: what it is worth to each, and which moves are worth a look."""
     alive = count_alive(d, rows)
     links[node, FIRST_CHILD] = 0
@@ -94,7 +96,7 @@ def _grow(node, d, me, ring, rows, bits, cells, rules, worths, links, visits, su
 
 
 @kernel
-def _favourite(node, s, eager, visits, sums, priors, first_worths):
+def choose_way(node, s, eager, visits, sums, priors, first_worths):
     """Return the move with the best of worth and curiosity; what was never tried is thought as good as the node."""
     tried = visits[node, s, 0] + visits[node, s, 1] + visits[node, s, 2] + visits[node, s, 3]
     root = np.sqrt(tried + 1.0)

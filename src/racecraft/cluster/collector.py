@@ -1,0 +1,223 @@
+"""Collects by workers, as the loop expects of any collector. Begin with `ClusterCollector.collect`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from racecraft.algorithms.learner import Learner, counting
+from racecraft.algorithms.rollout_batch import RolloutBatch, side_by_side
+from racecraft.algorithms.weights import to_arrays
+from racecraft.cluster.crew import Crew, starts_of
+from racecraft.cluster.messages import Harvest, Start, Task, bytes_of
+from racecraft.cluster.transport import Ticket
+from racecraft.contract.world import Array, EpisodeRecord, WorldSpec
+from racecraft.rollout.collector import CarriedOtherwiseError
+from racecraft.training.run_writer import Stateful
+
+
+@dataclass
+class Traffic:
+    """What passed between a training and its workers."""
+
+    steps: int = 0
+    """Environment steps collected."""
+    bytes_in: int = 0
+    """Of arrays that came from workers."""
+    bytes_out: int = 0
+    """Of arrays that went to them, counted once a worker."""
+    busy_seconds: float = 0.0
+    """That workers spent collecting, added up."""
+
+    def count(self, task: Task, harvests: Sequence[Harvest]) -> None:
+        """Count one collecting."""
+        self.steps += sum(harvest.steps for harvest in harvests)
+        self.bytes_in += sum(map(bytes_of, harvests))
+        self.bytes_out += bytes_of(task) * len(harvests)
+        self.busy_seconds += sum(harvest.seconds for harvest in harvests)
+
+
+class Updates:
+    """How many updates the learner has taken; workers are told."""
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def heard(self) -> None:
+        """Count one."""
+        self.count += 1
+
+
+@dataclass(frozen=True)
+class Sent:
+    """A task under way."""
+
+    task: Task
+    questions: dict[Ticket, int]
+    """Each with its worker's place."""
+    parts: Mapping[str, Any]
+    """States of the training's further parts when it was sent."""
+
+
+class ClusterCollector:
+    """Carries a learner through the worlds of a crew.
+
+    Args:
+        crew: Workers whose worlds are open.
+        spec: What their worlds promise together.
+        learner: Whose weights they decide with.
+        horizon: Ticks of one `collect`.
+        updates: How many updates it has taken.
+        parts: The training's further parts, which workers have, too.
+        ahead: Whether workers begin the next collecting while the learner learns from this one, with the weights of
+            before: for learners that remember, to which a little age does no harm.
+    """
+
+    def __init__(
+        self,
+        crew: Crew,
+        spec: WorldSpec,
+        learner: Learner,
+        horizon: int,
+        updates: Updates,
+        parts: Mapping[str, Stateful],
+        ahead: bool = False,
+    ) -> None:
+        self._crew, self._spec, self._learner, self._horizon = crew, spec, learner, horizon
+        self._updates, self._parts, self._ahead = updates, parts, ahead
+        self._specs = [opened.spec for opened in crew.opened]
+        self._states: list[Mapping[str, Any] | None] = [None] * len(self._specs)
+        self._looks: list[Callable[[], None]] = []
+        self._episodes: list[EpisodeRecord] = []
+        self._ticks: list[dict[str, Array]] = []
+        self._under_way: Sent | None = None
+        self._times_begun = self._iteration = self.steps_taken = 0
+        self._begun = False
+        self.traffic = Traffic()
+
+    def collect(self) -> RolloutBatch:
+        """Have every worker carry on for the horizon; return what happened, the rows of all side by side."""
+        return self._collect(None)
+
+    def collect_episodes(self, quota: int) -> RolloutBatch:
+        """Have each agent of every worker play `quota` whole episodes."""
+        return self._collect(quota)
+
+    def take_episodes(self) -> list[EpisodeRecord]:
+        """Return the episodes that ended since the last call, worker by worker."""
+        episodes, self._episodes = self._episodes, []
+        return episodes
+
+    def take(self, iteration: int) -> dict[str, Array]:
+        """Return the ticks since the last call as the columns of `formats/episodes.py`, worlds numbered through."""
+        ticks, self._ticks = self._ticks, []
+        joined = {name: np.concatenate([one[name] for one in ticks]) for name in ticks[0]}
+        joined["iteration"][:] = iteration
+        return joined
+
+    def look_meanwhile(self, look: Callable[[], None]) -> None:
+        """Have somebody called while workers are at work."""
+        self._looks.append(look)
+
+    def state(self) -> dict[str, Any]:
+        """Return where every worker stands, by place, and the counts of all."""
+        states = [state for state in self._states if state is not None]
+        counts = states[0]["collector"]["counts"]
+        return {
+            "workers": {str(place): state for place, state in enumerate(states)},
+            "exploration": states[0]["collector"]["exploration"],
+            "counts": {
+                **counts,
+                "resets": np.array(self._times_begun + 1),
+                "steps_taken": np.array(self.steps_taken),
+                "iteration": np.array(self._iteration),
+            },
+        }
+
+    def restore(self, state: Mapping[str, Any], anew: bool = False) -> None:
+        """Go on from what `state` gave, of as many workers; with `anew`, from that of any collector.
+
+        Raises:
+            CarriedOtherwiseError: It is the state of fewer or more workers, or of none.
+        """
+        here, there = len(self._specs), len(state.get("workers", ()))
+        if not anew and here != there:
+            raise CarriedOtherwiseError(
+                f"its worlds were carried by {f'{there} workers' if there else 'one process'} and are by {here} now"
+            )
+        counts = state["counts"]
+        self.steps_taken = int(counts["steps_taken"])
+        self._iteration = int(counts.get("iteration", 0))
+        self._times_begun = int(counts["resets"]) - (0 if anew else 1)
+        if not anew:
+            self._states = [state["workers"][str(place)] for place in range(here)]
+
+    def _collect(self, quota: int | None) -> RolloutBatch:
+        self._begin()
+        sent, self._under_way = self._under_way or self._send(quota), None
+
+        def successor(place: int) -> Start:
+            return self._starts(sent.task, sent.parts)[place]
+
+        harvests = self._crew.gather(sent.task, sent.questions, successor, self._look)
+        self._take_in(sent.task, harvests)
+        if self._ahead:
+            self._under_way = self._send(quota)
+        return side_by_side([harvest.batch for harvest in harvests])
+
+    def _begin(self) -> None:
+        if not self._begun:
+            self._crew.begin(self._starts(self._task(None), self._states_of_parts()))
+            self._begun = True
+
+    def _send(self, quota: int | None) -> Sent:
+        task = self._task(quota)
+        return Sent(task, self._crew.send(task), self._states_of_parts())
+
+    def _states_of_parts(self) -> dict[str, Any]:
+        return {name: part.state() for name, part in self._parts.items()}
+
+    def _task(self, quota: int | None) -> Task:
+        counter = counting(self._learner)
+        return Task(
+            weights=to_arrays(self._learner.state_dict()["network"]),
+            version=self._updates.count,
+            explored=None if counter is None else counter.explored,
+            quota=quota,
+            iteration=self._iteration + 1,
+        )
+
+    def _starts(self, task: Task, parts: Mapping[str, Any]) -> list[Start]:
+        """Return where the workers of all places begin, or their successors go on, with the weights of a task."""
+        start = Start(
+            spec=self._spec,
+            first_row=0,
+            horizon=self._horizon,
+            weights=task.weights,
+            version=task.version,
+            parts=parts,
+            state=None,
+            times_begun=self._times_begun,
+        )
+        return starts_of(start, self._specs, self._states)
+
+    def _take_in(self, task: Task, harvests: Sequence[Harvest]) -> None:
+        first_world = 0
+        for place, (spec, harvest) in enumerate(zip(self._specs, harvests, strict=True)):
+            self._states[place] = harvest.state
+            self._episodes += [replace(one, world=one.world + first_world) for one in harvest.episodes]
+            if harvest.ticks is not None:
+                self._ticks.append({**harvest.ticks, "world": harvest.ticks["world"] + first_world})
+            first_world += spec.num_worlds
+        self._iteration = task.iteration
+        self.steps_taken += sum(harvest.steps for harvest in harvests)
+        self.traffic.count(task, harvests)
+        if (counter := counting(self._learner)) is not None:
+            counter.explored += sum(harvest.steps for harvest in harvests)
+
+    def _look(self) -> None:
+        for look in self._looks:
+            look()

@@ -1,0 +1,187 @@
+"""Worlds and an actor in a process of their own. Begin with `Worker.collect`.
+
+A worker opens its share of a training's worlds by the same door as the training itself, builds the same learner for its
+decisions, and takes over weights with every task. It knows nothing of how it is reached, and never learns.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import sys
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any, TypeVar
+
+import numpy as np
+
+from racecraft.algorithms.building import build_learner
+from racecraft.algorithms.learner import ACTING, Decision, Learner, counting
+from racecraft.algorithms.weights import to_arrays, to_tensors
+from racecraft.cluster.messages import Harvest, Opened, Order, Start, Surroundings, Task, Trouble
+from racecraft.contract.errors import RacecraftError, UserInputError
+from racecraft.contract.world import Array, ArraySpec
+from racecraft.rollout.collector import Collector
+from racecraft.training.gathering import ThrowsDice
+from racecraft.training.processor import prepare_processor
+from racecraft.training.trainer import Experiment
+from racecraft.training.versions import versions
+from racecraft.training.worlds import kind_named
+
+Answer = TypeVar("Answer")
+BEGUN_APART = 1_000_003
+"""Between the seeds of a worker's worlds each time that all are begun anew."""
+
+
+class Worker:
+    """Carries a share of the worlds.
+
+    Args:
+        surroundings: Where the training runs; what is not there on this machine is left out.
+
+    Whatever goes wrong is returned as a `Trouble`, then and in answer to all that is asked afterwards.
+    """
+
+    def __init__(self, surroundings: Surroundings) -> None:
+        sys.path += [place for place in surroundings.search_path if place not in sys.path and os.path.exists(place)]
+        if os.path.isdir(surroundings.folder):
+            os.chdir(surroundings.folder)
+        self._worlds = contextlib.ExitStack()
+        self._trouble: Trouble | None = None
+
+    def open(self, order: Order) -> Opened | Trouble:
+        """Open the worlds of a share."""
+        return self._told(lambda: self._open(order))
+
+    def begin(self, start: Start) -> None | Trouble:
+        """Begin the worlds, or go on where another worker was."""
+        return self._told(lambda: self._begin(start))
+
+    def collect(self, task: Task) -> Harvest | Trouble:
+        """Take over the weights, carry them through the worlds and say what happened."""
+        return self._told(lambda: self._collect(task))
+
+    def close(self) -> None:
+        """Close the worlds."""
+        self._worlds.close()
+
+    def _told(self, act: Callable[[], Answer]) -> Answer | Trouble:
+        if self._trouble is None:
+            try:
+                return act()
+            except RacecraftError as error:
+                self._trouble = Trouble(str(error), isinstance(error, UserInputError))
+        return self._trouble
+
+    def _open(self, order: Order) -> Opened:
+        self._share = order.share
+        opened = kind_named(order.kind).opened(order.planned, lambda text: None)
+        self._experiment: Experiment = self._worlds.enter_context(opened)
+        settings = self._experiment.settings
+        prepare_processor(settings.runtime.threads, settings.runtime.device)
+        self._experiment.warm_up(lambda text: None)
+        return Opened(self._experiment.world.spec, socket.gethostname(), os.getpid(), versions())
+
+    def _begin(self, start: Start) -> None:
+        experiment, share = self._experiment, self._share
+        if experiment.learner is not None:
+            self._learner = experiment.learner()
+        else:
+            self._learner = build_learner(experiment.algorithm, start.spec, experiment.settings, experiment.seed)
+        self._take_weights(start.weights)
+        self._version = start.version
+        for name, state in start.parts.items():
+            experiment.parts[name].restore(state)
+        actor = OwnRows(self._learner, start.first_row, start.spec.num_worlds * start.spec.num_agents)
+        seed = share.seed + BEGUN_APART * start.times_begun
+        self._collector = Collector(experiment.world, actor, start.horizon, seed)
+        self._recorder = None if experiment.recorder is None else experiment.recorder()
+        if self._recorder is not None:
+            self._collector.observers.append(self._recorder)
+        if start.state is not None:
+            self._restore(start.state)
+
+    def _collect(self, task: Task) -> Harvest:
+        began, before = time.perf_counter(), self._collector.steps_taken
+        self._take_weights(task.weights)
+        if task.version > self._version:
+            self._experiment.after_update(self._learner)
+        self._version = task.version
+        if task.explored is not None and (counter := counting(self._learner)) is not None:
+            counter.explored = task.explored
+        collector = self._collector
+        batch = collector.collect() if task.quota is None else collector.collect_episodes(task.quota)
+        return Harvest(
+            batch=batch,
+            episodes=collector.take_episodes(),
+            ticks=None if self._recorder is None else self._recorder.take(task.iteration),
+            steps=collector.steps_taken - before,
+            state=self._state(),
+            seconds=time.perf_counter() - began,
+        )
+
+    def _state(self) -> dict[str, Any]:
+        acting = {name: part for name, part in self._learner.state_dict().items() if name in ACTING}
+        throwing = {name: part for name, part in self._experiment.parts.items() if isinstance(part, ThrowsDice)}
+        return {
+            "collector": self._collector.state(),
+            "actor": to_arrays(acting),
+            "dice": {name: part.dice() for name, part in throwing.items()},
+        }
+
+    def _restore(self, state: Mapping[str, Any]) -> None:
+        """Go on where another worker was."""
+        network = self._learner.state_dict()["network"]
+        self._learner.load_state_dict({"network": network, **to_tensors(dict(state.get("actor", {})))})
+        self._collector.restore(state["collector"], anew=self._experiment.world_lasts is False)
+        for name, dice in state.get("dice", {}).items():
+            part = self._experiment.parts[name]
+            assert isinstance(part, ThrowsDice), f"{name} has no dice"
+            part.take_dice(dice)
+
+    def _take_weights(self, weights: Mapping[str, Array]) -> None:
+        self._learner.load_state_dict({"network": to_tensors(dict(weights))})
+
+
+class OwnRows:
+    """A learner as the actor of some of its rows: to it they keep the places that they have among all.
+
+    Args:
+        learner: Decides.
+        first: Which of all rows is the first here.
+        rows: How many there are in all.
+    """
+
+    def __init__(self, learner: Learner, first: int, rows: int) -> None:
+        self._learner, self._first, self._rows = learner, first, rows
+        self.device = learner.device
+
+    @property
+    def columns(self) -> Mapping[str, ArraySpec]:
+        """What `act` notes for each row."""
+        return self._learner.columns
+
+    def act(
+        self,
+        observations: Mapping[str, Array],
+        action_mask: Array | None = None,
+        *,
+        generator: Any = None,
+        rows: Array | None = None,
+    ) -> Decision:
+        """Decide for R rows; see `Actor.act`."""
+        here = np.arange(len(next(iter(observations.values())))) if rows is None else rows
+        return self._learner.act(observations, action_mask, generator=generator, rows=self._first + here)
+
+    def forget(self, rows: Array) -> None:
+        """Begin anew for the rows whose episode ended."""
+        every = np.zeros(self._rows, bool)
+        every[self._first : self._first + len(rows)] = rows
+        self._learner.forget(every)
+
+
+def spec_of_all(specs: list[Any]) -> Any:
+    """Return what the worlds of several workers promise together."""
+    return replace(specs[0], num_worlds=sum(spec.num_worlds for spec in specs))

@@ -1,0 +1,231 @@
+"""Comma-separated rows to columns; the rows of a log among its other lines. Begin with `read_lines`.
+
+A row that is not plainly sound is left out and its place noted, so that someone slower may look at it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from racecraft.kernels import kernel
+from racecraft.kernels.bits import trailing_zeros, word_at
+from racecraft.logs.kernels.decimals import decimal_at, digits_at
+
+SKIPPED, FLOAT, WHOLE, FLAG, STATUS, ACTION = range(6)
+"""What a field is: passed over, a float, a whole number, True or False, a word of a list, an action."""
+
+ZEROS_BEHIND = 16
+"""Bytes of zeros that must stand behind a text, so that a word may be looked at wherever it ends."""
+
+_U = np.uint64
+_0 = _U(0)
+_BYTE = _U(0xFF)
+_HIGH_BITS = _U(0x8080808080808080)
+_LOW_BITS = _U(0x0101010101010101)
+_NEW_LINES = _U(0x0A0A0A0A0A0A0A0A)
+_NEW_LINE, _RETURN, _TAB, _COMMA, _OPENS, _CLOSES = (ord(sign) for sign in "\n\r\t,[]")
+
+
+def word(letters: str) -> np.uint64:
+    """Return up to eight letters as the kernels see them: the first one lowest."""
+    return np.uint64(int.from_bytes(letters.encode(), "little"))
+
+
+_MARK, _REST_OF_MARK, MARK_LENGTH = word("SIM_TRAC"), word("ACE_LOG:"), 14
+_MARK_BEGINS = _U(0x5353535353535353)
+_TRUE, _FALSE, _FOUR_BYTES, _FIVE_BYTES = word("True"), word("False"), _U((1 << 32) - 1), _U((1 << 40) - 1)
+
+
+@kernel
+def ends_of_lines(data):
+    """Return how many lines end in a text, uint8."""
+    count = 0
+    for byte in data:
+        count += byte == _NEW_LINE
+    return count
+
+
+@kernel
+def read_lines(data, end, begins_whole, marked, kinds, statuses, floats, wholes, flags, status, lines, odd, gaps):
+    """Read the lines of a text that begin before `end`; the columns have room for R of them.
+
+    Args:
+        data: uint8, the text and ZEROS_BEHIND zeros behind it.
+        end: Where no line begins any more; the last one may reach beyond it.
+        begins_whole: Whether a line begins at byte 0; else behind the first end of a line.
+        marked: Whether rows stand behind SIM_TRACE_LOG: among other lines; else every line is a row.
+        kinds: int64 (C,), what each field of a row is; fields of a kind go to its columns in their order.
+        statuses: uint64 (S, 3), words of at most sixteen bytes: the first eight, the others, how many there are.
+        floats: float64 (number of FLOAT, R), written.
+        wholes: int32 (number of WHOLE and ACTION, R), written; a continuous action is -1.
+        flags: bool (number of FLAG, R), written.
+        status: uint8 (R,), written.
+        lines: int32 (R,), written: the number of each row's line; the first line is 0.
+        odd: int32 (R, 3), written: begin, end and line of the rows that were left out.
+        gaps: int32 (R, 2), written: begin and end of the text between marked rows.
+
+    Returns:
+        How many rows, odd rows, gaps and lines there are.
+    """
+    text, length = data.ctypes.data, len(data) - ZEROS_BEHIND
+    rows = odds = gap_count = line = 0
+    at = 0 if begins_whole else _next_line(text, 0, length)
+    in_gap = False
+    while at < end:
+        starts = _behind_mark(text, at, length) if marked else at
+        if starts < 0:
+            after = _next_line(text, at, length)
+            if not in_gap:
+                gaps[gap_count, 0] = at
+                gap_count += 1
+                in_gap = True
+            gaps[gap_count - 1, 1] = after
+        else:
+            in_gap = False
+            after = _read_row(text, starts, length, rows, kinds, statuses, floats, wholes, flags, status)
+            if after >= 0:
+                lines[rows] = line
+                rows += 1
+            else:
+                after = _next_line(text, starts, length)
+                odd[odds, 0], odd[odds, 1], odd[odds, 2] = starts, after, line
+                odds += 1
+        at = after
+        line += 1
+    return rows, odds, gap_count, line
+
+
+@kernel
+def _read_row(text, at, length, row, kinds, statuses, floats, wholes, flags, status):
+    """Read one row into the columns; return where the next line begins, or -1 where the row is not plainly sound."""
+    float_count = whole_count = flag_count = 0
+    last = len(kinds) - 1
+    for field in range(len(kinds)):
+        kind = kinds[field]
+        sure = True
+        if kind == FLOAT:
+            floats[float_count, row], at, sure = decimal_at(text, at)
+            float_count += 1
+        elif kind == WHOLE:
+            wholes[whole_count, row], at, sure = _whole_number_at(text, at)
+            whole_count += 1
+        elif kind == FLAG:
+            flags[flag_count, row], at, sure = _flag_at(text, at)
+            flag_count += 1
+        elif kind == STATUS:
+            status[row], at = _status_at(text, at, statuses, status[row - 1] if row else np.uint8(0))
+            sure = at >= 0
+        elif kind == ACTION:
+            wholes[whole_count, row], at, sure = _action_at(text, at)
+            whole_count += 1
+        else:
+            at = _end_of_field(text, at)
+        if not sure:
+            return -1
+        if field < last:
+            if np.int64(word_at(text, at) & _BYTE) != _COMMA:
+                return -1
+            at += 1
+    return _end_of_row(text, at, length)
+
+
+@kernel
+def _flag_at(text, at):
+    if word_at(text, at) & _FOUR_BYTES == _TRUE:
+        return True, at + 4, True
+    return False, at + 5, word_at(text, at) & _FIVE_BYTES == _FALSE
+
+
+@kernel
+def _whole_number_at(text, at):
+    """Return a whole number, such as 7 or 7.0, the byte behind it, and whether it is sure."""
+    count, digits = digits_at(text, at)
+    if 0 < count < 8 and np.int64(word_at(text, at + count) & _BYTE) == _COMMA:
+        return np.int32(digits), at + count, True
+    value, at, sure = decimal_at(text, at)
+    sure = sure and abs(value) < 2147483648.0 and value == np.floor(value)
+    return np.int32(np.int64(value) if sure else 0), at, sure
+
+
+@kernel
+def _action_at(text, at):
+    """Return a whole number, or -1 for [an angle and a speed]; the byte behind; whether it is sure."""
+    if np.int64(word_at(text, at) & _BYTE) != _OPENS:
+        return _whole_number_at(text, at)
+    at = _end_of_field(text, at)
+    return np.int32(-1), at, np.int64(word_at(text, at - 1) & _BYTE) == _CLOSES
+
+
+@kernel
+def _status_at(text, at, statuses, usual):
+    """Return the number of a word of the list, tried from `usual` on, and the byte behind it, or -1 if it is none."""
+    first, second = word_at(text, at), word_at(text, at + 8)
+    for turn in range(len(statuses)):
+        number = (usual + turn) % len(statuses)
+        length = np.int64(statuses[number, 2])
+        if _head(first, length) == statuses[number, 0] and _head(second, length - 8) == statuses[number, 1]:
+            return np.uint8(number), at + length
+    return np.uint8(0), -1
+
+
+@kernel
+def _head(word, length):
+    """Return the first bytes of a word, zeros behind."""
+    if length >= 8:
+        return word
+    return word & ((_U(1) << _U(8 * length)) - _U(1)) if length > 0 else _0
+
+
+@kernel
+def _end_of_field(text, at):
+    """Return where the next comma, tab, end of line or zero stands."""
+    while True:
+        byte = np.int64(word_at(text, at) & _BYTE)
+        if byte == _COMMA or (byte <= _RETURN and (byte in (_NEW_LINE, _RETURN, _TAB, 0))):
+            return at
+        at += 1
+
+
+@kernel
+def _end_of_row(text, at, length):
+    """Return where the next line begins if the row ends here, else -1."""
+    byte = np.int64(word_at(text, at) & _BYTE)
+    if byte == _TAB:
+        return _next_line(text, at, length)
+    if byte == _RETURN:
+        at += 1
+        byte = np.int64(word_at(text, at) & _BYTE)
+    if byte == _NEW_LINE:
+        return at + 1
+    return at if at == length else -1
+
+
+@kernel
+def _next_line(text, at, length):
+    """Return where the next line begins."""
+    while at < length:
+        bits = word_at(text, at) ^ _NEW_LINES
+        found = (bits - _LOW_BITS) & ~bits & _HIGH_BITS
+        if found != _0:
+            return min(at + (trailing_zeros(found) >> 3) + 1, length)
+        at += 8
+    return length
+
+
+@kernel
+def _behind_mark(text, at, length):
+    """Return the byte behind the mark SIM_TRACE_LOG: on this line, or -1 where there is none."""
+    while at < length:
+        bits = word_at(text, at)
+        marks, lines = bits ^ _MARK_BEGINS, bits ^ _NEW_LINES
+        found = ((marks - _LOW_BITS) & ~marks | (lines - _LOW_BITS) & ~lines) & _HIGH_BITS
+        if found == _0:
+            at += 8
+            continue
+        at += trailing_zeros(found) >> 3
+        if word_at(text, at) & _BYTE == _U(_NEW_LINE):
+            return -1
+        if word_at(text, at) == _MARK and word_at(text, at + 6) == _REST_OF_MARK:
+            return at + MARK_LENGTH
+        at += 1
+    return -1

@@ -1,0 +1,66 @@
+"""What a training asks of whoever carries its worlds elsewhere. Begin with `Gatherer`.
+
+A training collects in its own process unless its experiment names a gatherer; who that is, and how it reaches its
+workers, neither the loop nor the files know.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+from racecraft.algorithms.learner import Learner
+from racecraft.contract.world import Array, StepBuffers, World, WorldSpec
+from racecraft.rollout.collector import Collects
+from racecraft.training.run_writer import Columns, TickRecorder
+
+if TYPE_CHECKING:
+    from racecraft.training.trainer import Experiment
+
+
+class Gatherer(Protocol):
+    """Carries a learner through worlds that are elsewhere."""
+
+    @property
+    def spec(self) -> WorldSpec:
+        """What all of these worlds promise together."""
+        ...
+
+    @property
+    def recorder(self) -> TickRecorder | None:
+        """Hands over the ticks of an iteration; None where they are not kept."""
+        ...
+
+    def collector(self, learner: Learner, horizon: int) -> Collects:
+        """Return what collects for a learner, `horizon` ticks at a time."""
+        ...
+
+
+Spread = Callable[[str, Any, "Experiment", Callable[[str], None]], AbstractContextManager["Experiment"]]
+"""Takes a kind of world, a plan and what was opened for it, and gives the same experiment with its worlds elsewhere."""
+
+
+class RecordingObserver(TickRecorder, Protocol):
+    """Sees every tick, and hands over those it kept."""
+
+    def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
+        """Hear of one tick."""
+        ...
+
+    def take(self, iteration: int) -> Columns:
+        """Return the ticks kept since the last call."""
+        ...
+
+
+@runtime_checkable
+class ThrowsDice(Protocol):
+    """A part of a training that is the same wherever the same updates are heard of, but for its own dice."""
+
+    def dice(self) -> Array:
+        """Return how its dice stand (a copy)."""
+        ...
+
+    def take_dice(self, dice: Array) -> None:
+        """Go on with dice as they stood."""
+        ...

@@ -1,0 +1,158 @@
+"""Real Ray, real processes, real kills: on one machine, with several nodes where a test says so.
+
+Ray is an extra; without it these are skipped (`pip install 'racecraft[cluster]'`).
+"""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from tests.cluster.test_spread_training import assert_same, curve
+from tests.cluster.workers_here import spread_here
+
+from racecraft.training.callbacks import Silent
+from racecraft.training.gymnasium.trainer import GymRequest
+from racecraft.training.worlds import resume, train
+
+pytest.importorskip("ray", reason="needs ray: pip install 'racecraft[cluster]'")
+
+PATIENCE = 240.0
+"""Seconds that anything may take on a machine with much else to do."""
+SMALL = ("rollout.num_worlds=4", "rollout.horizon=256", "evaluation.every=5", "evaluation.episodes=2", "network.hidden_units=8")  # fmt: skip
+ITERATIONS = 30
+RAYS_OWN = ("raylet", "gcs_server", "ray::", "ray._private", "ray/_private")
+
+
+def words(run, cluster, iterations=ITERATIONS):
+    settings = [word for one in SMALL for word in ("--set", one)]
+    stop = f"--stop=iterations={iterations}"
+    return [sys.executable, "-m", "racecraft", "gym", "train", "CartPole-v1", f"--cluster={cluster}", f"--run={run}", stop, *settings]  # fmt: skip
+
+
+def begin(run, cluster, iterations=ITERATIONS):
+    """Start `racecraft gym train --cluster` in a session of its own; what it says goes beside the run."""
+    with run.with_suffix(".log").open("w") as log:
+        return subprocess.Popen(words(run, cluster, iterations), stdout=log, stderr=log, start_new_session=True)
+
+
+def until(holds, what):
+    end = time.monotonic() + PATIENCE
+    while not holds():
+        assert time.monotonic() < end, f"{what} did not happen within {PATIENCE:.0f} s"
+        time.sleep(0.05)
+
+
+def iterations(run):
+    file = run / "metrics.jsonl"
+    return len(file.read_text().splitlines()) if file.exists() else 0
+
+
+def processes():
+    """Yield (pid, pid of its parent, command) of every process that lives."""
+    for place in Path("/proc").iterdir():
+        try:
+            told, stat = (place / "cmdline").read_bytes(), (place / "stat").read_text()
+        except OSError:
+            continue
+        state, parent = stat.rpartition(")")[2].split()[:2]
+        if told and state != "Z":
+            yield int(place.name), int(parent), told.replace(b"\0", b" ").decode(errors="replace")
+
+
+def of_ray(before=()):
+    return {pid for pid, _, command in processes() if any(name in command for name in RAYS_OWN)} - set(before)
+
+
+def workers(before=()):
+    return [pid for pid, _, command in processes() if "ray::Worker" in command and pid not in before]
+
+
+@pytest.fixture
+def undisturbed(tmp_path):
+    """Return a run whose two workers never met with anything."""
+    run = tmp_path / "undisturbed"
+    stops = (f"iterations={ITERATIONS}",)
+    train(
+        GymRequest("CartPole-v1", run=run, stops=stops, overrides=SMALL), Silent(), lambda text: None, spread_here(2)[0]
+    )
+    return run
+
+
+def test_workers_killed_at_random_moments_lose_no_update(tmp_path, undisturbed):
+    before, chance = of_ray(), random.Random(7)
+    run, killed, at = tmp_path / "run", 0, 0
+    training = begin(run, 2)
+    try:
+        for at in (3, 9, 16):
+            until(lambda at=at: iterations(run) >= at or training.poll() is not None, f"iteration {at}")
+            time.sleep(chance.uniform(0.0, 0.1))
+            if theirs := workers(before):
+                os.kill(chance.choice(theirs), signal.SIGKILL)
+                killed += 1
+        assert training.wait(PATIENCE) == 0, run.with_suffix(".log").read_text()
+    finally:
+        training.kill()
+    assert killed == 3
+    assert run.with_suffix(".log").read_text().count("was lost") >= 1
+    assert_same(undisturbed, run)
+    until(lambda: not of_ray(before), "the end of every process")
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+def test_a_head_that_is_ended_leaves_no_process_and_goes_on_to_the_same_curve(tmp_path, undisturbed, how):
+    before, run = of_ray(), tmp_path / "run"
+    training = begin(run, 2)
+    until(lambda: iterations(run) >= 4 or training.poll() is not None, "iteration 4")
+    if how == signal.SIGINT:
+        os.killpg(training.pid, how)  # as a terminal does
+    else:
+        training.kill()
+    training.wait(PATIENCE)
+    until(lambda: not of_ray(before), "the end of every process")
+    assert iterations(run) < ITERATIONS
+    resume(run, (f"iterations={ITERATIONS}",), Silent(), lambda text: None, spread=spread_here(2)[0])
+    assert [row for row in curve(run) if row["evaluation_score"] is None or row["iteration"] % 5 == 0]
+    assert_same_but_for_the_last_look(undisturbed, run)
+
+
+def assert_same_but_for_the_last_look(one, other):
+    """Compare what was learned: Ctrl-C may have been answered with an evaluation out of turn."""
+    learned = ("iteration", "steps", "mean_reward", "policy_loss", "value_loss", "entropy")
+    assert [[row[name] for name in learned] for row in curve(one)] == [
+        [row[name] for name in learned] for row in curve(other)
+    ]
+
+
+def test_a_node_that_fails_is_made_up_for_by_the_others(tmp_path, undisturbed):
+    from ray.cluster_utils import Cluster
+
+    before, run = of_ray(), tmp_path / "run"
+    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 0, "include_dashboard": False})
+    training = None
+    try:
+        nodes = [cluster.add_node(num_cpus=1) for _ in range(2)]
+        training = begin(run, f"2@{cluster.address}")
+        until(lambda: iterations(run) >= 4 or training.poll() is not None, "iteration 4")
+        cluster.remove_node(nodes[0], allow_graceful=False)
+        assert training.wait(PATIENCE) == 0, run.with_suffix(".log").read_text()
+    finally:
+        if training is not None:
+            training.kill()
+        cluster.shutdown()
+    assert "was lost" in run.with_suffix(".log").read_text()
+    assert json.loads((run / "job.json").read_text())["cluster"] == {"asked": f"2@{cluster.address}", "workers": 2}
+    assert_same(undisturbed, run)
+    until(lambda: not of_ray(before), "the end of every process")
+
+
+def test_a_cluster_that_does_not_stand_is_named(tmp_path):
+    told = subprocess.run(words(tmp_path / "run", "127.0.0.1:1"), capture_output=True, text=True, timeout=PATIENCE)
+    assert told.returncode == 2
+    assert "no Ray cluster answers at 127.0.0.1:1" in told.stderr
+    assert not (tmp_path / "run").exists()

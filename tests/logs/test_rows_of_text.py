@@ -1,0 +1,136 @@
+"""The compiled reader of rows: each number right or left to another, rows and damage as the careful one has them."""
+
+import random
+import struct
+
+import numpy as np
+import polars as pl
+import pytest
+from tests.logs import makers
+
+from racecraft.formats.aws.simulation_log import trace_lines
+from racecraft.logs import read, rows_of_text
+from racecraft.logs.kernels import rows
+from racecraft.logs.kernels.decimals import decimal_at
+
+SPOILT = ("", "half", "7,8,9", "nan", " 5", "True", "-", "[1.0 2.0", "1e999", "5.5.5", "\0", "off track", "12345678901")
+"""What may stand where a value should; some of it is none, some is one that another reader would take."""
+
+
+def text_of(letters):
+    text = np.zeros(len(letters) + rows.ZEROS_BEHIND, np.uint8)
+    text[: len(letters)] = np.frombuffer(letters.encode(), np.uint8)
+    return text
+
+
+def numbers():
+    draw = random.Random(7)
+    for _ in range(3000):
+        value = draw.uniform(-200, 200)
+        yield repr(value)
+        yield f"{value:.4f}"
+        yield repr(value * 10.0 ** draw.randint(-30, 3))
+        yield f"{draw.randint(0, 10**19)}.{draw.randint(0, 10 ** draw.randint(1, 18))}"
+        yield f"0.{'0' * draw.randint(0, 9)}{draw.randint(1, 10**17)}"
+    yield from (
+        "0",
+        "-0.0",
+        "7",
+        "9007199254740993",
+        "9007199254740992.5",
+        "1e22",
+        "1E+05",
+        "2.5e-07",
+        "1e-320",
+        "4e400",
+    )
+    yield from ("0.500000000000000166533453693773481063544750213623046875", "123456789012345678901234567890", "8.5e-58")
+    yield from ("1e-320", "4e400")
+
+
+def test_a_number_is_read_to_the_last_bit_or_left_to_another():
+    unsure = wrong = 0
+    for letters in numbers():
+        text = text_of(f"{letters},")
+        value, behind, sure = decimal_at(text.ctypes.data, 0)
+        assert behind == len(letters)
+        unsure += not sure
+        wrong += bool(sure) and struct.pack("d", value) != struct.pack("d", float(letters))
+    assert wrong == 0
+    assert unsure < 3000  # those of more than nineteen digits
+
+
+def test_numbers_as_python_prints_them_are_never_left_to_another():
+    draw = random.Random(8)
+    for value in (draw.uniform(-200, 200) for _ in range(2000)):
+        text = text_of(f"{value!r},")
+        assert decimal_at(text.ctypes.data, 0) == (value, len(repr(value)), True)
+
+
+@pytest.mark.parametrize("letters", ["", ",", "-", "nan", "inf", ".", "x1"])
+def test_what_is_no_number_is_never_sure(letters):
+    assert not decimal_at(text_of(f"{letters},").ctypes.data, 0)[2]
+
+
+def spoiled_lines(continuous):
+    """Return the lines of a trace; every seventh has a value in it that may be none."""
+    lines = makers.csv_text(makers.iteration(range(20), continuous=continuous)).rstrip("\n").split("\n")
+    draw = random.Random(3)
+    for k in range(3, len(lines), 7):
+        cells = lines[k].split(",")
+        cells[draw.randrange(len(cells))] = draw.choice(SPOILT)
+        lines[k] = ",".join(cells)
+    lines[30] = lines[30][:40]
+    return lines
+
+
+def both_ways(path, monkeypatch, block_bytes):
+    """Return what the careful reader makes of a file, and the compiled one in blocks of so many bytes."""
+    for little, block in ((1 << 30, 1 << 22), (0, block_bytes)):
+        monkeypatch.setattr(rows_of_text, "LITTLE_BYTES", little)
+        monkeypatch.setattr(rows_of_text, "BLOCK_BYTES", block)
+        logs = read(path)
+        yield logs.ticks.collect(), logs.damaged, logs.about
+
+
+@pytest.mark.parametrize("block_bytes", [300, 1000, 1 << 22])
+@pytest.mark.parametrize("continuous", [False, True])
+@pytest.mark.parametrize("end", ["\n", "\r\n", ""])
+def test_a_damaged_trace_is_the_same_either_way(tmp_path, monkeypatch, block_bytes, continuous, end):
+    path = tmp_path / "0-iteration.csv"
+    lines = spoiled_lines(continuous)
+    path.write_bytes(((end or "\n").join(lines) + end).encode())
+    (careful, damage, _), (compiled, compiled_damage, _) = both_ways(path, monkeypatch, block_bytes)
+    assert compiled.equals(careful)
+    assert compiled_damage == damage
+    assert damage
+    assert careful.height > 150
+
+
+@pytest.mark.parametrize("block_bytes", [300, 1000, 1 << 22])
+def test_a_log_among_other_lines_is_the_same_either_way(tmp_path, monkeypatch, block_bytes):
+    path = tmp_path / "training-sim-1.log"
+    written = trace_lines(makers.iteration(range(6)))
+    written[5] = written[5].replace("in_progress", "in progress")
+    written[9] += "\tand what somebody else wrote"
+    lines = [" * /WORLD_NAME: reinvent_base", "SIM_TRACE_LO", "S", ""]
+    for k, line in enumerate(written):
+        lines += [f"[node-1] [agent-9] {line}", *(["Saving Score S\ttext"] if k % 3 == 0 else [])]
+    lines.append(
+        "Training> Name=main_level/agent, Worker=0, Episode=1, Total reward=3.2, Steps=5, Training iteration=0"
+    )
+    path.write_text("\n".join(lines))
+    (careful, damage, said), (compiled, compiled_damage, compiled_said) = both_ways(path, monkeypatch, block_bytes)
+    assert compiled.equals(careful)
+    assert (compiled_damage, compiled_said) == (damage, said)
+    assert [one.line for one in damage] == [next(k for k, line in enumerate(lines, 1) if "in progress" in line)]
+    assert (said["world"], careful.height) == ("reinvent_base", len(written) - 1)
+
+
+def test_several_files_keep_their_places(tmp_path, monkeypatch):
+    for k in range(4):
+        makers.write(tmp_path / "training-simtrace" / f"{k}-iteration.csv", makers.iteration(range(3 * k, 3 * k + 3)))
+    (careful, _, _), (compiled, _, _) = both_ways(tmp_path, monkeypatch, 500)
+    assert compiled.equals(careful)
+    assert compiled["file"].unique(maintain_order=True).to_list() == [0, 1, 2, 3]
+    assert (compiled.group_by("file").agg(pl.col("line").min())["line"] == 2).all()
