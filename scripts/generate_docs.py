@@ -317,6 +317,30 @@ of an episode; behind them come `grey_field`, `grey_road` and so on, the grey le
 {drawn}"""
 
 
+def coach_page() -> str:
+    """Return what Coach's words mean here."""
+    from racecraft.compat.coach_words import AGENT_WORDS, AGENTS, TABLE
+
+    rows = [
+        f"| `{name}` | {f'`…{what}`' if how == TABLE else what if how else f'nothing: {what}'} |"
+        for name, (how, what) in AGENT_WORDS.items()
+    ]
+    return "\n".join(
+        [
+            "# Coach's words",
+            "",
+            "What may be laid into `agent_params` of a preset, and what it is here; see [your old SageMaker "
+            "notebook](../jobs/sagemaker.md). `…` is the algorithm's group.",
+            "",
+            "| Coach | here |",
+            "|---|---|",
+            *rows,
+            "",
+            "Agents: " + ", ".join(f"`{name}` ({ours})" for name, ours in AGENTS.items()) + ".",
+        ]
+    )
+
+
 def rllib_page() -> str:
     """Return what RLlib's words mean here."""
     from racecraft.compat.rllib_words import ELSEWHERE, STOPS, WORDS
@@ -364,6 +388,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/fidelity.md": fidelity_page,
     "reference/variation.md": variation_page,
     "reference/rllib.md": rllib_page,
+    "reference/coach.md": coach_page,
 }
 """Every generated page and the function that writes it."""
 

@@ -6,6 +6,7 @@ The public face, `import racecraft as rc`; everything is imported when it is fir
     rc.resume("runs/CartPole-v1-1")                      go on with a run
     rc.evaluate("runs/reinvent_base-1")                  judge what was trained
     rc.load_policy("runs/reinvent_base-1")               a policy by itself: no world, no settings
+    rc.tune("gym train …", {…}, "tunings/1")             look for settings; rc.train_population likewise
     rc.make_world("deepracer", track="Oval_track")       a world to step by hand
     rc.read_run("runs/reinvent_base-1")                  what a run left, as tables
     rc.logs.read("old-logs/")                            any DeepRacer log as one table
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from racecraft.api.judging import evaluate
     from racecraft.api.runs import load_policy, read_run
     from racecraft.api.training import resume, train
+    from racecraft.api.tuning import train_population, tune
     from racecraft.api.worlds import make_world
     from racecraft.tracks.catalogue import load_track
 
@@ -35,6 +37,8 @@ _WHERE = {
     "resume": "racecraft.api",
     "evaluate": "racecraft.api",
     "load_policy": "racecraft.api",
+    "tune": "racecraft.api",
+    "train_population": "racecraft.api",
     "make_world": "racecraft.api",
     "read_run": "racecraft.api",
     "load_track": "racecraft.tracks.catalogue",
@@ -52,6 +56,8 @@ __all__ = [
     "register_algorithm",
     "resume",
     "train",
+    "train_population",
+    "tune",
 ]
 
 

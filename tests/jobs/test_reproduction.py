@@ -21,7 +21,7 @@ from racecraft.jobs.reproduction.rows import GYMS, require_rows, rows_for
 from racecraft.training.gymnasium.trainer import GymRequest, plan
 
 REPRODUCE = (sys.executable, "-m", "racecraft", "snakes", "reproduce", "aws")
-QUICK = ("--minutes=0.02", "--games=3")
+QUICK = ("--minutes=0.05", "--games=3")
 
 
 def run(*words, cwd, code=0):
@@ -55,21 +55,21 @@ def test_the_chart_rows_share_what_the_source_says_they_share():
 
 
 def test_two_rows_leave_table_chart_and_page_and_asked_again_nothing_is_trained_twice(tmp_path):
-    words = (*QUICK, "--row=old", "--row=ours", "--run=made")
+    words = (*QUICK, "--row=old", "--row=dqn-1-core", "--run=made")
     told = json.loads(run(*words, "--json", cwd=tmp_path).stdout)
-    assert [row["row"] for row in told["rows"]] == ["random", "masked-random", "old", "ours"]
+    assert [row["row"] for row in told["rows"]] == ["random", "masked-random", "old", "dqn-1-core"]
     with open(tmp_path / "made" / "table.csv", newline="", encoding="utf-8") as file:
         lines = list(csv.DictReader(file))
     assert tuple(lines[0]) == COLUMNS
     asked, rows = read_table(tmp_path / "made" / "table.json")
-    assert asked == {"gym": "starter-pack", "minutes": 0.02, "games": 3, "seed": 1}
+    assert asked == {"gym": "starter-pack", "minutes": 0.05, "games": 3, "seed": 1}
     trained = {row.row: curve for row, curve in rows if row.minutes is not None}
     assert all(curve and curve[-1].minutes > 0.0 for curve in trained.values())
     assert (tmp_path / "made" / "chart.png").read_bytes()[:4] == b"\x89PNG"
     assert "apex" not in (tmp_path / "made" / "table.csv").read_text()
     page = (tmp_path / "made" / "page.html").read_text(encoding="utf-8")
     assert "racecraft gym train racecraft.envs.battlesnake.source_experiment:StarterPackGames" in page
-    metrics = {name: (tmp_path / "made" / name / "metrics.jsonl").stat().st_mtime_ns for name in ("old", "ours")}
+    metrics = {name: (tmp_path / "made" / name / "metrics.jsonl").stat().st_mtime_ns for name in ("old", "dqn-1-core")}
     again = run(*words, cwd=tmp_path)
     assert "masked-random" in again.stdout
     assert {name: (tmp_path / "made" / name / "metrics.jsonl").stat().st_mtime_ns for name in metrics} == metrics

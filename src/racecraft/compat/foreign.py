@@ -27,7 +27,7 @@ from typing import Any
 from racecraft.contract.errors import InputFileError
 
 HOME = "racecraft.compat.names"
-NAMES = ("mlagents_envs", "gym_unity", "gym", "sagemaker", "sagemaker_rl", "ray", "boto3")
+NAMES = ("mlagents_envs", "gym_unity", "gym", "sagemaker", "sagemaker_rl", "ray", "rl_coach", "boto3")
 """The packages whose names are lent."""
 STANDS_ASIDE = ("gym", "boto3")
 """Lent only where no package of that name is installed."""

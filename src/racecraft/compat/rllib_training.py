@@ -63,7 +63,7 @@ def train_experiment(experiment: Mapping[str, Any]) -> Trained:
     told = translated(experiment)
     for sentence in told.said:
         print(f"- {sentence}")
-    environment = _registered(told.environment, told.env_config, told.horizon)
+    environment = registered(told.environment, told.env_config, told.horizon)
     model = os.environ.get("SM_MODEL_DIR")
     run = Path(model, "run") if model else None
     if run is not None and (run / JOB).exists():
@@ -72,7 +72,7 @@ def train_experiment(experiment: Mapping[str, Any]) -> Trained:
     return worlds.train(request, RllibLines(), print)
 
 
-def _registered(name: str, env_config: Mapping[str, Any], horizon: int) -> str:
+def registered(name: str, env_config: Mapping[str, Any], horizon: int) -> str:
     """Return the id under which Gymnasium finds an environment of the script; any other name is Gymnasium's own."""
     if name not in _creators:
         return name

@@ -8,6 +8,7 @@ import pytest
 from tests.jobs.conftest import home  # noqa: F401 - a fixture
 from typer.testing import CliRunner
 
+import racecraft as rc
 from racecraft.analysis.population_page import ancestors
 from racecraft.cli.app import app
 from racecraft.contract.errors import RunFolderError, SettingError
@@ -214,3 +215,19 @@ def test_options_of_the_other_kind_are_refused(home, tmp_path, monkeypatch, word
     done = CliRunner().invoke(app, asked)
     assert letter in str(done.exception)
     assert not (tmp_path / "tunings").exists()
+
+
+def test_from_python_populations_and_searches_are_begun_and_gone_on_with(home, tmp_path):  # noqa: F811
+    words = "gym train CartPole-v1 --stop iterations=1 --set evaluation.every=1 --set evaluation.episodes=1"
+    ranges = {"ppo.learning_rate": "1e-4..1e-2:log"}
+    asked = {"population": 2, "rounds": 2, "parallel": 2, "quiet": True}
+    record = rc.train_population(words, ranges, tmp_path / "population", **asked)
+    assert [one.state for one in record.members] == ["complete"] * 4
+    assert rc.train_population(words, ranges, tmp_path / "population", **asked) == record
+    found = rc.tune(words, ranges, tmp_path / "search", sampler="random", trials=1, quiet=True)
+    assert [one.state for one in found.trials] == ["complete"]
+    with pytest.raises(SettingError, match="no parameter is varied"):
+        rc.tune(words, {}, tmp_path / "none")
+    with pytest.raises(SettingError, match="trains nothing"):
+        rc.train_population("gym list", ranges, tmp_path / "none")
+    assert not (tmp_path / "none").exists()

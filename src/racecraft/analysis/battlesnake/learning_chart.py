@@ -129,8 +129,8 @@ def _parts(results: Sequence[Result], facts: Mapping[str, Any], commands: Mappin
 
 READING = (
     "The ratio over the old row is the source's own measure. With rewards that may be negative it says little by "
-    "itself, and a mask of walls and bodies alone, with nothing learned, already gains more than any of it: so the "
-    "absolute figures stand beside it, and both floors.",
+    "itself, and a mask of walls and bodies alone, with nothing learned, takes games from about 4 turns to about 100: "
+    "so the absolute figures stand beside it, and both floors.",
     "The source ran 210 minutes on 1 to 12 cores of several machines, each snake with a network of its own. Here all "
     "rows have one machine and few minutes, so they stand earlier on their curves.",
     "Heterogeneous means there a GPU for the learner and cores of other machines for the actors. Here the learner's "

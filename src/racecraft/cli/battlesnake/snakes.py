@@ -34,7 +34,7 @@ def players(json: JSON = False) -> None:
         print(f"{name:14} {what}")
     print("\nRUN            a snake you trained: runs/snakes-1, runs/snakes-1:last")
     print("search+NAME    search on top of another player, a RUN or a FILE.py")
-    print("search:FILE.json  search by weights that `snakes tune` found: search:tuned.json")
+    print("search:FILE    search by weights that `snakes tune` found: search:tuned.json")
     print("search:RUN     search that asks a trained snake about every position it comes to")
     print("FILE.py        your own: def move(data): …")
 

@@ -26,8 +26,8 @@ def train_population(
     from racecraft.formats.whole import make_folder
     from racecraft.jobs.home import JobHome
     from racecraft.jobs.tuning.population import check_population, train
-    from racecraft.jobs.tuning.population_trials import TRIALS, PopulationTrials, check_round
-    from racecraft.jobs.tuning.training_trials import Objective
+    from racecraft.jobs.tuning.population_trials import PopulationTrials, check_round
+    from racecraft.jobs.tuning.training_trials import TRIALS, Objective
 
     check_population(record.size, record.rounds)
     check_round(record.command, parameters)
@@ -52,9 +52,8 @@ def train_population(
     if best is None:
         print("nobody came to a score")
         return
-    print(
-        f"best: member {best.member} at the end of round {best.round}, {plain(best.score)}: {run}, checkpoint {best.iteration}"
-    )
+    print(f"best: member {best.member} at the end of round {best.round}, {plain(best.score)}")
+    print(f"  {run}, checkpoint {best.iteration}")
     for name, value in best.values.items():
         print(f"  {name} = {plain(value)}")
     print(f"page: {folder / PAGE}")
@@ -71,7 +70,7 @@ def _line(one: MemberRound) -> str:
 
 def _leave(folder: Path, record: PopulationRecord) -> None:
     from racecraft.analysis.population_page import write_population_page
-    from racecraft.jobs.tuning.population_trials import TRIALS
+    from racecraft.jobs.tuning.training_trials import TRIALS
 
     best = record.best
     command = "" if best is None else f"racecraft evaluate {folder / TRIALS / best.run} --checkpoint {best.iteration}"

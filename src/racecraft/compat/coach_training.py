@@ -1,0 +1,92 @@
+"""Train what a preset of Coach's describes. Begin with `train_preset`; `coach_words.py` translates."""
+
+from __future__ import annotations
+
+import importlib
+import os
+from pathlib import Path
+from typing import Any
+
+from racecraft.algorithms.registry import see_present_folder
+from racecraft.compat.coach_words import Part, Told, translated
+from racecraft.compat.rllib_training import register_env, registered
+from racecraft.contract.errors import SettingError
+from racecraft.formats.run_folder import JOB, STOP
+from racecraft.training import worlds
+from racecraft.training.callbacks import IterationReport, Silent
+from racecraft.training.gymnasium.trainer import GymRequest
+from racecraft.training.trainer import Trained
+
+LONGEST_EPISODE = 1000
+"""Steps after which an episode of the script's own environment is cut, as RLlib's are."""
+
+
+class CoachLines(Silent):
+    """Says after each iteration what Coach said after an episode, so that metric definitions go on finding it.
+
+    An iteration has many episodes: the reward is their mean, and `Episode` counts them.
+
+    Args:
+        most_episodes: After so many the training is asked to stop; None: never.
+    """
+
+    def __init__(self, most_episodes: int | None = None) -> None:
+        self._told = self._episodes = 0
+        self._most, self._run = most_episodes, Path()
+
+    def run_made(self, path: Path) -> None:
+        """Know where a stop is asked for."""
+        self._run = path
+
+    def iteration(self, report: IterationReport) -> None:
+        """Print an iteration, and its evaluation where there was one; one that is judged afterwards is told once."""
+        if report.iteration != self._told:
+            self._told, self._episodes = report.iteration, self._episodes + report.episodes
+            if report.mean_reward is not None:
+                self._print("Training", report, report.mean_reward)
+            if self._most is not None and self._episodes >= self._most:
+                (self._run / STOP).touch()
+        if report.result is not None:
+            self._print("Testing", report, report.result.score)
+
+    def _print(self, phase: str, report: IterationReport, reward: float) -> None:
+        print(
+            f"{phase}> Name=main_level/agent, Worker=0, Episode={self._episodes}, Total reward={reward:.6g}, "
+            f"Steps={report.steps}, Training iteration={report.iteration}", flush=True,
+        )  # fmt: skip
+
+
+def train_preset(graph: Part) -> Trained:
+    """Train; inside a job the run folder stands in its model, and a job that was interrupted goes on there.
+
+    Raises:
+        SettingError: Something is not understood; the nearest known word is told.
+    """
+    told = translated(graph)
+    for sentence in told.said:
+        print(f"- {sentence}")
+    environment = _environment(told)
+    model = os.environ.get("SM_MODEL_DIR")
+    run = Path(model, "run") if model else None
+    if run is not None and (run / JOB).exists():
+        return worlds.resume(run, (told.stop,), CoachLines(told.episodes), print, "gymnasium")
+    request = GymRequest(
+        environment, algorithm=told.algorithm, stops=(told.stop,), run=run, overrides=tuple(told.settings)
+    )
+    return worlds.train(request, CoachLines(told.episodes), print)
+
+
+def _environment(told: Told) -> str:
+    """Return the id of a level: Gymnasium's own, or a class beside the script."""
+    module, colon, name = told.environment.partition(":")
+    if not colon:
+        return told.environment
+    see_present_folder()
+    try:
+        made: Any = getattr(importlib.import_module(module.removesuffix(".py")), name)
+    except (ImportError, AttributeError) as error:
+        raise SettingError(
+            f"level {told.environment}: {error}; expected a class of that name in a module beside the script."
+        ) from error
+    register_env(name, lambda context: made(**context))
+    return registered(name, told.env_words, LONGEST_EPISODE)

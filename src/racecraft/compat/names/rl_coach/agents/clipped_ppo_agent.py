@@ -1,0 +1,8 @@
+"""Clipped PPO."""
+
+from racecraft.compat.coach_words import Part
+
+
+def ClippedPPOAgentParameters() -> Part:  # noqa: N802 - Coach's name
+    """Return the parameters of an agent."""
+    return Part("ClippedPPOAgentParameters")

@@ -1,0 +1,8 @@
+"""Double deep Q-learning."""
+
+from racecraft.compat.coach_words import Part
+
+
+def DDQNAgentParameters() -> Part:  # noqa: N802 - Coach's name
+    """Return the parameters of an agent."""
+    return Part("DDQNAgentParameters")

@@ -1,0 +1,8 @@
+"""Deep Q-learning."""
+
+from racecraft.compat.coach_words import Part
+
+
+def DQNAgentParameters() -> Part:  # noqa: N802 - Coach's name
+    """Return the parameters of an agent."""
+    return Part("DQNAgentParameters")

@@ -1,0 +1,8 @@
+"""Random choices now and then."""
+
+from racecraft.compat.coach_words import Part
+
+
+def EGreedyParameters() -> Part:  # noqa: N802 - Coach's name
+    """Return the parameters of exploration."""
+    return Part("EGreedyParameters")

@@ -1,0 +1,8 @@
+"""A preset as a whole."""
+
+from racecraft.compat.coach_words import Part
+
+
+def BasicRLGraphManager(**parts: object) -> Part:  # noqa: N802 - Coach's name
+    """Return agent, environment and schedule together."""
+    return Part("BasicRLGraphManager", **parts)

@@ -1,0 +1,8 @@
+"""How long is trained, and when is judged."""
+
+from racecraft.compat.coach_words import Part
+
+
+def ScheduleParameters() -> Part:  # noqa: N802 - Coach's name
+    """Return the schedule."""
+    return Part("ScheduleParameters")

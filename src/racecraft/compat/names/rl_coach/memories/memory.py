@@ -1,0 +1,7 @@
+"""What is remembered."""
+
+
+class MemoryGranularity:
+    """What a memory's size counts."""
+
+    Transitions, Episodes = "Transitions", "Episodes"
