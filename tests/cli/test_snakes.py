@@ -80,7 +80,7 @@ def test_ctrl_c_ends_a_tournament_with_its_table_and_the_same_command_goes_on(tm
             while not held.stderr.readline().startswith("game 2 "):
                 assert held.poll() is None
             held.send_signal(signal.SIGINT)
-            out, err = held.communicate(timeout=20)
+            out, err = held.communicate(timeout=60)
         finally:
             held.kill()
     kept = (tmp_path / "games.jsonl").read_text().splitlines()
@@ -196,10 +196,10 @@ def test_a_file_is_served_until_it_is_interrupted(tmp_path, how):
     with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
         try:
             url = json.loads(server.stdout.readline())["url"]
-            with urllib.request.urlopen(url, timeout=5) as answer:
+            with urllib.request.urlopen(url, timeout=60) as answer:
                 assert json.load(answer)["color"] == "#ff0000"
             server.send_signal(how)
-            _, err = server.communicate(timeout=10)
+            _, err = server.communicate(timeout=60)
         finally:
             server.kill()
     assert server.returncode == 0, err

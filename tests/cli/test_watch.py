@@ -21,7 +21,7 @@ NO_BROWSER = {**os.environ, "BROWSER": "true"}
 
 
 def told(url):
-    with urllib.request.urlopen(url, timeout=5) as answer:
+    with urllib.request.urlopen(url, timeout=60) as answer:
         return json.load(answer)
 
 
@@ -33,7 +33,7 @@ def test_a_run_is_served_until_it_is_interrupted(tmp_path):
             said = json.loads(served.stdout.readline())
             assert told(said["url"] + "api/run")["name"] == "r"
             served.send_signal(signal.SIGINT)
-            assert served.wait(10) == 0
+            assert served.wait(60) == 0
         finally:
             served.kill()
 

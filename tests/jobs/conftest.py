@@ -35,4 +35,4 @@ def supervisor_of(home):
 def end_supervisor(home):
     for number in supervisor_of(home):
         os.kill(number, signal.SIGTERM)
-    wait_until(lambda: not supervisor_of(home), 20.0)  # one that has ended has no words any more
+    wait_until(lambda: not supervisor_of(home))  # one that has ended has no words any more

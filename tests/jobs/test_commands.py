@@ -120,7 +120,7 @@ def test_a_training_goes_on_when_its_terminal_is_closed(home, tmp_path):
     while b"over" not in said:
         said += os.read(ours, 1000)
     os.close(ours)  # the terminal is closed: whoever belongs to it hears SIGHUP
-    assert shell.wait(20) != 0
+    assert shell.wait(60) != 0
     store = home.store()
     job = store.find("gym-1")
     assert not job.ended, "it is still at work, or the test shows nothing"
@@ -135,7 +135,7 @@ def test_a_supervisor_without_work_goes_home(home, monkeypatch):
     store = home.store()
     begin = time.monotonic()
     _work(Supervisor(store, home), 0.5)
-    assert time.monotonic() - begin < 10
+    assert time.monotonic() - begin < 60
     assert not is_supervised(home)
     store.close()
 

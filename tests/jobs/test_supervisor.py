@@ -133,7 +133,7 @@ def test_a_script_that_is_stopped_ends_with_all_it_started(tmp_path, store, work
     ask_to_stop_in(store, "stops")
     turn_until(working, ended(store, "stops"))
     assert state_of(store, "stops") is State.STOPPED
-    wait_until(lambda: running(mark) == [], 10.0)
+    wait_until(lambda: running(mark) == [])
 
 
 def ask_to_stop_in(store, name):
@@ -146,7 +146,7 @@ def test_what_a_job_leaves_running_is_ended(tmp_path, store, working):
     add(store, script_job(tmp_path, "leaves", text, mark=mark))
     turn_until(working, ended(store, "leaves"))
     assert state_of(store, "leaves") is State.COMPLETED
-    wait_until(lambda: running(mark) == [], 10.0)
+    wait_until(lambda: running(mark) == [])
 
 
 def test_a_job_that_somebody_else_took_up_is_let_go(tmp_path, store, working):
@@ -155,7 +155,7 @@ def test_a_job_that_somebody_else_took_up_is_let_go(tmp_path, store, working):
     turn_until(working, lambda: state_of(store, "taken") is State.TRAINING)
     change(store, "taken", lambda job: job.interrupted(time.time(), "lost", True).claimed("you", time.time()))
     working.turn()
-    wait_until(lambda: running(mark) == [], 10.0)
+    wait_until(lambda: running(mark) == [])
     assert store.find("taken").owner == "you"
 
 
@@ -213,9 +213,9 @@ def test_a_supervisor_that_is_killed_takes_its_jobs_with_it_and_another_goes_on(
     add(store, script_job(tmp_path, "orphan", text, mark=mark))
     first = supervise(tmp_path, "first")
     wait_until((tmp_path / "up").exists)
-    wait_until(lambda: len(running(mark)) == 2, 10.0)
+    wait_until(lambda: len(running(mark)) == 2)
     kill_hard(first)
-    wait_until(lambda: running(mark) == [], 10.0)
+    wait_until(lambda: running(mark) == [])
     assert state_of(store, "orphan") is State.TRAINING, "nobody has noticed yet"
     second = supervise(tmp_path, "second", lost=0.5)
     assert second.wait(60) == 0
@@ -266,7 +266,7 @@ def test_a_training_that_is_killed_with_its_supervisor_goes_on_with_the_same_cur
     first = supervise(tmp_path, "first")
     wait_until(lambda: iterations(tmp_path / "broken") >= 3)
     kill_hard(first)
-    wait_until(lambda: running(f"broken-{os.getpid()}") == [], 10.0)
+    wait_until(lambda: running(f"broken-{os.getpid()}") == [])
     assert supervise(tmp_path, "second", lost=0.5).wait(120) == 0
     job = store.find("broken")
     assert (job.state, job.attempts) == (State.COMPLETED, 2)

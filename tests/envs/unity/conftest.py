@@ -71,7 +71,7 @@ def talk():
             thing.close()
     for _, thread in opened:
         if thread is not None:
-            thread.join(5)
+            thread.join(60)
 
 
 def _live(player):

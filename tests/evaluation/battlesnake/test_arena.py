@@ -104,11 +104,11 @@ def test_a_file_that_raises_hangs_or_lies_forfeits_by_the_official_rule(tmp_path
         "import time\n"
         "def move(data):\n"
         "    turn = data['turn']\n"
-        "    if turn == 1: time.sleep(0.25)\n"
+        "    if turn == 1: time.sleep(1.5)\n"
         "    return 'left' if turn == 0 else 1 / 0\n"
     )
     rogue = Seat("rogue", load_file_player(path))
-    played = play(GameSettings(11, 11, 2), [rogue, *seats_of("random_safe")], StreamDice(3), timeout_ms=100)
+    played = play(GameSettings(11, 11, 2), [rogue, *seats_of("random_safe")], StreamDice(3), timeout_ms=1000)
     rogue.leave()
     x, y = played.boards[0].snakes[0].head
     for turn in range(1, min(4, played.turns)):
@@ -363,14 +363,14 @@ def test_a_player_thinks_as_long_beside_the_board_as_behind_a_server_of_ours(tim
         seat = await asyncio.to_thread(take_seat, f"http://127.0.0.1:{port}")
         pair = [seat, take_seat("hungry")]
         try:
-            await asyncio.to_thread(play, SMALL, pair, StreamDice(1), "g", timeout_ms, most_turns=2)
+            await asyncio.to_thread(play, SMALL, pair, StreamDice(1), "g", timeout_ms, most_turns=6)
         finally:
             seat.leave()
             await server.close()
 
     asyncio.run(served())
-    assert len(there.told) == 2
-    assert all(0.5 * seconds < told <= seconds for told in there.told), "less only what reading the request took"
+    assert max(there.told) <= seconds
+    assert max(there.told) > 0.5 * seconds, "less only what reading the request took, at its quickest"
 
 
 def test_who_fails_is_told_with_its_turns():
@@ -379,11 +379,11 @@ def test_who_fails_is_told_with_its_turns():
             if board.turn == 1:
                 raise PlayerError("no mood.")
             if board.turn == 2:
-                time.sleep(0.08)
+                time.sleep(1.2)
             return best_safe_move(board, settings, snake_id)
 
     moody = Seat("moody", Moody())
-    play(GameSettings(11, 11, 2), [moody, *seats_of("random_safe")], StreamDice(3), timeout_ms=60, most_turns=4)
+    play(GameSettings(11, 11, 2), [moody, *seats_of("random_safe")], StreamDice(3), timeout_ms=1000, most_turns=4)
     failures = moody.failures
     assert (failures.failed_turns, failures.late_turns) == ([1], [2])
     assert (failures.crashes, failures.timeouts) == (1, 1)

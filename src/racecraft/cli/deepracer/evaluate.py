@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from racecraft.reporting.gallery import Drive
     from racecraft.tracks.track import Track
 
+A_RACE, DISTURBED, FILM = "A judged race", "Under disturbances", "Film and picture"
+"""How --help groups the options."""
 MAX_LAPS = 1000
 LAPS, STARTS, CHECKPOINT = 3, 5, "best"
 """Where neither the command nor the run's run.env says."""
@@ -56,79 +58,122 @@ def evaluate(
     ] = None,
     number_of_trials: Annotated[
         int | None,
-        typer.Option(help="Judge a race of so many trials, with resets and penalties (DR_EVAL_NUMBER_OF_TRIALS)."),
+        typer.Option(
+            help="Judge a race of so many trials, with resets and penalties (DR_EVAL_NUMBER_OF_TRIALS).",
+            rich_help_panel=A_RACE,
+        ),
     ] = None,
     is_continuous: Annotated[
         bool | None,
         typer.Option(
             "--is-continuous/--no-is-continuous",
             help="Of a race: trials are laps of one drive, as usual, or each begins at rest (DR_EVAL_IS_CONTINUOUS).",
+            rich_help_panel=A_RACE,
         ),
     ] = None,
     max_resets: Annotated[
         int | None,
-        typer.Option(help="Of a race: how often the car is set back, 100 where nobody says (DR_EVAL_MAX_RESETS)."),
+        typer.Option(
+            help="Of a race: how often the car is set back, 100 where nobody says (DR_EVAL_MAX_RESETS).",
+            rich_help_panel=A_RACE,
+        ),
     ] = None,
     off_track_penalty: Annotated[
         float | None,
-        typer.Option(help="Of a race: seconds it waits then, 5 where nobody says (DR_EVAL_OFF_TRACK_PENALTY)."),
+        typer.Option(
+            help="Of a race: seconds it waits then, 5 where nobody says (DR_EVAL_OFF_TRACK_PENALTY).",
+            rich_help_panel=A_RACE,
+        ),
     ] = None,
     collision_penalty: Annotated[
         float | None,
-        typer.Option(help="Of a race: seconds it waits after hitting an object, 5 (DR_EVAL_COLLISION_PENALTY)."),
+        typer.Option(
+            help="Of a race: seconds it waits after hitting an object, 5 (DR_EVAL_COLLISION_PENALTY).",
+            rich_help_panel=A_RACE,
+        ),
     ] = None,
     reset_behind_dist: Annotated[
         float | None,
-        typer.Option(help="Of a race: metres behind an object that it is set down, 1 (DR_EVAL_RESET_BEHIND_DIST)."),
+        typer.Option(
+            help="Of a race: metres behind an object that it is set down, 1 (DR_EVAL_RESET_BEHIND_DIST).",
+            rich_help_panel=A_RACE,
+        ),
     ] = None,
     reverse_direction: Annotated[
         bool | None,
         typer.Option(
             "--reverse-direction/--no-reverse-direction",
             help="Of a race: its direction, by default as it was trained (DR_EVAL_REVERSE_DIRECTION).",
+            rich_help_panel=A_RACE,
         ),
     ] = None,
     under: Annotated[
         str | None,
-        typer.Option(help="Judge it under variation of a level: aws, light or strong; one episode from every start."),
+        typer.Option(
+            help="Judge it under variation of a level: aws, light or strong; one episode from every start.",
+            rich_help_panel=DISTURBED,
+        ),
     ] = None,
     each: Annotated[
-        bool, typer.Option("--each", help="Under each of the level's disturbances by itself as well.")
+        bool,
+        typer.Option(
+            "--each", help="Under each of the level's disturbances by itself as well.", rich_help_panel=DISTURBED
+        ),
     ] = False,
     only: Annotated[
-        list[str] | None, typer.Option(help="Under this disturbance by itself, such as glare; may be repeated.")
+        list[str] | None,
+        typer.Option(
+            help="Under this disturbance by itself, such as glare; may be repeated.", rich_help_panel=DISTURBED
+        ),
     ] = None,
     tries: Annotated[
         int | None,
-        typer.Option(min=2, max=MAX_LAPS, help=f"Starts for each of them, spread over the lap; {TRIES} by default."),
+        typer.Option(
+            min=2,
+            max=MAX_LAPS,
+            help=f"Starts for each of them, spread over the lap; {TRIES} by default.",
+            rich_help_panel=DISTURBED,
+        ),
     ] = None,
     episodes: Annotated[
         int | None, typer.Option(min=1, help="Of another run than a car's: how many count; of a snake: games.")
     ] = None,
-    video: Annotated[Path | None, typer.Option(help="Film the drive into this MP4 file.")] = None,
+    video: Annotated[Path | None, typer.Option(help="Film the drive into this MP4 file.", rich_help_panel=FILM)] = None,
     view: Annotated[
         str | None,
         typer.Option(
             help="Camera of the film: dashboard (the car's own view and a panel of figures; where nobody says), car, "
-            "chase, top, or pip (chase with top in its corner)."
+            "chase, top, or pip (chase with top in its corner).",
+            rich_help_panel=FILM,
         ),
     ] = None,
     size: Annotated[
         str | None,
-        typer.Option(help="Of the film, in any view but dashboard: 480p, 540p, 720p (where nobody says) or 1080p."),
+        typer.Option(
+            help="Of the film, in any view but dashboard: 480p, 540p, 720p (where nobody says) or 1080p.",
+            rich_help_panel=FILM,
+        ),
     ] = None,
     fps: Annotated[
         int | None,
-        typer.Option(help="Its pictures a second, in any view but dashboard: 15 to 60, 30 where nobody says."),
+        typer.Option(
+            help="Its pictures a second, in any view but dashboard: 15 to 60, 30 where nobody says.",
+            rich_help_panel=FILM,
+        ),
     ] = None,
     save_mp4: Annotated[
         bool,
         typer.Option(
-            "--save-mp4", help="Film it with the original's three cameras into the run's mp4/ (DR_EVAL_SAVE_MP4)."
+            "--save-mp4",
+            help="Film it with the original's three cameras into the run's mp4/ (DR_EVAL_SAVE_MP4).",
+            rich_help_panel=FILM,
         ),
     ] = False,
     picture: Annotated[
-        Path | None, typer.Option(help="Draw the path into this PNG; by default into the run's evaluations folder.")
+        Path | None,
+        typer.Option(
+            help="Draw the path into this PNG; by default into the run's evaluations folder.", rich_help_panel=FILM
+        ),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
 ) -> None:

@@ -18,6 +18,8 @@ from racecraft.contract.errors import SettingError
 if TYPE_CHECKING:
     from racecraft.training.trainer import Trained
 
+TRACKS, CARS = "Tracks and groups", "The car and whom it races"
+"""How --help groups the options."""
 STOP_HELP = "laps, minutes=10, iterations=50, steps=200000; may be repeated; the first that holds ends it."
 UNCHANGEABLE = (
     "folder", "track", "tracks", "group", "groups", "hold_out", "car", "preset", "fidelity", "seed", "algorithm",
@@ -35,39 +37,58 @@ def train(
         list[str] | None,
         typer.Option(
             help="A name from `racecraft tracks list`, or a waypoint file (.npy); by default reinvent_base. "
-            "Several: one model learns them together."
+            "Several: one model learns them together.",
+            rich_help_panel=TRACKS,
         ),
     ] = None,
     tracks: Annotated[
-        str | None, typer.Option(help="The same as a comma list; all: every circuit of the catalogue.")
+        str | None,
+        typer.Option(help="The same as a comma list; all: every circuit of the catalogue.", rich_help_panel=TRACKS),
     ] = None,
     group: Annotated[
         list[str] | None,
         typer.Option(
             help="Cars that race otherwise: 'track=Oval_track race=OBJECT_AVOIDANCE boxes.number=3 direction=both "
-            "cars=8'; may be repeated. One without track= races on every --track."
+            "cars=8'; may be repeated. One without track= races on every --track.",
+            rich_help_panel=TRACKS,
         ),
     ] = None,
-    groups: Annotated[Path | None, typer.Option(help="A JSON file: a list of such groups, by word.")] = None,
+    groups: Annotated[
+        Path | None, typer.Option(help="A JSON file: a list of such groups, by word.", rich_help_panel=TRACKS)
+    ] = None,
     hold_out: Annotated[
         list[str] | None,
-        typer.Option(help="A track, or a comma list, that is never trained on and judged at every evaluation."),
+        typer.Option(
+            help="A track, or a comma list, that is never trained on and judged at every evaluation.",
+            rich_help_panel=TRACKS,
+        ),
     ] = None,
     car: Annotated[
         str | None,
-        typer.Option(help="v4, v5-classic, v6 or kinematic; by default what the metadata's version asks for."),
+        typer.Option(
+            help="v4, v5-classic, v6 or kinematic; by default what the metadata's version asks for.",
+            rich_help_panel=CARS,
+        ),
     ] = None,
     preset: Annotated[
-        str, typer.Option(help="fast: the learner and network that lap soonest; aws: those of AWS, figure by figure.")
+        str,
+        typer.Option(
+            help="fast: the learner and network that lap soonest; aws: those of AWS, figure by figure.",
+            rich_help_panel=CARS,
+        ),
     ] = "fast",
     fidelity: Annotated[
-        str | None, typer.Option(help="sane, or aws with the original's habits; by default what goes with the preset.")
+        str | None,
+        typer.Option(
+            help="sane, or aws with the original's habits; by default what goes with the preset.", rich_help_panel=CARS
+        ),
     ] = None,
     against: Annotated[
         list[str] | None,
         typer.Option(
             help="Race others: self (past selves), RUN[:best|last|N], a model of AWS's, or a folder of runs; may be "
-            "repeated."
+            "repeated.",
+            rich_help_panel=CARS,
         ),
     ] = None,
     stop: Annotated[list[str] | None, typer.Option(help=STOP_HELP)] = None,
