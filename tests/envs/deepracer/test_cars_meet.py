@@ -248,6 +248,20 @@ def test_a_car_that_is_put_back_starts_ahead_of_another():
     assert put_back > 3
 
 
+def test_the_faster_car_starts_behind_the_slower_one_and_that_one_ahead_of_it():
+    world = make_world(3, 2, start_ahead=1.5, race_config=RaceConfig(max_episode_seconds=3.0))
+    world.profiles["speed_gain"][:, 1] *= 0.5
+    buffers, put_back = begin(world), [0, 0]
+    for _ in range(100):
+        world.step(np.tile([SLOW, FAST], (3, 1)), buffers)
+        for n, m in np.argwhere(buffers.ended & ~buffers.ended[:, ::-1]):
+            cars = world.cars[n]
+            gap = (cars[m]["start_share"] * world.track.length - cars[1 - m]["arc"]) % world.track.length
+            assert gap == pytest.approx(1.5 if m == 1 else world.track.length - 1.5, abs=1e-9)
+            put_back[m] += 1
+    assert min(put_back) > 0
+
+
 def test_another_camera_sees_what_a_world_of_such_cameras_shows():
     """By twin: a frame of 40 x 30 asked of a world of 16 x 12 is that of a world of 40 x 30; so are two eyes."""
     for sensors in (FRONT_CAMERA, car_sensors(("STEREO_CAMERAS",), None)):

@@ -45,6 +45,14 @@ def test_a_car_that_is_out_ends_with_its_mishap_and_its_way(tmp_path):
     assert (row.trial, row.reversed_count, row.episode_status, row.completion_percentage) == (1, 1, "Reversed", 40)
 
 
+def test_a_car_whose_time_is_out_says_so(tmp_path):
+    ticks = ticks_of((race.PREPARE, GOES, GOES))
+    ticks["truncated"][2] = True
+    write_aws_heads(tmp_path, ticks, 20.0)
+    [metrics] = tmp_path.rglob("metrics/**/evaluation-*.json")
+    assert [row.episode_status for row in read_metrics_file(metrics).rows] == ["Time Up"]
+
+
 def test_the_trace_ends_where_the_car_is_carried_off_the_road(tmp_path):
     columns = written(tmp_path, STORY)[1].columns
     assert len(columns["done"]) == len(STORY)

@@ -158,7 +158,8 @@ class Rules(NamedTuple):
     keeps_wheels: bool = False
     """Whether a car that is put back to its start keeps the angle of its wheels."""
     start_ahead: float = 0.0
-    """m ahead of another car of its world at which a car starts again; 0: where its own next start lies."""
+    """m ahead of another car of its world at which a car starts again, behind it where its own car is the faster one;
+    0: where its own next start lies."""
 
 
 PROFILE = np.dtype([(name, "f8") for name in CarProfile._fields])

@@ -137,8 +137,8 @@ class AgainstConfig:
     )
     start_ahead: float = setting(
         1.5,
-        "A car that is put back starts so far ahead of another car of its race, so that they meet again; 0: where its "
-        "own next start lies.",
+        "A car that is put back starts so far ahead of another car of its race, behind it where that one is slower, so "
+        "that they meet again at once; 0: where its own next start lies.",
         unit="m",
         low=0.0,
         high=20.0,

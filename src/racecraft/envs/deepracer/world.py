@@ -89,7 +89,8 @@ class RaceWorld:
         profiles: How each car of a world answers steering and throttle, (M,); by default all as RaceConfig.car says.
         objects: What stands or drives on the road besides; None: what RaceConfig.type has by default.
         variation: What differs from episode to episode.
-        start_ahead: How far ahead of another car of its world a car starts again, m; 0: where its own next start lies.
+        start_ahead: How far ahead of another car of its world a car starts again, m, or behind it where its own car is
+            the faster one; 0: where its own next start lies.
 
     Raises:
         SettingError: So many objects, or M cars, do not fit on the lap.

@@ -64,10 +64,10 @@ def run_evaluation(context: typer.Context, model: Annotated[Path, typer.Argument
     asked: dict[str, Any] = judging_in_drfc(drfc.env.run)
     if drfc.text("DR_RACE_TYPE") == HEAD_TO_MODEL:
         race_opponent(drfc, model, asked)
-        return
-    trials = asked.pop("laps")
-    track, films = drfc.env.run.values.get("DR_WORLD_NAME"), drfc.flag("DR_EVAL_SAVE_MP4")
-    evaluate(model, track=[track] if track else None, number_of_trials=trials, save_mp4=films, **asked)
+    else:
+        trials = asked.pop("laps")
+        track, films = drfc.env.run.values.get("DR_WORLD_NAME"), drfc.flag("DR_EVAL_SAVE_MP4")
+        evaluate(model, track=[track] if track else None, number_of_trials=trials, save_mp4=films, **asked)
     if model.absolute() == drfc.model.absolute():  # a clone is this machine's own
         send(model, place_of_model(drfc))
 

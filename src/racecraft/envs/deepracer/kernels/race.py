@@ -142,7 +142,7 @@ def tick(
         for m in range(cars.shape[1]):
             if reports[n, m].terminated or reports[n, m].truncated:
                 is_anew = True
-                restart(track, profiles[n, m], rules, cars, n, m)
+                restart(track, profiles, rules, cars, n, m)
                 if m == 0:
                     place_objects(track, plan, objects, cars, n)
                 make_room(track, objects, cars, n, m, cars.shape[1])

@@ -20,14 +20,16 @@ from racecraft.tracks.kernels.geometry import locate_point, pose_on_line
 
 
 @kernel
-def restart(track, profile, rules, cars, n, m):
+def restart(track, profiles, rules, cars, n, m):
     """Send an ended car to its next start; the reset takes a tick, in which its wheels still obey the last command."""
-    car = cars[n, m]
+    car, profile = cars[n, m], profiles[n, m]
     wheels = wheels_after(profile, car, car.old_steering, TICK_SECONDS) if rules.keeps_wheels else 0.0
     car.start_share = (car.start_share + rules.start_advance) % 1.0
     if rules.start_ahead > 0.0 and track.closed and cars.shape[1] > 1:
-        other = cars[n, (m + 1) % cars.shape[1]]
-        car.start_share = (other.arc + rules.start_ahead) / track.length % 1.0
+        other = (m + 1) % cars.shape[1]
+        is_faster = profile.speed_gain > profiles[n, other].speed_gain
+        away = -rules.start_ahead if is_faster else rules.start_ahead
+        car.start_share = (cars[n, other].arc + away) / track.length % 1.0
     car.episode += 1
     car.ended_yaw = car.yaw
     take_start(track, car)

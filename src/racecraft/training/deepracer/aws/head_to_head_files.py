@@ -39,6 +39,8 @@ def write_aws_heads(
     done[-1] = True
     status = np.array(race.STATUSES, object)[ticks["status"]]
     status[(status == "lap_complete") & ~done] = "in_progress"  # as the original calls a lap that flies on
+    if ticks["truncated"][-1] and status[-1] == "in_progress":
+        status[-1] = "time_up"
     lap = laps_of(ticks)
     trace = evaluation_trace(
         ticks,
