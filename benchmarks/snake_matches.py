@@ -39,9 +39,9 @@ def pair_of_games(first: str, second: str, size: int, snakes: int, milliseconds:
         referee = Referee(settings, StreamDice(key))
         while not referee.over and referee.board.turn < MOST_TURNS:
             board = referee.board
-            referee.turn({
-                one.id: players[one.id].choose(board, settings, one.id, milliseconds / 1000) for one in board.alive()
-            })
+            referee.turn(
+                {one.id: players[one.id].choose(board, settings, one.id, milliseconds / 1000) for one in board.alive()}
+            )
         left = {seated[one.id] for one in referee.board.alive()}
         told.append({"worth": float(left == {first}) if len(left) == 1 else 0.5, "turns": referee.board.turn})
     return told
