@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 from racecraft.analysis import page
+from racecraft.analysis.deepracer.report_parts import console_cost
 from racecraft.analysis.figures import FigureError
-from racecraft.analysis.report import ReportError, console_cost, write_report
+from racecraft.analysis.report import write_report
+from racecraft.analysis.run_facts import ReportError
 from racecraft.envs.deepracer import race
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.episodes import write_episodes

@@ -167,3 +167,16 @@ def photograph(figure: Figure, words: str, dpi: int = 110) -> str:
     figure.savefig(out, format="png", dpi=dpi)
     data = base64.b64encode(out.getvalue()).decode()
     return f'<img alt="{escaped(words)}" src="data:image/png;base64,{data}">'
+
+
+def duration(seconds: float) -> str:
+    """Return a time as a person says it.
+
+    >>> duration(7.2), duration(95), duration(3.5 * 3600)
+    ('7.2 s', '1 min 35 s', '3 h 30 min')
+    """
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    if seconds < 3600:
+        return f"{int(seconds // 60)} min {int(seconds % 60)} s"
+    return f"{int(seconds // 3600)} h {int(seconds % 3600 // 60)} min"

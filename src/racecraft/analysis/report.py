@@ -6,116 +6,31 @@ actions → evaluations → what it would have cost → settings, versions, mean
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from racecraft.analysis import figures, page, tables
-from racecraft.analysis.deepracer.drive import LAP_COMPLETE, OFF_TRACK, WORDS, Drive, DriveError, as_drive
+from racecraft.analysis import figures, page
+from racecraft.analysis.deepracer.drive import Drive, as_drive
 from racecraft.analysis.deepracer.failure_places import Why
 from racecraft.analysis.deepracer.logs.advice import Advice
 from racecraft.analysis.deepracer.logs.plot import Plot
-from racecraft.analysis.deepracer.why_page import failure_parts
+from racecraft.analysis.deepracer.report_parts import (
+    on_the_track,
+    what_it_chose,
+    what_it_would_have_cost,
+    why_it_fails,
+)
 from racecraft.analysis.evaluations import judged, judged_by_track
 from racecraft.analysis.metrics import METRICS
-from racecraft.contract.errors import TrackError, UserInputError
+from racecraft.analysis.run_facts import RunFacts, read_facts
 from racecraft.contract.world import Array
-from racecraft.formats.checkpoint import Checkpoints
-from racecraft.formats.generalisation import TrackResult, read_generalisation
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import write_whole
-from racecraft.tracks.catalogue import load_track
-from racecraft.tracks.picture import draw_track
-from racecraft.tracks.track import Track
 
 if TYPE_CHECKING:
     import polars as pl
-
-CONSOLE_USD_PER_HOUR = 3.50
-"""What training on the AWS console cost."""
-CONSOLE_STEPS_PER_SECOND = 8.0
-"""What the original trains, everything in (facts: its own logs, 10,693 steps in 1,338 s)."""
-MOST_TICKS = 2_000_000
-"""Ticks read for the tables; of a longer run the latest."""
-MOST_EXITS = 400
-"""Crosses on the map of exits; the latest."""
-
-SCORES = {
-    "deepracer": ("progress (% of a lap)", "best checkpoint, mean progress"),
-    "battlesnake": ("rating (Elo)", "best checkpoint, rating"),
-}
-RETURN = ("return (sum of rewards)", "best checkpoint, mean return")
-"""What a run's scores and that of its best checkpoint are called, by its kind; RETURN is of all other kinds."""
-
-
-class ReportError(UserInputError):
-    """A report cannot be written of what the folder holds."""
-
-
-@dataclass(frozen=True)
-class RunFacts:
-    """What a run folder tells, read once."""
-
-    name: str
-    job: dict[str, Any]
-    metrics: list[dict[str, Any]]
-    evaluations: list[dict[str, Any]]
-    ticks: pl.DataFrame
-    laps: pl.DataFrame
-    track: Track | None
-    """None where the run has none, or it is not the track of that name here."""
-    drive: Drive | None = None
-    """What the best policy drove, if somebody let it."""
-    film: bytes | None = None
-    """The same as a small film, an MP4."""
-    best: int | None = None
-    """Iteration of the best checkpoint, once one was evaluated."""
-    reward: str = ""
-    """The reward function's own text; "" where the run has none."""
-    advice: Sequence[Advice] = ()
-    """What to try next, computed from the run."""
-    own: Sequence[Plot] = ()
-    """The racer's own plots."""
-    by_track: tuple[int, tuple[TrackResult, ...]] | None = None
-    """The latest evaluation track by track, and its iteration, where there are several."""
-    path: str = "RUN"
-    """What a command calls the run."""
-    why: Why | None = None
-    """Where its best policy fails, and what would have saved it."""
-
-    @property
-    def best_row(self) -> dict[str, Any]:
-        """The metrics of the best checkpoint's iteration; empty before any was evaluated."""
-        return next((row for row in self.metrics if row.get("iteration") == self.best), {})
-
-    @property
-    def is_race(self) -> bool:
-        """Cars were trained; scores are progress."""
-        return self.kind == "deepracer"
-
-    @property
-    def kind(self) -> str:
-        """What was trained, as job.json calls it."""
-        return str(self.job.get("kind", "deepracer"))
-
-    @property
-    def score_name(self) -> str:
-        """What the scores are, with their unit."""
-        return SCORES.get(self.kind, RETURN)[0]
-
-    @property
-    def best_score_name(self) -> str:
-        """What the best of them is called."""
-        return SCORES.get(self.kind, RETURN)[1]
-
-    @property
-    def title(self) -> str:
-        """The headline: the circuit, what else was trained, or the run's name."""
-        return self.track.title or self.track.name if self.track else str(self.job.get("title", self.name))
 
 
 def write_report(
@@ -155,69 +70,19 @@ def write_report(
     return Path(path)
 
 
-def read_facts(run: RunFolder, drive: Drive | None = None, film: bytes | None = None) -> RunFacts:
-    """Read what a report tells of; `drive` is the lap to show, `film` shows it.
-
-    Raises:
-        ReportError: An evaluation is damaged.
-        RunFolderError, EpisodeFileError: Another file is damaged.
-    """
-    job = run.read_job()
-    ticks = tables.load_episodes(run, MOST_TICKS)
-    return RunFacts(
-        name=run.path.resolve().name,
-        job=job,
-        metrics=run.read_metrics(),
-        evaluations=list(_read_evaluations(run)),
-        ticks=ticks,
-        laps=ticks if ticks.is_empty() else tables.laps_table(ticks),
-        track=_track_of(job),
-        drive=drive,
-        film=film,
-        best=_best_of(run),
-        reward=_reward_of(run),
-        by_track=read_generalisation(run.generalisation),
-    )
-
-
-def console_cost(steps: float) -> tuple[float, float]:
-    """Return hours and US dollars that so many steps would have taken on the AWS console.
-
-    hours = steps / CONSOLE_STEPS_PER_SECOND / 3600, dollars = hours x CONSOLE_USD_PER_HOUR.
-
-    >>> console_cost(28_800)
-    (1.0, 3.5)
-    """
-    hours = steps / CONSOLE_STEPS_PER_SECOND / 3600.0
-    return hours, hours * CONSOLE_USD_PER_HOUR
-
-
-def duration(seconds: float) -> str:
-    """Return a time as a person says it.
-
-    >>> duration(7.2), duration(95), duration(3.5 * 3600)
-    ('7.2 s', '1 min 35 s', '3 h 30 min')
-    """
-    if seconds < 60:
-        return f"{seconds:.1f} s"
-    if seconds < 3600:
-        return f"{int(seconds // 60)} min {int(seconds % 60)} s"
-    return f"{int(seconds // 3600)} h {int(seconds % 3600 // 60)} min"
-
-
 def _parts(facts: RunFacts) -> Iterator[str]:
     """Yield the page from top to bottom."""
     yield from _headline(facts)
     yield from _account(facts)
     yield from _learning(facts)
-    yield from _on_the_track(facts)
-    yield from _why(facts)
-    yield from _actions(facts)
+    yield from on_the_track(facts)
+    yield from why_it_fails(facts)
+    yield from what_it_chose(facts)
     yield from _reward(facts)
     yield from _evaluations(facts)
     yield from _by_track(facts)
     yield from _own(facts)
-    yield from _cost(facts)
+    yield from what_it_would_have_cost(facts)
     yield from _small_print(facts)
 
 
@@ -240,7 +105,7 @@ def _headline(facts: RunFacts) -> Iterator[str]:
             (f"{best_lap:.2f} s" if best_lap else "none yet", "its best lap in evaluation" if best_lap else "best lap")
         )
     tiles += [
-        (duration(last["seconds"]), "training time"),
+        (page.duration(last["seconds"]), "training time"),
         (f"{last['steps']:,}", "environment steps"),
         (f"{last['steps'] / last['seconds']:,.0f}/s" if last["seconds"] else "–", "steps a second, everything in"),
         (f"{sum(row.get('episodes') or 0 for row in facts.metrics):,}", "training episodes"),
@@ -278,7 +143,7 @@ def asked_words(facts: RunFacts) -> str:
 def happened_words(facts: RunFacts) -> str:
     """Return sentences that say what came of it: the first score, the best and the last."""
     last = facts.metrics[-1]
-    told = f"It trained for {duration(last['seconds'])} and {last['steps']:,} steps."
+    told = f"It trained for {page.duration(last['seconds'])} and {last['steps']:,} steps."
     scored = [row for row in facts.metrics if row.get("evaluation_score") is not None]
     if not scored:
         return f"{told} It was not judged yet."
@@ -311,110 +176,6 @@ def _learning(facts: RunFacts) -> Iterator[str]:
     yield f'<div class="grid">{"".join(drawn)}</div>'
 
 
-def _on_the_track(facts: RunFacts) -> Iterator[str]:
-    if facts.track is None or (facts.drive is None and facts.laps.is_empty()):
-        return
-    yield "<h2>On the track</h2>"
-    drive = facts.drive or best_drive(facts.ticks, facts.laps)
-    if drive is not None:
-        words = figures.story("The best policy" if facts.drive else "Best training episode", drive)
-        slow, fast = figures.speed_limits(drive)
-        speeds = f"Driven at {drive.driven_mps.mean():.2f} m/s on average; dark is {slow:.2f} m/s, bright {fast:.2f}."
-        picture = page.photograph(figures.path_figure(facts.track, drive, facts.title), words)
-        yield page.card(f'<p><b>{page.escaped(words)}</b></p>{picture}<p class="quiet">{speeds}</p>')
-    if facts.drive is not None and facts.film is not None:
-        yield page.card(page.film(facts.film, "A film of the best policy's lap: its view, a map, speed and steering"))
-    if not facts.laps.is_empty():
-        yield from _exits_and_endings(facts.track, facts.laps)
-
-
-def _why(facts: RunFacts) -> Iterator[str]:
-    if facts.why is None:
-        return
-    yield "<h2>Why it fails</h2>"
-    yield from failure_parts(facts.why)
-    yield f"<p><code>racecraft why {page.escaped(facts.path)}</code></p>"
-
-
-def _exits_and_endings(track: Track, laps: pl.DataFrame) -> Iterator[str]:
-    exits = laps.filter(laps["status"] == OFF_TRACK)
-    if exits.height:
-        shown = exits.tail(MOST_EXITS)
-        figure = draw_track(track, number_every=10, title="Where cars left the road")
-        figures.mark_exits(figure, shown.select("x_m", "y_m").to_numpy(), exits.height)
-        times = "once" if exits.height == 1 else f"{exits.height:,} times"
-        words = f"<p><b>Where cars left the road</b>: {times}, a cross each"
-        words += "." if shown.height == exits.height else f"; the latest {shown.height:,} are drawn."
-        yield page.card(f"{words}</p>{page.photograph(figure, 'Map of the places where cars left the road')}")
-    endings = [
-        (
-            WORDS.get(row["status"], row["status"]), f"{row['count']:,}", f"{100 * row['share']:.1f} %",
-            page.Bar(row["share"]),
-        )
-        for row in tables.endings_table(laps).iter_rows(named=True)
-    ]  # fmt: skip
-    worst = [
-        (row["waypoint"], row["count"], f"{row['mean_speed_mps']:.2f}" if row["mean_speed_mps"] is not None else "–")
-        for row in tables.exits_table(laps).head(8).iter_rows(named=True)
-    ]
-    cards = page.card(
-        f"<b>How {laps.height:,} training episodes ended</b>"
-        + page.table(("", "episodes", "share", ""), endings, (1, 2))
-    )
-    if worst:
-        heads = ("waypoint", "exits", "mean speed (m/s)")
-        cards += page.card("<b>Where cars left the road most</b>" + page.table(heads, worst, (1, 2)))
-    yield f'<div class="grid" style="margin-top:12px">{cards}</div>'
-    first = laps["iteration"].min()
-    if isinstance(first, int) and first > 1:
-        yield f'<p class="quiet">Maps and tables tell of iterations {first} and later.</p>'
-
-
-def best_drive(ticks: pl.DataFrame, laps: pl.DataFrame) -> Drive | None:
-    """Return the fastest full lap among the episodes seen whole, else the one that came furthest; None without any."""
-    import polars as pl
-
-    whole = laps.filter(pl.col("whole") & (pl.col("ticks") > 2))
-    full = whole.filter(pl.col("status") == LAP_COMPLETE).sort("lap_seconds")
-    ranked = full if full.height else whole.sort("progress_percent", descending=True)
-    if not ranked.height:
-        return None
-    best = ranked.row(0, named=True)
-    car = pl.col("world") == best["world"] if "world" in ticks.columns else pl.lit(True)
-    try:
-        return Drive.from_episodes(ticks.filter(car & (pl.col("episode") == best["episode"])))
-    except DriveError:
-        return None  # files of others may lack what a drive is made of
-
-
-def _actions(facts: RunFacts) -> Iterator[str]:
-    if facts.ticks.is_empty() or "action" not in facts.ticks.columns:
-        return
-    counted = tables.action_table(facts.ticks)
-    speed = "speed (m/s)"
-    if not counted.height:
-        counted, speed = tables.command_table(facts.ticks), "mean speed (m/s)"
-    if not counted.height:
-        return
-    most = float(counted["share"].max() or 1.0)  # type: ignore[arg-type]
-    rows = [
-        (
-            _chosen_words(row), f"{row['speed_mps']:.2f}", f"{100 * row['share']:.1f} %",
-            page.Bar(row["share"] / most), f"{row['mean_reward']:.2f}",
-        )
-        for row in counted.iter_rows(named=True)
-    ]  # fmt: skip
-    yield "<h2>What it chose</h2>"
-    heads = ("steering", speed, "share", "", "mean reward")
-    yield page.card(page.table(heads, rows, (1, 2, 4)) + "<small>In training, exploration included.</small>")
-
-
-def _chosen_words(row: Mapping[str, Any]) -> str:
-    if "steering_rad" in row:
-        return _steering_words(row["steering_rad"])
-    return f"{_steering_words(row['steering_low_rad'])} to {_steering_words(row['steering_high_rad'])}"
-
-
 def _reward(facts: RunFacts) -> Iterator[str]:
     if not facts.reward:
         return
@@ -444,23 +205,6 @@ def _by_track(facts: RunFacts) -> Iterator[str]:
     yield page.card(page.table(told.heads, told.rows, (2, 3, 5)))
 
 
-def _cost(facts: RunFacts) -> Iterator[str]:
-    if not facts.is_race:
-        return
-    last = facts.metrics[-1]
-    hours, dollars = console_cost(last["steps"])
-    yield "<h2>What it would have cost</h2>"
-    steps_per_second = f"{CONSOLE_STEPS_PER_SECOND:g}"
-    sum_ = f"{last['steps']:,} steps ÷ {steps_per_second} steps a second ÷ 3,600 = {hours:.2f} h"
-    yield page.card(
-        f"<p><b>{dollars:,.2f} USD</b> and <b>{duration(3600 * hours)}</b> on the AWS console; here it took "
-        f"<b>{duration(last['seconds'])}</b>.</p>"
-        f'<p class="quiet">{sum_}; {hours:.2f} h × {CONSOLE_USD_PER_HOUR:.2f} USD an hour. The console billed by the '
-        f"hour of training; the original simulator trains {steps_per_second} steps a second, pauses for updates in, as "
-        "its own logs show. Equal steps are compared, not equal skill; evaluations do not count as steps.</p>"
-    )
-
-
 def _small_print(facts: RunFacts) -> Iterator[str]:
     yield "<h2>Small print</h2>"
     settings = [
@@ -479,59 +223,6 @@ def _small_print(facts: RunFacts) -> Iterator[str]:
     present = [name for name in facts.metrics[-1] if name in METRICS]
     glossary = [(name, _plain(facts.metrics[-1][name]), METRICS[name]) for name in present]
     yield page.details("Figures of the last iteration", page.terms(glossary))
-
-
-def _best_of(run: RunFolder) -> int | None:
-    """Return the iteration of the checkpoint that the run calls best; None before any was evaluated."""
-    checkpoints = Checkpoints(run.checkpoints)
-    if not any(entry.score is not None for entry in checkpoints.entries()):
-        return None
-    return checkpoints.find("best").iteration
-
-
-def _reward_of(run: RunFolder) -> str:
-    """Return the text of the reward function, as far as it is text."""
-    if not run.reward_function.is_file():
-        return ""
-    return run.reward_function.read_text(encoding="utf-8", errors="replace")
-
-
-def _read_evaluations(run: RunFolder) -> Iterator[dict[str, Any]]:
-    """Yield the evaluations by iteration."""
-    paths = [path for path in run.evaluations.glob("*.json") if path.stem.isdigit()]
-    for path in sorted(paths, key=lambda one: int(one.stem)):
-        try:
-            evaluation = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise ReportError(
-                f"{path}: cannot be read ({error}); expected an evaluation. Take the file out."
-            ) from error
-        if isinstance(evaluation, dict):
-            yield {"iteration": int(path.stem), **evaluation}
-
-
-def _track_of(job: Mapping[str, Any]) -> Track | None:
-    """Return the circuit as it was driven, if it can be found and is the same."""
-    told = job.get("track") or {}
-    for name in (told.get("name"), (job.get("asked") or {}).get("track")):
-        try:
-            track = load_track(name) if name else None
-        except TrackError:
-            continue
-        if track is not None and told.get("hash") in (None, track.hash()):
-            is_reversed = job.get("settings", {}).get("race", {}).get("reverse", False)
-            return track.reversed() if is_reversed else track
-    return None
-
-
-def _steering_words(angle: float) -> str:
-    """Return a wheel angle as people say it.
-
-    >>> _steering_words(0.5236), _steering_words(-0.1), _steering_words(0.0)
-    ('30° left', '6° right', 'straight')
-    """
-    degrees = round(float(np.degrees(angle)))
-    return "straight" if degrees == 0 else f"{abs(degrees)}° {'left' if degrees > 0 else 'right'}"
 
 
 def _plain(value: Any) -> str:
