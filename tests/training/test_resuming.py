@@ -167,8 +167,8 @@ def test_a_resumed_unity_run_keeps_its_configuration(tmp_path):
     )
     text = yaml.read_text()
     said = racecraft("unity", "train", "--config", yaml, "--run", run, "--set", "rollout.horizon=8")
-    assert said.index("'sac' is not followed") < said.index("or steps=40")  # before the first tick
-    assert any("'sac' is not followed" in note for note in json.loads((run / "job.json").read_text())["notes"])
+    assert said.index("PPO learns instead") < said.index("or steps=40")  # before the first tick
+    assert any("PPO learns instead" in note for note in json.loads((run / "job.json").read_text())["notes"])
     yaml.unlink()
     assert (run / "trainer.yaml").read_text() == text
     racecraft("unity", "train", "--run", run, "--resume", "--stop", "steps=60")

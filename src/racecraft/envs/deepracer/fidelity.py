@@ -83,13 +83,13 @@ DEPARTURES = (
         f"An episode has no time limit but {AWS_MAX_TICKS} ticks: a slow policy that lives stretches an iteration.",
         f"It is cut after {SANE_MAX_SECONDS:g} s of simulated time a lap, or as long as one takes at "
         f"{SANE_LEAST_SPEED:g} m/s, or what race.max_episode_seconds says.",
-        "envs/deepracer/world.py",
+        "envs/deepracer/rules.py",
     ),
     Departure(
         "cut_is_an_end",
         "An episode that is cut counts as ended: nothing is expected to follow.",
         "It counts as truncated: what the critic expects of its last observation follows.",
-        "envs/deepracer/world.py",
+        "envs/deepracer/rules.py",
     ),
     Departure(
         "memory_is_finite",

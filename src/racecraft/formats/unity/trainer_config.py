@@ -86,7 +86,7 @@ class BehaviorConfig:
         >>> BehaviorConfig("Basic", batch_size=32, buffer_size=256, hidden_units=20, num_layers=1).overrides(4)
         ('ppo.batch_size=32', 'rollout.horizon=64', 'network.hidden_units=20')
         >>> BehaviorConfig("Ball", trainer="sac", buffer_size=9000, steps_per_update=2).overrides(4, "sac")
-        ('sac.gradient_steps_per_step=0.5', 'replay.capacity=9000')
+        ('replay.capacity=9000', 'sac.gradient_steps_per_step=0.5')
         """
         told = self._of_sac() if algorithm == SAC else self._of_ppo(num_agents)
         told |= self._of_network(algorithm)

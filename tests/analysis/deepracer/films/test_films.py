@@ -218,7 +218,7 @@ def test_a_film_of_every_view_with_its_strip(tmp_path, track, drive, view):
     film, strip = write_film(
         tmp_path / "race.mp4", drive, track, style, others=[OtherCar(drive)], count=lambda *told: heard.append(told)
     )
-    whole = 40 + 15 * HELD_SECONDS
+    whole = 40 + int(15 * HELD_SECONDS)
     assert heard == [(number, whole) for number in range(1, whole + 1)]
     with av.open(str(film)) as container:
         stream = container.streams.video[0]
