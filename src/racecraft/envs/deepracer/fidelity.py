@@ -109,21 +109,21 @@ DEPARTURES = (
         f"A step lasts 1/15 s on average and up to {100 * TICK_JITTER:g} % more or less, so greedy episodes from one "
         "start end in different places.",
         "Every tick lasts 1/15 s: the same policy drives the same lap.",
-        "envs/deepracer/world.py",
+        "envs/deepracer/rules.py",
     ),
     Departure(
         "wheels_wander",
         "Weak hinges let the ground push the wheels about: their angle strays from what the car was told, by 2 degrees "
         "in the car of 2022, and comes back as slowly as it steers.",
         "The wheels have the angle that the commands gave them.",
-        "envs/deepracer/world.py",
+        "envs/deepracer/rules.py",
     ),
     Departure(
         "wheels_keep_their_angle",
         "A car put back to its start keeps the angle of its wheels, which obey the last command for another tick and "
         "are steered straight in the first: an episode begins with a turn that nobody in it chose.",
         "Every episode begins with the wheels straight.",
-        "envs/deepracer/world.py",
+        "envs/deepracer/rules.py",
     ),
     Departure(
         "lidar_faces_backward",

@@ -72,7 +72,7 @@ class CarEvaluator:
     def evaluate(self) -> EvaluationResult:
         """Drive from every start."""
         episodes = 0
-        if self._trained_in is not None and self._world.habits.evaluation_follows_training:
+        if self._trained_in is not None and begins_where_training_does(self._world):
             self._world.move_starts(np.full(self._world.spec.num_worlds, self._trained_in.next_start_share))
             episodes = self._trained_in.episodes_begun
         every = judge_starts(self._policy, self._world, seed=episodes)
@@ -100,3 +100,8 @@ class CarEvaluator:
 def _table(results: Sequence[TrackResult]) -> dict[str, Any]:
     """Return what evaluations/N.json says of each track; nothing where there is one."""
     return {"tracks": [one.as_dictionary() for one in results], "by_role": summary_of(results)} if results else {}
+
+
+def begins_where_training_does(judged: RaceWorld | SideBySide) -> bool:
+    """Tell whether every evaluation begins where training's next episode would: it asks the world that trains."""
+    return judged.habits.evaluation_follows_training

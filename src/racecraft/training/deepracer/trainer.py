@@ -41,7 +41,7 @@ from racecraft.training.deepracer.aws.files import AwsFiles
 from racecraft.training.deepracer.aws.setup import aws_setup
 from racecraft.training.deepracer.cloning import require_same_shape
 from racecraft.training.deepracer.courses import both_ways, starts
-from racecraft.training.deepracer.evaluator import FLYING_LAPS, CarEvaluator
+from racecraft.training.deepracer.evaluator import FLYING_LAPS, CarEvaluator, begins_where_training_does
 from racecraft.training.deepracer.live import LivePublisher
 from racecraft.training.deepracer.plan import (
     KIND,
@@ -110,7 +110,7 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
         attend=lambda run, notes: attended(planned, reward, run, notes),
         same_shape=lambda path, metadata: require_same_shape(planned, path, metadata),
         recorder=EpisodeRecorder,
-        stays=AWS_STAYS if judged.habits.evaluation_follows_training else "",
+        stays=AWS_STAYS if begins_where_training_does(judged) else "",
     )
 
 
