@@ -144,7 +144,8 @@ def test_a_node_that_fails_is_made_up_for_by_the_others(tmp_path, undisturbed):
     training = None
     try:
         nodes = [cluster.add_node(num_cpus=1) for _ in range(2)]
-        training = begin(run, f"2@{cluster.address}")
+        asked = f"2@{cluster.address}"
+        training = begin(run, asked)
         until(lambda: iterations(run) >= 4 or training.poll() is not None, "iteration 4")
         cluster.remove_node(nodes[0], allow_graceful=False)
         assert training.wait(PATIENCE) == 0, run.with_suffix(".log").read_text()
@@ -153,7 +154,7 @@ def test_a_node_that_fails_is_made_up_for_by_the_others(tmp_path, undisturbed):
             training.kill()
         cluster.shutdown()
     assert "was lost" in run.with_suffix(".log").read_text()
-    assert json.loads((run / "job.json").read_text())["cluster"] == {"asked": f"2@{cluster.address}", "workers": 2}
+    assert json.loads((run / "job.json").read_text())["cluster"] == {"asked": asked, "workers": 2}
     assert_same(undisturbed, run)
     until(lambda: are_gone(training.pid, os.getsid(0)), "the end of every process")
 
