@@ -31,7 +31,7 @@ HEAVY = {
     "ray": {"cluster"},
     "mlflow": {"training"},
     "grpc": {"envs"},
-    "sqlalchemy": {"jobs", "league"},
+    "sqlalchemy": {"jobs"},
     "optuna": {"jobs"},
     "fastapi": {"console", "serving"},
     "nicegui": {"console"},

@@ -76,7 +76,7 @@ def test_two_rows_leave_table_chart_and_page_and_asked_again_nothing_is_trained_
 
 
 def test_broken_off_it_keeps_what_is_finished_and_goes_on_with_the_rest(tmp_path):
-    words = ("--games=3", "--minutes=0.2", "--row=old", "--run=made")
+    words = ("--games=3", "--minutes=0.1", "--row=old", "--run=made")
     process = subprocess.Popen([*REPRODUCE, *words], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     metrics = tmp_path / "made" / "old" / "metrics.jsonl"
     _until(lambda: metrics.exists() and metrics.stat().st_size)
