@@ -32,8 +32,9 @@ def film_race(
     style: FilmStyle,
     shells: Sequence[str] = (),
     count: PictureCount | None = None,
+    number: int = 0,
 ) -> dict[str, Path]:
-    """Film the first race from the first driver's car; return the film and its strip by kind.
+    """Film a race from the first driver's car; return the film and its strip by kind.
 
     Args:
         result: The races.
@@ -43,8 +44,9 @@ def film_race(
         style: Camera, size and pace; name and colour are the race's own.
         shells: Of the others, by the original's names; the plain one where none is given.
         count: Hears how many pictures are painted, and of how many.
+        number: Which race, counted from 0; one whose ticks were kept.
     """
-    drives = [drive_of(result.ticks[:, number]) for number in range(len(drivers))]
+    drives = [drive_of(result.ticks[number][:, one]) for one in range(len(drivers))]
     worn = [*shells, *[DEEPRACER] * len(drives)]
     others = [OtherCar(*car) for car in zip(drives[1:], worn, OTHER_COLOURS, strict=False)]
     own = drivers[0]

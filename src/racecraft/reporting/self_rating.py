@@ -65,7 +65,7 @@ def rate_selves(
         run: A car's run.
         chosen: Models that it trained against.
         say: Hears what is being done.
-        film: Whether the last self's race against a slower car of its own is filmed.
+        film: Whether that of the last self's races against a slower car of its own is filmed in which it overtook most.
 
     Returns:
         The ratings, also written into the run folder, and the files by kind.
@@ -92,8 +92,14 @@ def rate_selves(
     files = {"rating": place}
     if film:
         say("Filming a race …")
-        files |= film_race(passed, [last, slower], track, run.path / FILM, FilmStyle("pip"))
+        number = most_passing(passed)
+        files |= film_race(passed, [last, slower], track, run.path / FILM, FilmStyle("pip"), number=number)
     return rated, files
+
+
+def most_passing(result: RaceResult) -> int:
+    """Return the number of the race, of those whose ticks were kept, in which the first driver overtook most."""
+    return max(range(len(result.ticks)), key=lambda number: result.races[number][0].overtakes)
 
 
 def _steps(run: RunFolder) -> list[int]:

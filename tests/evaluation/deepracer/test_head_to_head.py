@@ -93,7 +93,7 @@ def test_who_runs_into_another_waits_and_who_was_hit_drives_on():
 
 def test_penalties_are_waited_in_simulated_time():
     slow, fast = race(driver("slow", 1.0, 0.0), driver("fast", 2.0, 0.0), races=1, collision_penalty=4.0).races[0]
-    ticks = race(driver("slow", 1.0, 0.0), driver("fast", 2.0, 0.0), races=1, collision_penalty=4.0).ticks
+    ticks = race(driver("slow", 1.0, 0.0), driver("fast", 2.0, 0.0), races=1, collision_penalty=4.0).ticks[0]
     waited = (np.array(ticks["status"][:, 1]) == 9).sum()
     assert waited == 60 * fast.crashes
     assert fast.seconds == pytest.approx((ticks["status"][:, 1] != 7).sum() / 15)
@@ -137,10 +137,19 @@ def test_every_driver_sees_and_is_told_in_its_own_way():
     one.policy.act, two.policy.act = table, eyes
     result = race(first, one, two, max_resets=0)
     assert seen == {"table": {CAMERA_NAME: (15, 20)}, "eyes": {"STEREO_CAMERAS": (6, 8, 2)}}
-    told = result.ticks[1]
+    told = result.ticks[0][1]
     assert told["action"].tolist() == [-1, 1, -1]
     assert told["steering"][1] == pytest.approx(math.radians(20))
     assert told["speed"].tolist() == [1.0, 1.0, 0.5]
+
+
+def test_ticks_of_every_race_are_kept_in_the_order_of_the_drivers(monkeypatch):
+    monkeypatch.setattr("racecraft.evaluation.deepracer.head_to_head.KEPT_RACES", 2)
+    result = race(driver("slow", 0.8), driver("fast", 1.6), races=3)
+    assert len(result.ticks) == 2
+    for ticks, (slow, fast) in zip(result.ticks, result.races, strict=False):
+        assert ticks["speed"][1].tolist() == [pytest.approx(0.8), pytest.approx(1.6)], "whoever stands in front"
+        assert len(ticks) == pytest.approx(15 * max(slow.seconds, fast.seconds), abs=1)
 
 
 def test_eight_cars_race_and_nine_are_refused():

@@ -101,7 +101,7 @@ def race(
     result = race_heads(drivers, circuit, rules, config, seed)
     files: dict[str, Path] = {}
     if video is not None:
-        say(f"Filming {len(result.ticks)} ticks …", quiet_stdout=json)
+        say(f"Filming {len(result.ticks[0])} ticks …", quiet_stdout=json)
         shown = circuit.reversed() if config.reverse else circuit
         with counting("pictures", quiet_stdout=json) as count:
             files = film_race(result, drivers, shown, video, style, count=count)

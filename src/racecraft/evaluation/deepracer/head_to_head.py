@@ -32,6 +32,8 @@ from racecraft.tracks.track import Track
 
 DONE_CONDITIONS = ("any", "all")
 MOST_RACES = 10_000
+KEPT_RACES = 16
+"""Races whose ticks are kept, for films."""
 FINISHED, RETIRED, TIME_UP, CUT_SHORT = "finished", "retired", "time_up", "not_finished"
 
 
@@ -100,8 +102,8 @@ class RaceResult:
     drivers: tuple[str, ...]
     races: tuple[tuple[Showing, ...], ...]
     """In each, the drivers in their own order."""
-    ticks: Array
-    """TICK_REPORT (T, M) of the first race, in the order of the drivers."""
+    ticks: tuple[Array, ...]
+    """TICK_REPORT (T, M) of each of the first KEPT_RACES races, in the order of the drivers."""
 
     def of(self, number: int) -> list[Showing]:
         """Return what a driver came to, race by race."""
@@ -200,7 +202,7 @@ class _Field:
         self._order = np.zeros((races, count, count), np.int8)
         self._driven = np.zeros((races, count))
         self._arcs = np.zeros((races, count))
-        self._log: list[Array] = []
+        self._logs: list[list[Array]] = [[] for _ in range(min(races, KEPT_RACES))]
 
     @property
     def is_over(self) -> bool:
@@ -223,8 +225,9 @@ class _Field:
         self._seats.choose(self._buffers.observations, self._actions)
         self._world.step(self._actions, self._buffers)
         reports = self._world.reports
-        if not self._out[0].all():
-            self._log.append(reports[0, np.argsort(self.whose[0])].copy())
+        for n, log in enumerate(self._logs):
+            if not self._out[n].all():
+                log.append(reports[n, np.argsort(self.whose[n])].copy())
         self._count_contacts(reports)
         self._count_overtakes(reports)
         self._judge(reports, before)
@@ -236,7 +239,7 @@ class _Field:
         ordered = tuple(
             tuple(row[place] for place in np.argsort(own)) for row, own in zip(self._shown, self.whose, strict=True)
         )
-        return RaceResult(tuple(driver.name for driver in self._drivers), ordered, np.array(self._log))
+        return RaceResult(tuple(driver.name for driver in self._drivers), ordered, tuple(map(np.array, self._logs)))
 
     def _judge(self, reports: Array, before: Array) -> None:
         """End cars' races, and set back those that go on."""

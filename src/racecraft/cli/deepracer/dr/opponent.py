@@ -83,7 +83,7 @@ def _leave_files(cars: list[TrainedCar], result: RaceResult, length_m: float) ->
     from racecraft.training.deepracer.aws.head_to_head_files import write_aws_heads
 
     for number, car in enumerate(cars):
-        stamp = write_aws_heads(car.run.path, result.ticks[:, number], length_m)
+        stamp = write_aws_heads(car.run.path, result.ticks[0][:, number], length_m)
         print(f"{result.drivers[number]}: evaluation-{stamp} in {car.run.path}")
 
 

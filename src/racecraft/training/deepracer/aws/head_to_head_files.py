@@ -26,7 +26,7 @@ def write_aws_heads(
 
     Args:
         folder: The car's run folder.
-        ticks: TICK_REPORT (T,) of the car, as `RaceResult.ticks` has it; T at least 1.
+        ticks: TICK_REPORT (T,) of the car, as `RaceResult.ticks` has it of one race; T at least 1.
         track_length_m: Length of the centre line.
         moment: When the race began, UTC; None: now.
 
