@@ -82,8 +82,6 @@ def side_by_side(batches: Sequence[RolloutBatch]) -> RolloutBatch:
 
     Where some have fewer ticks than others, their rows stand still at the end and are not learned from there.
     """
-    if len(batches) == 1:
-        return batches[0]
     first, ticks = batches[0], max(batch.shape[0] for batch in batches)
     width = sum(batch.shape[1] for batch in batches)
 
