@@ -18,14 +18,13 @@ from torch import Tensor
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.behaviour_cloning import cloning_loss, to_raw
 from racecraft.algorithms.demonstrations import shown_tensors
-from racecraft.algorithms.learner import Anneals, Decision, DivergedError, Learner, StateDict, greedy_policy_of
-from racecraft.algorithms.policy_spec import PolicySpec
+from racecraft.algorithms.laid_round import LaidRound
+from racecraft.algorithms.learner import DivergedError, Learner, StateDict
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.algorithms.recurrent_network import RecurrentActorCritic
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
-from racecraft.contract.policy import Policy
-from racecraft.contract.world import Array, ArraySpec, GroupedActions
+from racecraft.contract.world import GroupedActions
 from racecraft.formats.demonstrations import Demonstrations
 from racecraft.settings.table import check_group, setting
 
@@ -52,7 +51,7 @@ class ImitationConfig:
         check_group(self)
 
 
-class Imitating:
+class Imitating(LaidRound):
     """A learner that also does what it was shown. Towards everybody it is that learner.
 
     Args:
@@ -72,8 +71,8 @@ class Imitating:
                 "Use ppo with --set network.memory=none, or leave it at 0."
             )
         assert not isinstance(inner.spec.actions, GroupedActions), "agents of each kind have a learner of their own"
-        self.inner, self.learner, self.config, self.spec = inner, inner, config, inner.spec
-        self.eats, self.device = inner.eats, inner.device
+        super().__init__(inner)
+        self.learner, self.config = inner, config
         told = shown_tensors(
             shown, inner.spec, inner.network.policy_body.names, inner.device, "imitation.demonstrations"
         )
@@ -91,42 +90,9 @@ class Imitating:
         }
 
     @property
-    def columns(self) -> Mapping[str, ArraySpec]:
-        """What the inner learner notes."""
-        return self.inner.columns
-
-    @property
-    def policy_spec(self) -> PolicySpec:
-        """The inner learner's."""
-        return self.inner.policy_spec
-
-    @property
     def share(self) -> float:
         """What is left of the size of its steps, 0 to 1."""
         return max(0.0, 1.0 - self.collected / self.config.steps) if self.config.steps else 1.0
-
-    def act(
-        self,
-        observations: Mapping[str, Array],
-        action_mask: Array | None = None,
-        *,
-        generator: torch.Generator | None = None,
-        rows: Array | None = None,
-    ) -> Decision:
-        """Decide as the inner learner does."""
-        return self.inner.act(observations, action_mask, generator=generator, rows=rows)
-
-    def forget(self, rows: Array) -> None:
-        """Begin anew for the rows whose episode ended."""
-        self.inner.forget(rows)
-
-    def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
-        """Return greedy actions."""
-        return self.inner.choose(observations, action_mask)
-
-    def greedy_policy(self) -> Policy:
-        """Return the inner learner's."""
-        return greedy_policy_of(self.inner)
 
     def update(self, experience: RolloutBatch) -> dict[str, float]:
         """Have the learner learn, then imitate; return the figures of both.
@@ -138,11 +104,6 @@ class Imitating:
         loss, agreement = self._imitate()
         self.collected += experience.num_active
         return {**told, "imitation_loss": loss, "imitation_agreement": agreement}
-
-    def anneal(self, done: float) -> None:
-        """Follow the inner learner's schedules."""
-        if isinstance(self.inner, Anneals):
-            self.inner.anneal(done)
 
     def state_dict(self) -> StateDict:
         """Return the inner learner's state and, in a group of its own, what imitation remembers."""

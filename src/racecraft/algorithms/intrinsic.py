@@ -19,12 +19,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from racecraft.algorithms.learner import REPLAY, Anneals, Decision, Learner, StateDict, greedy_policy_of
-from racecraft.algorithms.policy_spec import PolicySpec
+from racecraft.algorithms.laid_round import LaidRound
+from racecraft.algorithms.learner import REPLAY, Learner, StateDict
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
-from racecraft.contract.policy import Policy
-from racecraft.contract.world import Array, ArraySpec
+from racecraft.contract.world import Array
 
 BONUS_DISCOUNT = 0.99
 """Of the sums whose deviation the bonus is measured by, as in Burda et al."""
@@ -58,7 +57,7 @@ class RewardModel(Protocol):
         ...
 
 
-class IntrinsicReward:
+class IntrinsicReward(LaidRound):
     """A learner that is rewarded by more than the world. Towards everybody it is that learner.
 
     Args:
@@ -75,47 +74,14 @@ class IntrinsicReward:
                 f"{model.name}.strength is {model.strength:g}; its bonus is of the latest rollout, and this algorithm "
                 "learns from a replay. Leave it at 0, or use ppo."
             )
-        self.inner, self.model, self.spec = inner, model, inner.spec
-        self.eats, self.device = inner.eats, inner.device
+        super().__init__(inner)
+        self.model = model
         self.figures = {
             **getattr(inner, "figures", {}),
             f"{model.name}_reward": "Mean bonus of a transition, its strength and scale in, in reward units.",
             **model.figures,
         }
         self.scale = ReturnScale(BONUS_DISCOUNT)
-
-    @property
-    def columns(self) -> Mapping[str, ArraySpec]:
-        """What the inner learner notes."""
-        return self.inner.columns
-
-    @property
-    def policy_spec(self) -> PolicySpec:
-        """The inner learner's."""
-        return self.inner.policy_spec
-
-    def act(
-        self,
-        observations: Mapping[str, Array],
-        action_mask: Array | None = None,
-        *,
-        generator: torch.Generator | None = None,
-        rows: Array | None = None,
-    ) -> Decision:
-        """Decide as the inner learner does."""
-        return self.inner.act(observations, action_mask, generator=generator, rows=rows)
-
-    def forget(self, rows: Array) -> None:
-        """Begin anew for the rows whose episode ended."""
-        self.inner.forget(rows)
-
-    def choose(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
-        """Return greedy actions."""
-        return self.inner.choose(observations, action_mask)
-
-    def greedy_policy(self) -> Policy:
-        """Return the inner learner's."""
-        return greedy_policy_of(self.inner)
 
     def update(self, experience: RolloutBatch) -> dict[str, float]:
         """Add the bonus to what is rewarded, have the learner learn, then the model."""
@@ -130,11 +96,6 @@ class IntrinsicReward:
         learned = self.model.learn(before, actions, after) if len(chosen) else {}
         mean = float(added[experience.active].mean()) if experience.num_active else 0.0
         return {**told, f"{self.model.name}_reward": mean, **learned}
-
-    def anneal(self, done: float) -> None:
-        """Follow the inner learner's schedules."""
-        if isinstance(self.inner, Anneals):
-            self.inner.anneal(done)
 
     def state_dict(self) -> StateDict:
         """Return the inner learner's state and, in a group of its own, the model's."""
