@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from racecraft.algorithms.learner import DivergedError
 from racecraft.cli.deepracer.train import what_came_of_it
 from racecraft.rollout.settings import RolloutConfig
 from racecraft.training.callbacks import EvaluationResult, IterationReport
@@ -55,7 +56,7 @@ class Notes:
     """Writer and callback at once: notes every report."""
 
     def __init__(self):
-        self.reports = []
+        self.reports, self.reasons = [], []
 
     def write_start(self): ...
     def write(self, report, loop_state):
@@ -70,7 +71,8 @@ class Notes:
     def close(self): ...
     def begin(self, title, stops, score_name): ...
     def iteration(self, report): ...
-    def end(self, reason): ...
+    def end(self, reason):
+        self.reasons.append(reason)
 
 
 class Collector:
@@ -200,3 +202,18 @@ def shown(kind, score_name, *reports):
         watcher.iteration(one)
     watcher.end("laps")
     return stream.getvalue()
+
+
+def test_a_training_that_fails_says_so_where_it_would_say_why_it_stopped():
+    def fails(batch):
+        raise DivergedError("the losses are no numbers")
+
+    learner = SimpleNamespace(eats="rollout", update=fails)
+    notes = Notes()
+    loop = TrainingLoop(
+        Collector(), learner, ScriptedJudge([]), notes, notes, RolloutConfig(num_worlds=1, horizon=1),
+        EvaluationConfig(), parse_stops(["iterations=3"]), SimpleNamespace(take=lambda batch: batch),
+    )  # fmt: skip
+    with pytest.raises(DivergedError):
+        loop.run("scripted")
+    assert notes.reasons == ["an error"]

@@ -187,7 +187,7 @@ class TrainingLoop:
             self._writer.write_start()
         self._callback.begin(title, " or ".join(map(str, self._stops)) or WHEN_ASKED, self._evaluator.score_name)
         self._began = self._looked = time.perf_counter()
-        reason = "an error"
+        reason = ""
         try:
             # A run that is resumed may have reached its stop before it was broken off.
             reason = self._stop() if self._iteration else ""
@@ -201,7 +201,7 @@ class TrainingLoop:
         except KeyboardInterrupt:
             reason = "Ctrl-C"
         finally:
-            self._end(reason)
+            self._end(reason or "an error")
         return Outcome(
             reason=reason,
             iterations=self._iteration,
