@@ -76,12 +76,12 @@ def trained(world: str, beside: bool, seed: int, stop: str, *settings: str) -> N
     return noting
 
 
-def curves(seeds: int) -> dict[str, Any]:
+def curves(seeds: int, steps: int) -> dict[str, Any]:
     """Return the curve of every seed, both ways, and the steps to the goal."""
     told: dict[str, Any] = {}
     for name, beside in (("waits", False), ("beside", True)):
         points = {
-            str(seed): trained(PLAIN, beside, seed, f"steps={STEPS}", *OFTENER).points for seed in range(1, seeds + 1)
+            str(seed): trained(PLAIN, beside, seed, f"steps={steps}", *OFTENER).points for seed in range(1, seeds + 1)
         }
         solved = {seed: next((steps for steps, score in one if score >= GOAL), None) for seed, one in points.items()}
         told[name] = {"steps_to_goal": solved, "curves": points}
@@ -112,13 +112,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--steps", type=int, default=STEPS, help="of a curve")
     parser.add_argument("--part", choices=("curves", "slow"), help="only this one; the other stays as it was")
     asked = parser.parse_args()
     place = asked.folder / "asynchronous.json"
     told: dict[str, Any] = json.loads(place.read_text()) if place.is_file() else {}
-    for name, part in (("curves", curves), ("slow", slow)):
+    parts = {"curves": lambda: curves(asked.seeds, asked.steps), "slow": lambda: slow(asked.seeds)}
+    for name, part in parts.items():
         if asked.part in (None, name):
-            told[name] = part(asked.seeds)
+            told[name] = part()
             write_whole(place, (json.dumps(told, indent=1) + "\n").encode())
     for name, one in told.get("curves", {}).items():
         print(f"{name}: steps to {GOAL:g} by seed {one['steps_to_goal']}")

@@ -212,7 +212,7 @@ def test_a_training_that_fails_says_so_where_it_would_say_why_it_stopped():
     notes = Notes()
     loop = TrainingLoop(
         Collector(), learner, ScriptedJudge([]), notes, notes, RolloutConfig(num_worlds=1, horizon=1),
-        EvaluationConfig(), parse_stops(["iterations=3"]), SimpleNamespace(take=lambda batch: batch),
+        EvaluationConfig(), parse_stops(["iterations=3"]), SimpleNamespace(take=lambda batch: "what was collected"),
     )  # fmt: skip
     with pytest.raises(DivergedError):
         loop.run("scripted")
