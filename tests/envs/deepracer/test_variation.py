@@ -518,6 +518,7 @@ def test_only_is_one_disturbance_and_no_other():
         (lambda: VariationConfig("stong"), "Did you mean 'strong'?"),
         (lambda: VariationConfig(latency=0.02), "less than half a tick"),
         (lambda: VariationConfig(noise=-1.0), "0 to 60"),
+        (lambda: VariationConfig(camera_height=0.061), "0 to 0.06"),
         (lambda: only("string", ["glare"]), "Did you mean 'strong'?"),
         (lambda: only("strong", ["glair"]), "Did you mean 'glare'?"),
         (lambda: only("off", ["glare"]), "no level of variation 'off'"),
