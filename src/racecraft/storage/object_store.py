@@ -179,7 +179,7 @@ class ObjectStore:
         """Return the latest upload of a key that was begun and not completed."""
         try:
             answer = self._ask(bucket, "list_multipart_uploads", Prefix=key)
-        except UnknownRequestError:  # such a store cannot say what it has; a large file is then begun anew
+        except (UnknownRequestError, NoSuchObjectError):  # cannot say what it has, or says "none" so (rclone's)
             return None
         ours = [one for one in answer.get("Uploads", ()) if one["Key"] == key]
         return str(max(ours, key=lambda one: one["Initiated"])["UploadId"]) if ours else None
