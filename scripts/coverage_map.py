@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections import defaultdict
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -30,52 +29,55 @@ class CoverageMap:
         sources = sorted((house / "src").rglob("*.py"))
         self._package = hashlib.sha256(b"\0".join(one.read_bytes() for one in sources)).hexdigest()
         self._stems: dict[str, Path] = {}
-        self._read: dict[Path, dict[int, set[str]]] = {}
+        self._read: dict[tuple[Path, str], dict[int, set[str]]] = {}
         self.costs: dict[str, float] = {}
         """The processor seconds of each test that passes, by its name for pytest."""
 
-    def read(self, tests: list[Path], until: float) -> bool:
-        """Learn what these test files run, those not yet known by running them; False where `until` came before.
-
-        `until` is a time of `time.monotonic`.
-        """
+    def read(self, tests: list[Path]) -> None:
+        """Learn what these test files run, those not yet known by running them."""
         for test in tests:
             name = test.relative_to(self._house).as_posix()
+            if name in self._stems:
+                continue
             known = hashlib.sha256(test.read_bytes() + self._package.encode()).hexdigest()[:16]
             stem = self._kept / f"{name.removesuffix('.py').replace('/', '-')}-{known}"
             costs = stem.with_suffix(".json")
             if not costs.exists():
-                if time.monotonic() > until:
-                    return False
-                print(f"     {name}", flush=True)
+                print(f"     what {name} runs …", flush=True)
                 self._watch(name, stem)
-            told = json.loads(costs.read_text())
-            self.costs |= told
-            if told:
-                self._stems[name] = stem
-        return True
+            self.costs |= json.loads(costs.read_text())
+            self._stems[name] = stem
 
-    def running(self, path: Path, first: int, last: int) -> set[str]:
-        """Return the tests that run a line from `first` to `last` of a file, given from the root of the repository."""
+    def running(self, path: Path, files: set[str], first: int = 1, last: int = 1 << 30) -> set[str]:
+        """Return the tests of some files that run a line from `first` to `last` of a module.
+
+        Args:
+            path: The module, from the root of the repository.
+            files: Test files, likewise; all were read.
+            first: A line, from 1.
+            last: Another, this one included.
+        """
         found: set[str] = set()
-        for line, tests in self._lines(path).items():
-            if first <= line <= last:
-                found |= tests
+        for name in files:
+            for line, tests in self._lines(path, name).items():
+                if first <= line <= last:
+                    found |= tests
         return found
 
-    def _lines(self, path: Path) -> dict[int, set[str]]:
+    def _lines(self, path: Path, name: str) -> dict[int, set[str]]:
+        """Return the tests of a file by the lines of a module that they run."""
         from coverage import CoverageData
 
-        if path in self._read:
-            return self._read[path]
-        lines = self._read.setdefault(path, defaultdict(set))
-        for name, stem in self._stems.items():
-            data: Any = CoverageData(stem.with_suffix(".coverage"))
+        if (path, name) in self._read:
+            return self._read[path, name]
+        lines = self._read.setdefault((path, name), {})
+        kept = self._stems[name].with_suffix(".coverage")
+        of_file = {test for test in self.costs if test.startswith(f"{name}::")}
+        if of_file and kept.exists():
+            data: Any = CoverageData(kept)
             data.read()
-            of_file = [test for test in self.costs if test.startswith(f"{name}::")]
             for line, contexts in data.contexts_by_lineno(str(self._house / path)).items():
-                tests = {context for context in contexts if context in self.costs}
-                lines[line] |= {*tests, *of_file} if name in contexts else tests
+                lines[line] = of_file if name in contexts else of_file.intersection(contexts)
             data.close()
         return lines
 

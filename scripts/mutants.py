@@ -4,16 +4,16 @@
     python scripts/mutants.py --count 300 --seed 2     another sample
     python scripts/mutants.py --count 300 --minutes 5  so long; the next call goes on where this one ended
     python scripts/mutants.py --count 300 --in rollout formats     of some rooms only
-    python scripts/mutants.py --only 17 203 --tests tests/training     two of them again, with other tests
+    python scripts/mutants.py --only 17 203 --tests tests/training     those of two that live, with other tests
 
 A mutant is one change in one file: a comparison or a sum turned round, a constant moved, a condition negated, a
 statement left out. It is tried in a copy of the house that is kept in build/mutants, with its compiled kernels. A map
-made once by `coverage` (pip install coverage) says which tests run the line; those in files that name the module are
-asked first, then the cheaper before the dearer, for as long as `BUDGET_SECONDS`, up to the first that fails. That one
-is asked again without the mutant, and where it fails there as well, it is no judge. Lines that run at import, or in a
-compiled kernel, no test is seen to run: there the tests of the module are asked, or of whoever imports it. Each mutant
-lives in a fork of one process that has imported the large guests, and of kernels only those are compiled again that
-read what was changed.
+by `coverage` (pip install coverage) says which tests run the line; it is made of each test file once, when that file is
+first asked. Files that name the module are asked before the others of its room, cheap tests before dear ones, for as
+long as `BUDGET_SECONDS`, up to the first that fails. That one is asked again without the mutant, and where it fails
+there as well, it is no judge. Lines that run at import, or in a compiled kernel, no test is seen to run: there all
+tests are asked that run the module, or whoever imports it. Each mutant lives in a fork of one process that has imported
+the large guests, and of kernels only those are compiled again that read what was changed.
 
 docs/decisions/0009-mutants.md says why this is a script of ours, and which survivors were read.
 """
@@ -56,8 +56,9 @@ def main(words: list[str]) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--in", dest="rooms", nargs="+", default=ROOMS, metavar="ROOM", help=", ".join(ROOMS))
     parser.add_argument("--minutes", type=float, default=1e9, help="no further one is begun after so long")
-    parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="these of the sample, tried or not")
-    parser.add_argument("--tests", type=Path, nargs="+", help="folders or files; those of the rooms")
+    parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="of the sample only these")
+    parser.add_argument("--tests", type=Path, nargs="+", help="ask these folders or files about survivors")
+    parser.add_argument("--near", action="store_true", help="ask only tests that name the module; a quick sieve")
     asked = parser.parse_args(words)
     if importlib.util.find_spec("coverage") is None:
         parser.error("the map of what each test runs is made by coverage, which is not installed: pip install coverage")
@@ -68,18 +69,20 @@ def main(words: list[str]) -> int:
     print(f"{len(sample)} of {len(every):,} mutants, seed {asked.seed}", flush=True)
     ends = time.monotonic() + 60 * asked.minutes
     copy = Copy(ROOT / "build" / "mutants")
-    tests = asked.tests or [*(Path("tests", room) for room in asked.rooms), *(HOUSE / room for room in asked.rooms)]
-    if not copy.map.read(copy.test_files(tests), ends):
-        print("the map is not whole yet; call again")
-        return 2
+    tests = asked.tests or [*(HOUSE / room for room in asked.rooms), *(Path("tests", room) for room in asked.rooms)]
+    files = copy.test_files(tests)
     told = Told(copy.place / f"told-{asked.seed}-{'-'.join(asked.rooms)}-{asked.count}.json")
-    again = asked.only or [number for number, one in sample.items() if told.unread(number, one)]
+    again = [
+        number
+        for number in asked.only or sample
+        if (told.lives(number) if asked.tests else told.unread(number, sample[number], asked.near))
+    ]
     for number in sorted(again, key=lambda one: (bool(copy.read_by(sample[one].path)), one)):
         if time.monotonic() > ends:
             break
         mutant = sample[number]
-        noticed_by = copy.noticed(mutant)
-        told.keep(number, mutant, noticed_by)
+        noticed_by = copy.noticed(mutant, files, asked.near)
+        told.keep(number, mutant, noticed_by, asked.near)
         print(f"{number:4} {noticed_by or 'SURVIVES'}\n     {mutant.path}:{mutant.line}  {mutant.what}", flush=True)
     return told.summary()
 
@@ -92,18 +95,25 @@ class Told:
         self._path = path
         self._all: dict[str, list[str]] = json.loads(path.read_text()) if path.exists() else {}
 
-    def unread(self, number: int, mutant: Mutant) -> bool:
-        """Tell whether this very mutant was not tried before."""
-        return self._all.get(str(number), [""])[0] != f"{mutant.path}:{mutant.line}  {mutant.what}"
+    def lives(self, number: int) -> bool:
+        """Tell whether a mutant was not noticed yet."""
+        return not self._all.get(str(number), ["", ""])[1]
 
-    def keep(self, number: int, mutant: Mutant, noticed_by: str) -> None:
+    def unread(self, number: int, mutant: Mutant, near: bool) -> bool:
+        """Tell whether a mutant was not tried before, or only with the tests near it where others are asked now."""
+        known, noticed_by, only_near = self._all.get(str(number), ["", "", ""])
+        return known != f"{mutant.path}:{mutant.line}  {mutant.what}" or (
+            bool(only_near) and not noticed_by and not near
+        )
+
+    def keep(self, number: int, mutant: Mutant, noticed_by: str, near: bool) -> None:
         """Keep what came of one."""
-        self._all[str(number)] = [f"{mutant.path}:{mutant.line}  {mutant.what}", noticed_by]
+        self._all[str(number)] = [f"{mutant.path}:{mutant.line}  {mutant.what}", noticed_by, "near" * near]
         self._path.write_text(json.dumps(self._all, indent=1))
 
     def summary(self) -> int:
         """Print how many were noticed and who lived; 0 where at least 85 % were noticed."""
-        lived = {number: one for number, (one, noticed_by) in self._all.items() if not noticed_by}
+        lived = {number: one for number, (one, noticed_by, _) in self._all.items() if not noticed_by}
         dead = len(self._all) - len(lived)
         print(f"\n{dead} of {len(self._all)} were noticed ({100 * dead / max(1, len(self._all)):.0f} %); survivors:")
         print("\n".join(f"{number:>6}  {one}" for number, one in lived.items()) or "  none")
@@ -142,9 +152,24 @@ class Copy:
         """Return the kernels that a file's numbers and functions are compiled into, itself among them."""
         return [kernel for kernel, read in self._reads.items() if self._root / path in read]
 
-    def noticed(self, mutant: Mutant) -> str:
-        """Return which test noticed a mutant, "late" with a name where tests came to no end; "" for nobody."""
-        tests = self._chosen(mutant)
+    def noticed(self, mutant: Mutant, files: list[Path], only_near: bool = False) -> str:
+        """Return which test noticed a mutant, "late" with a name where tests came to no end; "" for nobody.
+
+        Args:
+            mutant: The change.
+            files: The test files that may be asked; first come those that name the module or bear its name.
+            only_near: Ask no others; else those of the folder that mirrors the module's own come next.
+        """
+        near = [one for one in files if self._is_near(one, mutant.path)]
+        noticed_by = self._asked(mutant, near)
+        if noticed_by or only_near:
+            return noticed_by
+        mirrored = self._mirrored(mutant.path)
+        return self._asked(mutant, [one for one in files if one not in near and one.is_relative_to(mirrored)])
+
+    def _asked(self, mutant: Mutant, files: list[Path]) -> str:
+        self.map.read(files)
+        tests = self._chosen(mutant, {one.relative_to(self._root).as_posix() for one in files})
         while tests:
             allowed = PATIENCE * sum(self.map.costs[one] for one in tests) + COMPILING[bool(self.read_by(mutant.path))]
             with self._living(mutant):
@@ -158,25 +183,28 @@ class Copy:
             tests = [one for one in tests if one != judge]
         return ""
 
-    def _chosen(self, mutant: Mutant) -> list[str]:
-        """Return the tests to ask, in order: those near before others, the cheap before the dear."""
-        path, name = mutant.path, ".".join(mutant.path.with_suffix("").parts[1:]).removesuffix(".__init__")
-        tests = self.map.running(path, mutant.line, mutant.last_line) or self.map.running(path, 1, 1 << 30)
+    def _is_near(self, file: Path, path: Path) -> bool:
+        """Tell whether a test file names a module or bears its name; a module's own examples are near as well."""
+        name = _name(path)
+        bears = file.name == f"test_{name.rpartition('.')[2]}.py" or file == self._root / path
+        return bears or bool(_imports(name).search(file.read_text("utf-8")))
+
+    def _mirrored(self, path: Path) -> Path:
+        """Return the folder of tests that mirrors a module's own, or the nearest above it."""
+        folder = self._root / "tests" / Path(*path.parent.parts[2:])
+        return next(one for one in (folder, *folder.parents) if one.is_dir())
+
+    def _chosen(self, mutant: Mutant, files: set[str]) -> list[str]:
+        """Return the tests of some files to ask: those that run the line, else the module, else who imports it."""
+        path = mutant.path
+        tests = self.map.running(path, files, mutant.line, mutant.last_line) or self.map.running(path, files)
         if not tests:
             compiled = [_name(kernel) for kernel in self.read_by(path)]
-            users = {user for one in (name, *compiled) for user in self._importing(one)}
-            tests = set().union(*(self.map.running(user, 1, 1 << 30) for user in users))
-        imports, last = _imports(name), name.rpartition(".")[2]
-
-        @functools.cache
-        def near(file: str) -> bool:
-            return bool(imports.search((self._root / file).read_text("utf-8"))) or Path(file).name == f"test_{last}.py"
-
-        if not tests:
-            tests = {one for one in self.map.costs if near(one.split("::")[0])}
+            users = {user for one in (_name(path), *compiled) for user in self._importing(one)}
+            tests = set().union(*(self.map.running(user, files) for user in users))
         asked: list[str] = []
         cost = 0.0
-        for test in sorted(tests, key=lambda one: (not near(one.split("::")[0]), self.map.costs[one], one)):
+        for test in sorted(tests, key=lambda one: (self.map.costs[one], one)):
             cost += self.map.costs[test]
             if asked and cost > BUDGET_SECONDS:
                 break
@@ -229,7 +257,7 @@ class Copy:
 
 
 def _name(path: Path) -> str:
-    return ".".join(path.with_suffix("").parts[path.parts.index("racecraft") :])
+    return ".".join(path.with_suffix("").parts[path.parts.index("racecraft") :]).removesuffix(".__init__")
 
 
 def _imports(name: str) -> re.Pattern[str]:
@@ -247,15 +275,17 @@ def _keep_kernels_in(folder: Path) -> None:
 
 def _mirror(source: Path, target: Path) -> None:
     """Make a folder the same as another, times and all, and touch nothing in it that is the same already."""
-    leave = shutil.ignore_patterns(
-        ".git", ".venv*", "runs", "out", "__pycache__", ".*_cache", ".hypothesis", "shared", "site", "build"
-    )
+    leave = {".git", ".venv", ".venvs", ".hypothesis", "runs", "out", "shared", "site", "build", "dist"}
+
+    def left(folder: str, names: list[str]) -> set[str]:
+        here = leave.intersection(names) if Path(folder) == source else set()
+        return here | {one for one in names if one == "__pycache__" or one.endswith("_cache")}
 
     def copied(one: str, other: str) -> None:
         if not os.path.exists(other) or Path(one).read_bytes() != Path(other).read_bytes():
             shutil.copy2(one, other)
 
-    shutil.copytree(source, target, ignore=leave, copy_function=copied, dirs_exist_ok=True)
+    shutil.copytree(source, target, ignore=left, copy_function=copied, dirs_exist_ok=True)
     for one in [*target.rglob("*.py")]:
         if not (source / one.relative_to(target)).exists():
             one.unlink()
