@@ -15,8 +15,10 @@ from typing import Any
 
 import forks
 
-LONGEST_SECONDS = 1200
+LONGEST_SECONDS = 400
 """The processor seconds after which a test file is given up; its tests are not asked then."""
+LONGEST_TEST_SECONDS = 120
+"""A test that takes longer, by the clock, is not asked either."""
 
 
 class CoverageMap:
@@ -92,8 +94,9 @@ class CoverageMap:
             )
             witness = Witness(watch)
             watch.start()
+            longest = f"-otimeout={LONGEST_TEST_SECONDS}"
             code = pytest.main(
-                ["-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--tb=short", name], plugins=[witness]
+                ["-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--tb=short", longest, name], plugins=[witness]
             )
             watch.stop()
             watch.save()

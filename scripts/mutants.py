@@ -13,7 +13,8 @@ first asked. Files that name the module are asked before the others of its room,
 long as `BUDGET_SECONDS`, up to the first that fails. That one is asked again without the mutant, and where it fails
 there as well, it is no judge. Lines that run at import, or in a compiled kernel, no test is seen to run: there all
 tests are asked that run the module, or whoever imports it. Each mutant lives in a fork of one process that has imported
-the large guests, and of kernels only those are compiled again that read what was changed.
+the large guests, and of kernels only those are compiled again that read what was changed. With --uncompiled none is:
+Python runs them as they are written, and tests that are too slow for that or want a machine's numbers are no judges.
 
 docs/decisions/0009-mutants.md says why this is a script of ours, and which survivors were read.
 """
@@ -59,6 +60,11 @@ def main(words: list[str]) -> int:
     parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="of the sample only these")
     parser.add_argument("--tests", type=Path, nargs="+", help="ask these folders or files about survivors")
     parser.add_argument("--near", action="store_true", help="ask only tests that name the module; a quick sieve")
+    parser.add_argument(
+        "--uncompiled",
+        action="store_true",
+        help="let Python run the kernels: nothing is compiled, and their lines seen",
+    )
     asked = parser.parse_args(words)
     if importlib.util.find_spec("coverage") is None:
         parser.error("the map of what each test runs is made by coverage, which is not installed: pip install coverage")
@@ -68,7 +74,7 @@ def main(words: list[str]) -> int:
     sample = dict(enumerate(random.Random(asked.seed).sample(every, min(asked.count, len(every))), 1))
     print(f"{len(sample)} of {len(every):,} mutants, seed {asked.seed}", flush=True)
     ends = time.monotonic() + 60 * asked.minutes
-    copy = Copy(ROOT / "build" / "mutants")
+    copy = Copy(ROOT / "build" / "mutants", asked.uncompiled)
     tests = asked.tests or [*(HOUSE / room for room in asked.rooms), *(Path("tests", room) for room in asked.rooms)]
     files = copy.test_files(tests)
     told = Told(copy.place / f"told-{asked.seed}-{'-'.join(asked.rooms)}-{asked.count}.json")
@@ -123,7 +129,7 @@ class Told:
 class Copy:
     """A copy of the house in which mutants live, one at a time."""
 
-    def __init__(self, place: Path) -> None:
+    def __init__(self, place: Path, uncompiled: bool = False) -> None:
         """Bring the copy in a folder up to date, and the map of its tests."""
         self.place, self._root = place.resolve(), place.resolve() / "house"
         place.mkdir(parents=True, exist_ok=True)
@@ -133,9 +139,12 @@ class Copy:
         self._compiled, self._tried = self.place / "compiled", self.place / "compiled-with-mutant"
         sys.path.insert(0, str(self._root / "src"))
         os.environ |= {"PYTHONPATH": str(self._root / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
+        if uncompiled:
+            os.environ["NUMBA_DISABLE_JIT"] = "1"
         forks.warm_up()
-        self._reads = self._read_by_kernels()
-        self.map = CoverageMap(self._root, self.place / "map", functools.partial(_keep_kernels_in, self._compiled))
+        self._reads = {} if uncompiled else self._read_by_kernels()
+        kept = self.place / ("map-uncompiled" if uncompiled else "map")
+        self.map = CoverageMap(self._root, kept, functools.partial(_keep_kernels_in, self._compiled))
 
     def test_files(self, places: list[Path]) -> list[Path]:
         """Return the test files of some places, and the modules there that hold examples."""
@@ -160,12 +169,12 @@ class Copy:
             files: The test files that may be asked; first come those that name the module or bear its name.
             only_near: Ask no others; else those of the folder that mirrors the module's own come next.
         """
-        near = [one for one in files if self._is_near(one, mutant.path)]
-        noticed_by = self._asked(mutant, near)
-        if noticed_by or only_near:
-            return noticed_by
         mirrored = self._mirrored(mutant.path)
-        return self._asked(mutant, [one for one in files if one not in near and one.is_relative_to(mirrored)])
+        near = [one for one in files if self._is_near(one, mutant.path)]
+        near.sort(key=lambda one: (not one.is_relative_to(mirrored), not self._bears(one, mutant.path), one))
+        far = [one for one in files if one not in near and one.is_relative_to(mirrored)]
+        asked = ([one] for one in near) if only_near else [*([one] for one in near), far]
+        return next(filter(None, (self._asked(mutant, some) for some in asked)), "")
 
     def _asked(self, mutant: Mutant, files: list[Path]) -> str:
         self.map.read(files)
@@ -184,10 +193,12 @@ class Copy:
         return ""
 
     def _is_near(self, file: Path, path: Path) -> bool:
-        """Tell whether a test file names a module or bears its name; a module's own examples are near as well."""
-        name = _name(path)
-        bears = file.name == f"test_{name.rpartition('.')[2]}.py" or file == self._root / path
-        return bears or bool(_imports(name).search(file.read_text("utf-8")))
+        """Tell whether a test file names a module or bears its name."""
+        return self._bears(file, path) or bool(_imports(_name(path)).search(file.read_text("utf-8")))
+
+    def _bears(self, file: Path, path: Path) -> bool:
+        """Tell whether a test file bears a module's name, or is the module itself with its examples."""
+        return file.name == f"test_{_name(path).rpartition('.')[2]}.py" or file == self._root / path
 
     def _mirrored(self, path: Path) -> Path:
         """Return the folder of tests that mirrors a module's own, or the nearest above it."""
