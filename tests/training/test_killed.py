@@ -32,13 +32,13 @@ class Kind:
 CARS = Kind(("train",), ("--no-pictures", *TINY), 12, 1.2)
 GYMNASIUM = Kind(
     ("gym", "train"),
-    ("CartPole-v1", "--set", "rollout.num_worlds=2", "--set", "rollout.horizon=64", *SMALL),
+    ("CartPole-v1", "--no-pictures", "--set", "rollout.num_worlds=2", "--set", "rollout.horizon=64", *SMALL),
     12,
     1.2,
 )
 SNAKES = Kind(
     ("snakes", "train"),
-    ("--size", "7", "--snakes", "2", "--set", "rollout.num_worlds=8", "--set", "rollout.horizon=16", *SMALL)
+    ("--no-pictures", "--size", "7", "--snakes", "2", "--set", "rollout.num_worlds=8", "--set", "rollout.horizon=16", *SMALL)
     + ("--set", "evaluation.episodes=1"),
     12,
     3.0,
@@ -103,7 +103,7 @@ def kill_and_resume(kind, run, moment):
     process.join(moment)
     process.kill()
     process.join()
-    finish(*start(kind, run, "--resume", *(("--no-pictures",) if kind is CARS else ())))
+    finish(*start(kind, run, "--resume", "--no-pictures"))
 
 
 @pytest.fixture(scope="module")

@@ -13,6 +13,7 @@ from racecraft.cli.buckets.training import MirrorAt
 from racecraft.cli.metrics_beside import MetricsPort, measured
 from racecraft.cli.options import DEFAULT, AlgorithmName, Cluster, Detach, From, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
+from racecraft.cli.runs.report import Pictures, leave_report
 
 if TYPE_CHECKING:
     from racecraft.envs.battlesnake.settings import GameSettings
@@ -52,6 +53,7 @@ def train(
     cluster: Cluster = None,
     mirror: MirrorAt = None,
     metrics_port: MetricsPort = None,
+    pictures: Pictures = True,
     json: JSON = False,
 ) -> None:
     """Train a snake by self-play; its rating against the built-in players is shown as it learns.
@@ -69,7 +71,6 @@ def train(
     from racecraft.cli.buckets.training import fetch_run, mirrored, place_of_mirror
     from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
-    from racecraft.cli.runs.report import leave_report
     from racecraft.cluster.spreading import spread_over
     from racecraft.envs.battlesnake.settings import GameSettings
     from racecraft.training.battlesnake.trainer import SnakeRequest
@@ -98,7 +99,7 @@ def train(
         else:
             assert request is not None
             trained = train_world(request, mirroring, tell, spread)
-        summary, files = trained.summary(), leave_report(trained.run.path, tell)
+        summary, files = trained.summary(), leave_report(trained.run.path, tell) if pictures else {}
     if json:
         print_json({**summary, **files})
         return

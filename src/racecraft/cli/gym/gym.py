@@ -12,6 +12,7 @@ from racecraft.cli.buckets.training import MirrorAt
 from racecraft.cli.metrics_beside import MetricsPort, measured
 from racecraft.cli.options import DEFAULT, AlgorithmName, Cluster, Detach, From, Json, Overrides, Resume, asked
 from racecraft.cli.resuming import refuse_changes
+from racecraft.cli.runs.report import Pictures, leave_report
 from racecraft.contract.errors import SettingError
 
 UNCHANGEABLE = ("environment", "seed", "algorithm", "set_", "from_")
@@ -44,6 +45,7 @@ def train(
     cluster: Cluster = None,
     mirror: MirrorAt = None,
     metrics_port: MetricsPort = None,
+    pictures: Pictures = True,
     json: Json = False,
 ) -> None:
     """Train until the environment is solved.
@@ -59,7 +61,6 @@ def train(
     from racecraft.cli.buckets.training import fetch_run, mirrored, place_of_mirror
     from racecraft.cli.jobs.detaching import detach_training
     from racecraft.cli.output import print_json, say
-    from racecraft.cli.runs.report import leave_report
     from racecraft.cluster.spreading import spread_over
     from racecraft.training.gymnasium.trainer import GymRequest
     from racecraft.training.progress import watcher
@@ -87,7 +88,7 @@ def train(
         else:
             assert request is not None
             trained = train_world(request, mirroring, tell, spread)
-        summary, files = trained.summary(), leave_report(trained.run.path, tell)
+        summary, files = trained.summary(), leave_report(trained.run.path, tell) if pictures else {}
     if json:
         print_json({**summary, **files})
         return
