@@ -78,7 +78,9 @@ def test_recorded_episodes_are_cloned_and_gone_on_from(racecraft, folder, monkey
     (folder / "demos.safetensors").unlink()  # what it learns from went along
     (folder / "elsewhere").mkdir()
     monkeypatch.chdir(folder / "elsewhere")
-    on = told(racecraft("gym", "train", "--run", "../clone", "--resume", "--stop", "iterations=11", "--no-pictures", "--json"))
+    on = told(
+        racecraft("gym", "train", "--run", "../clone", "--resume", "--stop", "iterations=11", "--no-pictures", "--json")
+    )
     assert on["iterations"] == 11
     assert str(folder) not in (folder / "clone" / "job.json").read_text()
     monkeypatch.chdir(folder)
@@ -106,7 +108,11 @@ def test_an_own_algorithm_trains_by_name_and_its_policy_needs_it_not(racecraft, 
     name = "your_own_algorithm:HillClimbing"
     summary = told(racecraft("gym", "train", "CartPole-v1", "--algorithm", name, *SHORT))
     assert json.loads((folder / summary["run"] / "job.json").read_text())["algorithm"] == name
-    told(racecraft("gym", "train", "--run", summary["run"], "--resume", "--stop", "iterations=3", "--no-pictures", "--json"))
+    told(
+        racecraft(
+            "gym", "train", "--run", summary["run"], "--resume", "--stop", "iterations=3", "--no-pictures", "--json"
+        )
+    )
     assert load_policy(summary["run"]).spec.algorithm == "reinforce"
 
 

@@ -38,7 +38,18 @@ GYMNASIUM = Kind(
 )
 SNAKES = Kind(
     ("snakes", "train"),
-    ("--no-pictures", "--size", "7", "--snakes", "2", "--set", "rollout.num_worlds=8", "--set", "rollout.horizon=16", *SMALL)
+    (
+        "--no-pictures",
+        "--size",
+        "7",
+        "--snakes",
+        "2",
+        "--set",
+        "rollout.num_worlds=8",
+        "--set",
+        "rollout.horizon=16",
+        *SMALL,
+    )
     + ("--set", "evaluation.episodes=1"),
     12,
     3.0,
