@@ -13,8 +13,8 @@ first asked. Files that name the module are asked before the others of its room,
 long as `BUDGET_SECONDS`, up to the first that fails. That one is asked again without the mutant, and where it fails
 there as well, it is no judge. Lines that run at import, or in a compiled kernel, no test is seen to run: there all
 tests are asked that run the module, or whoever imports it. Each mutant lives in a fork of one process that has imported
-the large guests, and of kernels only those are compiled again that read what was changed. With --uncompiled none is:
-Python runs them as they are written, and tests that are too slow for that or want a machine's numbers are no judges.
+the large guests, and of kernels only those are compiled again that read what was changed: of cars a minute or two, so
+they come last. To let Python run them as they are written would be quicker, but their records are no Python objects.
 
 docs/decisions/0009-mutants.md says why this is a script of ours, and which survivors were read.
 """
@@ -60,11 +60,6 @@ def main(words: list[str]) -> int:
     parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="of the sample only these")
     parser.add_argument("--tests", type=Path, nargs="+", help="ask these folders or files about survivors")
     parser.add_argument("--near", action="store_true", help="ask only tests that name the module; a quick sieve")
-    parser.add_argument(
-        "--uncompiled",
-        action="store_true",
-        help="let Python run the kernels: nothing is compiled, and their lines seen",
-    )
     asked = parser.parse_args(words)
     if importlib.util.find_spec("coverage") is None:
         parser.error("the map of what each test runs is made by coverage, which is not installed: pip install coverage")
@@ -74,7 +69,7 @@ def main(words: list[str]) -> int:
     sample = dict(enumerate(random.Random(asked.seed).sample(every, min(asked.count, len(every))), 1))
     print(f"{len(sample)} of {len(every):,} mutants, seed {asked.seed}", flush=True)
     ends = time.monotonic() + 60 * asked.minutes
-    copy = Copy(ROOT / "build" / "mutants", asked.uncompiled)
+    copy = Copy(ROOT / "build" / "mutants")
     tests = asked.tests or [*(HOUSE / room for room in asked.rooms), *(Path("tests", room) for room in asked.rooms)]
     files = copy.test_files(tests)
     told = Told(copy.place / f"told-{asked.seed}-{'-'.join(asked.rooms)}-{asked.count}.json")
@@ -129,7 +124,7 @@ class Told:
 class Copy:
     """A copy of the house in which mutants live, one at a time."""
 
-    def __init__(self, place: Path, uncompiled: bool = False) -> None:
+    def __init__(self, place: Path) -> None:
         """Bring the copy in a folder up to date, and the map of its tests."""
         self.place, self._root = place.resolve(), place.resolve() / "house"
         place.mkdir(parents=True, exist_ok=True)
@@ -139,12 +134,9 @@ class Copy:
         self._compiled, self._tried = self.place / "compiled", self.place / "compiled-with-mutant"
         sys.path.insert(0, str(self._root / "src"))
         os.environ |= {"PYTHONPATH": str(self._root / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
-        if uncompiled:
-            os.environ["NUMBA_DISABLE_JIT"] = "1"
         forks.warm_up()
-        self._reads = {} if uncompiled else self._read_by_kernels()
-        kept = self.place / ("map-uncompiled" if uncompiled else "map")
-        self.map = CoverageMap(self._root, kept, functools.partial(_keep_kernels_in, self._compiled))
+        self._reads = self._read_by_kernels()
+        self.map = CoverageMap(self._root, self.place / "map", functools.partial(_keep_kernels_in, self._compiled))
 
     def test_files(self, places: list[Path]) -> list[Path]:
         """Return the test files of some places, and the modules there that hold examples."""
@@ -206,9 +198,15 @@ class Copy:
         return next(one for one in (folder, *folder.parents) if one.is_dir())
 
     def _chosen(self, mutant: Mutant, files: set[str]) -> list[str]:
-        """Return the tests of some files to ask: those that run the line, else the module, else who imports it."""
+        """Return the tests of some files to ask: those that run the line; else those that run or name the module.
+
+        Where there are none either, those that run what imports it.
+        """
         path = mutant.path
-        tests = self.map.running(path, files, mutant.line, mutant.last_line) or self.map.running(path, files)
+        tests = self.map.running(path, files, mutant.line, mutant.last_line)
+        if not tests:
+            near = {one for one in files if self._is_near(self._root / one, path)}
+            tests = self.map.running(path, files) | {one for one in self.map.costs if one.split("::")[0] in near}
         if not tests:
             compiled = [_name(kernel) for kernel in self.read_by(path)]
             users = {user for one in (_name(path), *compiled) for user in self._importing(one)}
