@@ -17,7 +17,7 @@ take 50 us for 120, 32 frames as long either way, more of them longer)."""
 
 
 class Convolution(nn.Conv2d):
-    """`nn.Conv2d` without padding, dilation or groups, with weights of its kind: (filters, channels, kernel, kernel)."""
+    """`nn.Conv2d` without padding, dilation or groups; weights of its kind: (filters, channels, kernel, kernel)."""
 
     def __init__(self, channels: int, filters: int, kernel: int, stride: int, device: str | None = None) -> None:
         super().__init__(channels, filters, kernel, stride, device=device)
