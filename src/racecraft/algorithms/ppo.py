@@ -216,9 +216,9 @@ class PpoLearner:
         """What explores and learns: the network itself, or its copy of half the precision."""
         self.generator = torch.Generator(self.device).manual_seed(seed + 1)
         self.optimiser = Adam(self.network.parameters(), config.learning_rate, config.adam_epsilon, config.adam_form)
-        self.values_later = self.network.critic_body is not None and self.architecture.separate_networks
-        """Whether the critic, a network as large as the policy, is asked once before an update and not at every tick,
-        as at AWS; its weights are the same then."""
+        self.values_later = self.network.critic_body is not None
+        """Whether the critic, a network of its own, is asked once before an update and not at every tick, as at AWS;
+        its weights are the same then."""
         self.explored = 0
         """Decisions drawn so far; the random share of e-greedy exploration falls with them."""
 
@@ -396,7 +396,9 @@ class PpoLearner:
     def _values_of(self, batch: RolloutBatch) -> Array:
         """Return the critic's values of what was seen, float32 (T, R); zeros where a row is not active."""
         active = batch.active.reshape(-1)
-        seen = {name: array.reshape(-1, *array.shape[2:]) for name, array in batch.observations.items()}
+        assert self.network.critic_body is not None, "a critic that is asked later has layers of its own"
+        names = self.network.critic_body.names
+        seen = {name: array.reshape(-1, *array.shape[2:]) for name in names for array in (batch.observations[name],)}
         found = np.zeros(len(active), np.float32)
         for rows in np.array_split(np.flatnonzero(active), -(-int(active.sum()) // ROWS_AT_ONCE) or 1):
             found[rows] = self.values({name: array[rows] for name, array in seen.items()}) if len(rows) else 0.0
