@@ -133,7 +133,7 @@ class PpoConfig:
     asynchronous: bool = setting(
         False,
         "Learn in a thread of its own while worlds go on with the weights of before, and weigh by V-trace what they "
-        "decided: for slow worlds.",
+        "decided: for slow worlds, with few epochs.",
     )
     ratio_cap: float = setting(
         1.0,
