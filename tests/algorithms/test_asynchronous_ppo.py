@@ -11,6 +11,7 @@ from tests.algorithms.test_ppo import STATE, made_up, world_spec
 from toy_world import CopyTheNumber
 
 from racecraft.algorithms.asynchronous_ppo import AsynchronousPpo, rollout_of, tensors_of
+from racecraft.algorithms.imitation import ImitationConfig, Imitating
 from racecraft.algorithms.learner import DivergedError, counting
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import LOG_PROB, PpoConfig, PpoLearner
@@ -166,6 +167,11 @@ def test_a_loss_that_is_no_number_is_told_at_the_next_meeting():
 def test_a_memory_is_refused():
     with pytest.raises(SettingError, match="network.memory at none"):
         beside(kind=RecurrentPpoLearner, network=replace(NETWORK, memory="lstm"))
+
+
+def test_imitation_beside_it_is_refused():
+    with pytest.raises(SettingError, match=r"Use ppo with .*ppo.asynchronous=false, or leave it at 0"):
+        Imitating(beside(), ImitationConfig(strength=1.0), None, seed=1)
 
 
 def test_random_choices_fall_with_what_its_actor_decided():
