@@ -11,7 +11,7 @@ from tests.algorithms.test_ppo import STATE, made_up, world_spec
 from toy_world import CopyTheNumber
 
 from racecraft.algorithms.asynchronous_ppo import AsynchronousPpo, rollout_of, tensors_of
-from racecraft.algorithms.imitation import ImitationConfig, Imitating
+from racecraft.algorithms.imitation import Imitating, ImitationConfig
 from racecraft.algorithms.learner import DivergedError, counting
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import LOG_PROB, PpoConfig, PpoLearner
