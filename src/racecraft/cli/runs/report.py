@@ -9,10 +9,6 @@ from typing import Annotated
 import typer
 
 PAGE = "report.html"
-Pictures = Annotated[
-    bool, typer.Option("--pictures/--no-pictures", help="Leave a report with its curves in the run folder.")
-]
-"""How a training asks for `leave_report`, but for cars', whose pictures are more."""
 
 
 def leave_report(run: Path, tell: Callable[[str], None]) -> dict[str, str]:
