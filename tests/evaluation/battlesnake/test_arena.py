@@ -50,6 +50,13 @@ def test_a_player_has_chosen_once_before_its_first_game(monkeypatch):
     assert player.asked == 1
 
 
+def test_who_names_no_time_gives_the_half_second_of_the_official_engine():
+    seats, told = seats_of("flood_fill", "random_safe"), []
+    _, first = next(Tournament(seats, SMALL).play())
+    tournament(seats, SMALL, told=lambda played, number, count: told.append(played))
+    assert {played.card.timeout_ms for played in (first, play(SMALL, seats, StreamDice(5)), *told)} == {500}
+
+
 def test_a_game_is_played_to_its_end_and_repeats_itself():
     games = [play(SMALL, seats_of("flood_fill", "random_safe"), StreamDice(5)) for _ in range(2)]
     assert games[0].boards == games[1].boards
