@@ -159,13 +159,13 @@ class Copy:
         Args:
             mutant: The change.
             files: The test files that may be asked; first come those that name the module or bear its name.
-            only_near: Ask no others; else those of the folder that mirrors the module's own come next.
+            only_near: Ask no others, if there are such; else those of the folder that mirrors the module's come next.
         """
         mirrored = self._mirrored(mutant.path)
         near = [one for one in files if self._is_near(one, mutant.path)]
         near.sort(key=lambda one: (not one.is_relative_to(mirrored), not self._bears(one, mutant.path), one))
         far = [one for one in files if one not in near and one.is_relative_to(mirrored)]
-        asked = ([one] for one in near) if only_near else [*([one] for one in near), far]
+        asked = [*([one] for one in near), *([] if only_near and near else [far])]
         return next(filter(None, (self._asked(mutant, some) for some in asked)), "")
 
     def _asked(self, mutant: Mutant, files: list[Path]) -> str:

@@ -1,5 +1,7 @@
 """Several learners as one: each is its own twin, whatever rows the others have."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 import torch
@@ -125,6 +127,21 @@ def test_a_member_learns_as_it_would_alone():
         for key, weight in alone[name].state_dict()["network"].items():
             torch.testing.assert_close(learner.state_dict()["network"][f"{name}/{key}"], weight, rtol=0, atol=0)
     assert told["transitions"] == kept.active.sum()
+
+
+def test_a_story_of_one_tick_is_told_apart_as_well():
+    whole = experience(np.random.default_rng(2))
+    tick = {
+        name: array[:1]
+        for name in ("actions", "reward", "terminated", "truncated", "active", "action_mask")
+        if (array := getattr(whole, name)) is not None
+    }
+    tick |= {
+        name: {key: array[:1] for key, array in getattr(whole, name).items()} for name in ("observations", "columns")
+    }
+    none = {name: array[:0] for name, array in whole.final_observations.items()}
+    kept = dataclasses.replace(whole, **tick, final_index=np.zeros(0, int), final_observations=none)
+    assert together().update(kept)["transitions"] == kept.active.sum() > 0
 
 
 def test_a_state_goes_round():

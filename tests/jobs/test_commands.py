@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -105,6 +106,11 @@ def test_a_training_goes_on_when_its_terminal_is_closed(home, tmp_path):
 
     ours, theirs = os.openpty()
     tty.setraw(theirs)
+
+    def at_this_terminal():
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)  # which `nohup` may have told this suite to pass over
+        fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+
     command = f"{sys.executable} -m racecraft gym train CartPole-v1 --stop iterations=30 --detach {' '.join(TINY)}"
     shell = subprocess.Popen(
         ["sh", "-c", f"{command}; echo over; sleep 99"],
@@ -113,7 +119,7 @@ def test_a_training_goes_on_when_its_terminal_is_closed(home, tmp_path):
         stdout=theirs,
         stderr=theirs,
         start_new_session=True,
-        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0) and None,
+        preexec_fn=at_this_terminal,
     )
     os.close(theirs)
     said = b""

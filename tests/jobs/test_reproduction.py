@@ -10,6 +10,7 @@ import time
 
 import numpy as np
 import pytest
+from tests.cli.conftest import racecraft  # noqa: F401 - the fixture
 
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.contract.errors import SettingError
@@ -118,9 +119,10 @@ def test_another_comparison_in_the_same_folder_is_refused(tmp_path):
         (("--games=1",), "2 to 10,000 games"),
     ],
 )
-def test_what_cannot_be_compared_is_refused_before_anything_is_made(tmp_path, words, letter):
-    done = run(*words, "--run=made", cwd=tmp_path, code=2)
-    assert letter in " ".join(done.stderr.split())
+def test_what_cannot_be_compared_is_refused_before_anything_is_made(racecraft, tmp_path, words, letter):  # noqa: F811
+    said = racecraft("snakes", "reproduce", "aws", *words, "--run=made")
+    assert said.code == 2
+    assert letter in " ".join(said.err.split())
     assert not (tmp_path / "made").exists()
 
 

@@ -59,7 +59,7 @@ SNAKES = Kind(
 )
 UNITY = Kind(
     ("unity", "train"),
-    ("builtin:Basic", "--set", "rollout.num_worlds=2", "--set", "rollout.horizon=64", *SMALL),
+    ("builtin:Basic", "--no-pictures", "--set", "rollout.num_worlds=2", "--set", "rollout.horizon=64", *SMALL),
     12,
     3.0,
 )
@@ -187,7 +187,7 @@ def test_a_unity_training_that_is_killed_keeps_every_iteration_and_leaves_no_pla
     process.join()
     kept = curve(run) if (run / "metrics.jsonl").exists() else []
     wait_until(lambda: not players_of(run))
-    finish(*start(UNITY, run, "--resume"))
+    finish(*start(UNITY, run, "--resume", "--no-pictures"))
     assert curve(run)[: len(kept)] == kept
     assert [row["iteration"] for row in curve(run)] == list(range(1, UNITY.iterations + 1))
     assert [row["steps"] for row in curve(run)] == [2 * 64 * n for n in range(1, UNITY.iterations + 1)]

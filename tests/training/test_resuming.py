@@ -34,7 +34,7 @@ def _threads_as_before():
 
 
 def racecraft(*words):
-    words += ("--no-pictures",) if words[0] == "gym" else ()
+    words += ("--no-pictures",)
     result = CliRunner().invoke(APP, [str(word) for word in words], catch_exceptions=False)
     assert result.exit_code == 0, result.output
     return result.output

@@ -8,7 +8,7 @@ from collections import Counter, defaultdict
 import pytest
 from tests.reference import DATA
 
-from racecraft.envs.battlesnake.board import Board, Snake
+from racecraft.envs.battlesnake.board import Board, BoardError, Snake
 from racecraft.envs.battlesnake.dice import LoadedDice, StreamDice
 from racecraft.envs.battlesnake.hazard_plans import expand_box, expand_scatter, grow_box, spiral
 from racecraft.envs.battlesnake.maps import MAPS, MapState, after_turn, move_hazards, set_up
@@ -49,6 +49,23 @@ def test_every_map_is_there_with_its_sizes_and_players():
     for name, row in MAPS.items():
         assert sorted(row.sizes) == sorted(map(tuple, declared[name]["sizes"])), name
         assert row.most_players == declared[name]["max_players"], name
+
+
+OF_ANY_SIZE = {
+    "standard", "empty", "royale", "solo_maze", "snail_mode", "hz_inner_wall", "hz_rings", "hz_columns", "hz_spiral",
+    "hz_scatter", "hz_grow_box", "hz_expand_box", "hz_expand_scatter",
+}  # fmt: skip
+"""Maps that make do with any board; the others refuse what they do not declare."""
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_a_map_that_is_drawn_refuses_other_boards(name):
+    board = GameSettings(9, 13, 1)
+    if name in OF_ANY_SIZE:
+        MAPS[name].check(board)
+    else:
+        with pytest.raises(BoardError, match=f"map {name} on 9x13; expected "):
+            MAPS[name].check(board)
 
 
 def test_standing_hazards_are_the_recorded_ones():

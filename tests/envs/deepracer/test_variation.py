@@ -300,8 +300,9 @@ def test_a_leaning_camera_and_its_grass_lean_alike():
 
 @pytest.mark.parametrize("roll", [0.0, 0.3])
 def test_a_glow_stands_where_the_pinhole_puts_it(roll):
-    plain_ = start_frames(VariationConfig(camera_roll=roll), 24, type="TIME_TRIAL")[1]
-    _, seen, drawn, world = start_frames(VariationConfig(glare=100.0, camera_roll=roll), 24, type="TIME_TRIAL")
+    plain_, seen, drawn, world = start_frames(VariationConfig(glare=100.0, camera_roll=roll), 24, type="TIME_TRIAL")
+    if roll:  # the same cameras lean by the same angles, and nothing glows
+        plain_ = start_frames(VariationConfig(camera_roll=roll), 24, type="TIME_TRIAL")[1]
     assert (drawn["camera_roll"] != 0.0).any() == (roll > 0.0)
     in_sight = 0
     for frame, shown, one, car in zip(plain_, seen, drawn, world.cars[:, 0], strict=True):
