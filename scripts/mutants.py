@@ -8,7 +8,7 @@
 
 A mutant is one change in one file: a comparison or a sum turned round, a constant moved, a condition negated, a
 statement left out. It is tried in a copy of the house that is kept in build/mutants, with its compiled kernels. A map
-by `coverage` (pip install coverage) says which tests run the line; it is made of each test file once, when that file is
+by `coverage` says which tests run the line; it is made of each test file once, when that file is
 first asked. Files that name the module are asked before the others of its room, cheap tests before dear ones, for as
 long as `BUDGET_SECONDS`, up to the first that fails. That one is asked again without the mutant, and where it fails
 there as well, it is no judge. Lines that run at import, or in a compiled kernel, no test is seen to run: there all
@@ -24,7 +24,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import functools
-import importlib.util
 import json
 import os
 import random
@@ -61,8 +60,6 @@ def main(words: list[str]) -> int:
     parser.add_argument("--tests", type=Path, nargs="+", help="ask these folders or files about survivors")
     parser.add_argument("--near", action="store_true", help="ask only tests that name the module; a quick sieve")
     asked = parser.parse_args(words)
-    if importlib.util.find_spec("coverage") is None:
-        parser.error("the map of what each test runs is made by coverage, which is not installed: pip install coverage")
     every = [mutant for room in asked.rooms for mutant in mutants_in(HOUSE / room, ROOT)]
     if not every:
         parser.error(f"there is nothing to change in {', '.join(asked.rooms)}")
