@@ -109,14 +109,14 @@ def upload_car_zip(
 
     Example: racecraft dr upload-car-zip -L -f
     """
-    from racecraft.cli.runs.export import export
+    from racecraft.cli.runs.export import export_run
 
     drfc = installation(context)
     say_notes(drfc)
     target = (drfc.model if local else drfc.upload) / CAR_ZIP
     if target.exists():
         ask_first(f"{target} stands there already. Write over it?", force)
-    export(drfc.model, to="car", output=target)
+    export_run(drfc.model, None, "car", target)
     send(target, place_of_model(drfc) if local else place_of_upload(drfc, local=False))
 
 
