@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from racecraft.cli.deepracer.dr.here import begin_job, installation, latest_job, stop_job
+from racecraft.cli.deepracer.dr.here import begin_job, installation, latest_job, stop_job, trained_model
 from racecraft.formats.aws.drfc_book import VIEWER
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def start_loganalysis(context: typer.Context) -> None:
     """
     from racecraft.cli.deepracer.logs import logs
 
-    model = installation(context).model
+    model = trained_model(installation(context)).path
     logs([model], page=model / "logs.html")
 
 
@@ -93,4 +93,4 @@ def start_metrics(context: typer.Context) -> None:
     """
     from racecraft.cli.runs.report import report
 
-    report(installation(context).model)
+    report(trained_model(installation(context)).path)
