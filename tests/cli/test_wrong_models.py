@@ -228,7 +228,7 @@ EXPORTS = {
     "a checkpoint that is not there": (["no checkpoint '99'"], ["--to", "onnx", "--checkpoint", "99"]),
     "a file of another end": (["ends in .onnx"], ["--to", "onnx", "--output", "mine.pb"]),
     "an archive of another end": (["mine.zip", ".tar.gz"], ["--to", "car", "--output", "mine.zip"]),
-    "a checkpoint for AWS's trainer that is not there": (
+    "another checkpoint for AWS's trainer": (
         ["no checkpoint '99'"],
         ["--to", "drfc", "--checkpoint", "99"],
     ),
