@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -23,8 +24,13 @@ dr-start-training -q
 dr-start-training -q; echo "again $?"
 for _ in $(seq 100); do [ -f bucket/rl-deepracer-sagemaker/metrics.jsonl ] && break; sleep 0.3; done
 dr-logs-robomaker -n 2; echo "worker $?"
+dr-start-viewer
+for _ in $(seq 200); do (exec 3<>/dev/tcp/127.0.0.1/$DR_WEBVIEWER_PORT) 2> /dev/null && break; sleep 0.3; done
+dr-stop-viewer
+dr-stop-viewer; echo "closed $?"
 dr-stop-training
 dr-logs-sagemaker
+dr-upload-car-zip -L -f
 dr-start-training -q; echo "taken $?"
 cat second.env > run.env
 dr-update-env
@@ -76,11 +82,16 @@ def shell(tmp_path):
     return run
 
 
+def free_port():
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        return free.getsockname()[1]
+
+
 def test_the_walk_through_works_word_for_word(shell, tmp_path, racecraft):
     folder = tmp_path / "deepracer-for-cloud"
     assert racecraft("init", folder).code == 0
     with open(folder / "run.env", "a") as file:
-        file.write(f'RACECRAFT_SET="{SETTINGS}"\n')
+        file.write(f'RACECRAFT_SET="{SETTINGS}"\nDR_WEBVIEWER_PORT={free_port()}\n')
     (folder / "second.env").write_text(SECOND.replace("{settings}", SETTINGS), encoding="utf-8")
     done = shell("bash", WALK.replace("{folder}", str(folder)))
     said = done.stdout
@@ -89,6 +100,8 @@ def test_the_walk_through_works_word_for_word(shell, tmp_path, racecraft):
     assert "run id 0: a training is under way" in done.stderr
     assert "holds files already; expected a prefix that is free. Give another one, or start with -w" in done.stderr
     assert "iteration 1 | " in said  # dr-logs-sagemaker
+    assert "the viewer is closed\nno viewer is open, so nothing was closed\nclosed 0\n" in said, done.stderr
+    assert (folder / "bucket/rl-deepracer-sagemaker/carfile.tar.gz").stat().st_size > 1000
     assert "training-rl-deepracer-sagemaker-1: Stopped" in said
     assert "training-fast-car-2-1: Completed" in said
     second = json.loads((folder / "bucket/fast-car-2/job.json").read_text())

@@ -120,8 +120,13 @@ WRONG = [  # what is written, what is done to the folder, what is typed, what th
     ({".racecraft/run-0.json": "[]"}, None, ("dr", "stop-training"), ".racecraft/run-0.json", "Take the file away"),
     ({".racecraft/run-0.json": '{"training": 3}'}, None, ("dr", "stop-training"), ".racecraft/run-0.json", "training"),
     # models
-    ({}, None, ("dr", "start-evaluation"), "bucket/rl-deepracer-sagemaker", "there is no such folder"),
-    ({}, None, ("dr", "increment-training", "-f"), "bucket/rl-deepracer-sagemaker", "there is no such folder"),
+    *(
+        ({}, None, ("dr", *words), "run.env", "holds no model yet; expected a model that was trained")
+        for words in (
+            ("start-evaluation",), ("increment-training", "-f"), ("upload-car-zip", "-L"), ("upload-model", "-fL"),
+            ("start-metrics",), ("start-loganalysis",),
+        )
+    ),
     ({}, model, ("dr", "increment-training"), "Train rl-deepracer-sagemaker-1 next", "expected -f"),
     ({}, model, ("dr", "increment-training", "-f", "-p", "../x"), "'../x'", "leaves the bucket"),
     ({}, model, ("dr", "increment-training", "-f", "-p", "rl-deepracer-sagemaker"), "-p rl-deepracer", "another one"),

@@ -3,6 +3,7 @@
 import bz2
 import io
 import json
+import os
 import sys
 import tarfile
 import zipfile
@@ -64,6 +65,12 @@ def flip(folder):
     content = bytearray(path.read_bytes())
     content[1000] ^= 1
     path.write_bytes(content)
+
+
+def folder_for_numbers(folder):
+    path = folder / "3_Step-9.ckpt.data-00000-of-00001"
+    path.unlink()
+    path.mkdir()
 
 
 def archive(path, members):
@@ -160,6 +167,24 @@ IMPORTS = {
         lambda t: checkpoint(t / "m", lambda folder: (folder / "3_Step-9.ckpt.data-00000-of-00001").unlink()),
     ),
     "a checkpoint with a flipped bit": (["checksum"], lambda t: checkpoint(t / "m", flip)),
+    "a checkpoint cut short": (
+        ["00000-of-00001: ends before", "Copy it again"],
+        lambda t: checkpoint(t / "m", lambda folder: os.truncate(folder / "3_Step-9.ckpt.data-00000-of-00001", 100)),
+    ),
+    "a folder in place of a checkpoint's numbers": (
+        ["3_Step-9.ckpt.data-00000-of-00001: cannot be read (it is no plain file)"],
+        lambda t: checkpoint(t / "m", folder_for_numbers),
+    ),
+    "a page of a browser in an archive": (
+        ["a.tar.gz: agent/model.pb: damaged, or no graph"],
+        lambda t: archive(
+            t / "a.tar.gz",
+            {
+                "model_metadata.json": (model(t / "m") / "model_metadata.json").read_bytes(),
+                "agent/model.pb": b"<html></html>",
+            },
+        ),
+    ),
     "an archive of bzip2": (
         ["a.tar.bz2", "no graph's and no checkpoint's"],
         lambda t: (t / "a.tar.bz2").write_bytes(bz2.compress(b"x")) and t / "a.tar.bz2",
@@ -203,7 +228,10 @@ EXPORTS = {
     "a checkpoint that is not there": (["no checkpoint '99'"], ["--to", "onnx", "--checkpoint", "99"]),
     "a file of another end": (["ends in .onnx"], ["--to", "onnx", "--output", "mine.pb"]),
     "an archive of another end": (["mine.zip", ".tar.gz"], ["--to", "car", "--output", "mine.zip"]),
-    "a checkpoint for AWS's trainer": (["takes best and last"], ["--to", "drfc", "--checkpoint", "0"]),
+    "another checkpoint for AWS's trainer": (
+        ["no checkpoint '99'"],
+        ["--to", "drfc", "--checkpoint", "99"],
+    ),
     "a lone graph for AWS's trainer": (["none of AWS's three"], ["--to", "drfc"]),
     "a car for Unity": (["one of `racecraft unity train`"], ["--to", "unity"]),
 }

@@ -1,5 +1,7 @@
 """Arrays on the disk: seen as they are, in memory only piece by piece."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -49,6 +51,14 @@ def test_pieces_of_a_large_file_are_in_memory_one_at_a_time(tmp_path, monkeypatc
 def test_an_empty_file_is_an_empty_view(tmp_path):
     (tmp_path / "nothing").write_bytes(b"")
     assert bytes(map_file(tmp_path / "nothing")) == b""
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with names are POSIX's")
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", tmp_path):
+        with pytest.raises(OSError, match="no plain file"):
+            map_file(path)
 
 
 def test_an_array_on_the_disk_holds_what_is_written_into_it():

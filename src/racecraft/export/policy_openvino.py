@@ -8,17 +8,15 @@ numbers stay float32; a car that converts a graph itself halves them.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from racecraft.contract.errors import MissingExtraError
 from racecraft.contract.world import Array
-from racecraft.formats.aws.policy_graph import as_commands, graph_of
+from racecraft.export.agreement import Answer
+from racecraft.export.frame_by_frame import answer_by_frame, frame_shapes, graph_file, sensor_of
 from racecraft.formats.aws.policy_layers import PolicyLayers
-from racecraft.formats.tensorflow.graph import write_graph
 
 _STEM = "policy"
 
@@ -34,19 +32,18 @@ def openvino_files(policy: PolicyLayers, metadata: str) -> dict[str, bytes]:
         MissingExtraError: openvino is not installed.
     """
     openvino = _openvino()
-    with tempfile.TemporaryDirectory(prefix="racecraft-openvino-") as folder:
-        place = Path(folder)
-        (place / "model.pb").write_bytes(write_graph(graph_of(policy)))
+    shapes = frame_shapes(policy)
+    with graph_file(policy) as graph:
         # read_model, not convert_model: the latter asks a telemetry service first.
-        model = openvino.Core().read_model(place / "model.pb")
-        shapes = {sensor.name: [1, *sensor.shape] for sensor in policy.network.sensors}
-        model.reshape({place: shapes[_sensor_of(place)] for place in model.inputs})
-        openvino.save_model(model, place / f"{_STEM}.xml", compress_to_fp16=False)
-        return {end: (place / f"{_STEM}{end}").read_bytes() for end in (".bin", ".xml")}
+        model = openvino.Core().read_model(graph)
+        model.reshape({place: shapes[_sensor_at(place)] for place in model.inputs})
+        written = graph.with_name(f"{_STEM}.xml")
+        openvino.save_model(model, written, compress_to_fp16=False)
+        return {end: written.with_suffix(end).read_bytes() for end in (".bin", ".xml")}
 
 
-def openvino_answer(policy: PolicyLayers, files: Mapping[str, bytes]) -> Callable[[Mapping[str, Array]], Array]:
-    """Return written files as what answers about sensors (`agreement.Answer`).
+def openvino_answer(policy: PolicyLayers, files: Mapping[str, bytes]) -> Answer:
+    """Return written files as what answers about sensors.
 
     Raises:
         MissingExtraError: openvino is not installed.
@@ -59,20 +56,15 @@ def openvino_answer(policy: PolicyLayers, files: Mapping[str, bytes]) -> Callabl
         told = {"INFERENCE_PRECISION_HINT": "f32"}  # some processors would halve the numbers
         model = core.compile_model(core.read_model(Path(folder) / f"{_STEM}.xml"), "CPU", told)
 
-    def answer(seen: Mapping[str, Array]) -> Array:
-        count = len(next(iter(seen.values())))
-        rows = [
-            model([seen[_sensor_of(place)][row : row + 1] for place in model.inputs])[model.output(0)].copy()
-            for row in range(count)
-        ]
-        return as_commands(policy.kind, np.concatenate(rows))
+    def ask(frame: Mapping[str, Array]) -> Array:
+        answered: Array = model([frame[_sensor_at(place)] for place in model.inputs])[model.output(0)].copy()
+        return answered
 
-    return answer
+    return answer_by_frame(policy.kind, ask)
 
 
-def _sensor_of(place: Any) -> str:
-    """Return the sensor that an input is for: names are like `main_level/…/LIDAR/LIDAR:0`."""
-    return str(sorted(place.get_names())[0]).rpartition("/")[2].partition(":")[0]
+def _sensor_at(place: Any) -> str:
+    return sensor_of(str(sorted(place.get_names())[0]))
 
 
 def _openvino() -> Any:

@@ -8,19 +8,16 @@ numbers stay float32.
 from __future__ import annotations
 
 import os
-import tempfile
 import warnings
-from collections.abc import Callable, Mapping
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
-
-import numpy as np
 
 from racecraft.contract.errors import MissingExtraError
 from racecraft.contract.world import Array
-from racecraft.formats.aws.policy_graph import as_commands, graph_of, input_name, output_name
+from racecraft.export.agreement import Answer
+from racecraft.export.frame_by_frame import answer_by_frame, frame_shapes, graph_file, sensor_of
+from racecraft.formats.aws.policy_graph import input_name, output_name
 from racecraft.formats.aws.policy_layers import PolicyLayers
-from racecraft.formats.tensorflow.graph import write_graph
 
 
 def tflite_files(policy: PolicyLayers, metadata: str) -> dict[str, bytes]:
@@ -34,37 +31,33 @@ def tflite_files(policy: PolicyLayers, metadata: str) -> dict[str, bytes]:
         MissingExtraError: TensorFlow is not installed.
     """
     tensorflow = _tensorflow()
-    shapes = {input_name(policy.kind, sensor.name): [1, *sensor.shape] for sensor in policy.network.sensors}
-    with tempfile.TemporaryDirectory(prefix="racecraft-tflite-") as folder:
-        graph = Path(folder) / "model.pb"
-        graph.write_bytes(write_graph(graph_of(policy)))
+    shapes = {input_name(policy.kind, name): shape for name, shape in frame_shapes(policy).items()}
+    with graph_file(policy) as graph:
         converter = tensorflow.compat.v1.lite.TFLiteConverter.from_frozen_graph(
             str(graph), input_arrays=list(shapes), input_shapes=shapes, output_arrays=[output_name(policy.kind)]
         )
         return {".tflite": bytes(converter.convert())}
 
 
-def tflite_answer(policy: PolicyLayers, files: Mapping[str, bytes]) -> Callable[[Mapping[str, Array]], Array]:
-    """Return a written file as what answers about sensors (`agreement.Answer`).
+def tflite_answer(policy: PolicyLayers, files: Mapping[str, bytes]) -> Answer:
+    """Return a written file as what answers about sensors.
 
     Raises:
         MissingExtraError: TensorFlow is not installed.
     """
     interpreter = _interpreter()(model_content=files[".tflite"])
     interpreter.allocate_tensors()
-    places = {one["name"].rpartition("/")[2]: one["index"] for one in interpreter.get_input_details()}
+    places = {sensor_of(one["name"]): one["index"] for one in interpreter.get_input_details()}
     (output,) = interpreter.get_output_details()
 
-    def answer(seen: Mapping[str, Array]) -> Array:
-        rows = []
-        for row in range(len(next(iter(seen.values())))):
-            for name, numbers in seen.items():
-                interpreter.set_tensor(places[name], numbers[row : row + 1])
-            interpreter.invoke()
-            rows.append(interpreter.get_tensor(output["index"]))
-        return as_commands(policy.kind, np.concatenate(rows))
+    def ask(frame: Mapping[str, Array]) -> Array:
+        for name, numbers in frame.items():
+            interpreter.set_tensor(places[name], numbers)
+        interpreter.invoke()
+        answered: Array = interpreter.get_tensor(output["index"])
+        return answered
 
-    return answer
+    return answer_by_frame(policy.kind, ask)
 
 
 def _interpreter() -> Any:

@@ -8,8 +8,10 @@ A mapped file must not be cut short meanwhile: the system ends a process that to
 
 from __future__ import annotations
 
+import errno
 import mmap
 import os
+import stat
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -26,8 +28,10 @@ def map_file(path: str | Path) -> memoryview:
     """Return a file's bytes, which are read when they are looked at.
 
     Raises:
-        OSError: It cannot be opened.
+        OSError: It cannot be opened, or is no plain file: a pipe would be waited for.
     """
+    if not stat.S_ISREG(os.stat(path).st_mode):
+        raise OSError(errno.EINVAL, "it is no plain file", str(path))
     with open(path, "rb") as file:
         if os.fstat(file.fileno()).st_size == 0:
             return memoryview(b"")  # nothing cannot be mapped

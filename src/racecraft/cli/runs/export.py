@@ -50,20 +50,26 @@ def export(
     """
     if to not in TARGETS:
         raise SettingError(f"--to {to!r} is not known. {nearest(to, TARGETS)}")
-    folder, which = named_run(run, checkpoint)
+    export_run(*named_run(run, checkpoint), to, output, check, json)
+
+
+def export_run(
+    run: Path, which: str | None, to: str, output: Path | None, check: bool = True, json: bool = False
+) -> None:
+    """Export a checkpoint of a run, None: the best, and say what was written."""
     if to in ("drfc", "console"):
-        _export_aws(folder, to, which, output, check, json)
+        _export_aws(run, to, which, output, check, json)
         return
     which = which or BEST
     if to == "car":
-        _export_car(folder, which, output, check, json)
+        _export_car(run, which, output, check, json)
         return
     if to in FILES:
-        _export_file(folder, to, which, output, check, json)
+        _export_file(run, to, which, output, check, json)
         return
     if not check:
         raise SettingError("--no-check says nothing of --to unity, which is always checked; expected it left out.")
-    _export_unity(folder, which, output, json)
+    _export_unity(run, which, output, json)
 
 
 def _export_car(run: Path, checkpoint: str, output: Path | None, check: bool, json: bool) -> None:

@@ -51,6 +51,11 @@ def watch(
 
         racecraft watch runs/reinvent_base-1:laptime --port 9000
     """
+    watch_run(*named_run(run), port, open_it, json)
+
+
+def watch_run(run: Path, which: str | None, port: int | None, open_it: bool, json: bool) -> None:
+    """Serve a run until Ctrl-C; the page begins with the checkpoint that is named."""
     from racecraft.cli.output import print_json, say
     from racecraft.formats.checkpoint_ranking import find_checkpoint
     from racecraft.formats.run_folder import RunFolder
@@ -58,11 +63,10 @@ def watch(
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
-    path, which = named_run(run)
-    close, address = serve(path, port, tell)
+    at = "" if which is None else f"#iteration={find_checkpoint(RunFolder.open(run), which).iteration}"
+    close, address = serve(run, port, tell)
+    address += at
     try:
-        if which is not None:
-            address += f"#iteration={find_checkpoint(RunFolder.open(path), which).iteration}"
         with suppress(KeyboardInterrupt):
             if json:
                 print_json({"url": address, "run": str(run)})

@@ -34,7 +34,7 @@ _QUOTES = {
 _OPENING = ('"', "'", "\u201c", "\u201d", "\u2018")
 """Quotes that want an end; a single \u2019 may be an apostrophe."""
 _BROKEN = "unclosed"
-_REMARKS = {"told": " (changes no training)", "later": " (not built yet)", "without": " (not applicable here)"}
+_REMARKS = {"told": " (changes no training)", "without": " (not applicable here)"}
 """What a new file says of variables that it need not say anything with, by their status."""
 _TRUE, _FALSE = ("true", "1", "yes", "on"), ("false", "0", "no", "off", "")
 

@@ -6,7 +6,6 @@ the glossary. A variable's status is one of
     used     obeyed in a training or an evaluation; `training/deepracer/race_environment.py` says how
     verbs    obeyed by the dr- verbs, which know a whole installation: `racecraft dr`
     told     a name or a colour: written into AWS's files, and no training changes by it
-    later    valid, and not built yet; flip it to `used` in the commit that obeys it
 
 or a word of REASONS: it speaks of something that is not here (Docker, a bucket's address, a screen), and why says the
 table. Variables whose names begin with RACECRAFT_ are ours: DeepRacer for Cloud passes them over, and has none for when
@@ -19,12 +18,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-USED, VERBS, TOLD, LATER, WITHOUT = "used", "verbs", "told", "later", "without"
+USED, VERBS, TOLD, WITHOUT = "used", "verbs", "told", "without"
 STATUSES = {
     USED: "Obeyed",
     VERBS: "Obeyed by the dr- commands",
     TOLD: "Told on: written into AWS's files, changes no training",
-    LATER: "Valid, and not built yet",
     WITHOUT: "Not applicable here",
 }
 """What a status means, as a heading; by how much a variable does."""
@@ -42,6 +40,8 @@ REASONS = {
     "layout": "a run folder has one layout, and each file one name in it",
     "thrown": "no experience is thrown away: rollout.horizon and rollout.num_worlds say how much an iteration collects",
     "racer": "cars race here, and no board names who sent them: DR_EVAL_OPP_DISPLAY_NAME is what table and film say",
+    "unpaid": "a race is judged by laps and penalties, and nothing is paid in it; `racecraft logs MODEL --page "
+    "logs.html --reward reward_function.py` asks a reward function about the laps that were driven",
     "droa": "no account of DeepRacer on AWS is spoken to",
 }
 """Why a variable has nothing to say here, by the word in its row."""
@@ -126,7 +126,7 @@ EVAL_OPP_CAR_BODY_SHELL_TYPE | deepracer | verbs | Shell of the opponent on the 
 EVAL_OPP_CAR_NAME | FasterCar | verbs | Name of the opponent where DR_EVAL_OPP_DISPLAY_NAME gives it none.
 EVAL_OPP_DISPLAY_NAME | $DR_EVAL_OPP_CAR_NAME | verbs | Name of the opponent in the table and the film's title.
 EVAL_OPP_RACER_NAME | $DR_EVAL_OPP_CAR_NAME | racer | Name of the opponent's racer.
-EVAL_DEBUG_REWARD | False | later | Run the reward function in evaluations too.
+EVAL_DEBUG_REWARD | False | unpaid | The reward function in evaluations, for debugging.
 EVAL_RESET_BEHIND_DIST | 1.0 | used | Of a judged race: metres behind an object that is too near where the car goes on.
 EVAL_REVERSE_DIRECTION | False | used | Of a judged race: in the opposite direction, else the track's own.
 EVAL_RTF |  | clock | Limit of the simulator's speed.

@@ -65,7 +65,8 @@ def read_checkpoint(prefix: str | Path, wanted: Callable[[str], bool] = lambda n
     except FileNotFoundError as error:
         raise TensorFlowCheckpointError(error.filename or index, "there is no such file", KIND) from None
     except OSError as error:
-        raise TensorFlowCheckpointError(index, f"cannot be read ({error.strerror})", KIND) from error
+        file = error.filename or index
+        raise TensorFlowCheckpointError(file, f"cannot be read ({error.strerror})", KIND) from error
     except (WireError, UnicodeDecodeError) as error:
         raise TensorFlowCheckpointError(index, f"damaged, or no index ({error})", KIND) from error
 

@@ -7,6 +7,7 @@ its trainer's state is in its files; a new training begins from it with `--from`
 from __future__ import annotations
 
 import atexit
+import os
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping
@@ -16,7 +17,7 @@ from typing import Any
 
 from racecraft.algorithms.architecture import NetworkConfig
 from racecraft.algorithms.policy_spec import PolicySpec
-from racecraft.contract.errors import TrackError
+from racecraft.contract.errors import TrackError, UserInputError
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.formats.aws.hyperparameters import read_hyperparameters, write_hyperparameters
 from racecraft.formats.aws.model_archive import is_archive, unpack_model
@@ -85,13 +86,19 @@ def import_model(
     source = Path(source)
     if not is_archive(source):
         return _import(find_model(source, metadata), source, place, track)
-    with tempfile.TemporaryDirectory(prefix="racecraft-import-") as folder:
+    with tempfile.TemporaryDirectory(prefix="racecraft-import-", ignore_cleanup_errors=True) as folder:
         unpack_model(source, folder)
         try:
             found = find_model(folder, metadata)
         except ForeignModelError as error:
             raise ForeignModelError(source, error.found, error.expected, error.cure) from error
-        return _import(found, source, place, track)
+        try:
+            return _import(found, source, place, track)
+        except UserInputError as error:
+            if folder not in str(error):
+                raise
+            named = str(error).replace(f"{folder}{os.sep}", f"{source}: ")  # where it was unpacked is gone by now
+            raise UserInputError(named) from error
 
 
 def borrowed_run(source: str | Path) -> RunFolder:
@@ -111,7 +118,7 @@ def _import(model: ForeignModel, source: Path, place: str | Path | None, track: 
     car = read_model_metadata(model.metadata)
     circuit, notes = _track_of(model, track)
     told = {"model_metadata": as_aws_dict(car), "track": circuit.name}
-    with tempfile.TemporaryDirectory(prefix="racecraft-weights-") as folder:
+    with tempfile.TemporaryDirectory(prefix="racecraft-weights-", ignore_cleanup_errors=True) as folder:
         shelved = [_shelve(one, one.iteration == _best_of(model), car, told, Path(folder)) for one in model.weights]
         last = shelved[-1]
         notes = list(dict.fromkeys([*car.notes, *notes, *last.notes]))

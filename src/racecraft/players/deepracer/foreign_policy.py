@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from racecraft.algorithms.plain_layers import ForeignPolicy, policy_of
-from racecraft.contract.world import ArraySpec
+from racecraft.contract.world import Array, ArraySpec
 from racecraft.envs.deepracer.actions import action_space
 from racecraft.envs.deepracer.sensors import STEREO, car_sensors
 from racecraft.envs.deepracer.settings import CameraConfig
@@ -130,7 +130,8 @@ def _require_same_answers(path: Path, layers: PolicyLayers, function: GraphFunct
     noise = np.random.default_rng(0)
     of_layers = GraphFunction(graph_of(layers), output_name(layers.kind))
     for _ in range(ASKED_FRAMES // AT_ONCE):
-        fed, here = {}, {}
+        fed: dict[str, Array] = {}
+        here: dict[str, Array] = {}
         for sensor in layers.network.sensors:
             size = (AT_ONCE, *sensor.shape)
             numbers = (noise.integers(0, 256, size) if sensor.is_image else noise.random(size)).astype(np.float32)

@@ -15,7 +15,7 @@ from racecraft.envs.deepracer.settings import HEAD_TO_MODEL, RACE_TYPES, TIME_TR
 from racecraft.formats.aws.drfc_folder import DrfcFolder, default_text
 from racecraft.formats.aws.racer_files import METADATA, REWARD
 from racecraft.formats.aws.run_env import EnvFolder, RunEnv, read_env_folder
-from racecraft.formats.aws.run_env_variables import BY_NAME, LATER, USED, WITHOUT
+from racecraft.formats.aws.run_env_variables import BY_NAME, USED, WITHOUT
 from racecraft.formats.run_folder import HYPERPARAMETERS
 from racecraft.training.deepracer.courses import Course, courses_asked
 from racecraft.training.deepracer.race_objects import belongs_to, objects_overrides
@@ -249,9 +249,8 @@ def _unused_notes(env: RunEnv, race: str) -> list[str]:
         return ", ".join(name for name in names if not _is_default(env, name))
 
     others = [name for name in env.values if not belongs_to(name, race) and not _is_default(env, name)]
-    later, without = named(LATER), named(WITHOUT)
-    notes = [f"{FILE}: kept and not used yet: {later}"] if later else []
-    notes += [f"{FILE}: kept, and of another race than {race}: {', '.join(others)}"] if others else []
+    without = named(WITHOUT)
+    notes = [f"{FILE}: kept, and of another race than {race}: {', '.join(others)}"] if others else []
     return notes + ([f"{FILE}: not applicable here: {without}; `racecraft settings FOLDER` says why"] * bool(without))
 
 

@@ -15,6 +15,7 @@ from racecraft.cli.deepracer.dr.here import (
     refuse_if_busy,
     say_notes,
     stop_latest,
+    trained_model,
 )
 from racecraft.cli.deepracer.dr.training import Quiet
 
@@ -33,7 +34,6 @@ def start_evaluation(
     """
     from racecraft.formats.aws.drfc_book import EVALUATION
     from racecraft.formats.aws.model_copy import copy_model, wipe_model
-    from racecraft.formats.run_folder import RunFolder
     from racecraft.training.deepracer.race_environment import race_environment
 
     drfc = installation(context)
@@ -41,7 +41,7 @@ def start_evaluation(
     model = drfc.model
     refuse_if_busy(drfc, model.with_name("-"))
     race_environment(None, clones=False, drfc=drfc)  # a letter about any value comes now
-    source = RunFolder.open(model)
+    source = trained_model(drfc)
     if clone:
         model = model.with_name(model.name + CLONE_END)
         wipe_model(model)

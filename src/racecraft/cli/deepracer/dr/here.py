@@ -15,6 +15,7 @@ from racecraft.formats.aws.drfc_folder import DrfcFolder, open_drfc_folder
 from racecraft.formats.aws.run_env_variables import BY_NAME
 
 if TYPE_CHECKING:
+    from racecraft.formats.run_folder import RunFolder
     from racecraft.jobs.job import Job
 
 
@@ -30,6 +31,23 @@ def installation(context: typer.Context) -> DrfcFolder:
     """
     folder, config, experiment = context.obj
     return open_drfc_folder(folder, config, experiment, os.environ)
+
+
+def trained_model(drfc: DrfcFolder) -> RunFolder:
+    """Return the model of DR_LOCAL_S3_MODEL_PREFIX.
+
+    Raises:
+        RunEnvError: Nothing was trained there yet.
+        RunFolderError: Something else stands there, or the model is damaged.
+    """
+    from racecraft.formats.run_folder import RunFolder
+
+    if not drfc.model.exists():
+        raise drfc.letter(
+            "DR_LOCAL_S3_MODEL_PREFIX", "a model that was trained", "dr-start-training trains it.",
+            found=f"{drfc.model} holds no model yet",
+        )  # fmt: skip
+    return RunFolder.open(drfc.model)
 
 
 def say_notes(drfc: DrfcFolder) -> None:

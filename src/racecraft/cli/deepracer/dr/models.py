@@ -15,7 +15,7 @@ from racecraft.cli.deepracer.dr.elsewhere import (
     send,
 )
 from racecraft.cli.deepracer.dr.elsewhere import wipe as wipe_place
-from racecraft.cli.deepracer.dr.here import ask_first, installation, say_notes
+from racecraft.cli.deepracer.dr.here import ask_first, installation, say_notes, trained_model
 from racecraft.contract.errors import SettingError, UserInputError
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def upload_model(
         _raise_upload_prefix(drfc, dry_run)
         drfc = installation(context)
     target = drfc.in_bucket(drfc.text("DR_UPLOAD_S3_PREFIX")) if local else drfc.upload
-    source = drfc.in_bucket(prefix) if prefix else drfc.model
+    source = drfc.in_bucket(prefix) if prefix else trained_model(drfc).path
     which = "best" if best else checkpoint or "last"
     _copy(source, target, which, force, wipe, dry_run, place_of_upload(drfc, local))
 
@@ -109,14 +109,15 @@ def upload_car_zip(
 
     Example: racecraft dr upload-car-zip -L -f
     """
-    from racecraft.cli.runs.export import export
+    from racecraft.cli.runs.export import export_run
 
     drfc = installation(context)
     say_notes(drfc)
-    target = (drfc.model if local else drfc.upload) / CAR_ZIP
+    model = trained_model(drfc).path
+    target = (model if local else drfc.upload) / CAR_ZIP
     if target.exists():
         ask_first(f"{target} stands there already. Write over it?", force)
-    export(drfc.model, to="car", output=target)
+    export_run(model, None, "car", target)
     send(target, place_of_model(drfc) if local else place_of_upload(drfc, local=False))
 
 

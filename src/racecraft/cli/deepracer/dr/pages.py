@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from racecraft.cli.deepracer.dr.here import begin_job, installation, latest_job, stop_job
+from racecraft.cli.deepracer.dr.here import begin_job, installation, latest_job, stop_job, trained_model
 from racecraft.formats.aws.drfc_book import VIEWER
 
 if TYPE_CHECKING:
@@ -27,14 +27,14 @@ def start_viewer(context: typer.Context) -> None:
 
 def run_viewer(context: typer.Context) -> None:
     """Serve the page in this process; dr-start-viewer has it done in the background."""
-    from racecraft.cli.runs.watch import watch
+    from racecraft.cli.runs.watch import watch_run
     from racecraft.formats.run_folder import JOB
 
     drfc = installation(context)
     until = time.monotonic() + BEGINS_SECONDS
     while not (drfc.model / JOB).is_file() and time.monotonic() < until:
         time.sleep(0.5)
-    watch(drfc.model, port=_port(drfc), open_it=False)
+    watch_run(drfc.model, None, _port(drfc), open_it=False, json=False)
 
 
 def stop_viewer(context: typer.Context) -> None:
@@ -42,9 +42,12 @@ def stop_viewer(context: typer.Context) -> None:
 
     Example: racecraft dr stop-viewer
     """
+    from racecraft.jobs.states import State
+
     job = latest_job(installation(context), VIEWER)
     if job is None or job.ended:
-        print("no viewer is open, so nothing was closed")
+        why = f" ({job.name} ended by itself: {job.reason})" if job is not None and job.state is State.FAILED else ""
+        print(f"no viewer is open, so nothing was closed{why}")
         return
     stop_job(job)
     print("the viewer is closed")
@@ -79,7 +82,7 @@ def start_loganalysis(context: typer.Context) -> None:
     """
     from racecraft.cli.deepracer.logs import logs
 
-    model = installation(context).model
+    model = trained_model(installation(context)).path
     logs([model], page=model / "logs.html")
 
 
@@ -90,4 +93,4 @@ def start_metrics(context: typer.Context) -> None:
     """
     from racecraft.cli.runs.report import report
 
-    report(installation(context).model)
+    report(trained_model(installation(context)).path)

@@ -16,6 +16,7 @@ from racecraft.cli.deepracer.dr.here import (
     refuse_if_busy,
     say_notes,
     stop_latest,
+    trained_model,
 )
 from racecraft.contract.errors import UserInputError
 
@@ -102,11 +103,10 @@ def increment_training(
     """
     from racecraft.formats.aws.model_copy import require_empty, wipe_model
     from racecraft.formats.aws.run_env import edit_run_env, next_prefix
-    from racecraft.formats.run_folder import RunFolder
 
     drfc = installation(context)
     now = drfc.text("DR_LOCAL_S3_MODEL_PREFIX")
-    RunFolder.open(drfc.model)
+    trained_model(drfc)
     following = prefix or next_prefix(now, delimiter)
     target = drfc.in_bucket(following)
     if target == drfc.model:
