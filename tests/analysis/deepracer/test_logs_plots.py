@@ -1,5 +1,7 @@
 """Tables and plots of logs: by hand on made-up laps, by twin with deepracer-utils, on any track and action."""
 
+import re
+
 import numpy as np
 import polars as pl
 import pytest
@@ -297,7 +299,7 @@ def test_real_logs_say_what_to_change():
     assert (track.name, track.is_reversed) == ("reinvent_base", False)
     told = advice(logs.training.collect(), track)
     assert told[0].try_.startswith("It is still learning")
-    assert any("Segment 2 left takes 54 of 177 exits" in one.found for one in told)
+    assert any("Segment 2 left (waypoints 20 to 49) takes 54 of 177 exits" in one.found for one in told)
 
 
 def test_advice_is_silent_where_there_is_little_to_go_by(laps):
@@ -336,6 +338,14 @@ def test_chance_is_no_change_and_a_change_is_one(tmp_path):
     assert what_to_try(tmp_path, rising)[0].startswith("It is still learning")
     falling = [1.0] + [0.7] * 30 + [0.2, 0.3] * 4 + [0.3]
     assert what_to_try(tmp_path, falling)[0].startswith("It has got worse")
+
+
+def test_a_place_is_told_by_its_waypoints_too(tmp_path):
+    """By hand: all leave the road at 30 % of re:Invent 2018, the 36th waypoint of 119, in the bend round its east."""
+    ticks = logs_of(tmp_path, training([0.3] * 40)).collect()
+    (told,) = [one.found for one in advice(ticks, load_track("reinvent_base")) if one.found.startswith("Segment")]
+    first, last = map(int, re.search(r"2 left \(waypoints (\d+) to (\d+)\) takes 16 of 16", told).groups())
+    assert first < 36 < last < 60
 
 
 @pytest.mark.parametrize(("continuous", "words"), [(False, "drop the slow action"), (True, "raise the lowest speed")])

@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from racecraft.analysis.deepracer.logs.actions import action_histogram, action_table
 from racecraft.analysis.deepracer.logs.episodes import QUINTILES, simulation_agg
 from racecraft.analysis.deepracer.logs.exits import exit_points, exits_by_segment
@@ -17,6 +19,7 @@ from racecraft.analysis.deepracer.logs.laps import correlation, sector_correlati
 from racecraft.analysis.deepracer.logs.plot import Plot, PlotError, values
 from racecraft.analysis.deepracer.logs.progress import training_progress
 from racecraft.analysis.deepracer.logs.scatter import scatter_of_laps
+from racecraft.analysis.deepracer.logs.segments import find_segments
 from racecraft.analysis.deepracer.logs.step_times import stability
 from racecraft.analysis.deepracer.logs.straights import straights_and_curves
 from racecraft.analysis.learner import Learner
@@ -154,12 +157,22 @@ def _exits(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
     worst = table.row(0, named=True)
     if worst["exits"] >= FEWEST_EXITS and (worst["share"] * table.height > 1.5 or worst["share"] >= 0.25):
         yield Advice(
-            f"Segment {worst['name']} takes {worst['exits']} of {table['exits'].sum()} exits of the last two fifths; "
+            f"Segment {_place(track, worst['name'])} takes {worst['exits']} of {table['exits'].sum()} exits of the "
+            "last two fifths; "
             f"{100 * worst['passed_share']:.0f} % get through it, at {worst['speed_mps']:.2f} m/s where they leave.",
             f"Pay for the right line or less speed in {worst['name']}, and start more episodes before it.",
             lambda: exit_points(ticks, track),
             "racecraft why RUN",
         )
+
+
+def _place(track: Track, name: str) -> str:
+    """Return a segment's name with its waypoints, which a reward function knows it by."""
+    for segment in find_segments(track).all:
+        if segment.name == name:
+            ends = (np.abs(track.arc[:, None] - np.array([segment.begin, segment.end]) * track.length)).argmin(axis=0)
+            return f"{name} (waypoints {ends[0]} to {ends[1]})"
+    return name
 
 
 def _speed(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
@@ -189,7 +202,7 @@ def _sectors(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
     lost = float(table["lost_seconds"].sum())
     yield Advice(
         f"Full laps lose {lost:.2f} s to the best sectors put together, {worst['lost_seconds']:.2f} s of it in "
-        f"{worst['name']}.",
+        f"{_place(track, worst['name'])}.",
         f"Look at {worst['name']} first: it has the most time to win.",
         lambda: sector_losses(ticks, track),
         "racecraft evaluate RUN --laps 5 --video laps.mp4",
