@@ -48,6 +48,7 @@ class TrainingOptions:
     resume: Resume = False
     detach: Detach = False
     mirror: MirrorAt = None
+    pictures: Annotated[bool, typer.Option(help="Leave a report with its curves in the run folder.")] = True
     metrics_port: MetricsPort = None
     json: Json = False
 
@@ -78,6 +79,12 @@ class TrainingOptions:
             "overrides": tuple(self.set_ or ()),
             "clone_from": source,
         }
+
+    def leave_report(self, trained: Trained) -> Left:
+        """Leave the run's page in its folder, where that is wanted."""
+        from racecraft.cli.runs.report import leave_report
+
+        return dict(leave_report(trained.run.path, self.tell)) if self.pictures else {}
 
 
 @dataclass(frozen=True)
@@ -119,7 +126,7 @@ class Road:
             options: What was asked.
             request: Makes the request of a new run; called for no other.
             told: Says to a person what came of it.
-            leave: Lays pictures and pages into the run folder when it is trained; None: the run's report.
+            leave: Lays pictures and pages into the run folder when it is trained; None: the run's report, if wanted.
 
         Raises:
             UserInputError: Whatever was asked for and cannot be used, as a letter.
@@ -142,7 +149,7 @@ class Road:
         with self.beside(shown) as watching:  # a page stays behind what is told
             with mirrored(watching, place, options.tell, begun) as mirroring:
                 trained = self._carry_out(asked, begun, options, mirroring, spread)
-                left = _leave_report(trained, options) if leave is None else leave(trained)
+                left = (leave or options.leave_report)(trained)
             if options.json:
                 print_json({**trained.summary(), **left})
             else:
@@ -170,9 +177,3 @@ class Road:
             return worlds.resume(begun, options.stops, callback, options.tell, self.kind, spread)
         assert request is not None
         return worlds.train(request, callback, options.tell, spread)
-
-
-def _leave_report(trained: Trained, options: TrainingOptions) -> Left:
-    from racecraft.cli.runs.report import leave_report
-
-    return dict(leave_report(trained.run.path, options.tell))

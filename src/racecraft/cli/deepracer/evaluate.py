@@ -99,6 +99,7 @@ def evaluate(
     """
     from racecraft.cli.buckets.training import fetch_run
     from racecraft.cli.deepracer.many_tracks import judge_and_tell, tracks_asked
+    from racecraft.cli.named_run import named_run
     from racecraft.cli.output import say
     from racecraft.cli.runs.judge import judge, refuse_words
     from racecraft.formats.run_folder import RunFolder
@@ -107,7 +108,7 @@ def evaluate(
     film.check()
     of_drives = {**flags(film), **flags(race)}
     disturbed.check({"--laps": laps, **of_drives})
-    path, checkpoint = _named(fetch_run(str(run), lambda text: say(text, quiet_stdout=json)), checkpoint)
+    path, checkpoint = named_run(fetch_run(str(run), lambda text: say(text, quiet_stdout=json)), checkpoint)
     run = _imported(path, json)
     kind = RunFolder.open(run).read_job().get("kind")
     if kind == KIND:
@@ -125,23 +126,6 @@ def evaluate(
     of_cars |= {**of_drives, **flags(disturbed)}
     refuse_words(str(kind), of_cars)
     judge(run, checkpoint, episodes, json)
-
-
-def _named(source: str, checkpoint: str | None) -> tuple[Path, str | None]:
-    """Return the run of RUN[:best|last|N|laptime …] and the checkpoint, which --checkpoint may name instead.
-
-    Raises:
-        SettingError: Both name one.
-    """
-    from racecraft.contract.errors import SettingError
-    from racecraft.players.trained import split_source
-
-    path, which = split_source(source)
-    if path == source:
-        return Path(source), checkpoint
-    if checkpoint is not None:
-        raise SettingError(f"{source} and --checkpoint {checkpoint} were given; expected one of them to name it.")
-    return Path(path), which
 
 
 def _judge_car(
