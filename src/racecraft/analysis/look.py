@@ -20,6 +20,9 @@ EQUAL = 1e-6
 CAR_NUMBERS = ("steering", "speed")
 """What the numbers of a car's actions are, in order."""
 
+HEAT = "inferno"
+"""Colours of what is looked at: they grow lighter with it, for every eye and on paper."""
+
 
 @dataclass(frozen=True, eq=False)
 class Look:
@@ -172,5 +175,5 @@ def glowing(frame: Array, heat: Array, size: tuple[int, int]) -> Array:
     smooth = Image.fromarray(heat.astype(np.float32)).resize(size, Image.Resampling.BILINEAR)
     above = np.clip(np.asarray(smooth, np.float32), 0.0, 1.0)
     cover = (0.85 * above**0.6)[..., None]
-    colour = 255.0 * colormaps["inferno"](0.25 + 0.75 * above)[..., :3]
+    colour = 255.0 * colormaps[HEAT](0.25 + 0.75 * above)[..., :3]
     return (0.75 * below[..., None] * (1.0 - cover) + colour * cover).astype(np.uint8)

@@ -1,5 +1,7 @@
 """Tables and plots of logs: by hand on made-up laps, by twin with deepracer-utils, on any track and action."""
 
+import re
+
 import numpy as np
 import polars as pl
 import pytest
@@ -297,11 +299,60 @@ def test_real_logs_say_what_to_change():
     assert (track.name, track.is_reversed) == ("reinvent_base", False)
     told = advice(logs.training.collect(), track)
     assert told[0].try_.startswith("It is still learning")
-    assert any("Segment 2 left takes 54 of 177 exits" in one.found for one in told)
+    assert any("Segment 2 left (waypoints 20 to 49) takes 54 of 177 exits" in one.found for one in told)
 
 
 def test_advice_is_silent_where_there_is_little_to_go_by(laps):
     assert advice(laps.collect(), load_track("reinvent_base")) == []
+
+
+def training(shares, **more):
+    """Return a training's ticks: an episode for each share of the lap, full laps at 1."""
+    parts = [
+        makers.episode(
+            k, share, ticks=46, start_s=10.0 * k, status="lap_complete" if share == 1.0 else "off_track", **more
+        )
+        for k, share in enumerate(shares)
+    ]
+    return makers.joined(*parts)
+
+
+def what_to_try(tmp_path, shares, **more):
+    ticks = logs_of(tmp_path, training(shares, **more)).collect()
+    return [one.try_ for one in advice(ticks, load_track("reinvent_base"))]
+
+
+def test_a_training_that_has_hardly_begun_is_told_to_go_on_and_nothing_of_speed(tmp_path):
+    """By hand: 40 episodes of 46 steps are 1,840, fewer than any training of AWS's took to its first lap."""
+    first, *others = what_to_try(tmp_path, [0.05, 0.07] * 20, continuous=True)
+    assert first.startswith("It is early")
+    assert "this one has 1,840" in first
+    assert not any("Speed is not used" in one for one in others)
+
+
+def test_chance_is_no_change_and_a_change_is_one(tmp_path):
+    """By hand: fifths of eight laps of 20 or 60 %; their mean of 40 has an error of 7.6, so 45 is no more than 40."""
+    steady = [1.0] + [0.2, 0.6] * 15 + [0.2, 0.6, 0.2, 0.6, 0.2, 0.6, 0.6, 0.4, 0.4]
+    assert what_to_try(tmp_path, steady)[0].startswith("It stands still below full laps")
+    rising = [1.0] + [0.2, 0.3] * 15 + [0.7] * 9
+    assert what_to_try(tmp_path, rising)[0].startswith("It is still learning")
+    falling = [1.0] + [0.7] * 30 + [0.2, 0.3] * 4 + [0.3]
+    assert what_to_try(tmp_path, falling)[0].startswith("It has got worse")
+
+
+def test_a_place_is_told_by_its_waypoints_too(tmp_path):
+    """By hand: all leave the road at 30 % of re:Invent 2018, the 36th waypoint of 119, in the bend round its east."""
+    ticks = logs_of(tmp_path, training([0.3] * 40)).collect()
+    (told,) = [one.found for one in advice(ticks, load_track("reinvent_base")) if one.found.startswith("Segment")]
+    first, last = map(int, re.search(r"2 left \(waypoints (\d+) to (\d+)\) takes 16 of 16", told).groups())
+    assert first < 36 < last < 60
+
+
+@pytest.mark.parametrize(("continuous", "words"), [(False, "drop the slow action"), (True, "raise the lowest speed")])
+def test_who_gets_round_slowly_is_told_what_can_be_changed(tmp_path, continuous, words):
+    told = [one for one in what_to_try(tmp_path, [1.0] * 40, continuous=continuous) if "Speed is not used" in one]
+    assert all(words in one for one in told)
+    assert told
 
 
 def test_advice_finds_a_reward_that_pays_for_standing_about(tmp_path):

@@ -5,9 +5,12 @@ Each rule looks at one thing and stays silent where it has nothing to say, or to
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from racecraft.analysis.deepracer.logs.actions import action_histogram, action_table
 from racecraft.analysis.deepracer.logs.episodes import QUINTILES, simulation_agg
@@ -16,6 +19,7 @@ from racecraft.analysis.deepracer.logs.laps import correlation, sector_correlati
 from racecraft.analysis.deepracer.logs.plot import Plot, PlotError, values
 from racecraft.analysis.deepracer.logs.progress import training_progress
 from racecraft.analysis.deepracer.logs.scatter import scatter_of_laps
+from racecraft.analysis.deepracer.logs.segments import find_segments
 from racecraft.analysis.deepracer.logs.step_times import stability
 from racecraft.analysis.deepracer.logs.straights import straights_and_curves
 from racecraft.analysis.learner import Learner
@@ -25,7 +29,16 @@ if TYPE_CHECKING:
     import polars as pl
 
 FEWEST_EPISODES = 20
+FEWEST_EXITS = 5
+"""Exits at one place of which something is said."""
 RARE = 0.01
+CHANGED = 0.03
+"""Of a lap; a smaller change of mean progress is none, nor is one of less than two of its standard errors."""
+FIRST_LAP_TICKS = (3_600, 19_500)
+"""After so many steps six trainings of AWS's consoles and DeepRacer for Cloud came to their first full lap (their
+simulation traces of 2022 and 2026)."""
+GETS_ROUND = 0.5
+"""Mean progress from which it is worth asking for speed."""
 
 
 @dataclass(frozen=True)
@@ -55,13 +68,13 @@ def advice(ticks: pl.DataFrame, track: Track | None, learner: Learner | None = N
         return []
     found = [*_timing(ticks), *_learning(ticks, episodes, learner or Learner()), *_reward(ticks, episodes)]
     if track is not None:
-        last = ticks.filter(ticks["unique_episode"].is_in(_last_fifths(episodes).implode()))
-        found += [*_quietly(_exits, last, track), *_quietly(_speed, last, track), *_quietly(_sectors, ticks, track)]
+        late = episodes.filter(episodes["quintile"].is_in(QUINTILES[3:]))
+        last = ticks.filter(ticks["unique_episode"].is_in(late["unique_episode"].implode()))
+        found += _quietly(_exits, last, track)
+        if late["progress_share"].mean() >= GETS_ROUND:  # type: ignore[operator]
+            found += _quietly(_speed, last, track)
+        found += _quietly(_sectors, ticks, track)
     return [*found, *_actions(ticks)]
-
-
-def _last_fifths(episodes: pl.DataFrame) -> pl.Series:
-    return episodes.filter(episodes["quintile"].is_in(QUINTILES[3:]))["unique_episode"]
 
 
 def _quietly(
@@ -89,17 +102,26 @@ def _timing(ticks: pl.DataFrame) -> Iterator[Advice]:
 def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame, learner: Learner) -> Iterator[Advice]:
     import polars as pl
 
-    fifths = episodes.group_by("quintile").agg(pl.col("progress_share").mean(), pl.col("complete").mean())
+    progress = pl.col("progress_share")
+    fifths = episodes.group_by("quintile").agg(
+        progress.mean(), (progress.var().fill_null(0.0) / pl.len()).alias("error"), pl.col("complete").mean()
+    )
     told = {row[0]: row[1:] for row in fifths.rows()}
-    (before, _), (now, full) = told[QUINTILES[3]], told[QUINTILES[4]]
+    (before, one, _), (now, other, full) = told[QUINTILES[3]], told[QUINTILES[4]]
+    change, sure = now - before, max(CHANGED, 2.0 * math.sqrt(one + other))
     words = f"Mean progress went from {100 * before:.0f} % in the fourth fifth of the episodes to {100 * now:.0f} % in "
     words += f"the last, {100 * full:.0f} % of which are full laps."
-    if now > before + 0.03:
+    if change > sure:
         try_ = "It is still learning: train on from the last checkpoint before you change anything."
         command = "racecraft train --run RUN --resume --stop minutes=10"
-    elif now < before - 0.03:
+    elif change < -sure:
         try_ = "It has got worse: go on from the best checkpoint, with a smaller learning rate."
         command = f"racecraft train --from RUN:best{learner.smaller_steps()}"
+    elif not episodes["complete"].any() and ticks.height < FIRST_LAP_TICKS[1]:
+        first, last = (f"{count:,}" for count in FIRST_LAP_TICKS)
+        try_ = f"It is early: AWS's own trainings came to a first full lap after {first} to {last} steps, this one has "
+        try_ += f"{ticks.height:,}. Train on before you change anything."
+        command = "racecraft train --run RUN --resume --stop minutes=10"
     elif full < 0.5:
         try_ = "It stands still below full laps: change the reward or the actions where it leaves the road."
         command = "racecraft why RUN"
@@ -133,14 +155,24 @@ def _reward(ticks: pl.DataFrame, episodes: pl.DataFrame) -> Iterator[Advice]:
 def _exits(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
     table = exits_by_segment(ticks, track)
     worst = table.row(0, named=True)
-    if worst["share"] * table.height > 1.5 or worst["share"] >= 0.25:
+    if worst["exits"] >= FEWEST_EXITS and (worst["share"] * table.height > 1.5 or worst["share"] >= 0.25):
         yield Advice(
-            f"Segment {worst['name']} takes {worst['exits']} of {table['exits'].sum()} exits of the last two fifths; "
+            f"Segment {_place(track, worst['name'])} takes {worst['exits']} of {table['exits'].sum()} exits of the "
+            "last two fifths; "
             f"{100 * worst['passed_share']:.0f} % get through it, at {worst['speed_mps']:.2f} m/s where they leave.",
             f"Pay for the right line or less speed in {worst['name']}, and start more episodes before it.",
             lambda: exit_points(ticks, track),
             "racecraft why RUN",
         )
+
+
+def _place(track: Track, name: str) -> str:
+    """Return a segment's name with its waypoints, which a reward function knows it by."""
+    for segment in find_segments(track).all:
+        if segment.name == name:
+            ends = (np.abs(track.arc[:, None] - np.array([segment.begin, segment.end]) * track.length)).argmin(axis=0)
+            return f"{name} (waypoints {ends[0]} to {ends[1]})"
+    return name
 
 
 def _speed(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
@@ -151,9 +183,14 @@ def _speed(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
         weight = straight["ticks"] / straight["ticks"].sum()
         mean = float((straight["speed_mps"] * weight).sum())
         if mean < 0.8 * top:
+            slow = (
+                "raise the lowest speed of the range"
+                if (ticks["action"] < 0).any()
+                else ("drop the slow action that points ahead")
+            )
             yield Advice(
                 f"On straights it asks for {mean:.2f} m/s on average, of {top:.2f} m/s it may.",
-                "Speed is not used: pay for it on straights, or drop the slow action that points ahead.",
+                f"Speed is not used: pay for it on straights, or {slow}.",
                 lambda: straights_and_curves(ticks, track),
                 "racecraft train my-car --from RUN:best",
             )
@@ -165,7 +202,7 @@ def _sectors(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
     lost = float(table["lost_seconds"].sum())
     yield Advice(
         f"Full laps lose {lost:.2f} s to the best sectors put together, {worst['lost_seconds']:.2f} s of it in "
-        f"{worst['name']}.",
+        f"{_place(track, worst['name'])}.",
         f"Look at {worst['name']} first: it has the most time to win.",
         lambda: sector_losses(ticks, track),
         "racecraft evaluate RUN --laps 5 --video laps.mp4",

@@ -1,7 +1,8 @@
 """What every plot of this room is: data that were computed at once, and a figure that is drawn when it is looked at.
 
 Begin with `Plot`. Charts are drawn on `sheet`, maps on `plan`, which leaves the ground white so that a page can be
-printed. Colours are Okabe and Ito's and matplotlib's cividis: told apart by colour-blind eyes and in grey.
+printed. Colours are Okabe and Ito's, told apart by colour-blind eyes, and matplotlib's cividis. In grey two of the
+former may be one, so what stands in one panel differs by its line or mark too.
 """
 
 from __future__ import annotations
