@@ -1,10 +1,13 @@
 """Convolving a few frames by one product, beside PyTorch's own convolution."""
 
+import numpy as np
 import pytest
 import torch
 from torch import nn
 
 from racecraft.algorithms.convolution import FEW_NUMBERS, Convolution
+from racecraft.algorithms.networks import Architecture, image_embedder
+from racecraft.contract.world import ArraySpec
 
 SHAPES = [(1, 16, 6, 3, 30, 40), (16, 32, 4, 2, 9, 12), (3, 8, 5, 2, 21, 18), (4, 6, 3, 1, 7, 5)]
 """Channels, filters, kernel, stride, height, width; the default car's two among them."""
@@ -31,7 +34,8 @@ def test_maps_in_any_order_of_memory_are_convolved_alike():
 
 def test_many_frames_go_the_common_way(monkeypatch):
     seen = []
-    monkeypatch.setattr(nn.Conv2d, "forward", lambda layer, maps: seen.append(len(maps)))
+    common = nn.Conv2d.forward
+    monkeypatch.setattr(nn.Conv2d, "forward", lambda layer, maps: seen.append(len(maps)) or common(layer, maps))
     layer = Convolution(1, 16, 6, 3)
     few = FEW_NUMBERS // (9 * 12 * 36)
     with torch.no_grad():
@@ -39,3 +43,22 @@ def test_many_frames_go_the_common_way(monkeypatch):
         layer(torch.rand(few + 1, 1, 30, 40))
     layer(torch.rand(2, 1, 30, 40))
     assert seen == [few + 1, 2]
+
+
+@pytest.mark.parametrize("activation", ["relu", "tanh"])
+@pytest.mark.parametrize(("shape", "rows"), [((30, 40), 5), ((30, 40, 3), 5), ((30, 40), 200)])
+def test_an_embedder_that_goes_no_detours_sees_what_it_sees_in_training(shape, rows, activation):
+    row = Architecture(convolutions=((16, 6, 3), (32, 4, 2)), image_units=(24,), activation=activation)
+    embedder, width = image_embedder("frame", ArraySpec(shape, np.uint8), row, torch.Generator().manual_seed(1))
+    frames = torch.randint(0, 256, (rows, *shape), dtype=torch.uint8)
+    kept = frames.clone()
+    with torch.inference_mode():
+        straight = embedder(frames)
+    assert straight.shape == (rows, width)
+    torch.testing.assert_close(straight, embedder(frames).detach(), atol=1e-5, rtol=1e-5)
+    assert torch.equal(frames, kept)
+    floats = frames.float() / 255.0
+    kept = floats.clone()
+    with torch.inference_mode():
+        torch.testing.assert_close(embedder(floats), straight, atol=1e-5, rtol=1e-5)
+    assert torch.equal(floats, kept)

@@ -7,11 +7,12 @@ import torch
 from racecraft.algorithms.actor_policy import ActorPolicy
 from racecraft.algorithms.distributions import GAUSSIAN, SQUASHED, distribution_for
 from racecraft.algorithms.networks import ActorCritic, Architecture
+from racecraft.algorithms.q_network import QNetwork, QPolicy
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import ArraySpec
 from racecraft.envs.unity.actions import ActionTable
 from racecraft.envs.unity.behaviors import Behavior, Sensor, UnityActions
-from racecraft.export.unity_model import check_unity_model, unity_model, write_unity_model
+from racecraft.export.unity_model import check_unity_model, to_wire, unity_model, write_unity_model
 
 onnx = pytest.importorskip("onnx", reason="the extra racecraft[onnx] is not installed")
 onnxruntime = pytest.importorskip("onnxruntime", reason="the extra racecraft[onnx] is not installed")
@@ -79,6 +80,28 @@ def test_the_model_acts_as_the_network_does(actions, sensors):
 def run(model, **feeds):
     session = onnxruntime.InferenceSession(model.SerializeToString(), providers=["CPUExecutionProvider"])
     return dict(zip([output.name for output in session.get_outputs()], session.run(None, feeds), strict=True))
+
+
+@pytest.mark.parametrize("dueling", [False, True])
+def test_worths_become_the_best_choice_drawn_or_not(dueling):
+    behavior = Behavior("Agent?team=0", SENSORS["everything"], UnityActions(0, (5,)))
+    observations = {sensor.name: ArraySpec(sensor.shape, sensor.dtype) for sensor in behavior.sensors}
+    row = Architecture(convolutions=((4, 4, 2), (8, 3, 2)), trunk_units=(16, 16))
+    network = QNetwork(observations, ActionTable(behavior.actions).spec, row, dueling, torch.Generator().manual_seed(3))
+    with torch.no_grad():
+        network.choices[-1].weight.mul_(100)
+    policy = QPolicy(network)
+    seen, allowed = make_observations(behavior, 200), make_allowed((5,), 200)
+    model = unity_model(policy, behavior)
+    assert check_unity_model(model, policy, behavior, seen, allowed) == 0.0
+    best = policy.act(seen, allowed)
+    assert len(set(best.tolist())) > 2
+    assert (best != policy.act(seen)).any()
+    feeds = {f"obs_{i}": to_wire(sensor, seen[sensor.name]) for i, sensor in enumerate(behavior.sensors)}
+    told = run(model, **feeds, action_masks=allowed.astype(np.float32))
+    assert (told["discrete_actions"][:, 0] == best).all()
+    with pytest.raises(UserInputError, match="decides"):
+        unity_model(policy, Behavior("Agent?team=0", SENSORS["everything"], UnityActions(0, (4,))))
 
 
 def test_the_layout_is_ml_agents_own():

@@ -64,3 +64,17 @@ def test_what_is_no_file_stays_as_it_is(tmp_path):
         assert named_files(settings) == {}
         assert as_in_run(settings) == settings
         assert found_in_run(settings, run) == settings
+
+
+def test_each_learner_of_a_run_has_a_copy_of_its_own(tmp_path):
+    run = RunFolder.create(tmp_path / "run", {})
+    told = {}
+    for name in ("", "Goalie"):
+        shown = tmp_path / f"{name}.demo"
+        shown.write_text(f"of {name}")
+        lay_named_files(named_files(settings_of(shown), of=name), run)
+        told[name] = as_in_run(settings_of(shown), of=name)
+        shown.unlink()
+    assert told["Goalie"].bc.demonstrations == "Goalie-bc-demonstrations.demo"
+    for name, settings in told.items():
+        assert Path(found_in_run(settings, run, of=name).bc.demonstrations).read_text() == f"of {name}"

@@ -11,6 +11,7 @@
     replay_sampler.py what a learner that eats a replay is fed
     returns.py        advantages and value targets; the two endings kept apart
     networks.py       from named observations to the parameters of actions and a value
+    convolution.py    a convolution that answers a few frames quickly
     distributions.py  from those parameters to chosen actions and their likelihood
     actor_policy.py   the greedy policy of an actor network
     q_network.py      from named observations to what each choice is worth, and the policy that takes the best

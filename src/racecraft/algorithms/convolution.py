@@ -17,7 +17,7 @@ take 50 us for 120, 32 frames as long either way, more of them longer)."""
 
 
 class Convolution(nn.Conv2d):
-    """`nn.Conv2d` without padding, dilation or groups; weights of its kind: (filters, channels, kernel, kernel)."""
+    """`nn.Conv2d` without padding, dilation or groups: weights (filters, channels, kernel, kernel)."""
 
     def __init__(self, channels: int, filters: int, kernel: int, stride: int, device: str | None = None) -> None:
         super().__init__(channels, filters, kernel, stride, device=device)
@@ -26,18 +26,22 @@ class Convolution(nn.Conv2d):
         """Return maps (R, filters, H', W') of maps (R, channels, H, W), channels last in memory as they were."""
         if torch.is_grad_enabled() or maps.device.type != "cpu":
             return super().forward(maps)
+        return self.of_pixels(maps.permute(0, 2, 3, 1).contiguous()).permute(0, 3, 1, 2)
+
+    def of_pixels(self, pixels: Tensor) -> Tensor:
+        """Return maps (R, H', W', filters) of contiguous ones (R, H, W, channels), on a processor."""
         (kernel, _), (stride, _) = self.kernel_size, self.stride
-        rows, channels, height, width = maps.shape
+        rows, height, width, channels = pixels.shape
         high, wide = (height - kernel) // stride + 1, (width - kernel) // stride + 1
-        if rows * high * wide * kernel * kernel * channels > FEW_NUMBERS:
-            return super().forward(maps)
-        pixels = maps.permute(0, 2, 3, 1).contiguous()
+        seen = kernel * kernel * channels
+        if rows * high * wide * seen > FEW_NUMBERS:
+            return super().forward(pixels.permute(0, 3, 1, 2)).permute(0, 2, 3, 1).contiguous()
         line = width * channels
         patches = pixels.as_strided(
             (rows, high, wide, kernel, kernel * channels),
             (height * line, stride * line, stride * channels, line, 1),
             pixels.storage_offset(),
-        ).reshape(rows * high * wide, kernel * kernel * channels)
-        kernels = self.weight.permute(0, 2, 3, 1).reshape(self.out_channels, -1)
+        ).reshape(rows * high * wide, seen)
+        kernels = self.weight.permute(0, 2, 3, 1).reshape(self.out_channels, seen)
         assert self.bias is not None
-        return torch.addmm(self.bias, patches, kernels.t()).view(rows, high, wide, -1).permute(0, 3, 1, 2)
+        return torch.addmm(self.bias, patches, kernels.t()).view(rows, high, wide, self.out_channels)

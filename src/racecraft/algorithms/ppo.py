@@ -214,6 +214,9 @@ class PpoLearner:
         self.half = Bfloat16Copy(self.network) if settled(config.precision) == "bfloat16" else None
         self.working = self.network if self.half is None else self.half.network
         """What explores and learns: the network itself, or its copy of half the precision."""
+        self._weights, self._learned = list(self.network.parameters()), list(self.working.parameters())
+        """The weights that are stepped, and those that gradients are found for; asking the modules for them takes as
+        long as a small network's losses."""
         self.generator = torch.Generator(self.device).manual_seed(seed + 1)
         self.optimiser = Adam(self.network.parameters(), config.learning_rate, config.adam_epsilon, config.adam_form)
         self.values_later = self.network.critic_body is not None
@@ -454,13 +457,14 @@ class PpoLearner:
     def _step(self, batch: Minibatch) -> Tensor:
         """Take one gradient step and return its figures, in the order of `FIGURES`."""
         loss, figures = ppo_loss(self.working, self.distribution, batch, self.now)
-        self.working.zero_grad(set_to_none=True)
+        for one in self._learned:
+            one.grad = None
         loss.backward()
         if self.half is not None:
             self.half.hand_over()
         norm = torch.zeros((), device=self.device)
         if self.config.max_grad_norm is not None:
-            norm = torch.nn.utils.clip_grad_norm_(self.network.parameters(), self.config.max_grad_norm)
+            norm = torch.nn.utils.clip_grad_norm_(self._weights, self.config.max_grad_norm)
         self.optimiser.step()
         if self.half is not None:
             self.half.refresh()

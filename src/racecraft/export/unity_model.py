@@ -7,7 +7,7 @@ ML-Agents trained):
     in    obs_0, obs_1 …                  float [batch, *shape], one a sensor in wire order; pictures NCHW in [0, 1]
     in    action_masks                    float [batch, sum of branches], 1 = allowed; with discrete actions only
     out   version_number, memory_size     float [1], constants: 3 and 0
-    out   discrete_actions                int64 [batch, branches], drawn inside the graph
+    out   discrete_actions                int64 [batch, branches], drawn inside the graph; of worths the best
     out   deterministic_discrete_actions  int64 [batch, branches], the likeliest
     out   discrete_action_output_shape    float [1, branches], constant: the branch sizes
     out   continuous_actions, deterministic_continuous_actions    float [batch, numbers] in [-1, 1]
@@ -31,16 +31,17 @@ from torch import nn
 from racecraft.algorithms.actor_policy import ActorPolicy
 from racecraft.algorithms.distributions import LOG_STD_RANGE, Distribution, Hybrid, SquashedGaussian
 from racecraft.algorithms.networks import MOST_DEVIATIONS, Encoder, FlattenChannelsLast, Image, Vector
+from racecraft.algorithms.q_network import QPolicy
 from racecraft.algorithms.sac import SacPolicy
 from racecraft.algorithms.twin_critics import LOG_STD_RANGE as SAC_LOG_STD_RANGE
 from racecraft.contract.errors import MissingExtraError, UserInputError
-from racecraft.contract.world import Array
+from racecraft.contract.world import Array, DiscreteActions
 from racecraft.envs.unity.actions import ActionTable
 from racecraft.envs.unity.behaviors import Behavior, Sensor
 from racecraft.formats.whole import write_whole
 
-UnityPolicy = ActorPolicy | SacPolicy
-"""What there is a graph for: an actor network that tells what it draws from."""
+UnityPolicy = ActorPolicy | SacPolicy | QPolicy
+"""What there is a graph for: an actor network that tells what it draws from, or one that tells choices' worths."""
 OPSET = 9
 IR_VERSION = 6
 MODEL_VERSION = 3.0
@@ -88,6 +89,9 @@ def unity_model(policy: UnityPolicy, behavior: Behavior) -> Any:
     graph.constant_output("memory_size", [0.0])
     if isinstance(policy, SacPolicy):
         _add_soft_numbers(graph, continuous, graph.layers(policy.network.actor, features))
+        return graph.finish(behavior.base_name)
+    if isinstance(policy, QPolicy):  # what a moment is worth is the same for every choice: it changes none
+        _add_best(graph, branches, graph.layers(policy.network.choices, features), masks)
         return graph.finish(behavior.base_name)
     params = graph.dense(policy.network.policy_head, features)
     means, logits = params, params
@@ -155,17 +159,20 @@ def to_wire(sensor: Sensor, values: Array) -> Array:
 
 def _body_of(policy: UnityPolicy) -> nn.Module:
     """Return the network from observations to features."""
-    return policy.eyes if isinstance(policy, SacPolicy) else policy.network.policy_body
+    return policy.network.policy_body if isinstance(policy, ActorPolicy) else policy.eyes
 
 
 def _require_made_for(behavior: Behavior, policy: UnityPolicy) -> None:
-    reads = (policy.eyes if isinstance(policy, SacPolicy) else policy.network.policy_body).names
+    reads = (policy.network.policy_body if isinstance(policy, ActorPolicy) else policy.eyes).names
     if sorted(reads) != sorted(sensor.name for sensor in behavior.sensors):
         raise UserInputError(
             f"the policy reads {', '.join(reads)}; behavior '{behavior.name}' shows "
             f"{', '.join(sensor.name for sensor in behavior.sensors)}. Export it with the behavior it was trained on."
         )
-    decides = (policy.kind if isinstance(policy, SacPolicy) else policy.distribution).spec
+    if isinstance(policy, QPolicy):
+        decides: Any = DiscreteActions(policy.network.count)
+    else:
+        decides = (policy.kind if isinstance(policy, SacPolicy) else policy.distribution).spec
     if decides != (wanted := ActionTable(behavior.actions).spec):
         raise UserInputError(
             f"the policy decides {decides}; behavior '{behavior.name}' obeys {wanted}. Export it with the behavior it "
@@ -188,6 +195,14 @@ def _add_choices(graph: _Graph, branches: Sequence[int], logits: str, masks: str
     for name, parts in (("discrete_actions", drawn), ("deterministic_discrete_actions", likeliest)):
         chosen = graph.node("Concat", *parts, axis=1) if len(parts) > 1 else parts[0]
         graph.output(name, chosen, len(branches), graph.INT64)
+    graph.constant_output("discrete_action_output_shape", [[float(size) for size in branches]])
+
+
+def _add_best(graph: _Graph, branches: Sequence[int], worths: str, masks: str) -> None:
+    """The one choice that is worth most, also where Unity asks for a drawn one: nothing is drawn from worths."""
+    scores = graph.masked(worths, masks)
+    for name in ("discrete_actions", "deterministic_discrete_actions"):
+        graph.output(name, graph.node("ArgMax", scores, axis=1, keepdims=1), len(branches), graph.INT64)
     graph.constant_output("discrete_action_output_shape", [[float(size) for size in branches]])
 
 

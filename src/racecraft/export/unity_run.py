@@ -95,8 +95,8 @@ def can_export_to_unity(path: str | Path) -> bool:
 def _actor(policy: Any, path: str | Path, base: str) -> UnityPolicy:
     if not isinstance(policy, UnityPolicy):
         raise SettingError(
-            f"{path}: the policy of '{base}' is a {type(policy).__name__}; expected one with an actor network (as of "
-            "ppo or sac), which Unity can load."
+            f"{path}: the policy of '{base}' is a {type(policy).__name__}; expected one of ppo, sac, dqn or apex "
+            "without a memory, which Unity can load: what a memory carries has no place in the files written here."
         )
     return policy
 

@@ -220,7 +220,7 @@ def _require_room(needed: int, capacity: int, config: ReplayConfig) -> None:
     if needed > allowed:
         fits = int(allowed / (needed / capacity) * 0.98)
         raise SettingError(
-            f"replay.capacity={config.capacity} needs {needed / GIB:.2f} GiB ({needed / capacity / 1000:.1f} kB a "
+            f"replay.capacity={config.capacity} needs {needed / GIB:.2f} GiB ({needed / capacity / 1000:.3g} kB a "
             f"transition); {whose}. Expected at most --set replay.capacity={fits}"
             + (", or a larger --set replay.memory_gib=…." if whose.startswith("replay") else ".")
         )

@@ -20,11 +20,13 @@ SETTING = "demonstrations"
 """The setting that names a file, in whatever group."""
 
 
-def named_files(settings: Settings) -> dict[str, Path]:
-    """Return what settings name, each under the name of its copy: "bc-demonstrations.safetensors", or a folder's."""
-    named = {group: getattr(getattr(settings, group), SETTING, None) for group in settings}
-    paths = {group: Path(path) for group, path in named.items() if path is not None}
-    return {f"{group}-{SETTING}{path.suffix}": path for group, path in paths.items() if _files_of(path)}
+def named_files(settings: Settings, of: str = "") -> dict[str, Path]:
+    """Return what settings name, each under the name of its copy: "bc-demonstrations.safetensors", or a folder's.
+
+    `of` tells several learners of one run apart: "Goalie" makes "Goalie-bc-demonstrations.safetensors".
+    """
+    paths = {group: path for group in settings if (path := _path_in(settings, group)) is not None}
+    return {_copy_of(group, path, of): path for group, path in paths.items() if _files_of(path)}
 
 
 def lay_named_files(files: Mapping[str, Path], run: RunFolder) -> None:
@@ -40,10 +42,12 @@ def lay_named_files(files: Mapping[str, Path], run: RunFolder) -> None:
             write_whole(run.path / name / file.relative_to(path), file.read_bytes())
 
 
-def as_in_run(settings: Settings) -> Settings:
+def as_in_run(settings: Settings, of: str = "") -> Settings:
     """Return the settings with the copies' names in the place of the files': what a run says of itself."""
-    for name in named_files(settings):
-        settings = _with_path(settings, name, name)
+    for group in settings:
+        path = _path_in(settings, group)
+        if path is not None and _files_of(path):
+            settings = _with_path(settings, group, _copy_of(group, path, of))
     return settings
 
 
@@ -53,13 +57,13 @@ def asked_in_run(asked: Iterable[str], settings: Settings) -> list[str]:
     return [f"{_group(copies[one])}.{SETTING}={copies[one]}" if one in copies else one for one in asked]
 
 
-def found_in_run(settings: Settings, run: RunFolder) -> Settings:
+def found_in_run(settings: Settings, run: RunFolder, of: str = "") -> Settings:
     """Return the settings with the paths of the copies that a run has; a file that it has no copy of stays named."""
     for group in settings:
-        path = getattr(getattr(settings, group), SETTING, None)
-        copy = run.path / f"{group}-{SETTING}{Path(path).suffix}" if path is not None else None
+        path = _path_in(settings, group)
+        copy = run.path / _copy_of(group, path, of) if path is not None else None
         if copy is not None and copy.exists():
-            settings = _with_path(settings, copy.name, str(copy))
+            settings = _with_path(settings, group, str(copy))
     return settings
 
 
@@ -70,8 +74,16 @@ def _files_of(path: Path) -> list[Path]:
     return [path] if path.is_file() else []
 
 
-def _with_path(settings: Settings, name: str, path: str) -> Settings:
-    group = _group(name)
+def _path_in(settings: Settings, group: str) -> Path | None:
+    path = getattr(getattr(settings, group), SETTING, None)
+    return None if path is None else Path(path)
+
+
+def _copy_of(group: str, path: Path, of: str) -> str:
+    return f"{of}-{group}-{SETTING}{path.suffix}" if of else f"{group}-{SETTING}{path.suffix}"
+
+
+def _with_path(settings: Settings, group: str, path: str) -> Settings:
     return settings.with_group(group, replace(getattr(settings, group), **{SETTING: path}))
 
 

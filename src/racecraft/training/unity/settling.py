@@ -20,6 +20,7 @@ from racecraft.formats.unity.trainer_config import PPO, SAC, BehaviorConfig
 from racecraft.players.trained import spec_in
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, as_dictionary, from_dictionary, with_values
+from racecraft.training.named_files import as_in_run, found_in_run
 from racecraft.training.unity.plan import WORLD_SETTINGS, UnityPlan, defaults_for
 
 SMALL_CONVOLUTIONS: dict[str, tuple[int, ...]] = {
@@ -50,7 +51,10 @@ class Settled:
 def own_groups(settled: Settled, algorithm: Algorithm) -> dict[str, dict[str, dict[str, Any]]]:
     """Return the groups of settings that each behavior has for itself, as plain values."""
     own = ("network", algorithm.group, *SIGNALS, IMITATION)
-    told = {base: as_dictionary(settings) for base, settings in settled.each.items()}
+    told = {
+        base: as_dictionary(as_in_run(settings, of=whose(number, base)))
+        for number, (base, settings) in enumerate(settled.each.items())
+    }
     return {base: {name: groups[name] for name in own if name in groups} for base, groups in told.items()}
 
 
@@ -185,4 +189,18 @@ def _settings_of_begun(
             f"{run.path}: was begun with {plan.settings.rollout.num_worlds} agents and the scene has {rows} now; "
             "expected as many. Give back the build, or begin a new run with --from."
         )
-    return {base: from_dictionary(plan.settings, own) for base, (_, own) in then.items()}
+    each = {base: from_dictionary(plan.settings, own) for base, (_, own) in then.items()}
+    return {
+        base: found_in_run(settings, run, of=whose(number, base))
+        for number, (base, settings) in enumerate(each.items())
+    }
+
+
+def whose(number: int, base: str) -> str:
+    """Return the name that a behavior's files bear in a run; of the first none: they are the training's own."""
+    return file_name(base) if number else ""
+
+
+def file_name(behavior: str) -> str:
+    """Return a behavior's name as part of a file's."""
+    return "".join(letter if letter.isalnum() or letter in "-_" else "-" for letter in behavior)

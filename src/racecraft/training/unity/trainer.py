@@ -22,6 +22,7 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import write_whole
 from racecraft.players.trained import GreedyPolicy, spec_in
 from racecraft.training.loop import Evaluator, Outcome
+from racecraft.training.named_files import lay_named_files, named_files
 from racecraft.training.resume import Say
 from racecraft.training.stopping import SCORE, StopCondition, parse_stops
 from racecraft.training.trainer import Experiment, summary_of
@@ -37,7 +38,7 @@ from racecraft.training.unity.plan import (
     plan_unity,
     stops_for,
 )
-from racecraft.training.unity.settling import Settled, own_groups, settle
+from racecraft.training.unity.settling import Settled, file_name, own_groups, settle, whose
 
 __all__ = ["KIND", "Request", "UnityRequest", "default_settings", "opened", "plan", "plan_resume", "summary"]
 
@@ -89,9 +90,9 @@ def opened(planned: UnityPlan, say: Say) -> Iterator[Experiment]:
                 "build": planned.build_name, **card_for(behaviors, own_groups(settled, planned.algorithm)),
             },
             title=f"{names} of {planned.build_name}",
-            folder_name=_file_name(names.replace(", ", "-")),
+            folder_name=file_name(names.replace(", ", "-")),
             notes=settled.notes,
-            lay_files=lambda run: _lay_files(planned, run),
+            lay_files=lambda run: _lay_files(planned, settled, run),
             learner=lambda: _learner(planned, world, settled),
             world_lasts=False,
             same_shape=_require_same_heads,
@@ -141,10 +142,9 @@ def _evaluator(
     return SceneEvaluator(judged, GreedyPolicy(learner), episodes, threshold, run.path / OBSERVATIONS)
 
 
-def _lay_files(planned: UnityPlan, run: RunFolder) -> None:
+def _lay_files(planned: UnityPlan, settled: Settled, run: RunFolder) -> None:
+    for number, (base, settings) in enumerate(settled.each.items()):
+        if number:  # the first one's are those of the training itself
+            lay_named_files(named_files(settings, of=whose(number, base)), run)
     if planned.request.config is not None:
         write_whole(run.path / TRAINER_FILE, planned.request.config.read_bytes())
-
-
-def _file_name(behavior: str) -> str:
-    return "".join(letter if letter.isalnum() or letter in "-_" else "-" for letter in behavior)
