@@ -15,6 +15,8 @@ M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
 """Names of `mallopt`, as <malloc.h> has them."""
 KEPT_BYTES = 1 << 30
 """Pieces up to this are kept, and as much free memory at the end of the heap."""
+MOST_IN_OLD_LIBRARIES = 32 << 20
+"""Older versions of the GNU C library refuse a larger M_MMAP_THRESHOLD and answer 0 (mallopt(3))."""
 
 
 def prepare_processor(count: int | None, device: str = "cpu") -> None:
@@ -49,5 +51,6 @@ def keep_freed_memory() -> None:
         mallopt = ctypes.CDLL("libc.so.6").mallopt
     except (OSError, AttributeError):
         return
-    mallopt(M_MMAP_THRESHOLD, KEPT_BYTES)
+    if not mallopt(M_MMAP_THRESHOLD, KEPT_BYTES):
+        mallopt(M_MMAP_THRESHOLD, MOST_IN_OLD_LIBRARIES)
     mallopt(M_TRIM_THRESHOLD, KEPT_BYTES)
