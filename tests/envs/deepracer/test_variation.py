@@ -298,8 +298,11 @@ def test_a_leaning_camera_and_its_grass_lean_alike():
             assert (lowest[0] > highest[0]) == (roll > 0)
 
 
-def test_a_glow_stands_where_the_pinhole_puts_it():
-    plain_, seen, drawn, world = start_frames(VariationConfig(glare=100.0), 24, type="TIME_TRIAL")
+@pytest.mark.parametrize("roll", [0.0, 0.3])
+def test_a_glow_stands_where_the_pinhole_puts_it(roll):
+    plain_ = start_frames(VariationConfig(camera_roll=roll), 24, type="TIME_TRIAL")[1]
+    _, seen, drawn, world = start_frames(VariationConfig(glare=100.0, camera_roll=roll), 24, type="TIME_TRIAL")
+    assert (drawn["camera_roll"] != 0.0).any() == (roll > 0.0)
     in_sight = 0
     for frame, shown, one, car in zip(plain_, seen, drawn, world.cars[:, 0], strict=True):
         camera = camera_of(world, one)

@@ -371,6 +371,16 @@ class Thinker:
         return "up"
 
 
+def test_who_says_nothing_of_time_gives_the_official_half_second():
+    once, twice, thrice = Thinker(), Thinker(), Thinker()
+    play(SMALL, [Seat("a", once), Seat("b", once)], StreamDice(1), most_turns=1)
+    tournament([Seat("a", twice), Seat("b", twice)], SMALL, most_turns=1)
+    for _ in Tournament([Seat("a", thrice), Seat("b", thrice)], SMALL, most_turns=1).play():
+        pass
+    for one in (once, twice, thrice):
+        assert one.told == [pytest.approx(0.8 * 0.4)] * len(one.told) != []
+
+
 @pytest.mark.parametrize(("timeout_ms", "seconds"), [(500, 0.8 * 0.4), (100, 0.8 * 0.05)])
 def test_a_player_thinks_as_long_beside_the_board_as_behind_a_server_of_ours(timeout_ms, seconds):
     """500 ms less 100 for the way, of 100 ms half; four fifths of that to think. Who has no way keeps its time, too."""
