@@ -14,7 +14,7 @@ from racecraft.envs.deepracer.kernels.whereabouts import locate
 from racecraft.envs.deepracer.objects import BOT_CAR
 from racecraft.envs.deepracer.scene import build_scene
 from racecraft.envs.deepracer.sensors import FRONT_CAMERA, car_sensors
-from racecraft.envs.deepracer.settings import BoxesConfig, CameraConfig, RaceConfig
+from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import CAMERA_NAME, CRITIC_NAME, RaceWorld
 from racecraft.tracks.catalogue import load_track
 from ray_caster import HEIGHT, LEVELS, WIDTH, cast
@@ -118,6 +118,22 @@ def test_cars_touch_where_shapely_says_and_the_one_behind_has_crashed():
         assert (world.reports["is_crashed"] == behind & meet[:, None])[~close].all()
         touched += int(meet.sum())
     assert 5000 < touched < 15000
+
+
+@pytest.mark.parametrize("into", ["a car", "a bot"])
+def test_bots_drive_on_when_it_is_a_car_that_is_to_blame(into):
+    """By the second car: after a crash of the first the bots would begin anew."""
+    world = make_world(objects=BotsConfig(number=1, speed=0.5, min_distance=2.0))
+    buffers = begin(world)
+    bot, driven = world.boxes[0, 0], world._objects.states["driven"].copy()
+    behind_bot = (bot[0] - 0.25 * math.cos(bot[2]), bot[1] - 0.25 * math.sin(bot[2]), bot[2])
+    second = world.track.pose_at(8.0) if into == "a car" else behind_bot
+    put(world, buffers, np.array([[world.track.pose_at(8.2), second]]))
+    world.step(np.full((1, 2), SLOW), buffers)
+    # The bot comes first among what each finds around it, the other car second.
+    assert world.reports["object_hit"].tolist() == ([[1, 1]] if into == "a car" else [[-1, 0]])
+    assert world.reports["is_crashed"].tolist() == [[False, True]]
+    assert (world._objects.states["driven"] - driven).item() == pytest.approx(0.5 / 15)
 
 
 def test_at_aws_corners_and_places_on_the_lap_decide():

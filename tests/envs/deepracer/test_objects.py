@@ -13,8 +13,15 @@ from racecraft.contract.world import allocate
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.kernels import sight
-from racecraft.envs.deepracer.kernels.objects import corner_inside, rectangles_touch
-from racecraft.envs.deepracer.objects import CLEAR_AHEAD_M, CLEAR_BEHIND_M, DEEPRACER_BOX, KINDS, OBJECT_STATE
+from racecraft.envs.deepracer.kernels.objects import corner_inside, is_to_blame, objects_around, rectangles_touch
+from racecraft.envs.deepracer.objects import (
+    CLEAR_AHEAD_M,
+    CLEAR_BEHIND_M,
+    DEEPRACER_BOX,
+    KINDS,
+    OBJECT_STATE,
+    no_objects,
+)
 from racecraft.envs.deepracer.settings import BoxesConfig, CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import CRITIC_NAME, RaceWorld
 from racecraft.tracks.catalogue import load_track
@@ -177,6 +184,28 @@ def test_a_start_on_a_box_moves_to_the_free_lane_and_past_a_blocked_road_further
         assert (shapely.distance(shapes, polygons(box[None, :3], box[None, 3:5])[0]) > 0.09).all()
 
 
+@pytest.mark.parametrize("track", ["reinvent_base", "2022_april_open_cw"])
+@pytest.mark.parametrize("reverse", [False, True])
+def test_the_inner_lane_is_inside_whichever_way_round(track, reverse):
+    race_config = RaceConfig(type="OBJECT_AVOIDANCE", reverse=reverse)
+    world = make_world(BoxesConfig(positions="0.3,1;0.6,-1"), track=track, race_config=race_config)
+    begin(world)
+    middles = world.boxes[0, :, :2]
+    place = world.track.locate(middles)
+    to_inner, to_outer = (np.hypot(*(edge - middles).T) for edge in (place.inner_point, place.outer_point))
+    assert (to_inner < to_outer).tolist() == [True, False]
+
+
+@pytest.mark.parametrize("lane", [1, -1])
+def test_a_start_behind_a_box_is_in_the_other_lane(lane):
+    """The box stands 0.7 m ahead, out of reach of the car, whose own lane it is all the same."""
+    world = make_world(BoxesConfig(positions=f"0.04,{lane}"), start_shares=[0.0])
+    begin(world)
+    car = world.cars[0, 0]
+    assert car["start_share"] == 0.0
+    assert (car["border_inner"] > car["border_outer"]) == (lane == 1)
+
+
 def test_driving_into_a_box_is_a_crash_that_ends_the_episode():
     world = make_world(BoxesConfig(positions="0.08,1;0.08,-1"), reward=lambda params: float(params["is_crashed"]))
     buffers = begin(world)
@@ -213,6 +242,22 @@ def reference_params(track, boxes, front):
         "objects_speed": [0.0] * len(boxes),
         "closest_objects": [int(np.argmax(ahead)), int(np.argmin(ahead))],
     }
+
+
+def test_an_object_level_with_the_car_is_the_previous_one_and_never_the_next():
+    states = np.zeros(2, OBJECT_STATE)
+    states["arc"] = 3.0, 5.0
+    assert objects_around(states, 3.0, 10.0) == (0, 1)
+    assert objects_around(states, 5.0, 10.0) == (1, 0)
+    assert objects_around(states[:1], 3.0, 10.0) == (0, 0)
+
+
+@pytest.mark.parametrize(("arc", "is_behind"), [(3.6, True), (3.4, False), (8.4, True), (8.6, False)])
+def test_half_a_lap_tells_who_is_behind_whom(arc, is_behind):
+    """A bot stands at 8.5 m of a lap of 10 m: who is less than 5 m before it is behind it."""
+    states, plan = np.zeros(1, OBJECT_STATE), no_objects()._replace(kinds=np.zeros(1, np.int64), speed=1.0)
+    states["arc"] = 8.5
+    assert is_to_blame(plan, states, 0, arc, 10.0) == is_behind
 
 
 @pytest.mark.parametrize("track", ["reinvent_base", "Oval_track", "2022_april_open_cw"])
