@@ -127,9 +127,14 @@ A file of ours may lack the columns that time trials do not need; `status` is on
 
 def metrics_page() -> str:
     """Return every name in metrics.jsonl."""
+    from racecraft.algorithms.asynchronous_ppo import FIGURES as ASYNCHRONOUS
+    from racecraft.algorithms.ppo import FIGURES
     from racecraft.algorithms.registry import ALGORITHMS
     from racecraft.analysis.metrics import metrics_markdown
 
+    beside = "\n".join(
+        f"| `{figure}` | {meaning} |" for figure, meaning in ASYNCHRONOUS.items() if figure not in FIGURES
+    )
     others = "\n\n".join(
         "\n".join(
             [
@@ -149,6 +154,12 @@ def metrics_page() -> str:
 `best_lap_seconds` and `seconds_collect` is what the learner says of its update: here PPO, below the others.
 
 {metrics_markdown()}
+
+## With `ppo.asynchronous`
+
+| name | meaning |
+|---|---|
+{beside}
 
 {others}"""
 
@@ -343,12 +354,15 @@ def coach_page() -> str:
 
 def rllib_page() -> str:
     """Return what RLlib's words mean here."""
-    from racecraft.compat.rllib_words import ELSEWHERE, STOPS, WORDS
+    from racecraft.compat.rllib_words import ELSEWHERE, RUNS, STOPS, WORDS
 
     rows = [
         f"| `{name}` | {'' if word.setting in ('', ELSEWHERE) else f'`{word.setting}`'} | "
         f"{word.doc if word.setting else f'nothing: {word.doc}'} |"
         for name, word in WORDS.items()
+    ]
+    runs = [
+        f"| `{name}` | `--algorithm ppo`{''.join(f' `--set {one}`' for one in more)} |" for name, more in RUNS.items()
     ]
     stops = [
         f"| `{name}` | `--stop {ours}=…`{', seconds become minutes' if ours == 'minutes' else ''} |"
@@ -364,6 +378,12 @@ def rllib_page() -> str:
             "| RLlib | setting | what it means here |",
             "|---|---|---|",
             *rows,
+            "",
+            "Words of `run`:",
+            "",
+            "| RLlib | here |",
+            "|---|---|",
+            *runs,
             "",
             "Words of `stop`:",
             "",

@@ -2,66 +2,52 @@
 
     python scripts/mutants.py                          30 mutants, seed 1
     python scripts/mutants.py --count 300 --seed 2     another sample
-    python scripts/mutants.py --count 300 --skip 60 --minutes 20    the same sample from its 61st on, for so long
-    python scripts/mutants.py --in rollout formats     of some rooms only
+    python scripts/mutants.py --count 300 --minutes 5  so long; the next call goes on where this one ended
+    python scripts/mutants.py --count 300 --in rollout formats     of some rooms only
+    python scripts/mutants.py --only 17 203 --tests tests/training     those of two that live, with other tests
 
 A mutant is one change in one file: a comparison or a sum turned round, a constant moved, a condition negated, a
-statement left out. It is tried in a copy of the house, so that nothing here is touched and several samples can run side
-by side. First come the tests that name the module or bear its name, then, where those pass, the folder of tests that
-mirrors its room; tests that fail without any mutant are left out, and tests that come to no end without one are no
-judges. One that runs much longer than without a mutant counts as noticed, and is told as "late", since on a loaded
-machine it may only have been unlucky. Of compiled kernels only those are compiled again that read what was changed, and
-mutants of what no kernel reads are tried first. docs/decisions/0009-mutants.md says why this is a script of ours, and
-which survivors were read.
+statement left out. It is tried in a copy of the house that is kept in build/mutants, with its compiled kernels. A map
+by `coverage` (pip install coverage) says which tests run the line; it is made of each test file once, when that file is
+first asked. Files that name the module are asked before the others of its room, cheap tests before dear ones, for as
+long as `BUDGET_SECONDS`, up to the first that fails. That one is asked again without the mutant, and where it fails
+there as well, it is no judge. Lines that run at import, or in a compiled kernel, no test is seen to run: there all
+tests are asked that run the module, or whoever imports it. Each mutant lives in a fork of one process that has imported
+the large guests, and of kernels only those are compiled again that read what was changed: of cars a minute or two, so
+they come last. To let Python run them as they are written would be quicker, but their records are no Python objects.
+
+docs/decisions/0009-mutants.md says why this is a script of ours, and which survivors were read.
 """
 
 from __future__ import annotations
 
 import argparse
-import ast
 import contextlib
+import functools
+import importlib.util
+import json
 import os
 import random
 import re
 import shutil
-import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
-from racecraft.kernels import compile as kernels
+import forks
+from coverage_map import CoverageMap
+from mutations import Mutant, changed, mutants_in
 
 ROOT = Path(__file__).resolve().parents[1]
 HOUSE = Path("src/racecraft")
 ROOMS = ("contract", "envs", "algorithms", "rollout", "evaluation", "formats")
-LONGEST_SECONDS = 600
-UNASKED = "unasked"
+BUDGET_SECONDS = 60
+"""What the tests that are asked about one mutant may cost together, in processor seconds without it."""
 PATIENCE = 4
-"""A mutant may take so many times as long as the tests do without it, and a minute."""
-
-COMPARED = {
-    ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
-    ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In,
-}  # fmt: skip
-COUNTED = {
-    ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.FloorDiv: ast.Mult,
-    ast.Mod: ast.FloorDiv,
-}  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Mutant:
-    """One change."""
-
-    path: Path
-    """From the root of the repository."""
-    number: int
-    """Which of the file's places."""
-    line: int
-    what: str
+"""Tests may take so many times as long as without the mutant; `COMPILING` comes on top."""
+COMPILING = {False: 20, True: 240}
+"""The processor seconds that imports take, and the kernels that were changed."""
 
 
 def main(words: list[str]) -> int:
@@ -69,126 +55,190 @@ def main(words: list[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--count", type=int, default=30)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--skip", type=int, default=0, help="so many of the sample were tried before")
     parser.add_argument("--in", dest="rooms", nargs="+", default=ROOMS, metavar="ROOM", help=", ".join(ROOMS))
-    parser.add_argument("--minutes", type=float, default=1e9, help="no further mutant is begun after so long")
-    parser.add_argument(
-        "--near", action="store_true", help="only tests that name the module, where any does; a quick sieve"
-    )
+    parser.add_argument("--minutes", type=float, default=1e9, help="no further one is begun after so long")
+    parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="of the sample only these")
+    parser.add_argument("--tests", type=Path, nargs="+", help="ask these folders or files about survivors")
+    parser.add_argument("--near", action="store_true", help="ask only tests that name the module; a quick sieve")
     asked = parser.parse_args(words)
-    every = [mutant for room in asked.rooms for mutant in mutants_in(HOUSE / room)]
+    if importlib.util.find_spec("coverage") is None:
+        parser.error("the map of what each test runs is made by coverage, which is not installed: pip install coverage")
+    every = [mutant for room in asked.rooms for mutant in mutants_in(HOUSE / room, ROOT)]
     if not every:
         parser.error(f"there is nothing to change in {', '.join(asked.rooms)}")
-    sample = random.Random(asked.seed).sample(every, min(asked.count, len(every)))
+    sample = dict(enumerate(random.Random(asked.seed).sample(every, min(asked.count, len(every))), 1))
     print(f"{len(sample)} of {len(every):,} mutants, seed {asked.seed}", flush=True)
-    began, survivors, tried = time.monotonic(), [], 0
-    numbered = list(enumerate(sample, 1))[asked.skip :]
-    with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
-        copy = Copy(Path(folder))
-        for number, mutant in sorted(numbered, key=lambda one: copy.costs(one[1].path)):
-            if time.monotonic() - began > 60 * asked.minutes:
-                break
-            noticed_by = copy.noticed(mutant, asked.near)
-            tried += noticed_by != UNASKED
-            survivors += [] if noticed_by else [mutant]
-            print(
-                f"{number:4} {noticed_by or 'SURVIVES':9} {mutant.path}:{mutant.line}  {mutant.what}",
-                flush=True,
-            )
-    dead = tried - len(survivors)
-    print(f"\n{dead} of {tried} were noticed ({100 * dead / max(1, tried):.0f} %); survivors:")
-    print("\n".join(f"  {one.path}:{one.line}  {one.what}" for one in survivors) or "  none")
-    return int(dead < 0.85 * tried)
+    ends = time.monotonic() + 60 * asked.minutes
+    copy = Copy(ROOT / "build" / "mutants")
+    tests = asked.tests or [*(HOUSE / room for room in asked.rooms), *(Path("tests", room) for room in asked.rooms)]
+    files = copy.test_files(tests)
+    told = Told(copy.place / f"told-{asked.seed}-{'-'.join(asked.rooms)}-{asked.count}.json")
+    again = [
+        number
+        for number in asked.only or sample
+        if (told.lives(number) if asked.tests else told.unread(number, sample[number], asked.near))
+    ]
+    for number in sorted(again, key=lambda one: (bool(copy.read_by(sample[one].path)), one)):
+        if time.monotonic() > ends:
+            break
+        mutant = sample[number]
+        noticed_by = copy.noticed(mutant, files, asked.near)
+        told.keep(number, mutant, noticed_by, asked.near)
+        print(f"{number:4} {noticed_by or 'SURVIVES'}\n     {mutant.path}:{mutant.line}  {mutant.what}", flush=True)
+    return told.summary()
 
 
-def mutants_in(place: Path) -> Iterator[Mutant]:
-    """Yield every mutant of the modules under a place."""
-    for path in sorted((ROOT / place).rglob("*.py")):
-        near = path.relative_to(ROOT)
-        for number, (node, what) in enumerate(places(ast.parse(path.read_text(encoding="utf-8")))):
-            yield Mutant(near, number, node.lineno, what)
+class Told:
+    """What came of each mutant of a sample, on the disk, so that a sample can be tried in slices."""
 
+    def __init__(self, path: Path) -> None:
+        """Go on with what the file holds."""
+        self._path = path
+        self._all: dict[str, list[str]] = json.loads(path.read_text()) if path.exists() else {}
 
-def places(tree: ast.Module) -> Iterator[tuple[ast.expr | ast.stmt, str]]:
-    """Yield what can be changed and how, in the order of the file; docstrings, types and messages are left alone."""
-    for node in _code(tree):
-        if isinstance(node, ast.Compare) and type(node.ops[0]) in COMPARED:
-            yield node, f"{ast.unparse(node)}: the comparison turned round"
-        elif isinstance(node, ast.BinOp) and type(node.op) in COUNTED and not _is_text(node):
-            yield node, f"{ast.unparse(node)}: another operator"
-        elif isinstance(node, ast.BoolOp):
-            yield node, f"{ast.unparse(node)}: and for or"
-        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not | ast.USub):
-            yield node, f"{ast.unparse(node)}: its sign left out"
-        elif isinstance(node, ast.Constant) and isinstance(node.value, bool | int | float):
-            yield node, f"{ast.unparse(node)}: another constant"
-        elif isinstance(node, ast.AugAssign) or (isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)):
-            yield node, f"{ast.unparse(node).splitlines()[0]}: left out"
+    def lives(self, number: int) -> bool:
+        """Tell whether a mutant was not noticed yet."""
+        return not self._all.get(str(number), ["", ""])[1]
 
+    def unread(self, number: int, mutant: Mutant, near: bool) -> bool:
+        """Tell whether a mutant was not tried before, or only with the tests near it where others are asked now."""
+        known, noticed_by, only_near = self._all.get(str(number), ["", "", ""])
+        return known != f"{mutant.path}:{mutant.line}  {mutant.what}" or (
+            bool(only_near) and not noticed_by and not near
+        )
 
-def changed(source: str, number: int) -> str:
-    """Return a module's text with one of its places changed."""
-    tree = ast.parse(source)
-    node = list(places(tree))[number][0]
-    if isinstance(node, ast.Compare):
-        node.ops[0] = COMPARED[type(node.ops[0])]()
-    elif isinstance(node, ast.BinOp):
-        node.op = COUNTED[type(node.op)]()
-    elif isinstance(node, ast.BoolOp):
-        node.op = ast.Or() if isinstance(node.op, ast.And) else ast.And()
-    elif isinstance(node, ast.Constant):
-        node.value = not node.value if isinstance(node.value, bool) else node.value + 1
-    elif isinstance(node, ast.UnaryOp):
-        node.op = ast.UAdd() if isinstance(node.op, ast.USub) else node.op
-        node.operand = node.operand if isinstance(node.op, ast.UAdd) else ast.UnaryOp(ast.Not(), node.operand)
-    else:
-        _leave_out(tree, node)
-    return ast.unparse(ast.fix_missing_locations(tree))
+    def keep(self, number: int, mutant: Mutant, noticed_by: str, near: bool) -> None:
+        """Keep what came of one."""
+        self._all[str(number)] = [f"{mutant.path}:{mutant.line}  {mutant.what}", noticed_by, "near" * near]
+        self._path.write_text(json.dumps(self._all, indent=1))
+
+    def summary(self) -> int:
+        """Print how many were noticed and who lived; 0 where at least 85 % were noticed."""
+        lived = {number: one for number, (one, noticed_by, _) in self._all.items() if not noticed_by}
+        dead = len(self._all) - len(lived)
+        print(f"\n{dead} of {len(self._all)} were noticed ({100 * dead / max(1, len(self._all)):.0f} %); survivors:")
+        print("\n".join(f"{number:>6}  {one}" for number, one in lived.items()) or "  none")
+        return int(dead < 0.85 * len(self._all))
 
 
 class Copy:
     """A copy of the house in which mutants live, one at a time."""
 
-    def __init__(self, folder: Path) -> None:
-        self._root = folder / "house"
-        leave = shutil.ignore_patterns(".git", ".venv*", "runs", "out", "__pycache__", ".*_cache", "shared", "site")
-        shutil.copytree(ROOT, self._root, ignore=leave)
-        if (ROOT.parent / "shared").exists():
-            (folder / "shared").symlink_to((ROOT.parent / "shared").resolve())
-        self._compiled, self._tried = folder / "compiled", folder / "compiled-with-mutant"
-        package = self._root / HOUSE
-        self._reads = {path: set(kernels.read_by(path, package)) for path in package.rglob("kernels/*.py")}
-        self._known: dict[tuple[str, ...], tuple[list[str], float, bool]] = {}
+    def __init__(self, place: Path) -> None:
+        """Bring the copy in a folder up to date, and the map of its tests."""
+        self.place, self._root = place.resolve(), place.resolve() / "house"
+        place.mkdir(parents=True, exist_ok=True)
+        _mirror(ROOT, self._root)
+        if (ROOT.parent / "shared").exists() and not (place / "shared").exists():
+            (place / "shared").symlink_to((ROOT.parent / "shared").resolve())
+        self._compiled, self._tried = self.place / "compiled", self.place / "compiled-with-mutant"
+        sys.path.insert(0, str(self._root / "src"))
+        os.environ |= {"PYTHONPATH": str(self._root / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
+        forks.warm_up()
+        self._reads = self._read_by_kernels()
+        self.map = CoverageMap(self._root, self.place / "map", functools.partial(_keep_kernels_in, self._compiled))
 
-    def noticed(self, mutant: Mutant, only_near: bool = False) -> str:
-        """Return what noticed a mutant: "near" tests, those of its "folder", their being "late"; "" for nobody.
-
-        Where no tests come to an end without it, the answer is UNASKED.
-        """
-        near, folder = self._near(mutant.path), self._folder(mutant.path)
-        asked = {"near": near, "folder": [] if only_near and near else folder}
-        answer = UNASKED
-        for kind, tests in asked.items():
-            if not tests:
-                continue
-            failing, seconds, judges = self._without_mutant(tuple(tests))
-            if not judges:
-                continue
-            with self._living(mutant):
-                limit = min(LONGEST_SECONDS, 60 + PATIENCE * seconds)
-                passed, said = self._run([*tests, "-x", *failing], limit, self._tried)
-            if not passed:
-                return kind if said else "late"
-            answer = ""
-        return answer
-
-    def costs(self, path: Path) -> tuple[bool, bool]:
-        """Return what sorts files by what it costs to try one of their mutants, the cheap ones first."""
-        return bool(self.read_by(path)), not self._near(path)
+    def test_files(self, places: list[Path]) -> list[Path]:
+        """Return the test files of some places, and the modules there that hold examples."""
+        found: list[Path] = []
+        for place in places:
+            files = [self._root / place] if place.suffix else sorted((self._root / place).rglob("*.py"))
+            tests = place.parts[0] == "tests"
+            found += [
+                one for one in files if (one.name.startswith("test_") if tests else ">>> " in one.read_text("utf-8"))
+            ]
+        return found
 
     def read_by(self, path: Path) -> list[Path]:
         """Return the kernels that a file's numbers and functions are compiled into, itself among them."""
         return [kernel for kernel, read in self._reads.items() if self._root / path in read]
+
+    def noticed(self, mutant: Mutant, files: list[Path], only_near: bool = False) -> str:
+        """Return which test noticed a mutant, "late" with a name where tests came to no end; "" for nobody.
+
+        Args:
+            mutant: The change.
+            files: The test files that may be asked; first come those that name the module or bear its name.
+            only_near: Ask no others; else those of the folder that mirrors the module's own come next.
+        """
+        mirrored = self._mirrored(mutant.path)
+        near = [one for one in files if self._is_near(one, mutant.path)]
+        near.sort(key=lambda one: (not one.is_relative_to(mirrored), not self._bears(one, mutant.path), one))
+        far = [one for one in files if one not in near and one.is_relative_to(mirrored)]
+        asked = ([one] for one in near) if only_near else [*([one] for one in near), far]
+        return next(filter(None, (self._asked(mutant, some) for some in asked)), "")
+
+    def _asked(self, mutant: Mutant, files: list[Path]) -> str:
+        self.map.read(files)
+        tests = self._chosen(mutant, {one.relative_to(self._root).as_posix() for one in files})
+        while tests:
+            allowed = PATIENCE * sum(self.map.costs[one] for one in tests) + COMPILING[bool(self.read_by(mutant.path))]
+            with self._living(mutant):
+                code, said = self._run(tests, allowed, self._tried)
+            if code == 0:
+                return ""
+            noticing = re.findall(r"^(?:FAILED|ERROR) (\S+::.+?)(?: - .*)?$", said, re.MULTILINE)
+            judge = next((one for one in noticing if one in self.map.costs), tests[0])
+            if self._run([judge], PATIENCE * self.map.costs[judge] + COMPILING[True], self._compiled)[0] == 0:
+                return f"late: {judge}" if code is None else judge
+            tests = [one for one in tests if one != judge]
+        return ""
+
+    def _is_near(self, file: Path, path: Path) -> bool:
+        """Tell whether a test file names a module or bears its name."""
+        return self._bears(file, path) or bool(_imports(_name(path)).search(file.read_text("utf-8")))
+
+    def _bears(self, file: Path, path: Path) -> bool:
+        """Tell whether a test file bears a module's name, or is the module itself with its examples."""
+        return file.name == f"test_{_name(path).rpartition('.')[2]}.py" or file == self._root / path
+
+    def _mirrored(self, path: Path) -> Path:
+        """Return the folder of tests that mirrors a module's own, or the nearest above it."""
+        folder = self._root / "tests" / Path(*path.parent.parts[2:])
+        return next(one for one in (folder, *folder.parents) if one.is_dir())
+
+    def _chosen(self, mutant: Mutant, files: set[str]) -> list[str]:
+        """Return the tests of some files to ask: those that run the line; else those that run or name the module.
+
+        Where there are none either, those that run what imports it.
+        """
+        path = mutant.path
+        tests = self.map.running(path, files, mutant.line, mutant.last_line)
+        if not tests:
+            near = {one for one in files if self._is_near(self._root / one, path)}
+            tests = self.map.running(path, files) | {one for one in self.map.costs if one.split("::")[0] in near}
+        if not tests:
+            compiled = [_name(kernel) for kernel in self.read_by(path)]
+            users = {user for one in (_name(path), *compiled) for user in self._importing(one)}
+            tests = set().union(*(self.map.running(user, files) for user in users))
+        asked: list[str] = []
+        cost = 0.0
+        for test in sorted(tests, key=lambda one: (self.map.costs[one], one)):
+            cost += self.map.costs[test]
+            if asked and cost > BUDGET_SECONDS:
+                break
+            asked.append(test)
+        return asked
+
+    def _importing(self, name: str) -> list[Path]:
+        """Return the modules of the package that import a module, from the root of the repository."""
+        imports = _imports(name)
+        every = (self._root / HOUSE).rglob("*.py")
+        return [one.relative_to(self._root) for one in every if imports.search(one.read_text("utf-8"))]
+
+    def _run(self, tests: list[str], cpu_seconds: float, compiled: Path) -> tuple[int | None, str]:
+        """Ask tests; return pytest's exit status, None where they were late, and what was said."""
+        log = self.place / "said.log"
+
+        def act() -> int:
+            import pytest
+
+            _keep_kernels_in(compiled)
+            options = ("-q", "-x", "-rfE", "--tb=line", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "timeout=300")
+            return int(pytest.main([*options, *tests]))
+
+        code = forks.in_fork(act, self._root, log, cpu_seconds)
+        return code, log.read_text(errors="replace")
 
     @contextlib.contextmanager
     def _living(self, mutant: Mutant) -> Iterator[None]:
@@ -196,6 +246,7 @@ class Copy:
         path = self._root / mutant.path
         source, told = path.read_text(encoding="utf-8"), path.stat()
         self._compiled.mkdir(exist_ok=True)
+        shutil.rmtree(self._tried, ignore_errors=True)
         shutil.copytree(self._compiled, self._tried, copy_function=os.link)
         for kernel in self.read_by(mutant.path):
             for one in self._tried.glob(f"*/{kernel.stem}.*"):
@@ -206,83 +257,47 @@ class Copy:
         finally:
             path.write_text(source, encoding="utf-8")
             os.utime(path, ns=(told.st_atime_ns, told.st_mtime_ns))  # by which Numba knows what it compiled
-            shutil.rmtree(self._tried)
 
-    def _without_mutant(self, tests: tuple[str, ...]) -> tuple[list[str], float, bool]:
-        """Return the options that leave out what fails anyway, how long the tests take, and whether they end."""
-        if tests not in self._known:
-            self._compiled.mkdir(exist_ok=True)
-            began = time.monotonic()
-            passed, said = self._run([*tests], LONGEST_SECONDS, self._compiled)
-            failing = re.findall(r"^(?:FAILED|ERROR) (\S+)", said, re.MULTILINE)
-            took = time.monotonic() - began
-            self._known[tests] = ([f"--deselect={one}" for one in failing], took, passed or bool(said))
-            if not passed and not said:
-                print(f"     {' '.join(tests)}: no end in {took:.0f} s without a mutant; not asked", flush=True)
-        return self._known[tests]
+    def _read_by_kernels(self) -> dict[Path, set[Path]]:
+        from racecraft.kernels import compile as kernels
 
-    def _run(self, words: list[str], seconds: float, compiled: Path) -> tuple[bool, str]:
-        """Run tests; return whether all passed in time, and what was said."""
-        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *words]
-        environment = os.environ | {"PYTHONPATH": str(self._root / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
-        environment["NUMBA_CACHE_DIR"] = str(compiled)
-        try:
-            done = subprocess.run(
-                command, cwd=self._root, env=environment, capture_output=True, text=True, timeout=seconds
-            )
-        except subprocess.TimeoutExpired:
-            return False, ""
-        return done.returncode in (0, 5), done.stdout
-
-    def _near(self, path: Path) -> list[str]:
-        """Return the module with its examples, and the test files that import it by its name, or bear it."""
-        name = ".".join(path.with_suffix("").parts[1:]).removesuffix(".__init__")
-        parent, _, last = name.rpartition(".")
-        imports = re.compile(rf"{re.escape(name)}\b|from {re.escape(parent)} import [^\n]*\b{re.escape(last)}\b")
-        mirrored = self._root / "tests" / path.parts[2]
-        files = sorted(mirrored.rglob("test_*.py")) if mirrored.is_dir() else []
-        named = f"test_{last}.py"
-        near = [one for one in files if one.name == named or imports.search(one.read_text(encoding="utf-8"))]
-        own = [self._root / path] if ">>> " in (self._root / path).read_text(encoding="utf-8") else []
-        return [str(one.relative_to(self._root)) for one in [*own, *near]]
-
-    def _folder(self, path: Path) -> list[str]:
-        """Return the folder of tests that mirrors a module's own, or the nearest above it."""
-        parts = path.parent.parts[2:]
-        for depth in range(len(parts), 0, -1):
-            if (self._root / "tests" / Path(*parts[:depth])).is_dir():
-                return [str(Path("tests", *parts[:depth]))]
-        return []
+        package = self._root / HOUSE
+        return {path: set(kernels.read_by(path, package)) for path in package.rglob("kernels/*.py")}
 
 
-def _code(tree: ast.Module) -> Iterator[ast.AST]:
-    """Yield the nodes that do something: no annotations, no words of errors, no text."""
-    waiting: list[ast.AST] = [tree]
-    while waiting:
-        node = waiting.pop(0)
-        yield node
-        if isinstance(node, ast.Raise | ast.Assert | ast.JoinedStr | ast.Import | ast.ImportFrom):
-            continue
-        skipped = {"annotation", "returns", "decorator_list", "type_params"}
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-            continue
-        for name, value in ast.iter_fields(node):
-            if name not in skipped:
-                waiting += [one for one in (value if isinstance(value, list) else [value]) if isinstance(one, ast.AST)]
+def _name(path: Path) -> str:
+    return ".".join(path.with_suffix("").parts[path.parts.index("racecraft") :]).removesuffix(".__init__")
 
 
-def _is_text(node: ast.BinOp) -> bool:
-    return any(
-        isinstance(one, ast.JoinedStr) or (isinstance(one, ast.Constant) and isinstance(one.value, str))
-        for one in ast.walk(node)
-    )
+def _imports(name: str) -> re.Pattern[str]:
+    """Return how a module is called by whoever imports it."""
+    parent, _, last = (re.escape(part) for part in name.rpartition("."))
+    return re.compile(rf"{re.escape(name)}\b|from {parent} import [^\n]*\b{last}\b")
 
 
-def _leave_out(tree: ast.Module, gone: ast.AST) -> None:
-    for node in ast.walk(tree):
-        for _, value in ast.iter_fields(node):
-            if isinstance(value, list) and any(one is gone for one in value):
-                value[[one is gone for one in value].index(True)] = ast.Pass()
+def _keep_kernels_in(folder: Path) -> None:
+    import numba
+
+    os.environ["NUMBA_CACHE_DIR"] = str(folder)
+    numba.config.CACHE_DIR = str(folder)
+
+
+def _mirror(source: Path, target: Path) -> None:
+    """Make a folder the same as another, times and all, and touch nothing in it that is the same already."""
+    leave = {".git", ".venv", ".venvs", ".hypothesis", "runs", "out", "shared", "site", "build", "dist"}
+
+    def left(folder: str, names: list[str]) -> set[str]:
+        here = leave.intersection(names) if Path(folder) == source else set()
+        return here | {one for one in names if one == "__pycache__" or one.endswith("_cache")}
+
+    def copied(one: str, other: str) -> None:
+        if not os.path.exists(other) or Path(one).read_bytes() != Path(other).read_bytes():
+            shutil.copy2(one, other)
+
+    shutil.copytree(source, target, ignore=left, copy_function=copied, dirs_exist_ok=True)
+    for one in [*target.rglob("*.py")]:
+        if not (source / one.relative_to(target)).exists():
+            one.unlink()
 
 
 if __name__ == "__main__":

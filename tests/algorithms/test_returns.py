@@ -83,3 +83,62 @@ def test_explained_variance_is_one_for_a_seer_and_none_for_a_constant():
     assert explained_variance(truth, truth) == 1.0
     assert explained_variance(np.float32([2, 2, 2]), truth) == 0.0
     assert np.isnan(explained_variance(truth, np.float32([2, 2, 2])))
+
+
+def slowly_corrected(reward, value, following, over, cut, discount, mix, weight):
+    """Return V-trace's targets by the sum of Espeholt et al.'s equation 1, tick by tick, of one row."""
+    targets = []
+    for s in range(len(reward)):
+        found, passed = value[s], 1.0
+        for t in range(s, len(reward)):
+            error = reward[t] + (0.0 if over[t] else discount * following[t]) - value[t]
+            found += discount ** (t - s) * passed * weight[t] * error
+            passed *= mix * weight[t]
+            if over[t] or cut[t]:
+                break
+        targets.append(found)
+    return np.array(targets)
+
+
+def arbitrary(seed, ticks=9, rows=3):
+    rng = np.random.default_rng(seed)
+    reward, value, last = rng.normal(size=(3, ticks, rows)).astype(np.float32)
+    over, cut = rng.random((2, ticks, rows)) < 0.15
+    following = np.where(cut, last, np.concatenate([value[1:], last[:1]]))
+    weight = np.minimum(np.exp(rng.normal(size=(ticks, rows))), 1.0).astype(np.float32)
+    return reward, value, following, over, cut, weight
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000), st.sampled_from([0.0, 0.8, 1.0]))
+def test_what_older_weights_decided_has_the_targets_of_v_trace(seed, mix):
+    *story, weight = arbitrary(seed)
+    found, targets = advantages(*story, 0.9, mix, ratio=weight)
+    slow = np.stack([slowly_corrected(*(part[:, row] for part in story), 0.9, mix, weight[:, row]) for row in range(3)])
+    assert_allclose(targets, slow.T, rtol=1e-4, atol=1e-5)
+    reward, value, following, over, cut = story
+    if mix == 1.0:  # the paper's own advantage: r + gamma v' - V, with v' the target of what follows
+        behind = np.where(over | cut, following, np.concatenate([targets[1:], following[-1:]]))
+        assert_allclose(found, reward + 0.9 * behind * ~over - value, rtol=1e-4, atol=1e-5)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000))
+def test_with_nothing_old_they_are_the_advantages_of_ever(seed):
+    *story, weight = arbitrary(seed)
+    active = np.random.default_rng(seed).random(weight.shape) < 0.8
+    for obeyed in (None, active):
+        for here, there in zip(
+            advantages(*story, 0.9, 0.8, obeyed), advantages(*story, 0.9, 0.8, obeyed, np.ones_like(weight)),
+            strict=True,
+        ):  # fmt: skip
+            assert np.array_equal(here, there)
+
+
+def test_an_inactive_tick_passes_through_what_follows_whatever_its_weight():
+    # as above with gamma = lambda = 1/2: tick 2 has error 4 and weight 1/2: it adds 2; tick 1 passes 0.5 * 2 = 1
+    # tick 0: error 2, advantage 2 + 0.5 * (0.5 * 1) = 2.25; before weights it would be 2.5 with 0.5 * 2
+    reward, value, following = column(1, 2, 3), column(0.25, 99, 1), column(99, 1, 4)
+    nothing, weight = flags(0, 0, 0), column(1, 7, 0.5)
+    found, _ = advantages(reward, value, following, nothing, nothing, 0.5, 0.5, flags(1, 0, 1), weight)
+    assert_allclose(found[[0, 2], 0], [2.25, 4.0])

@@ -164,6 +164,9 @@ def test_a_gymnasium_environment_trains_on_the_same_loop(racecraft, tmp_path):
     said = racecraft("gym", "train", "CartPole-v1", "--stop", "iterations=2", "--run", "r", "--json")
     assert said.code == 0, said.err
     assert json.loads(said.out)["env_steps"] == 2 * 8 * 32
+    assert (tmp_path / "r" / "report.html").is_file()
+    on = racecraft("gym", "train", "--run", "r", "--resume", "--stop", "iterations=3", "--no-pictures", "--json")
+    assert json.loads(on.out).keys() == json.loads(said.out).keys() - {"report"}
 
 
 def test_help_answers_at_once_because_it_imports_little():

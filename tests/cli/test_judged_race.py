@@ -65,7 +65,7 @@ def judged(monkeypatch):
         kept.append((rules, reverse))
         raise EnoughError
 
-    monkeypatch.setattr("racecraft.cli.deepracer.judged_race.race_car", keep)
+    monkeypatch.setattr("racecraft.cli.deepracer.evaluate.race_car", keep)
 
     def run(racecraft, *words):
         with pytest.raises(EnoughError):

@@ -21,7 +21,7 @@ def test_one_object_and_then_a_resume(racecraft):
     assert "solved" not in told
     assert told["evaluation"]["rating_low"] < told["evaluation"]["rating"]
     assert "evaluation rating" in said.err
-    on = racecraft("snakes", "train", "--run", "r", "--resume", "--stop", "iterations=3")
+    on = racecraft("snakes", "train", "--run", "r", "--resume", "--stop", "iterations=3", "--no-pictures")
     assert on.code == 0
     assert "goes on after iteration 2" in on.out
     assert "iteration 3" in on.out
@@ -31,7 +31,7 @@ def test_one_object_and_then_a_resume(racecraft):
 
 
 def test_people_are_told_what_to_type_next(racecraft):
-    said = racecraft("snakes", "train", *TINY, "--run", "r")
+    said = racecraft("snakes", "train", *TINY, "--run", "r", "--no-pictures")
     assert "against flood_fill" in said.out
     assert "next: racecraft snakes play --url r --url flood_fill --view -W 7 -H 7" in said.out
     played = racecraft("snakes", "play", "--url", "r", "--url", "r:0", "-W", "7", "-H", "7", "--seed", "1")

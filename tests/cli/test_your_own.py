@@ -12,7 +12,7 @@ import pytest
 from racecraft.players.trained import load_policy
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-SHORT = ("--stop", "iterations=2", "--set", "evaluation.episodes=2", "--json")
+SHORT = ("--no-pictures", "--stop", "iterations=2", "--set", "evaluation.episodes=2", "--json")
 
 
 @pytest.fixture
@@ -45,9 +45,10 @@ def test_the_algorithms_are_listed(racecraft):
 @pytest.mark.parametrize("algorithm", ["reinforce", "es"])
 def test_a_broken_run_goes_on_bit_for_bit(racecraft, folder, algorithm):
     short = ("--set", "evaluation.episodes=2", "--set", "evaluation.every=2", "--json", "--algorithm", algorithm)
+    short += ("--no-pictures",)
     told(racecraft("gym", "train", "CartPole-v1", "--run", "whole", "--stop", "iterations=4", *short))
     told(racecraft("gym", "train", "CartPole-v1", "--run", "parts", "--stop", "iterations=2", *short))
-    told(racecraft("gym", "train", "--run", "parts", "--resume", "--stop", "iterations=4", "--json"))
+    told(racecraft("gym", "train", "--run", "parts", "--resume", "--stop", "iterations=4", "--no-pictures", "--json"))
     whole, parts = (
         [json.loads(line) for line in (folder / run / "metrics.jsonl").read_text().splitlines()]
         for run in ("whole", "parts")
@@ -61,7 +62,7 @@ def test_a_broken_run_goes_on_bit_for_bit(racecraft, folder, algorithm):
 
 
 def test_recorded_episodes_are_cloned_and_gone_on_from(racecraft, folder, monkeypatch):
-    more = ("--set", "evaluation.episodes=2", "--set", "evaluation.every=100", "--json")
+    more = ("--set", "evaluation.episodes=2", "--set", "evaluation.every=100", "--no-pictures", "--json")
     told(racecraft("gym", "train", "CartPole-v1", "--run", "expert", "--stop", "steps=6000", *more))
     shown = told(racecraft("record", "expert", "-o", "demos.safetensors", "--episodes", "10", "--json"))
     assert shown["episodes"] == 10
@@ -77,7 +78,9 @@ def test_recorded_episodes_are_cloned_and_gone_on_from(racecraft, folder, monkey
     (folder / "demos.safetensors").unlink()  # what it learns from went along
     (folder / "elsewhere").mkdir()
     monkeypatch.chdir(folder / "elsewhere")
-    on = told(racecraft("gym", "train", "--run", "../clone", "--resume", "--stop", "iterations=11", "--json"))
+    on = told(
+        racecraft("gym", "train", "--run", "../clone", "--resume", "--stop", "iterations=11", "--no-pictures", "--json")
+    )
     assert on["iterations"] == 11
     assert str(folder) not in (folder / "clone" / "job.json").read_text()
     monkeypatch.chdir(folder)
@@ -105,7 +108,11 @@ def test_an_own_algorithm_trains_by_name_and_its_policy_needs_it_not(racecraft, 
     name = "your_own_algorithm:HillClimbing"
     summary = told(racecraft("gym", "train", "CartPole-v1", "--algorithm", name, *SHORT))
     assert json.loads((folder / summary["run"] / "job.json").read_text())["algorithm"] == name
-    told(racecraft("gym", "train", "--run", summary["run"], "--resume", "--stop", "iterations=3", "--json"))
+    told(
+        racecraft(
+            "gym", "train", "--run", summary["run"], "--resume", "--stop", "iterations=3", "--no-pictures", "--json"
+        )
+    )
     assert load_policy(summary["run"]).spec.algorithm == "reinforce"
 
 

@@ -71,6 +71,7 @@ ALIKE = {
     "ppo with a memory": lambda run: cart(run, "network.memory=lstm", "ppo.batch_size=32"),
     "ppo that sees three ticks": lambda run: cart(run, "network.stack_size=3"),
     "ppo with curiosity": lambda run: cart(run, "curiosity.strength=0.1"),
+    "ppo whose learner is beside": lambda run: cart(run, "ppo.asynchronous=true"),
     "ppo that explores greedily": lambda run: cart(run, "ppo.exploration=e-greedy", "ppo.epsilon_steps=300"),
     "reinforce": lambda run: cart(run, algorithm="reinforce"),
     "cars": lambda run: cars(run),
@@ -117,7 +118,10 @@ def test_apex_has_its_ladder_over_the_rows_of_all_workers(tmp_path, monkeypatch)
     assert max(shares) == pytest.approx(0.4)
 
 
-@pytest.mark.parametrize(("name", "lost"), [("ppo", (0, 3, 4, 9)), ("cars", (1, 4)), ("snakes", (2, 7))])
+@pytest.mark.parametrize(
+    ("name", "lost"),
+    [("ppo", (0, 3, 4, 9)), ("ppo whose learner is beside", (3, 7)), ("cars", (1, 4)), ("snakes", (2, 7))],
+)
 def test_lost_workers_change_nothing(tmp_path, name, lost):
     quiet, wild = tmp_path / "quiet", tmp_path / "wild"
     train(ALIKE[name](quiet), Silent(), lambda text: None, spread_here(2)[0])

@@ -93,12 +93,59 @@ def test_an_interrupted_script_goes_on_in_its_model(tmp_path, monkeypatch, capsy
     assert [row["iteration"] for row in RunFolder.open(tmp_path / "model" / "run").read_metrics()] == [1, 2]
 
 
-def test_the_secondary_of_two_jobs_ends_at_once(tmp_path, capsys):
+PAIR = ("--s3_bucket", "b", "--s3_prefix", "dist/../snake 1")
+
+
+def run_beside(tmp_path, *words, **variables):
+    """Begin `racecraft run train.py` as a process of its own."""
     (tmp_path / "train.py").write_text(CART)
-    run_script("train.py", ["--rl_cluster_type", "secondary"])
-    assert capsys.readouterr().out == (
-        "- a secondary job has nothing to do on one machine: the primary has all its cores\n"
-    )
+    home = {"RACECRAFT_JOBS": str(tmp_path / "jobs"), **variables}
+    return subprocess.Popen(
+        [sys.executable, "-m", "racecraft", "run", "train.py", *words],
+        cwd=tmp_path, env={**os.environ, **home}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+    )  # fmt: skip
+
+
+def test_a_primary_and_its_secondary_meet_and_train(tmp_path):
+    """The secondary has two cores and brings two workers; its environment is the script's own."""
+    secondary = run_beside(tmp_path, *PAIR, "--rl_cluster_type", "secondary", SM_NUM_CPUS="2")
+    stop = ("--rl.training.stop.training_iteration", "2")
+    primary = run_beside(
+        tmp_path, *PAIR, "--rl_cluster_type", "primary", "--rl_num_instances_secondary", "2", *stop,
+        SM_MODEL_DIR=str(tmp_path / "model"),
+    )  # fmt: skip
+    said, served = primary.communicate(timeout=300)[0], secondary.communicate(timeout=300)[0]
+    assert (primary.returncode, secondary.returncode) == (0, 0), said + served
+    assert "- cluster secondary: 2 workers on 1 machine, the learner here" in said
+    assert "training_iteration: 2" in said
+    assert "- 2 workers for the primary job" in served
+    assert "- the primary is done; 5 questions were answered here" in served  # come, open, begin, two collectings
+    assert "cart 1 3" in served
+    job = RunFolder.open(tmp_path / "model" / "run").read_job()
+    assert job["cluster"] == {"asked": "secondary", "workers": 2}
+    assert sorted(path.name for path in (tmp_path / "jobs" / "meetings").iterdir()) == ["b-dist-snake-1"]
+
+
+@pytest.mark.parametrize(
+    ("words", "letter"),
+    [
+        ({"rl_cluster_type": "tertiary"}, "rl_cluster_type is 'tertiary'; expected primary or secondary"),
+        ({"rl_cluster_type": "secondary"}, "expected the same s3_prefix for the primary and the secondary"),
+        ({"rl_cluster_type": "primary", "rl_num_instances_secondary": 1}, "expected the same s3_prefix"),
+    ],
+)
+def test_two_jobs_that_could_never_meet_are_told(tmp_path, words, letter):
+    (tmp_path / "train.py").write_text(CART)
+    told = [part for name, value in words.items() for part in (f"--{name}", str(value))]
+    with pytest.raises(SettingError, match=letter):
+        run_script("train.py", told)
+
+
+def test_a_primary_without_secondaries_trains_alone(tmp_path, capsys):
+    (tmp_path / "train.py").write_text(CART)
+    alone = ("--rl_cluster_type", "primary", "--rl_num_instances_secondary", "0")
+    run_script("train.py", [*alone, "--rl.training.stop.training_iteration", "1"])
+    assert "training_iteration: 1" in capsys.readouterr().out
 
 
 def published_script():
@@ -156,7 +203,7 @@ def experiment(**config):
     [
         (experiment(num_sgd_itr=3), "no 'num_sgd_itr' that is understood here. Did you mean 'num_sgd_iter'"),
         (experiment(model={"fcnet_hidden": [3]}), "Did you mean 'fcnet_hiddens'"),
-        ({**experiment(), "run": "APEX"}, "'APEX'; `racecraft run` understands PPO"),
+        ({**experiment(), "run": "APEX"}, "'APEX'; `racecraft run` understands PPO and APPO"),
         ({**experiment(), "stop": {"timesteps": 3}}, "Did you mean 'timesteps_total'"),
         ({"run": "PPO", "config": {}}, "config.env is None"),
     ],

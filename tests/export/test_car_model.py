@@ -18,6 +18,7 @@ from racecraft.export.aws_folder import export_to_aws
 from racecraft.export.car_model import export_to_car
 from racecraft.formats.aws.policy_graph import graph_of, read_policy_graph
 from racecraft.formats.aws.policy_weights import arrays_of
+from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.tensorflow.checkpoint import write_checkpoint
 from racecraft.formats.tensorflow.graph import Graph, Node, write_graph
 from racecraft.players.deepracer.foreign_model import import_model
@@ -96,6 +97,17 @@ def test_aws_trainers_folder_comes_back_whole(tmp_path):
         np.testing.assert_array_equal(
             load_policy(one).probabilities({CAMERA_NAME: FRAMES}), load_policy(run).probabilities({CAMERA_NAME: FRAMES})
         )
+
+
+def test_one_checkpoint_that_is_named_goes_along_as_best_and_last(tmp_path):
+    run = run_of(tmp_path, "discrete", "shallow")
+    Checkpoints(run.checkpoints).save(6, 120, *Checkpoints(run.checkpoints).load_policy("4"), score=9.0, best=True)
+    best = export_to_aws(run.path, "drfc", tmp_path / "both", check=False)
+    older = export_to_aws(run.path, "drfc", tmp_path / "older", check=False, which="4")
+    assert best.checkpoints == ("6_Step-120.ckpt",)
+    assert older.checkpoints == ("4_Step-80.ckpt",)
+    assert (older.path / "model" / ".coach_checkpoint").read_text() == "4_Step-80.ckpt"
+    assert sorted(path.name for path in (older.path / "model").glob("*.pb")) == ["model_4.pb"]
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from tests.jobs.makers import wait_until
 from racecraft.formats.job_spec import JobSpec, JobSpecError, read_job_spec, write_job_spec
 from racecraft.jobs.supervisor import is_supervised
 
-TINY = ("--set=rollout.horizon=16", "--set=evaluation.episodes=1")
+TINY = ("--no-pictures", "--set=rollout.horizon=16", "--set=evaluation.episodes=1")
 
 
 def test_a_detached_training_is_watched_stopped_resumed_and_forgotten(racecraft, home, tmp_path):  # noqa: F811

@@ -6,9 +6,11 @@ import tarfile
 
 import numpy as np
 import pytest
+from tests.compat.test_sagemaker_scripts import CART
 
 from racecraft.contract.errors import SettingError
 from racecraft.estimator import RLEstimator, RLFramework, RLToolkit, Session, UnexpectedStatusException
+from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.container import ChannelError, CodeError
 from racecraft.jobs.endpoint import EndpointAnswer, EndpointError
 from racecraft.jobs.hyperparameters import as_arguments, check_overrides, decoded, encoded
@@ -193,3 +195,38 @@ def test_overrides_of_the_public_notebooks_are_known():
     seen += ["rl.training.config.num_sgd_iter", "rl.training.stop.time_total_s", "rl.training.config.env_config.size"]
     seen += ["rl.agent_params.algorithm.discount", "num_agents", "rl_cluster_type"]
     assert check_overrides(dict.fromkeys(seen, 1)) == ()
+
+
+@pytest.mark.parametrize(
+    ("words", "cores"),
+    [
+        ({}, None),
+        ({"rl_cluster_type": "primary"}, 1),
+        ({"rl_cluster_type": "secondary"}, 3),
+        ({"rl_cluster_type": "secondary", "cores": 2}, 2),
+    ],
+)
+def test_two_jobs_that_meet_fit_on_one_machine(source, monkeypatch, words, cores):
+    monkeypatch.setattr("racecraft.jobs.capacity.Capacity.of_machine", lambda: Capacity(4, 1000))
+    asked = {**words}
+    made = estimator(cores=asked.pop("cores", None), hyperparameters=asked)
+    assert made._spec("one", {}, None).cores == cores
+
+
+@pytest.mark.long
+def test_a_primary_and_a_secondary_are_two_jobs_that_meet(source, home):
+    """As AWS's article prints it, the primary waited for in vain; both end by themselves."""
+    (source / "train-it.py").write_text(CART)
+    shared = {"s3_bucket": "b", "s3_prefix": "p", "rl_num_instances_secondary": 2}
+    stop = {"rl.training.stop.training_iteration": 3}
+    primary = estimator(hyperparameters={**shared, **stop, "rl_cluster_type": "primary"}, base_job_name="primary")
+    secondary = estimator(hyperparameters={**shared, "rl_cluster_type": "secondary"}, base_job_name="secondary")
+    with pytest.warns(UserWarning, match="the secondary would never begin"):
+        primary.fit()
+    secondary.fit(logs=False)
+    primary.latest_training_job.wait(logs=False)
+    for made in (primary, secondary):
+        assert made.latest_training_job.describe()["TrainingJobStatus"] == "Completed"
+    assert "- cluster secondary: 1 workers on 1 machine" in home.log(primary.latest_training_job.name).read_text()
+    assert "the primary is done" in home.log(secondary.latest_training_job.name).read_text()
+    assert len(primary.training_job_analytics.dataframe()) > 0

@@ -52,6 +52,9 @@ def test_the_chart_rows_share_what_the_source_says_they_share():
         assert (own.learning_rate, own.discount, own.batch_size, own.train_every) == (5e-4, 0.95, 64, 20)
         assert settings.replay.capacity == (5000 if row.name == "old" else 50_000)
         assert settings.network.stack_size == 2
+        if row.name != "old":  # RLlib's own defaults, which count environment steps
+            assert own.target_every * own.train_every == 500
+            assert row.algorithm == "apex" or own.epsilon_steps == 10_000
 
 
 def test_two_rows_leave_table_chart_and_page_and_asked_again_nothing_is_trained_twice(tmp_path):

@@ -227,11 +227,11 @@ def test_a_supervisor_that_is_killed_takes_its_jobs_with_it_and_another_goes_on(
 
 def training_job(folder, name):
     words = ("gym", "train", "CartPole-v1", "--stop=iterations=24", "--set=evaluation.episodes=2")
-    words += ("--set=rollout.horizon=16",)
+    words += ("--set=rollout.horizon=16", "--no-pictures")
     return JobSpec(
         (*words, f"--run={name}"),
         name,
-        resume=("gym", "train", f"--run={name}", "--resume"),
+        resume=("gym", "train", f"--run={name}", "--resume", "--no-pictures"),
         run=name,
         folder=str(folder),
         environment={"PYTHONPATH": os.environ.get("PYTHONPATH", ""), "racecraft-test-job": f"{name}-{os.getpid()}"},

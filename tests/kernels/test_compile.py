@@ -41,11 +41,14 @@ def compiled(house):
     return {path: path.stat().st_mtime_ns for path in (house.parent / "cache").rglob("*.nbc")}
 
 
-def test_a_number_edited_in_another_file_is_the_kernels_at_once_and_a_warm_start_compiles_nothing(house):
+def test_a_number_edited_in_another_file_is_the_kernels_at_once_and_a_warm_start_compiles_nothing(house, tmp_path):
     before = curvature(house)
     first = compiled(house)
     assert first
     assert curvature(house) == before
+    assert compiled(house) == first
+    elsewhere = shutil.copytree(house, tmp_path / "elsewhere" / "racecraft")  # a fresh clone beside it
+    assert curvature(elsewhere, RACECRAFT_CACHE=str(house.parent / "cache")) == before
     assert compiled(house) == first
     vehicle = house / "envs" / "deepracer" / "vehicle.py"
     assert FROZEN in vehicle.read_text(encoding="utf-8")

@@ -9,9 +9,11 @@ import pytest
 from tests.logs import makers
 
 from racecraft.formats.aws.simulation_log import trace_lines
+from racecraft.kernels import kernel
 from racecraft.logs import read, rows_of_text
 from racecraft.logs.kernels import rows
 from racecraft.logs.kernels.decimals import decimal_at
+from racecraft.logs.kernels.fields import find_marks, float_between, whole_between
 
 SPOILT = ("", "half", "7,8,9", "nan", " 5", "True", "-", "[1.0 2.0", "1e999", "5.5.5", "\0", "off track", "12345678901")
 """What may stand where a value should; some of it is none, some is one that another reader would take."""
@@ -70,6 +72,65 @@ def test_numbers_as_python_prints_them_are_never_left_to_another():
 @pytest.mark.parametrize("letters", ["", ",", "-", "nan", "inf", ".", "x1"])
 def test_what_is_no_number_is_never_sure(letters):
     assert not decimal_at(text_of(f"{letters},").ctypes.data, 0)[2]
+
+
+@kernel
+def field_as_float(data, start, stop):
+    return float_between(data.ctypes.data, start, stop)
+
+
+@kernel
+def field_as_whole(data, start, stop):
+    return whole_between(data.ctypes.data, start, stop)
+
+
+def between_others(letters, around):
+    """Return a text in which a field stands among others, and where it begins and ends."""
+    text = f"{around * 50},{letters},{around * 80}".encode()
+    return np.frombuffer(text, np.uint8).copy(), 50 * len(around) + 1, 50 * len(around) + 1 + len(letters)
+
+
+@pytest.mark.parametrize("around", ["9", ".", "-"])
+def test_a_field_is_read_to_the_last_bit_or_left_to_another_whatever_stands_around_it(around):
+    unsure = wrong = 0
+    for letters in numbers():
+        value, sure = field_as_float(*between_others(letters, around))
+        unsure += not sure
+        wrong += bool(sure) and struct.pack("d", value) != struct.pack("d", float(letters))
+    assert wrong == 0
+    assert unsure < 6500  # those of more than nineteen digits, and those with an exponent
+
+
+def test_fields_as_python_prints_them_are_never_left_to_another():
+    draw = random.Random(9)
+    values = [draw.uniform(-200, 200) * 10.0 ** draw.randint(-2, 0) for _ in range(2000)]
+    for letters in [repr(value) for value in values if abs(value) > 1e-4] + ["0.0", "-0.0", "1772822039.5168517", "7"]:
+        value, sure = field_as_float(*between_others(letters, "9"))
+        assert sure, letters
+        assert struct.pack("d", value) == struct.pack("d", float(letters))
+
+
+@pytest.mark.parametrize("letters", ["", "-", "nan", ".", "x1", "1.2.3", "12345678.1.2", "1.0 ", " 5", "1e3", "1" * 40])
+def test_a_field_that_is_no_plain_number_is_never_sure(letters):
+    assert not field_as_float(*between_others(letters, "9"))[1]
+
+
+def test_whole_numbers_fill_their_field_or_are_left_to_another():
+    for letters, expected in [("0", 0), ("7.0", 7), ("1234567", 1234567), ("1234567.0", 1234567), ("10.0", 10)]:
+        assert field_as_whole(*between_others(letters, "9")) == (expected, True)
+    for letters in ("", "-1", "7.5", ".0", "12345678", "1e3", "7.00", "7 ", "x"):
+        assert not field_as_whole(*between_others(letters, "9"))[1], letters
+
+
+def test_commas_and_ends_of_lines_are_found_wherever_they_stand():
+    draw = random.Random(4)
+    letters = "".join(draw.choices("ab,\n7", [5, 5, 2, 1, 5], k=1000))
+    text = text_of(letters)
+    for begin, end in ((0, 1000), (0, 64), (3, 3), (5, 200), (63, 129), (100, 999)):
+        marks, lines = np.zeros(1001, np.int32), np.zeros(1001, np.int32)
+        count, line_count = find_marks(text.ctypes.data, begin, end, marks, lines)
+        assert marks[:count].tolist() == [k for k in range(begin, end) if letters[k] in ",\n"]
+        assert [letters[marks[k]] for k in lines[:line_count]] == ["\n"] * letters.count("\n", begin, end)
 
 
 def spoiled_lines(continuous):

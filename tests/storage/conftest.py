@@ -1,8 +1,16 @@
-"""Two stores: ours, which serves a folder and looks at signatures, and moto's, which is somebody else's work."""
+"""Two stores: ours, which serves a folder and looks at signatures, and moto's, which is somebody else's work.
+
+A third is asked where it is installed: rclone's (1.65 or newer), if RACECRAFT_RCLONE names the program.
+"""
+
+import contextlib
+import os
 
 import pytest
 from tests.storage import servers
 from tests.storage.servers import Store, empty
+
+RCLONE = os.environ.get("RACECRAFT_RCLONE", "")
 
 
 @pytest.fixture(scope="session")
@@ -27,13 +35,20 @@ def our_store(our_server):
     empty(store)
 
 
-@pytest.fixture(params=["ours", "moto"])
+@pytest.fixture(scope="session")
+def rclone_url(tmp_path_factory):
+    with servers.rclone(RCLONE, tmp_path_factory.mktemp("rclone")) as url:
+        yield url
+
+
+@pytest.fixture(params=["ours", "moto", *(["rclone"] if RCLONE else [])])
 def store(request):
-    """Each of the two stores in turn."""
+    """Each of the stores in turn."""
     if request.param == "ours":
         yield request.getfixturevalue("our_store")
         return
-    store = Store(request.getfixturevalue("moto_url"), "bucket", None)
-    store.boto.create_bucket(Bucket="bucket")
+    store = Store(request.getfixturevalue(f"{request.param}_url"), "bucket", None)
+    with contextlib.suppress(store.boto.exceptions.BucketAlreadyExists):
+        store.boto.create_bucket(Bucket="bucket")
     yield store
     empty(store)

@@ -124,7 +124,10 @@ def test_a_large_file_goes_on_up_where_it_was_broken_off(store, large):
     assert push(store.open(), large, AT).moved == ()
 
 
-def test_a_store_that_cannot_say_what_it_has_gets_a_large_file_all_the_same(our_store, large, monkeypatch):
+@pytest.mark.parametrize(("code", "status"), [("NotImplemented", 501), ("NoSuchUpload", 404)])
+def test_a_store_that_cannot_say_what_it_has_gets_a_large_file_all_the_same(
+    our_store, large, monkeypatch, code, status
+):
     from botocore.exceptions import ClientError
 
     store = our_store.open()
@@ -133,7 +136,7 @@ def test_a_store_that_cannot_say_what_it_has_gets_a_large_file_all_the_same(our_
     def call(request, **words):
         if request != "list_multipart_uploads":
             return asked(request, **words)
-        told = {"Error": {"Code": "NotImplemented"}, "ResponseMetadata": {"HTTPStatusCode": 501}}
+        told = {"Error": {"Code": code}, "ResponseMetadata": {"HTTPStatusCode": status}}
         raise ClientError(told, "ListMultipartUploads")
 
     monkeypatch.setattr(store._s3, "call_s3", call)

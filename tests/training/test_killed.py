@@ -1,7 +1,9 @@
 """A run that is killed at any moment goes on as if it had never stopped. Real processes, real kill -9, every kind."""
 
+import contextlib
 import json
 import multiprocessing
+import os
 import random
 import sys
 import time
@@ -11,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.cli.conftest import TINY
+from tests.jobs.makers import wait_until
 
 from racecraft.cli.app import main
 from racecraft.formats.checkpoint import load_state
@@ -32,20 +35,39 @@ class Kind:
 CARS = Kind(("train",), ("--no-pictures", *TINY), 12, 1.2)
 GYMNASIUM = Kind(
     ("gym", "train"),
-    ("CartPole-v1", "--set", "rollout.num_worlds=2", "--set", "rollout.horizon=64", *SMALL),
+    ("CartPole-v1", "--no-pictures", "--set", "rollout.num_worlds=2", "--set", "rollout.horizon=64", *SMALL),
     12,
     1.2,
 )
 SNAKES = Kind(
     ("snakes", "train"),
-    ("--size", "7", "--snakes", "2", "--set", "rollout.num_worlds=8", "--set", "rollout.horizon=16", *SMALL)
+    (
+        "--no-pictures",
+        "--size",
+        "7",
+        "--snakes",
+        "2",
+        "--set",
+        "rollout.num_worlds=8",
+        "--set",
+        "rollout.horizon=16",
+        *SMALL,
+    )
     + ("--set", "evaluation.episodes=1"),
     12,
     3.0,
 )
+UNITY = Kind(
+    ("unity", "train"),
+    ("builtin:Basic", "--set", "rollout.num_worlds=2", "--set", "rollout.horizon=64", *SMALL),
+    12,
+    3.0,
+)
+"""Whose world is another program: it cannot come back to the same bits, but to every iteration, once."""
 KINDS = {"cars": CARS, "gymnasium": GYMNASIUM, "snakes": SNAKES}
 
-
+MARK = "racecraft-test-killed"
+"""Stands in the environment of a training and of whatever it starts, so that what is left running is found."""
 PROCESSES = multiprocessing.get_context("forkserver")
 PROCESSES.set_forkserver_preload(["racecraft.api.training", "racecraft.training.battlesnake.trainer", "torch"])
 """A hundred processes are begun here; a server that has imported everything forks them in no time."""
@@ -53,6 +75,7 @@ PROCESSES.set_forkserver_preload(["racecraft.api.training", "racecraft.training.
 
 def work(words, told):
     """Be `racecraft …` in this process; what it says goes to a file."""
+    os.environ[MARK] = str(Path(told).with_suffix(""))
     with Path(told).open("w", buffering=1) as file:
         sys.stdout = sys.stderr = file
         sys.argv = ["racecraft", *words]
@@ -103,7 +126,7 @@ def kill_and_resume(kind, run, moment):
     process.join(moment)
     process.kill()
     process.join()
-    finish(*start(kind, run, "--resume", *(("--no-pictures",) if kind is CARS else ())))
+    finish(*start(kind, run, "--resume", "--no-pictures"))
 
 
 @pytest.fixture(scope="module")
@@ -137,3 +160,35 @@ def test_a_kill_in_the_middle_leaves_no_trace(whole, tmp_path, name):
 def test_thirty_kills_at_random_moments(whole, tmp_path, name, seed):
     kill_and_resume(KINDS[name], tmp_path / "killed", random.Random(seed).uniform(0.0, KINDS[name].seconds))
     assert_same_bits(tmp_path / "killed", whole(name))
+
+
+def players_of(run):
+    """Return the processes that a training of this run has started and that are still there."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            if f"{MARK}={run}".encode() in (folder / "environ").read_bytes().split(b"\0"):
+                found.append(folder.name)
+    return found
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(30))
+def test_a_unity_training_that_is_killed_keeps_every_iteration_and_leaves_no_player(tmp_path, seed):
+    pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
+    run = tmp_path / "killed"
+    process, told = begin(UNITY, run)
+    while process.is_alive() and "; stops at " not in (told.read_text() if told.exists() else ""):
+        time.sleep(0.005)
+    process.join(random.Random(seed).uniform(0.0, UNITY.seconds))
+    if (run / "metrics.jsonl").exists() and process.is_alive():
+        assert players_of(run), "the player is found while it plays"
+    process.kill()
+    process.join()
+    kept = curve(run) if (run / "metrics.jsonl").exists() else []
+    wait_until(lambda: not players_of(run))
+    finish(*start(UNITY, run, "--resume"))
+    assert curve(run)[: len(kept)] == kept
+    assert [row["iteration"] for row in curve(run)] == list(range(1, UNITY.iterations + 1))
+    assert [row["steps"] for row in curve(run)] == [2 * 64 * n for n in range(1, UNITY.iterations + 1)]
+    assert not players_of(run)

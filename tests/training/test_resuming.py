@@ -34,6 +34,7 @@ def _threads_as_before():
 
 
 def racecraft(*words):
+    words += ("--no-pictures",) if words[0] == "gym" else ()
     result = CliRunner().invoke(APP, [str(word) for word in words], catch_exceptions=False)
     assert result.exit_code == 0, result.output
     return result.output
@@ -75,10 +76,11 @@ def forgetful():
     del gymnasium.registry["Forgetful-v0"]
 
 
-def test_a_gymnasium_run_goes_on_to_the_same_curve(tmp_path):
+@pytest.mark.parametrize("more", [(), ("--set", "ppo.asynchronous=true")])
+def test_a_gymnasium_run_goes_on_to_the_same_curve(tmp_path, more):
     whole, broken = tmp_path / "whole", tmp_path / "broken"
-    racecraft("gym", "train", "CartPole-v1", "--run", whole, "--stop", "iterations=6", *SMALL)
-    racecraft("gym", "train", "CartPole-v1", "--run", broken, "--stop", "iterations=3", *SMALL)
+    racecraft("gym", "train", "CartPole-v1", "--run", whole, "--stop", "iterations=6", *SMALL, *more)
+    racecraft("gym", "train", "CartPole-v1", "--run", broken, "--stop", "iterations=3", *SMALL, *more)
     said = racecraft("gym", "train", "--run", broken, "--resume", "--stop", "iterations=6")
     assert "goes on after iteration 3\n" in said
     rows = curve(broken)

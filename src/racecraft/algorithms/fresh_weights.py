@@ -1,31 +1,78 @@
-"""First weights of a policy whose file does not hold all of it, such as the critic that no frozen graph has."""
+"""First weights of what a foreign model's file does not hold, such as the critic that no frozen graph has.
+
+They are drawn as the networks of this preset begin (Glorot uniform, normalised columns for the critic's last layer,
+biases 0), without torch: an import needs none of it, and of a large network nothing but a few megabytes is ever in
+memory. PPO's critic is a twin of its policy; SAC's two critics have eyes of their own, which are twins of the actor's.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Container
-from typing import Any
+import math
+from collections.abc import Mapping
+from itertools import pairwise
 
 import numpy as np
-import torch
 
-from racecraft.algorithms.networks import ActorCritic, architecture_from
-from racecraft.algorithms.policy_spec import PolicySpec
-from racecraft.algorithms.twin_critics import SoftActorCritic
-from racecraft.algorithms.weights import to_arrays
-from racecraft.contract.world import Array
+from racecraft.contract.world import ActionSpec, Array, ContinuousActions
+from racecraft.formats.mapped_file import array_on_disk, let_go, pieces
 
 SEED = 0
+POLICY_BODY, POLICY_HEAD, CRITIC_BODY, VALUE_HEAD = "policy_body", "policy_head", "critic_body", "value_head"
+EYES, ACTOR, CRITIC_EYES, CRITICS = "eyes", "actor", "critic_eyes", "critics"
 
 
-def fresh_weights(spec: PolicySpec, besides: Container[str]) -> dict[str, Array]:
-    """Return the weights that a policy begins with, but for those of the names that are there.
+def fresh_critic(policy: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the critic of a PPO policy whose weights are known: its twin, with a value for a head."""
+    chance = np.random.default_rng(SEED)
+    head = chance.standard_normal((1, policy[f"{POLICY_HEAD}.weight"].shape[1]), np.float32)
+    return {
+        **_twin(policy, POLICY_BODY, CRITIC_BODY, chance),
+        f"{VALUE_HEAD}.weight": head / np.linalg.norm(head, axis=1, keepdims=True),
+        f"{VALUE_HEAD}.bias": np.zeros(1, np.float32),
+    }
+
+
+def fresh_spread(actions: ActionSpec) -> dict[str, Array]:
+    """Return how widely a PPO policy over numbers explores at first: log standard deviations of 0."""
+    return {"log_std": np.zeros(len(actions.low), np.float32)} if isinstance(actions, ContinuousActions) else {}
+
+
+def fresh_critics(actor: Mapping[str, Array], width: int, trunk: tuple[int, ...]) -> dict[str, Array]:
+    """Return SAC's two critics, one behind the other, and their eyes.
 
     Args:
-        spec: A policy of `ppo` or `sac`.
-        besides: Names of the weights that are known.
+        actor: The actor's weights, its eyes among them.
+        width: Features that leave its eyes, and numbers of an action.
+        trunk: Units of the dense layers.
     """
-    chance = torch.Generator().manual_seed(SEED)
-    network_class: Any = SoftActorCritic if spec.algorithm == "sac" else ActorCritic
-    network = network_class(spec.observations, spec.actions, architecture_from(spec.network), chance)
-    fresh = to_arrays(dict(network.state_dict()))
-    return {name: np.array(array) for name, array in fresh.items() if name not in besides}
+    chance = np.random.default_rng(SEED)
+    weights = _twin(actor, EYES, CRITIC_EYES, chance)
+    for number, (before, after) in enumerate(pairwise((width, *trunk, 1))):
+        weights[f"{CRITICS}.weights.{number}"] = _drawn((2, before, after), before, after, chance)
+        weights[f"{CRITICS}.biases.{number}"] = np.zeros((2, 1, after), np.float32)
+    return weights
+
+
+def _twin(weights: Mapping[str, Array], body: str, other: str, chance: np.random.Generator) -> dict[str, Array]:
+    """Return layers of the sizes that a body's have, under another name."""
+    twin: dict[str, Array] = {}
+    for name, array in weights.items():
+        if not name.startswith(f"{body}."):
+            continue
+        if array.ndim == 1:
+            twin[other + name.removeprefix(body)] = np.zeros(array.shape, np.float32)
+            continue
+        window = math.prod(array.shape[2:])  # of a convolution; torch counts it with its channels
+        into, out = array.shape[1] * window, array.shape[0] * window
+        twin[other + name.removeprefix(body)] = _drawn(array.shape, into, out, chance)
+    return twin
+
+
+def _drawn(shape: tuple[int, ...], into: int, out: int, chance: np.random.Generator) -> Array:
+    """Return Glorot's uniform numbers for a layer of so many connections into it and out of it, drawn on the disk."""
+    limit = math.sqrt(6.0 / (into + out))
+    array = array_on_disk(shape, np.float32)
+    for piece in pieces(array):
+        piece[:] = chance.random(piece.shape, np.float32) * (2.0 * limit) - limit
+    let_go(array)
+    return array

@@ -67,8 +67,9 @@ class Imitating(LaidRound):
     def __init__(self, inner: Learner, config: ImitationConfig, shown: Demonstrations, seed: int) -> None:
         if not isinstance(inner, PpoLearner) or isinstance(inner.network, RecurrentActorCritic):
             raise SettingError(
-                f"imitation.strength is {config.strength:g}; what was shown is imitated beside ppo without a memory. "
-                "Use ppo with --set network.memory=none, or leave it at 0."
+                f"imitation.strength is {config.strength:g}; what was shown is imitated beside ppo without a memory, "
+                "in the thread that learns. Use ppo with --set network.memory=none --set ppo.asynchronous=false, or "
+                "leave it at 0."
             )
         assert not isinstance(inner.spec.actions, GroupedActions), "agents of each kind have a learner of their own"
         super().__init__(inner)

@@ -27,6 +27,7 @@ from racecraft.algorithms.architecture import Architecture as Architecture
 from racecraft.algorithms.architecture import NetworkConfig as NetworkConfig
 from racecraft.algorithms.architecture import architecture_from as architecture_from
 from racecraft.algorithms.architecture import architecture_of as architecture_of
+from racecraft.algorithms.convolution import Convolution
 from racecraft.algorithms.distributions import numbers_width, params_width
 from racecraft.algorithms.registry import load_class
 from racecraft.algorithms.running_statistics import RunningStatistics
@@ -280,7 +281,7 @@ def image_embedder(
                 f"Observation '{name}' has shape {part.shape}; at {height} x {width} px the convolution of kernel "
                 f"{kernel} finds no room. Use smaller network.conv_kernels or fewer convolutions."
             )
-        layer = nn.Conv2d(channels, filters, kernel, stride, device="meta")
+        layer = Convolution(channels, filters, kernel, stride, device="meta")
         make_room(layer)
         start_weights(layer, architecture, generator, HIDDEN_GAIN[architecture.activation])
         # Not `contiguous`, which leaves a kernel of one channel as it is; convolutions go by the weights' strides.
@@ -333,8 +334,8 @@ def make_room(layer: nn.Module) -> None:
 
 
 def activation(architecture: Architecture) -> nn.Module:
-    """Return the non-linearity between layers."""
-    return nn.Tanh() if architecture.activation == "tanh" else nn.ReLU()
+    """Return the non-linearity behind a layer; it writes over what that layer gave, which nobody asks for again."""
+    return nn.Tanh() if architecture.activation == "tanh" else nn.ReLU(inplace=True)
 
 
 @torch.no_grad()

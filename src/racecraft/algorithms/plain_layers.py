@@ -2,8 +2,7 @@
 
 Begin with `layers_of`, which tells a policy's layers, and `policy_of`, which makes a policy of them. A convolution's
 weights lie (filters, channels, rows, columns) here and (rows, columns, channels, filters) there, a dense layer's
-transposed; flattened images are counted channel fastest in both. torch is asked only for what begins anew: whoever
-imports a whole model has no need of it.
+transposed; flattened images are counted channel fastest in both. None of it needs torch.
 """
 
 from __future__ import annotations
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from racecraft.algorithms.architecture import NONE, Architecture, architecture_from
+from racecraft.algorithms.fresh_weights import fresh_critic, fresh_critics, fresh_spread
 from racecraft.algorithms.policy_spec import PolicySpec, architecture_values
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import Array, ArraySpec, ContinuousActions, DiscreteActions
@@ -29,6 +29,7 @@ from racecraft.formats.aws.policy_layers import (
     PolicyLayers,
     PolicyLayersError,
     SensorLayers,
+    flat_size,
 )
 
 PROBABILITY_FLOOR = 1e-8
@@ -104,12 +105,8 @@ def policy_of(
     if layers.kind != SAC:
         told |= {"distribution": "gaussian", "probability_floor": PROBABILITY_FLOOR}
     spec = PolicySpec(ALGORITHMS[layers.kind], dict(observations), actions, told)
-    weights, notes = _weights_of(layers), _what_begins_anew(layers)
-    if notes:
-        from racecraft.algorithms.fresh_weights import fresh_weights
-
-        weights |= fresh_weights(spec, besides=weights)
-    return ForeignPolicy(spec, weights, notes)
+    weights = _weights_of(layers)
+    return ForeignPolicy(spec, {**_begun_anew(layers, weights, actions), **weights}, _what_begins_anew(layers))
 
 
 def _kind_of(spec: PolicySpec) -> str:
@@ -277,6 +274,17 @@ def _numbers_of(part: ArraySpec) -> tuple[int, bool]:
 
 def _numbers_there(sensor: SensorLayers) -> tuple[int, bool]:
     return sensor.shape[-1], sensor.is_image
+
+
+def _begun_anew(
+    layers: PolicyLayers, weights: Mapping[str, Array], actions: DiscreteActions | ContinuousActions
+) -> dict[str, Array]:
+    """Return first weights of what the layers do not tell."""
+    if layers.kind != SAC:
+        return fresh_spread(actions) | (fresh_critic(weights) if layers.critic is None else {})
+    trunk = tuple(int(layer.kernel.shape[1]) for layer in layers.network.trunk)
+    seen = sum(flat_size(sensor) for sensor in layers.network.sensors)
+    return fresh_critics(weights, seen + int(layers.network.head.kernel.shape[1]), trunk)
 
 
 def _what_begins_anew(layers: PolicyLayers) -> tuple[str, ...]:

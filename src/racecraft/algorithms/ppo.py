@@ -12,6 +12,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
@@ -33,6 +35,9 @@ from racecraft.algorithms.saved_state import restore_state, saved_state
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
 from racecraft.settings.composition import Settings
 from racecraft.settings.table import check_group, setting
+
+if TYPE_CHECKING:
+    from racecraft.algorithms.asynchronous_ppo import AsynchronousPpo
 
 ROWS_AT_ONCE = 256
 """How many rows a critic that is asked later values at once."""
@@ -125,6 +130,16 @@ class PpoConfig:
     epsilon_steps: int = setting(
         10_000, "Steps until that share is reached, in a straight line from 1; with e-greedy.", unit="steps", low=1
     )
+    asynchronous: bool = setting(
+        False,
+        "Learn in a thread of its own while worlds go on with the weights of before, and weigh by V-trace what they "
+        "decided: for slow worlds.",
+    )
+    ratio_cap: float = setting(
+        1.0,
+        "How much a decision of older weights may count at most (rho and c of V-trace); with asynchronous.",
+        low=1e-3,
+    )
 
     def __post_init__(self) -> None:
         check_group(self)
@@ -140,6 +155,8 @@ class Minibatch:
     advantages: Tensor
     targets: Tensor
     action_mask: Tensor | None = None
+    weights: Tensor | None = None
+    """How much each decision counts, where older weights took it; None: all alike."""
     sequences: Sequences | None = None
     """How the observations hang together, for a policy with a memory; there are more of them than of the rest then."""
 
@@ -152,6 +169,7 @@ class Minibatch:
             advantages=self.advantages.index_select(0, rows),
             targets=self.targets.index_select(0, rows),
             action_mask=None if self.action_mask is None else self.action_mask.index_select(0, rows),
+            weights=None if self.weights is None else self.weights.index_select(0, rows),
         )
 
 
@@ -198,23 +216,30 @@ class PpoLearner:
         """What explores and learns: the network itself, or its copy of half the precision."""
         self.generator = torch.Generator(self.device).manual_seed(seed + 1)
         self.optimiser = Adam(self.network.parameters(), config.learning_rate, config.adam_epsilon, config.adam_form)
-        self.values_later = self.network.critic_body is not None and self.architecture.separate_networks
-        """Whether the critic, a network as large as the policy, is asked once before an update and not at every tick,
-        as at AWS; its weights are the same then."""
+        self.values_later = self.network.critic_body is not None
+        """Whether the critic, a network of its own, is asked once before an update and not at every tick, as at AWS;
+        its weights are the same then."""
         self.explored = 0
         """Decisions drawn so far; the random share of e-greedy exploration falls with them."""
 
+        self.mean_weight = 1.0
+        """How much a transition of the latest rollout counted; below 1 where older weights decided it."""
         self.policy = ActorPolicy(self.network, self.distribution)
         self.columns = _columns(spec, self.values_later)
 
     @classmethod
-    def build(cls, spec: WorldSpec, settings: Settings, seed: int) -> PpoLearner:
+    def build(cls, spec: WorldSpec, settings: Settings, seed: int) -> PpoLearner | AsynchronousPpo:
         """Return a learner with the settings' groups `network`, `ppo` and `runtime`."""
         if settings.network.memory != "none":
             from racecraft.algorithms.recurrent_ppo import RecurrentPpoLearner
 
             cls = RecurrentPpoLearner
-        return cls(spec, settings.network, settings.ppo, seed, settings.runtime.device)
+        made = partial(cls, spec, settings.network, settings.ppo, seed, settings.runtime.device)
+        if settings.ppo.asynchronous:
+            from racecraft.algorithms.asynchronous_ppo import AsynchronousPpo
+
+            return AsynchronousPpo(made)
+        return made()
 
     @classmethod
     def load_policy(cls, spec: PolicySpec, weights: Mapping[str, Tensor]) -> ActorPolicy | RecurrentPolicy:
@@ -328,11 +353,15 @@ class PpoLearner:
     def _prepare(self, batch: RolloutBatch) -> tuple[Minibatch, Tensor, tuple[float, float]]:
         """Return all rows laid end to end, the numbers of the active ones, and two facts for the record."""
         config = self.config
-        value = self._values_of(batch) if self.values_later else batch.columns[VALUE]
+        log_prob, weights = batch.columns[LOG_PROB], None
+        if config.asynchronous:
+            value, log_prob, weights = self._look_again(batch)
+        else:
+            value = self._values_of(batch) if self.values_later else batch.columns[VALUE]
         following = self._next_values(batch, value)
         found, targets = advantages(
             batch.reward, value, following, batch.terminated, batch.truncated,
-            config.discount, config.gae_lambda, None if batch.active.all() else batch.active,
+            config.discount, config.gae_lambda, None if batch.active.all() else batch.active, weights,
         )  # fmt: skip
         active = batch.active.reshape(-1)
         used = found.reshape(-1)[active]
@@ -349,10 +378,11 @@ class PpoLearner:
         whole = Minibatch(
             observations={name: laid(array) for name, array in batch.observations.items()},
             raw_actions=laid(batch.columns[RAW_ACTION]),
-            log_prob=laid(batch.columns[LOG_PROB]),
+            log_prob=laid(log_prob),
             advantages=laid(found.astype(np.float32, copy=False)),
             targets=laid(targets.astype(np.float32, copy=False)),
             action_mask=None if batch.action_mask is None else laid(batch.action_mask),
+            weights=None if weights is None else laid(weights),
         )
         return whole, torch.from_numpy(np.flatnonzero(active)).to(self.device), facts
 
@@ -366,11 +396,46 @@ class PpoLearner:
     def _values_of(self, batch: RolloutBatch) -> Array:
         """Return the critic's values of what was seen, float32 (T, R); zeros where a row is not active."""
         active = batch.active.reshape(-1)
-        seen = {name: array.reshape(-1, *array.shape[2:]) for name, array in batch.observations.items()}
+        assert self.network.critic_body is not None, "a critic that is asked later has layers of its own"
+        names = self.network.critic_body.names
+        seen = {name: array.reshape(-1, *array.shape[2:]) for name in names for array in (batch.observations[name],)}
         found = np.zeros(len(active), np.float32)
         for rows in np.array_split(np.flatnonzero(active), -(-int(active.sum()) // ROWS_AT_ONCE) or 1):
             found[rows] = self.values({name: array[rows] for name, array in seen.items()}) if len(rows) else 0.0
         return found.reshape(batch.active.shape)
+
+    @torch.inference_mode()
+    def _look_again(self, batch: RolloutBatch) -> tuple[Array, Array, Array]:
+        """Return what today's weights expect, how likely they make what was decided (log), and how much that counts.
+
+        Each float32 (T, R); the last is the ratio of likelihoods, cut at its cap. Rows that are not active count 1 and
+        are worth 0.
+        """
+        active = np.flatnonzero(batch.active.reshape(-1))
+        value, log_prob, weights = (np.full(batch.active.size, fill, np.float32) for fill in (0.0, 0.0, 1.0))
+
+        def flat(array: Array) -> Array:
+            return array.reshape(-1, *array.shape[2:])
+
+        before = flat(batch.columns[LOG_PROB])
+        for rows in np.array_split(active, -(-len(active) // ROWS_AT_ONCE) or 1):
+            if not len(rows):
+                continue
+            seen = self._tensors({name: flat(array)[rows] for name, array in batch.observations.items()})
+            mask = (
+                None if batch.action_mask is None else torch.from_numpy(flat(batch.action_mask)[rows]).to(self.device)
+            )
+            raw = torch.from_numpy(flat(batch.columns[RAW_ACTION])[rows]).to(self.device)
+            params, worth = self.working(seen)
+            likely, _ = self.distribution.log_prob_and_entropy(params, self.network.log_std, mask, raw)
+            value[rows], log_prob[rows] = worth.cpu().numpy(), likely.cpu().numpy()
+            weights[rows] = np.minimum(np.exp(log_prob[rows] - before[rows]), self.config.ratio_cap)
+        self.mean_weight = float(weights[active].mean()) if len(active) else 1.0
+        return (
+            value.reshape(batch.active.shape),
+            log_prob.reshape(batch.active.shape),
+            weights.reshape(batch.active.shape),
+        )
 
     def _minibatches(self, rows: Tensor) -> Iterator[Tensor]:
         """Yield the rows in a new order, `batch_size` at a time."""
@@ -427,7 +492,8 @@ def ppo_loss(
     log_ratio = log_prob - batch.log_prob
     ratio = log_ratio.exp()
     held = ratio.clamp(1.0 - config.clip, 1.0 + config.clip)
-    policy_loss = -torch.min(ratio * advantage, held * advantage).mean()
+    gain = torch.min(ratio * advantage, held * advantage)
+    policy_loss = -(gain if batch.weights is None else batch.weights * gain).mean()
     error = functional.huber_loss if config.value_loss == "huber" else functional.mse_loss
     value_loss = error(value, batch.targets)
     mean_entropy = entropy.mean()

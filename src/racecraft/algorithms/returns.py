@@ -21,8 +21,14 @@ def advantages(
     discount: float,
     gae_lambda: float,
     active: Array | None = None,
+    ratio: Array | None = None,
 ) -> tuple[Array, Array]:
     """Return generalised advantages and value targets, both float32 (T, R).
+
+    With a `ratio` they are V-trace's: those of the policy of today, from what an older one decided. What happens after
+    a tick counts as far as today's policy would have come there, and an error of the critic as far as it would have
+    made it. Where all ratios are 1 they are the same to the bit as without. The advantage of a tick does not weigh the
+    tick's own decision; whoever takes the gradient does.
 
     Args:
         reward: float32 (T, R), of the tick taken from row t.
@@ -35,12 +41,16 @@ def advantages(
         gae_lambda: Mix of one-step and long estimates (lambda), 0 to 1.
         active: bool (T, R), whether the action at t was obeyed; None where all were. The results of inactive rows
             carry no meaning.
+        ratio: float32 (T, R), how much likelier today's policy makes what was decided at t than the policy that decided
+            it, already cut at its cap (rho and c); None: it is the same policy.
 
-    Source: Schulman et al., "High-dimensional continuous control using generalized advantage estimation", 2016,
-    equations 11 to 16.
+    Sources: Schulman et al., "High-dimensional continuous control using generalized advantage estimation", 2016,
+    equations 11 to 16; Espeholt et al., "IMPALA", 2018, equation 1 and remark 2 (c times lambda), with one cap for
+    both. With lambda below 1 the advantage looks ahead by the same mix as the target, so that it is GAE's where nothing
+    is old; with lambda 1 it is the paper's, r + gamma v' - V.
     """
     ticks = len(reward)
-    found = np.zeros_like(value)
+    found, apart = np.zeros_like(value), np.zeros_like(value)  # advantages; targets less values
     running = np.zeros_like(value[0])
     carries_on = ~(terminated | truncated)
     behind = value[-1]  # worth of the row after t, when it is inactive and the critic cannot be asked
@@ -49,14 +59,15 @@ def advantages(
         if active is not None and t + 1 < ticks:
             following = np.where(carries_on[t] & ~active[t + 1], behind, following)
         target = reward[t] + discount * following * ~terminated[t]
-        running = discount * carries_on[t] * running
-        if active is None:
-            running = target - value[t] + gae_lambda * running
-        else:
-            running = np.where(active[t], target - value[t] + gae_lambda * running, running)
+        after = discount * carries_on[t] * running
+        advantage = target - value[t] + gae_lambda * after
+        running = advantage if ratio is None else ratio[t] * advantage
+        if active is not None:
+            advantage, running = (np.where(active[t], part, after) for part in (advantage, running))
             behind = np.where(active[t], value[t], target)
-        found[t] = running
-    return found, found + value
+        found[t] = advantage
+        apart[t] = running
+    return found, apart + value
 
 
 def rewards_to_go(

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from racecraft.formats.checkpoint import CheckpointEntry, Checkpoints
+from racecraft.formats.checkpoint_ranking import split_source
 from racecraft.formats.run_folder import RunFolder
-from racecraft.players.trained import TrainedPolicy, load_policy, split_source
+from racecraft.players.trained import TrainedPolicy, load_policy
 
 if TYPE_CHECKING:
     import polars as pl

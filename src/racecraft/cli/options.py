@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -38,24 +37,3 @@ AlgorithmName = Annotated[
         help="What learns: ppo (the default), sac, or your own as module:Class; `racecraft algorithms` lists them.",
     ),
 ]
-DEFAULT = None
-"""No algorithm is named: what the user's own files ask for learns, else ppo."""
-
-
-def asked(
-    algorithm: str | None,
-    stop: list[str] | None,
-    run: Path | None,
-    seed: int | None,
-    overrides: list[str] | None,
-    clone_from: str | None,
-) -> dict[str, Any]:
-    """Return what every training command was asked alike, as keywords of a `TrainRequest`."""
-    return {
-        "algorithm": algorithm,
-        "stops": tuple(stop or ()),
-        "run": run,
-        "seed": seed,
-        "overrides": tuple(overrides or ()),
-        "clone_from": clone_from,
-    }

@@ -15,6 +15,7 @@ from racecraft.compat.rllib_words import translated
 from racecraft.formats.run_folder import JOB
 from racecraft.training import worlds
 from racecraft.training.callbacks import IterationReport, Silent
+from racecraft.training.gathering import Spread
 from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.trainer import Trained
 
@@ -54,8 +55,12 @@ def register_env(name: str, creator: Callable[[Any], Any]) -> None:
     _creators[name] = creator
 
 
-def train_experiment(experiment: Mapping[str, Any]) -> Trained:
+def train_experiment(experiment: Mapping[str, Any], spread: Spread | None = None) -> Trained:
     """Train; inside a job the run folder stands in its model, and a job that was interrupted goes on there.
+
+    Args:
+        experiment: What the script describes.
+        spread: Carries its worlds elsewhere; None: they are carried here.
 
     Raises:
         SettingError: Something is not understood; the nearest known word is told.
@@ -67,9 +72,19 @@ def train_experiment(experiment: Mapping[str, Any]) -> Trained:
     model = os.environ.get("SM_MODEL_DIR")
     run = Path(model, "run") if model else None
     if run is not None and (run / JOB).exists():
-        return worlds.resume(run, told.stops, RllibLines(), print, "gymnasium")
+        return worlds.resume(run, told.stops, RllibLines(), print, "gymnasium", spread)
     request = GymRequest(environment, stops=told.stops, run=run, seed=told.seed, overrides=told.settings)
-    return worlds.train(request, RllibLines(), print)
+    return worlds.train(request, RllibLines(), print, spread)
+
+
+def prepare_worlds(experiment: Mapping[str, Any]) -> None:
+    """Have the environment of an experiment be found, for a training elsewhere whose worlds are carried here.
+
+    Raises:
+        SettingError: Something is not understood; the nearest known word is told.
+    """
+    told = translated(experiment)
+    registered(told.environment, told.env_config, told.horizon)
 
 
 def registered(name: str, env_config: Mapping[str, Any], horizon: int) -> str:

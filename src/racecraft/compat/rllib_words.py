@@ -1,4 +1,4 @@
-"""RLlib's words for PPO (Ray 0.5 to 1.6), in ours. Begin with `WORDS`, the one table; docs and launcher read it.
+"""RLlib's words for PPO and APPO (Ray 0.5 to 1.6), in ours. Begin with `WORDS`; docs and launcher read this table.
 
 Three kinds of word: it has a setting of ours; it is taken into account in another way; it has no meaning here, and the
 launcher says why. A word that stands nowhere in the table is refused with the nearest one.
@@ -51,6 +51,9 @@ WORDS: Mapping[str, Word] = {
     "rollout_fragment_length": Word("", "every world gives equally many ticks, see train_batch_size"),
     "sample_batch_size": Word("", "every world gives equally many ticks, see train_batch_size"),
     "batch_mode": Word("", "episodes may be cut by an update; their value still follows"),
+    "vtrace": Word("", "APPO's learner is always corrected by V-trace, PPO's never needs it"),
+    "broadcast_interval": Word("", "actors take over APPO's weights once a rollout"),
+    "learner_queue_size": Word("", "one rollout waits for APPO's learner, never more"),
     "use_gae": Word("", "advantages are always generalised (GAE)"),
     "shuffle_sequences": Word("", "minibatches are always shuffled"),
     "num_gpus": Word("", "the learner's device is runtime.device"),
@@ -69,6 +72,8 @@ WORDS: Mapping[str, Word] = {
     "simple_optimizer": Word("", "there is one optimiser"),
 }  # fmt: skip
 """Every word of a configuration that is understood."""
+RUNS: Mapping[str, tuple[str, ...]] = {"PPO": (), "APPO": ("ppo.asynchronous=true",)}
+"""RLlib's algorithms that are understood, with what asks for them here."""
 STOPS: Mapping[str, str] = {
     "timesteps_total": "steps",
     "training_iteration": "iterations",
@@ -117,13 +122,16 @@ def translated(experiment: Mapping[str, Any]) -> Translated:
     >>> told.said
     ('kl_coeff: this PPO clips and has no KL penalty beside it',)
     """
-    if experiment.get("run") != "PPO":
-        raise SettingError(f"run: {experiment.get('run')!r}; `racecraft run` understands PPO of RLlib's algorithms.")
+    if experiment.get("run") not in RUNS:
+        raise SettingError(
+            f"run: {experiment.get('run')!r}; `racecraft run` understands {' and '.join(RUNS)} of RLlib's algorithms."
+        )
     config = dict(experiment.get("config", {}))
     environment = config.get("env") or experiment.get("env")
     if not isinstance(environment, str):
         raise SettingError(f"config.env is {environment!r}; expected a name given to register_env, or a Gymnasium id.")
-    settings, said = [*_worlds(config), f"evaluation.episodes={JUDGED_EPISODES}"], []
+    settings = [*_worlds(config), f"evaluation.episodes={JUDGED_EPISODES}", *RUNS[experiment["run"]]]
+    said: list[str] = []
     for name, value in config.items():
         if name not in WORDS:
             raise SettingError(f"config has no '{name}' that is understood here. {nearest(name, WORDS)}")

@@ -11,8 +11,9 @@ from typing import Any
 
 from racecraft.contract.errors import RunFolderError, SettingError, nearest
 from racecraft.contract.world import World
+from racecraft.formats.checkpoint_ranking import split_source
 from racecraft.formats.run_folder import RunFolder
-from racecraft.players.trained import TrainedPolicy, load_policy, split_source
+from racecraft.players.trained import TrainedPolicy, load_policy
 from racecraft.rollout.episodes import CUT, play_episodes
 from racecraft.rollout.statistics import summarise
 

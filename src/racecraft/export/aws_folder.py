@@ -2,7 +2,7 @@
 
 A run folder already has AWS's layout for all but the weights (`formats/aws/model_folder.py`). What is written here::
 
-    model/N_Step-S.ckpt.index  .data-00000-of-00001  .meta     of the best and the last checkpoint
+    model/N_Step-S.ckpt.index  .data-00000-of-00001  .meta     of the best and the last, or of one that is named
     model/model_N.pb                                           the policy of each, frozen
     model/.coach_checkpoint    deepracer_checkpoints.json      which to begin from
     output/model.tar.gz                                        what a physical car takes, of the best
@@ -26,7 +26,8 @@ from racecraft.formats.aws.model_folder import AwsModelFolder, CheckpointMark, w
 from racecraft.formats.aws.policy_graph import graph_of
 from racecraft.formats.aws.policy_layers import PolicyLayersError, require_aws_network
 from racecraft.formats.aws.policy_weights import arrays_of
-from racecraft.formats.checkpoint import CheckpointEntry, Checkpoints
+from racecraft.formats.checkpoint import CheckpointEntry
+from racecraft.formats.checkpoint_ranking import find_checkpoint
 from racecraft.formats.run_folder import HYPERPARAMETERS, MODEL_METADATA, REWARD_FUNCTION, RunFolder
 from racecraft.formats.tensorflow.checkpoint import write_checkpoint
 from racecraft.formats.tensorflow.graph import write_graph, write_meta_graph
@@ -53,7 +54,9 @@ class AwsExport:
     """Of the best with its graph; None: it was not checked."""
 
 
-def export_to_aws(run: str | Path, to: str, output: str | Path | None = None, check: bool = True) -> AwsExport:
+def export_to_aws(
+    run: str | Path, to: str, output: str | Path | None = None, check: bool = True, which: str | None = None
+) -> AwsExport:
     """Write a run as a model folder ("drfc"), or as the archive of one ("console").
 
     Args:
@@ -61,6 +64,7 @@ def export_to_aws(run: str | Path, to: str, output: str | Path | None = None, ch
         to: "drfc" or "console".
         output: A new folder, or a file that ends in .tar.gz; None: in `<run>/export`.
         check: Whether the best graph is asked beside its checkpoint first.
+        which: The one checkpoint that goes along, as the best and the last; None: the best and the last there are.
 
     Raises:
         RunFolderError: No run folder, or the run of another kind of world.
@@ -74,21 +78,20 @@ def export_to_aws(run: str | Path, to: str, output: str | Path | None = None, ch
         place = Path(output) if output is not None else folder.path / "export" / name
         if place.exists() and (not place.is_dir() or any(place.iterdir())):
             raise SettingError(f"{place}: something stands there; expected a new folder. Give another with --output.")
-        return _filled(folder, place, place, check)
+        return _filled(folder, which, place, place, check)
     place = Path(output) if output is not None else folder.path / "export" / f"{name}.tar.gz"
     if not place.name.endswith((".tar.gz", ".tgz")):
         raise SettingError(f"--output {place}: expected a file that ends in .tar.gz.")
     make_folder(place.parent)
     with tempfile.TemporaryDirectory(prefix="racecraft-export-") as temporary:
-        done = _filled(folder, Path(temporary), place, check)
+        done = _filled(folder, which, Path(temporary), place, check)
         archive_folder(place, temporary)
     return done
 
 
-def _filled(run: RunFolder, place: Path, named: Path, check: bool) -> AwsExport:
+def _filled(run: RunFolder, which: str | None, place: Path, named: Path, check: bool) -> AwsExport:
     """Fill a folder; nothing is written before every checkpoint was told and the best one checked."""
-    shelf = Checkpoints(run.checkpoints)
-    best, last = shelf.find("best"), shelf.find("last")
+    best, last = find_checkpoint(run, which or "best"), find_checkpoint(run, which or "last")
     entries = {entry.iteration: entry for entry in (best, last)}
     told = {}
     for number in entries:

@@ -76,6 +76,18 @@ def is_checkpoint_name(word: str) -> bool:
     return word in (BEST, LAST, *MERITS) or word.isdigit()
 
 
+def split_source(source: str) -> tuple[str, str]:
+    """Return (run folder, checkpoint) of "RUN[:best|last|N|laptime …]".
+
+    >>> split_source("runs/oval-1:last"), split_source("runs/oval-1"), split_source("oval-1:laptime")
+    (('runs/oval-1', 'last'), ('runs/oval-1', 'best'), ('oval-1', 'laptime'))
+    """
+    path, colon, which = source.rpartition(":")
+    if colon and is_checkpoint_name(which):
+        return path, which
+    return source, BEST
+
+
 def find_checkpoint(run: RunFolder, which: str) -> CheckpointEntry:
     """Return the checkpoint that a word names: best, last, an iteration, or the first by one of `MERITS`.
 

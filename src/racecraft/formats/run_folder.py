@@ -147,6 +147,7 @@ class RunFolder:
         """
         path = Path(path)
         if not path.exists():
+            _require_no_checkpoint(path)
             raise RunFolderError(
                 f"{path}: there is no such folder; expected a run folder, such as runs/reinvent_base-1."
             )
@@ -373,6 +374,17 @@ def _is_unborn(path: Path) -> bool:
     names = {entry.name.removesuffix(".part") for entry in path.iterdir()}
     begun = [path / name for name in FOLDERS if (path / name).is_dir()]
     return bool(begun) and names <= copies | set(FOLDERS) and not any(any(folder.iterdir()) for folder in begun)
+
+
+def _require_no_checkpoint(path: Path) -> None:
+    """Refuse "RUN:word" where a run itself is asked for, or where the word is none."""
+    run, colon, word = str(path).rpartition(":")
+    if colon and (Path(run) / JOB).is_file():
+        raise RunFolderError(
+            f"{path}: {run} is a run, and nothing here is called '{word}'; expected the run alone or, where a command "
+            "takes a checkpoint, best, last, an iteration's number or a merit such as laptime behind the colon. "
+            f"racecraft checkpoints {run} lists them."
+        )
 
 
 def _require_no_file(path: Path) -> None:

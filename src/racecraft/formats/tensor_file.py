@@ -1,7 +1,8 @@
 """Arrays and a card in one safetensors file: nothing in it can run code, and damage is noticed.
 
 The format is safetensors', which reads what is written here; `racecraft.formats.checkpoint` says what is kept in it.
-Large networks are hundreds of megabytes, so arrays go to the disk from where they lie, without a copy. A digest over
+Large networks are hundreds of megabytes, so arrays go to the disk from where they lie, piece by piece; one that lies on
+the disk itself (`mapped_file.py`) is never in memory as a whole. A digest over
 all arrays stands in the header: a damaged file is refused instead of driven.
 """
 
@@ -20,11 +21,10 @@ import safetensors.numpy
 
 from racecraft.contract.errors import InputFileError
 from racecraft.contract.world import Array
+from racecraft.formats.mapped_file import let_go, pieces, spans
 from racecraft.formats.whole import whole_file
 
 VERSION = 1
-PIECE_BYTES = 2**24
-"""Bytes that are copied at once of an array whose rows do not lie behind each other."""
 _HEADER_MULTIPLE = 8
 """Bytes to whose multiple the header is filled up, so that numbers lie where processors like them."""
 _TYPES = {
@@ -123,9 +123,19 @@ def _header(arrays: Mapping[str, Array], metadata: Mapping[str, str]) -> bytes:
 def _bytes_of(array: Array) -> Iterator[memoryview | bytes]:
     """Yield the array's bytes, rows behind each other; of views that do not lie so, a few rows are copied at a time."""
     if array.size and array.flags.c_contiguous:
-        yield array.reshape(-1).view(np.uint8).data
+        yield from (piece.view(np.uint8).data for piece in pieces(array))
     elif array.size <= 1:
         yield array.tobytes()
     else:
-        rows = max(1, PIECE_BYTES * len(array) // array.nbytes)
-        yield from (array[begin : begin + rows].tobytes() for begin in range(0, len(array), rows))
+        yield from (_gathered(array[rows]).data for rows in spans(len(array), array.nbytes // len(array)))
+
+
+def _gathered(part: Array) -> Array:
+    """Return a few rows behind each other; of those of a transposed array, only so many numbers are touched at once."""
+    if part.ndim < 2:
+        return part.copy()
+    gathered = np.empty(part.shape, part.dtype)
+    for columns in spans(part.shape[1], abs(part.strides[1])):
+        gathered[:, columns] = part[:, columns]
+        let_go(part)
+    return gathered

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from racecraft.contract.errors import MissingExtraError, RacecraftError, SettingError
 from racecraft.formats.job_spec import JobSpec, require_legal_name
+from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.container import channels_of, check_code, container_in, lay_out
 from racecraft.jobs.estimator_words import (
     ONLY_RECORDED,
@@ -177,7 +178,8 @@ class RLEstimator:
         metric_definitions: {"Name", "Regex"}, read out of the log; None: the toolkit's own.
         words: Whatever else either version of the SDK takes. `max_run`, `max_wait`, `use_spot_instances`,
             `dependencies`, `environment` and `base_job_name` do here what they do there; `cores` and `memory_mib`,
-            ours, say what the job takes of this machine (by default all its cores); the others are recorded.
+            ours, say what the job takes of this machine (by default all its cores; of a primary and a secondary one,
+            and the others); the others are recorded.
 
     Raises:
         SettingError: An unknown word or hyperparameter; the nearest known one is told.
@@ -352,7 +354,7 @@ class RLEstimator:
             name,
             folder=str(folder),
             environment={**environment_here(), **experiment_variables(experiment), **self.environment},
-            cores=self.cores,
+            cores=self._cores(),
             memory_mib=self.memory_mib,
             max_run_seconds=self.max_run,
             max_wait_seconds=self.max_wait,
@@ -407,6 +409,13 @@ class RLEstimator:
                 raise name_taken(name)
         finally:
             store.close()
+
+    def _cores(self) -> int | None:
+        """Return what the job takes; of two that meet the primary takes one core, to learn, and the other the rest."""
+        role = self._hyperparameters.get("rl_cluster_type")
+        if self.cores is not None or role not in ("primary", "secondary"):
+            return self.cores
+        return 1 if role == "primary" else max(1, Capacity.of_machine().cores - 1)
 
     def _waits_for_a_second(self) -> bool:
         told = self._hyperparameters

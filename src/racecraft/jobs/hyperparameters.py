@@ -38,7 +38,8 @@ CONFIG_WORDS = (
     "n_step", "double_q", "dueling", "noisy", "num_atoms", "v_min", "v_max", "hiddens", "exploration_config",
     "exploration_fraction", "exploration_final_eps", "final_prioritized_replay_beta", "per_worker_exploration",
     "worker_side_prioritization", "min_iter_time_s", "timesteps_per_iteration", "optimizer", "adam_epsilon",
-    "input", "output", "preprocessor_pref", "num_aggregation_workers", "create_env_on_driver",
+    "input", "output", "preprocessor_pref", "num_aggregation_workers", "create_env_on_driver", "vtrace",
+    "broadcast_interval", "learner_queue_size",
 )  # fmt: skip
 """Words of RLlib's configuration, `rl.training.config.WORD` (Ray 0.5 to 1.6)."""
 OWN_KEYS = (

@@ -5,11 +5,16 @@ file, or that froze a number of one, would go on with the old one after an edit 
 a hash of every kernel source of the package and of whatever those import from it (`sources`), of Numba's version and of
 ours: an edit anywhere a kernel looks starts a fresh folder.
 
+Numba keeps it by the path of that file as well, so that each copy of one package would be compiled anew: a checkout
+beside another, a fresh clone, an environment that is made again. The folder's name says already what the code was made
+of, so here a file is known by its place in the package (`KeptByContents`).
+
 Importing this module points Numba's cache at that folder (unless `NUMBA_CACHE_DIR` is set); it compiles nothing.
 """
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import re
@@ -19,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import numba
+import numba.core.caching as numba_caching
 from numba import njit
 from numba import prange as prange
 
@@ -125,5 +131,41 @@ def _sources_hash() -> str:
     return digest.hexdigest()[:12]
 
 
+_package = Path(racecraft.__file__).parent
+
+
+class KeptByContents(numba_caching._CacheLocator):
+    """Where Numba keeps the code of a kernel: in the folder of these sources, whatever path they have."""
+
+    def __init__(self, function: Callable[..., Any], source: Path) -> None:
+        """Take a kernel and its file, relative to the package."""
+        self._line = function.__code__.co_firstlineno
+        self._place = Path(_config.CACHE_DIR, "-".join(source.parts[:-1]))
+
+    def get_cache_path(self) -> str:
+        """Return the folder."""
+        return str(self._place)
+
+    def get_source_stamp(self) -> str:
+        """Return what tells that the source is still the same: the folder's name does."""
+        return self._place.parent.name
+
+    def get_disambiguator(self) -> str:
+        """Return what tells functions of one name in one file apart."""
+        return str(self._line)
+
+    @classmethod
+    def from_function(cls, function: Callable[..., Any], file: str) -> KeptByContents | None:
+        """Return a place for a function of one of `sources`; None for any other, which Numba keeps its own way."""
+        if Path(file).is_relative_to(_package) and Path(file).parent.name == "kernels":
+            kept = cls(function, Path(file).relative_to(_package))
+            with contextlib.suppress(OSError):
+                kept.ensure_cache_path()
+                return kept
+        return None
+
+
 if not os.environ.get("NUMBA_CACHE_DIR"):
     _config.CACHE_DIR = str(cache_folder())
+    _impl: Any = vars(numba_caching).get("CacheImpl") or vars(numba_caching)["_CacheImpl"]  # the older name
+    _impl._locator_classes.insert(0, KeptByContents)

@@ -11,11 +11,10 @@ import hashlib
 from pathlib import Path
 
 from racecraft.evaluation.battlesnake.seats import take_seat
-from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.checkpoint_ranking import find_checkpoint, split_source
 from racecraft.formats.run_folder import RunFolder
 from racecraft.league.terms import ArenaError, Entrant
 from racecraft.players.battlesnake.find import PLAYERS, WEIGHED
-from racecraft.players.trained import split_source
 
 SEARCH = "search"
 ON_TOP = "search+"
@@ -56,7 +55,7 @@ def pinned(what: str) -> str:
     if Path(what).is_file():
         return str(Path(what).resolve())
     path, which = split_source(what)
-    entry = Checkpoints(RunFolder.open(path).checkpoints).find(which)
+    entry = find_checkpoint(RunFolder.open(path), which)
     return f"{Path(path).resolve()}:{entry.iteration}"
 
 
@@ -74,8 +73,8 @@ def fingerprint(source: str) -> str:
     path = Path(source)
     if not source.endswith((".py", ".json")) and not path.is_file():
         run, which = split_source(source)
-        shelf = Checkpoints(RunFolder.open(run).checkpoints)
-        path = shelf.folder / shelf.find(which).policy
+        folder = RunFolder.open(run)
+        path = folder.checkpoints / find_checkpoint(folder, which).policy
     try:
         return hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError as problem:

@@ -179,12 +179,12 @@ class _Reader:
     """Reads blocks with the compiled reader; any number of threads may ask it at once."""
 
     def __init__(self, header: Sequence[str], marked: bool) -> None:
-        from racecraft.logs.kernels import rows
+        from racecraft.logs.kernels import fields, rows
 
         by_type = {"float64": rows.FLOAT, "int64": rows.WHOLE, "bool": rows.FLAG, "str": rows.STATUS}
         kinds = {column.name: by_type[column.dtype] for column in TRACE_COLUMNS}
         kinds |= {"action": rows.ACTION, "steps": rows.WHOLE}
-        self._kernels = rows
+        self._kernels, self._bytes_before = rows, fields.BYTES_BEFORE
         self._thread = threading.local()
         self._marked = marked
         self._kinds = np.array([kinds.get(name, rows.SKIPPED) for name in header])
@@ -218,10 +218,10 @@ class _Reader:
 
     def _text(self, source: Source, begin: int, end: int) -> Array:
         """Return these bytes of a file, as far as it goes, with zeros behind."""
-        zeros = self._kernels.ZEROS_BEHIND
+        zeros, before = self._kernels.ZEROS_BEHIND, self._bytes_before
         if not hasattr(self._thread, "text"):
-            self._thread.text = np.empty(BLOCK_BYTES + LONGEST_LINE + zeros + 1, np.uint8)
-        text = self._thread.text[: min(end, source.size) - begin + zeros]
+            self._thread.text = np.zeros(before + BLOCK_BYTES + LONGEST_LINE + zeros + 1, np.uint8)
+        text = self._thread.text[before : before + min(end, source.size) - begin + zeros]
         with source.open() as file:
             file.seek(begin)
             length = file.readinto(memoryview(text)[:-zeros])

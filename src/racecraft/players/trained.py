@@ -19,7 +19,7 @@ from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array
 from racecraft.formats.checkpoint import BEST, CheckpointEntry, Checkpoints
-from racecraft.formats.checkpoint_ranking import find_checkpoint, is_checkpoint_name
+from racecraft.formats.checkpoint_ranking import find_checkpoint, split_source
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.deepracer.foreign_model import borrowed_run
 from racecraft.players.older_runs import older_spec, refuse_older_heads
@@ -72,18 +72,6 @@ class TrainedPolicy:
         """Return how likely each choice is, float32 (R, A); of policies over single choices."""
         likely: Array = self.policy.probabilities(observations, action_mask)
         return likely
-
-
-def split_source(source: str) -> tuple[str, str]:
-    """Return (run folder, checkpoint) of "RUN[:best|last|N|laptime …]".
-
-    >>> split_source("runs/oval-1:last"), split_source("runs/oval-1"), split_source("oval-1:laptime")
-    (('runs/oval-1', 'last'), ('runs/oval-1', 'best'), ('oval-1', 'laptime'))
-    """
-    path, colon, which = source.rpartition(":")
-    if colon and is_checkpoint_name(which):
-        return path, which
-    return source, BEST
 
 
 def load_policy(run: str | Path | RunFolder, which: str = "") -> TrainedPolicy:

@@ -13,6 +13,13 @@ from urllib.parse import urlsplit
 
 from racecraft.storage.address import BucketError
 
+WHERE_KEYS_ARE = (
+    "Keys are taken from a profile of ~/.aws (`aws configure` writes one; --profile and DR_LOCAL_S3_PROFILE name it), "
+    "from AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, or from DR_LOCAL_ACCESS_KEY_ID and DR_LOCAL_SECRET_ACCESS_KEY "
+    "in system.env; racecraft itself keeps none, in mirror.json or elsewhere."
+)
+"""What a letter says of keys that are missing, wrong, or stand where they do not belong."""
+
 
 @dataclass(frozen=True)
 class Access:
@@ -51,10 +58,15 @@ def require_endpoint(text: str, named: str) -> str:
         named: What it was written as, for the letter.
 
     Raises:
-        BucketError: It is none.
+        BucketError: It is none, or holds keys: an endpoint is printed and noted, and keys never are.
     """
     try:
         parts = urlsplit(text)
+        if "@" in parts.netloc:
+            raise BucketError(
+                f"{named}: it holds the keys before its '@', which would be printed and written down; expected the "
+                f"address alone, {parts.scheme}://{parts.netloc.rpartition('@')[2]}. {WHERE_KEYS_ARE}"
+            )
         usable = parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
     except ValueError:  # of a port
         usable = False

@@ -15,7 +15,7 @@ Source: facts: deepracer-systems.md A2 (names, templates).
 from __future__ import annotations
 
 from racecraft.formats.aws.drfc_folder import DrfcFolder
-from racecraft.storage.access import Access, require_endpoint
+from racecraft.storage.access import WHERE_KEYS_ARE, Access, require_endpoint
 from racecraft.storage.address import Address, BucketError, is_address
 from racecraft.storage.mirror_note import Place
 
@@ -75,8 +75,12 @@ def _place(drfc: DrfcFolder, name: str, access: Access) -> Place:
 
 
 def _endpoint(drfc: DrfcFolder, name: str) -> str:
+    text = drfc.text(name)
+    if "@" in text:
+        found = "keys stand before its '@', which would be printed and written down"
+        raise drfc.letter(name, "the address alone, such as http://localhost:9000", WHERE_KEYS_ARE, found=found)
     try:
-        return require_endpoint(drfc.text(name), name)
+        return require_endpoint(text, name)
     except BucketError as error:
         raise drfc.letter(name, "the address of a store, such as http://localhost:9000") from error
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from racecraft.contract.errors import UserInputError
 from racecraft.formats.whole import write_whole
-from racecraft.storage.access import Access
-from racecraft.storage.address import Address
+from racecraft.storage.access import WHERE_KEYS_ARE, Access
+from racecraft.storage.address import Address, BucketError
 from racecraft.storage.transfer import MIRROR
 
 _NAMED = ("endpoint", "profile", "region")
@@ -45,6 +45,7 @@ def noted_place(run: Path) -> Place | None:
     """Return where a run is kept as well; None: nowhere.
 
     Raises:
+        BucketError: Somebody wrote keys into the note, or an endpoint that holds some.
         UserInputError: The note is damaged, or the installation that it names says something that cannot be used.
     """
     path = run / MIRROR
@@ -52,10 +53,23 @@ def noted_place(run: Path) -> Place | None:
         return None
     try:
         noted = json.loads(path.read_text(encoding="utf-8"))
+        _require_no_keys(path, noted)
         access = Access(**{name: str(noted[name]) for name in _NAMED})
         return Place(Address.parse(str(noted["address"])), access, str(noted["installation"]))
+    except BucketError:
+        raise
     except (ValueError, KeyError, TypeError, OSError) as error:
         raise UserInputError(
             f"{path}: damaged ({error}); expected what racecraft wrote. Take the file away: the run is then kept in no "
             "bucket, until --mirror names one."
         ) from error
+
+
+def _require_no_keys(path: Path, noted: object) -> None:
+    """Refuse a note that somebody wrote more into than stands there."""
+    more = sorted(set(noted) - {"address", "installation", *_NAMED}) if isinstance(noted, dict) else []
+    if more:
+        raise BucketError(
+            f"{path}: holds '{more[0]}', which is not read there; expected address, installation, {', '.join(_NAMED)}. "
+            f"{WHERE_KEYS_ARE}"
+        )

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from racecraft.contract.errors import MissingExtraError
-from racecraft.storage.access import Access
+from racecraft.storage.access import WHERE_KEYS_ARE, Access
 from racecraft.storage.address import Address, BucketError
 from racecraft.storage.retrying import NetworkError
 
@@ -179,7 +179,7 @@ class ObjectStore:
         """Return the latest upload of a key that was begun and not completed."""
         try:
             answer = self._ask(bucket, "list_multipart_uploads", Prefix=key)
-        except UnknownRequestError:  # such a store cannot say what it has; a large file is then begun anew
+        except (UnknownRequestError, NoSuchObjectError):  # cannot say what it has, or says "none" so (rclone's)
             return None
         ours = [one for one in answer.get("Uploads", ()) if one["Key"] == key]
         return str(max(ours, key=lambda one: one["Initiated"])["UploadId"]) if ours else None
@@ -261,8 +261,7 @@ def _letter(error: Exception, bucket: str, access: Access) -> BucketError:
     kind = type(error).__name__
     if kind in ("ProfileNotFound", "NoCredentialsError", "PartialCredentialsError", "CredentialRetrievalError"):
         return BucketError(
-            f"{where}: who asks is not known ({_short(error)}); expected a profile of ~/.aws, or AWS_ACCESS_KEY_ID and "
-            "AWS_SECRET_ACCESS_KEY. `aws configure` writes a profile; --profile and DR_LOCAL_S3_PROFILE name one."
+            f"{where}: who asks is not known ({_short(error)}); expected the keys of an account of it. {WHERE_KEYS_ARE}"
         )
     if kind == "NoRegionError":
         return BucketError(f"{where}: no region is known; expected --region, AWS_REGION or DR_AWS_APP_REGION.")
@@ -274,7 +273,7 @@ def _letter(error: Exception, bucket: str, access: Access) -> BucketError:
     if code in _SIGNED_WRONG:
         return BucketError(
             f"{place}: {where} does not take the keys ({code}); expected those of an account of it. "
-            "Look at the profile, at AWS_ACCESS_KEY_ID and at this machine's clock."
+            f"Look at this machine's clock, too. {WHERE_KEYS_ARE}"
         )
     if status == 403 or code == "AccessDenied" or isinstance(error, PermissionError):
         return BucketError(

@@ -24,10 +24,10 @@ from racecraft.algorithms.weights import to_tensors
 from racecraft.contract.errors import RacecraftError, RunFolderError
 from racecraft.contract.world import World, WorldSpec
 from racecraft.formats.checkpoint import Checkpoints
-from racecraft.formats.checkpoint_ranking import load_weights
+from racecraft.formats.checkpoint_ranking import load_weights, split_source
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.deepracer.foreign_model import IMPORTED, borrowed_run
-from racecraft.players.trained import SPEC, split_source
+from racecraft.players.trained import SPEC
 from racecraft.rollout.collector import Collector, Collects
 from racecraft.rollout.episodes import StepObserver
 from racecraft.rollout.replay import Replay

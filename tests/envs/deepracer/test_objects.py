@@ -1,6 +1,7 @@
 """Boxes on the road: what touches what, where they go, what a reward is told of them, how an episode ends on one."""
 
 import math
+import types
 
 import numpy as np
 import pytest
@@ -11,8 +12,9 @@ from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.kernels import sight
 from racecraft.envs.deepracer.kernels.objects import corner_inside, rectangles_touch
-from racecraft.envs.deepracer.objects import CLEAR_AHEAD_M, CLEAR_BEHIND_M, DEEPRACER_BOX, KINDS
+from racecraft.envs.deepracer.objects import CLEAR_AHEAD_M, CLEAR_BEHIND_M, DEEPRACER_BOX, KINDS, OBJECT_STATE
 from racecraft.envs.deepracer.settings import BoxesConfig, CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import CRITIC_NAME, RaceWorld
 from racecraft.tracks.catalogue import load_track
@@ -256,6 +258,17 @@ def test_the_critic_is_told_of_the_two_boxes_ahead():
     assert numbers[[0, 2]] == pytest.approx(1 - gaps / race.CRITIC_OBJECT_REACH_M, abs=1e-6)
     assert numbers[1] == pytest.approx(0.5, abs=0.02)
     assert numbers[3] == pytest.approx(-0.5, abs=0.02)
+
+
+def test_a_box_is_told_of_until_the_nose_is_40_cm_past_its_middle():
+    numbers, states = np.empty(race.CRITIC_OBJECT_NUMBERS), np.zeros(1, OBJECT_STATE).view(np.recarray)
+    track, car = types.SimpleNamespace(length=20.0), types.SimpleNamespace(arc=5.39, track_width=1.0)
+    states.arc = 5.0
+    sight.tell_objects.py_func(track, states, car, numbers)
+    assert numbers[0] == pytest.approx(1 - 0.01 / 3.0)
+    car.arc = 5.41
+    sight.tell_objects.py_func(track, states, car, numbers)
+    assert numbers.tolist() == [0.0, 0.0, 0.0, 0.0]
 
 
 def test_at_aws_the_distance_slips_away():

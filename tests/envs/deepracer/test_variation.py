@@ -298,8 +298,11 @@ def test_a_leaning_camera_and_its_grass_lean_alike():
             assert (lowest[0] > highest[0]) == (roll > 0)
 
 
-def test_a_glow_stands_where_the_pinhole_puts_it():
-    plain_, seen, drawn, world = start_frames(VariationConfig(glare=100.0), 24, type="TIME_TRIAL")
+@pytest.mark.parametrize("roll", [0.0, 0.3])
+def test_a_glow_stands_where_the_pinhole_puts_it(roll):
+    plain_ = start_frames(VariationConfig(camera_roll=roll), 24, type="TIME_TRIAL")[1]
+    _, seen, drawn, world = start_frames(VariationConfig(glare=100.0, camera_roll=roll), 24, type="TIME_TRIAL")
+    assert (drawn["camera_roll"] != 0.0).any() == (roll > 0.0)
     in_sight = 0
     for frame, shown, one, car in zip(plain_, seen, drawn, world.cars[:, 0], strict=True):
         camera = camera_of(world, one)
@@ -518,6 +521,7 @@ def test_only_is_one_disturbance_and_no_other():
         (lambda: VariationConfig("stong"), "Did you mean 'strong'?"),
         (lambda: VariationConfig(latency=0.02), "less than half a tick"),
         (lambda: VariationConfig(noise=-1.0), "0 to 60"),
+        (lambda: VariationConfig(camera_height=0.061), "0 to 0.06"),
         (lambda: only("string", ["glare"]), "Did you mean 'strong'?"),
         (lambda: only("strong", ["glair"]), "Did you mean 'glare'?"),
         (lambda: only("off", ["glare"]), "no level of variation 'off'"),

@@ -50,6 +50,13 @@ def test_a_player_has_chosen_once_before_its_first_game(monkeypatch):
     assert player.asked == 1
 
 
+def test_who_names_no_time_gives_the_half_second_of_the_official_engine():
+    seats, told = seats_of("flood_fill", "random_safe"), []
+    _, first = next(Tournament(seats, SMALL).play())
+    tournament(seats, SMALL, told=lambda played, number, count: told.append(played))
+    assert {played.card.timeout_ms for played in (first, play(SMALL, seats, StreamDice(5)), *told)} == {500}
+
+
 def test_a_game_is_played_to_its_end_and_repeats_itself():
     games = [play(SMALL, seats_of("flood_fill", "random_safe"), StreamDice(5)) for _ in range(2)]
     assert games[0].boards == games[1].boards
@@ -362,6 +369,16 @@ class Thinker:
     def choose(self, board, settings, snake_id, seconds):
         self.told.append(seconds)
         return "up"
+
+
+def test_who_says_nothing_of_time_gives_the_official_half_second():
+    once, twice, thrice = Thinker(), Thinker(), Thinker()
+    play(SMALL, [Seat("a", once), Seat("b", once)], StreamDice(1), most_turns=1)
+    tournament([Seat("a", twice), Seat("b", twice)], SMALL, most_turns=1)
+    for _ in Tournament([Seat("a", thrice), Seat("b", thrice)], SMALL, most_turns=1).play():
+        pass
+    for one in (once, twice, thrice):
+        assert one.told == [pytest.approx(0.8 * 0.4)] * len(one.told) != []
 
 
 @pytest.mark.parametrize(("timeout_ms", "seconds"), [(500, 0.8 * 0.4), (100, 0.8 * 0.05)])

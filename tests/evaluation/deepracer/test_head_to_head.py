@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.training.deepracer.test_courses import FOUR_CARS
+from tests.training.deepracer.test_run_env_effects import Silence
 
 from racecraft.contract.errors import SettingError
 from racecraft.envs.deepracer.actions import ActionBox, ActionTable
@@ -14,8 +16,10 @@ from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import CAMERA_NAME, CRITIC_NAME
 from racecraft.evaluation.deepracer.head_to_head import HeadToHead, race_heads
 from racecraft.evaluation.rating import Result, rate, wilson
-from racecraft.players.deepracer.driver import Driver
+from racecraft.players.deepracer.driver import Driver, load_driver
 from racecraft.tracks.catalogue import load_track
+from racecraft.training.deepracer.plan import RaceRequest
+from racecraft.training.worlds import train
 
 TRACK = load_track("Oval_track")
 WHEELBASE_M = 0.164
@@ -63,6 +67,27 @@ def test_a_policy_is_level_with_its_mirror():
     assert b.low < a.high
     fronts = sum(one.place == 1 for pair in result.races for one in pair if one.grid == 1)
     assert fronts > 150, "in one lane the front place is worth much: only taking turns makes the race fair"
+
+
+@pytest.mark.parametrize("stop", ["iterations=2", pytest.param("minutes=1", marks=pytest.mark.long)])
+def test_a_trained_network_is_level_with_itself(tmp_path, stop):
+    """The same weights in both cars: with seats changed, a race is its own mirror image, and nobody has won more.
+
+    A car of two iterations is soon out; one of a minute laps, and meets itself.
+    """
+    asked = RaceRequest(run=tmp_path / "run", stops=(stop,), overrides=FOUR_CARS if stop == "iterations=2" else ())
+    trained = train(asked, Silence(), lambda text: None)
+    drivers = [replace(load_driver(f"{trained.run.path}:last"), name=name) for name in "ab"]
+    rules = HeadToHead(laps=1, races=20, max_resets=2)
+    races = race_heads(drivers, load_track("reinvent_base"), rules).races
+    for (a, b), (a_behind, b_before) in zip(races[::2], races[1::2], strict=True):
+        assert [replace(one, driver="") for one in (a, b)] == [replace(one, driver="") for one in (b_before, a_behind)]
+    assert len({(a.laps, b.laps, a.seconds, b.seconds) for a, b in races[::2]}) > 1, "from other places they differ"
+    a, b = rate(2, [Result((0, 1), (one.place, other.place)) for one, other in races])
+    assert a.points == pytest.approx(b.points, abs=1.0)
+    if stop == "minutes=1":
+        assert sum(one.ended == "finished" for pair in races for one in pair) >= 10
+        assert sum(one.crashes for pair in races for one in pair) > 0
 
 
 def test_a_faster_car_in_the_other_lane_overtakes_once_and_wins():

@@ -12,8 +12,9 @@ from racecraft.algorithms.policy_spec import PolicySpec, architecture_values
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.algorithms.twin_critics import SoftActorCritic
 from racecraft.contract.world import ContinuousActions, DiscreteActions
-from racecraft.envs.deepracer.sensors import car_sensors
+from racecraft.envs.deepracer.sensors import STEREO, car_sensors
 from racecraft.envs.deepracer.world import CAMERA_NAME
+from racecraft.formats.aws.policy_layers import Convolution, DenseLayer, NetworkLayers, PolicyLayers, SensorLayers
 
 LISTED = DiscreteActions(5)
 RANGES = ContinuousActions((-math.radians(30), 0.5), (math.radians(30), 2.0))
@@ -42,6 +43,27 @@ def layers_for(kind, network, sensors=(CAMERA_NAME,)):
     spec = PolicySpec("sac" if kind == "sac" else "ppo", seen, actions, told)
     policy = find_algorithm(spec.algorithm).learner_class().load_policy(spec, weights)
     return layers_of(spec, {name: value.numpy() for name, value in weights.items()}, sorted(sensors)), policy
+
+
+def two_eyed_layers(units, kind="discrete"):
+    """Return AWS's largest network with its critic, drawn: five convolutions of two eyes, and so many units behind."""
+    chance = np.random.default_rng(3)
+
+    def drawn(*shape):
+        return chance.random(shape, np.float32) * 0.02 - 0.01
+
+    def network(outputs):
+        filters, kernels, strides = (32, 64, 64, 128, 128), (3,) * 5, (1, 2, 1, 2, 1)
+        channels = (2, *filters)
+        eye = tuple(
+            Convolution(drawn(kernel, kernel, channels[number], filters[number]), drawn(filters[number]), stride)
+            for number, (kernel, stride) in enumerate(zip(kernels, strides, strict=True))
+        )
+        dense = DenseLayer(drawn(25 * 35 * 128, units), drawn(units))
+        return NetworkLayers((SensorLayers(STEREO, (120, 160, 2), eye),), (dense,),
+                             DenseLayer(drawn(units, outputs), drawn(outputs)))  # fmt: skip
+
+    return PolicyLayers(kind, network(5), None, None, network(1))
 
 
 def moments(sensors=(CAMERA_NAME,), network="tiny", count=4, seed=2):

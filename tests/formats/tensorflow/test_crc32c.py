@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from racecraft.formats import mapped_file
 from racecraft.formats.tensorflow import crc32c
 
 
@@ -18,6 +19,6 @@ def bit_by_bit(data):
 @pytest.mark.parametrize("piece", [70_000, 65_536, 2**24])
 @pytest.mark.parametrize("size", [0, 1, 4096 * 15, 4096 * 16 + 3, 150_001])
 def test_lanes_and_pieces_change_nothing(monkeypatch, piece, size):
-    monkeypatch.setattr(crc32c, "PIECE_BYTES", piece)
+    monkeypatch.setattr(mapped_file, "PIECE_BYTES", piece)
     data = np.random.default_rng(size).bytes(size)
     assert crc32c.crc32c(data) == bit_by_bit(data)

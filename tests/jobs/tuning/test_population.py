@@ -178,7 +178,8 @@ def test_a_round_has_an_end_and_weights_keep_their_shape():
 def test_a_command_is_trained_as_a_population(home, tmp_path, monkeypatch):  # noqa: F811
     monkeypatch.chdir(tmp_path)
     asked = ["tune", "--sampler", "pbt", "--population", "2", "--rounds", "2", "--parallel", "2"]
-    words = ["gym", "train", "CartPole-v1", "--stop", "iterations=2", "--set", "evaluation.every=1"]
+    words = ["gym", "train", "CartPole-v1", "--no-pictures", "--stop", "iterations=2", "--set", "evaluation.every=1"]
+    words += ["--set", "evaluation.episodes=2", "--set", "rollout.horizon=16"]
     done = CliRunner().invoke(app, [*asked, "--param", "ppo.learning_rate=1e-4..1e-2:log", "--json", *words])
     assert done.exit_code == 0, done.output
     told = json.loads(done.stdout.splitlines()[-1])
@@ -218,7 +219,8 @@ def test_options_of_the_other_kind_are_refused(home, tmp_path, monkeypatch, word
 
 
 def test_from_python_populations_and_searches_are_begun_and_gone_on_with(home, tmp_path):  # noqa: F811
-    words = "gym train CartPole-v1 --stop iterations=1 --set evaluation.every=1 --set evaluation.episodes=1"
+    words = "gym train CartPole-v1 --no-pictures --stop iterations=1 --set evaluation.every=1"
+    words += " --set evaluation.episodes=1 --set rollout.horizon=16"
     ranges = {"ppo.learning_rate": "1e-4..1e-2:log"}
     asked = {"population": 2, "rounds": 2, "parallel": 2, "quiet": True}
     record = rc.train_population(words, ranges, tmp_path / "population", **asked)

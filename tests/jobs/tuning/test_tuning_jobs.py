@@ -21,7 +21,9 @@ asked = asked.parse_args()
 for step in range(3):
     print("episode_reward_mean:", step + asked.layers - abs(asked.lr - 0.5))
 """
-TINY = ("--stop", "iterations=2", "--set", "evaluation.every=1", "--set", "evaluation.episodes=1")
+TINY = ("--no-pictures", "--stop", "iterations=2", "--set", "evaluation.every=1", "--set", "evaluation.episodes=1") + (
+    "--set", "rollout.horizon=16",
+)  # fmt: skip
 
 
 def test_a_command_is_tuned_and_its_best_is_told(home, tmp_path, monkeypatch):  # noqa: F811

@@ -1,12 +1,14 @@
-"""An archive of a gigabyte is taken in within a stated memory and time, by the command that a user types."""
+"""A large archive is taken in within a stated memory and time, by the command that a user types."""
 
 import subprocess
 import sys
 import tarfile
 
 import pytest
-from tests.formats.tensorflow.policies import layers_for, write_listed
+from tests.formats.tensorflow.policies import layers_for, two_eyed_layers, write_listed
 
+from racecraft.envs.deepracer.sensors import STEREO
+from racecraft.envs.deepracer.world import CAMERA_NAME
 from racecraft.formats.aws.policy_graph import graph_of
 from racecraft.formats.aws.policy_weights import arrays_of
 from racecraft.formats.checkpoint import Checkpoints
@@ -14,11 +16,10 @@ from racecraft.formats.tensorflow.checkpoint import write_checkpoint
 from racecraft.formats.tensorflow.graph import write_graph, write_meta_graph
 
 GIGABYTE = 10**9
-STATES = 16
-MOST_EXTRA_BYTES = 200 * 10**6
+MOST_BYTES = 200 * 10**6
+"""Resident at the peak, Python and all that is imported included."""
 MOST_SECONDS = 60.0
 """Of processor time, which a busy machine does not stretch."""
-IMPORTS_ONLY = "import racecraft.cli.app, racecraft.players.deepracer.foreign_model"
 
 
 LAUNCHER = """
@@ -40,40 +41,63 @@ def spent(*words):
     return int(peak) * (1 if sys.platform == "darwin" else 1024), float(seconds)
 
 
-@pytest.fixture
-def archive(tmp_path):
-    """A gigabyte, packed: sixteen states of AWS's shallow network, each as a checkpoint and as a frozen graph."""
-    layers, _ = layers_for("discrete", "shallow")
-    write_checkpoint(tmp_path / "one.ckpt", arrays_of(layers))
-    (tmp_path / "one.ckpt.meta").write_bytes(write_meta_graph(graph_of(layers)))
-    (tmp_path / "model.pb").write_bytes(write_graph(graph_of(layers)))
-    write_listed(tmp_path / "model_metadata.json")
-    path = tmp_path / "model.tar.gz"
-    with tarfile.open(path, "w:gz", compresslevel=1) as packed:
-        packed.add(tmp_path / "model_metadata.json", "mine/model/model_metadata.json")
-        for number in range(STATES):
+def packed(folder, layers, sensors, states, mode="w:gz"):
+    """Return an archive of a model with so many states, each as a checkpoint and as a frozen graph."""
+    write_checkpoint(folder / "one.ckpt", arrays_of(layers))
+    (folder / "one.ckpt.meta").write_bytes(write_meta_graph(graph_of(layers)))
+    (folder / "model.pb").write_bytes(write_graph(graph_of(layers)))
+    write_listed(folder / "model_metadata.json", sensors=sensors)
+    path = folder / "model.tar.gz"
+    with tarfile.open(path, mode, **({"compresslevel": 1} if mode == "w:gz" else {})) as archive:
+        archive.add(folder / "model_metadata.json", "mine/model/model_metadata.json")
+        for number in range(states):
             for end in (".index", ".data-00000-of-00001", ".meta"):
-                packed.add(tmp_path / f"one.ckpt{end}", f"mine/model/{number}_Step-{number * 100}.ckpt{end}")
-            packed.add(tmp_path / "model.pb", f"mine/model/model_{number}.pb")
-    assert path.stat().st_size > GIGABYTE
+                archive.add(folder / f"one.ckpt{end}", f"mine/model/{number}_Step-{number * 100}.ckpt{end}")
+            archive.add(folder / "model.pb", f"mine/model/model_{number}.pb")
     return path
 
 
+def test_a_large_network_is_imported_without_being_in_memory_as_a_whole(tmp_path):
+    """Its policy and its critic are 43 MB each."""
+    archive = packed(tmp_path, two_eyed_layers(96), (STEREO,), states=1, mode="w:")
+    peak, _ = spent("-m", "racecraft", "import", str(archive), str(tmp_path / "run"))
+    assert len(Checkpoints(tmp_path / "run" / "checkpoints").entries()) == 1
+    assert peak < MOST_BYTES
+
+
 @pytest.mark.long
-def test_a_gigabyte_is_imported_within_its_memory_and_time(archive, tmp_path):
-    base, _ = spent("-c", IMPORTS_ONLY)
+@pytest.mark.parametrize(("network", "states"), [("shallow", 16), ("two eyes", 2)])
+def test_a_gigabyte_is_imported_within_its_memory_and_time(network, states, tmp_path):
+    """Of AWS's usual network, 94 MB a state; and of its largest, 691 MB a state."""
+    if network == "shallow":
+        archive = packed(tmp_path, layers_for("discrete", "shallow")[0], (CAMERA_NAME,), states)
+    else:
+        archive = packed(tmp_path, two_eyed_layers(512), (STEREO,), states)
+    assert archive.stat().st_size > GIGABYTE
     peak, seconds = spent("-m", "racecraft", "import", str(archive), str(tmp_path / "run"))
-    print(f"{archive.stat().st_size / 1e6:.0f} MB: base {base / 1e6:.0f} MB, peak {peak / 1e6:.0f} MB, {seconds:.1f} s")
-    assert len(Checkpoints(tmp_path / "run" / "checkpoints").entries()) == STATES
-    assert peak - base < MOST_EXTRA_BYTES
+    print(f"{network}: {archive.stat().st_size / 1e6:.0f} MB, peak {peak / 1e6:.0f} MB, {seconds:.1f} s")
+    assert len(Checkpoints(tmp_path / "run" / "checkpoints").entries()) == states
+    assert peak < MOST_BYTES
     assert seconds < MOST_SECONDS
 
 
-def test_an_import_needs_no_torch(tmp_path):
+@pytest.mark.long
+def test_a_lone_graph_of_the_largest_network_gets_its_critic_within_the_memory(tmp_path):
+    (tmp_path / "model.pb").write_bytes(write_graph(graph_of(two_eyed_layers(512))))
+    write_listed(tmp_path / "model_metadata.json", sensors=(STEREO,))
+    peak, _ = spent("-m", "racecraft", "import", str(tmp_path / "model.pb"), str(tmp_path / "run"))
+    assert peak < MOST_BYTES
+
+
+@pytest.mark.parametrize("kind", ["checkpoint", "lone graph"])
+def test_an_import_needs_no_torch(kind, tmp_path):
     """torch alone is two hundred megabytes."""
     layers, _ = layers_for("discrete", "tiny")
-    write_checkpoint(tmp_path / "1_Step-1.ckpt", arrays_of(layers))
-    (tmp_path / "1_Step-1.ckpt.meta").write_bytes(write_meta_graph(graph_of(layers)))
+    if kind == "checkpoint":
+        write_checkpoint(tmp_path / "1_Step-1.ckpt", arrays_of(layers))
+        (tmp_path / "1_Step-1.ckpt.meta").write_bytes(write_meta_graph(graph_of(layers)))
+    else:
+        (tmp_path / "model.pb").write_bytes(write_graph(graph_of(layers)))
     write_listed(tmp_path / "model_metadata.json")
     asked = (
         "import sys; from racecraft.players.deepracer.foreign_model import import_model; "

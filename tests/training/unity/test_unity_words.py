@@ -65,7 +65,7 @@ def test_what_was_typed_reaches_the_players_and_is_remembered(run):
 def test_words_that_follow_env_args_are_the_players_own(monkeypatch):
     heard = []
 
-    def hear(request, watching, tell):
+    def hear(request, watching, tell, spread):
         heard.append(request)
         raise typer.Exit
 

@@ -2,57 +2,76 @@
 
 from __future__ import annotations
 
-import sys
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from racecraft.cli.battlesnake.options import JSON
-from racecraft.cli.buckets.training import MirrorAt
-from racecraft.cli.metrics_beside import MetricsPort, measured
-from racecraft.cli.options import DEFAULT, AlgorithmName, Cluster, Detach, From, Overrides, Resume, asked
-from racecraft.cli.resuming import refuse_changes
+from racecraft.cli.option_groups import option_names, takes_groups
+from racecraft.cli.options import Cluster
+from racecraft.cli.training import Left, Road, TrainingOptions
 
 if TYPE_CHECKING:
     from racecraft.envs.battlesnake.settings import GameSettings
+    from racecraft.training.battlesnake.trainer import SnakeRequest
+    from racecraft.training.trainer import Trained
 
-UNCHANGEABLE = ("width", "height", "size", "snakes", "ruleset", "map_", "seed", "algorithm", "set_", "from_", "anchors")
 
+@dataclass(frozen=True)
+class GameOptions:
+    """Which game is learned, and against whom besides itself."""
 
-def train(
-    context: typer.Context,
-    size: Annotated[int, typer.Option(help="Side of the board, in squares.")] = 11,
+    size: Annotated[int, typer.Option(help="Side of the board, in squares.")] = 11
     width: Annotated[
         int | None, typer.Option("--width", "-W", help="Squares from left to right, where it is not --size.")
-    ] = None,
+    ] = None
     height: Annotated[
         int | None, typer.Option("--height", "-H", help="Squares from bottom to top, where it is not --size.")
-    ] = None,
-    snakes: Annotated[int, typer.Option(help="Snakes at a board.")] = 4,
+    ] = None
+    snakes: Annotated[int, typer.Option(help="Snakes at a board.")] = 4
     ruleset: Annotated[str, typer.Option("--ruleset", "-g", help="standard, royale, constrictor, wrapped, …")] = (
         "standard"
-    ),
-    map_: Annotated[str, typer.Option("--map", "-m", help="standard, empty, royale, arcade_maze, …")] = "standard",
-    stop: Annotated[
-        list[str] | None,
-        typer.Option(help="rating=1900, minutes=10, iterations=50, steps=200000; may be repeated."),
-    ] = None,
-    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/snakes-N.")] = None,
-    seed: Annotated[int, typer.Option(help="Same seed, same machine, same training.")] = 1,
+    )
+    map_: Annotated[str, typer.Option("--map", "-m", help="standard, empty, royale, arcade_maze, …")] = "standard"
     anchors: Annotated[
         list[str] | None,
         typer.Option(help="A foreign snake to learn against: URL of a server, RUN, FILE.py or name; may be repeated."),
-    ] = None,
-    algorithm: AlgorithmName = DEFAULT,
-    set_: Overrides = None,
-    from_: From = None,
-    resume: Resume = False,
-    detach: Detach = False,
+    ] = None
+
+    def settings(self) -> GameSettings:
+        """Return the game.
+
+        Raises:
+            SettingError: There is none like it.
+        """
+        from racecraft.envs.battlesnake.settings import GameSettings
+
+        return GameSettings(self.width or self.size, self.height or self.size, self.snakes, self.ruleset, self.map_)
+
+    def overrides(self) -> list[str]:
+        """Return what --anchors comes to as settings."""
+        return [f"selfplay.foreign={','.join(self.anchors)}"] if self.anchors else []
+
+
+@dataclass(frozen=True)
+class SnakeTraining(TrainingOptions):
+    """What a training of snakes is asked."""
+
+    stop: Annotated[
+        list[str] | None,
+        typer.Option(help="rating=1900, minutes=10, iterations=50, steps=200000; may be repeated."),
+    ] = None
+    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/snakes-N.")] = None
+
+
+@takes_groups
+def train(
+    context: typer.Context,
+    *,
+    game: GameOptions,
+    options: SnakeTraining,
     cluster: Cluster = None,
-    mirror: MirrorAt = None,
-    metrics_port: MetricsPort = None,
-    json: JSON = False,
 ) -> None:
     """Train a snake by self-play; its rating against the built-in players is shown as it learns.
 
@@ -66,44 +85,24 @@ def train(
 
         racecraft snakes train --run runs/snakes-1 --resume --stop minutes=20
     """
-    from racecraft.cli.buckets.training import fetch_run, mirrored, place_of_mirror
-    from racecraft.cli.jobs.detaching import detach_training
-    from racecraft.cli.output import print_json, say
-    from racecraft.cli.runs.report import leave_report
-    from racecraft.cluster.spreading import spread_over
+
+    def request() -> SnakeRequest:
+        from racecraft.training.battlesnake.trainer import SnakeRequest
+
+        played = game.settings()
+        told = replace(options, set_=[*(options.set_ or ()), *game.overrides()])
+        return SnakeRequest(played, **told.asked(options.source()))
+
+    road = Road("battlesnake", "runs/snakes-1", option_names(GameOptions), model="snakes", cluster=cluster)
+    road.train(context, options, request, _tell_trained)
+
+
+def _tell_trained(trained: Trained, left: Left) -> None:
     from racecraft.envs.battlesnake.settings import GameSettings
-    from racecraft.training.battlesnake.trainer import SnakeRequest
-    from racecraft.training.progress import watcher
-    from racecraft.training.worlds import resume as resume_run
-    from racecraft.training.worlds import train as train_world
 
-    def tell(text: str) -> None:
-        say(text, quiet_stdout=json)
-
-    spread = spread_over(cluster)
-    begun = refuse_changes(context, run, UNCHANGEABLE, "runs/snakes-1") if resume else None
-    place, request = place_of_mirror(mirror, None, begun, tell), None
-    if begun is None:
-        game = GameSettings(width or size, height or size, snakes, ruleset, map_)
-        foreign = [f"selfplay.foreign={','.join(anchors)}"] if anchors else []
-        source = None if from_ is None else fetch_run(from_, tell)
-        request = SnakeRequest(game, **asked(algorithm, stop, run, seed, [*(set_ or ()), *foreign], source))
-    shown = watcher(sys.stderr if json else sys.stdout)
-    watching = measured(shown, metrics_port, run.name if run is not None else "snakes", tell, detach)
-    if detach:
-        return detach_training(context, run, request, json)
-    with mirrored(watching, place, tell, begun) as mirroring:
-        if begun is not None:
-            trained = resume_run(begun, tuple(stop or ()), mirroring, tell, "battlesnake", spread)
-        else:
-            assert request is not None
-            trained = train_world(request, mirroring, tell, spread)
-        summary, files = trained.summary(), leave_report(trained.run.path, tell)
-    if json:
-        print_json({**summary, **files})
-        return
-    judged, folder = summary["evaluation"], trained.run.path
-    print(f"{summary['env_steps']:,} steps; run: {folder}")
+    summary, run = trained.summary(), trained.run.path
+    judged = summary["evaluation"]
+    print(f"{summary['env_steps']:,} steps; run: {run}")
     if judged is None:
         print("stopped before its first evaluation")
         return
@@ -111,7 +110,7 @@ def train(
     for name, told in judged["against"].items():
         print(f"  {told['won']:3} of {told['games']} against {name}")
     same = _same_game(GameSettings(**summary["game"]))
-    print(f"next: racecraft snakes play --url {folder} --url flood_fill --view{same}")
+    print(f"next: racecraft snakes play --url {run} --url flood_fill --view{same}")
 
 
 def _same_game(game: GameSettings) -> str:

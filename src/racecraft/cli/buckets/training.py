@@ -38,6 +38,7 @@ def fetch_run(named: str, tell: Tell, folder: Path | None = None) -> str:
     Raises:
         UserInputError: The address is none, or nothing comes from there.
     """
+    from racecraft.formats.checkpoint_ranking import split_source
     from racecraft.formats.run_folder import FOLDERS, JOB
     from racecraft.formats.whole import make_folder
     from racecraft.storage.address import Address, is_address
@@ -46,14 +47,14 @@ def fetch_run(named: str, tell: Tell, folder: Path | None = None) -> str:
     named = "s3://" + named.removeprefix("s3:/") if named.startswith("s3:/") and not is_address(named) else named
     if not is_address(named):
         return named
-    text, which = _split(named)
+    text, which = split_source(named)
     address = Address.parse(text)
     target = SHELF / address.bucket / address.prefix
     tell(f"fetching {address} into {target}")
     pull(open_store(reach(address, folder)), address, target, chosen=is_needed_to_drive)
     for name in FOLDERS if (target / JOB).is_file() else ():  # a bucket keeps no folder that holds nothing
         make_folder(target / name)
-    return f"{target}{which}"
+    return f"{target}:{which}" if text != named else str(target)
 
 
 def is_needed_to_drive(name: str) -> bool:
@@ -197,20 +198,6 @@ def _require_room(store: ObjectStore, place: Place, run: Path | None, tell: Tell
             f"{place.address}: holds {len(found)} objects already; expected a free prefix for this run. Give another "
             "one (DR_LOCAL_S3_MODEL_PREFIX, --mirror)."
         )
-
-
-def _split(named: str) -> tuple[str, str]:
-    """Return an address and what names the checkpoint, with its colon.
-
-    >>> _split("s3://models/fast-car-1:best"), _split("s3://models/fast-car-1")
-    (('s3://models/fast-car-1', ':best'), ('s3://models/fast-car-1', ''))
-    """
-    from racecraft.formats.checkpoint_ranking import is_checkpoint_name
-
-    text, colon, which = named.rpartition(":")
-    if colon and is_checkpoint_name(which):
-        return text, f":{which}"
-    return named, ""
 
 
 class _MirrorCallback:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from racecraft.cli.deepracer.film_options import FilmOptions
-from racecraft.cli.deepracer.robustness import TRIES, DisturbedDrive
+from racecraft.cli.deepracer.film_options import FILM, FilmOptions
+from racecraft.cli.deepracer.judged_race import RaceOptions, print_race, race_asked, race_car
+from racecraft.cli.deepracer.robustness import DisturbedDrive
+from racecraft.cli.option_groups import flags, takes_groups
 
 if TYPE_CHECKING:
     from racecraft.analysis.deepracer.films.film import FilmStyle
@@ -18,13 +20,12 @@ if TYPE_CHECKING:
     from racecraft.reporting.gallery import Drive
     from racecraft.tracks.track import Track
 
-A_RACE, DISTURBED, FILM = "A judged race", "Under disturbances", "Film and picture"
-"""How --help groups the options."""
 MAX_LAPS = 1000
 LAPS, STARTS, CHECKPOINT = 3, 5, "best"
 """Where neither the command nor the run's run.env says."""
 
 
+@takes_groups
 def evaluate(
     run: Annotated[
         Path,
@@ -33,6 +34,7 @@ def evaluate(
             "model of AWS's, imported first."
         ),
     ],
+    *,
     checkpoint: Annotated[
         str | None,
         typer.Option(
@@ -59,119 +61,12 @@ def evaluate(
             f"several tracks: on each, from so many starts round it, by default {STARTS}.",
         ),
     ] = None,
-    number_of_trials: Annotated[
-        int | None,
-        typer.Option(
-            help="Judge a race of so many trials, with resets and penalties (DR_EVAL_NUMBER_OF_TRIALS).",
-            rich_help_panel=A_RACE,
-        ),
-    ] = None,
-    is_continuous: Annotated[
-        bool | None,
-        typer.Option(
-            "--is-continuous/--no-is-continuous",
-            help="Of a race: trials are laps of one drive, as usual, or each begins at rest (DR_EVAL_IS_CONTINUOUS).",
-            rich_help_panel=A_RACE,
-        ),
-    ] = None,
-    max_resets: Annotated[
-        int | None,
-        typer.Option(
-            help="Of a race: how often the car is set back, 100 where nobody says (DR_EVAL_MAX_RESETS).",
-            rich_help_panel=A_RACE,
-        ),
-    ] = None,
-    off_track_penalty: Annotated[
-        float | None,
-        typer.Option(
-            help="Of a race: seconds it waits then, 5 where nobody says (DR_EVAL_OFF_TRACK_PENALTY).",
-            rich_help_panel=A_RACE,
-        ),
-    ] = None,
-    collision_penalty: Annotated[
-        float | None,
-        typer.Option(
-            help="Of a race: seconds it waits after hitting an object, 5 (DR_EVAL_COLLISION_PENALTY).",
-            rich_help_panel=A_RACE,
-        ),
-    ] = None,
-    reset_behind_dist: Annotated[
-        float | None,
-        typer.Option(
-            help="Of a race: metres behind an object that it is set down, 1 (DR_EVAL_RESET_BEHIND_DIST).",
-            rich_help_panel=A_RACE,
-        ),
-    ] = None,
-    reverse_direction: Annotated[
-        bool | None,
-        typer.Option(
-            "--reverse-direction/--no-reverse-direction",
-            help="Of a race: its direction, by default as it was trained (DR_EVAL_REVERSE_DIRECTION).",
-            rich_help_panel=A_RACE,
-        ),
-    ] = None,
-    under: Annotated[
-        str | None,
-        typer.Option(
-            help="Judge it under variation of a level: aws, light or strong; one episode from every start.",
-            rich_help_panel=DISTURBED,
-        ),
-    ] = None,
-    each: Annotated[
-        bool,
-        typer.Option(
-            "--each", help="Under each of the level's disturbances by itself as well.", rich_help_panel=DISTURBED
-        ),
-    ] = False,
-    only: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Under this disturbance by itself, such as glare; may be repeated.", rich_help_panel=DISTURBED
-        ),
-    ] = None,
-    tries: Annotated[
-        int | None,
-        typer.Option(
-            min=2,
-            max=MAX_LAPS,
-            help=f"Starts for each of them, spread over the lap; {TRIES} by default.",
-            rich_help_panel=DISTURBED,
-        ),
-    ] = None,
+    race: RaceOptions,
+    disturbed: DisturbedDrive,
     episodes: Annotated[
         int | None, typer.Option(min=1, help="Of another run than a car's: how many count; of a snake: games.")
     ] = None,
-    video: Annotated[Path | None, typer.Option(help="Film the drive into this MP4 file.", rich_help_panel=FILM)] = None,
-    view: Annotated[
-        str | None,
-        typer.Option(
-            help="Camera of the film: dashboard (the car's own view and a panel of figures; where nobody says), car, "
-            "chase, top, or pip (chase with top in its corner).",
-            rich_help_panel=FILM,
-        ),
-    ] = None,
-    size: Annotated[
-        str | None,
-        typer.Option(
-            help="Of the film, in any view but dashboard: 480p, 540p, 720p (where nobody says) or 1080p.",
-            rich_help_panel=FILM,
-        ),
-    ] = None,
-    fps: Annotated[
-        int | None,
-        typer.Option(
-            help="Its pictures a second, in any view but dashboard: 15 to 60, 30 where nobody says.",
-            rich_help_panel=FILM,
-        ),
-    ] = None,
-    save_mp4: Annotated[
-        bool,
-        typer.Option(
-            "--save-mp4",
-            help="Film it with the original's three cameras into the run's mp4/ (DR_EVAL_SAVE_MP4).",
-            rich_help_panel=FILM,
-        ),
-    ] = False,
+    film: FilmOptions,
     picture: Annotated[
         Path | None,
         typer.Option(
@@ -204,60 +99,33 @@ def evaluate(
     """
     from racecraft.cli.buckets.training import fetch_run
     from racecraft.cli.deepracer.many_tracks import judge_and_tell, tracks_asked
+    from racecraft.cli.named_run import named_run
     from racecraft.cli.output import say
     from racecraft.cli.runs.judge import judge, refuse_words
     from racecraft.formats.run_folder import RunFolder
     from racecraft.players.deepracer.trained_car import KIND
 
-    race = {
-        "number_of_trials": number_of_trials,
-        "is_continuous": is_continuous,
-        "max_resets": max_resets,
-        "off_track_penalty": off_track_penalty,
-        "collision_penalty": collision_penalty,
-        "reset_behind_dist": reset_behind_dist,
-        "reverse_direction": reverse_direction,
-    }
-    film = FilmOptions(video, view, size, fps, save_mp4)
     film.check()
-    disturbed = DisturbedDrive(under, each, tuple(only or ()), tries)
-    of_drives = {**film.given(), **{f"--{name.replace('_', '-')}": race[name] for name in race}}
+    of_drives = {**flags(film), **flags(race)}
     disturbed.check({"--laps": laps, **of_drives})
-    path, checkpoint = _named(fetch_run(str(run), lambda text: say(text, quiet_stdout=json)), checkpoint)
+    path, checkpoint = named_run(fetch_run(str(run), lambda text: say(text, quiet_stdout=json)), checkpoint)
     run = _imported(path, json)
     kind = RunFolder.open(run).read_job().get("kind")
     if kind == KIND:
         refuse_words(KIND, {"--episodes": episodes})
         if tracks is not None or len(track or ()) > 1:
-            of_one = {"--picture": picture, **of_drives, **disturbed.given()}
+            of_one = {"--picture": picture, **of_drives, **flags(disturbed)}
             return judge_and_tell(run, checkpoint, tracks_asked(track, tracks, of_one), laps, json)
         only_track = track[0] if track else None
-        if disturbed.level is not None:
+        if disturbed.under is not None:
             disturbed.judge(run, checkpoint, only_track, picture, json)
         else:
             _judge_car(run, checkpoint, only_track, laps, race, film, picture, json)
         return
     of_cars = {"--track": track, "--tracks": tracks, "--laps": laps, "--picture": picture}
-    of_cars |= {**of_drives, **disturbed.given()}
+    of_cars |= {**of_drives, **flags(disturbed)}
     refuse_words(str(kind), of_cars)
     judge(run, checkpoint, episodes, json)
-
-
-def _named(source: str, checkpoint: str | None) -> tuple[Path, str | None]:
-    """Return the run of RUN[:best|last|N|laptime …] and the checkpoint, which --checkpoint may name instead.
-
-    Raises:
-        SettingError: Both name one.
-    """
-    from racecraft.contract.errors import SettingError
-    from racecraft.players.trained import split_source
-
-    path, which = split_source(source)
-    if path == source:
-        return Path(source), checkpoint
-    if checkpoint is not None:
-        raise SettingError(f"{source} and --checkpoint {checkpoint} were given; expected one of them to name it.")
-    return Path(path), which
 
 
 def _judge_car(
@@ -265,19 +133,18 @@ def _judge_car(
     checkpoint: str | None,
     track: str | None,
     laps: int | None,
-    race: Mapping[str, Any],
+    race: RaceOptions,
     film: FilmOptions,
     picture: Path | None,
     json: bool,
 ) -> None:
     """Let a car drive laps or a race, show it, and say what came of it."""
-    from racecraft.cli.deepracer.judged_race import race_asked, race_car
     from racecraft.contract.errors import SettingError
     from racecraft.formats.run_folder import RunFolder
     from racecraft.players.deepracer.trained_car import load_trained_car
     from racecraft.tracks.catalogue import load_track
 
-    typed = {name: value for name, value in race.items() if value is not None}
+    typed = race.typed()
     if typed and laps is not None:
         raise SettingError("--laps and a race's own options were given; expected one of them: --number-of-trials.")
     asked = RunFolder.open(run).read_job().get("evaluate", {})
@@ -319,7 +186,6 @@ def _show(drive: Drive, film: FilmOptions, style: FilmStyle | None, picture: Pat
 
 
 def _tell(run: Path, drive: Drive, stamp: str, files: Mapping[str, Path], json: bool) -> None:
-    from racecraft.cli.deepracer.judged_race import print_race
     from racecraft.cli.output import print_json
     from racecraft.evaluation.deepracer.laps import LapReport
 

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+import typer
 
 if TYPE_CHECKING:
     from racecraft.analysis.deepracer.films.film import FilmStyle
     from racecraft.players.deepracer.trained_car import TrainedCar
 
+FILM = "Film and picture"
+"""Where --help shows what leaves pictures."""
 DASHBOARD, FILM_SIZE, FILM_FPS = "dashboard", "720p", 30
 """Where nobody says."""
 
@@ -18,21 +22,36 @@ DASHBOARD, FILM_SIZE, FILM_FPS = "dashboard", "720p", 30
 class FilmOptions:
     """How the drive is filmed, as it was typed; None where nothing was."""
 
-    video: Path | None
-    view: str | None
-    size: str | None
-    fps: int | None
-    save_mp4: bool
+    PANEL: ClassVar[str] = FILM
+
+    video: Annotated[Path | None, typer.Option(help="Film the drive into this MP4 file.")] = None
+    view: Annotated[
+        str | None,
+        typer.Option(
+            help="Camera of the film: dashboard (the car's own view and a panel of figures; where nobody says), car, "
+            "chase, top, or pip (chase with top in its corner)."
+        ),
+    ] = None
+    size: Annotated[
+        str | None,
+        typer.Option(help="Of the film, in any view but dashboard: 480p, 540p, 720p (where nobody says) or 1080p."),
+    ] = None
+    fps: Annotated[
+        int | None,
+        typer.Option(help="Its pictures a second, in any view but dashboard: 15 to 60, 30 where nobody says."),
+    ] = None
+    save_mp4: Annotated[
+        bool,
+        typer.Option(
+            "--save-mp4",
+            help="Film it with the original's three cameras into the run's mp4/ (DR_EVAL_SAVE_MP4).",
+        ),
+    ] = False
 
     @property
     def from_outside(self) -> bool:
         """Whether a view other than the dashboard is asked for."""
         return self.view not in (None, DASHBOARD)
-
-    def given(self) -> dict[str, Any]:
-        """Return the options by name; None: not typed."""
-        typed = {"--video": self.video, "--view": self.view, "--size": self.size, "--fps": self.fps}
-        return typed | {"--save-mp4": self.save_mp4 or None}
 
     def check(self) -> None:
         """Refuse, before the drive and not after it, what no film can be or has a say in none.

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, dataclass, fields
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+import typer
 
 if TYPE_CHECKING:
     from racecraft.evaluation.deepracer.judged_race import JudgedRace, RaceRecord
@@ -12,9 +14,54 @@ if TYPE_CHECKING:
     from racecraft.reporting.gallery import Drive
     from racecraft.tracks.track import Track
 
-
 REVERSE = "reverse_direction"
 """The option of a race that is no rule: which way round."""
+
+
+@dataclass(frozen=True)
+class RaceOptions:
+    """How a race is judged, as it was typed; None where nothing was. Named like the variables of run.env."""
+
+    PANEL: ClassVar[str] = "A judged race"
+
+    number_of_trials: Annotated[
+        int | None,
+        typer.Option(help="Judge a race of so many trials, with resets and penalties (DR_EVAL_NUMBER_OF_TRIALS)."),
+    ] = None
+    is_continuous: Annotated[
+        bool | None,
+        typer.Option(
+            "--is-continuous/--no-is-continuous",
+            help="Of a race: trials are laps of one drive, as usual, or each begins at rest (DR_EVAL_IS_CONTINUOUS).",
+        ),
+    ] = None
+    max_resets: Annotated[
+        int | None,
+        typer.Option(help="Of a race: how often the car is set back, 100 where nobody says (DR_EVAL_MAX_RESETS)."),
+    ] = None
+    off_track_penalty: Annotated[
+        float | None,
+        typer.Option(help="Of a race: seconds it waits then, 5 where nobody says (DR_EVAL_OFF_TRACK_PENALTY)."),
+    ] = None
+    collision_penalty: Annotated[
+        float | None,
+        typer.Option(help="Of a race: seconds it waits after hitting an object, 5 (DR_EVAL_COLLISION_PENALTY)."),
+    ] = None
+    reset_behind_dist: Annotated[
+        float | None,
+        typer.Option(help="Of a race: metres behind an object that it is set down, 1 (DR_EVAL_RESET_BEHIND_DIST)."),
+    ] = None
+    reverse_direction: Annotated[
+        bool | None,
+        typer.Option(
+            "--reverse-direction/--no-reverse-direction",
+            help="Of a race: its direction, by default as it was trained (DR_EVAL_REVERSE_DIRECTION).",
+        ),
+    ] = None
+
+    def typed(self) -> dict[str, Any]:
+        """Return what was typed, by name."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 def race_asked(typed: Mapping[str, Any], kept: Mapping[str, Any]) -> tuple[JudgedRace | None, bool | None]:

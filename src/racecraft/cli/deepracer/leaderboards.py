@@ -58,8 +58,8 @@ def _driven(run: str, track: str | None, laps: int, json: bool) -> tuple[str, La
     """Return the name of the track, as the archive has it, what the run drove on it, and the kind of race."""
     from racecraft.cli.output import say
     from racecraft.evaluation.deepracer.laps import judge_laps
+    from racecraft.formats.checkpoint_ranking import split_source
     from racecraft.players.deepracer.trained_car import load_trained_car
-    from racecraft.players.trained import split_source
     from racecraft.tracks.catalogue import load_track
 
     folder, which = split_source(run)

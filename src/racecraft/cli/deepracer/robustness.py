@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
-TRIES = 20
+import typer
+
+from racecraft.cli.option_groups import flags
+
+TRIES, MAX_TRIES = 20, 1000
 CHECKPOINT = "best"
 """Where nobody says."""
 
@@ -16,15 +20,23 @@ CHECKPOINT = "best"
 class DisturbedDrive:
     """How a car is judged under disturbances, as it was typed."""
 
-    level: str | None
-    """None: it is not."""
-    each: bool
-    only: tuple[str, ...]
-    tries: int | None
+    PANEL: ClassVar[str] = "Under disturbances"
 
-    def given(self) -> dict[str, Any]:
-        """Return the options by name; None: not typed."""
-        return {"--under": self.level, "--each": self.each or None, "--only": self.only or None, "--tries": self.tries}
+    under: Annotated[
+        str | None,
+        typer.Option(help="Judge it under variation of a level: aws, light or strong; one episode from every start."),
+    ] = None
+    each: Annotated[bool, typer.Option("--each", help="Under each of the level's disturbances by itself as well.")] = (
+        False
+    )
+    only: Annotated[
+        list[str] | None,
+        typer.Option(help="Under this disturbance by itself, such as glare; may be repeated."),
+    ] = None
+    tries: Annotated[
+        int | None,
+        typer.Option(min=2, max=MAX_TRIES, help=f"Starts for each of them, spread over the lap; {TRIES} by default."),
+    ] = None
 
     def check(self, others: Mapping[str, Any]) -> None:
         """Refuse, before the drive, levels and disturbances that are none, and options that could do nothing.
@@ -38,14 +50,14 @@ class DisturbedDrive:
         from racecraft.contract.errors import SettingError
         from racecraft.envs.deepracer.variation import LEVELS, checked_disturbance, checked_level
 
-        if self.level is None:
-            idle = [name for name, value in self.given().items() if value is not None]
+        if self.under is None:
+            idle = [name for name, value in flags(self).items() if value is not None]
             if idle:
                 levels = " or ".join(name for name in LEVELS if name != "off")
                 raise SettingError(f"{idle[0]} says how to judge under a level; expected --under too: {levels}.")
             return
-        checked_level(self.level)
-        for name in self.only:
+        checked_level(self.under)
+        for name in self.only or ():
             checked_disturbance(name)
         foreign = [name for name, value in others.items() if value is not None]
         if foreign:
@@ -66,28 +78,28 @@ class DisturbedDrive:
         from racecraft.players.deepracer.trained_car import load_trained_car
         from racecraft.tracks.catalogue import load_track
 
-        assert self.level is not None
+        assert self.under is not None
         asked = RunFolder.open(run).read_job().get("evaluate", {})
         car = load_trained_car(run, checkpoint or asked.get("checkpoint", CHECKPOINT))
         circuit = load_track(track) if track else car.trained_on
         tries = self.tries or TRIES
-        bars = []
-        for bar in judge_under(car, circuit, self.level, names_asked(car, self.level, self.each, self.only), tries):
+        bars, only = [], tuple(self.only or ())
+        for bar in judge_under(car, circuit, self.under, names_asked(car, self.under, self.each, only), tries):
             say(f"{bar.name}: {bar.report.full_laps} of {tries} laps", quiet_stdout=True)
             bars.append(bar)
-        report = RobustnessReport(self.level, tuple(bars)).as_dictionary()
+        report = RobustnessReport(self.under, tuple(bars)).as_dictionary()
         make_folder(car.run.evaluations)
-        stem = f"{circuit.name}-{car.checkpoint.iteration}-under-{self.level}"
+        stem = f"{circuit.name}-{car.checkpoint.iteration}-under-{self.under}"
         picture, figures = picture or car.run.evaluations / f"{stem}.png", car.run.evaluations / f"{stem}.json"
         place = f"checkpoint {car.checkpoint.iteration}, on {circuit.title or circuit.name}"
         note = f"{car.run.path.name}, {place}, {tries} starts a bar"
-        draw_robustness(report["bars"], f"What survives of the lap: variation {self.level}", picture, note)
+        draw_robustness(report["bars"], f"What survives of the lap: variation {self.under}", picture, note)
         facts = {"run": str(run), "checkpoint": car.checkpoint.iteration, "track": circuit.name, **report}
         write_whole(figures, dumps(facts, indent=2) + "\n")
         if json:
             print_json({**facts, "picture": str(picture), "figures": str(figures)})
             return
-        print(f"{run}, {place}, under {self.level}:")
+        print(f"{run}, {place}, under {self.under}:")
         _print_bars(report["bars"])
         print(f"picture: {picture}")
         print(f"figures: {figures}")

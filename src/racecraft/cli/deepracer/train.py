@@ -2,113 +2,143 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import typer
 
-from racecraft.cli.buckets.training import MirrorAt
-from racecraft.cli.metrics_beside import MetricsPort, measured
-from racecraft.cli.options import DEFAULT, AlgorithmName, Cluster, Detach, From, Json, Overrides, Resume, asked
-from racecraft.cli.resuming import refuse_changes
+from racecraft.cli.option_groups import option_names, takes_groups
+from racecraft.cli.options import Cluster
+from racecraft.cli.training import Left, Road, TrainingOptions
 from racecraft.contract.errors import SettingError
 
 if TYPE_CHECKING:
+    from racecraft.training.callbacks import TrainingCallback
+    from racecraft.training.deepracer.plan import RaceRequest
     from racecraft.training.trainer import Trained
 
-TRACKS, CARS = "Tracks and groups", "The car and whom it races"
-"""How --help groups the options."""
-STOP_HELP = "laps, minutes=10, iterations=50, steps=200000; may be repeated; the first that holds ends it."
-UNCHANGEABLE = (
-    "folder", "track", "tracks", "group", "groups", "hold_out", "car", "preset", "fidelity", "seed", "algorithm",
-    "set_", "from_", "against",
-)  # fmt: skip
+
+@dataclass(frozen=True)
+class TrackOptions:
+    """Where the cars drive, in training and beside it."""
+
+    PANEL: ClassVar[str] = "Tracks and groups"
+
+    track: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A name from `racecraft tracks list`, or a waypoint file (.npy); by default reinvent_base. "
+            "Several: one model learns them together."
+        ),
+    ] = None
+    tracks: Annotated[
+        str | None, typer.Option(help="The same as a comma list; all: every circuit of the catalogue.")
+    ] = None
+    group: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Cars that race otherwise: 'track=Oval_track race=OBJECT_AVOIDANCE boxes.number=3 direction=both "
+            "cars=8'; may be repeated. One without track= races on every --track."
+        ),
+    ] = None
+    groups: Annotated[Path | None, typer.Option(help="A JSON file: a list of such groups, by word.")] = None
+    hold_out: Annotated[
+        list[str] | None,
+        typer.Option(help="A track, or a comma list, that is never trained on and judged at every evaluation."),
+    ] = None
+
+    @cached_property
+    def shares(self) -> tuple[str, ...]:
+        """The groups of --groups and of every --group, read once."""
+        from racecraft.training.deepracer.groups import read_groups
+
+        return (*(read_groups(self.groups) if self.groups else ()), *(self.group or ()))
+
+    def one_or_several(self) -> tuple[str | None, tuple[str, ...]]:
+        """Return the only track that --track names, or all that it and --tracks name.
+
+        Raises:
+            SettingError: Both were given.
+        """
+        if self.track and self.tracks is not None:
+            raise SettingError("--track and --tracks were given; expected all names after one of them.")
+        if self.track and len(self.track) == 1:
+            return self.track[0], ()
+        return None, tuple(self.track or ()) if self.tracks is None else (self.tracks,)
 
 
+@dataclass(frozen=True)
+class CarOptions:
+    """What drives, how it learns, and whom it races."""
+
+    PANEL: ClassVar[str] = "The car and whom it races"
+
+    car: Annotated[
+        str | None,
+        typer.Option(help="v4, v5-classic, v6 or kinematic; by default what the metadata's version asks for."),
+    ] = None
+    preset: Annotated[
+        str, typer.Option(help="fast: the learner and network that lap soonest; aws: those of AWS, figure by figure.")
+    ] = "fast"
+    fidelity: Annotated[
+        str | None,
+        typer.Option(help="sane, or aws with the original's habits; by default what goes with the preset."),
+    ] = None
+    against: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Race others: self (past selves), RUN[:best|last|N], a model of AWS's, or a folder of runs; may be "
+            "repeated."
+        ),
+    ] = None
+
+
+@dataclass(frozen=True)
+class CarTraining(TrainingOptions):
+    """What a training of cars is asked."""
+
+    stop: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="laps, minutes=10, iterations=50, steps=200000; may be repeated; the first that holds ends it."
+        ),
+    ] = None
+    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/TRACK-N.")] = None
+    pictures: Annotated[
+        bool, typer.Option(help="Leave a film, the path, the curves and the report in the run folder.")
+    ] = True
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Open a page that shows it while it trains, as `racecraft watch` does.")
+    ] = False
+
+    def page(self, shown: TrainingCallback) -> AbstractContextManager[TrainingCallback]:
+        """Watch with a page beside, where that is asked for."""
+        from racecraft.cli.runs.watch_beside import watched
+
+        return watched(shown, self.watch, self.tell, stays=not self.json)
+
+
+RACES = "races"
+"""What a car that races others is told by, beside pictures."""
+KEPT_BY_A_RUN = ("folder", *option_names(TrackOptions), *option_names(CarOptions))
+
+
+@takes_groups
 def train(
     context: typer.Context,
     folder: Annotated[
         Path | None,
         typer.Argument(help="reward_function.py, hyperparameters.json, model_metadata.json; any may be absent."),
     ] = None,
-    track: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="A name from `racecraft tracks list`, or a waypoint file (.npy); by default reinvent_base. "
-            "Several: one model learns them together.",
-            rich_help_panel=TRACKS,
-        ),
-    ] = None,
-    tracks: Annotated[
-        str | None,
-        typer.Option(help="The same as a comma list; all: every circuit of the catalogue.", rich_help_panel=TRACKS),
-    ] = None,
-    group: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Cars that race otherwise: 'track=Oval_track race=OBJECT_AVOIDANCE boxes.number=3 direction=both "
-            "cars=8'; may be repeated. One without track= races on every --track.",
-            rich_help_panel=TRACKS,
-        ),
-    ] = None,
-    groups: Annotated[
-        Path | None, typer.Option(help="A JSON file: a list of such groups, by word.", rich_help_panel=TRACKS)
-    ] = None,
-    hold_out: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="A track, or a comma list, that is never trained on and judged at every evaluation.",
-            rich_help_panel=TRACKS,
-        ),
-    ] = None,
-    car: Annotated[
-        str | None,
-        typer.Option(
-            help="v4, v5-classic, v6 or kinematic; by default what the metadata's version asks for.",
-            rich_help_panel=CARS,
-        ),
-    ] = None,
-    preset: Annotated[
-        str,
-        typer.Option(
-            help="fast: the learner and network that lap soonest; aws: those of AWS, figure by figure.",
-            rich_help_panel=CARS,
-        ),
-    ] = "fast",
-    fidelity: Annotated[
-        str | None,
-        typer.Option(
-            help="sane, or aws with the original's habits; by default what goes with the preset.", rich_help_panel=CARS
-        ),
-    ] = None,
-    against: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Race others: self (past selves), RUN[:best|last|N], a model of AWS's, or a folder of runs; may be "
-            "repeated.",
-            rich_help_panel=CARS,
-        ),
-    ] = None,
-    stop: Annotated[list[str] | None, typer.Option(help=STOP_HELP)] = None,
-    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/TRACK-N.")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Same seed, same machine, same training.")] = 1,
-    algorithm: AlgorithmName = DEFAULT,
-    set_: Overrides = None,
-    from_: From = None,
-    resume: Resume = False,
+    *,
+    where: TrackOptions,
+    who: CarOptions,
+    options: CarTraining,
     cluster: Cluster = None,
-    detach: Detach = False,
-    mirror: MirrorAt = None,
-    pictures: Annotated[
-        bool, typer.Option(help="Leave a film, the path, the curves and the report in the run folder.")
-    ] = True,
-    metrics_port: MetricsPort = None,
-    watch: Annotated[
-        bool, typer.Option("--watch", help="Open a page that shows it while it trains, as `racecraft watch` does.")
-    ] = False,
-    json: Json = False,
 ) -> None:
     """Train a car from its camera until it laps.
 
@@ -132,79 +162,57 @@ def train(
 
         racecraft train my-car --from s3://models/fast-car-1 --mirror s3://models/fast-car-2
     """
-    from racecraft.cli.buckets.training import fetch_run, mirrored, place_of_mirror
-    from racecraft.cli.jobs.detaching import detach_training
-    from racecraft.cli.output import print_json, say
-    from racecraft.cli.runs.watch_beside import watched
-    from racecraft.cluster.spreading import spread_over
-    from racecraft.training.deepracer.groups import read_groups
+
+    def request() -> RaceRequest:
+        return _request(folder, where, who, options)
+
+    def leave(trained: Trained) -> Left:
+        return _leave(trained, options)
+
+    road = Road(
+        "deepracer",
+        "runs/reinvent_base-1",
+        KEPT_BY_A_RUN,
+        kept_as=dict.fromkeys(("group", "groups"), ("groups", list(where.shares))),
+        folder=folder,
+        model=None if folder is None else folder.name,
+        cluster=cluster,
+        beside=options.page,
+    )
+    road.train(context, options, request, _tell_trained, leave)
+
+
+def _request(folder: Path | None, where: TrackOptions, who: CarOptions, options: CarTraining) -> RaceRequest:
     from racecraft.training.deepracer.plan import RaceRequest
-    from racecraft.training.progress import watcher
-    from racecraft.training.worlds import resume as resume_run
-    from racecraft.training.worlds import train as train_world
 
-    def tell(text: str) -> None:
-        say(text, quiet_stdout=json)
-
-    spread = spread_over(cluster)
-    shares = (*(read_groups(groups) if groups else ()), *(group or ()))
-    kept_as = dict.fromkeys(("group", "groups"), ("groups", list(shares)))
-    begun = refuse_changes(context, run, UNCHANGEABLE, "runs/reinvent_base-1", kept_as) if resume else None
-    place = place_of_mirror(mirror, folder, begun, tell)
-    request = None
-    if begun is None:
-        from_ = None if from_ is None else fetch_run(from_, tell, folder)
-        one, several = one_or_several(track, tracks)
-        request = RaceRequest(
-            folder,
-            one,
-            tracks=several,
-            groups=shares,
-            hold_out=tuple(hold_out or ()),
-            car=car,
-            preset=preset,
-            fidelity=fidelity,
-            against=tuple(against or ()),
-            **asked(algorithm, stop, run, seed, set_, from_),
-        )
-    named, shown = run or folder, watcher(sys.stderr if json else sys.stdout)
-    shown = measured(shown, metrics_port, None if named is None else named.name, tell, detach)
-    if detach:
-        return detach_training(context, run, request, json)
-    with watched(shown, watch, tell, stays=not json) as watching:
-        with mirrored(watching, place, tell, begun) as mirroring:
-            if begun is not None:
-                trained = resume_run(begun, tuple(stop or ()), mirroring, tell, "deepracer", spread)
-            else:
-                assert request is not None
-                trained = train_world(request, mirroring, tell, spread)
-        files = _paint(trained, tell) if pictures else {}
-        races = _race_selves(trained, pictures, tell)
-        if json:
-            print_json({**trained.summary(), **files, **({} if races is None else {"races": races})})
-        else:
-            _say_what_came_of_it(trained, files)
-            if races is not None:
-                _say_who_is_better(races)
+    one, several = where.one_or_several()
+    return RaceRequest(
+        folder,
+        one,
+        tracks=several,
+        groups=where.shares,
+        hold_out=tuple(where.hold_out or ()),
+        car=who.car,
+        preset=who.preset,
+        fidelity=who.fidelity,
+        against=tuple(who.against or ()),
+        **options.asked(options.source(folder)),
+    )
 
 
-def one_or_several(track: list[str] | None, tracks: str | None) -> tuple[str | None, tuple[str, ...]]:
-    """Return the only track that --track names, or all that it and --tracks name.
-
-    Raises:
-        SettingError: Both were given.
-    """
-    if track and tracks is not None:
-        raise SettingError("--track and --tracks were given; expected all names after one of them.")
-    if track and len(track) == 1:
-        return track[0], ()
-    return None, tuple(track or ()) if tracks is None else (tracks,)
-
-
-def _paint(trained: Trained, tell: Callable[[str], None]) -> dict[str, str]:
+def _leave(trained: Trained, options: CarTraining) -> Left:
+    """Leave pictures, where they are asked for, and of a car that races others how good it became at that."""
     from racecraft.reporting.gallery import paint_run
 
-    return {kind: str(path) for kind, path in paint_run(trained.run, tell).items()}
+    painted = paint_run(trained.run, options.tell) if options.pictures else {}
+    races = _race_selves(trained, options.pictures, options.tell)
+    return {kind: str(path) for kind, path in painted.items()} | ({} if races is None else {RACES: races})
+
+
+def _tell_trained(trained: Trained, left: Left) -> None:
+    _say_what_came_of_it(trained, {kind: path for kind, path in left.items() if kind != RACES})
+    if RACES in left:
+        _say_who_is_better(left[RACES])
 
 
 def _race_selves(trained: Trained, film: bool, tell: Callable[[str], None]) -> dict[str, Any] | None:

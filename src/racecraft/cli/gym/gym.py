@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import sys
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from racecraft.cli.buckets.training import MirrorAt
-from racecraft.cli.metrics_beside import MetricsPort, measured
-from racecraft.cli.options import DEFAULT, AlgorithmName, Cluster, Detach, From, Json, Overrides, Resume, asked
-from racecraft.cli.resuming import refuse_changes
+from racecraft.cli.option_groups import takes_groups
+from racecraft.cli.options import Cluster
+from racecraft.cli.training import Left, Road, TrainingOptions
 from racecraft.contract.errors import SettingError
 
-UNCHANGEABLE = ("environment", "seed", "algorithm", "set_", "from_")
+if TYPE_CHECKING:
+    from racecraft.training.gymnasium.trainer import GymRequest
+    from racecraft.training.trainer import Trained
 
 app = typer.Typer(help="Train on any registered Gymnasium environment.", no_args_is_help=True)
 
@@ -24,27 +25,27 @@ def gym() -> None:
     """Train on any registered Gymnasium environment."""
 
 
+@dataclass(frozen=True)
+class GymTraining(TrainingOptions):
+    """What a training of an environment is asked."""
+
+    stop: Annotated[
+        list[str] | None,
+        typer.Option(help="score=475, minutes=10, iterations=50, steps=200000; may be repeated."),
+    ] = None
+    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/ID-N.")] = None
+
+
 @app.command()
+@takes_groups
 def train(
     context: typer.Context,
     environment: Annotated[
         str | None, typer.Argument(metavar="ID", help="A registered id, such as CartPole-v1.")
     ] = None,
-    stop: Annotated[
-        list[str] | None,
-        typer.Option(help="score=475, minutes=10, iterations=50, steps=200000; may be repeated."),
-    ] = None,
-    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/ID-N.")] = None,
-    seed: Annotated[int, typer.Option(help="Same seed, same machine, same training.")] = 1,
-    algorithm: AlgorithmName = DEFAULT,
-    set_: Overrides = None,
-    from_: From = None,
-    resume: Resume = False,
-    detach: Detach = False,
+    *,
+    options: GymTraining,
     cluster: Cluster = None,
-    mirror: MirrorAt = None,
-    metrics_port: MetricsPort = None,
-    json: Json = False,
 ) -> None:
     """Train until the environment is solved.
 
@@ -56,41 +57,20 @@ def train(
 
         racecraft gym train --run runs/CartPole-v1-1 --resume --stop minutes=5
     """
-    from racecraft.cli.buckets.training import fetch_run, mirrored, place_of_mirror
-    from racecraft.cli.jobs.detaching import detach_training
-    from racecraft.cli.output import print_json, say
-    from racecraft.cli.runs.report import leave_report
-    from racecraft.cluster.spreading import spread_over
-    from racecraft.training.gymnasium.trainer import GymRequest
-    from racecraft.training.progress import watcher
-    from racecraft.training.worlds import resume as resume_run
-    from racecraft.training.worlds import train as train_world
 
-    def tell(text: str) -> None:
-        say(text, quiet_stdout=json)
+    def request() -> GymRequest:
+        from racecraft.training.gymnasium.trainer import GymRequest
 
-    spread = spread_over(cluster)
-    begun = refuse_changes(context, run, UNCHANGEABLE, "runs/CartPole-v1-1") if resume else None
-    place, request = place_of_mirror(mirror, None, begun, tell), None
-    if begun is None:
         if environment is None:
             raise SettingError("no environment is named; expected ID, such as: racecraft gym train CartPole-v1")
-        source = None if from_ is None else fetch_run(from_, tell)
-        request = GymRequest(environment, **asked(algorithm, stop, run, seed, set_, source))
-    shown = watcher(sys.stderr if json else sys.stdout)
-    watching = measured(shown, metrics_port, run.name if run is not None else environment, tell, detach)
-    if detach:
-        return detach_training(context, run, request, json)
-    with mirrored(watching, place, tell, begun) as mirroring:
-        if begun is not None:
-            trained = resume_run(begun, tuple(stop or ()), mirroring, tell, "gymnasium", spread)
-        else:
-            assert request is not None
-            trained = train_world(request, mirroring, tell, spread)
-        summary, files = trained.summary(), leave_report(trained.run.path, tell)
-    if json:
-        print_json({**summary, **files})
-        return
+        return GymRequest(environment, **options.asked(options.source()))
+
+    road = Road("gymnasium", "runs/CartPole-v1-1", ("environment",), model=environment, cluster=cluster)
+    road.train(context, options, request, _tell_trained)
+
+
+def _tell_trained(trained: Trained, left: Left) -> None:
+    summary = trained.summary()
     judged, steps = summary["evaluation"], f"{summary['env_steps']:,} steps; run: {trained.run.path}"
     if judged is None:
         print(f"{summary['environment']}: stopped before its first evaluation, after {steps}")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from racecraft.cli.named_run import RUN_HELP, named_run
 from racecraft.cli.options import Json
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def checkpoints(
-    run: Annotated[Path, typer.Argument(help="A run folder, such as runs/reinvent_base-1.")],
+    run: Annotated[str, typer.Argument(metavar="RUN[:which]", help=f"{RUN_HELP} With a checkpoint, that one alone.")],
     by: Annotated[str, typer.Option(help="progress, reward, laptime or steadiness.")] = "progress",
     most: Annotated[int | None, typer.Option("--most", min=1, help="Show so many of the best.")] = None,
     json: Json = False,
@@ -31,11 +31,16 @@ def checkpoints(
         racecraft train --from runs/reinvent_base-1:laptime --track Oval_track
     """
     from racecraft.cli.output import print_json
-    from racecraft.formats.checkpoint_ranking import MERITS, ranked
+    from racecraft.formats.checkpoint_ranking import MERITS, find_checkpoint, ranked
     from racecraft.formats.run_folder import RunFolder
 
-    folder = RunFolder.open(run)
-    found = ranked(folder, by)[:most]
+    path, which = named_run(run)
+    folder = RunFolder.open(path)
+    found = ranked(folder, by)
+    if which is not None:
+        number = find_checkpoint(folder, which).iteration
+        found = [one for one in found if one.entry.iteration == number]
+    found = found[:most]
     marks = _marks(folder)
     if json:
         print_json({"run": str(run), "by": by, "checkpoints": [_told(one, marks) for one in found]})

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from racecraft.cli.named_run import RUN_HELP, named_run
 from racecraft.contract.errors import SettingError, nearest
 
 if TYPE_CHECKING:
@@ -16,14 +17,16 @@ if TYPE_CHECKING:
 
 FILES = ("onnx", "openvino", "tflite")
 TARGETS = ("unity", "car", "drfc", "console", *FILES)
+BEST = "best"
 
 
 def export(
-    run: Annotated[Path, typer.Argument(help="A run folder, such as runs/Basic-1.")],
+    run: Annotated[str, typer.Argument(metavar="RUN[:which]", help=RUN_HELP)],
     to: Annotated[str, typer.Option(help=f"Whom it is for: {', '.join(TARGETS)}.")],
     checkpoint: Annotated[
-        str, typer.Option(help="best, last, an iteration's number, or a merit such as laptime.")
-    ] = "best",
+        str | None,
+        typer.Option(help="best, last, an iteration's number, or a merit such as laptime; by default the best."),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option(help="A file, or a folder; by default in RUN/export."),
@@ -43,24 +46,24 @@ def export(
 
         racecraft export runs/aws-1 --to drfc --output bucket/rl-deepracer-mine
 
-        racecraft export runs/reinvent_base-1 --to onnx --output policy.onnx
+        racecraft export runs/reinvent_base-1:laptime --to onnx --output policy.onnx
     """
     if to not in TARGETS:
         raise SettingError(f"--to {to!r} is not known. {nearest(to, TARGETS)}")
+    folder, which = named_run(run, checkpoint)
+    if to in ("drfc", "console"):
+        _export_aws(folder, to, which, output, check, json)
+        return
+    which = which or BEST
     if to == "car":
-        _export_car(run, checkpoint, output, check, json)
+        _export_car(folder, which, output, check, json)
         return
     if to in FILES:
-        _export_file(run, to, checkpoint, output, check, json)
-        return
-    if to in ("drfc", "console"):
-        if checkpoint != "best":
-            raise SettingError(f"--checkpoint says nothing of --to {to}, which takes best and last; leave it out.")
-        _export_aws(run, to, output, check, json)
+        _export_file(folder, to, which, output, check, json)
         return
     if not check:
         raise SettingError("--no-check says nothing of --to unity, which is always checked; expected it left out.")
-    _export_unity(run, checkpoint, output, json)
+    _export_unity(folder, which, output, json)
 
 
 def _export_car(run: Path, checkpoint: str, output: Path | None, check: bool, json: bool) -> None:
@@ -125,11 +128,11 @@ def _told_of_car(exported: CarExport | PolicyExport) -> str:
     )
 
 
-def _export_aws(run: Path, to: str, output: Path | None, check: bool, json: bool) -> None:
+def _export_aws(run: Path, to: str, which: str | None, output: Path | None, check: bool, json: bool) -> None:
     from racecraft.cli.output import print_json
     from racecraft.export.aws_folder import export_to_aws
 
-    done = export_to_aws(run, to, output, check)
+    done = export_to_aws(run, to, output, check, which)
     agreement = done.agreement
     if json:
         print_json({"run": str(run), "to": to, "file": str(done.path), "checkpoints": list(done.checkpoints),

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from racecraft.cli.named_run import RUN_HELP
+
 if TYPE_CHECKING:
     from racecraft.analysis.attention import Question
     from racecraft.analysis.deepracer.look_page import LapLook
@@ -17,7 +19,7 @@ MOST_ROWS = 20
 
 
 def look(
-    run: Annotated[str, typer.Argument(help="RUN[:best|last|N], such as runs/reinvent_base-1.")],
+    run: Annotated[str, typer.Argument(metavar="RUN[:which]", help=RUN_HELP)],
     source: Annotated[
         Path | None,
         typer.Argument(metavar="[PICTURE|FOLDER|FILM]", help="Pictures to look at; by default a lap is driven for it."),
@@ -70,8 +72,8 @@ def _lap(
     from racecraft.analysis.look_film import write_look_film
     from racecraft.analysis.video import film_path, small_film
     from racecraft.cli.output import say
+    from racecraft.formats.checkpoint_ranking import split_source
     from racecraft.players.deepracer.trained_car import load_trained_car
-    from racecraft.players.trained import split_source
     from racecraft.reporting.looking import look_at_lap
     from racecraft.tracks.catalogue import load_track
 

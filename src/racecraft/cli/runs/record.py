@@ -7,11 +7,12 @@ from typing import Annotated
 
 import typer
 
+from racecraft.cli.named_run import RUN_HELP
 from racecraft.cli.options import Json
 
 
 def record(
-    run: Annotated[str, typer.Argument(metavar="RUN[:best|last|N]", help="A run folder, such as runs/CartPole-v1-1.")],
+    run: Annotated[str, typer.Argument(metavar="RUN[:which]", help=RUN_HELP)],
     output: Annotated[Path, typer.Option("--output", "-o", help="The file to write.")] = Path("demos.safetensors"),
     episodes: Annotated[int, typer.Option(min=1, help="Whole episodes to record.")] = 20,
     sampled: Annotated[

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from racecraft.cli.named_run import RUN_HELP
 from racecraft.cli.options import Json
 
 if TYPE_CHECKING:
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def serve(
-    run: Annotated[str, typer.Argument(metavar="RUN[:best|last|N]", help="A run folder of any world.")],
+    run: Annotated[str, typer.Argument(metavar="RUN[:which]", help=f"{RUN_HELP} Of any world.")],
     port: Annotated[int, typer.Option(help="0: any free one.")] = 8080,
     host: Annotated[str, typer.Option(help="Who may ask; 0.0.0.0: other machines too.")] = "127.0.0.1",
     policy: Annotated[str, typer.Option(help="Whose rows, where groups have policies of their own.")] = "",

@@ -13,6 +13,7 @@ from typing import Annotated
 
 import typer
 
+from racecraft.cli.named_run import RUN_HELP, named_run
 from racecraft.cli.options import Json
 
 PORT = 8100
@@ -29,7 +30,12 @@ Open = Annotated[bool, typer.Option("--open/--no-open", help="Open it in the bro
 
 
 def watch(
-    run: Annotated[Path, typer.Argument(help="A run folder, such as runs/reinvent_base-1; it may be training.")],
+    run: Annotated[
+        str,
+        typer.Argument(
+            metavar="RUN[:which]", help=f"{RUN_HELP} It may be training. A checkpoint: begin with what was driven then."
+        ),
+    ],
     port: Port = None,
     open_it: Open = True,
     json: Json = False,
@@ -43,15 +49,20 @@ def watch(
 
         racecraft watch runs/reinvent_base-1
 
-        racecraft watch runs/reinvent_base-1 --port 9000
+        racecraft watch runs/reinvent_base-1:laptime --port 9000
     """
     from racecraft.cli.output import print_json, say
+    from racecraft.formats.checkpoint_ranking import find_checkpoint
+    from racecraft.formats.run_folder import RunFolder
 
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
 
-    close, address = serve(run, port, tell)
+    path, which = named_run(run)
+    close, address = serve(path, port, tell)
     try:
+        if which is not None:
+            address += f"#iteration={find_checkpoint(RunFolder.open(path), which).iteration}"
         with suppress(KeyboardInterrupt):
             if json:
                 print_json({"url": address, "run": str(run)})

@@ -8,11 +8,13 @@ from typing import Annotated
 
 import typer
 
+from racecraft.cli.named_run import RUN_HELP
+
 PAGE = "why.html"
 
 
 def why(
-    run: Annotated[str, typer.Argument(help="RUN[:best|last|N], such as runs/reinvent_base-1; by default the best.")],
+    run: Annotated[str, typer.Argument(metavar="RUN[:which]", help=RUN_HELP)],
     starts: Annotated[int, typer.Option(min=1, max=500, help="Starts it drives from, evenly round the lap.")] = 24,
     track: Annotated[str | None, typer.Option(help="Drive elsewhere: a name or a waypoint file.")] = None,
     checkpoints: Annotated[
@@ -35,8 +37,8 @@ def why(
     from racecraft.analysis.deepracer.forgetting import passages_facts, passages_words, starts_words
     from racecraft.analysis.deepracer.why_page import write_why_page
     from racecraft.cli.output import print_json, say
+    from racecraft.formats.checkpoint_ranking import split_source
     from racecraft.players.deepracer.trained_car import load_trained_car
-    from racecraft.players.trained import split_source
     from racecraft.reporting.comparing import compare_checkpoints, compare_starts
     from racecraft.reporting.explaining import explain_failures
     from racecraft.tracks.catalogue import load_track

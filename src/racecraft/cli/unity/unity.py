@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import sys
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperCommand
 
-from racecraft.cli.buckets.training import MirrorAt
-from racecraft.cli.metrics_beside import MetricsPort, measured
-from racecraft.cli.options import DEFAULT, AlgorithmName, Detach, From, Json, Overrides, Resume, asked
-from racecraft.cli.resuming import refuse_changes
+from racecraft.cli.option_groups import option_names, takes_groups
+from racecraft.cli.training import Left, Road, TrainingOptions
 
-UNCHANGEABLE = (
-    "build", "config", "behavior", "max_agents", "seed", "algorithm", "set_", "graphics", "from_", "env_args",
-    "num_envs", "time_scale", "base_port",
-)  # fmt: skip
+if TYPE_CHECKING:
+    from racecraft.training.trainer import Trained
+    from racecraft.training.unity.plan import UnityRequest
+
 ENV_ARGS = "--env-args"
 
 
@@ -40,7 +38,55 @@ def unity() -> None:
     """Train in Unity scenes built with ML-Agents."""
 
 
+@dataclass(frozen=True)
+class SceneOptions:
+    """What of a scene learns, and how its player runs."""
+
+    config: Annotated[Path | None, typer.Option(help="ML-Agents' trainer configuration, the YAML file.")] = None
+    behavior: Annotated[
+        str | None,
+        typer.Option(help="Which behavior learns; by default those of the configuration, or all of the scene."),
+    ] = None
+    max_agents: Annotated[
+        int | None, typer.Option(min=1, help="Agents of a behavior that live at once; by default those that ask first.")
+    ] = None
+    graphics: Annotated[bool | None, typer.Option("--graphics/--no-graphics", help="Let the player open a window.")] = (
+        None
+    )
+    num_envs: Annotated[
+        int | None, typer.Option(min=1, help="Players that teach side by side; by default the configuration's, or 1.")
+    ] = None
+    time_scale: Annotated[
+        float | None, typer.Option(help="Simulated seconds a second; by default the configuration's, or 20.")
+    ] = None
+    base_port: Annotated[
+        int | None,
+        typer.Option(
+            min=1, max=65535, help="The first player's port, the others' follow; by default whichever are free."
+        ),
+    ] = None
+    env_args: Annotated[
+        list[str] | None,
+        typer.Option(ENV_ARGS, metavar="WORDS …", help="Arguments for the player: all words that follow."),
+    ] = None
+
+
+@dataclass(frozen=True)
+class UnityTraining(TrainingOptions):
+    """What a training in a scene is asked."""
+
+    stop: Annotated[
+        list[str] | None,
+        typer.Option(help="score=0.92, minutes=10, iterations=50, steps=200000; may be repeated."),
+    ] = None
+    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/BEHAVIOR-N.")] = None
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Of the learner and the player; by default the configuration's, or 1.")
+    ] = None
+
+
 @app.command(cls=TakesEnvArgs)
+@takes_groups
 def train(
     context: typer.Context,
     build: Annotated[
@@ -51,52 +97,12 @@ def train(
             "configuration's env_path.",
         ),
     ] = None,
-    config: Annotated[Path | None, typer.Option(help="ML-Agents' trainer configuration, the YAML file.")] = None,
-    behavior: Annotated[
-        str | None,
-        typer.Option(help="Which behavior learns; by default those of the configuration, or all of the scene."),
-    ] = None,
-    max_agents: Annotated[
-        int | None, typer.Option(min=1, help="Agents of a behavior that live at once; by default those that ask first.")
-    ] = None,
-    stop: Annotated[
-        list[str] | None,
-        typer.Option(help="score=0.92, minutes=10, iterations=50, steps=200000; may be repeated."),
-    ] = None,
-    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/BEHAVIOR-N.")] = None,
-    seed: Annotated[
-        int | None, typer.Option(min=0, help="Of the learner and the player; by default the configuration's, or 1.")
-    ] = None,
-    algorithm: AlgorithmName = DEFAULT,
-    set_: Overrides = None,
-    graphics: Annotated[
-        bool | None, typer.Option("--graphics/--no-graphics", help="Let the player open a window.")
-    ] = None,
-    num_envs: Annotated[
-        int | None, typer.Option(min=1, help="Players that teach side by side; by default the configuration's, or 1.")
-    ] = None,
-    time_scale: Annotated[
-        float | None, typer.Option(help="Simulated seconds a second; by default the configuration's, or 20.")
-    ] = None,
-    base_port: Annotated[
-        int | None,
-        typer.Option(
-            min=1, max=65535, help="The first player's port, the others' follow; by default whichever are free."
-        ),
-    ] = None,
+    *,
+    scene: SceneOptions,
+    options: UnityTraining,
     inference: Annotated[
         bool, typer.Option("--inference", help="Learn nothing; let what --from (or --run --resume) names play.")
     ] = False,
-    env_args: Annotated[
-        list[str] | None,
-        typer.Option(ENV_ARGS, metavar="WORDS …", help="Arguments for the player: all words that follow."),
-    ] = None,
-    from_: From = None,
-    resume: Resume = False,
-    detach: Detach = False,
-    mirror: MirrorAt = None,
-    metrics_port: MetricsPort = None,
-    json: Json = False,
 ) -> None:
     """Train the agents of a Unity scene.
 
@@ -112,63 +118,50 @@ def train(
 
         racecraft unity train --from runs/Basic-1 --inference
     """
-    from racecraft.cli.buckets.training import fetch_run, mirrored, place_of_mirror
-    from racecraft.cli.jobs.detaching import detach_training
-    from racecraft.cli.output import print_json, say
-    from racecraft.cli.runs.report import leave_report
-    from racecraft.export.unity_run import can_export_to_unity
-    from racecraft.training.progress import watcher
-    from racecraft.training.unity.plan import UnityRequest
-    from racecraft.training.worlds import resume as resume_run
-    from racecraft.training.worlds import train as train_world
 
-    def tell(text: str) -> None:
-        say(text, quiet_stdout=json)
+    def request() -> UnityRequest:
+        return _request(build, scene, options, options.source())
 
-    def request(source: str | None) -> UnityRequest:
-        return UnityRequest(
-            build,
-            config,
-            behavior,
-            graphics,
-            max_agents,
-            tuple(env_args or ()),
-            num_envs,
-            time_scale,
-            base_port,
-            **asked(algorithm, stop, run, seed, set_, source),
-        )
-
-    from_ = None if from_ is None else fetch_run(from_, tell)
     if inference:
-        from racecraft.contract.errors import SettingError
-        from racecraft.training.unity.inference import play_scene
+        return _play(build, scene, options)
+    road = Road("unity", "runs/Basic-1", ("build", *option_names(SceneOptions)), model=scene.behavior)
+    road.train(context, options, request, _tell_trained)
 
-        if detach:
-            raise SettingError("--inference and --detach were given; expected one of them: what plays, is played here.")
-        if mirror is not None:
-            raise SettingError("--inference and --mirror were given; expected one of them: what plays leaves no run.")
-        played = play_scene(request(f"{run}:last" if resume and run is not None else from_), tell)
-        print_json(played) if json else _tell_played(played)
-        return
-    begun = refuse_changes(context, run, UNCHANGEABLE, "runs/Basic-1") if resume else None
-    place = place_of_mirror(mirror, None, begun, tell)
-    shown = watcher(sys.stderr if json else sys.stdout)
-    watching = measured(shown, metrics_port, run.name if run is not None else behavior, tell, detach)
-    if detach:
-        return detach_training(context, run, None if begun is not None else request(from_), json)
-    with mirrored(watching, place, tell, begun) as mirroring:
-        if begun is not None:
-            trained = resume_run(begun, tuple(stop or ()), mirroring, tell, "unity")
-        else:
-            trained = train_world(request(from_), mirroring, tell)
-        summary, files = trained.summary(), leave_report(trained.run.path, tell)
-    if json:
-        print_json({**summary, **files})
-        return
-    _tell_trained(summary)
-    if summary["evaluation"] is not None and can_export_to_unity(trained.run.path):
-        print(f"Back into Unity: racecraft export {trained.run.path} --to unity")
+
+def _request(build: str | None, scene: SceneOptions, options: UnityTraining, source: str | None) -> UnityRequest:
+    from racecraft.training.unity.plan import UnityRequest
+
+    return UnityRequest(
+        build,
+        scene.config,
+        scene.behavior,
+        scene.graphics,
+        scene.max_agents,
+        tuple(scene.env_args or ()),
+        scene.num_envs,
+        scene.time_scale,
+        scene.base_port,
+        **options.asked(source),
+    )
+
+
+def _play(build: str | None, scene: SceneOptions, options: UnityTraining) -> None:
+    """Let a policy play, which learns nothing.
+
+    Raises:
+        SettingError: What plays is to be a job, or to be mirrored.
+    """
+    from racecraft.cli.output import print_json
+    from racecraft.contract.errors import SettingError
+    from racecraft.training.unity.inference import play_scene
+
+    if options.detach:
+        raise SettingError("--inference and --detach were given; expected one of them: what plays, is played here.")
+    if options.mirror is not None:
+        raise SettingError("--inference and --mirror were given; expected one of them: what plays leaves no run.")
+    source = f"{options.run}:last" if options.resume and options.run is not None else options.source()
+    played = play_scene(_request(build, scene, options, source), options.tell)
+    print_json(played) if options.json else _tell_played(played)
 
 
 def _tell_played(played: dict[str, Any]) -> None:
@@ -176,7 +169,10 @@ def _tell_played(played: dict[str, Any]) -> None:
     print(f"{mean}{played['episodes']} episodes in {played['seconds']:.1f} s; stopped: {played['stopped_by']}")
 
 
-def _tell_trained(summary: dict[str, Any]) -> None:
+def _tell_trained(trained: Trained, left: Left) -> None:
+    from racecraft.export.unity_run import can_export_to_unity
+
+    summary = trained.summary()
     judged, steps = summary["evaluation"], f"{summary['env_steps']:,} steps and {summary['seconds']:.1f} s"
     if judged is None:
         print(f"{summary['behavior']}: not judged this time; after {steps}; run: {summary['run']}")
@@ -188,3 +184,5 @@ def _tell_trained(summary: dict[str, Any]) -> None:
     )
     for name, told in judged.get("behaviors", {}).items():
         print(f"  {name}: mean return {told['mean_return']:.3f} over {told['episodes']} episodes")
+    if can_export_to_unity(trained.run.path):
+        print(f"Back into Unity: racecraft export {trained.run.path} --to unity")

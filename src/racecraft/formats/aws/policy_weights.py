@@ -36,10 +36,13 @@ from racecraft.formats.aws.policy_layers import (
     flattened_size,
     is_pixel,
 )
+from racecraft.formats.mapped_file import pieces
 
 _LAYER = re.compile(r"(Conv2d|Dense)_(\d+)")
 _OTHERS = ("/target/", "/q/online/", "/v/online/")
 """Networks beside the policy and its own critic: slow copies, and the three critics of SAC."""
+_MOMENTS = ("/Adam", "/Adam_1")
+"""What an optimiser remembers of each weight."""
 
 
 def is_of_policy(name: str) -> bool:
@@ -48,7 +51,7 @@ def is_of_policy(name: str) -> bool:
     >>> is_of_policy("main_level/agent/q/online/network_0/q_values_head_0/dense/kernel")
     False
     """
-    return not any(other in name for other in _OTHERS)
+    return not name.endswith(_MOMENTS) and not any(other in name for other in _OTHERS)
 
 
 def arrays_of(policy: PolicyLayers) -> dict[str, Array]:
@@ -215,7 +218,7 @@ def _pair(arrays: Mapping[str, Array], place: str) -> tuple[Array, Array]:
 
 def _numbers(array: Array) -> Array:
     numbers = np.asarray(array, np.float32)
-    if not np.isfinite(numbers).all():
+    if not all(np.isfinite(piece).all() for piece in pieces(numbers)):
         raise PolicyLayersError("weights that are no finite numbers; expected a policy whose training did not diverge.")
     return numbers
 

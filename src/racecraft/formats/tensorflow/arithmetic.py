@@ -15,6 +15,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import Array
+from racecraft.formats.mapped_file import PIECE_BYTES, let_go, spans
 from racecraft.formats.tensorflow.graph import Graph, Node
 from racecraft.formats.tensorflow.tensors import dtype_of
 
@@ -142,7 +143,16 @@ def _matmul(node: Node, read: Sequence[Any]) -> Any:
         part.T if node.attributes.get(f"transpose_{side}") else part for part, side in zip(read, "ab", strict=True)
     )
     _require_room((left.shape[0], right.shape[1]))
-    return left @ right
+    return left @ right if right.nbytes <= PIECE_BYTES else _product_in_pieces(left, right)
+
+
+def _product_in_pieces(left: Array, right: Array) -> Array:
+    """Return a product with a large matrix that may lie on the disk, of which a few rows are in memory at a time."""
+    total = np.zeros((left.shape[0], right.shape[1]), np.result_type(left, right))
+    for rows in spans(len(right), right.nbytes // len(right)):
+        total += left[:, rows] @ right[rows]
+        let_go(right)
+    return total
 
 
 def _conv(node: Node, read: Sequence[Any]) -> Any:

@@ -8,7 +8,6 @@ Source: facts: TensorFlow's `tensor_bundle.proto` and `tensor_bundle.cc`.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -16,6 +15,7 @@ import numpy as np
 
 from racecraft.contract.errors import InputFileError
 from racecraft.contract.world import Array
+from racecraft.formats.mapped_file import map_file
 from racecraft.formats.tensorflow.crc32c import masked_crc32c
 from racecraft.formats.tensorflow.table import read_table, write_table
 from racecraft.formats.tensorflow.tensors import CODES, TYPES, count_of, dtype_of, read_shape, write_shape
@@ -45,7 +45,8 @@ def read_checkpoint(prefix: str | Path, wanted: Callable[[str], bool] = lambda n
     """Return the arrays of a checkpoint by name; what is no number (texts) is passed over.
 
     Args:
-        prefix: The checkpoint's name, such as `model/12_Step-3456.ckpt`, or its .index file.
+        prefix: The checkpoint's name, such as `model/12_Step-3456.ckpt`, or its .index file. The arrays lie in its
+            data files, and come into memory where they are looked at.
         wanted: Tells by its name whether an array is read at all.
 
     Raises:
@@ -57,9 +58,9 @@ def read_checkpoint(prefix: str | Path, wanted: Callable[[str], bool] = lambda n
         if index.stat().st_size > MOST_INDEX_BYTES:
             raise TensorFlowCheckpointError(index, f"{index.stat().st_size} bytes long", "an index of a few kilobytes")
         entries = read_table(index.read_bytes())
-        shards = _shards(entries.pop(b"", None))
+        shards = _Shards(prefix, _count_of_shards(entries.pop(b"", None)))
         named = ((name.decode("utf-8"), entry) for name, entry in entries.items())
-        read = ((name, _array(prefix, shards, name, entry)) for name, entry in named if wanted(name))
+        read = ((name, _array(shards, name, entry)) for name, entry in named if wanted(name))
         return {name: array for name, array in read if array is not None}
     except FileNotFoundError as error:
         raise TensorFlowCheckpointError(error.filename or index, "there is no such file", KIND) from None
@@ -94,7 +95,7 @@ def write_checkpoint(prefix: str | Path, arrays: Mapping[str, Array]) -> None:
     write_whole(f"{prefix}{INDEX}", write_table(entries))
 
 
-def _shards(header: bytes | None) -> int:
+def _count_of_shards(header: bytes | None) -> int:
     """Return how many data files there are."""
     if header is None:
         raise WireError("it has no header")
@@ -109,7 +110,24 @@ def _shards(header: bytes | None) -> int:
     return shards
 
 
-def _array(prefix: Path, shards: int, name: str, entry: bytes) -> Array | None:
+class _Shards:
+    """The data files of a checkpoint, each mapped when it is first asked for."""
+
+    def __init__(self, prefix: Path, count: int) -> None:
+        self.count, self._prefix = count, prefix
+        self._mapped: dict[int, memoryview] = {}
+
+    def path(self, number: int) -> Path:
+        """Return where one lies."""
+        return Path(f"{self._prefix}.data-{number:05d}-of-{self.count:05d}")
+
+    def __getitem__(self, number: int) -> memoryview:
+        if number not in self._mapped:
+            self._mapped[number] = map_file(self.path(number))
+        return self._mapped[number]
+
+
+def _array(shards: _Shards, name: str, entry: bytes) -> Array | None:
     code = shard = offset = size = checksum = 0
     shape: tuple[int, ...] = ()
     for number, value in fields(entry):
@@ -130,14 +148,14 @@ def _array(prefix: Path, shards: int, name: str, entry: bytes) -> Array | None:
     if code not in TYPES:
         return None
     dtype = dtype_of(code)
-    if size != count_of(shape, dtype) * dtype.itemsize or offset < 0 or not 0 <= shard < shards:
+    if size != count_of(shape, dtype) * dtype.itemsize or offset < 0 or not 0 <= shard < shards.count:
         raise WireError(f"{name} of shape {shape} claims {size} bytes at {offset} of data file {shard}")
-    path = Path(f"{prefix}.data-{shard:05d}-of-{shards:05d}")
-    if path.stat().st_size < offset + size:
+    data, path = shards[shard], shards.path(shard)
+    if len(data) < offset + size:
         raise TensorFlowCheckpointError(
             path, f"ends before {name} does (byte {offset + size})", "the whole file", "Copy it again."
         )
-    array = np.fromfile(path, dtype, math.prod(shape), offset=offset)
+    array = np.frombuffer(data[offset : offset + size], dtype)
     if masked_crc32c(array) != checksum:
         raise TensorFlowCheckpointError(path, f"the checksum of {name} is wrong", "undamaged weights", "Copy it again.")
     return array.reshape(shape)

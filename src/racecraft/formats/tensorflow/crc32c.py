@@ -12,12 +12,11 @@ from __future__ import annotations
 import numpy as np
 
 from racecraft.contract.world import Array
+from racecraft.formats.mapped_file import let_go, spans
 
 POLYNOMIAL = 0x82F63B78
 """Castagnoli's, bits reversed."""
 LANES = 4096
-PIECE_BYTES = 2**24
-"""Bytes that are laid out for the lanes at once, for that takes as much memory again."""
 _MASK = 0xA282EAD8
 
 
@@ -39,8 +38,9 @@ def crc32c(data: bytes | memoryview | Array) -> int:
     """
     raw = np.frombuffer(data, np.uint8) if not isinstance(data, np.ndarray) else data.reshape(-1).view(np.uint8)
     state = 0xFFFFFFFF
-    for begin in range(0, len(raw), PIECE_BYTES):
-        state = _behind(state, raw[begin : begin + PIECE_BYTES])
+    for part in spans(len(raw), 1):
+        state = _behind(state, raw[part])
+        let_go(raw)
     return state ^ 0xFFFFFFFF
 
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from racecraft.contract.errors import InputFileError
 from racecraft.contract.world import Array
+from racecraft.formats.mapped_file import map_file
 from racecraft.formats.tensorflow.tensors import dtype_of, read_shape, read_tensor, write_shape, write_tensor
 from racecraft.formats.tensorflow.wire import (
     WireError,
@@ -163,7 +164,7 @@ def _content(path: str | Path) -> memoryview:
         size = path.stat().st_size
         if size > MOST_FILE_BYTES:
             raise GraphError(path, f"{size} bytes long", f"{KIND}, under 2 GiB")
-        return memoryview(path.read_bytes())
+        return map_file(path)
     except FileNotFoundError:
         raise GraphError(path, "there is no such file", KIND) from None
     except OSError as error:

@@ -37,6 +37,8 @@ SHARED = ("learning_rate=5e-4", "discount=0.95", "batch_size=64", "train_every=2
 """Hyperparameters of the old trainer (B.3) that all of the source's rows have."""
 LOOP = ("evaluation.every=1000000", "evaluation.episodes=5")
 """Nobody is judged while the clock runs; the checkpoints are, afterwards."""
+TARGET_EVERY = 500 // 20
+"""Gradient steps: RLlib's target_network_update_freq of 500 counts environment steps, and one is taken every 20."""
 RLLIB = ("replay.capacity=50000", "replay.keep_mib=0", "runtime.keep_every=1")
 """RLlib's memory by default; too large for every checkpoint, so a resumed run begins it anew."""
 
@@ -74,10 +76,10 @@ def rows_for(gym: str, cores: int) -> list[Row]:
     network = (*NETWORKS[gym], *LOOP)
     many = f"{cores} core" + "s" * (cores > 1)
     rllib = (
-        *_group("dqn", SHARED), "dqn.double=true", "dqn.dueling=true", "dqn.target_every=500", "dqn.epsilon_last=0.02",
-        "dqn.epsilon_steps=100000", "replay.prioritised=true", *RLLIB,
+        *_group("dqn", SHARED), "dqn.double=true", "dqn.dueling=true", f"dqn.target_every={TARGET_EVERY}",
+        "dqn.epsilon_last=0.02", "dqn.epsilon_steps=10000", "replay.prioritised=true", *RLLIB,
     )  # fmt: skip
-    apex = (*_group("apex", SHARED), "apex.n_step=3", "apex.target_every=500", *RLLIB)
+    apex = (*_group("apex", SHARED), "apex.n_step=3", f"apex.target_every={TARGET_EVERY}", *RLLIB)
     rows = [
         Row("old", "hand-written DQN, one game, one core", "dqn", plain, (*network, *_old()), 1),
         Row("dqn-1-core", "DQN, one core", "dqn", plain, (*network, *rllib, *_games(16), "runtime.threads=1"), 1),

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from racecraft.kernels import kernel
+from racecraft.kernels import inner_kernel, kernel
 from racecraft.kernels.bits import leading_zeros, trailing_zeros, wide_product, word_at
 
 _U = np.uint64
@@ -65,10 +65,15 @@ def digits_at(text, at):
         if count == 0:
             return 0, _0
         bits = bits << (_8 * _U(8 - count))
-    bits = bits * _U(10) + (bits >> _8)
+    return count, number_of(bits)
+
+
+@inner_kernel
+def number_of(digits):
+    """Return the whole number of eight digits, a byte each, the first one lowest."""
+    bits = digits * _U(10) + (digits >> _8)
     bits = (bits & _PAIRS) * _U(6553601) >> _16
-    bits = (bits & _QUADS) * _U(42949672960001) >> _32
-    return count, bits
+    return (bits & _QUADS) * _U(42949672960001) >> _32
 
 
 @kernel
@@ -154,21 +159,21 @@ def _exponent_at(text, at):
 @kernel
 def scaled(number, places):
     """Return a whole number times 10^-places, correctly rounded, and whether that is sure."""
-    if number == _0:
-        return 0.0, True
-    if number <= _EXACT:
-        if 0 <= places <= _SMALL_PLACES:
-            return np.float64(np.int64(number)) / _TENS[places], True
-        if -_SMALL_PLACES <= places < 0:
-            return np.float64(np.int64(number)) * _TENS[-places], True
+    if places < 0 and number <= _EXACT and places >= -_SMALL_PLACES:
+        return np.float64(np.int64(number)) * _TENS[-places], True
     if places < 0 or places > MOST_PLACES:
-        return 0.0, False
-    return _product(number, places)
+        return 0.0, number == _0
+    return product(number, places)
 
 
-@kernel
-def _product(number, places):
-    """Return a whole number other than 0 times 10^-places out of 128 bits of the power, and whether it is sure."""
+@inner_kernel
+def product(number, places):
+    """Return a whole number times 10^-places, 0 to MOST_PLACES, out of 128 bits of the power, and whether it is sure.
+
+    Of a number that a float holds exactly the cut power makes a little too little; that rounds up to it.
+    """
+    nothing = number == _0
+    number |= _U(nothing)
     lead = leading_zeros(number)
     number <<= _U(lead)
     high, low = wide_product(number, _UPPER[places])
@@ -176,14 +181,13 @@ def _product(number, places):
     cut = _U(10) + (high >> _U(63))
     half = _1 << (cut - _1)
     rest = high & ((_1 << cut) - _1)
-    if rest == half - _1 and low + number < low or rest == half and low == _0:  # the power's lower half may tell
+    if (rest == half - _1) & (low + number < low) | (rest == half) & (low == _0):  # the power's lower half may tell
         carry, _ = wide_product(number, _LOWER[places])
         low += carry
         if low < carry:
             high += _1
         rest = high & ((_1 << cut) - _1)
         sure = _U(2) <= low <= _ALL - _U(2)
-    kept = high >> cut
-    if rest >= half:
-        kept += _1
-    return np.float64(np.int64(kept)) * _TWOS[np.int64(cut) + 1 - _SHIFTS[places] - lead - _LEAST_TWO], sure
+    kept = (high >> cut) + _U(rest >= half)
+    value = np.float64(np.int64(kept)) * _TWOS[np.int64(cut) + 1 - _SHIFTS[places] - lead - _LEAST_TWO]
+    return value * np.float64(not nothing), sure

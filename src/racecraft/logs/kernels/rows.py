@@ -7,15 +7,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from racecraft.kernels import kernel
+from racecraft.kernels import inner_kernel, kernel
 from racecraft.kernels.bits import trailing_zeros, word_at
 from racecraft.logs.kernels.decimals import decimal_at, digits_at
+from racecraft.logs.kernels.fields import find_marks, float_between, is_the_same, whole_between
 
 SKIPPED, FLOAT, WHOLE, FLAG, STATUS, ACTION = range(6)
 """What a field is: passed over, a float, a whole number, True or False, a word of a list, an action."""
 
-ZEROS_BEHIND = 16
+ZEROS_BEHIND = 64
 """Bytes of zeros that must stand behind a text, so that a word may be looked at wherever it ends."""
+_ROWS_AT_ONCE = 256
+"""Rows that are read column by column: so many stay in a core's own memory meanwhile."""
+_UNCOUNTED = -1
+"""Stands for the first comma of a row that has not as many as it should."""
 
 _U = np.uint64
 _0 = _U(0)
@@ -68,31 +73,149 @@ def read_lines(data, end, begins_whole, marked, kinds, statuses, floats, wholes,
         How many rows, odd rows, gaps and lines there are.
     """
     text, length = data.ctypes.data, len(data) - ZEROS_BEHIND
-    rows = odds = gap_count = line = 0
     at = 0 if begins_whole else _next_line(text, 0, length)
+    if at >= end:
+        return 0, 0, 0, 0
+    stop = _next_line(text, end - 1, length)
+    marks, line_marks = np.empty(stop - at + 1, np.int32), np.empty(len(lines) + 1, np.int32)
+    mark_count, line_count = find_marks(text, at, stop, marks, line_marks)
+    if word_at(text, stop - 1) & _BYTE != _U(_NEW_LINE):
+        marks[mark_count], line_marks[line_count] = stop, mark_count
+        line_count += 1
+    first_marks, starts = np.empty(line_count, np.int32), np.empty(line_count, np.int32)
+    rows = odds = gap_count = first = 0
     in_gap = False
-    while at < end:
-        starts = _behind_mark(text, at, length) if marked else at
-        if starts < 0:
-            after = _next_line(text, at, length)
+    for line in range(line_count):
+        last = line_marks[line]
+        after = min(np.int64(marks[last]) + 1, length)
+        start = _behind_mark(text, at, length) if marked else at
+        if start < 0:
             if not in_gap:
                 gaps[gap_count, 0] = at
                 gap_count += 1
-                in_gap = True
+            in_gap = True
             gaps[gap_count - 1, 1] = after
         else:
             in_gap = False
-            after = _read_row(text, starts, length, rows, kinds, statuses, floats, wholes, flags, status)
-            if after >= 0:
-                lines[rows] = line
-                rows += 1
-            else:
-                after = _next_line(text, starts, length)
-                odd[odds, 0], odd[odds, 1], odd[odds, 2] = starts, after, line
+            while marks[first] < start:
+                first += 1
+            starts[rows], first_marks[rows], lines[rows] = start, first, line
+            if last - first != len(kinds) - 1:
+                first_marks[rows] = _UNCOUNTED
+            rows += 1
+        at, first = after, last + 1
+    left = np.zeros(rows, np.bool_)
+    for begin in range(0, rows, _ROWS_AT_ONCE):
+        some = begin, min(begin + _ROWS_AT_ONCE, rows)
+        _read_columns(text, some, starts, first_marks, marks, kinds, statuses, floats, wholes, flags, status, left)
+    for row in range(rows):
+        if left[row]:
+            left[row] = _read_row(text, starts[row], length, row, kinds, statuses, floats, wholes, flags, status) < 0
+            if left[row]:
+                odd[odds, 0], odd[odds, 1], odd[odds, 2] = (
+                    starts[row],
+                    _next_line(text, starts[row], length),
+                    lines[row],
+                )
                 odds += 1
-        at = after
-        line += 1
-    return rows, odds, gap_count, line
+    if odds:
+        rows = _close_ranks(left, floats, wholes, flags, status, lines)
+    return rows, odds, gap_count, line_count
+
+
+@kernel
+def _read_columns(text, some, starts, first_marks, marks, kinds, statuses, floats, wholes, flags, status, left):
+    """Read rows from one up to before another, column by column; `left` tells those that are not plainly sound."""
+    float_count = whole_count = flag_count = 0
+    last = len(kinds) - 1
+    for row in range(some[0], some[1]):
+        left[row] = first_marks[row] == _UNCOUNTED
+    for field in range(len(kinds)):
+        kind = kinds[field]
+        if kind == FLOAT:
+            _float_column(text, field, last, some, starts, first_marks, marks, floats[float_count], left)
+            float_count += 1
+        elif kind in (WHOLE, ACTION):
+            column = wholes[whole_count]
+            _whole_column(text, field, last, some, starts, first_marks, marks, column, left, kind == ACTION)
+            whole_count += 1
+        elif kind == FLAG:
+            _flag_column(text, field, last, some, starts, first_marks, marks, flags[flag_count], left)
+            flag_count += 1
+        elif kind == STATUS:
+            _status_column(text, field, last, some, starts, first_marks, marks, statuses, status, left)
+
+
+@inner_kernel
+def _ends_of(text, field, last, row, starts, first_marks, marks):
+    """Return where a field of a row begins and ends; the last one ends before a carriage return."""
+    first = max(first_marks[row], 0)
+    start = np.int64(marks[first + field - 1]) + 1 if field else np.int64(starts[row])
+    stop = np.int64(marks[first + field])
+    if field == last and word_at(text, stop - 1) & _BYTE == _U(_RETURN):
+        stop -= 1
+    return start, stop
+
+
+@kernel
+def _float_column(text, field, last, some, starts, first_marks, marks, column, left):
+    value, sure, start_before, stop_before = 0.0, False, 0, 0
+    for row in range(some[0], some[1]):
+        start, stop = _ends_of(text, field, last, row, starts, first_marks, marks)
+        if not (sure and is_the_same(text, start, stop, start_before, stop_before)):  # such as the track's length
+            value, sure = float_between(text, start, stop)
+            start_before, stop_before = start, stop
+        column[row] = value
+        left[row] |= not sure
+
+
+@kernel
+def _whole_column(text, field, last, some, starts, first_marks, marks, column, left, may_be_two):
+    for row in range(some[0], some[1]):
+        start, stop = _ends_of(text, field, last, row, starts, first_marks, marks)
+        column[row], sure = whole_between(text, start, stop)
+        if not sure and may_be_two:
+            column[row], behind, sure = _action_at(text, start)
+            sure = sure and behind == stop
+        left[row] |= not sure
+
+
+@kernel
+def _flag_column(text, field, last, some, starts, first_marks, marks, column, left):
+    for row in range(some[0], some[1]):
+        start, stop = _ends_of(text, field, last, row, starts, first_marks, marks)
+        word = word_at(text, start)
+        true = (word & _FOUR_BYTES == _TRUE) & (stop - start == 4)
+        false = (word & _FIVE_BYTES == _FALSE) & (stop - start == 5)
+        column[row] = true
+        left[row] |= not (true | false)
+
+
+@kernel
+def _status_column(text, field, last, some, starts, first_marks, marks, statuses, column, left):
+    usual = np.uint8(0)
+    for row in range(some[0], some[1]):
+        start, stop = _ends_of(text, field, last, row, starts, first_marks, marks)
+        column[row], behind = _status_at(text, start, statuses, usual)
+        usual = column[row]
+        left[row] |= behind != stop
+
+
+@kernel
+def _close_ranks(left, floats, wholes, flags, status, lines):
+    """Move rows up to where others were left out; return how many stay."""
+    rows = 0
+    for row in range(len(left)):
+        if not left[row]:
+            for column in floats:
+                column[rows] = column[row]
+            for column in wholes:
+                column[rows] = column[row]
+            for column in flags:
+                column[rows] = column[row]
+            status[rows], lines[rows] = status[row], lines[row]
+            rows += 1
+    return rows
 
 
 @kernel

@@ -13,10 +13,11 @@ from racecraft.contract.world import Array
 from racecraft.envs.battlesnake.board import MOVES, Board
 from racecraft.envs.battlesnake.observation import observe_board
 from racecraft.envs.battlesnake.settings import GameSettings, SnakeConfig
+from racecraft.formats.checkpoint_ranking import split_source
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.battlesnake.network_tree import Appraiser, Network
 from racecraft.players.battlesnake.protocol import PlayerError, Question
-from racecraft.players.trained import load_policy, split_source
+from racecraft.players.trained import load_policy
 
 KIND = "battlesnake"
 """What job.json calls a run of a snake."""

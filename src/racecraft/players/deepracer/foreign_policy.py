@@ -35,7 +35,8 @@ from racecraft.formats.tensorflow.arithmetic import GraphArithmeticError, GraphF
 from racecraft.formats.tensorflow.checkpoint import INDEX, read_checkpoint
 from racecraft.formats.tensorflow.graph import read_meta_graph
 
-ASKED_FRAMES = 8
+ASKED_FRAMES, AT_ONCE = 8, 2
+"""Frames that a graph is asked about, and how many of them together: a large network's maps are megabytes a frame."""
 TOLERANCE = 1e-4
 """How far answers of a file's graph, and of the one that its layers make up, may lie apart."""
 
@@ -127,21 +128,17 @@ def _require_same_answers(path: Path, layers: PolicyLayers, function: GraphFunct
         ForeignModelError: They answer otherwise: the graph computes more than its layers tell.
     """
     noise = np.random.default_rng(0)
-    fed, here = {}, {}
-    for sensor in layers.network.sensors:
-        numbers = (
-            noise.integers(0, 256, (ASKED_FRAMES, *sensor.shape))
-            if sensor.is_image
-            else noise.random((ASKED_FRAMES, *sensor.shape))
-        )
-        here[input_name(layers.kind, sensor.name)] = numbers.astype(np.float32)
-        for name in function.inputs:
-            if name.rpartition("/")[2] == sensor.name:
-                fed[name] = numbers.astype(np.float32)
-    told = as_commands(layers.kind, function(fed))
-    ours = as_commands(layers.kind, GraphFunction(graph_of(layers), output_name(layers.kind))(here))
-    difference = float(np.abs(told - ours).max()) if told.shape == ours.shape else float("inf")
-    if not difference <= TOLERANCE:
-        raise ForeignModelError(
-            path, f"its graph answers otherwise than its layers (by {difference:g})", "a network as AWS trains it"
-        )
+    of_layers = GraphFunction(graph_of(layers), output_name(layers.kind))
+    for _ in range(ASKED_FRAMES // AT_ONCE):
+        fed, here = {}, {}
+        for sensor in layers.network.sensors:
+            size = (AT_ONCE, *sensor.shape)
+            numbers = (noise.integers(0, 256, size) if sensor.is_image else noise.random(size)).astype(np.float32)
+            here[input_name(layers.kind, sensor.name)] = numbers
+            fed |= {name: numbers for name in function.inputs if name.rpartition("/")[2] == sensor.name}
+        told, ours = as_commands(layers.kind, function(fed)), as_commands(layers.kind, of_layers(here))
+        difference = float(np.abs(told - ours).max()) if told.shape == ours.shape else float("inf")
+        if not difference <= TOLERANCE:
+            raise ForeignModelError(
+                path, f"its graph answers otherwise than its layers (by {difference:g})", "a network as AWS trains it"
+            )

@@ -19,12 +19,12 @@ from racecraft.formats.aws.drfc_folder import DrfcFolder
 from racecraft.formats.aws.model_metadata import as_aws_dict
 from racecraft.formats.aws.reward_source import RewardSource
 from racecraft.formats.aws.run_env import RunEnv
+from racecraft.formats.checkpoint_ranking import split_source
 from racecraft.formats.run_folder import TRACK as RUN_TRACK
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.deepracer.foreign_model import IMPORTED
 from racecraft.players.deepracer.run_courses import LaidCourse, cars_on, courses_of_job, held_out_of_job, of_race
 from racecraft.players.deepracer.trained_car import KIND, track_of_run
-from racecraft.players.trained import split_source
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import from_dictionary
 from racecraft.tracks.catalogue import load_track

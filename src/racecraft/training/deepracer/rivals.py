@@ -13,10 +13,9 @@ from racecraft.algorithms.weights import to_arrays
 from racecraft.contract.errors import SettingError
 from racecraft.envs.deepracer.settings import HEAD_TO_MODEL
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
-from racecraft.formats.checkpoint_ranking import load_weights
+from racecraft.formats.checkpoint_ranking import load_weights, split_source
 from racecraft.players.deepracer.driver import Driver, league_in, load_driver
 from racecraft.players.deepracer.foreign_model import borrowed_run
-from racecraft.players.trained import split_source
 from racecraft.training.deepracer.against import AgainstWorld, deal, own_actions
 from racecraft.training.deepracer.plan import ITSELF, CarPlan
 from racecraft.training.opponent_pool import OpponentPool

@@ -20,8 +20,9 @@ from racecraft.envs.unity.behaviors import Behavior, card_of
 from racecraft.envs.unity.cards import behaviors_in
 from racecraft.envs.unity.errors import PlayerLeftError
 from racecraft.envs.unity.world import UnityWorld
+from racecraft.formats.checkpoint_ranking import split_source
 from racecraft.formats.run_folder import RunFolder
-from racecraft.players.trained import TrainedPolicy, load_policy, split_source
+from racecraft.players.trained import TrainedPolicy, load_policy
 from racecraft.rollout.statistics import EpisodeCounter, summarise
 from racecraft.training.resume import Say
 from racecraft.training.stopping import Progress, StopCondition, parse_stops, reached

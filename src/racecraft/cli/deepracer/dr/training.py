@@ -160,9 +160,8 @@ def _request(drfc: DrfcFolder) -> Any:
 
 def _plan(drfc: DrfcFolder) -> None:
     """Read and check everything now, so that a letter comes in this terminal and not in a log."""
-    from racecraft.formats.checkpoint_ranking import load_weights
+    from racecraft.formats.checkpoint_ranking import load_weights, split_source
     from racecraft.players.deepracer.foreign_model import borrowed_run
-    from racecraft.players.trained import split_source
     from racecraft.training.deepracer.cloning import require_same_shape
     from racecraft.training.deepracer.trainer import KIND, load_reward
     from racecraft.training.worlds import plan

@@ -7,7 +7,8 @@ import os
 import sys
 from typing import Any
 
-from racecraft.compat.rllib_training import train_experiment
+from racecraft.compat.pairs import PRIMARY, SECONDARY, carry_for_primary, role_of, spread_to_secondary
+from racecraft.compat.rllib_training import prepare_worlds, train_experiment
 from racecraft.contract.errors import SettingError
 from racecraft.jobs.hyperparameters import PREFIX, check_overrides
 
@@ -36,9 +37,7 @@ class SageMakerRayLauncher:
     def launch(self) -> None:
         """Train."""
         words = _hyperparameters(sys.argv[1:])
-        if words.get("rl_cluster_type") == "secondary":
-            print("- a secondary job has nothing to do on one machine: the primary has all its cores")
-            return
+        role = role_of(words)
         self.register_env_creator()
         config = self.customize_experiment_config(self.get_experiment_config())
         if "training" not in config:
@@ -48,7 +47,11 @@ class SageMakerRayLauncher:
         for name, value in words.items():
             if name.startswith(PREFIX):
                 _lay(config, name.removeprefix(PREFIX).split("."), value)
-        train_experiment(config["training"])
+        if role == SECONDARY:
+            prepare_worlds(config["training"])
+            carry_for_primary(words)
+            return
+        train_experiment(config["training"], spread_to_secondary(words) if role == PRIMARY else None)
 
     @classmethod
     def train_main(cls) -> None:

@@ -20,6 +20,8 @@ NEAR_M = 0.02
 """What is nearer than this to the image plane is cut off (the original's near clip)."""
 FULL = 16384
 """A pixel that is wholly covered, in the sheet of coverage."""
+BLOCK = 32
+"""Pixels side by side that are laid over together."""
 SUN_X, SUN_Y = 0.6, -0.8
 """Where light comes from, over the ground; tops have all of it."""
 SIDE_LIGHT, SUN_SHARE = 0.92, 0.12
@@ -206,38 +208,33 @@ def add_face(coverage, colours, optics, corners, eye_x, eye_y, cosine, sine, lev
     for corner in range(kept):
         px, py = image[corner, 0], image[corner, 1]
         qx, qy = image[(corner + 1) % kept, 0], image[(corner + 1) % kept, 1]
-        add_edge(coverage, px, py, qx, qy, FULL)
-        add_edge(colours, px, py, qx, qy, weight)
+        add_edge((coverage, colours), px, py, qx, qy, (FULL, weight))
         bounds[0], bounds[1] = min(bounds[0], py), max(bounds[1], py)
         bounds[2], bounds[3] = min(bounds[2], px), max(bounds[3], px)
 
 
 @kernel
 def lay_over(frame, coverage, colours, top, bottom, left, right):
-    """Sum both sheets down their columns, lay the colours over the frame by their coverage; leave the sheets empty."""
+    """Sum both sheets down their columns, lay the colours over the frame by their coverage; leave the sheets empty.
+
+    Columns are taken in whole blocks, so that none of a row is left over from those worked on at a time: beside the box
+    both sheets are empty, and a pixel there keeps its level.
+    """
+    left, right = left // BLOCK * BLOCK, min((right + BLOCK - 1) // BLOCK * BLOCK, frame.shape[1])
     covered, coloured = np.zeros(right - left, np.int16), np.zeros(right - left, np.int16)
-    mixed = np.empty(right - left, np.int32)
     for row in range(top, bottom):
-        lay_row(frame[row, left:right], coverage[row, left:right], colours[row, left:right], covered, coloured, mixed)
+        pixels = frame[row, left:right]
+        of_coverage, of_colours = coverage[row, left:right], colours[row, left:right]
+        for column in range(right - left):
+            share = np.int16(covered[column] + of_coverage[column])
+            colour = np.int16(coloured[column] + of_colours[column])
+            covered[column], coloured[column] = share, colour
+            of_coverage[column] = of_colours[column] = 0
+            under, over = np.int32(pixels[column]) * np.int32(FULL - share), np.int32(colour) * np.int32(FULL // LEVEL)
+            level = (under + over + np.int32(FULL // 2)) >> 14
+            pixels[column] = np.uint8(min(max(level, 0), 255))
     coverage[bottom, left:right] = 0
     colours[bottom, left:right] = 0
-
-
-@kernel
-def lay_row(pixels, coverage, colours, covered, coloured, mixed):
-    """Lay one row's colours over its pixels: the sums so far go on, the sheets' row is left empty.
-
-    Numbers are kept as narrow as they are, in an array of int32, so that many pixels are worked on at a time.
-    """
-    for column in range(pixels.shape[0]):
-        share = np.int16(covered[column] + coverage[column])
-        colour = np.int16(coloured[column] + colours[column])
-        covered[column], coloured[column] = share, colour
-        coverage[column] = colours[column] = 0
-        mixed[column] = np.int32(pixels[column]) * (FULL - share) + np.int32(colour) * (FULL // LEVEL) + FULL // 2
-    for column in range(pixels.shape[0]):
-        level = np.int16(mixed[column] >> 14)
-        pixels[column] = np.uint8(min(max(level, np.int16(0)), np.int16(255)))
 
 
 @kernel

@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from racecraft.kernels import kernel, parallel_kernel, prange
+from racecraft.kernels import inner_kernel, kernel, parallel_kernel, prange
 
 LEVEL = 64
 """Parts of one grey level in the sheet of differences; int16 holds twice the range of a colour."""
@@ -70,16 +70,16 @@ def render_frame(scene, optics, x, y, yaw, palette, frame):
         frame: (H, W) uint8, written.
     """
     height, width = frame.shape
-    differences = np.zeros((height + 1, width), np.int16)
+    differences = np.zeros((1, height + 1, width), np.int16)
     levels = np.empty(palette.shape[0], np.int32)
     for material in range(levels.shape[0]):
         levels[material] = int(palette[material] * LEVEL + 0.5)
     cosine, sine = math.cos(yaw), math.sin(yaw)
     eye_x = x + cosine * optics.mount_x
     eye_y = y + sine * optics.mount_x
-    add_backdrop(differences, scene, optics, eye_x, eye_y, cosine, sine, levels)
-    add_ground(differences, scene, optics, eye_x, eye_y, cosine, sine, levels)
-    sum_columns(differences, levels[SKY], frame)
+    add_ground(differences, scene, optics, eye_x, eye_y, cosine, sine, np.zeros(1), levels)
+    add_backdrop(differences[0], scene, optics, eye_x, eye_y, cosine, sine, levels)
+    sum_columns(differences[0], levels[SKY], frame)
     if optics.grain > 0.0:
         grow_grass(frame, scene, optics, eye_x, eye_y, cosine, sine, palette[FIELD])
 
@@ -116,13 +116,20 @@ def grow_grass(frame, scene, optics, eye_x, eye_y, cosine, sine, level):
 
 @kernel
 def grow_grass_aslant(frame, scene, optics, eye_x, eye_y, cosine, sine, level):
-    """The same through a camera that leans to a side: no two pixels of a row are equally far."""
+    """The same through a camera that leans to a side: no two pixels of a row are equally far.
+
+    How much of the grain a pixel shows needs fewer digits than where it looks.
+    """
     height, width = frame.shape
-    xs, ys, spreads = np.empty(width), np.empty(width), np.empty(width)
+    rights, xs, ys, spreads = np.empty(width), np.empty(width), np.empty(width), np.empty(width)
+    one, blades = np.float32(1.0), np.float32(1.0 / (optics.focal * GRASS_BLADE_M))
+    most = np.float32(12.0 * optics.grain * optics.grain)
+    for column in range(width):
+        rights[column] = (column + 0.5 - optics.middle_x) / optics.focal
     for row in range(height):
         below = (row + 0.5 - optics.middle_y) / optics.focal
         for column in range(width):
-            right = (column + 0.5 - optics.middle_x) / optics.focal
+            right = rights[column]
             aside = optics.sin_roll * below - optics.cos_roll * right
             slope = optics.cos_roll * below + optics.sin_roll * right
             drop = optics.sin_pitch + slope * optics.cos_pitch
@@ -130,7 +137,7 @@ def grow_grass_aslant(frame, scene, optics, eye_x, eye_y, cosine, sine, level):
             drop = drop if is_ground else 1.0
             depth = optics.mount_z / drop
             ahead, left = depth * (optics.cos_pitch - slope * optics.sin_pitch), depth * aside
-            spreads[column] = optics.grain * math.sqrt(12.0 / (1.0 + depth / (optics.focal * drop) / GRASS_BLADE_M))
+            spreads[column] = np.sqrt(most / (one + blades * np.float32(depth) / np.float32(drop)))
             xs[column] = eye_x + cosine * ahead - sine * left if is_ground else math.inf
             ys[column] = eye_y + sine * ahead + cosine * left
         grow_row(frame[row], scene.field_corners, level, xs, ys, spreads)
@@ -181,55 +188,74 @@ def sum_columns(differences, start, frame):
 
 
 @kernel
-def add_ground(differences, scene, optics, eye_x, eye_y, cosine, sine, levels):
-    """Add the edges of all ground polygons in sight."""
-    focal, near = optics.focal, optics.ground_near
-    middle_x, middle_y = optics.middle_x, optics.middle_y
-    cos_pitch, sin_pitch, eye_z = optics.cos_pitch, optics.sin_pitch, optics.mount_z
-    depth_at_foot, down_at_foot = eye_z * sin_pitch, eye_z * cos_pitch
-    side, side_norm = optics.side, optics.side_norm
-    cos_roll, sin_roll = optics.cos_roll, optics.sin_roll
-    vertices = scene.vertices
+def add_ground(differences, scene, optics, eye_x, eye_y, cosine, sine, beside, levels):
+    """Add the edges of all ground polygons in sight of any eye to its sheet of differences (E, H + 1, W).
+
+    Eyes that lie `beside` (E,) of each other, m to the left, see a point of the ground at one depth and in one row.
+    """
+    depth_at_foot = optics.mount_z * optics.sin_pitch
+    farthest = np.abs(beside).max()
+    points = np.empty((scene.vertices.shape[0], 6))  # of which each chunk takes the first few
     for chunk in range(scene.chunks.shape[0]):
         dx, dy = scene.circles[chunk, 0] - eye_x, scene.circles[chunk, 1] - eye_y
         radius = scene.circles[chunk, 2]
-        depth = (dx * cosine + dy * sine) * cos_pitch + depth_at_foot
-        left = dy * cosine - dx * sine
-        if depth + radius < near or abs(left) - side * depth > radius * side_norm:
+        depth = (dx * cosine + dy * sine) * optics.cos_pitch + depth_at_foot
+        left = abs(dy * cosine - dx * sine) - farthest
+        if depth + radius < optics.ground_near or left - optics.side * depth > radius * optics.side_norm:
             continue
-        inside, outside = scene.chunks[chunk, 2], scene.chunks[chunk, 3]
-        weight = levels[inside] - levels[outside]
+        weight = levels[scene.chunks[chunk, 2]] - levels[scene.chunks[chunk, 3]]
         if weight == 0:
             continue
         first, last = scene.chunks[chunk, 0], scene.chunks[chunk, 1]
-        old_depth, old_left, old_down = 0.0, 0.0, 0.0
-        old_x, old_y = 0.0, 0.0
-        for vertex in range(first, last + 1):
-            dx, dy = vertices[vertex, 0] - eye_x, vertices[vertex, 1] - eye_y
-            ahead = dx * cosine + dy * sine
-            left = dy * cosine - dx * sine
-            depth = ahead * cos_pitch + depth_at_foot
-            down = down_at_foot - ahead * sin_pitch
-            if sin_roll != 0.0:
-                left, down = cos_roll * left - sin_roll * down, cos_roll * down + sin_roll * left
-            image_x, image_y = 0.0, 0.0
-            if depth >= near:
-                scale = focal / depth
-                image_x, image_y = middle_x - left * scale, middle_y + down * scale
-            if vertex > first:
-                if depth >= near and old_depth >= near:
-                    add_edge(differences, old_x, old_y, image_x, image_y, weight)
-                elif depth >= near or old_depth >= near:
-                    share = (near - old_depth) / (depth - old_depth)
-                    scale = focal / near
-                    cut_x = middle_x - (old_left + share * (left - old_left)) * scale
-                    cut_y = middle_y + (old_down + share * (down - old_down)) * scale
-                    if depth >= near:
-                        add_edge(differences, cut_x, cut_y, image_x, image_y, weight)
-                    else:
-                        add_edge(differences, old_x, old_y, cut_x, cut_y, weight)
-            old_depth, old_left, old_down = depth, left, down
-            old_x, old_y = image_x, image_y
+        place_points(points, scene.vertices[first : last + 1], optics, eye_x, eye_y, cosine, sine)
+        for eye in range(beside.shape[0]):
+            add_points((differences[eye],), points[: last + 1 - first], optics, beside[eye], (weight,))
+
+
+@kernel
+def place_points(points, vertices, optics, eye_x, eye_y, cosine, sine):
+    """Write depth, left and down (m), column and row, and pixels a metre (P, 6) of points on the ground (P, 2).
+
+    Where depth is less than that of any ground in the frame, the last three mean nothing.
+    """
+    depth_at_foot, down_at_foot = optics.mount_z * optics.sin_pitch, optics.mount_z * optics.cos_pitch
+    for vertex in range(vertices.shape[0]):
+        dx, dy = vertices[vertex, 0] - eye_x, vertices[vertex, 1] - eye_y
+        ahead = dx * cosine + dy * sine
+        left = dy * cosine - dx * sine
+        depth = ahead * optics.cos_pitch + depth_at_foot
+        down = down_at_foot - ahead * optics.sin_pitch
+        if optics.sin_roll != 0.0:
+            left, down = (
+                optics.cos_roll * left - optics.sin_roll * down, optics.cos_roll * down + optics.sin_roll * left
+            )  # fmt: skip
+        scale = optics.focal / depth
+        points[vertex, 0], points[vertex, 1], points[vertex, 2] = depth, left, down
+        points[vertex, 3], points[vertex, 4] = optics.middle_x - left * scale, optics.middle_y + down * scale
+        points[vertex, 5] = scale
+
+
+@kernel
+def add_points(sheets, points, optics, beside, weights):
+    """Add the edges from point to point (P, 6) as an eye `beside` m further left sees them, cut at the near plane."""
+    near = optics.ground_near
+    for vertex in range(1, points.shape[0]):
+        old_depth, depth = points[vertex - 1, 0], points[vertex, 0]
+        if depth < near and old_depth < near:
+            continue
+        from_x, from_y = points[vertex - 1, 3] + beside * points[vertex - 1, 5], points[vertex - 1, 4]
+        to_x, to_y = points[vertex, 3] + beside * points[vertex, 5], points[vertex, 4]
+        if depth < near or old_depth < near:  # the edge begins or ends where it meets the near plane
+            share = (near - old_depth) / (depth - old_depth)
+            scale = optics.focal / near
+            left = points[vertex - 1, 1] + share * (points[vertex, 1] - points[vertex - 1, 1])
+            down = points[vertex - 1, 2] + share * (points[vertex, 2] - points[vertex - 1, 2])
+            cut_x, cut_y = optics.middle_x - left * scale + beside * scale, optics.middle_y + down * scale
+            if depth < near:
+                to_x, to_y = cut_x, cut_y
+            else:
+                from_x, from_y = cut_x, cut_y
+        add_edge(sheets, from_x, from_y, to_x, to_y, weights)
 
 
 @kernel
@@ -281,9 +307,10 @@ def add_polygon(differences, optics, polygon, eye_x, eye_y, cosine, sine, near, 
             image[kept, 0] = optics.middle_x - optics.focal * (left + share * (next_left - left)) / near
             image[kept, 1] = optics.middle_y + optics.focal * (down + share * (next_down - down)) / near
             kept += 1
+    sheets, weights = (differences,), (weight,)
     for corner in range(kept):
         after = (corner + 1) % kept
-        add_edge(differences, image[corner, 0], image[corner, 1], image[after, 0], image[after, 1], weight)
+        add_edge(sheets, image[corner, 0], image[corner, 1], image[after, 0], image[after, 1], weights)
 
 
 @kernel
@@ -299,14 +326,17 @@ def into_camera(optics, point, eye_x, eye_y, cosine, sine):
     return depth, left, down
 
 
-@kernel
-def add_edge(differences, x0, y0, x1, y1, weight):
-    """Add `weight` x the area below the edge from (x0, y0) to (x1, y1), in pixels, y down.
+@inner_kernel
+def add_edge(sheets, x0, y0, x1, y1, weights):
+    """Add a weight x the area below the edge from (x0, y0) to (x1, y1), in pixels, y down, to each sheet.
 
     An edge that runs right adds, one that runs left subtracts: a ring that is clockwise on the picture fills itself.
     Whatever lies left, right or below of the frame costs nothing; what lies above counts from the first row.
+
+    `sheets` are as many int16 (H + 1, W) as there are `weights`, whole numbers: where the edge runs is worked out once
+    for all of them.
     """
-    height, width = differences.shape[0] - 1, differences.shape[1]
+    height, width = sheets[0].shape[0] - 1, sheets[0].shape[1]
     if y0 >= height and y1 >= height:
         return
     sign = 1
@@ -333,7 +363,6 @@ def add_edge(differences, x0, y0, x1, y1, weight):
         x1 = x0 + (height - y0) / slope
         y1 = float(height)
     left_x, left_y = x0, y0
-    left_sum = int(x0 * weight)
     column = int(x0)
     while left_x < x1 and column < width:
         right_x = float(column + 1)
@@ -341,49 +370,49 @@ def add_edge(differences, x0, y0, x1, y1, weight):
             right_y = y0 + slope * (right_x - x0)
         else:
             right_x, right_y = x1, y1
-        right_sum = int(right_x * weight)
         top, bottom = min(left_y, right_y), max(left_y, right_y)
         row = int(top)
         if top >= 0.0 and bottom < row + 1:
             if row < height:
-                change = sign * (right_sum - left_sum)
-                lower = int(change * (0.5 * (top + bottom) - row))
-                differences[row, column] += change - lower
-                differences[row + 1, column] += lower
+                change_pixel(sheets, row, column, left_x, right_x, 0.5 * (top + bottom) - row, weights, sign)
         elif bottom <= 0.0:
-            differences[0, column] += sign * (right_sum - left_sum)
+            change_pixel(sheets, 0, column, left_x, right_x, 0.0, weights, sign)
         elif left_y <= right_y:
-            add_steep(differences, column, left_x, left_y, right_x, right_y, weight, sign)
+            add_steep(sheets, column, left_x, left_y, right_x, right_y, weights, sign)
         else:
-            add_steep(differences, column, right_x, right_y, left_x, left_y, weight, -sign)
-        left_x, left_y, left_sum = right_x, right_y, right_sum
+            add_steep(sheets, column, right_x, right_y, left_x, left_y, weights, -sign)
+        left_x, left_y = right_x, right_y
         column += 1
 
 
 @kernel
-def add_steep(differences, column, top_x, top_y, bottom_x, bottom_y, weight, sign):
+def add_steep(sheets, column, top_x, top_y, bottom_x, bottom_y, weights, sign):
     """Add the part of an edge within one column that crosses rows, from its top to its bottom."""
-    height = differences.shape[0] - 1
+    height = sheets[0].shape[0] - 1
     drift = (bottom_x - top_x) / (bottom_y - top_y)
-    old_sum = int(top_x * weight)
     y, x = top_y, top_x
     if top_y < 0.0:
         x = top_x - drift * top_y
         y = 0.0
-        new_sum = int(x * weight)
-        differences[0, column] += sign * (new_sum - old_sum)
-        old_sum = new_sum
+        change_pixel(sheets, 0, column, top_x, x, 0.0, weights, sign)
     row = int(y)
     while row < height:
         is_last = bottom_y <= row + 1
         next_y = bottom_y if is_last else float(row + 1)
         next_x = bottom_x if is_last else top_x + drift * (next_y - top_y)
-        new_sum = int(next_x * weight)
-        change = sign * (new_sum - old_sum)
-        lower = int(change * (0.5 * (y + next_y) - row))
-        differences[row, column] += change - lower
-        differences[row + 1, column] += lower
+        change_pixel(sheets, row, column, x, next_x, 0.5 * (y + next_y) - row, weights, sign)
         if is_last:
             break
-        old_sum, y, x = new_sum, next_y, next_x
+        y, x = next_y, next_x
         row += 1
+
+
+@inner_kernel
+def change_pixel(sheets, row, column, left_x, right_x, above, weights, sign):
+    """Let what lies below an edge begin in a pixel, between two places across it; so much of it only a row below."""
+    at, under, here = np.uint64(row), np.uint64(row + 1), np.uint64(column)
+    for sheet, weight in zip(sheets, weights):  # noqa: B905 (Numba knows no strict)
+        change = sign * (int(right_x * weight) - int(left_x * weight))
+        lower = int(change * above)
+        sheet[at, here] += change - lower
+        sheet[under, here] += lower

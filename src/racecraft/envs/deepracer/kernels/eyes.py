@@ -16,7 +16,7 @@ from racecraft.envs.deepracer.kernels.camera import (
     LEVEL,
     SKY,
     add_backdrop,
-    add_edge,
+    add_ground,
     grow_grass,
     render_frame,
     sum_columns,
@@ -50,7 +50,7 @@ def render_pair(scene, optics, x, y, yaw, half, palette, frames):
         levels[material] = int(palette[material] * LEVEL + 0.5)
     cosine, sine = math.cos(yaw), math.sin(yaw)
     middle_x, middle_y = x + cosine * optics.mount_x, y + sine * optics.mount_x
-    add_ground_twice(differences, scene, optics, middle_x, middle_y, cosine, sine, half, levels)
+    add_ground(differences, scene, optics, middle_x, middle_y, cosine, sine, np.array([half, -half]), levels)
     for eye in range(2):
         left = half if eye == 0 else -half
         eye_x, eye_y = middle_x - sine * left, middle_y + cosine * left
@@ -58,54 +58,6 @@ def render_pair(scene, optics, x, y, yaw, half, palette, frames):
         sum_columns(differences[eye], levels[SKY], frames[eye])
         if optics.grain > 0.0:
             grow_grass(frames[eye], scene, optics, eye_x, eye_y, cosine, sine, palette[FIELD])
-
-
-@kernel
-def add_ground_twice(differences, scene, optics, middle_x, middle_y, cosine, sine, half, levels):
-    """Add the edges of all ground polygons in sight of either eye to its sheet of differences (2, H + 1, W)."""
-    focal, near = optics.focal, optics.ground_near
-    cos_pitch, sin_pitch = optics.cos_pitch, optics.sin_pitch
-    depth_at_foot, down_at_foot = optics.mount_z * sin_pitch, optics.mount_z * cos_pitch
-    vertices = scene.vertices
-    for chunk in range(scene.chunks.shape[0]):
-        dx, dy = scene.circles[chunk, 0] - middle_x, scene.circles[chunk, 1] - middle_y
-        radius = scene.circles[chunk, 2]
-        depth = (dx * cosine + dy * sine) * cos_pitch + depth_at_foot
-        left = dy * cosine - dx * sine
-        if depth + radius < near or abs(left) - half - optics.side * depth > radius * optics.side_norm:
-            continue
-        weight = levels[scene.chunks[chunk, 2]] - levels[scene.chunks[chunk, 3]]
-        if weight == 0:
-            continue
-        first, last = scene.chunks[chunk, 0], scene.chunks[chunk, 1]
-        old_depth, old_left, old_down, old_x, old_y, old_shift = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for vertex in range(first, last + 1):
-            dx, dy = vertices[vertex, 0] - middle_x, vertices[vertex, 1] - middle_y
-            ahead = dx * cosine + dy * sine
-            left = dy * cosine - dx * sine
-            depth = ahead * cos_pitch + depth_at_foot
-            down = down_at_foot - ahead * sin_pitch
-            image_x, image_y, shift = 0.0, 0.0, 0.0
-            if depth >= near:
-                scale = focal / depth
-                image_x, image_y = optics.middle_x - left * scale, optics.middle_y + down * scale
-                shift = half * scale
-            if vertex > first and (depth >= near or old_depth >= near):
-                from_x, from_y, from_shift = old_x, old_y, old_shift
-                to_x, to_y, to_shift = image_x, image_y, shift
-                if depth < near or old_depth < near:  # the edge begins or ends where it meets the near plane
-                    share = (near - old_depth) / (depth - old_depth)
-                    scale = focal / near
-                    cut_x = optics.middle_x - (old_left + share * (left - old_left)) * scale
-                    cut_y = optics.middle_y + (old_down + share * (down - old_down)) * scale
-                    if depth < near:
-                        to_x, to_y, to_shift = cut_x, cut_y, half * scale
-                    else:
-                        from_x, from_y, from_shift = cut_x, cut_y, half * scale
-                add_edge(differences[0], from_x + from_shift, from_y, to_x + to_shift, to_y, weight)
-                add_edge(differences[1], from_x - from_shift, from_y, to_x - to_shift, to_y, weight)
-            old_depth, old_left, old_down = depth, left, down
-            old_x, old_y, old_shift = image_x, image_y, shift
 
 
 @parallel_kernel

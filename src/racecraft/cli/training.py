@@ -1,0 +1,179 @@
+"""What every command that trains asks alike, and the road it takes. Begin with `TrainingOptions`, then `Road`.
+
+A command brings the words of its world: which options say what is trained, the request they make, what is left in the
+run folder in the end, and what is told of it. Everything between is the same: a new run or an old one, a job or this
+terminal, buckets, metrics, workers.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from racecraft.cli.buckets.training import MirrorAt
+from racecraft.cli.metrics_beside import MetricsPort, measured
+from racecraft.cli.options import AlgorithmName, Detach, From, Json, Overrides, Resume
+
+if TYPE_CHECKING:
+    from racecraft.training.callbacks import TrainingCallback
+    from racecraft.training.gathering import Spread
+    from racecraft.training.request import TrainRequest
+    from racecraft.training.trainer import Trained
+
+OF_A_NEW_RUN = ("seed", "algorithm", "set_", "from_")
+"""Options of every training that a run keeps: at --resume they are refused, unless they say what it was begun with."""
+Left = dict[str, Any]
+"""What a training leaves for people, by kind: paths, and figures of its own; `--json` tells it with the summary."""
+
+
+@dataclass(frozen=True)
+class TrainingOptions:
+    """What every training is asked alike; a world says in its own words what stops it and where its run lies."""
+
+    stop: Annotated[
+        list[str] | None, typer.Option(help="minutes=10, iterations=50, steps=200000; may be repeated.")
+    ] = None
+    run: Annotated[Path | None, typer.Option(help="Run folder to make.")] = None
+    seed: Annotated[int | None, typer.Option(min=0, help="Same seed, same machine, same training.")] = 1
+    algorithm: AlgorithmName = None
+    """None: what the user's own files ask for, else ppo."""
+    set_: Overrides = None
+    from_: From = None
+    resume: Resume = False
+    detach: Detach = False
+    mirror: MirrorAt = None
+    pictures: Annotated[bool, typer.Option(help="Leave a report with its curves in the run folder.")] = True
+    metrics_port: MetricsPort = None
+    json: Json = False
+
+    @property
+    def stops(self) -> tuple[str, ...]:
+        """The stop conditions, as typed."""
+        return tuple(self.stop or ())
+
+    def tell(self, text: str) -> None:
+        """Say a line to a person."""
+        from racecraft.cli.output import say
+
+        say(text, quiet_stdout=self.json)
+
+    def source(self, folder: Path | None = None) -> str | None:
+        """Return the run whose weights are begun with, fetched where it is named by an address."""
+        from racecraft.cli.buckets.training import fetch_run
+
+        return None if self.from_ is None else fetch_run(self.from_, self.tell, folder)
+
+    def asked(self, source: str | None) -> dict[str, Any]:
+        """Return all this as keywords of a `TrainRequest`."""
+        return {
+            "algorithm": self.algorithm,
+            "stops": self.stops,
+            "run": self.run,
+            "seed": self.seed,
+            "overrides": tuple(self.set_ or ()),
+            "clone_from": source,
+        }
+
+    def leave_report(self, trained: Trained) -> Left:
+        """Leave the run's page in its folder, where that is wanted."""
+        from racecraft.cli.runs.report import leave_report
+
+        return dict(leave_report(trained.run.path, self.tell)) if self.pictures else {}
+
+
+@dataclass(frozen=True)
+class Road:
+    """How a world's command trains: what it calls its runs, and what a run that goes on keeps.
+
+    Attributes:
+        kind: Of the world, as `training.worlds` names it.
+        example: A run folder as this command makes it, for letters.
+        keeps: Names of the command's options, in Python, that belong to a new run.
+        kept_as: Of those that the run keeps otherwise than they are typed: the name there, and the whole value.
+        folder: The user's own, where there is one.
+        model: What the metrics call it; None: by the run.
+        cluster: What --cluster said.
+        beside: Wraps who watches, such as a page does.
+    """
+
+    kind: str
+    example: str
+    keeps: tuple[str, ...]
+    kept_as: Mapping[str, tuple[str, Any]] = field(default_factory=dict)
+    folder: Path | None = None
+    model: str | None = None
+    cluster: str | None = None
+    beside: Callable[[TrainingCallback], AbstractContextManager[TrainingCallback]] = nullcontext
+
+    def train(
+        self,
+        context: typer.Context,
+        options: TrainingOptions,
+        request: Callable[[], TrainRequest],
+        told: Callable[[Trained, Left], None],
+        leave: Callable[[Trained], Left] | None = None,
+    ) -> None:
+        """Train, or go on, here or as a job, and say what came of it.
+
+        Args:
+            context: How the command was typed.
+            options: What was asked.
+            request: Makes the request of a new run; called for no other.
+            told: Says to a person what came of it.
+            leave: Lays pictures and pages into the run folder when it is trained; None: the run's report, if wanted.
+
+        Raises:
+            UserInputError: Whatever was asked for and cannot be used, as a letter.
+        """
+        from racecraft.cli.buckets.training import mirrored, place_of_mirror
+        from racecraft.cli.jobs.detaching import detach_training
+        from racecraft.cli.output import print_json
+        from racecraft.cluster.spreading import spread_over
+        from racecraft.training.progress import watcher
+
+        spread = spread_over(self.cluster)
+        begun = self._begun(context, options)
+        place = place_of_mirror(options.mirror, self.folder, begun, options.tell)
+        asked = None if begun is not None else request()
+        shown = watcher(sys.stderr if options.json else sys.stdout)
+        named = self.model if options.run is None else options.run.name
+        shown = measured(shown, options.metrics_port, named, options.tell, options.detach)
+        if options.detach:
+            return detach_training(context, options.run, asked, options.json)
+        with self.beside(shown) as watching:  # a page stays behind what is told
+            with mirrored(watching, place, options.tell, begun) as mirroring:
+                trained = self._carry_out(asked, begun, options, mirroring, spread)
+                left = (leave or options.leave_report)(trained)
+            if options.json:
+                print_json({**trained.summary(), **left})
+            else:
+                told(trained, left)
+
+    def _begun(self, context: typer.Context, options: TrainingOptions) -> Path | None:
+        """Return the run that is gone on with; None: a new one."""
+        from racecraft.cli.resuming import refuse_changes
+
+        if not options.resume:
+            return None
+        return refuse_changes(context, options.run, (*self.keeps, *OF_A_NEW_RUN), self.example, self.kept_as)
+
+    def _carry_out(
+        self,
+        request: TrainRequest | None,
+        begun: Path | None,
+        options: TrainingOptions,
+        callback: TrainingCallback,
+        spread: Spread | None,
+    ) -> Trained:
+        from racecraft.training import worlds
+
+        if begun is not None:
+            return worlds.resume(begun, options.stops, callback, options.tell, self.kind, spread)
+        assert request is not None
+        return worlds.train(request, callback, options.tell, spread)

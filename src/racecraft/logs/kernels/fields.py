@@ -1,0 +1,153 @@
+"""Fields whose two ends are known: which commas and ends of lines there are, and what stands between two of them.
+
+Begin with `find_marks`, then `float_between`. Nothing here goes round in a loop or takes one of two ways by what a
+number looks like, as far as that can be had: a processor that guessed its way wrong has lost more time than the whole
+number takes. What these few ways do not cover is "not sure", and is read by `decimals` from its first byte.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from racecraft.kernels import inner_kernel, kernel
+from racecraft.kernels.bits import decimal_digits, ones, same_bytes, trailing_zeros, word_at
+from racecraft.logs.kernels.decimals import number_of, product
+
+_U = np.uint64
+_0, _1, _8 = _U(0), _U(1), _U(8)
+_ALL = _U(0xFFFFFFFFFFFFFFFF)
+_BYTE = _U(0xFF)
+_ZEROS = _U(0x3030303030303030)
+_TO_HIGH_BIT = _U(0x7676767676767676)
+_HIGH_BITS = _U(0x8080808080808080)
+_LOW_BITS = _U(0x0101010101010101)
+_POINTS = _U(0x2E2E2E2E2E2E2E2E)
+_POINT_ZERO = _U(0x302E)
+_MINUS = _U(0x2D)
+_TENS = np.array([10**k for k in range(20)], np.uint64)
+_MOST_LETTERS = 31
+_FLOAT_TENS = np.array([float(10**k) for k in range(9)])
+_COMMA, _NEW_LINE = np.uint8(ord(",")), np.uint8(ord("\n"))
+
+BYTES_BEFORE = 40
+"""Bytes that must be readable before a text, so that a word may be looked at wherever it begins."""
+
+
+@kernel
+def find_marks(text, begin, end, marks, line_marks):
+    """Find the commas and the ends of lines in a text; up to 63 bytes behind it are looked at.
+
+    Args:
+        text: Address of the first byte.
+        begin: Where to begin.
+        end: Where to end.
+        marks: int32, written: where each of them stands, with room for one a byte.
+        line_marks: int32, written: which of the marks are ends of lines.
+
+    Returns:
+        How many marks and how many ends of lines there are.
+    """
+    count = lines = 0
+    for at in range(begin, end, 64):
+        ends = same_bytes(text, at, _NEW_LINE)
+        found = same_bytes(text, at, _COMMA) | ends
+        if at + 64 > end:
+            inside = _ALL >> _U(at + 64 - end)
+            ends, found = ends & inside, found & inside
+        while ends != _0:
+            lowest = ends & (~ends + _1)
+            line_marks[lines] = count + ones(found & (lowest - _1))
+            lines += 1
+            ends ^= lowest
+        while found != _0:
+            marks[count] = at + trailing_zeros(found)
+            count += 1
+            found &= found - _1
+    return count, lines
+
+
+@inner_kernel
+def _last(word, count):
+    """Return a word of which the last bytes are kept, 0 to 8 of them."""
+    shift = _U(4) * (_8 - _U(count))  # in two turns, for a word cannot be shifted by 64 bits
+    return word & (_ALL << shift << shift)
+
+
+@inner_kernel
+def _first(word, count):
+    """Return a word's first bytes, 0 to 8 of them, as its last ones."""
+    shift = _U(4) * (_8 - _U(count))
+    return word << shift << shift
+
+
+@inner_kernel
+def _first_point(word):
+    """Return which byte of a word is its first point, 8 where none is."""
+    bits = word ^ _POINTS
+    found = (bits - _LOW_BITS) & ~bits & _HIGH_BITS
+    return trailing_zeros(found) >> 3 if found != _0 else 8
+
+
+@inner_kernel
+def _no_digits(bits):
+    """Return something other than 0 where a byte of a word, 0x30 taken away, is no digit."""
+    return ((bits + _TO_HIGH_BIT) | bits) & _HIGH_BITS
+
+
+@inner_kernel
+def is_the_same(text, start, stop, start_before, stop_before):
+    """Tell whether a field of 8 to 24 bytes is one that was read before; of a shorter or longer one it says no."""
+    length = stop - start
+    return (
+        (length == stop_before - start_before)
+        & (8 <= length <= 24)
+        & (word_at(text, start) == word_at(text, start_before))
+        & (word_at(text, start + 8) == word_at(text, start_before + 8))
+        & (word_at(text, stop - 8) == word_at(text, stop_before - 8))
+    )
+
+
+@inner_kernel
+def float_between(text, start, stop):
+    """Read a number such as -12.5 or 7 that fills a field; return it and whether it is sure."""
+    negative = (word_at(text, start) & _BYTE) == _MINUS
+    start += negative
+    if stop - start <= 8:
+        value, sure = _short_float(text, start, stop)
+    else:
+        value, sure = _long_float(text, start, stop)
+    return value * (1.0 - 2.0 * negative), sure
+
+
+@inner_kernel
+def _short_float(text, start, stop):
+    """Read a number of up to eight letters, the point one of them: a float holds it and the power exactly."""
+    word, length = word_at(text, start), stop - start
+    point = min(_first_point(word), length)
+    places = max(length - point - 1, 0)
+    before, behind = _first(word ^ _ZEROS, point), _last(word_at(text, stop - 8) ^ _ZEROS, places)
+    number = number_of(before) * _TENS[places] + number_of(behind)
+    sure = (point > 0) & (_no_digits(before) | _no_digits(behind) == _0)
+    return np.float64(np.int64(number)) / _FLOAT_TENS[places], sure
+
+
+@inner_kernel
+def _long_float(text, start, stop):
+    if stop - start > _MOST_LETTERS:
+        return 0.0, False
+    number, places, sound = decimal_digits(text, start, stop)
+    value, sure = product(number, max(places, 0))
+    return value, sure and sound and 0 <= places < stop - start - 1
+
+
+@inner_kernel
+def whole_between(text, start, stop):
+    """Read a whole number of up to seven digits, such as 7 or 7.0, that fills a field; return it and whether sure."""
+    length, word = stop - start, word_at(text, start)
+    digits = length
+    if length > 2 and (word_at(text, stop - 2) & _U(0xFFFF)) == _POINT_ZERO:
+        digits -= 2
+    if digits < 1 or digits > 7:
+        return np.int32(0), False
+    bits = (word ^ _ZEROS) << (_8 * _U(8 - digits))
+    return np.int32(number_of(bits)), _no_digits(bits) == _0

@@ -1,0 +1,96 @@
+"""RUN[:which] in every command that takes a run, by one door."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+from tests.cli.conftest import TINY
+
+from racecraft.cli.named_run import named_run
+from racecraft.contract.errors import SettingError
+from racecraft.formats.checkpoint import Checkpoints
+
+WHOLE_RUN_ONLY = [["report"], ["stop"], ["train", "--resume", "--run"]]
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory):
+    """A run `r` whose best checkpoint is 1 and whose last is 2."""
+    folder = tmp_path_factory.mktemp("named")
+    words = ["train", "--run", "r", "--no-pictures", "--stop", "iterations=2", "--json", *TINY]
+    subprocess.run([sys.executable, "-m", "racecraft", *words], cwd=folder, check=True, capture_output=True)
+    Checkpoints(folder / "r/checkpoints").mark(1, 1.0, best=True)
+    return folder
+
+
+@pytest.fixture
+def inside(racecraft, trained, monkeypatch):
+    monkeypatch.chdir(trained)
+    return racecraft
+
+
+EXPORT = ["export", "RUN", "--to", "car", "--no-check", "--output", "made", "--json"]
+LOOK = ["look", "RUN", "--film", "made.mp4", "--page", "made.html", "--json"]
+EVALUATE = ["evaluate", "RUN", "--laps", "1", "--json"]
+
+
+@pytest.mark.parametrize(
+    ("command", "which", "number"),
+    [
+        (EXPORT, "", 1), (EXPORT, ":best", 1), (EXPORT, ":last", 2), (EXPORT, ":0", 0), (EXPORT, ":reward", 2),
+        (LOOK, ":last", 2), (EVALUATE, ":last", 2),
+    ],
+    ids=lambda told: told[0] if isinstance(told, list) else None,
+)  # fmt: skip
+def test_a_command_takes_the_checkpoint_that_was_named(inside, command, which, number):
+    said = inside(*(word.replace("RUN", f"r{which}") for word in command))
+    assert said.code == 0, said.err
+    assert json.loads(said.out)["checkpoint"] == number
+
+
+def test_a_model_folder_of_one_checkpoint_has_it_as_its_best_and_its_last(inside):
+    """TINY's network is none of AWS's: the letter tells that the named checkpoint was looked at."""
+    said = inside("export", "r:7", "--to", "drfc")
+    assert "there is no checkpoint '7'" in said.err
+
+
+def test_checkpoints_lists_the_one_that_was_named(inside):
+    assert [one["iteration"] for one in json.loads(inside("checkpoints", "r:last", "--json").out)["checkpoints"]] == [2]
+    assert len(json.loads(inside("checkpoints", "r", "--json").out)["checkpoints"]) > 1
+
+
+def test_watch_begins_with_the_checkpoint_that_was_named(trained):
+    words = [sys.executable, "-m", "racecraft", "watch", "r:best", "--port", "0", "--no-open", "--json"]
+    with subprocess.Popen(words, cwd=trained, env=os.environ, stdout=subprocess.PIPE, text=True) as served:
+        try:
+            assert json.loads(served.stdout.readline())["url"].endswith("#iteration=1")
+        finally:
+            served.kill()
+
+
+@pytest.mark.parametrize("words", WHOLE_RUN_ONLY, ids=lambda words: words[0])
+def test_what_is_about_the_whole_run_says_so(inside, words):
+    said = inside(*words, "r:best")
+    assert said.code == 2
+    assert "r is a run, and nothing here is called 'best'; expected the run alone" in said.err
+
+
+@pytest.mark.parametrize(
+    "words", [["export", "--to", "car"], ["look"], ["why"], ["serve"], ["record"], ["evaluate"], ["watch"],
+              ["checkpoints"], ["train", "--from"]], ids=lambda words: words[0],
+)  # fmt: skip
+def test_a_misspelled_checkpoint_is_named_with_what_there_is(inside, words):
+    said = inside(*words, "r:bset")
+    assert said.code == 2
+    assert "nothing here is called 'bset'" in said.err
+    assert "racecraft checkpoints r lists them" in said.err
+
+
+def test_a_checkpoint_is_named_once(inside):
+    said = inside("export", "r:last", "--checkpoint", "best", "--to", "car")
+    assert said.code == 2
+    assert "r:last and --checkpoint best were given" in said.err
+    with pytest.raises(SettingError, match="expected one of them"):
+        named_run("r:1", "2")
