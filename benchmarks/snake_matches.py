@@ -2,11 +2,18 @@
 
     python benchmarks/snake_matches.py search:runs/snakes-1 search                   duels on 11x11, 25 ms a move
     python benchmarks/snake_matches.py search search:runs/snakes-1 --snakes 4        two of each at a board
+    python benchmarks/snake_matches.py search http://localhost:8001 --milliseconds 500          a server of a stranger
 
 Every two games have the same dice, with the seats swapped. A duel that is drawn (both gone on the same turn, or 1,000
-turns) counts half to each; among four the game is won by the side of the last snake alive, and drawn where there is
-none. Interval by Wilson over games, draws as half wins. A move's time is that of the processor, not of the clock, so
-that other programs on the machine do not decide games; nobody ponders, and nobody can be late. Prints one JSON object.
+turns) counts half to each. A game of four ends when one side has nobody left: the other has won it, and where that has
+nobody left either it is drawn. Interval by Wilson over games, draws as half wins. A move's time is that of the
+processor, not of the clock, so that other programs on the machine do not decide games; nobody ponders, and nobody can
+be late. Prints one JSON object.
+
+Where an address is among the two, time is that of the clock: `--milliseconds` is the game's timeout, as the official
+program has it, players of ours keep their margin within it (`players/battlesnake/time_budget.py`), and one thinks after
+the other, so that both have the machine to themselves. Answers that came late, and that failed otherwise, are counted
+for each side; nothing else should run meanwhile.
 """
 
 from __future__ import annotations
@@ -16,6 +23,11 @@ import json
 import time
 from concurrent.futures import ProcessPoolExecutor
 from types import SimpleNamespace
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from racecraft.envs.battlesnake.board import Board
+    from racecraft.evaluation.battlesnake.seats import Seat
 
 SEED_OF_MATCHES, MOST_TURNS = 3_000_017, 1000
 
@@ -37,7 +49,7 @@ def pair_of_games(first: str, second: str, size: int, snakes: int, milliseconds:
             warm_up(player)
         settings = GameSettings(size, size, snakes)
         referee = Referee(settings, StreamDice(key))
-        while not referee.over and referee.board.turn < MOST_TURNS:
+        while len({seated[one.id] for one in referee.board.alive()}) > 1 and referee.board.turn < MOST_TURNS:
             board = referee.board
             referee.turn(
                 {one.id: players[one.id].choose(board, settings, one.id, milliseconds / 1000) for one in board.alive()}
@@ -45,6 +57,46 @@ def pair_of_games(first: str, second: str, size: int, snakes: int, milliseconds:
         left = {seated[one.id] for one in referee.board.alive()}
         told.append({"worth": float(left == {first}) if len(left) == 1 else 0.5, "turns": referee.board.turn})
     return told
+
+
+def games_by_the_clock(first: str, second: str, size: int, snakes: int, milliseconds: float, pairs: int) -> list[dict]:
+    """Play pairs of games in which servers take part; a game tells late and failed answers of either side, too."""
+    from racecraft.contract.random_streams import stream_keys
+    from racecraft.envs.battlesnake.dice import StreamDice
+    from racecraft.envs.battlesnake.settings import GameSettings
+    from racecraft.evaluation.battlesnake.match import play
+    from racecraft.evaluation.battlesnake.seats import take_seat
+
+    def left(board: Board, game: int) -> set[bool]:
+        """Return which sides have somebody left; True is the first."""
+        return {int(one.id[1:]) % 2 == game % 2 for one in board.alive()}
+
+    keys = stream_keys(SEED_OF_MATCHES, "matches", pairs)
+    sides = [[take_seat(name) for _ in range(snakes // 2)] for name in (first, second)]
+    told = []
+    try:
+        for game in range(2 * pairs):
+            order = sides if game % 2 == 0 else sides[::-1]
+            seats = [order[number % 2][number // 2] for number in range(snakes)]
+            before = [_failures(side) for side in sides]
+            played = play(
+                GameSettings(size, size, snakes), seats, StreamDice(int(keys[game // 2])), f"match-{game + 1}",
+                round(milliseconds), sequential=True, most_turns=MOST_TURNS,
+                until=lambda board, game=game: len(left(board, game)) < 2,
+            )  # fmt: skip
+            last = left(played.boards[-1], game)
+            after = [_failures(side) for side in sides]
+            late, failed = ([now[what] - was[what] for was, now in zip(before, after, strict=True)] for what in (0, 1))
+            told.append({"worth": float(last.pop()) if len(last) == 1 else 0.5, "turns": played.turns})
+            told[-1] |= {"late": late, "failed": failed}
+    finally:
+        for seat in (*sides[0], *sides[1]):
+            seat.leave()
+    return told
+
+
+def _failures(side: list[Seat]) -> tuple[int, int]:
+    return sum(seat.failures.timeouts for seat in side), sum(seat.failures.crashes for seat in side)
 
 
 def main() -> None:
@@ -61,9 +113,13 @@ def main() -> None:
     from racecraft.evaluation.rating import wilson
 
     setting = (asked.first, asked.second, asked.size, asked.snakes, asked.milliseconds)
-    with ProcessPoolExecutor(asked.cores, initializer=_count_own_time) as cores:
-        under_way = [cores.submit(pair_of_games, *setting, pair) for pair in range(asked.games // 2)]
-        games = [game for one in under_way for game in one.result()]
+    by_the_clock = any("://" in name for name in (asked.first, asked.second))
+    if by_the_clock:
+        games = games_by_the_clock(*setting, asked.games // 2)
+    else:
+        with ProcessPoolExecutor(asked.cores, initializer=_count_own_time) as cores:
+            under_way = [cores.submit(pair_of_games, *setting, pair) for pair in range(asked.games // 2)]
+            games = [game for one in under_way for game in one.result()]
     worths = [game["worth"] for game in games]
     low, high = wilson(sum(worths), len(worths))
     figures = {
@@ -72,6 +128,10 @@ def main() -> None:
         "drawn": worths.count(0.5), "lost": worths.count(0.0), "score": round(sum(worths) / len(worths), 3),
         "low": round(low, 3), "high": round(high, 3), "mean_turns": round(sum(g["turns"] for g in games) / len(games)),
     }  # fmt: skip
+    for what in ("late", "failed") if by_the_clock else ():
+        figures |= {
+            f"{what}_{side}": sum(game[what][n] for game in games) for n, side in enumerate(("first", "second"))
+        }
     print(json.dumps(figures))
 
 

@@ -4,6 +4,9 @@ import importlib.util
 import json
 import re
 import sys
+import threading
+from contextlib import suppress
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
@@ -81,3 +84,43 @@ def test_who_never_solves_a_world_counts_as_endless_beside_the_others():
     assert theirs == "| CartPole-v1 | stable-baselines3 | 2 of 3 | 10 | 10 | 2.50× | 6, 10, not solved |"
     found["CartPole-v1"]["stable-baselines3"] = runs(6, None, None)
     assert "| inf | inf | inf× |" in peers.table(found)
+
+
+class _Dreamer(BaseHTTPRequestHandler):
+    """A snake server that says who it is and sleeps through every move."""
+
+    def do_GET(self):  # noqa: N802
+        self._say(b'{"apiversion": "1"}')
+
+    def do_POST(self):  # noqa: N802
+        self.rfile.read(int(self.headers["Content-Length"]))
+        if self.path == "/move":
+            self.server.wakes.wait(60)
+        self._say(b'{"move": "up"}')
+
+    def _say(self, answer):
+        with suppress(OSError):  # the other side has hung up
+            self.send_response(200)
+            self.end_headers()
+            self.wfile.write(answer)
+
+    def log_message(self, *_):
+        pass
+
+
+@pytest.mark.parametrize("snakes", [2, 4])
+def test_a_match_against_a_server_counts_its_late_answers_and_plays_both_seats(run_all, snakes):
+    matches = importlib.import_module("snake_matches")
+    with ThreadingHTTPServer(("127.0.0.1", 0), _Dreamer) as server:
+        server.wakes = threading.Event()
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        url = f"http://127.0.0.1:{server.server_address[1]}"
+        try:
+            games = matches.games_by_the_clock("hungry", url, 7, snakes, 40, 1)
+        finally:
+            server.wakes.set()
+            server.shutdown()
+    assert [game["worth"] for game in games] == [1.0, 1.0]  # upwards from either seat is the wall
+    for game in games:
+        assert game["late"][1] >= 1
+        assert game["failed"][0] == 0

@@ -165,3 +165,14 @@ def test_the_pettingzoo_face_passes_its_own_tests():
 
     tests.parallel_api_test(make(), num_cycles=120)
     tests.parallel_seed_test(make, num_cycles=30)
+
+
+def test_the_lead_is_over_the_longest_other():
+    def leads(*lengths):
+        snakes = [Snake(f"s{n}", [(2 * n, y) for y in range(length)], 90) for n, length in enumerate(lengths)]
+        board, game = Board(11, 11, 4, snakes), GameSettings(11, 11, len(lengths))
+        return [round(float(observe_board(board, game, one.id)[0]["numbers"][2]), 6) for one in snakes]
+
+    assert leads(4, 6, 3) == [-0.2, 0.2, -0.3]
+    assert leads(5, 5, 3) == [0.0, 0.0, -0.2]
+    assert leads(4) == [1.0]

@@ -5,11 +5,9 @@ The page itself is `arena_page.html`; what it is told stands in `serving/arena_s
 
 from __future__ import annotations
 
-import html
-from importlib.resources import files
+from racecraft.analysis.battlesnake.page_head import with_head
 
 
 def arena_page(name: str) -> str:
     """Return the page of an arena called so."""
-    template = files("racecraft.analysis.battlesnake").joinpath("arena_page.html").read_text(encoding="utf-8")
-    return template.replace("__TITLE__", html.escape(name))
+    return with_head("arena_page.html", name)

@@ -6,13 +6,15 @@ WebSocket from which they come while the game is played.
 
 from __future__ import annotations
 
-import html
 import json
 from collections.abc import Sequence
-from importlib.resources import files
 from typing import Any
 
 from racecraft.analysis.battlesnake.board_frames import Event
+from racecraft.analysis.battlesnake.page_head import with_head
+
+SOURCES = "'self' ws://127.0.0.1:* ws://localhost:*"
+"""A game that is played is told over a WebSocket."""
 
 
 def board_page(title: str, game: dict[str, Any], events: Sequence[Event] = (), live: str = "", speed: float = 8) -> str:
@@ -27,5 +29,4 @@ def board_page(title: str, game: dict[str, Any], events: Sequence[Event] = (), l
     """
     told = {"title": title, "game": game, "events": list(events), "live": live, "speed": speed}
     data = json.dumps(told, separators=(",", ":")).replace("<", "\\u003c")
-    template = files("racecraft.analysis.battlesnake").joinpath("board_page.html").read_text(encoding="utf-8")
-    return template.replace("__TITLE__", html.escape(title)).replace('"__DATA__"', data)
+    return with_head("board_page.html", title, SOURCES).replace('"__DATA__"', data)

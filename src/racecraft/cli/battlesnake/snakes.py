@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from racecraft.cli.battlesnake import arena as snakes_arena
+from racecraft.cli.battlesnake import import_game as snakes_import
 from racecraft.cli.battlesnake import play as snakes_play
 from racecraft.cli.battlesnake import reproduce as snakes_reproduce
 from racecraft.cli.battlesnake import serve as snakes_serve
@@ -78,5 +79,6 @@ def verify(
         raise typer.Exit(1)
 
 
+app.command("import")(snakes_import.import_game)
 app.command()(snakes_study.study)
 app.command()(snakes_tune.tune)

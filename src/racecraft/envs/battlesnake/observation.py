@@ -104,7 +104,7 @@ def observe_board(
     side = view or default_view(settings.width, settings.height)
     seen = {name: np.zeros(rows + spec.shape, spec.dtype) for name, spec in observation_specs(side, outlook).items()}
     active, mask = np.zeros(rows, bool), np.ones((*rows, 4), bool)
-    marks = allocate_marks(settings, *rows)
+    marks = allocate_marks(settings, *rows)[0]
     walls = wall_planes(settings.width, settings.height, side)
     observe_game(
         0, games.bodies, games.snakes, games.games, games.cells, params_of(settings), squares_of(settings), marks,
@@ -120,8 +120,8 @@ def observe_board(
 
 
 def allocate_marks(settings: GameSettings, num_games: int, num_snakes: int) -> Array:
-    """Return room for the marks of N boards, int16 (N, K, 4); see `kernels.observe.mark`."""
-    return np.zeros((num_games, 3 * settings.area + 4 * num_snakes + 1, 4), np.int16)
+    """Return room for the marks of N boards, int32 (N, K, 2); see `kernels.observe.mark`."""
+    return np.zeros((num_games, 3 * settings.area + 5 * num_snakes + 1, 2), np.int32)
 
 
 def allocate_scratch(settings: GameSettings, num_games: int) -> Array:

@@ -23,7 +23,7 @@ from racecraft.envs.battlesnake.board import CAUSES, MOVES, Board, BoardError
 from racecraft.envs.battlesnake.dice import StreamDice
 from racecraft.envs.battlesnake.kernels import columns as col
 from racecraft.envs.battlesnake.kernels.outlook import outlook_games
-from racecraft.envs.battlesnake.kernels.steps import begin_games, observe_games, play_turns
+from racecraft.envs.battlesnake.kernels.steps import begin_games, observe_games, step_games
 from racecraft.envs.battlesnake.observation import (
     allocate_marks,
     allocate_scratch,
@@ -39,6 +39,8 @@ from racecraft.kernels import threads
 
 _GAMES_WORTH_A_THREAD = 256
 """Handing a thread its share costs 0.1 ms: two threads gain a fifth with 512 games and all of a core with 2,048."""
+
+_NO_SCRATCH, _NO_OUTLOOK = np.zeros((0, 5, 0), np.int32), np.zeros((0, 0, 4, 0), np.float32)
 
 
 @dataclass(frozen=True)
@@ -102,6 +104,7 @@ class BattlesnakeWorld:
         rows = (self.settings.num_games, game.players)
         self.games = allocate_games(game, rows[0])
         self._tally = np.zeros((*rows, 3))
+        self._last = self.games.snakes.copy(), np.zeros((*rows, col.NUM_GAME_COLUMNS), np.int32), self._tally.copy()
         self._over = np.zeros(rows[0], bool)
         self._all, self._squares = np.ones(rows[0], bool), squares_of(game)
         self._marks = allocate_marks(game, *rows)
@@ -137,20 +140,26 @@ class BattlesnakeWorld:
 
     def step(self, actions: Array, buffers: StepBuffers) -> None:
         """Play one turn of every game; games that are over begin anew in the same step."""
-        games = self.games
+        games, behind = self.games, self._scratch is not None
+        seen, last = buffers.observations, buffers.final_observations
+        mask = self._no_mask if buffers.action_mask is None else buffers.action_mask
         self._share(
-            play_turns, np.ascontiguousarray(actions, np.int64), games.bodies, games.snakes, games.games, games.cells,
-            games.sides, games.events, games.chance, self.params, self.food_squares, self._prizes,
-            self.settings.max_turns, buffers.reward, buffers.terminated, buffers.truncated, self._over, self._tally,
+            step_games, self._compiled_set_up, behind, np.ascontiguousarray(actions, np.int64), games.bodies,
+            games.snakes, games.games, games.cells, games.sides, games.events, games.chance, self.params,
+            self.food_squares, self.start_hazards, self._squares, self._marks, self._walls, self.looks,
+            self._scratch if behind else _NO_SCRATCH, self._prizes, self.settings.max_turns, buffers.reward,
+            buffers.terminated, buffers.truncated, self._over, self._tally, *self._last, seen["planes"],
+            seen["numbers"], seen.get("outlook", _NO_OUTLOOK), buffers.active, mask, last["planes"], last["numbers"],
+            last.get("outlook", _NO_OUTLOOK), self._no_active, self._no_mask,
         )  # fmt: skip
-        if self._map.hazards == "maze":
-            self._move_mazes()
         if buffers.terminated.any() or buffers.truncated.any():
             self._remember(buffers.ended)
-        if self._over.any():
-            self._show_last(buffers)
-            self._begin(self._over)
-        self._observe(buffers)
+        if self._compiled_set_up:
+            return
+        if self._map.hazards == "maze":
+            self._move_mazes()
+        self._begin(self._over)
+        self._look(self._all if self._map.hazards == "maze" else self._over, seen, buffers.active, mask)
 
     def begin_games(self, which: Array, buffers: StepBuffers) -> None:
         """Break off the games marked in `which`, bool (N,), and begin the next ones; their snakes are told of nothing.
@@ -190,10 +199,6 @@ class BattlesnakeWorld:
     def _observe(self, buffers: StepBuffers) -> None:
         mask = self._no_mask if buffers.action_mask is None else buffers.action_mask
         self._look(self._all, buffers.observations, buffers.active, mask)
-
-    def _show_last(self, buffers: StepBuffers) -> None:
-        """Write the last observation of the games that are over."""
-        self._look(self._over, buffers.final_observations, self._no_active, self._no_mask)
 
     def _look(self, which: Array, observations: Mapping[str, Array], active: Array, mask: Array) -> None:
         games = self.games
@@ -250,8 +255,7 @@ class BattlesnakeWorld:
     def _remember(self, ended: Array) -> None:
         """Keep the figures of the episodes that ended, as arrays until somebody asks."""
         game, agent = np.nonzero(ended)
-        rows = self.games.snakes[game, agent], self.games.games[game], self._tally[game, agent]
-        self._finished.append((game, agent, *rows))
+        self._finished.append((game, agent, *(array[game, agent] for array in self._last)))
 
     def _tell(self, game: int, agent: int, snake: Array, row: Array, tally: Array) -> EpisodeRecord:
         over = row[col.ALIVE] <= (0 if self.params[col.SOLO] else 1)

@@ -5,7 +5,9 @@
     log           one JSON object of a snake that kept what production sent it:
                   {"start_request": …, "moves": [[request, answer], …], "end_request": …}
     frames        what the production engine and the board protocol tell of a game: one JSON object with `Game` and
-                  `Frames`, or JSON Lines of events {"Type": "frame", "Data": …} (then the first line is the `Game`)
+                  `Frames`, or JSON Lines of events {"Type": "frame", "Data": …} (the `Game` is the first line, or
+                  stands in the last event, "game_end"). The engine's own answers come in pieces, which `games_in` puts
+                  together: {"Game": …, "LastFrame": …}, and pages {"Count": …, "Frames": [ … ]}
 
 Each may be gzipped. In the last three moves are read off the bodies (`transcript.py`); a snake's own log ends with its
 death, and so does what can be verified of it.
@@ -16,7 +18,7 @@ from __future__ import annotations
 import gzip
 import json
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -37,6 +39,11 @@ FARTHEST = 1000
 EXPECTED = (
     "a game from `snakes play --output` or the official `battlesnake play --output`, a snake's log of a production "
     "game, the production engine's frames, or recorded games as JSON Lines"
+)
+
+PIECES = (
+    "the engine's answers for one game: {'Game': …} of /games/ID and one or more {'Frames': …} of /games/ID/frames, in "
+    "one file or given together to `snakes import`"
 )
 
 
@@ -69,11 +76,38 @@ def games_of(path: Path) -> Iterator[RecordedGame]:
         raise InputFileError(path, f"{type(problem).__name__}: {str(problem)[:200]}", EXPECTED) from problem
 
 
+def games_in(paths: Sequence[Path]) -> list[RecordedGame]:
+    """Return the games of a file, or the one game whose pieces several files of the production engine hold.
+
+    Raises:
+        InputFileError: A file is none of those above, or a piece is missing; says which.
+        BoardError: A game's ruleset, map or size is unknown.
+    """
+    if len(paths) == 1:
+        return list(games_of(paths[0]))
+    game: dict[str, Any] = {}
+    frames: list[Any] = []
+    for path in paths:
+        _, whole = _open(path)
+        if not isinstance(whole, dict) or not ("Game" in whole or "Frames" in whole):
+            raise InputFileError(path, "neither 'Game' nor 'Frames'", PIECES)
+        if isinstance(whole.get("Game"), dict):
+            if game and game.get("ID") != whole["Game"].get("ID"):
+                other = f"game '{whole['Game'].get('ID')!s:.60}' beside game '{game.get('ID')!s:.60}'"
+                raise InputFileError(path, other, "pieces of one game")
+            game = whole["Game"]
+        if isinstance(whole.get("Frames"), list):
+            frames += whole["Frames"]
+    try:
+        return [_from_frames(game, frames, paths[-1])]
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError) as problem:
+        raise InputFileError(paths[-1], f"{type(problem).__name__}: {str(problem)[:200]}", PIECES) from problem
+
+
 def snake_names(path: Path) -> dict[str, str]:
     """Return the names of a file's snakes by id, where it tells any; of several games, those of the last."""
     names: dict[str, str] = {}
-    first, whole = _open(path)
-    waiting = [whole] if whole is not None else [first] + [value for _, value in _lines(path)]
+    waiting = values_in(path)
     while waiting:
         value = waiting.pop()
         if isinstance(value, list):
@@ -85,6 +119,12 @@ def snake_names(path: Path) -> dict[str, str]:
             else:
                 waiting += value.values()
     return names
+
+
+def values_in(path: Path) -> list[Any]:
+    """Return the JSON value of a file, or of each of its lines. Raises InputFileError where there is none."""
+    _, whole = _open(path)
+    return [whole] if whole is not None else [value for _, value in _lines(path)]
 
 
 def _open(path: Path) -> tuple[Any, Any]:
@@ -175,14 +215,14 @@ def _from_events(lines: Iterable[tuple[int, Any]], path: Path) -> RecordedGame:
         elif line.get("Type") == "frame":
             frames.append(line["Data"])
         elif line.get("Type") == "game_end":
-            over, game = True, game or line["Data"]
+            over, game = True, game or line["Data"].get("game") or line["Data"]
     return _from_frames(game, frames, path, over)
 
 
 def _from_frames(game: dict[str, Any], frames: list[Any], path: Path, over: bool | None = None) -> RecordedGame:
     """Read the engine's frames: every snake in every frame, the dead where and how they died."""
     if not frames or not game:
-        raise InputFileError(path, "no frames" if game else "no Game that says size and rules", EXPECTED)
+        raise InputFileError(path, "no frames" if game else "no Game that says size and rules", PIECES)
     rules = game.get("Ruleset") or {}
     name = str(game.get("RulesetName") or rules.get("name") or "standard")
     settings = GameSettings(

@@ -27,7 +27,7 @@ class Played:
     boards: list[Board] = field(default_factory=list)
     """Every position, from turn 0 to the last."""
     over: bool = True
-    """False where it was stopped at the most turns."""
+    """False where it was stopped before its end."""
 
     @property
     def turns(self) -> int:
@@ -56,6 +56,7 @@ def play(
     sequential: bool = False,
     most_turns: int | None = None,
     watch: Callable[[Board, GameCard], None] | None = None,
+    until: Callable[[Board], bool] | None = None,
 ) -> Played:
     """Play a game; seat n is snake `s{n}`.
 
@@ -68,6 +69,7 @@ def play(
         sequential: Ask servers one after another.
         most_turns: Stop there.
         watch: Called with every position.
+        until: Stop at the first position of which this is true.
 
     Raises:
         BoardError: Seats and players differ in number, or the settings cannot be played.
@@ -85,6 +87,8 @@ def play(
         moves = _ask(by_id, referee.board, played, timeout_ms / 1000, sequential)
         referee.turn(moves)
         _keep(played, referee.board, watch)
+        if until is not None and until(referee.board):
+            break
     played.over = referee.over
     _tell(by_id, "end", referee.board, played, timeout_ms / 1000)
     return played

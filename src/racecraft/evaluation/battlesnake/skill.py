@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from racecraft.evaluation.rating import Result
 
@@ -23,6 +24,32 @@ class Skill:
     high: float
 
 
+class SkillBook:
+    """Learns skills game by game, of players who may come at any time; numbers are theirs."""
+
+    def __init__(self) -> None:
+        from openskill.models import PlackettLuce
+
+        self._model = PlackettLuce()
+        self._known: list[Any] = []
+
+    def hear(self, result: Result) -> None:
+        """Learn from one game."""
+        self._sized(max(result.players) + 1)
+        teams = self._model.rate([[self._known[one]] for one in result.players], ranks=[*map(float, result.places)])
+        for one, (rated,) in zip(result.players, teams, strict=True):
+            self._known[one] = rated
+
+    def skill(self, player: int) -> Skill:
+        """Return what a player is believed to be worth by now."""
+        self._sized(player + 1)
+        mu, sigma = self._known[player].mu, self._known[player].sigma
+        return Skill(mu, mu - 1.96 * sigma, mu + 1.96 * sigma)
+
+    def _sized(self, players: int) -> None:
+        self._known += [self._model.rating() for _ in range(players - len(self._known))]
+
+
 def skills(num_players: int, results: Sequence[Result]) -> list[Skill]:
     """Return every player's skill after these games, in the order they were played.
 
@@ -30,12 +57,7 @@ def skills(num_players: int, results: Sequence[Result]) -> list[Skill]:
     >>> strong.low > weak.high
     True
     """
-    from openskill.models import PlackettLuce
-
-    model = PlackettLuce()
-    known = [model.rating() for _ in range(num_players)]
+    book = SkillBook()
     for result in results:
-        teams = model.rate([[known[one]] for one in result.players], ranks=list(map(float, result.places)))
-        for one, (rated,) in zip(result.players, teams, strict=True):
-            known[one] = rated
-    return [Skill(one.mu, one.mu - 1.96 * one.sigma, one.mu + 1.96 * one.sigma) for one in known]
+        book.hear(result)
+    return [book.skill(player) for player in range(num_players)]

@@ -22,7 +22,7 @@ from racecraft.envs.battlesnake.kernels.columns import (
     X,
     Y,
 )
-from racecraft.kernels import inner_kernel, kernel
+from racecraft.kernels import inner_kernel
 
 OWN_BODY = 0
 OTHER_BODIES = 1
@@ -33,77 +33,111 @@ MEALS = 5
 HAZARDS = 6
 WALLS = 7
 NUM_PLANES = 8
-BODIES = 16
 NUM_NUMBERS = 6
 
 
-@kernel
-def mark(g, bodies, snakes, cells, params, squares, marks):
+@inner_kernel
+def mark(g, bodies, snakes, games, cells, params, squares, side, marks):
     """List everything that lies on the board of game g, once for all who look.
 
-    `marks` int16 (N, K, 4): x, y, value, plane; for a body the plane is BODIES + its snake. Tails come before heads, so
-    that the segment that stays longest is painted last. Row 0 holds the number of rows.
+    `marks` int32 (K, 2): a place (`_place`) and a value; `side` is V. After a row for the game and one for each snake
+    come food, hazards and healths, then body after body, shown on the plane of the others'; tails come before heads, so
+    that the segment that stays longest is painted last. The first row holds the row after the healths, each snake's own
+    row the row after its body.
     """
-    last, count = bodies.shape[2] - 1, 0
+    last, count, whole = bodies.shape[2] - 1, snakes.shape[1] + 1, holds_board(side, params)
+    left = games[g, FOOD]
     for cell in range(cells.shape[2]):
-        if cells[g, MEAL, cell] or cells[g, HAZARD, cell]:
-            if cells[g, MEAL, cell]:
-                count += 1
-                _note(g, count, marks, squares[cell, 0], squares[cell, 1], 255, MEALS)
-            if cells[g, HAZARD, cell]:
-                harm = min(255, 5 * abs(params[DAMAGE]) * cells[g, HAZARD, cell] // 2)
-                count += 1
-                _note(g, count, marks, squares[cell, 0], squares[cell, 1], harm, HAZARDS)
-    for s in range(snakes.shape[1]):
-        if snakes[g, s, CAUSE]:
-            continue
-        start, length = snakes[g, s, START], snakes[g, s, LENGTH]
-        for place in range(length - 1, -1, -1):
-            cell = bodies[g, s, (start + place) & last]
+        if left == 0:
+            break
+        if cells[g, MEAL, cell]:
+            marks[count, 0] = _place(whole, side, squares[cell, 0], squares[cell, 1], MEALS)
+            marks[count, 1] = 255
             count += 1
-            marks[g, count, 0], marks[g, count, 1] = squares[cell, 0], squares[cell, 1]
-            marks[g, count, 2], marks[g, count, 3] = min(255, 8 * (length - place)), BODIES + s
-        count += 1
-        _note(g, count, marks, snakes[g, s, X], snakes[g, s, Y], 5 * snakes[g, s, HEALTH] // 2, HEALTHS)
-    marks[g, 0, 0] = count
+            left -= 1
+    stacked = 0
+    for cell in range(cells.shape[2]):
+        stacked |= cells[g, HAZARD, cell]
+    if stacked:
+        for cell in range(cells.shape[2]):
+            if cells[g, HAZARD, cell]:
+                marks[count, 0] = _place(whole, side, squares[cell, 0], squares[cell, 1], HAZARDS)
+                marks[count, 1] = min(255, 5 * abs(params[DAMAGE]) * cells[g, HAZARD, cell] // 2)
+                count += 1
+    for s in range(snakes.shape[1]):
+        if snakes[g, s, CAUSE] == 0:
+            marks[count, 0] = _place(whole, side, snakes[g, s, X], snakes[g, s, Y], HEALTHS)
+            marks[count, 1] = 5 * snakes[g, s, HEALTH] // 2
+            count += 1
+    marks[0, 0] = count
+    for s in range(snakes.shape[1]):
+        if snakes[g, s, CAUSE] == 0:
+            end, length = snakes[g, s, START] + snakes[g, s, LENGTH] - 1, snakes[g, s, LENGTH]
+            for turns in range(1, length + 1):
+                cell = bodies[g, s, (end + 1 - turns) & last]
+                marks[count, 0] = _place(whole, side, squares[cell, 0], squares[cell, 1], OTHER_BODIES)
+                marks[count, 1] = min(255, 8 * turns)
+                count += 1
+        marks[1 + s, 0] = count
 
 
 @inner_kernel
-def observe(g, m, snakes, games, params, marks, walls, planes, numbers):
+def holds_board(side, params):
+    """Tell whether a window of `side` squares holds the whole board, wherever the head in its middle is."""
+    return params[WRAPPED] == 0 and side >= 2 * params[WIDTH] - 1 and side >= 2 * params[HEIGHT] - 1
+
+
+@inner_kernel
+def observe(g, m, snakes, params, marks, walls, planes):
     """Write what snake m of game g sees; a snake that is out sees nothing.
 
     Args:
         g: Game.
         m: Snake.
-        snakes: See `state.Games`, as is `games`.
-        games: See above.
+        snakes: See `state.Games`.
         params: Settings, see `columns.py`.
         marks: See `mark`.
         walls: uint8 (C, V * V): the plane of walls for every square the head may be on.
         planes: uint8 (N, M, 8, V, V), row (g, m) written, all zero before; row 0 is the top of the window.
-        numbers: float32 (N, M, 6), row (g, m) written.
     """
-    for number in range(NUM_NUMBERS):
-        numbers[g, m, number] = 0
     if snakes[g, m, CAUSE]:
         return
-    side, width, height = planes.shape[3], params[WIDTH], params[HEIGHT]
-    right, down = side // 2 - snakes[g, m, X], side // 2 + snakes[g, m, Y]
+    side = planes.shape[3]
     if params[WRAPPED] == 0:
-        _copy(walls[snakes[g, m, Y] * width + snakes[g, m, X]], planes[g, m, WALLS].reshape(-1))
-    for number in range(1, marks[g, 0, 0] + 1):
-        column, row = right + marks[g, number, 0], down - marks[g, number, 1]
-        value, plane = marks[g, number, 2], marks[g, number, 3]
-        if plane >= BODIES:
-            plane = OWN_BODY if plane == BODIES + m else OTHER_BODIES
-        if params[WRAPPED]:
-            for r in range(row % height, side, height):
-                for c in range(column % width, side, width):
-                    planes[g, m, plane, r, c] = value
-        elif column >= 0 and column < side and row >= 0 and row < side:
-            planes[g, m, plane, row, column] = value
-    _paint_heads(g, m, right, down, snakes, params, planes)
-    _count(g, m, snakes, games, params, numbers)
+        square = snakes[g, m, Y] * params[WIDTH] + snakes[g, m, X]
+        _copy(walls[square], planes[g, m, WALLS].reshape(-1))
+    if holds_board(side, params):
+        _paint_all(g, m, side, snakes, marks, planes[g, m].reshape(-1))
+    else:
+        _paint_in_sight(g, m, snakes, params, marks, planes)
+
+
+@inner_kernel
+def count(g, snakes, games, params, numbers):
+    """Write the numbers of every snake of game g, float32 (N, M, 6); of those that are out, zeros."""
+    leader, longest, second = -1, 0, 0
+    for s in range(snakes.shape[1]):
+        if snakes[g, s, CAUSE] == 0:
+            length = snakes[g, s, LENGTH]
+            if length > longest:
+                leader, longest, second = s, length, longest
+            elif length > second:
+                second = length
+    area = params[WIDTH] * params[HEIGHT]
+    others, food = (games[g, ALIVE] - 1) / 16.0, min(1.0, games[g, FOOD] / 16.0)
+    damage = max(-1.0, min(1.0, params[DAMAGE] / 100.0))
+    for m in range(snakes.shape[1]):
+        if snakes[g, m, CAUSE]:
+            for number in range(NUM_NUMBERS):
+                numbers[g, m, number] = 0
+            continue
+        length, rival = snakes[g, m, LENGTH], second if m == leader else longest
+        numbers[g, m, 0] = snakes[g, m, HEALTH] / 100.0
+        numbers[g, m, 1] = min(1.0, length / area)
+        numbers[g, m, 2] = max(-1.0, min(1.0, (length - rival) / 10.0)) if rival else 1.0
+        numbers[g, m, 3] = others
+        numbers[g, m, 4] = food
+        numbers[g, m, 5] = damage
 
 
 @inner_kernel
@@ -135,12 +169,17 @@ def allow(g, m, bodies, snakes, cells, params, mask):
         mask[g, m, way] = free
         allowed += free
     if allowed == 0 or snakes[g, m, CAUSE]:
-        mask[g, m, :] = True
+        for way in range(4):
+            mask[g, m, way] = True
 
 
 @inner_kernel
-def _note(g, row, marks, x, y, value, plane):
-    marks[g, row, 0], marks[g, row, 1], marks[g, row, 2], marks[g, row, 3] = x, y, value, plane
+def _place(whole, side, x, y, plane):
+    """Return plane, y and x side by side, ten bits each; or, if windows hold whole boards, one place.
+
+    That is the place on a flat window (8 * V * V) on whose first place square (0, 0) lies.
+    """
+    return (plane * side - y) * side + x if whole else (plane << 20) + (y << 10) + x
 
 
 @inner_kernel
@@ -151,34 +190,48 @@ def _copy(source, target):
 
 
 @inner_kernel
-def _paint_heads(g, m, right, down, snakes, params, planes):
-    """Mark the others' heads by whether they would survive a meeting."""
-    side = planes.shape[3]
-    for s in range(snakes.shape[1]):
-        if s == m or snakes[g, s, CAUSE]:
-            continue
-        lead = snakes[g, s, LENGTH] - snakes[g, m, LENGTH]
-        plane = STRONGER_HEADS if lead >= 0 else WEAKER_HEADS
-        value = min(255, 127 + 16 * abs(lead))
-        column, row = right + snakes[g, s, X], down - snakes[g, s, Y]
-        if params[WRAPPED]:
-            for r in range(row % params[HEIGHT], side, params[HEIGHT]):
-                for c in range(column % params[WIDTH], side, params[WIDTH]):
-                    planes[g, m, plane, r, c] = value
-        elif column >= 0 and column < side and row >= 0 and row < side:
-            planes[g, m, plane, row, column] = value
+def _paint_all(g, m, side, snakes, marks, seen):
+    """Paint what lies on a board that the window holds whole wherever the head is; `seen` uint8 (8 * V * V)."""
+    first = (side // 2 + snakes[g, m, Y]) * side + side // 2 - snakes[g, m, X]
+    num_snakes, area = snakes.shape[1], side * side
+    own, beyond = marks[m, 0], marks[m + 1, 0]  # where the body before ends, or the healths; and the own
+    for row in range(num_snakes + 1, marks[num_snakes, 0]):
+        plane_before = area if own <= row and row < beyond else 0
+        seen[first - plane_before + marks[row, 0]] = marks[row, 1]
+    for s in range(num_snakes):
+        if s != m and snakes[g, s, CAUSE] == 0:
+            plane, value = _threat(g, m, s, snakes)
+            seen[first + (plane * side - snakes[g, s, Y]) * side + snakes[g, s, X]] = value
 
 
 @inner_kernel
-def _count(g, m, snakes, games, params, numbers):
-    longest = 0
-    for s in range(snakes.shape[1]):
+def _paint_in_sight(g, m, snakes, params, marks, planes):
+    """Paint what lies within the window; on a wrapped board it shows the board again and again."""
+    num_snakes = snakes.shape[1]
+    for row in range(num_snakes + 1, marks[num_snakes, 0]):
+        is_own, place = marks[m, 0] <= row and row < marks[m + 1, 0], marks[row, 0]
+        plane = OWN_BODY if is_own else place >> 20
+        _paint(g, m, place & 1023, place >> 10 & 1023, plane, marks[row, 1], snakes, params, planes)
+    for s in range(num_snakes):
         if s != m and snakes[g, s, CAUSE] == 0:
-            longest = max(longest, snakes[g, s, LENGTH])
-    area, length = params[WIDTH] * params[HEIGHT], snakes[g, m, LENGTH]
-    numbers[g, m, 0] = snakes[g, m, HEALTH] / 100.0
-    numbers[g, m, 1] = min(1.0, length / area)
-    numbers[g, m, 2] = max(-1.0, min(1.0, (length - longest) / 10.0)) if longest else 1.0
-    numbers[g, m, 3] = (games[g, ALIVE] - 1) / 16.0
-    numbers[g, m, 4] = min(1.0, games[g, FOOD] / 16.0)
-    numbers[g, m, 5] = max(-1.0, min(1.0, params[DAMAGE] / 100.0))
+            plane, value = _threat(g, m, s, snakes)
+            _paint(g, m, snakes[g, s, X], snakes[g, s, Y], plane, value, snakes, params, planes)
+
+
+@inner_kernel
+def _paint(g, m, x, y, plane, value, snakes, params, planes):
+    side = planes.shape[3]
+    column, row = side // 2 - snakes[g, m, X] + x, side // 2 + snakes[g, m, Y] - y
+    if params[WRAPPED]:
+        for r in range(row % params[HEIGHT], side, params[HEIGHT]):
+            for c in range(column % params[WIDTH], side, params[WIDTH]):
+                planes[g, m, plane, r, c] = value
+    elif column >= 0 and column < side and row >= 0 and row < side:
+        planes[g, m, plane, row, column] = value
+
+
+@inner_kernel
+def _threat(g, m, s, snakes):
+    """Return the plane and the value of another's head: whether, and how surely, it would survive a meeting."""
+    lead = snakes[g, s, LENGTH] - snakes[g, m, LENGTH]
+    return STRONGER_HEADS if lead >= 0 else WEAKER_HEADS, min(255, 127 + 16 * abs(lead))

@@ -24,22 +24,29 @@ from racecraft.envs.battlesnake.kernels.columns import (
     TURN,
 )
 from racecraft.envs.battlesnake.kernels.food_and_hazards import below
-from racecraft.envs.battlesnake.kernels.observe import allow, mark, observe
+from racecraft.envs.battlesnake.kernels.observe import allow, count, mark, observe
+from racecraft.envs.battlesnake.kernels.outlook import outlook_game
 from racecraft.envs.battlesnake.kernels.rules import play_turn
 from racecraft.kernels import kernel
 
 
 @kernel
-def play_turns(
-    first, beyond, moves, bodies, snakes, games, cells, sides, events, chance, params, food_squares,
-    prizes, max_turns, reward, terminated, truncated, over, tally,
+def step_games(
+    first, beyond, begins, looks_behind, actions, bodies, snakes, games, cells, sides, events, chance, params,
+    food_squares, start_hazards, squares, marks, walls, looks, scratch, prizes, max_turns, reward, terminated,
+    truncated, over, tally, last_snakes, last_games, last_tally, planes, numbers, outlook, active, mask,
+    final_planes, final_numbers, final_outlook, no_active, no_mask,
 ):  # fmt: skip
-    """Play one turn of every game and pay it out.
+    """Play one turn of every game, pay it out, and show what follows: game by game, while it lies in the cache.
 
     Args:
         first: First game.
         beyond: The game after the last.
-        moves: int64 (N, M).
+        begins: Whether games that are over begin anew (`begin_standard`) and show their start; else they are left as
+            they ended, for the referee to set up.
+        looks_behind: Whether the outlook is shown, too; if not, `looks`, `scratch`, `outlook` and `final_outlook` may
+            be of any size.
+        actions: int64 (N, M).
         bodies: The arrays of `state.Games`, to `chance`.
         snakes: See above.
         games: See above.
@@ -49,6 +56,12 @@ def play_turns(
         chance: See above.
         params: See `columns.py`, as is `food_squares`.
         food_squares: See above.
+        start_hazards: See `begin_standard`.
+        squares: See `observe_games`, as are `marks` and `walls`.
+        marks: See above.
+        walls: See above.
+        looks: See `outlook_games`, as is `scratch`.
+        scratch: See above.
         prizes: float32 (5,): for a turn survived, a food eaten, a kill, the win, the loss.
         max_turns: A game that lasts so long is cut; 0 never.
         reward: float32 (N, M), written, as are `terminated`, `truncated` bool (N, M) and `over` bool (N,).
@@ -56,12 +69,45 @@ def play_turns(
         truncated: See above.
         over: See above.
         tally: float64 (N, M, 3), added to: rewards, foods, kills of the episode.
+        last_snakes: int32 (N, M, 10): the rows of `snakes` at the end of the episodes that ended; so are `last_games`
+            (N, M, 4), of `games`, and `last_tally` (N, M, 3).
+        last_games: See above.
+        last_tally: See above.
+        planes: The observation; see `observe_games`, to `mask`.
+        numbers: See above.
+        outlook: See `outlook_games`.
+        active: See above.
+        mask: See above.
+        final_planes: The last observation of games that are over, as are the next two.
+        final_numbers: See above.
+        final_outlook: See above.
+        no_active: Written and of no use, as is `no_mask`.
+        no_mask: See above.
     """
     for g in range(first, beyond):
         _play_and_pay(
-            g, moves, bodies, snakes, games, cells, sides, events, chance, params, food_squares,
+            g, actions, bodies, snakes, games, cells, sides, events, chance, params, food_squares,
             prizes, max_turns, reward, terminated, truncated, over, tally,
         )  # fmt: skip
+        for m in range(snakes.shape[1]):
+            if terminated[g, m] or truncated[g, m]:
+                last_snakes[g, m, :], last_games[g, m, :], last_tally[g, m, :] = snakes[g, m], games[g], tally[g, m]
+        if over[g]:
+            observe_game(
+                g, bodies, snakes, games, cells, params, squares, marks[first], walls, final_planes, final_numbers,
+                no_active, no_mask,
+            )  # fmt: skip
+            if looks_behind:
+                outlook_game(g, looks, bodies, snakes, cells, params, no_mask, scratch, final_outlook)
+            if not begins:
+                continue
+            begin_standard(g, bodies, snakes, games, cells, sides, chance, params, start_hazards)
+            tally[g] = 0
+        observe_game(
+            g, bodies, snakes, games, cells, params, squares, marks[first], walls, planes, numbers, active, mask
+        )
+        if looks_behind:
+            outlook_game(g, looks, bodies, snakes, cells, params, mask, scratch, outlook)
 
 
 @kernel
@@ -79,20 +125,24 @@ def observe_games(
 ):
     """Write observation, `active` and mask of every snake in the games marked in `which`.
 
-    `planes` uint8 (N, M, 8, V, V), `numbers` float32 (N, M, 6), `active` bool (N, M), `mask` bool (N, M, 4).
+    `planes` uint8 (N, M, 8, V, V), `numbers` float32 (N, M, 6), `active` bool (N, M), `mask` bool (N, M, 4). `marks` is
+    room for (N, K, 2), of which a call uses its first game's.
     """
     for g in range(first, beyond):
         if which[g]:
-            observe_game(g, bodies, snakes, games, cells, params, squares, marks, walls, planes, numbers, active, mask)
+            observe_game(
+                g, bodies, snakes, games, cells, params, squares, marks[first], walls, planes, numbers, active, mask
+            )
 
 
 @kernel
 def observe_game(g, bodies, snakes, games, cells, params, squares, marks, walls, planes, numbers, active, mask):
-    """Write observation, `active` and mask of every snake of game g."""
-    mark(g, bodies, snakes, cells, params, squares, marks)
+    """Write observation, `active` and mask of every snake of game g; `marks` see `observe.mark`."""
+    mark(g, bodies, snakes, games, cells, params, squares, planes.shape[3], marks)
     planes[g].reshape(-1)[:] = 0
+    count(g, snakes, games, params, numbers)
     for m in range(snakes.shape[1]):
-        observe(g, m, snakes, games, params, marks, walls, planes, numbers)
+        observe(g, m, snakes, params, marks, walls, planes)
         allow(g, m, bodies, snakes, cells, params, mask)
         active[g, m] = snakes[g, m, CAUSE] == 0
 
@@ -129,7 +179,7 @@ def _play_and_pay(
     g, moves, bodies, snakes, games, cells, sides, events, chance, params, food_squares,
     prizes, max_turns, reward, terminated, truncated, over, tally,
 ):  # fmt: skip
-    turn = games[g, TURN] + 1
+    turn, alive = games[g, TURN] + 1, games[g, ALIVE]
     for m in range(snakes.shape[1]):
         reward[g, m] = -np.float32(snakes[g, m, LENGTH])
     play_turn(g, moves, bodies, snakes, games, cells, sides, events, chance, params, food_squares)
@@ -142,7 +192,7 @@ def _play_and_pay(
             reward[g, m], terminated[g, m], truncated[g, m] = 0.0, False, False
             continue
         ate = reward[g, m] + snakes[g, m, LENGTH] > 0 and not params[CONSTRICTOR]
-        kills = _kills(g, m, turn, snakes)
+        kills = _kills(g, m, turn, snakes) if games[g, ALIVE] < alive else 0
         pay = prizes[4] if out else prizes[3] if ended and not params[SOLO] else prizes[0]
         reward[g, m] = pay + ate * prizes[1] + kills * prizes[2]
         terminated[g, m], truncated[g, m] = out or ended, cut and not out
