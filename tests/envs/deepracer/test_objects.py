@@ -184,6 +184,16 @@ def test_a_start_on_a_box_moves_to_the_free_lane_and_past_a_blocked_road_further
         assert (shapely.distance(shapes, polygons(box[None, :3], box[None, 3:5])[0]) > 0.09).all()
 
 
+def test_random_boxes_leave_the_whole_grid_its_room():
+    world = make_world(BoxesConfig(number=6), worlds=64, cars_per_world=4, start_shares=[0.3] * 64)
+    begin(world)
+    length = world.track.length
+    behind = (0.3 * length - world._objects.states["arc"]) % length
+    assert (behind > 4 * CLEAR_BEHIND_M - 0.05).all()  # a box in a bend projects a little off its place
+    assert (behind < 4 * CLEAR_BEHIND_M + 1.0).any(), "the room ends where it is said to"
+    assert np.allclose(world.cars["start_share"][:, 0], 0.3)
+
+
 @pytest.mark.parametrize("track", ["reinvent_base", "2022_april_open_cw"])
 @pytest.mark.parametrize("reverse", [False, True])
 def test_the_inner_lane_is_inside_whichever_way_round(track, reverse):

@@ -232,7 +232,7 @@ def lay_over(frame, coverage, colours, top, bottom, left, right):
             of_coverage[column] = of_colours[column] = 0
             under, over = np.int32(pixels[column]) * np.int32(FULL - share), np.int32(colour) * np.int32(FULL // LEVEL)
             level = (under + over + np.int32(FULL // 2)) >> 14
-            pixels[column] = np.uint8(min(max(level, 0), 255))
+            pixels[column] = np.uint8(min(max(level, 0), 255))  # type: ignore[arg-type]
     coverage[bottom, left:right] = 0
     colours[bottom, left:right] = 0
 

@@ -54,7 +54,7 @@ def line_up(
     for n in prange(cars.shape[0]):
         for m in range(cars.shape[1]):
             take_start(track, cars[n, m])
-        place_objects(track, plan, objects, cars[:, :1], n)
+        place_objects(track, plan, objects, cars, n, False)
         for m in range(cars.shape[1]):
             make_room(track, objects, cars, n, m, m)
         look_about(track, objects, cars, around, n)
@@ -144,7 +144,7 @@ def tick(
                 is_anew = True
                 restart(track, profiles, rules, cars, n, m)
                 if m == 0:
-                    place_objects(track, plan, objects, cars, n)
+                    place_objects(track, plan, objects, cars, n, True)
                 make_room(track, objects, cars, n, m, cars.shape[1])
         if is_anew:
             look_about(track, objects, cars, around, n)
