@@ -12,7 +12,7 @@ from ray_caster import GROUND, HEIGHT, LEVELS, WIDTH, cast
 
 def draw(boxes, kinds, mount, pose):
     frame = np.full((HEIGHT, WIDTH), GROUND, np.uint8)
-    draw_boxes(mounted_optics(WIDTH, HEIGHT, mount), boxes, kinds, *pose, LEVELS, frame)
+    draw_boxes(mounted_optics(WIDTH, HEIGHT, mount), boxes, kinds, *pose, np.zeros(1), LEVELS, frame[None])
     return frame.astype(float)
 
 

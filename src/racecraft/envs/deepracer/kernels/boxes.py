@@ -33,36 +33,43 @@ original a lit wall is as bright as lit ground (`light.py`), and an edge between
 def paint_boxes(optics, boxes, kinds, poses, palettes, frames):
     """Paint boxes (R, K, 6) of kinds (R, K) over R frames (R, H, W, C), as `camera.render_frames` has made them."""
     one_each = np.int64(palettes.shape[0] > 1)
+    middle = np.zeros(1)
     for row in prange(poses.shape[0]):
         palette = palettes[np.int64(row) * one_each]
         for channel in range(palettes.shape[2]):
             draw_boxes(
-                optics, boxes[row], kinds[row], poses[row, 0], poses[row, 1], poses[row, 2], palette[:, channel],
-                frames[row, :, :, channel],
+                optics, boxes[row], kinds[row], poses[row, 0], poses[row, 1], poses[row, 2], middle,
+                palette[:, channel], frames[row : row + 1, :, :, channel],
             )  # fmt: skip
 
 
 @kernel
-def draw_boxes(optics, boxes, kinds, x, y, yaw, palette, frame):
-    """Paint a world's boxes (K, 6) over a frame (H, W) that a car at (x, y, yaw) sees, in one channel."""
+def draw_boxes(optics, boxes, kinds, x, y, yaw, eyes, palette, frames):
+    """Paint a world's boxes (K, 6) over frames (E, H, W), one channel, of a car at (x, y, yaw) with eyes (E,), m left.
+
+    The sheets are empty again when a box is laid over its frame, so that all boxes and eyes share them.
+    """
     cosine, sine = math.cos(yaw), math.sin(yaw)
-    eye_x, eye_y = x + cosine * optics.mount_x, y + sine * optics.mount_x
     seen = np.empty(boxes.shape[0], np.int64)
-    count = 0
-    for k in range(boxes.shape[0]):
-        if may_be_seen(optics, boxes[k], eye_x, eye_y, cosine, sine):
-            seen[count] = k
-            count += 1
-    if count == 0:
-        return
-    sort_back_to_front(boxes, seen[:count], eye_x, eye_y)
-    coverage = np.zeros((frame.shape[0] + 1, frame.shape[1]), np.int16)
-    colours = np.zeros((frame.shape[0] + 1, frame.shape[1]), np.int16)
-    for index in range(count):
-        k = seen[index]
-        level = palette[FIRST_OBJECT + kinds[k]]
-        top, bottom, left, right = add_box(coverage, colours, optics, boxes[k], eye_x, eye_y, cosine, sine, level)
-        lay_over(frame, coverage, colours, top, bottom, left, right)
+    sheets = np.zeros((2, 0, 0), np.int16)
+    for eye in range(eyes.shape[0]):
+        eye_x = x - sine * eyes[eye] + cosine * optics.mount_x
+        eye_y = y + cosine * eyes[eye] + sine * optics.mount_x
+        count = 0
+        for k in range(boxes.shape[0]):
+            if may_be_seen(optics, boxes[k], eye_x, eye_y, cosine, sine):
+                seen[count] = k
+                count += 1
+        if count == 0:
+            continue
+        if sheets.shape[1] == 0:
+            sheets = np.zeros((2, frames.shape[1] + 1, frames.shape[2]), np.int16)
+        sort_back_to_front(boxes, seen[:count], eye_x, eye_y)
+        for index in range(count):
+            k = seen[index]
+            level = palette[FIRST_OBJECT + kinds[k]]
+            bounds = add_box(sheets[0], sheets[1], optics, boxes[k], eye_x, eye_y, cosine, sine, level)
+            lay_over(frames[eye], sheets[0], sheets[1], *bounds)
 
 
 @kernel

@@ -36,10 +36,7 @@ def draw_view(scene, camera, eyes, palette, around, painted, cars, n, m, frame):
         render_pair(scene, camera, car.x, car.y, car.yaw, eyes[0], palette, frame)
     if count > 0:
         boxes, paints = around.boxes[n, m, :count], painted[n, m, :count]
-        cos, sin = math.cos(car.yaw), math.sin(car.yaw)
-        for eye in range(eyes.shape[0]):
-            x, y = car.x - sin * eyes[eye], car.y + cos * eyes[eye]
-            draw_boxes(camera, boxes, paints, x, y, car.yaw, palette, frame[eye])
+        draw_boxes(camera, boxes, paints, car.x, car.y, car.yaw, eyes, palette, frame)
 
 
 @kernel
