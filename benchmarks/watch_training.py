@@ -26,12 +26,13 @@ import urllib.error
 import urllib.request
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from racecraft.formats.live_ticks import WATCHED_SECONDS
 
 PERIOD_SECONDS, SETTLE_SECONDS = 14.0, WATCHED_SECONDS + 1.0
 """How long somebody looks, or nobody; and how long after each change both may still be the case."""
-LIVE_SECONDS, CURVES_SECONDS = 0.25, 1.0
+LIVE_SECONDS, CURVES_SECONDS = 0.25, 1.5
 """How often a browser asks for live ticks, and for the rest."""
 
 
@@ -111,18 +112,26 @@ class Training:
 
 
 def ask(page: str, over: threading.Event) -> None:
-    """Ask as a browser that shows live cars."""
-    after, curves_at = 0, 0.0
+    """Ask as a browser that shows live cars: of the curves only what is new, as the page does."""
+    after, last, curves_at = 0, 0, 0.0
     while not over.wait(LIVE_SECONDS):
         try:
-            with urllib.request.urlopen(f"{page}api/live?after={after}", timeout=10) as answer:
-                after = (json.load(answer).get("reel") or {}).get("last", after)
+            after = (told(f"{page}api/live?after={after}").get("reel") or {}).get("last", after)
             if time.monotonic() >= curves_at:
                 curves_at = time.monotonic() + CURVES_SECONDS
-                for what in ("api/run", "api/curves?after=0", "api/iterations"):
-                    urllib.request.urlopen(f"{page}{what}", timeout=10).read()
+                told(f"{page}api/run")
+                rows = told(f"{page}api/curves?after={last}")["rows"]
+                last = rows[-1]["iteration"] if rows else last
+                told(f"{page}api/iterations")
         except (urllib.error.URLError, OSError, ValueError):
             continue  # the page is not there yet, or no longer
+
+
+def told(address: str) -> dict[str, Any]:
+    """Return what the page's server answers."""
+    with urllib.request.urlopen(address, timeout=10) as answer:
+        found: dict[str, Any] = json.load(answer)
+    return found
 
 
 def costs(values: list[float]) -> list[float]:
