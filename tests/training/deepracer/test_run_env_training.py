@@ -63,6 +63,8 @@ def test_each_used_variable_changes_something_and_no_other_does(tmp_path):
         "DR_LOCAL_S3_MODEL_METADATA_KEY": "mine/a.json",
         "DR_LOCAL_S3_HYPERPARAMETERS_KEY": "mine/b.json",
         "DR_WORKERS": "2",
+        "DR_CAR_BODY_SHELL_TYPE": "f1_2021",
+        "DR_CAR_COLOR": "Blue",
     }
     for name in ("a.py", "a.json", "b.json"):
         (tmp_path / "my-car" / "mine" / name).touch()
@@ -190,6 +192,8 @@ WRONG = [  # line, what the letter holds
     ("DR_COLLISION_PENALTY=601", "DR_EVAL_COLLISION_PENALTY: '601'; expected a number from 0 to 600"),
     ("DR_EVAL_RESET_BEHIND_DIST=nan", "DR_EVAL_RESET_BEHIND_DIST: 'nan'; expected a number from 0 to 10"),
     ("DR_EVAL_REVERSE_DIRECTION=left", "DR_EVAL_REVERSE_DIRECTION: 'left'; expected True or False"),
+    ("DR_CAR_BODY_SHELL_TYPE=truck", "'truck'; expected one that the original had. Known: deepracer, f1"),
+    ("DR_CAR_COLOR=Mauve", "'Mauve'; expected one that the original had. Known: Black, Grey"),
     ("DR_TRAIN_BEST_MODEL_METRIC=lap time", "'lap time'; expected progress or reward or laptime. Did you mean"),
     ("RACECRAFT_STOP=laps minuts=3", "RACECRAFT_STOP: 'laps minuts=3'; expected stops such as laps minutes=30. --stop"),
     ("RACECRAFT_STOP=minutes", "RACECRAFT_STOP: 'minutes'; expected stops"),

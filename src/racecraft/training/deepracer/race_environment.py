@@ -10,7 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from racecraft.contract.errors import SettingError
+from racecraft.analysis.deepracer.films.shells import COLOURS, SHELLS
+from racecraft.contract.errors import SettingError, nearest
 from racecraft.envs.deepracer.settings import HEAD_TO_MODEL, RACE_TYPES, TIME_TRIAL
 from racecraft.formats.aws.drfc_folder import DrfcFolder, default_text
 from racecraft.formats.aws.racer_files import METADATA, REWARD
@@ -25,6 +26,8 @@ from racecraft.training.stopping import parse_stops
 FILE = "run.env"
 TRACK_VARIABLE = "DR_WORLD_NAME"
 BEST_METRICS = ("progress", "reward", "laptime")
+LOOKS = {"DR_CAR_BODY_SHELL_TYPE": SHELLS, "DR_CAR_COLOR": tuple(COLOURS)}
+"""What films are asked about a car."""
 OBEYED = tuple(name for name, variable in BY_NAME.items() if variable.status == USED)
 """Variables that are obeyed here."""
 KEYS = {
@@ -83,6 +86,7 @@ def race_environment(folder: Path | None, clones: bool = True, drfc: DrfcFolder 
     place = drfc.path if drfc is not None else folder or Path(".")
     env = whole.run
     race = race_type(env)
+    _require_looks(env)
     return RaceEnvironment(
         env=env,
         track=env.values.get(TRACK_VARIABLE),
@@ -96,6 +100,14 @@ def race_environment(folder: Path | None, clones: bool = True, drfc: DrfcFolder 
         courses=_courses(whole),
         notes=(*env.notes, *_notes_of_workers(whole), *_notes_on_keys(drfc), *_unused_notes(env, race)),
     )
+
+
+def _require_looks(env: RunEnv) -> None:
+    """Refuse now, and not at the first film, a body that no car has."""
+    for name, known in LOOKS.items():
+        written = env.text(name)
+        if written and written.casefold() not in {one.casefold() for one in known}:
+            raise env.letter(name, "one that the original had", nearest(written, known))
 
 
 def race_type(env: RunEnv) -> str:

@@ -62,14 +62,15 @@ class Shell:
 
 @lru_cache(maxsize=32)
 def shell_named(name: str = DEEPRACER, colour: str = "Red") -> Shell:
-    """Return a shell.
+    """Return a shell; both names in any case.
 
     Raises:
         SettingError: There is no such shell, or no such colour.
     """
-    if name not in SHELLS:
-        raise SettingError(f"there is no body shell '{name}'. {nearest(name, SHELLS)}")
     by_letters = {known.lower(): paint for known, paint in COLOURS.items()}
+    written, name = name, name.lower()
+    if name not in SHELLS:
+        raise SettingError(f"there is no body shell '{written}'. {nearest(written, SHELLS)}")
     if colour.lower() not in by_letters:
         raise SettingError(f"there is no car colour '{colour}'. {nearest(colour, COLOURS)}")
     if name == DEEPRACER:
