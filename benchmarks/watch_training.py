@@ -28,12 +28,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
 from racecraft.formats.live_ticks import WATCHED_SECONDS
 
 PERIOD_SECONDS, SETTLE_SECONDS = 14.0, WATCHED_SECONDS + 1.0
 """How long somebody looks, or nobody; and how long after each change both may still be the case."""
-LIVE_SECONDS, CURVES_SECONDS = 0.25, 1.5
-"""How often a browser asks for live ticks, and for the rest."""
+LOOK_SECONDS, CURVES_SECONDS, LEFT_TICKS = 0.25, 1.5, 11
+"""How often the page looks whether it wants ticks, asks for the rest, and with how many ticks left it wants more."""
 
 
 @dataclass(frozen=True)
@@ -112,13 +113,15 @@ class Training:
 
 
 def ask(page: str, over: threading.Event) -> None:
-    """Ask as a browser that shows live cars: of the curves only what is new, as the page does."""
-    after, last, curves_at = 0, 0, 0.0
-    while not over.wait(LIVE_SECONDS):
+    """Ask as a browser that shows live cars: for ticks when those it has are nearly played, of the curves what is new."""
+    after, last, ticks_at, curves_at = 0, 0, 0.0, 0.0
+    while not over.wait(LOOK_SECONDS):
+        now = time.monotonic()
         try:
-            after = (told(f"{page}api/live?after={after}").get("reel") or {}).get("last", after)
-            if time.monotonic() >= curves_at:
-                curves_at = time.monotonic() + CURVES_SECONDS
+            if now >= ticks_at and (reel := told(f"{page}api/live?after={after}")["reel"]):
+                after, ticks_at = reel["last"], now + (reel["ticks"] - LEFT_TICKS) / TICKS_PER_SECOND
+            if now >= curves_at:
+                curves_at = now + CURVES_SECONDS
                 told(f"{page}api/run")
                 rows = told(f"{page}api/curves?after={last}")["rows"]
                 last = rows[-1]["iteration"] if rows else last
