@@ -113,7 +113,7 @@ class Training:
 
 
 def ask(page: str, over: threading.Event) -> None:
-    """Ask as a browser that shows live cars: for ticks when those it has are nearly played, of the curves what is new."""
+    """Ask as a browser that shows live cars: for ticks when few are left to play, of the curves for what is new."""
     after, last, ticks_at, curves_at = 0, 0, 0.0, 0.0
     while not over.wait(LOOK_SECONDS):
         now = time.monotonic()
