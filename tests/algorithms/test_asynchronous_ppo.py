@@ -1,8 +1,10 @@
 """PPO with its learner beside: what it learns from is older than it is, and V-trace says how much it counts."""
 
 import threading
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -192,3 +194,10 @@ def test_it_copies_the_number_it_sees():
         learner.update(collector.collect())
     judged = summarise(play_episodes(GreedyPolicy(learner), CopyTheNumber(4), episodes_each=4, seed=2))
     assert judged.mean_reward == 8.0  # every number of an episode; guessing brings 2
+
+
+def test_a_cap_that_caps_nothing_is_refused():
+    for others, refused in ((PpoConfig(ratio_cap=1.5), True), (PpoConfig(ratio_cap=1.5, asynchronous=True), False)):
+        settings = SimpleNamespace(ppo=others, network=NetworkConfig(), runtime=SimpleNamespace(device="cpu"))
+        with pytest.raises(SettingError, match="ratio_cap is 1.5") if refused else nullcontext():
+            PpoLearner.build(SPEC, settings, 1)

@@ -32,6 +32,7 @@ from racecraft.algorithms.recurrent_policy import RecurrentPolicy
 from racecraft.algorithms.returns import advantages, explained_variance
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.algorithms.saved_state import restore_state, saved_state
+from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
 from racecraft.settings.composition import Settings
 from racecraft.settings.table import check_group, setting
@@ -232,7 +233,16 @@ class PpoLearner:
 
     @classmethod
     def build(cls, spec: WorldSpec, settings: Settings, seed: int) -> PpoLearner | AsynchronousPpo:
-        """Return a learner with the settings' groups `network`, `ppo` and `runtime`."""
+        """Return a learner with the settings' groups `network`, `ppo` and `runtime`.
+
+        Raises:
+            SettingError: One of them would have no say.
+        """
+        if settings.ppo.ratio_cap != PpoConfig.ratio_cap and not settings.ppo.asynchronous:
+            raise SettingError(
+                f"ppo.ratio_cap is {settings.ppo.ratio_cap:g} and ppo.asynchronous False, where no weights are old; "
+                "expected ppo.asynchronous=true with it, or ppo.ratio_cap left out."
+            )
         if settings.network.memory != "none":
             from racecraft.algorithms.recurrent_ppo import RecurrentPpoLearner
 

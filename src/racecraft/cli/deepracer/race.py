@@ -2,19 +2,86 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from racecraft.cli.option_groups import takes_groups
+
 if TYPE_CHECKING:
-    from racecraft.evaluation.deepracer.head_to_head import RaceResult
+    from racecraft.analysis.deepracer.films.film import FilmStyle
+    from racecraft.evaluation.deepracer.head_to_head import HeadToHead, RaceResult
 
 
 LEAST_PACE = 0.1
 """Share of the speed it is told that a car may be slowed down to."""
 
 
+@dataclass(frozen=True)
+class RulesOptions:
+    """How a race is run."""
+
+    laps: Annotated[int, typer.Option(help="Of every car.")] = 3
+    races: Annotated[
+        int | None,
+        typer.Option(help="How many; by default one for each car, which then stands on every place of the grid once."),
+    ] = None
+    done_condition: Annotated[
+        str, typer.Option(help="any: a race is over with the first car that finishes; all: with the last.")
+    ] = "all"
+    max_resets: Annotated[int, typer.Option(help="How often a car is set back in a race.")] = 100
+    off_track_penalty: Annotated[float, typer.Option(help="Seconds it waits after leaving the road.")] = 5.0
+    collision_penalty: Annotated[float, typer.Option(help="Seconds it waits after running into another car.")] = 5.0
+
+    def rules(self) -> HeadToHead:
+        """Return the rules.
+
+        Raises:
+            SettingError: One of them is out of its range.
+        """
+        from racecraft.evaluation.deepracer.head_to_head import HeadToHead
+
+        return HeadToHead(
+            self.laps, self.races, self.done_condition, self.max_resets, self.off_track_penalty, self.collision_penalty
+        )
+
+
+@dataclass(frozen=True)
+class RaceFilm:
+    """How the first race is filmed, as it was typed."""
+
+    video: Annotated[Path | None, typer.Option(help="Film the first race into this MP4 file.")] = None
+    view: Annotated[
+        str | None, typer.Option(help="Camera of the film: car, chase, top, or pip (where nobody says).")
+    ] = None
+    size: Annotated[str | None, typer.Option(help="Of the film: 480p, 540p, 720p (where nobody says) or 1080p.")] = None
+    fps: Annotated[int | None, typer.Option(help="Its pictures a second: 15 to 60, 30 where nobody says.")] = None
+
+    def style(self) -> FilmStyle:
+        """Return the film's style; refuse, before the race and not after it, what could do nothing.
+
+        Raises:
+            VideoError: The file is no MP4.
+            SettingError: No such style, or one for no film.
+        """
+        from racecraft.analysis.deepracer.films.film import FilmStyle
+        from racecraft.analysis.video import film_path
+        from racecraft.contract.errors import SettingError
+
+        typed: dict[str, Any] = {"view": self.view, "size": self.size, "fps": self.fps}
+        asked = {name: value for name, value in typed.items() if value is not None}
+        style = FilmStyle(**asked)
+        if self.video is not None:
+            film_path(self.video)
+        elif asked:
+            name, value = next(iter(asked.items()))
+            raise SettingError(f"--{name} {value} films nothing; expected --video FILE.mp4 with it.")
+        return style
+
+
+@takes_groups
 def race(
     cars: Annotated[
         list[str],
@@ -23,17 +90,8 @@ def race(
     track: Annotated[
         str | None, typer.Option(help="A name or a waypoint file; by default the track the first was trained on.")
     ] = None,
-    laps: Annotated[int, typer.Option(help="Of every car.")] = 3,
-    races: Annotated[
-        int | None,
-        typer.Option(help="How many; by default one for each car, which then stands on every place of the grid once."),
-    ] = None,
-    done_condition: Annotated[
-        str, typer.Option(help="any: a race is over with the first car that finishes; all: with the last.")
-    ] = "all",
-    max_resets: Annotated[int, typer.Option(help="How often a car is set back in a race.")] = 100,
-    off_track_penalty: Annotated[float, typer.Option(help="Seconds it waits after leaving the road.")] = 5.0,
-    collision_penalty: Annotated[float, typer.Option(help="Seconds it waits after running into another car.")] = 5.0,
+    *,
+    asked: RulesOptions,
     reverse_direction: Annotated[
         bool | None,
         typer.Option("--reverse-direction/--no-reverse-direction", help="By default as the first was trained."),
@@ -44,14 +102,7 @@ def race(
             help="Share of the speed it is told that each car drives at, 0.1 to 1, as often as there are cars."
         ),
     ] = None,
-    video: Annotated[Path | None, typer.Option(help="Film the first race into this MP4 file.")] = None,
-    view: Annotated[
-        str | None, typer.Option(help="Camera of the film: car, chase, top, or pip (where nobody says).")
-    ] = None,
-    size: Annotated[
-        str | None, typer.Option(help="Of the film: 480p, 540p, 720p (where nobody says) or 1080p.")
-    ] = None,
-    fps: Annotated[int | None, typer.Option(help="Its pictures a second: 15 to 60, 30 where nobody says.")] = None,
+    film: RaceFilm,
     seed: Annotated[int, typer.Option(min=0, help="Of what chance does to the cars, with fidelity aws.")] = 0,
     json: Annotated[bool, typer.Option("--json", help="One JSON object on one line of standard output.")] = False,
 ) -> None:
@@ -67,26 +118,13 @@ def race(
 
         racecraft race runs/mine ~/Downloads/their-model.tar.gz runs/other --track Oval_track --json
     """
-    from dataclasses import replace
-
-    from racecraft.analysis.deepracer.films.film import FilmStyle
-    from racecraft.analysis.video import film_path
     from racecraft.cli.output import counting, print_json, say
-    from racecraft.contract.errors import SettingError
-    from racecraft.evaluation.deepracer.head_to_head import HeadToHead, race_heads, require_company
+    from racecraft.evaluation.deepracer.head_to_head import race_heads, require_company
     from racecraft.players.deepracer.driver import driver_of, load_car, names_of
     from racecraft.reporting.race_film import film_race
     from racecraft.tracks.catalogue import load_track
 
-    named: dict[str, Any] = {"view": view, "size": size, "fps": fps}
-    filming = {name: value for name, value in named.items() if value is not None}
-    style = FilmStyle(**filming)
-    if video is not None:
-        film_path(video)  # refused before the race, not after it
-    elif filming:
-        name, value = next(iter(filming.items()))
-        raise SettingError(f"--{name} {value} films nothing; expected --video FILE.mp4 with it.")
-    rules = HeadToHead(laps, races, done_condition, max_resets, off_track_penalty, collision_penalty)
+    style, rules = film.style(), asked.rules()
     require_company(len(cars))
     paces = paces_asked(pace, len(cars))
     loaded = [load_car(source) for source in cars]
@@ -100,11 +138,11 @@ def race(
         config = replace(config, reverse=reverse_direction)
     result = race_heads(drivers, circuit, rules, config, seed)
     files: dict[str, Path] = {}
-    if video is not None:
+    if film.video is not None:
         say(f"Filming {len(result.ticks[0])} ticks …", quiet_stdout=json)
         shown = circuit.reversed() if config.reverse else circuit
         with counting("pictures", quiet_stdout=json) as count:
-            files = film_race(result, drivers, shown, video, style, count=count)
+            files = film_race(result, drivers, shown, film.video, style, count=count)
     facts: dict[str, Any] = {
         "track": circuit.name,
         **result.as_dictionary(),
@@ -114,7 +152,7 @@ def race(
     if json:
         print_json(facts)
         return
-    print(f"{len(result.races)} races over {laps} laps on {circuit.title or circuit.name}:")
+    print(f"{len(result.races)} races over {asked.laps} laps on {circuit.title or circuit.name}:")
     print_standings(result)
     print(f"{result.overtakes_per_race:.2f} overtakes a race")
     for kind, path in files.items():
