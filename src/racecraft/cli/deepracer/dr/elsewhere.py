@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from racecraft.cli.buckets.reach import listed, open_store
 from racecraft.cli.buckets.training import bring_in
+from racecraft.cli.output import word
 
 if TYPE_CHECKING:
     from racecraft.formats.aws.drfc_folder import DrfcFolder
@@ -151,7 +152,7 @@ def _send(folder: Path, place: Place) -> None:
     try:
         done = push(open_store(place.access), folder, place.address)
     except NetworkError as error:
-        cure = f"racecraft bucket push {folder} {place.command}"
+        cure = f"racecraft bucket push {word(folder)} {place.command}"
         raise NetworkError(f"{error} {folder} is whole; `{cure}` brings the rest there.") from error
     print(f"{place.address}: {len(done.moved)} files put, {done.skipped} stood there already")
 
