@@ -1,6 +1,8 @@
 """`dr-start-training` with a real supervisor: what its job refuses comes back, and no trace of it is kept."""
 
 import json
+import subprocess
+import sys
 
 import pytest
 from tests.cli.conftest import TINY
@@ -62,3 +64,24 @@ def test_it_returns_when_the_run_stands_and_a_wiped_one_is_begun_anew(racecraft,
         assert json.loads((installation / "bucket/rl-deepracer-sagemaker/job.json").read_text())["kind"] == "deepracer"
         assert racecraft("jobs", "wait", name).code == 0
     assert name == "training-rl-deepracer-sagemaker-2"
+
+
+WITHOUT_IMPORTS = """
+import sys
+from racecraft.cli.app import main
+sys.argv = ["racecraft", "dr", "start-training"]
+try:
+    main()
+except SystemExit as ended:
+    print(ended.code, [name for name in ("numpy", "torch", "numba", "sqlalchemy", "s3fs") if name in sys.modules])
+"""
+
+
+def test_the_command_itself_imports_nothing_that_takes_time(installation):
+    """Whoever types it waits for the job's imports and not for the same ones here first."""
+    occupied = installation / "bucket" / "rl-deepracer-sagemaker"
+    occupied.mkdir()
+    (occupied / "old.txt").touch()
+    said = subprocess.run([sys.executable, "-c", WITHOUT_IMPORTS], capture_output=True, text=True, check=True)
+    assert "holds files already" in said.stderr
+    assert said.stdout == "2 []\n"

@@ -42,6 +42,8 @@ def fetch_for_training(drfc: DrfcFolder) -> None:
     Raises:
         UserInputError: Something is not there, or the network fails.
     """
+    if not drfc.local_is_s3:
+        return
     from racecraft.storage.drfc_buckets import local_bucket
 
     if (bucket := local_bucket(drfc)) is not None:
@@ -139,6 +141,8 @@ def fetched_model(drfc: DrfcFolder, source: str) -> Path:
 
 
 def _local(drfc: DrfcFolder, name: str) -> Place | None:
+    if not drfc.local_is_s3:
+        return None
     from racecraft.storage.drfc_buckets import local_bucket, place_of
 
     bucket = local_bucket(drfc)

@@ -22,7 +22,10 @@ from racecraft.cli.deepracer.dr.here import (
 from racecraft.contract.errors import UserInputError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from racecraft.formats.aws.drfc_folder import DrfcFolder
+    from racecraft.storage.mirror_note import Place
 
 Wipe = Annotated[bool, typer.Option("-w", help="Wipe the prefix first, where a model lies there already.")]
 Quiet = Annotated[bool, typer.Option("-q", help="Show no log; dr-logs-sagemaker shows it later.")]
@@ -48,7 +51,6 @@ def start_training(
     from racecraft.cli.deepracer.dr.logs import follow_simulator
     from racecraft.cli.deepracer.dr.pages import open_viewer
     from racecraft.formats.aws.drfc_book import TRAINING, job_of
-    from racecraft.formats.aws.model_copy import wipe_model
 
     drfc = installation(context)
     say_notes(drfc)
@@ -61,10 +63,7 @@ def start_training(
         require_free(place)
     elif model.exists() or place is not None:
         _plan(drfc)  # what cannot be trained wipes nothing
-        wipe(place)
-        if model.exists():
-            wipe_model(model)
-            print(f"{model}: wiped")
+        _wipe(model, place)
     again = ("train", f"--run={model.absolute()}", "--resume", "--no-pictures")
     before = job_of(drfc.path, drfc.run_id, TRAINING)
     job = begin_job(context, drfc, TRAINING, model, ("run-training",), again)
@@ -140,6 +139,15 @@ def stop_training(context: typer.Context) -> None:
     job = stop_latest(context, TRAINING, "dr-start-training")
     if job is not None:
         print(f"the model lies in {job.spec.run}")
+
+
+def _wipe(model: Path, place: Place | None) -> None:
+    from racecraft.formats.aws.model_copy import wipe_model
+
+    wipe(place)
+    if model.exists():
+        wipe_model(model)
+        print(f"{model}: wiped")
 
 
 def _require_free(drfc: DrfcFolder) -> None:
