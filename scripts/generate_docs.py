@@ -352,6 +352,21 @@ def coach_page() -> str:
     )
 
 
+def baselines_page() -> str:
+    """Return what Stable-Baselines' words mean here."""
+    from racecraft.compat.baselines_words import DEFAULTS, WORDS
+
+    rows = [(f"`{name}`", f"`{setting}`" if setting else doc) for name, (setting, doc) in WORDS.items()]
+    return f"""# Stable-Baselines' words
+
+What the arguments of `SagemakerStableBaselinesPPO1Launcher` mean here; see [your old SageMaker
+notebook](../jobs/sagemaker.md).
+
+{_table(("PPO1", "here"), rows)}
+
+What PPO1 and its `MlpPolicy` do without being asked: {", ".join(f"`{one}`" for one in DEFAULTS)}."""
+
+
 def rllib_page() -> str:
     """Return what RLlib's words mean here."""
     from racecraft.compat.rllib_words import ELSEWHERE, RUNS, STOPS, WORDS
@@ -409,6 +424,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/variation.md": variation_page,
     "reference/rllib.md": rllib_page,
     "reference/coach.md": coach_page,
+    "reference/baselines.md": baselines_page,
 }
 """Every generated page and the function that writes it."""
 
