@@ -369,7 +369,7 @@ What PPO1 and its `MlpPolicy` do without being asked: {", ".join(f"`{one}`" for 
 
 def rllib_page() -> str:
     """Return what RLlib's words mean here."""
-    from racecraft.compat.rllib_words import ELSEWHERE, RUNS, STOPS, WORDS
+    from racecraft.compat.rllib_words import ELSEWHERE, MODEL_WORDS, MULTI_WORDS, RUNS, STOPS, WORDS
 
     rows = [
         f"| `{name}` | {'' if word.setting in ('', ELSEWHERE) else f'`{word.setting}`'} | "
@@ -393,6 +393,18 @@ def rllib_page() -> str:
             "| RLlib | setting | what it means here |",
             "|---|---|---|",
             *rows,
+            "",
+            "Words of `model`:",
+            "",
+            "| RLlib | here |",
+            "|---|---|",
+            *(f"| `{name}` | {told} |" for name, told in MODEL_WORDS.items()),
+            "",
+            "Words of `multiagent`:",
+            "",
+            "| RLlib | here |",
+            "|---|---|",
+            *(f"| `{name}` | {told} |" for name, told in MULTI_WORDS.items()),
             "",
             "Words of `run`:",
             "",

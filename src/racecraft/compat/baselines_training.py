@@ -20,6 +20,7 @@ from racecraft.compat.baselines_words import WORLDS, translated
 from racecraft.compat.names.gym import Wrapper, make
 from racecraft.compat.old_gym import FromOldGym
 from racecraft.compat.rllib_training import register_env, registered
+from racecraft.compat.tally import Watched
 from racecraft.contract.errors import RacecraftError, SettingError, UserInputError
 from racecraft.contract.world import Array
 from racecraft.formats.run_folder import JOB
@@ -93,27 +94,6 @@ class Episodes:
                 rows.writerow([f"{reward:.6g}", steps, f"{time.time() - self._begun:.3f}"])
         except OSError as error:
             raise OutputFileError(output_letter(path, error)) from error
-
-
-class Monitored(gymnasium.Wrapper[Any, Any, Any, Any]):
-    """An environment whose episodes are told of."""
-
-    def __init__(self, env: gymnasium.Env[Any, Any], episodes: Episodes) -> None:
-        super().__init__(env)
-        self._episodes, self._reward, self._steps = episodes, 0.0, 0
-
-    def reset(self, **words: Any) -> tuple[Any, dict[str, Any]]:
-        """Begin an episode."""
-        self._reward, self._steps = 0.0, 0
-        return self.env.reset(**words)
-
-    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Act once."""
-        seen, reward, terminated, truncated, info = self.env.step(action)
-        self._reward, self._steps = self._reward + float(reward), self._steps + 1
-        if terminated or truncated:
-            self._episodes.ended(self._reward, self._steps)
-        return seen, float(reward), terminated, truncated, info
 
 
 class Ppo1Lines(Silent):
@@ -191,7 +171,7 @@ def _watched(made: Callable[[], Any], episodes: Episodes) -> Callable[[Any], Any
 
     def creator(_: Any) -> Any:
         env = FromOldGym(made())
-        return Monitored(env, episodes) if next(number) < WORLDS else env
+        return Watched(env, episodes.ended) if next(number) < WORLDS else env
 
     return creator
 
