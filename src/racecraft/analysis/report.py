@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from racecraft.analysis import figures, page
+from racecraft.analysis.account_words import asked_words, happened_words
 from racecraft.analysis.deepracer.drive import Drive, as_drive
 from racecraft.analysis.deepracer.failure_places import Why
 from racecraft.analysis.deepracer.logs.advice import Advice
@@ -124,36 +125,9 @@ def _account(facts: RunFacts) -> Iterator[str]:
         if one.plot is not None:
             plot = one.plot()
             picture = page.details(plot.title, page.photograph(plot.figure, plot.title, dpi=90))
-        command = one.command.replace("RUN", facts.path)
-        command = f"<p><code>{page.escaped(command)}</code></p>" if command else ""
+        lines = one.command.replace("RUN", facts.path).splitlines()
+        command = f"<p>{'<br>'.join(f'<code>{page.escaped(line)}</code>' for line in lines)}</p>" if lines else ""
         yield page.card(f"<b>{page.escaped(one.try_)}</b><p>{page.escaped(one.found)}</p>{command}{picture}")
-
-
-def asked_words(facts: RunFacts) -> str:
-    """Return a sentence that says what was asked."""
-    asked = facts.job.get("asked", {})
-    who = str(facts.job.get("algorithm", "a learner")).upper()
-    stops = asked.get("stops") or asked.get("stop") or ()
-    stops = [stops] if isinstance(stops, str) else list(stops)
-    until = f", until {' or '.join(str(stop) for stop in stops)}" if stops else ""
-    what = f"to drive {facts.title}" if facts.is_race else f"to play {facts.title}"
-    return f"{who} was asked {what}{until}."
-
-
-def happened_words(facts: RunFacts) -> str:
-    """Return sentences that say what came of it: the first score, the best and the last."""
-    last = facts.metrics[-1]
-    told = f"It trained for {page.duration(last['seconds'])} and {last['steps']:,} steps."
-    scored = [row for row in facts.metrics if row.get("evaluation_score") is not None]
-    if not scored:
-        return f"{told} It was not judged yet."
-    best = max(scored, key=lambda row: row["evaluation_score"])
-    unit = " % of a lap" if facts.is_race else ""
-    first, top, now = (f"{row['evaluation_score']:.4g}{unit}" for row in (scored[0], best, scored[-1]))
-    told += f" Judged without exploration it went from {first} to {top} in iteration {best['iteration']}"
-    told += "." if best is scored[-1] else f"; the last judgement was {now}."
-    laps = [row["best_lap_seconds"] for row in scored if row.get("best_lap_seconds")]
-    return f"{told} Its fastest lap took {min(laps):.2f} s." if laps else told
 
 
 def _own(facts: RunFacts) -> Iterator[str]:

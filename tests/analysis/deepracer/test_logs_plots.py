@@ -11,6 +11,7 @@ from tests.reference import HAS_ALL, LARGE, TRACES
 from racecraft.analysis.deepracer import logs as analysis
 from racecraft.analysis.deepracer.logs import PlotError
 from racecraft.analysis.deepracer.logs.advice import advice
+from racecraft.analysis.deepracer.logs.judged import Judged, judged_in_log
 from racecraft.analysis.deepracer.logs.laps import correlation
 from racecraft.logs import read
 from racecraft.tracks.catalogue import load_track, names
@@ -302,6 +303,30 @@ def test_real_logs_say_what_to_change():
     assert any("Segment 2 left (waypoints 20 to 49) takes 54 of 177 exits" in one.found for one in told)
 
 
+@pytest.mark.skipif(not HAS_ALL, reason=LARGE)
+def test_a_real_car_that_laps_when_it_is_judged_is_not_told_that_it_fails():
+    """The console's metrics: its last six evaluations are full laps all five, while its exploring cars still fail."""
+    logs = read(TRACES / "console-2022")
+    judged = judged_in_log(logs.ticks.collect(), logs.metrics.collect())
+    assert (len(judged.shares), judged.shares[-6:], judged.best_lap_seconds) == (
+        28,
+        (1.0,) * 6,
+        pytest.approx(14.6, abs=0.01),
+    )
+    told = advice(logs.training.collect(), analysis.find_track(logs.training), judged=judged)
+    assert told[0].try_.startswith("It laps: ask for more speed")
+    assert "its last 2 evaluations came to 100 % and 100 % of a lap; its best lap took 14.60 s." in told[0].found
+    assert not any("exits" in one.found or "still learning" in one.try_ for one in told)
+
+
+@pytest.mark.skipif(not HAS_ALL, reason=LARGE)
+def test_an_evaluation_driven_by_itself_is_a_judgement_too():
+    logs = read(TRACES / "drfc-1-worker")
+    alone = judged_in_log(logs.ticks.collect(), None)
+    assert (alone.shares, alone.best_lap_seconds) == ((1.0,), pytest.approx(13.8, abs=0.01))
+    assert judged_in_log(logs.training.collect(), None) == Judged()
+
+
 def test_advice_is_silent_where_there_is_little_to_go_by(laps):
     assert advice(laps.collect(), load_track("reinvent_base")) == []
 
@@ -348,7 +373,10 @@ def test_a_place_is_told_by_its_waypoints_too(tmp_path):
     assert first < 36 < last < 60
 
 
-@pytest.mark.parametrize(("continuous", "words"), [(False, "drop the slow action"), (True, "raise the lowest speed")])
+@pytest.mark.parametrize(
+    ("continuous", "words"),
+    [(False, "make the slow action that points ahead faster"), (True, "raise the lowest speed")],
+)
 def test_who_gets_round_slowly_is_told_what_can_be_changed(tmp_path, continuous, words):
     told = [one for one in what_to_try(tmp_path, [1.0] * 40, continuous=continuous) if "Speed is not used" in one]
     assert all(words in one for one in told)
