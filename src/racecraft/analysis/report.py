@@ -16,6 +16,7 @@ from racecraft.analysis.account_words import asked_words, happened_words
 from racecraft.analysis.deepracer.drive import Drive, as_drive
 from racecraft.analysis.deepracer.failure_places import Why
 from racecraft.analysis.deepracer.logs.advice import Advice
+from racecraft.analysis.deepracer.logs.own import NoPlot
 from racecraft.analysis.deepracer.logs.plot import Plot
 from racecraft.analysis.deepracer.report_parts import (
     on_the_track,
@@ -40,7 +41,7 @@ def write_report(
     drive: Drive | Array | pl.DataFrame | None = None,
     film: bytes | None = None,
     advice: Sequence[Advice] = (),
-    own: Sequence[Plot] = (),
+    own: Sequence[Plot | NoPlot] = (),
     why: Why | None = None,
 ) -> Path:
     """Write the page of a run.
@@ -52,7 +53,7 @@ def write_report(
             picture of a lap; None: the best training episode, exploration included.
         film: The same drive as a small MP4, which the page carries.
         advice: What to try next, with figure and command each.
-        own: The racer's own plots.
+        own: The racer's own plots, and why there are none where they failed.
         why: Where the best policy fails; None: nothing is said of it.
 
     Returns:
@@ -134,8 +135,10 @@ def _own(facts: RunFacts) -> Iterator[str]:
     if not facts.own:
         return
     yield "<h2>Your own</h2>"
-    for plot in facts.own:
-        yield page.card(f"<b>{page.escaped(plot.title)}</b>{page.photograph(plot.figure, plot.title, dpi=100)}")
+    for one in facts.own:
+        is_none = isinstance(one, NoPlot)
+        shown = f"<p>{page.escaped(one.why)}</p>" if is_none else page.photograph(one.figure, one.title, dpi=100)
+        yield page.card(f"<b>{page.escaped(one.title)}</b>{shown}")
 
 
 def _learning(facts: RunFacts) -> Iterator[str]:

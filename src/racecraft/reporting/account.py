@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from racecraft.analysis.deepracer.logs import own_plots, track_or_none
 from racecraft.analysis.deepracer.logs.advice import Advice, advice
 from racecraft.analysis.deepracer.logs.judged import judged_in_run
+from racecraft.analysis.deepracer.logs.own import NoPlot, made_or_why
 from racecraft.analysis.deepracer.logs.plot import Plot
 from racecraft.analysis.learner import learner_of_job
 from racecraft.analysis.learning_advice import learning_advice
@@ -90,15 +91,15 @@ def _subject(kind: str, asked: Mapping[str, Any]) -> list[str]:
     return [shlex.quote(str(word)) for word in words]
 
 
-def own_plots_of(run: RunFolder, files: Sequence[Path]) -> list[Plot]:
-    """Return the racer's own plots of a run's training; none where it has no log yet.
+def own_plots_of(run: RunFolder, files: Sequence[Path]) -> list[Plot | NoPlot]:
+    """Return the racer's own plots of a run's training, or why they failed; none where it has no log yet.
 
     Raises:
-        OwnPlotError: A file holds no plot, or one does not work.
+        OwnPlotError: A file holds no plot.
     """
     makers = own_plots(files)
     told = _log_of(run) if makers else None
-    return [] if told is None else [make(*told) for make in makers]
+    return [] if told is None else made_or_why(makers, *told)
 
 
 def _log_of(run: RunFolder) -> tuple[pl.DataFrame, Track | None] | None:

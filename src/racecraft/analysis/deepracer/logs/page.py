@@ -33,11 +33,10 @@ from racecraft.analysis.deepracer.logs import (
 )  # fmt: skip
 from racecraft.analysis.deepracer.logs.advice import Advice
 from racecraft.analysis.deepracer.logs.episodes import simulation_agg
-from racecraft.analysis.deepracer.logs.own import OwnPlot
+from racecraft.analysis.deepracer.logs.own import NoPlot, OwnPlot, made_or_why
 from racecraft.analysis.deepracer.logs.page_data import page_data
 from racecraft.analysis.deepracer.logs.plot import Plot, PlotError
 from racecraft.analysis.deepracer.logs.segments import segments_plot
-from racecraft.contract.errors import UserInputError
 from racecraft.formats.whole import write_whole
 from racecraft.tracks.track import Track
 
@@ -350,13 +349,9 @@ def _evaluations(ticks: pl.DataFrame, track: Track | None) -> Iterator[str]:
 def _own(ticks: pl.DataFrame, track: Track | None, own: Sequence[OwnPlot]) -> Iterator[str]:
     """Yield the racer's own plots; one that fails says why, and the page stands."""
     cards = []
-    for one in own:
-        try:
-            plot = one(ticks, track)
-            picture = _picture(plot)
-            cards.append(page.card(f"<b>{page.escaped(plot.title)}</b>{picture}{_data(plot)}"))
-        except UserInputError as error:
-            cards.append(page.card(f"<b>{page.escaped(one.name)}</b><p>{page.escaped(error)}</p>"))
+    for one in made_or_why(own, ticks, track):
+        shown = f"<p>{page.escaped(one.why)}</p>" if isinstance(one, NoPlot) else f"{_picture(one)}{_data(one)}"
+        cards.append(page.card(f"<b>{page.escaped(one.title)}</b>{shown}"))
     if cards:
         yield "<h2>Your own</h2>"
         yield from cards
