@@ -136,8 +136,10 @@ def _own(facts: RunFacts) -> Iterator[str]:
         return
     yield "<h2>Your own</h2>"
     for one in facts.own:
-        is_none = isinstance(one, NoPlot)
-        shown = f"<p>{page.escaped(one.why)}</p>" if is_none else page.photograph(one.figure, one.title, dpi=100)
+        if isinstance(one, NoPlot):
+            shown = f"<p>{page.escaped(one.why)}</p>"
+        else:
+            shown = page.photograph(one.figure, one.title, dpi=100)
         yield page.card(f"<b>{page.escaped(one.title)}</b>{shown}")
 
 
