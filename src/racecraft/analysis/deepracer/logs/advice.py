@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     import polars as pl
 
 FEWEST_EPISODES = 20
+UNDER_WAY = ("prepare", "in_progress")
+"""How an episode stands that the end of the training cut off; it tells nothing of how far a car comes."""
 FEWEST_EXITS = 5
 """Exits at one place of which something is said."""
 RARE = 0.01
@@ -72,6 +74,7 @@ def advice(
         judged: Its evaluations; None: unknown, and the training's episodes alone are gone by.
     """
     episodes, judged = simulation_agg(ticks), judged or Judged()
+    episodes = episodes.filter(~episodes["status"].cast(str).is_in(UNDER_WAY).fill_null(False))
     if episodes.height < FEWEST_EPISODES:
         return []
     found = [*_timing(ticks), *_learning(ticks, episodes, learner or Learner(), judged)]
