@@ -73,8 +73,7 @@ def advice(
         learner: Which algorithm learned, and how it was set; None: unknown, and no setting of it is named.
         judged: Its evaluations; None: unknown, and the training's episodes alone are gone by.
     """
-    episodes, judged = simulation_agg(ticks), judged or Judged()
-    episodes = episodes.filter(~episodes["status"].cast(str).is_in(UNDER_WAY).fill_null(False))
+    episodes, judged = _as_they_ended(ticks), judged or Judged()
     if episodes.height < FEWEST_EPISODES:
         return []
     found = [*_timing(ticks), *_learning(ticks, episodes, learner or Learner(), judged)]
@@ -88,6 +87,25 @@ def advice(
             found += _quietly(_speed, last, track)
         found += _quietly(_sectors, ticks, track)
     return [*found, *_actions(ticks)]
+
+
+def _as_they_ended(ticks: pl.DataFrame) -> pl.DataFrame:
+    """Return the episodes that ended, in the order of the iterations in which they did, and fifths by that order.
+
+    By their beginnings the last ones would be short ones only: those that drive long are still under way.
+    """
+    import polars as pl
+
+    ended = ticks.group_by("unique_episode").agg(pl.col("iteration").last().alias("ended"))
+    rank = pl.int_range(pl.len()) * len(QUINTILES) // pl.len()
+    fifth = rank.replace_strict(list(range(5)), list(QUINTILES), return_dtype=pl.Enum(QUINTILES))
+    return (
+        simulation_agg(ticks)
+        .filter(~pl.col("status").cast(pl.String).is_in(UNDER_WAY).fill_null(False))
+        .join(ended, on="unique_episode", maintain_order="left")
+        .sort("round", "ended", "unique_episode")
+        .with_columns(fifth.alias("quintile"))
+    )
 
 
 def _quietly(
