@@ -135,7 +135,7 @@ def draw(group: str, found: dict[str, Any]) -> None:
         axis.axhline(WORLDS[world], color="#777777", lw=0.8, ls=":")
         axis.set_title(f"{world} (dotted: solved)", fontsize=10)
         axis.set_xlabel("steps", fontsize=9)
-        axis.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:.0f}k")
+        axis.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:g}k")
         axis.spines[["top", "right"]].set_visible(False)
     axes[0].set_ylabel("training return, mean of 10 iterations", fontsize=9)
     axes[0].legend(fontsize=8, frameon=False)

@@ -14,6 +14,7 @@ import numpy as np
 
 from racecraft.formats.episodes import FORMAT, VERSION
 from racecraft.logs.columns import PHASES, TICK_COLUMNS, empty, schema
+from racecraft.logs.continued import join_continued
 from racecraft.logs.errors import Damage
 from racecraft.logs.log_rows import read_log
 from racecraft.logs.numbering import number, phase_of_rows
@@ -77,7 +78,8 @@ def read_ticks(
                 damage += wrong
     if not frames:
         return empty(TICK_COLUMNS).select(pl.all() if names is None else list(names)), damage, said
-    return _in_columns(number(pl.concat(frames, how="diagonal")), names), damage, said
+    numbered = join_continued(number(pl.concat(frames, how="diagonal")))
+    return _in_columns(numbered, names), damage, said
 
 
 def _placed(trace: pl.DataFrame, pairs: list[tuple[int, Source]], phase: str | None) -> list[pl.DataFrame]:
