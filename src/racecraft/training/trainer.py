@@ -16,6 +16,7 @@ from typing import Any, cast
 
 import torch
 
+from racecraft.algorithms.alphazero import SEARCHED
 from racecraft.algorithms.building import build_learner
 from racecraft.algorithms.learner import REPLAY, Learner
 from racecraft.algorithms.registry import Algorithm, require_fit
@@ -354,7 +355,8 @@ def _require_trackers(settings: Settings) -> None:
 
 def _learner(experiment: Experiment, settings: Settings) -> Learner:
     prepare_processor(settings.runtime.threads, settings.runtime.device)
-    require_fit(experiment.algorithm, experiment.world.spec.actions, experiment.title)
+    world = experiment.world.spec
+    require_fit(experiment.algorithm, world.actions, experiment.title, is_searched=SEARCHED in world.observations)
     if experiment.learner is not None:
         return experiment.learner()
     return build_learner(experiment.algorithm, experiment.spec, settings, experiment.seed)
