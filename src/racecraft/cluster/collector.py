@@ -17,6 +17,7 @@ from racecraft.cluster.transport import Ticket
 from racecraft.cluster.twins import Twin
 from racecraft.contract.world import Array, EpisodeRecord, WorldSpec
 from racecraft.rollout.collector import CarriedOtherwiseError
+from racecraft.training.gathering import HearsTicks
 from racecraft.training.run_writer import Stateful
 
 
@@ -78,6 +79,7 @@ class ClusterCollector:
         ahead: Whether workers begin the next collecting while the learner learns from this one, with the weights of
             before: for learners that remember, to which a little age does no harm.
         twin: Makes the twin of a place's worker, given where that begins; None: workers send what they saw.
+        hears: Hears of the ticks, where they are kept.
     """
 
     def __init__(
@@ -90,10 +92,12 @@ class ClusterCollector:
         parts: Mapping[str, Stateful],
         ahead: bool = False,
         twin: Callable[[int, Start], Twin] | None = None,
+        hears: HearsTicks | None = None,
     ) -> None:
         self._crew, self._spec, self._learner, self._horizon = crew, spec, learner, horizon
         self._updates, self._parts, self._ahead, self._twin = updates, parts, ahead, twin
         self._twins: list[Twin] = []
+        self._hears = hears
         self._specs = [opened.spec for opened in crew.opened]
         self._states: list[Mapping[str, Any] | None] = [None] * len(self._specs)
         self._looks: list[Callable[[], None]] = []
@@ -217,13 +221,15 @@ class ClusterCollector:
         return starts_of(start, self._specs, self._states)
 
     def _take_in(self, task: Task, harvests: Sequence[Harvest]) -> None:
-        first_world = 0
+        first_world, already = 0, len(self._ticks)
         for place, (spec, harvest) in enumerate(zip(self._specs, harvests, strict=True)):
             self._states[place] = harvest.state
             self._episodes += [replace(one, world=one.world + first_world) for one in harvest.episodes]
             if harvest.ticks is not None:
                 self._ticks.append({**harvest.ticks, "world": harvest.ticks["world"] + first_world})
             first_world += spec.num_worlds
+        if self._hears is not None and len(self._ticks) > already:
+            self._hears(self._ticks[already:])
         self._iteration = task.iteration
         self.steps_taken += sum(harvest.steps for harvest in harvests)
         if (counter := counting(self._learner)) is not None:

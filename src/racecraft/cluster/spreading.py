@@ -17,7 +17,7 @@ from racecraft.cluster.transport import Transport
 from racecraft.cluster.twins import Twin
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import WorldSpec
-from racecraft.training.gathering import Spread
+from racecraft.training.gathering import HearsTicks, Spread
 from racecraft.training.resume import Say
 from racecraft.training.run_writer import TickRecorder
 from racecraft.training.trainer import Experiment
@@ -38,7 +38,7 @@ class ClusterGatherer:
         """Hands over the ticks that workers kept."""
         return None if self.experiment.recorder is None else self.collecting
 
-    def collector(self, learner: Learner, horizon: int) -> ClusterCollector:
+    def collector(self, learner: Learner, horizon: int, hears: HearsTicks | None) -> ClusterCollector:
         """Return what collects for a learner."""
         experiment = self.experiment
         self.collecting = ClusterCollector(
@@ -50,6 +50,7 @@ class ClusterGatherer:
             experiment.parts,
             experiment.algorithm.replay,
             self._twin if sends_actions(experiment) else None,
+            hears,
         )
         return self.collecting
 

@@ -35,7 +35,7 @@ from racecraft.rollout.replay import Replay
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import as_dictionary
 from racecraft.training.callbacks import Callbacks, KnowsRun, TrainingCallback
-from racecraft.training.gathering import Gatherer, RecordingObserver
+from racecraft.training.gathering import Gatherer, HearsTicks, RecordingObserver
 from racecraft.training.loop import Evaluator, Outcome, TrainingLoop
 from racecraft.training.mlflow_tracking import MlflowRun, RunDescription, client_class, tracking_uri
 from racecraft.training.named_files import as_in_run, asked_in_run, found_in_run, lay_named_files, named_files
@@ -57,6 +57,8 @@ class RunAttendants:
     """Writes them in another program's form, too."""
     observers: Iterable[StepObserver] = ()
     """See every tick."""
+    hears: HearsTicks | None = None
+    """Hears of the ticks of worlds elsewhere, rollout by rollout; observers do not."""
 
 
 @dataclass(frozen=True)
@@ -268,7 +270,7 @@ def _collector(
     """Return what collects, here or elsewhere, and who keeps the ticks."""
     horizon, elsewhere = experiment.settings.rollout.horizon, experiment.gatherer
     if elsewhere is not None:
-        return elsewhere.collector(learner, horizon), elsewhere.recorder
+        return elsewhere.collector(learner, horizon, attendants.hears), elsewhere.recorder
     observers = [*attendants.observers]
     return Collector(experiment.world, learner, horizon, experiment.seed, observers), attendants.recorder
 

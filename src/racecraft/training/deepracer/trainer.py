@@ -43,6 +43,7 @@ from racecraft.training.deepracer.cloning import require_same_shape
 from racecraft.training.deepracer.courses import both_ways, starts
 from racecraft.training.deepracer.evaluator import FLYING_LAPS, CarEvaluator, begins_where_training_does
 from racecraft.training.deepracer.live import LivePublisher
+from racecraft.training.deepracer.live_elsewhere import LiveHarvests
 from racecraft.training.deepracer.plan import (
     KIND,
     CarPlan,
@@ -152,7 +153,7 @@ def attended(planned: CarPlan, reward: RewardFunction, run: RunFolder, notes: Se
             planned.env,
             both_ways(planned.courses),
         )
-        yield RunAttendants(recorder, AwsFiles(run.path, setup), [recorder, LivePublisher(run)])
+        yield RunAttendants(recorder, AwsFiles(run.path, setup), [recorder, LivePublisher(run)], LiveHarvests(run))
 
 
 def lay_files(planned: CarPlan, reward: RewardFunction, run: RunFolder) -> None:
