@@ -13,7 +13,8 @@ from racecraft.algorithms.networks import ActorCritic, Architecture
 from racecraft.analysis.attention import AttentionError
 from racecraft.analysis.deepracer.look_page import findings, write_look_page
 from racecraft.analysis.deepracer.surfaces import SURFACES, SurfaceAttention, eye_poses, surface_shares
-from racecraft.contract.world import ArraySpec, allocate
+from racecraft.analysis.look import Look
+from racecraft.contract.world import ArraySpec, ContinuousActions, allocate
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.sensors import FRONT_CAMERA, STEREO, STEREO_GREY_WEIGHTS, car_sensors
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
@@ -194,3 +195,12 @@ def test_a_car_that_sees_more_than_a_picture_tells_is_refused(tmp_path):
     policy.spec.visible = {"STEREO_CAMERAS": ArraySpec((30, 40, 2), np.uint8), "LIDAR": ArraySpec((8,), np.float32)}
     with pytest.raises(AttentionError, match="STEREO_CAMERAS .30, 40, 2., LIDAR"):
         look_at_pictures(policy, tmp_path)
+
+
+def test_numbers_are_told_as_racers_say_them():
+    """By hand: of ranges of ±30° and 0.5 to 2 m/s, a half of the way to the right and two thirds up."""
+    thirty = math.radians(30.0)
+    actions = ContinuousActions(low=(-thirty, 0.5), high=(thirty, 2.0))
+    decided = SimpleNamespace(numbers=np.array([[-0.5, 1 / 3]]))
+    look = Look("CAMERA", np.zeros((1, 3, 4), np.uint8), np.zeros((1, 3, 4)), None, decided, actions)
+    assert look.told(0) == [("steering", pytest.approx(0.25), "right 15°"), ("speed", pytest.approx(2 / 3), "1.50 m/s")]
