@@ -9,12 +9,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from racecraft.logs.columns import PHASES
+from racecraft.logs.numbering import STREAM
 
 if TYPE_CHECKING:
     import polars as pl
-
-CAR = ("round", "phase", "stream", "worker")
-"""Whose episodes come one after the other."""
 
 
 def join_continued(ticks: pl.DataFrame) -> pl.DataFrame:
@@ -33,13 +31,13 @@ def join_continued(ticks: pl.DataFrame) -> pl.DataFrame:
     if not ticks.select((begins & training & (pl.col("tick") > 1)).any()).item():
         return ticks
     parts = ticks.group_by("unique_episode", maintain_order=True).agg(
-        *(pl.col(name).first() for name in (*CAR, "episode")),
+        *(pl.col(name).first() for name in (*STREAM, "episode")),
         pl.col("tick").first().alias("from"), pl.col("tick").last().alias("to"),
     )  # fmt: skip
-    before = {name: pl.col(name).shift().over(*CAR) for name in ("episode", "to")}
+    before = {name: pl.col(name).shift().over(*STREAM) for name in ("episode", "to")}
     goes_on = training & (before["episode"] == pl.col("episode")) & (before["to"] + 1 == pl.col("from"))
-    whole = (~goes_on.fill_null(False)).cum_sum().over(*CAR).alias("whole")
-    first = parts.with_columns(whole).with_columns(pl.col("unique_episode").min().over(*CAR, "whole").alias("first"))
+    whole = (~goes_on.fill_null(False)).cum_sum().over(*STREAM).alias("whole")
+    first = parts.with_columns(whole).with_columns(pl.col("unique_episode").min().over(*STREAM, "whole").alias("first"))
     one = first.select("unique_episode", (pl.col("first").rank("dense") - 1).cast(pl.Int32).alias("one"))
     joined = ticks.join(one, on="unique_episode", how="left", maintain_order="left")
     return joined.with_columns(pl.col("one").alias("unique_episode")).drop("one").sort(

@@ -28,7 +28,7 @@ def number(ticks: pl.DataFrame) -> pl.DataFrame:
 
     changed = [pl.col(name).ne_missing(pl.col(name).shift()) for name in (*STREAM, "episode")]
     begins = pl.any_horizontal(*changed, pl.col("tick") <= pl.col("tick").shift()).fill_null(True)
-    return ticks.with_columns((begins.cum_sum() - 1).cast(pl.Int32).alias("unique_episode"))
+    return ticks.with_columns((begins.cum_sum() - 1).cast(pl.Int32).set_sorted().alias("unique_episode"))
 
 
 def phase_of_rows(trace: pl.DataFrame) -> str:

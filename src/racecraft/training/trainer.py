@@ -108,6 +108,9 @@ class Experiment:
     """Who carries the learner through worlds elsewhere; None: it is carried through `world`, here."""
     recorder: Callable[[], RecordingObserver] | None = None
     """Makes what keeps the ticks of worlds elsewhere for the episode files; None: none are kept."""
+    unpaid: Callable[[Any], World] | None = None
+    """Lays the worlds of a plan once more, without rewards; None: where the same is done in them, not the same is seen,
+    since others decide there, too."""
     stays: str = ""
     """Why its worlds cannot be elsewhere, a sentence; "" where they can."""
 
