@@ -1,6 +1,7 @@
 """Every rule of advice: a training in which it holds, and one in which it does not."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import polars as pl
@@ -49,6 +50,9 @@ RULES = {
         "Exploration ended too soon", {"entropy": EARLY}, {"entropy": EARLY - 1.0}
     ),
     "forgetting": ("It forgot", {"evaluation_score": FELL}, {"evaluation_score": np.sort(FELL)}),
+    "forgetting, though there was little": (
+        "It forgot", {"evaluation_score": FELL}, {"evaluation_score": FELL / 15.0}
+    ),
     "far steps": ("go too far", {"approx_kl": np.full(COUNT, 0.2)}, {"approx_kl": np.full(COUNT, 0.02)}),
     "blind critic, though it laps": (
         "critic learns nothing", {"explained_variance": np.full(COUNT, 0.05)},
@@ -171,7 +175,9 @@ def test_a_reward_that_has_nothing_to_do_with_progress(tmp_path):
     fair = [makers.episode(k, share, ticks=20, reward=share) for k, share in enumerate(shares)]
     unfair = [makers.episode(k, share, ticks=20, reward=1.0 - share) for k, share in enumerate(shares)]
     words = "paid for something else than coming forward"
-    assert told(ticks_of(tmp_path / "a", unfair), words)
+    (found,) = told(ticks_of(tmp_path / "a", unfair), words)
+    assert found.found.startswith("Episodes that get farther are paid less (-1.00 between")
+    assert advice(ticks_of(tmp_path / "c", unfair), None)[0].try_ == found.try_  # what is wrong with it comes first
     assert not told(ticks_of(tmp_path / "b", fair), words)
 
 
@@ -221,3 +227,7 @@ def test_what_a_car_was_asked_is_told_in_plain_words(car, tmp_path):
     facts = read_facts(run)
     assert asked_words(facts) == words
     assert happened_words(facts).endswith("Its fastest lap took 20.00 s. It does not get round yet.")
+    fell = [{**row, "evaluation_score": 101.0 - row["evaluation_score"]} for row in facts.metrics]
+    assert "came to 100 % of a lap in iteration 1.0, its first judgement and its best; the last was 1 % of a lap." in (
+        happened_words(replace(facts, metrics=fell))
+    )

@@ -106,6 +106,11 @@ def happened_words(facts: RunFacts) -> str:
     first, top, now = (_score(facts, row["evaluation_score"]) for row in (scored[0], best, scored[-1]))
     if first == top == now:
         told += f" Judged without exploration it came to {now}, from the first time to the last."
+    elif best is scored[0] and len(scored) > 1:
+        told += (
+            f" Judged without exploration it came to {top} in iteration {best['iteration']}, its first judgement and "
+        )
+        told += f"its best; the last was {now}."
     else:
         told += f" Judged without exploration it went from {first} to {top} in iteration {best['iteration']}"
         told += "." if now == top else f"; the last judgement was {now}."

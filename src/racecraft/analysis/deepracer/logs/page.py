@@ -126,7 +126,9 @@ def _parts(ticks: pl.DataFrame, track: Track | None, title: str, extras: Extras)
         yield page.card("<p>No track of the catalogue fits this log, so maps are left out. Name it with --track.</p>")
     yield from _section("How it learned", training, _learning())
     yield from _section("What the metrics files say", extras.metrics, _metrics())
+    yield from _fastest_of_metrics(extras.metrics)
     yield from _section("On the track", main, _on_the_track(track))
+    yield _table("endings", "How episodes ended", exits.endings(main))
     yield from _section("What it chose", main, _choices(track))
     yield from _section("What was paid", main, _paid(track, extras.reward))
     yield from _section("Laps and sectors", main, _laps(track))
@@ -287,11 +289,30 @@ def _section(title: str, ticks: pl.DataFrame | None, made: list[Made]) -> Iterat
             plot = make(ticks)
         except PlotError:
             continue
-        picture = _picture(plot)
-        cards.append(page.card(f"<b>{page.escaped(plot.title)}</b>{picture}{_data(plot)}"))
+        cards.append(page.card(_named(plot.name, f"<b>{page.escaped(plot.title)}</b>{_picture(plot)}{_data(plot)}")))
     if cards:
         yield f"<h2>{title}</h2>"
         yield from cards
+
+
+def _named(name: str, content: str) -> str:
+    """Return a part of the page that a script or a test finds by the name of its plot or table."""
+    return f'<div data-plot="{name}">{content}</div>'
+
+
+def _table(name: str, title: str, table: pl.DataFrame) -> str:
+    """Return a table as a card."""
+    heads = [column.replace("_", " ") for column in table.columns]
+    rows = [[_cell(value) for value in row] for row in table.rows()]
+    numbers = [k for k, kind in enumerate(table.dtypes) if kind.is_numeric()]
+    return page.card(_named(name, f"<b>{page.escaped(title)}</b>{page.table(heads, rows, numbers)}"))
+
+
+def _fastest_of_metrics(metrics: pl.DataFrame | None) -> Iterator[str]:
+    """Yield the fastest laps that the metrics files tell of; they know evaluations whose steps nobody kept."""
+    laps = None if metrics is None else rounds.metrics_best_laps(metrics)
+    if laps is not None and laps.height:
+        yield _table("metrics_best_laps", "Fastest laps, by the metrics files", laps)
 
 
 def _picture(plot: Plot) -> str:
@@ -340,10 +361,10 @@ def _evaluations(ticks: pl.DataFrame, track: Track | None) -> Iterator[str]:
         )
         for row in table.iter_rows(named=True)
     ]  # fmt: skip
-    yield page.card(page.table(heads, rows, (1, 2, 3, 4, 5, 6, 7)))
+    yield page.card(_named("evaluation_table", page.table(heads, rows, (1, 2, 3, 4, 5, 6, 7))))
     if track is not None:
         plot = evaluations.evaluation_grid(ticks, track)
-        yield page.card(_picture(plot))
+        yield page.card(_named(plot.name, _picture(plot)))
 
 
 def _own(ticks: pl.DataFrame, track: Track | None, own: Sequence[OwnPlot]) -> Iterator[str]:
