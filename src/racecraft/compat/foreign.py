@@ -28,10 +28,23 @@ from racecraft.compat.notebooks import SUFFIX, run_notebook
 from racecraft.contract.errors import InputFileError
 
 HOME = "racecraft.compat.names"
-NAMES = ("mlagents_envs", "gym_unity", "gym", "sagemaker", "sagemaker_rl", "ray", "rl_coach", "boto3", "IPython")
+NAMES = (
+    "mlagents_envs",
+    "gym_unity",
+    "gym",
+    "sagemaker",
+    "sagemaker_rl",
+    "ray",
+    "rl_coach",
+    "boto3",
+    "IPython",
+    "tensorflow",
+)
 """The packages whose names are lent."""
-STANDS_ASIDE = ("gym", "boto3", "IPython")
+STANDS_ASIDE = ("gym", "boto3", "IPython", "tensorflow")
 """Lent only where no package of that name is installed; boto3 also where it is, and has no credentials to ask with."""
+FOR_SCRIPTS_ONLY = ("tensorflow",)
+"""Lent to files of the script's own folder only: other packages look whether it is there, to use it."""
 CREDENTIALS = (
     "AWS_ACCESS_KEY_ID", "AWS_PROFILE", "AWS_WEB_IDENTITY_TOKEN_FILE", "AWS_CONTAINER_CREDENTIALS_RELATIVE_URI",
     "AWS_CONTAINER_CREDENTIALS_FULL_URI",
@@ -133,6 +146,8 @@ class _Finder(MetaPathFinder):
     def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
         if _top(fullname) not in self._names:
             return None
+        if fullname in FOR_SCRIPTS_ONLY and not _asked_by_script():
+            return None
         ours = f"{HOME}.{fullname}"
         found = importlib.util.find_spec(ours)
         if found is None:
@@ -156,6 +171,19 @@ class _Lender(Loader):
 
     def exec_module(self, module: ModuleType) -> None:
         module.__spec__ = self._own_spec  # the import system has just overwritten it
+
+
+def _asked_by_script() -> bool:
+    """Tell whether the import under way stands in a file of the script's folder, or in a notebook's cell."""
+    frame = sys._getframe(1)
+    while frame is not None and (
+        frame.f_globals.get("__name__") == __name__ or "importlib" in frame.f_code.co_filename
+    ):
+        frame = frame.f_back  # type: ignore[assignment]
+    if frame is None:
+        return False
+    here, file = Path(sys.argv[0]).resolve().parent, Path(frame.f_code.co_filename).resolve()
+    return frame.f_globals.get("__name__") == "__main__" or file.is_relative_to(here)
 
 
 @contextlib.contextmanager

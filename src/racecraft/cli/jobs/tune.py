@@ -178,10 +178,13 @@ def _search(
     from racecraft.formats.whole import make_folder
     from racecraft.jobs.home import JobHome
     from racecraft.jobs.tuning.search import search
-    from racecraft.jobs.tuning.study import Study
+    from racecraft.jobs.tuning.study import Study, check_choices, require_search
     from racecraft.jobs.tuning.training_trials import TrainingTrials
 
     pruner, folder, objective = choice.gives_up(aim), place.folder(), aim.told()
+    check_choices(choice.sampler, pruner)
+    if place.from_ is not None:
+        require_search(place.from_)
     make_folder(folder)
     study = Study(folder, parameters, objective.maximise, choice.sampler, pruner, choice.seed)
     if place.from_ is not None:

@@ -43,6 +43,27 @@ class TuningError(UserInputError):
     """A search for settings cannot be begun or gone on with."""
 
 
+def check_choices(sampler: str, pruner: str) -> None:
+    """Refuse who is not here, before anything is made.
+
+    Raises:
+        SettingError: There is no such sampler, or no such pruner.
+    """
+    for chosen, known, option in ((sampler, SAMPLERS, "sampler"), (pruner, PRUNERS, "pruner")):
+        if chosen not in known:
+            raise SettingError(f"no {option} '{chosen}'; expected one of {', '.join(known)}. {nearest(chosen, known)}")
+
+
+def require_search(folder: Path) -> None:
+    """Refuse a folder without a search.
+
+    Raises:
+        TuningError: No search lies there.
+    """
+    if not (folder / FILE).is_file():
+        raise TuningError(f"{folder}: holds no {FILE}; expected the folder of an earlier `racecraft tune`.")
+
+
 class Study:
     """What has been tried, and what will be.
 
@@ -71,11 +92,7 @@ class Study:
     ) -> None:
         self.parameters, self.maximise = dict(parameters), maximise
         optuna = _optuna()
-        for chosen, known, option in ((sampler, SAMPLERS, "sampler"), (pruner, PRUNERS, "pruner")):
-            if chosen not in known:
-                raise SettingError(
-                    f"no {option} '{chosen}'; expected one of {', '.join(known)}. {nearest(chosen, known)}"
-                )
+        check_choices(sampler, pruner)
         self._spaces = {name: _distribution(optuna, one) for name, one in self.parameters.items()}
         if sampler == "grid":
             _grid(self.parameters)  # a letter comes before a file
@@ -149,8 +166,7 @@ class Study:
             TuningError: No search lies there.
         """
         optuna = _optuna()
-        if not (folder / FILE).is_file():
-            raise TuningError(f"{folder}: holds no {FILE}; expected the folder of an earlier `racecraft tune`.")
+        require_search(folder)
         earlier = optuna.load_study(study_name=NAME, storage=f"sqlite:///{folder / FILE}")
         taken = 0
         for one in earlier.get_trials(deepcopy=False, states=(optuna.trial.TrialState.COMPLETE,)):
