@@ -56,6 +56,22 @@ def test_what_would_be_ignored_is_refused(home, tmp_path, monkeypatch):  # noqa:
     assert not (tmp_path / "tunings").exists(), "nothing was begun"
 
 
+@pytest.mark.parametrize(
+    ("words", "letter"),
+    [
+        (("--sampler", "tpi"), "no sampler 'tpi'; expected one of tpe, random, grid, pbt. Did you mean 'tpe'"),
+        (("--pruner", "mean"), "no pruner 'mean'"),
+        (("--from", "nowhere"), "nowhere: holds no study.sqlite"),
+    ],
+)
+def test_who_is_not_here_is_named_before_a_folder_is_made(home, tmp_path, monkeypatch, words, letter):  # noqa: F811
+    monkeypatch.chdir(tmp_path)
+    asked = ["tune", *words, "--param", "ppo.epochs=1..2", "gym", "train", "CartPole-v1", *TINY]
+    done = CliRunner().invoke(app, asked)
+    assert letter in str(done.exception)
+    assert not (tmp_path / "tunings").exists()
+
+
 def test_a_setting_that_is_none_is_named_after_two_trials(home, tmp_path, monkeypatch):  # noqa: F811
     monkeypatch.chdir(tmp_path)
     asked = ["tune", "--trials", "9", "--parallel", "2", "--param", "ppo.learning_rat=1e-4..1e-2"]

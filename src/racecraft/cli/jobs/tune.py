@@ -174,6 +174,7 @@ def _search(
     json: bool,
 ) -> None:
     """Try, and leave the page and the record of what was tried."""
+    from racecraft.cli.jobs.population import PBT
     from racecraft.cli.output import say
     from racecraft.formats.whole import make_folder
     from racecraft.jobs.home import JobHome
@@ -182,7 +183,7 @@ def _search(
     from racecraft.jobs.tuning.training_trials import TrainingTrials
 
     pruner, folder, objective = choice.gives_up(aim), place.folder(), aim.told()
-    check_choices(choice.sampler, pruner)
+    check_choices(choice.sampler, pruner, PBT)
     if place.from_ is not None:
         require_search(place.from_)
     make_folder(folder)

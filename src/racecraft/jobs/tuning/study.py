@@ -43,13 +43,19 @@ class TuningError(UserInputError):
     """A search for settings cannot be begun or gone on with."""
 
 
-def check_choices(sampler: str, pruner: str) -> None:
+def check_choices(sampler: str, pruner: str, *other_samplers: str) -> None:
     """Refuse who is not here, before anything is made.
+
+    Args:
+        sampler: Who says what is tried next.
+        pruner: Who gives trials up early.
+        other_samplers: Who could be named, too, and is not a study's.
 
     Raises:
         SettingError: There is no such sampler, or no such pruner.
     """
-    for chosen, known, option in ((sampler, SAMPLERS, "sampler"), (pruner, PRUNERS, "pruner")):
+    samplers = (*SAMPLERS, *other_samplers)
+    for chosen, known, option in ((sampler, samplers, "sampler"), (pruner, tuple(PRUNERS), "pruner")):
         if chosen not in known:
             raise SettingError(f"no {option} '{chosen}'; expected one of {', '.join(known)}. {nearest(chosen, known)}")
 
