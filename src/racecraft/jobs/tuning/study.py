@@ -6,14 +6,16 @@ and Optuna's own dashboard reads it.
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
+import sqlite3
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from racecraft.contract.errors import MissingExtraError, SettingError, UserInputError, nearest
+from racecraft.contract.errors import MissingExtraError, RacecraftError, SettingError, UserInputError, nearest
 from racecraft.formats.tuning import COMPLETE, FAILED, PRUNED, RUNNING, TrialRecord, best_of
 from racecraft.jobs.tuning.space import CategoricalParameter, IntegerParameter, Parameter
 
@@ -41,6 +43,30 @@ ENOUGH_TO_JUDGE = 10
 
 class TuningError(UserInputError):
     """A search for settings cannot be begun or gone on with."""
+
+
+@contextlib.contextmanager
+def database_letters(folder: Path) -> Iterator[None]:
+    """Say as a letter what befell a search's database: the disk is full, or the file is damaged or no database.
+
+    Raises:
+        TuningError: SQLite said so, however many libraries have wrapped it since.
+    """
+    try:
+        yield
+    except RacecraftError:  # a letter already
+        raise
+    except Exception as error:
+        first: BaseException | None = error
+        while first is not None and not isinstance(first, sqlite3.Error):
+            first = first.__cause__ or first.__context__
+        if first is None:
+            raise
+        cure = "Free some space" if "full" in str(first) else "Give another --run, or put a sound file there"
+        raise TuningError(
+            f"{folder / FILE}: {first}; expected a search's database that can be read and written. {cure} and run the "
+            "same command again."
+        ) from error
 
 
 def check_choices(sampler: str, pruner: str, *other_samplers: str) -> None:
