@@ -24,13 +24,32 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from racecraft.compat.notebooks import SUFFIX, run_notebook
 from racecraft.contract.errors import InputFileError
 
 HOME = "racecraft.compat.names"
-NAMES = ("mlagents_envs", "gym_unity", "gym", "sagemaker", "sagemaker_rl", "ray", "rl_coach", "boto3")
+NAMES = (
+    "mlagents_envs",
+    "gym_unity",
+    "gym",
+    "sagemaker",
+    "sagemaker_rl",
+    "ray",
+    "rl_coach",
+    "boto3",
+    "IPython",
+    "tensorflow",
+)
 """The packages whose names are lent."""
-STANDS_ASIDE = ("gym", "boto3")
-"""Lent only where no package of that name is installed."""
+STANDS_ASIDE = ("gym", "boto3", "IPython", "tensorflow")
+"""Lent only where no package of that name is installed; boto3 also where it is, and has no credentials to ask with."""
+FOR_SCRIPTS_ONLY = ("tensorflow",)
+"""Lent to files of the script's own folder only: other packages look whether it is there, to use it."""
+CREDENTIALS = (
+    "AWS_ACCESS_KEY_ID", "AWS_PROFILE", "AWS_WEB_IDENTITY_TOKEN_FILE", "AWS_CONTAINER_CREDENTIALS_RELATIVE_URI",
+    "AWS_CONTAINER_CREDENTIALS_FULL_URI",
+)  # fmt: skip
+"""Variables that tell a real boto3 who asks."""
 SLIPS = {
     "secondary_cluster_instance_count": "its variable above is called secondary_instance_count",
     "secondary_max_run_tim": "secondary_max_run_time is meant; set it, in seconds",
@@ -43,17 +62,25 @@ _BEFORE, _BEHIND = (str(Path(__file__).parent / "lent" / place) for place in ("b
 """Where children find the names: the modules in these folders are the doors of `take_over`."""
 
 
-def run_script(script: str | Path, args: Sequence[str] = ()) -> None:
-    """Run a script as `python SCRIPT ARGS…` would, with the foreign names on the path.
+def run_script(script: str | Path, args: Sequence[str] = (), goes_on: bool = False) -> None:
+    """Run a script as `python SCRIPT ARGS…` would, or a notebook's cells, with the foreign names on the path.
+
+    Args:
+        script: The file.
+        args: Its own words.
+        goes_on: Whether a notebook's cells are run on behind one that fails.
 
     Raises:
         InputFileError: There is no such file.
     """
     path = Path(script)
     if not path.is_file():
-        raise InputFileError(path, "there is no such file", "a Python script, such as train-unity.py")
+        raise InputFileError(path, "there is no such file", "a Python script, such as train-unity.py, or a notebook")
     with foreign_names(), _as_main(path, args):
-        runpy.run_path(str(path), run_name="__main__")
+        if path.suffix == SUFFIX:
+            run_notebook(path, goes_on)
+        else:
+            runpy.run_path(str(path), run_name="__main__")
 
 
 @contextlib.contextmanager
@@ -119,6 +146,8 @@ class _Finder(MetaPathFinder):
     def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
         if _top(fullname) not in self._names:
             return None
+        if fullname in FOR_SCRIPTS_ONLY and not _asked_by_script():
+            return None
         ours = f"{HOME}.{fullname}"
         found = importlib.util.find_spec(ours)
         if found is None:
@@ -144,6 +173,19 @@ class _Lender(Loader):
         module.__spec__ = self._own_spec  # the import system has just overwritten it
 
 
+def _asked_by_script() -> bool:
+    """Tell whether the import under way stands in a file of the script's folder, or in a notebook's cell."""
+    frame = sys._getframe(1)
+    while frame is not None and (
+        frame.f_globals.get("__name__") == __name__ or "importlib" in frame.f_code.co_filename
+    ):
+        frame = frame.f_back  # type: ignore[assignment]
+    if frame is None:
+        return False
+    here, file = Path(sys.argv[0]).resolve().parent, Path(frame.f_code.co_filename).resolve()
+    return frame.f_globals.get("__name__") == "__main__" or file.is_relative_to(here)
+
+
 @contextlib.contextmanager
 def _as_main(path: Path, args: Sequence[str]) -> Iterator[None]:
     """Let the script see its own arguments, and find its neighbours first."""
@@ -162,7 +204,17 @@ def _lent() -> tuple[str, ...]:
     ours = os.path.dirname(_BEHIND)
     found = {name: PathFinder.find_spec(name) for name in STANDS_ASIDE}
     taken = {name for name, spec in found.items() if spec is not None and not (spec.origin or "").startswith(ours)}
+    if "boto3" in taken and not _has_credentials():
+        taken.remove("boto3")
     return tuple(name for name in NAMES if name not in taken)
+
+
+def _has_credentials() -> bool:
+    """Tell whether somebody set up AWS here; a machine of AWS's own that has a role only sets AWS_PROFILE for us."""
+    if any(os.environ.get(name) for name in CREDENTIALS):
+        return True
+    files = {"AWS_SHARED_CREDENTIALS_FILE": "credentials", "AWS_CONFIG_FILE": "config"}
+    return any(Path(os.environ.get(name) or Path.home() / ".aws" / file).is_file() for name, file in files.items())
 
 
 def _offered(top: str) -> list[str]:

@@ -70,7 +70,7 @@ WORDS: Mapping[str, Word] = {
     "ignore_worker_failures": Word("", "an environment that raises ends the job, and says why"),
     "create_env_on_driver": Word("", "worlds live in the learner's process"),
     "observation_filter": Word("", "observations are seen as the environment gives them; network.normalise evens them"),
-    "clip_rewards": Word("", "rewards are learned from as they are; the critic's gradient is cut, see grad_clip"),
+    "clip_rewards": Word("", "rewards are learned from as they are"),
     "clip_actions": Word("", "actions are always kept inside the space"),
     "simple_optimizer": Word("", "there is one optimiser"),
 }  # fmt: skip

@@ -7,6 +7,7 @@ ended it; it takes none of the cores that trainings wait for. Where it answers s
 from __future__ import annotations
 
 import json
+import tarfile
 import time
 import urllib.error
 import urllib.request
@@ -18,6 +19,7 @@ from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.formats.job_spec import JobSpec, require_legal_name
 from racecraft.formats.run_folder import FORMAT, JOB
 from racecraft.jobs import submit
+from racecraft.jobs.container import container_in
 from racecraft.jobs.home import JobHome
 from racecraft.jobs.store import JobStore, get
 
@@ -131,6 +133,9 @@ class Predictor:
             raise EndpointError(f"{self.endpoint_name} does not answer at {self.url} ({error}).") from error
         return self.deserializer.deserialize(said, kind)
 
+    def delete_model(self) -> None:
+        """Delete nothing: an endpoint serves its job's own model, which goes with the job."""
+
     def delete_endpoint(self, delete_endpoint_config: bool = True) -> None:
         """End the endpoint and forget it.
 
@@ -170,6 +175,24 @@ def deploy(
     if wait:
         _wait_until_it_answers(home, name)
     return predictor
+
+
+def unpacked_model(archive: Path) -> Path:
+    """Return the folder of what a model.tar.gz holds: its job's own where it is a job's, else unpacked beside it.
+
+    Raises:
+        EndpointError: There is no such archive, or it is damaged.
+    """
+    own = container_in(archive.parent.parent).model
+    if own.is_dir():
+        return own
+    folder = archive.with_name(archive.name.split(".")[0] + "-unpacked")
+    try:
+        with tarfile.open(archive) as packed:
+            packed.extractall(folder, filter="data")
+    except (OSError, tarfile.TarError) as error:
+        raise EndpointError(f"{archive}: cannot be unpacked ({error}); expected a job's model.tar.gz.") from error
+    return folder
 
 
 def trained_run_in(model: Path) -> Path:

@@ -1,6 +1,7 @@
 """Searches over real jobs: a training command of ours, and an estimator's script that takes no time."""
 
 import json
+import sqlite3
 
 import pytest
 from tests.jobs.conftest import home  # noqa: F401 - a fixture
@@ -54,6 +55,45 @@ def test_what_would_be_ignored_is_refused(home, tmp_path, monkeypatch):  # noqa:
     done = CliRunner().invoke(app, asked)
     assert "--last gives nothing up early, and --pruner median would" in str(done.exception)
     assert not (tmp_path / "tunings").exists(), "nothing was begun"
+
+
+@pytest.mark.parametrize(
+    ("words", "letter"),
+    [
+        (("--sampler", "tpi"), "no sampler 'tpi'; expected one of tpe, random, grid, pbt. Did you mean 'tpe'"),
+        (("--pruner", "mean"), "no pruner 'mean'"),
+        (("--from", "nowhere"), "nowhere: holds no study.sqlite"),
+    ],
+)
+def test_who_is_not_here_is_named_before_a_folder_is_made(home, tmp_path, monkeypatch, words, letter):  # noqa: F811
+    monkeypatch.chdir(tmp_path)
+    asked = ["tune", *words, "--param", "ppo.epochs=1..2", "gym", "train", "CartPole-v1", *TINY]
+    done = CliRunner().invoke(app, asked)
+    assert letter in str(done.exception)
+    assert not (tmp_path / "tunings").exists()
+
+
+def test_a_database_that_is_damaged_or_full_is_a_letter(home, tmp_path, monkeypatch):  # noqa: F811
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there" / "study.sqlite").write_bytes(b"this is no database, and it is longer than a header" * 9)
+    asked = ["--param", "ppo.epochs=1..2", "gym", "train", "CartPole-v1", *TINY]
+    for where, cure in (("--run", "Give another --run"), ("--from", "or put a sound file there")):
+        done = CliRunner().invoke(app, ["tune", where, "there", *asked])
+        assert isinstance(done.exception, TuningError)
+        assert "there/study.sqlite: file is not a database" in str(done.exception)
+        assert cure in str(done.exception)
+
+    def full(*_, **__):
+        try:
+            raise sqlite3.OperationalError("database or disk is full")
+        except sqlite3.OperationalError as error:
+            raise RuntimeError("wrapped by others") from error
+
+    monkeypatch.setattr("racecraft.jobs.tuning.study.Study.ask", full)
+    done = CliRunner().invoke(app, ["tune", "--run", "full", *asked])
+    assert "full/study.sqlite: database or disk is full" in str(done.exception)
+    assert "Free some space and run the same command again" in str(done.exception)
 
 
 def test_a_setting_that_is_none_is_named_after_two_trials(home, tmp_path, monkeypatch):  # noqa: F811

@@ -174,27 +174,34 @@ def _search(
     json: bool,
 ) -> None:
     """Try, and leave the page and the record of what was tried."""
+    from racecraft.cli.jobs.population import PBT
     from racecraft.cli.output import say
     from racecraft.formats.whole import make_folder
     from racecraft.jobs.home import JobHome
     from racecraft.jobs.tuning.search import search
-    from racecraft.jobs.tuning.study import Study
+    from racecraft.jobs.tuning.study import Study, check_choices, database_letters, require_search
     from racecraft.jobs.tuning.training_trials import TrainingTrials
 
     pruner, folder, objective = choice.gives_up(aim), place.folder(), aim.told()
-    make_folder(folder)
-    study = Study(folder, parameters, objective.maximise, choice.sampler, pruner, choice.seed)
+    check_choices(choice.sampler, pruner, PBT)
     if place.from_ is not None:
-        say(f"begins with {study.take_over(place.from_)} trials of {place.from_}", quiet_stdout=json)
-    cores = os.cpu_count() or 1
-    at_a_time = extent.at_a_time(cores)
-    launch = TrainingTrials(folder, command, objective, max(1, cores // at_a_time), JobHome.of_user())
-    say(f"{folder}: {extent.trials} trials, {at_a_time} at a time", quiet_stdout=json)
-    try:
-        search(study, launch, extent.trials, at_a_time, lambda one: say(_line(one, study), quiet_stdout=json))
-    finally:
-        _leave(folder, study, objective, parameters, command)
-    _tell(folder, study, json)
+        require_search(place.from_)
+    make_folder(folder)
+    with database_letters(folder):
+        study = Study(folder, parameters, objective.maximise, choice.sampler, pruner, choice.seed)
+        if place.from_ is not None:
+            with database_letters(place.from_):
+                taken = study.take_over(place.from_)
+            say(f"begins with {taken} trials of {place.from_}", quiet_stdout=json)
+        cores = os.cpu_count() or 1
+        at_a_time = extent.at_a_time(cores)
+        launch = TrainingTrials(folder, command, objective, max(1, cores // at_a_time), JobHome.of_user())
+        say(f"{folder}: {extent.trials} trials, {at_a_time} at a time", quiet_stdout=json)
+        try:
+            search(study, launch, extent.trials, at_a_time, lambda one: say(_line(one, study), quiet_stdout=json))
+        finally:
+            _leave(folder, study, objective, parameters, command)
+        _tell(folder, study, json)
 
 
 def _refuse_given(context: typer.Context, names: tuple[str, ...], because: str) -> None:

@@ -6,14 +6,16 @@ and Optuna's own dashboard reads it.
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
+import sqlite3
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from racecraft.contract.errors import MissingExtraError, SettingError, UserInputError, nearest
+from racecraft.contract.errors import MissingExtraError, RacecraftError, SettingError, UserInputError, nearest
 from racecraft.formats.tuning import COMPLETE, FAILED, PRUNED, RUNNING, TrialRecord, best_of
 from racecraft.jobs.tuning.space import CategoricalParameter, IntegerParameter, Parameter
 
@@ -41,6 +43,57 @@ ENOUGH_TO_JUDGE = 10
 
 class TuningError(UserInputError):
     """A search for settings cannot be begun or gone on with."""
+
+
+@contextlib.contextmanager
+def database_letters(folder: Path) -> Iterator[None]:
+    """Say as a letter what befell a search's database: the disk is full, or the file is damaged or no database.
+
+    Raises:
+        TuningError: SQLite said so, however many libraries have wrapped it since.
+    """
+    try:
+        yield
+    except RacecraftError:  # a letter already
+        raise
+    except Exception as error:
+        first: BaseException | None = error
+        while first is not None and not isinstance(first, sqlite3.Error):
+            first = first.__cause__ or first.__context__
+        if first is None:
+            raise
+        cure = "Free some space" if "full" in str(first) else "Give another --run, or put a sound file there"
+        raise TuningError(
+            f"{folder / FILE}: {first}; expected a search's database that can be read and written. {cure} and run the "
+            "same command again."
+        ) from error
+
+
+def check_choices(sampler: str, pruner: str, *other_samplers: str) -> None:
+    """Refuse who is not here, before anything is made.
+
+    Args:
+        sampler: Who says what is tried next.
+        pruner: Who gives trials up early.
+        other_samplers: Who could be named, too, and is not a study's.
+
+    Raises:
+        SettingError: There is no such sampler, or no such pruner.
+    """
+    samplers = (*SAMPLERS, *other_samplers)
+    for chosen, known, option in ((sampler, samplers, "sampler"), (pruner, tuple(PRUNERS), "pruner")):
+        if chosen not in known:
+            raise SettingError(f"no {option} '{chosen}'; expected one of {', '.join(known)}. {nearest(chosen, known)}")
+
+
+def require_search(folder: Path) -> None:
+    """Refuse a folder without a search.
+
+    Raises:
+        TuningError: No search lies there.
+    """
+    if not (folder / FILE).is_file():
+        raise TuningError(f"{folder}: holds no {FILE}; expected the folder of an earlier `racecraft tune`.")
 
 
 class Study:
@@ -71,11 +124,7 @@ class Study:
     ) -> None:
         self.parameters, self.maximise = dict(parameters), maximise
         optuna = _optuna()
-        for chosen, known, option in ((sampler, SAMPLERS, "sampler"), (pruner, PRUNERS, "pruner")):
-            if chosen not in known:
-                raise SettingError(
-                    f"no {option} '{chosen}'; expected one of {', '.join(known)}. {nearest(chosen, known)}"
-                )
+        check_choices(sampler, pruner)
         self._spaces = {name: _distribution(optuna, one) for name, one in self.parameters.items()}
         if sampler == "grid":
             _grid(self.parameters)  # a letter comes before a file
@@ -149,8 +198,7 @@ class Study:
             TuningError: No search lies there.
         """
         optuna = _optuna()
-        if not (folder / FILE).is_file():
-            raise TuningError(f"{folder}: holds no {FILE}; expected the folder of an earlier `racecraft tune`.")
+        require_search(folder)
         earlier = optuna.load_study(study_name=NAME, storage=f"sqlite:///{folder / FILE}")
         taken = 0
         for one in earlier.get_trials(deepcopy=False, states=(optuna.trial.TrialState.COMPLETE,)):

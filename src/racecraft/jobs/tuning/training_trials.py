@@ -150,7 +150,9 @@ def column_of(path: Path, name: str) -> list[tuple[int, float]]:
             break
         if name not in row:
             figures = [column for column, value in row.items() if isinstance(value, int | float | None)]
-            raise SettingError(f"--objective {name}: expected one of {', '.join(figures)}. {nearest(name, figures)}")
+            hint = nearest(name, figures)
+            hint = f" {hint}" if hint.startswith("Did") else ""  # otherwise it names them all, as is done here
+            raise SettingError(f"--objective {name}: expected one of {', '.join(figures)}.{hint}")
         if isinstance(row[name], int | float) and math.isfinite(row[name]):
             found.append((int(row["iteration"]), float(row[name])))
     return found

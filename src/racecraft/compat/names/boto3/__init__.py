@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from racecraft.compat.local_buckets import Buckets
+from racecraft.compat.local_buckets import Buckets, Resource
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.jobs.estimator import TrainingJob
 from racecraft.jobs.home import JobHome
@@ -24,6 +24,24 @@ class Session:
         """Return the client of a service."""
         return client(service, **recorded)
 
+    def resource(self, service: str, **recorded: Any) -> Resource:
+        """Return the resources of a service."""
+        return resource(service, **recorded)
+
+
+def resource(service: str, **recorded: Any) -> Resource:
+    """Return the resources of a service.
+
+    Raises:
+        SettingError: Of a service that is not here.
+    """
+    if service != "s3":
+        raise SettingError(
+            f"boto3.resource('{service}'): `racecraft run` offers s3 of AWS's. Where AWS itself is meant, install "
+            "boto3 and give it credentials."
+        )
+    return Resource(client(service))
+
 
 def client(service: str, **recorded: Any) -> Any:
     """Return the client of a service.
@@ -34,10 +52,11 @@ def client(service: str, **recorded: Any) -> Any:
     if service not in SERVICES:
         raise SettingError(
             f"boto3.client('{service}'): `racecraft run` offers {', '.join(SERVICES)} of AWS's services. "
-            f"{nearest(service, SERVICES)} Install boto3 where AWS itself is meant."
+            f"{nearest(service, SERVICES)} Where AWS itself is meant, install boto3 and give it credentials."
         )
     if service == "s3":
-        return Buckets(buckets_of(JobHome.of_user()))
+        home = JobHome.of_user()
+        return Buckets(buckets_of(home), home.path)
     return {"sagemaker": _SageMaker, "sts": _Sts, "cloudformation": _CloudFormation}[service]()
 
 

@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeVar
 
 import gymnasium
 
-from racecraft.compat.names.gym import error, spaces
+from racecraft.compat.names.gym import error, spaces, utils
 
 __version__ = "0.21.0"
 
@@ -176,5 +176,5 @@ def make(id: str, **words: Any) -> Env[Any, Any]:
 
 
 __all__ = [
-    "ActionWrapper", "Env", "ObservationWrapper", "RewardWrapper", "Wrapper", "error", "make", "spaces",
+    "ActionWrapper", "Env", "ObservationWrapper", "RewardWrapper", "Wrapper", "error", "make", "spaces", "utils",
 ]  # fmt: skip

@@ -1,0 +1,5 @@
+"""`gym.spaces.space`."""
+
+from gymnasium.spaces import Space
+
+__all__ = ["Space"]
