@@ -22,7 +22,7 @@ def number(ticks: pl.DataFrame) -> pl.DataFrame:
     """Add `unique_episode` to rows that stand in order: each worker's one after the other within an iteration.
 
     A worker's episode that goes on in the file of its next iteration stays one as long as no other worker's rows stand
-    between; `ticks.py` sees to that for runs of ours.
+    between; those that do `continued.py` puts together.
     """
     import polars as pl
 

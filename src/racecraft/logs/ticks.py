@@ -14,6 +14,7 @@ import numpy as np
 
 from racecraft.formats.episodes import FORMAT, VERSION
 from racecraft.logs.columns import PHASES, TICK_COLUMNS, empty, schema
+from racecraft.logs.continued import join_continued
 from racecraft.logs.errors import Damage
 from racecraft.logs.log_rows import read_log
 from racecraft.logs.numbering import number, phase_of_rows
@@ -71,13 +72,14 @@ def read_ticks(
                 damage += wrong
                 said = {**says, **said}
         elif kind == EPISODES:
-            read = [_own_episodes(place, source) for place, source in pairs]
-            damage += [one for _, wrong in read for one in wrong]
-            if own := [frame for ours, _ in read for frame in ours]:
-                frames.append(_in_one_piece(pl.concat(own, how="diagonal")))
+            for place, source in pairs:
+                ours, wrong = _own_episodes(place, source)
+                frames += ours
+                damage += wrong
     if not frames:
         return empty(TICK_COLUMNS).select(pl.all() if names is None else list(names)), damage, said
-    return _in_columns(number(pl.concat(frames, how="diagonal")), names), damage, said
+    numbered = join_continued(number(pl.concat(frames, how="diagonal")))
+    return _in_columns(numbered, names), damage, said
 
 
 def _placed(trace: pl.DataFrame, pairs: list[tuple[int, Source]], phase: str | None) -> list[pl.DataFrame]:
@@ -148,27 +150,6 @@ def _own_episodes(place: int, source: Source) -> tuple[list[pl.DataFrame], list[
             pl.int_range(1, pl.len() + 1, dtype=pl.Int32).alias("line"),
         ).sort("iteration", "worker", "episode", "tick")
     ], []
-
-
-def _in_one_piece(frame: pl.DataFrame) -> pl.DataFrame:
-    """Return rows of our own in order, an episode that goes on in later iterations whole where it began.
-
-    Our worlds drive on while the policy learns, so that a lap reaches over many iterations, with other worlds between.
-    """
-    import polars as pl
-
-    key = ("round", "worker", "episode")
-    parts = frame.group_by(*key, "iteration").agg(
-        pl.col("tick").min().alias("first"), pl.col("tick").max().alias("last")
-    )
-    same = [pl.col(name) == pl.col(name).shift() for name in key]
-    follows = (pl.col("iteration") == pl.col("iteration").shift() + 1) & (pl.col("first") == pl.col("last").shift() + 1)
-    goes_on = pl.all_horizontal(*same, follows).fill_null(False)
-    parts = parts.sort(*key, "iteration").with_columns(
-        pl.when(~goes_on).then(pl.col("iteration")).forward_fill().alias("begun")
-    )
-    begun = frame.join(parts.select(*key, "iteration", "begun"), on=[*key, "iteration"], how="left")
-    return begun.sort("round", "begun", "worker", "episode", "iteration", "tick").drop("begun")
 
 
 def _in_columns(frame: pl.DataFrame, names: Collection[str] | None) -> pl.DataFrame:
