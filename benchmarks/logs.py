@@ -25,6 +25,7 @@ mpl.use("Agg")
 
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+import polars as pl  # noqa: E402
 from deepracer.logs import AnalysisUtils, DeepRacerLog, PlottingUtils, SimulationLogsIO  # noqa: E402
 from deepracer.tracks import Track as TheirTrack  # noqa: E402
 
@@ -107,16 +108,28 @@ def measured(folder: Path, log: Path, repeats: int) -> dict[str, list[float]]:
     track = analysis.find_track(ticks)
     few = loaded.df.head(HEAT_MAP_ROWS)
 
-    def their_load() -> object:
+    def their_load() -> DeepRacerLog:
         one = DeepRacerLog(str(folder))
         one.load(ignore_metadata=True)
-        return AnalysisUtils.simulation_agg(one.df, secondgroup="unique_episode")
+        return one
+
+    paid = pl.col("reward").sum()
 
     turns: dict[str, tuple[Callable[[], object], Callable[[], object]]] = {
         "read every column of a folder of traces": (
-            lambda: DeepRacerLog(str(folder)).load(ignore_metadata=True), lambda: read(folder).ticks.collect(),
+            their_load, lambda: read(folder).ticks.collect(),
         ),
-        "read a folder, table of episodes": (their_load, lambda: analysis.simulation_agg(read(folder).ticks)),
+        "read a folder, table of episodes": (
+            lambda: AnalysisUtils.simulation_agg(their_load().df, secondgroup="unique_episode"),
+            lambda: analysis.simulation_agg(read(folder).ticks),
+        ),
+        "read a folder, reward of each episode": (
+            lambda: their_load().df.groupby("unique_episode")["reward"].sum(),
+            lambda: read(folder).ticks.group_by("unique_episode").agg(paid).collect(),
+        ),
+        "read a folder, stability table": (
+            lambda: their_load().stability.analyze(), lambda: analysis.stability(read(folder).ticks).data,
+        ),
         "read a simulation log": (
             lambda: SimulationLogsIO.load_pandas(str(log)), lambda: read(log).ticks.collect(),
         ),

@@ -103,6 +103,25 @@ def test_our_own_run_folder(tmp_path):
     assert logs.about["world"] == "reinvent_base"
 
 
+def test_a_lap_of_ours_that_goes_on_over_iterations_is_one(tmp_path):
+    run = RunFolder.create(tmp_path / "run", {"kind": "deepracer", "track": {"name": "reinvent_base"}})
+    for k, first in enumerate((1, 4, 7), 1):  # two worlds drive on; after the second, world 1 begins anew
+        again = k == 3
+        columns = {
+            "episode": [0, 0, 0, *[int(again)] * 3], "world": [0, 0, 0, 1, 1, 1], "iteration": [k] * 6,
+            "tick": [first, first + 1, first + 2, *(t if again else t + first - 1 for t in (1, 2, 3))],
+            "time_s": [first / 15.0] * 6,
+        }  # fmt: skip
+        write_episodes(run.episodes / f"{k}.parquet", columns)
+    frame = read(run.path).ticks.collect()
+    told = frame.group_by("unique_episode", "worker", "episode", maintain_order=True).agg("tick", "iteration")
+    assert told.rows() == [
+        (0, 0, 0, list(range(1, 10)), [0, 0, 0, 1, 1, 1, 2, 2, 2]),
+        (1, 1, 0, list(range(1, 7)), [0, 0, 0, 1, 1, 1]),
+        (2, 1, 1, [1, 2, 3], [2, 2, 2]),
+    ]
+
+
 def test_the_text_of_a_simulation_log(tmp_path):
     path = tmp_path / "sim-abc.log"
     path.write_text(makers.log_text(makers.iteration(range(6)), episodes_per_iteration=2))

@@ -26,6 +26,9 @@ _NODE = re.compile(r"^\s*(?:\[[^\]]*\]\s+)+", re.MULTILINE)
 _HYPERPARAMETERS = re.compile(r"Using the following hyper-parameters\s*(\{.*?\})", re.DOTALL)
 _ACTIONS = re.compile(r"ction space from file: (.+)")
 _FEWEST = sum(column.required for column in TRACE_COLUMNS)
+_VERSIONS = {fields: NAMES[:fields] for fields in range(_FEWEST, len(NAMES) + 1)}
+_VERSIONS[18] = (*NAMES[:17], NAMES[18])  # between 2022 and 2026 the count of obstacles was left out
+"""How many values a row has → their names; a log that was written by several simulators has several."""
 HEAD_BYTES = 1 << 20
 SAMPLED_ROWS = 200
 USUAL_EPISODES = 20
@@ -49,13 +52,16 @@ def read_log(
     """
     import polars as pl
 
-    header = _header(source)
+    try:
+        header = _header(source)
+    except OSError as error:
+        return pl.DataFrame(), [Damage(source.name, None, f"cannot be read ({error.strerror}); left out")], {}
     if not header:
         return pl.DataFrame(), [], {}
     if not _FEWEST <= len(header) <= len(NAMES):
         what = f"{len(header)} values in a row where {_FEWEST} to {len(NAMES)} are expected; left out"
         return pl.DataFrame(), [Damage(source.name, None, what)], {}
-    rows = read_rows(header, [Text(place, source)], marked=True, wanted=wanted)
+    rows = read_rows(header, [Text(place, source)], marked=True, wanted=wanted, versions=_VERSIONS)
     says = (before or {}) | what_it_says(rows.between)
     frame = rows.frame
     if frame.height:
@@ -69,9 +75,7 @@ def _header(source: Source) -> tuple[str, ...]:
     for line in itertools.islice(_lines_with_rows(source), SAMPLED_ROWS):
         counts[line.split(MARK.encode(), 1)[1].split(b"\t", 1)[0].count(b",") + 1] += 1
     fields = counts.most_common(1)[0][0] if counts else 0
-    if fields == 18:  # between 2022 and 2026 the count of obstacles was left out
-        return (*NAMES[:17], NAMES[18])
-    return NAMES[:fields] if fields <= len(NAMES) else ("",) * fields
+    return _VERSIONS.get(fields, ("",) * fields)
 
 
 def _lines_with_rows(source: Source) -> Iterator[bytes]:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import itertools
 import os
 import threading
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -61,7 +61,11 @@ class Rows:
 
 
 def read_rows(
-    header: Sequence[str], texts: Sequence[Text], marked: bool = False, wanted: Collection[str] | None = None
+    header: Sequence[str],
+    texts: Sequence[Text],
+    marked: bool = False,
+    wanted: Collection[str] | None = None,
+    versions: Mapping[int, Sequence[str]] | None = None,
 ) -> Rows:
     """Read the rows of texts.
 
@@ -71,22 +75,25 @@ def read_rows(
         marked: Whether rows stand behind SIM_TRACE_LOG: among other lines; else every line is a row.
         wanted: AWS's names of the columns that are asked for, None: all; others may be left out where that saves time.
             Which rows are sound does not depend on it.
+        versions: How many values other versions of rows have → their columns, where texts mix them.
     """
+    versions = versions or {}
     if sum(text.source.size for text in texts) <= LITTLE_BYTES:
-        return _joined(header, [_carefully(header, text, marked) for text in texts])
+        return _joined(NAMES, [_carefully(header, text, marked, versions) for text in texts])
     reader = _Reader(header, marked, wanted)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         found = list(pool.map(reader.read, [block for text in texts for block in _blocks(text)]))
         _number_lines(found)
         sound = Rows(_below_each_other(found, pool), [], b"".join(block.between for block in found))
     odd = itertools.groupby((block for block in found if block.odd), key=lambda block: block.block.text)
-    taken = [name for name in header if name in sound.frame.columns]
-    rows = _joined(taken, [sound, *(_odd_rows(header, text, blocks) for text, blocks in odd)])
+    unasked = set(header) - set(sound.frame.columns)
+    asked = [name for name in NAMES if name not in unasked]
+    rows = _joined(asked, [sound, *(_odd_rows(header, text, blocks, versions) for text, blocks in odd)])
     more = rows.frame.height > sound.frame.height
     return replace(rows, frame=rows.frame.sort("file", "line")) if more else rows
 
 
-def _carefully(header: Sequence[str], text: Text, marked: bool) -> Rows:
+def _carefully(header: Sequence[str], text: Text, marked: bool, versions: Mapping[int, Sequence[str]]) -> Rows:
     """Read a text without compiled code."""
     data = text.source.read()[text.begin :]
     lines = data.decode("utf-8", errors="replace").split("\n")
@@ -96,24 +103,43 @@ def _carefully(header: Sequence[str], text: Text, marked: bool) -> Rows:
         numbers = [number for number, line in zip(numbers, lines, strict=True) if MARK in line]
         between = "\n".join(line for line in lines if MARK not in line).encode()
         lines = [line.split(MARK, 1)[1].split("\t", 1)[0] for line in lines if MARK in line]
-    frame, damage = read_carefully(text.source.name, header, numbers, lines)
-    return Rows(_in_file(frame, text.place), damage, between)
+    return Rows(*_every_version(header, text, numbers, lines, versions), between)
 
 
-def _in_file(frame: pl.DataFrame, place: int) -> pl.DataFrame:
+def _every_version(
+    header: Sequence[str],
+    text: Text,
+    numbers: Sequence[int],
+    lines: Sequence[str],
+    versions: Mapping[int, Sequence[str]],
+) -> tuple[pl.DataFrame, list[Damage]]:
+    """Read rows of one text carefully, each by the version that has as many values as it."""
     import polars as pl
 
-    return frame.with_columns(pl.lit(place, pl.UInt32).alias("file"))
+    usual: dict[int, str] = {}
+    others: dict[int, dict[int, str]] = {}
+    for number, line in zip(numbers, lines, strict=True):
+        count = line.count(",") + 1 if versions else len(header)
+        known = count != len(header) and count in versions
+        (others.setdefault(count, {}) if known else usual)[number] = line
+    groups = [(header, usual), *((versions[count], rows) for count, rows in others.items())]
+    read = [read_carefully(text.source.name, names, list(rows), list(rows.values())) for names, rows in groups]
+    frame = pl.concat([frame for frame, _ in read], how="diagonal") if others else read[0][0]
+    damage = [one for _, more in read for one in more]
+    return frame.sort("line").with_columns(pl.lit(text.place, pl.UInt32).alias("file")), damage
 
 
-def _joined(header: Sequence[str], pieces: Sequence[Rows]) -> Rows:
-    """Put the rows of texts and blocks one below the other."""
+def _joined(names: Sequence[str], pieces: Sequence[Rows]) -> Rows:
+    """Put these columns, `file` and `line` of texts and blocks one below the other."""
     import polars as pl
 
-    wanted = [*(name for name in NAMES if name in header), "file", "line"]
-    frames = [piece.frame.select(wanted) for piece in pieces if piece.frame.height]
+    frames = [
+        piece.frame.select(name for name in (*names, "file", "line") if name in piece.frame.columns)
+        for piece in pieces
+        if piece.frame.height
+    ]
     damage = list(itertools.chain.from_iterable(piece.damage for piece in pieces))
-    frame = pl.concat(frames, rechunk=True) if frames else pl.DataFrame()
+    frame = pl.concat(frames, how="diagonal", rechunk=True) if frames else pl.DataFrame()
     return Rows(frame, damage, b"".join(piece.between for piece in pieces))
 
 
@@ -173,11 +199,12 @@ def _below_each_other(found: Sequence[_Found], pool: ThreadPoolExecutor) -> pl.D
     return pl.DataFrame([*pool.map(column, found[0].columns), pl.Series("file", files)])
 
 
-def _odd_rows(header: Sequence[str], text: Text, blocks: Iterable[_Found]) -> Rows:
+def _odd_rows(
+    header: Sequence[str], text: Text, blocks: Iterable[_Found], versions: Mapping[int, Sequence[str]]
+) -> Rows:
     """Read the rows of a text carefully that are not plainly sound."""
     odd = [(block.first_line + line, row) for block in blocks for line, row in block.odd]
-    frame, damage = read_carefully(text.source.name, header, [line for line, _ in odd], [row for _, row in odd])
-    return Rows(_in_file(frame, text.place), damage, b"")
+    return Rows(*_every_version(header, text, [line for line, _ in odd], [row for _, row in odd], versions), b"")
 
 
 class _Reader:

@@ -29,19 +29,19 @@ EXPECTED = (
     "a run folder, a DeepRacer model or log folder, its .tar.gz, a simulation log, a simulation trace (.csv) or "
     "metrics (.json)"
 )
-_TRACE = re.compile(r"(?P<tail>(?:^|/)(?:(?P<worker>\d+)/)?(?P<phase>training|evaluation|leaderboard)-simtrace/"
-                    r"(?P<iteration>\d+)-iteration\.csv)$")  # fmt: skip
+_TRACE = re.compile(r"(?P<tail>(?:^|/)(?:(?P<worker>\d{1,9})/)?(?P<phase>training|evaluation|leaderboard)-simtrace/"
+                    r"(?P<iteration>\d{1,9})-iteration\.csv)$")  # fmt: skip
 _OWN_FOLDER = re.compile(r"(?:^|/)(?:sim-trace/(?:training|evaluation|leaderboard)(?:/(?P<long>[^/]+))?|"
                          r"evaluation-(?P<stamp>\d+)|sim-trace)$")  # fmt: skip
 _LOG = re.compile(r"(?P<tail>(?:^|/)(?:logs/)?(?:(?P<phase>training|evaluation|leaderboard|robomaker)/)?"
-                  r"(?P<name>[^/]+)\.log(?:\.(?P<part>\d+))?)$")  # fmt: skip
+                  r"(?P<name>[^/]+)\.log(?:\.(?P<part>\d{1,9}))?)$")  # fmt: skip
 _METRICS = re.compile(r"(?P<tail>(?:^|/)metrics/(?:(?P<phase>training|evaluation)/)?(?P<name>[^/]+)\.json)$")
-_EPISODES = re.compile(r"(?P<tail>(?:^|/)episodes/(?P<number>\d+)\.parquet)$")
+_EPISODES = re.compile(r"(?P<tail>(?:^|/)episodes/(?P<number>\d{1,9})\.parquet)$")
 _ABOUT = re.compile(r"(?P<tail>(?:^|/)(?:model/model_metadata\.json|ip/hyperparameters\.json|training_params\.yaml|"
                     r"model_metadata\.json|hyperparameters\.json|job\.json))$")  # fmt: skip
-_ITERATION = re.compile(r"(\d+)-iteration\.csv$")
+_ITERATION = re.compile(r"(?<!\d)(\d{1,9})-iteration\.csv$")
 _PHASE = re.compile(r"(training|evaluation|leaderboard)", re.IGNORECASE)
-_METRICS_WORKER = re.compile(r"TrainingMetrics_(\d+)$")
+_METRICS_WORKER = re.compile(r"TrainingMetrics_(\d{1,9})$")
 _STAMP = re.compile(r"(\d{14})")
 
 
@@ -93,6 +93,8 @@ def find_sources(path: str | Path) -> list[Source]:
         found = [classified for name in _below(path) if (classified := _classified(name, path / name))]
     elif not path.exists():
         raise LogError(path, "there is no such file or folder", EXPECTED)
+    elif not path.is_file():
+        raise LogError(path, "is neither file nor folder, but a pipe or a device", EXPECTED)
     elif is_archive(path):
         found = [classified for member in members(path) if (classified := _classified(member.name, member))]
     else:

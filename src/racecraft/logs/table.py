@@ -82,8 +82,9 @@ class Logs:
         """
         ticks = self._asked.columns()
         if not ticks.height:
-            first = next((str(damage) for damage in self.damaged), "the files hold no row of a simulation trace")
-            raise LogError(self.files[0] if self.files else "", first, EXPECTED)
+            none = Damage(self.files[0] if self.files else "", None, "the files hold no row of a simulation trace")
+            first = next(iter(self.damaged), none)
+            raise LogError(first.file, first.what, EXPECTED, line=first.line)
         return ticks
 
     def to_pandas(self, names: str = "racecraft") -> pd.DataFrame:
@@ -153,7 +154,10 @@ def _in_their_words(frame: pl.DataFrame) -> pl.DataFrame:
 def _told(source: Source) -> Said:
     """Return what a file beside the logs says."""
     if source.name.endswith(".yaml"):
-        return _world_of(source.read().decode("utf-8", errors="replace").splitlines())
+        try:
+            return _world_of(source.read().decode("utf-8", errors="replace").splitlines())
+        except OSError:
+            return {}
     value: dict[str, Any] = about(source)
     name = source.name.rsplit("/", 1)[-1]
     if name == "hyperparameters.json" and value:

@@ -33,10 +33,11 @@ def read_traces(
     damage: list[Damage] = []
     for header, group in itertools.groupby(map(_headed, sources), key=lambda headed: headed[0]):
         texts = [text for _, text in group]
+        if isinstance(header, str):
+            damage += [Damage(text.source.name, None, header) for text in texts]
+            continue
         lacking = [name for name in _REQUIRED if name not in header]
-        if not "".join(header):
-            damage += [Damage(text.source.name, None, "the file is empty") for text in texts]
-        elif lacking:
+        if lacking:
             damage += [Damage(text.source.name, 1, f"no column {', '.join(lacking)}; left out") for text in texts]
         else:
             rows = read_rows(header, texts, wanted=wanted)
@@ -45,11 +46,19 @@ def read_traces(
     return (pl.concat(frames, how="diagonal") if frames else pl.DataFrame()), damage
 
 
-def _headed(pair: tuple[int, Source]) -> tuple[tuple[str, ...], Text]:
-    """Return our names of a trace's columns, its own for those that we do not know; and the text below them."""
+def _headed(pair: tuple[int, Source]) -> tuple[tuple[str, ...] | str, Text]:
+    """Return our names of a trace's columns, its own for those that we do not know; and the text below them.
+
+    Of a file without columns it is told what is wrong with it instead of them.
+    """
     place, source = pair
-    with source.open() as file:
-        line = file.readline(_MOST_HEADER_BYTES)
+    try:
+        with source.open() as file:
+            line = file.readline(_MOST_HEADER_BYTES)
+    except OSError as error:
+        return f"cannot be read ({error.strerror}); left out", Text(place, source)
+    if not line.strip():
+        return "the file is empty", Text(place, source)
     words = line.decode("utf-8-sig", errors="replace").rstrip("\r\n").split(",")
     header = tuple(_FOLDED.get(word.strip().casefold(), f"__{k}" if word else "") for k, word in enumerate(words))
     return header, Text(place, source, begin=len(line), line=2)

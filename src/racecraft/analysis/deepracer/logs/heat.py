@@ -96,9 +96,16 @@ def _draw(
     figure, axes = map_sheet(track, len(each), titles, 1 if len(each) == 1 else 4)
     shown = limits or limits_of(values(each[0], column)[0])
     painted = None
+    x0, y0, x1, y1 = track.bounds
+    middle_x, half_x = (x0 + x1) / 2, (x1 - x0) / 2 + track.width_mean
+    middle_y, half_y = (y0 + y1) / 2, (y1 - y0) / 2 + track.width_mean
     for one, data in zip(axes, each, strict=True):
         x, y, shade = values(data, "x_m", "y_m", column)
+        inside = (abs(x - middle_x) <= half_x) & (abs(y - middle_y) <= half_y)  # a damaged place may lie anywhere
+        x, y, shade = x[inside], y[inside], shade[inside]
         borders_above(one, track)
+        one.set_xlim(middle_x - half_x, middle_x + half_x)
+        one.set_ylim(middle_y - half_y, middle_y + half_y)
         if not len(x):
             continue
         low_x, low_y = x.min(), y.min()
@@ -109,9 +116,6 @@ def _draw(
         extent = (low_x - half, x.max() + half, low_y - half, y.max() + half)
         painted = one.imshow(image, origin="lower", extent=extent, cmap=HEAT, vmin=shown[0], vmax=shown[1], zorder=2,
                              interpolation="nearest")  # fmt: skip
-        x0, y0, x1, y1 = track.bounds
-        one.set_xlim(x0 - track.width_mean, x1 + track.width_mean)
-        one.set_ylim(y0 - track.width_mean, y1 + track.width_mean)
     if painted is not None:
         colour_bar(figure, painted, axes, words)
     return figure

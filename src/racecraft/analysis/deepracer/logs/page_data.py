@@ -86,5 +86,6 @@ def _packed(column: pl.Series, step: float) -> str:
     import polars as pl
 
     numbers = column.cast(pl.Float64).to_numpy()
-    whole = np.where(np.isfinite(numbers), np.clip(np.rint(numbers / step), -BIGGEST, BIGGEST), -32768)
+    most = BIGGEST * step
+    whole = np.where(np.isfinite(numbers), np.rint(np.clip(numbers, -most, most) / step), -32768)
     return base64.b64encode(whole.astype("<i2").tobytes()).decode()

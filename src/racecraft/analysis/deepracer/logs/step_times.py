@@ -61,7 +61,7 @@ def _draw(data: pl.DataFrame):
     axes.plot(at, p95, color=ORANGE, lw=1.4, ls="--", label="19 of 20 within")
     axes.plot(at, most, color=RED, lw=0.8, ls=":", label="longest")
     axes.axhline(P95_MS, color=RED, lw=0.8, alpha=0.5)
-    axes.set_ylim(0, max(1.6 * P95_MS, 1.2 * float(np.nanmax(p95))))
+    axes.set_ylim(0, max(1.6 * P95_MS, 1.2 * float(np.nan_to_num(p95).max())))  # of one step there is none
     name_axes(axes, "iteration", "ms")
     axes.legend(frameon=False, fontsize=9)
     return figure
