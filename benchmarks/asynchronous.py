@@ -1,27 +1,36 @@
 """PPO with its learner beside its actors, and PPO that waits: `python benchmarks/asynchronous.py FOLDER [--seeds 3]`.
 
-Two questions, two parts of `asynchronous.json` in the folder. *curves*: what is lost by learning from weights one
+Two questions, three parts of `asynchronous.json` in the folder. *curves*: what is lost by learning from weights one
 update old; CartPole-v1, greedy returns by environment steps. *slow*: what is gained where the world is slow; the same
-CartPole, whose every tick waits as a scene in another program does, seconds of the clock for equally many steps. The
-second wants a quiet machine, the first does not.
+CartPole, whose every tick waits as a scene in another program does, seconds of the clock for equally many steps.
+*unity*: the same of a Unity scene in a process of its own, over ML-Agents' protocol; the stand-in of Basic, 64 times
+side by side, that takes 16 ms a tick, as an engine does that simulates and draws. Both want a quiet machine, the first
+does not.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import stat
 import statistics
+import sys
 import tempfile
 import time
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import gymnasium
 from gymnasium.envs.classic_control.cartpole import CartPoleEnv
 
+import racecraft
 from racecraft.formats.whole import write_whole
 from racecraft.training.callbacks import IterationReport
 from racecraft.training.gymnasium.trainer import GymRequest
+from racecraft.training.request import TrainRequest
+from racecraft.training.unity.plan import UnityRequest
 from racecraft.training.worlds import train
 
 PLAIN, SLOW = "CartPole-v1", "SlowCartPole-v1"
@@ -31,9 +40,24 @@ STEPS, SLOW_ITERATIONS, WAIT_SECONDS, WORLDS = 30_000, 30, 0.002, 8
 """Of a curve; of a measurement in the slow world, after one iteration that does not count; each of its worlds waits so
 long a tick, one after the other: 16 ms a tick of all."""
 
+NEVER = "evaluation.every=1000"
 OFTENER = ("evaluation.every=10", "evaluation.episodes=5")
 EPOCHS = 4
 """Passes over each rollout; more move the policy further than a correction by one update can make good."""
+
+SCENES, SCENE_SECONDS, SCENE_ITERATIONS = 64, 0.016, 12
+"""Agents of the Unity scene, how long it takes for a tick of all of them, and what is measured, as above."""
+SCENE = f"""#!{{python}}
+import sys, time
+sys.path.insert(0, {{home!r}})
+from racecraft.envs.unity import basic_scene
+class Slow(basic_scene.BasicScene):
+    def act(self, actions):
+        time.sleep({SCENE_SECONDS})
+        super().act(actions)
+basic_scene.BasicScene = Slow
+sys.exit(basic_scene.main())
+"""
 
 
 class SlowCartPole(CartPoleEnv):
@@ -67,17 +91,22 @@ class Noting:
         """Nothing is left to do."""
 
 
+def words(beside: bool) -> tuple[str, ...]:
+    """Return the settings of both ways."""
+    return (f"ppo.asynchronous={str(beside).lower()}", f"ppo.epochs={EPOCHS}", "runtime.threads=1")
+
+
 def trained(world: str, beside: bool, seed: int, stop: str, *settings: str) -> Noting:
+    """Train once in a Gymnasium world and return what was noted."""
+    overrides = (*words(beside), f"rollout.num_worlds={WORLDS}", *settings)
+    return noted(GymRequest(world, stops=(stop,), seed=seed, overrides=overrides))
+
+
+def noted(request: TrainRequest) -> Noting:
     """Train once and return what was noted."""
-    noting, every = (
-        Noting(),
-        (f"ppo.asynchronous={str(beside).lower()}", f"rollout.num_worlds={WORLDS}", f"ppo.epochs={EPOCHS}"),
-    )
+    noting = Noting()
     with tempfile.TemporaryDirectory() as home:
-        request = GymRequest(
-            world, stops=(stop,), run=Path(home) / "run", seed=seed, overrides=(*every, "runtime.threads=1", *settings)
-        )
-        train(request, noting, lambda line: None)
+        train(replace(request, run=Path(home) / "run"), noting, lambda line: None)
     return noting
 
 
@@ -94,15 +123,38 @@ def curves(seeds: int, steps: int) -> dict[str, Any]:
 
 
 def slow(seeds: int) -> dict[str, Any]:
-    """Return seconds of an iteration in the slow world, both ways, interleaved: each round's, and their medians."""
+    """Return seconds of an iteration in the slow world, both ways."""
     gymnasium.register(SLOW, lambda **words: SlowCartPole(**words), max_episode_steps=500)
+    stop = f"iterations={SLOW_ITERATIONS + 1}"
+    return both_ways(seeds, SLOW_ITERATIONS, lambda beside, seed: trained(SLOW, beside, seed, stop, NEVER))
+
+
+def unity(seeds: int) -> dict[str, Any]:
+    """Return the same of a Unity scene in a process of its own."""
+    settings = ("rollout.horizon=64", "ppo.batch_size=256", "network.hidden_units=128,128", NEVER)
+    with tempfile.TemporaryDirectory() as folder:
+        player = Path(folder) / "Slow.x86_64"
+        player.write_text(SCENE.format(python=sys.executable, home=str(Path(racecraft.__file__).parent.parent)))
+        player.chmod(player.stat().st_mode | stat.S_IXUSR)
+        asked = UnityRequest(
+            str(player), env_args=("--agents", str(SCENES)), stops=(f"iterations={SCENE_ITERATIONS + 1}",)
+        )
+
+        def one(beside: bool, seed: int) -> Noting:
+            return noted(replace(asked, seed=seed, overrides=(*words(beside), *settings)))
+
+        return both_ways(seeds, SCENE_ITERATIONS, one)
+
+
+def both_ways(seeds: int, iterations: int, one: Callable[[bool, int], Noting]) -> dict[str, Any]:
+    """Return seconds of an iteration, interleaved: each round's, and their medians."""
     rounds: dict[str, list[float]] = {"waits": [], "beside": []}
     phases: dict[str, Any] = {}
     for seed in range(1, seeds + 1):
         for name, beside in (("waits", False), ("beside", True)):
-            noting = trained(SLOW, beside, seed, f"iterations={SLOW_ITERATIONS + 1}", "evaluation.every=1000")
-            over = noting.over[: SLOW_ITERATIONS + 1]  # the last evaluation tells its iteration again
-            rounds[name].append(round((over[-1] - over[0]) / SLOW_ITERATIONS, 4))
+            noting = one(beside, seed)
+            over = noting.over[: iterations + 1]  # the last evaluation tells its iteration again
+            rounds[name].append(round((over[-1] - over[0]) / iterations, 4))
             phases[name] = {
                 phase: round(statistics.median(one[phase] for one in noting.phases[1:]), 4)
                 for phase in ("collect", "learn")
@@ -118,19 +170,21 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--steps", type=int, default=STEPS, help="of a curve")
-    parser.add_argument("--part", choices=("curves", "slow"), help="only this one; the other stays as it was")
+    parser.add_argument("--part", choices=("curves", "slow", "unity"), help="only this; others stay")
     asked = parser.parse_args()
     place = asked.folder / "asynchronous.json"
     told: dict[str, Any] = json.loads(place.read_text()) if place.is_file() else {}
-    parts = {"curves": lambda: curves(asked.seeds, asked.steps), "slow": lambda: slow(asked.seeds)}
+    parts = {"curves": lambda: curves(asked.seeds, asked.steps), "slow": lambda: slow(asked.seeds),
+             "unity": lambda: unity(asked.seeds)}  # fmt: skip
     for name, part in parts.items():
         if asked.part in (None, name):
             told[name] = part()
             write_whole(place, (json.dumps(told, indent=1) + "\n").encode())
     for name, one in told.get("curves", {}).items():
         print(f"{name}: steps to {GOAL:g} by seed {one['steps_to_goal']}")
-    if "slow" in told:
-        print(told["slow"])
+    for name in ("slow", "unity"):
+        if name in told:
+            print(name, told[name])
 
 
 if __name__ == "__main__":

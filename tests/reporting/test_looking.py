@@ -1,6 +1,7 @@
 """Looking at a lap: a car that goes by the walls is found out before it races."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,8 +12,9 @@ from racecraft.algorithms.distributions import distribution_for
 from racecraft.algorithms.networks import ActorCritic, Architecture
 from racecraft.analysis.attention import AttentionError
 from racecraft.analysis.deepracer.look_page import findings, write_look_page
-from racecraft.analysis.deepracer.surfaces import SURFACES, eye_poses, surface_shares
-from racecraft.contract.world import ArraySpec, allocate
+from racecraft.analysis.deepracer.surfaces import SURFACES, SurfaceAttention, eye_poses, surface_shares
+from racecraft.analysis.look import Look
+from racecraft.contract.world import ArraySpec, ContinuousActions, allocate
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.sensors import FRONT_CAMERA, STEREO, STEREO_GREY_WEIGHTS, car_sensors
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
@@ -92,6 +94,30 @@ def test_a_car_that_goes_by_the_road_is_not_accused(wall_rows):
     assert "what is not the track" not in " ".join(findings(lap.surfaces, lap.look))
 
 
+def rows_of(wall, road):
+    return [SurfaceAttention(name, 0.4, 0.5, changed) for name, changed in (("wall", wall), ("road", road))]
+
+
+def sure(gap):
+    return SimpleNamespace(confidence=SimpleNamespace(gap=np.full(9, gap)))
+
+
+@pytest.mark.parametrize(
+    ("gap", "wall", "road", "words", "never"),
+    [
+        (0.6, 0.9, 0.3, "It goes by what is not the track: with the wall painted over, 90 %", "Whatever is painted"),
+        (0.6, 0.9, 0.97, "97 % with the road, 90 % with the wall", "what is not the track"),
+        (np.nan, 0.9, 0.97, "97 % with the road, 90 % with the wall", "what is not the track"),  # it decides numbers
+        (0.01, 0.9, 0.3, "racecraft train --run runs/a --resume", "wall painted over"),
+        (0.6, 0.0, 0.9, "Walls and sky hardly matter", "what is not the track"),
+    ],
+)
+def test_walls_are_blamed_where_they_count_for_most_and_it_is_decided(gap, wall, road, words, never):
+    told = " ".join(findings(rows_of(wall, road), sure(gap), "runs/a"))
+    assert words in told
+    assert never not in told
+
+
 def test_what_is_explained_is_what_was_driven(wall_rows):
     """The frames of the look are those of the lap, tick by tick, rendered from where the car was."""
     car = Car(policy_reading(slice(15, 30)))
@@ -169,3 +195,12 @@ def test_a_car_that_sees_more_than_a_picture_tells_is_refused(tmp_path):
     policy.spec.visible = {"STEREO_CAMERAS": ArraySpec((30, 40, 2), np.uint8), "LIDAR": ArraySpec((8,), np.float32)}
     with pytest.raises(AttentionError, match="STEREO_CAMERAS .30, 40, 2., LIDAR"):
         look_at_pictures(policy, tmp_path)
+
+
+def test_numbers_are_told_as_racers_say_them():
+    """By hand: of ranges of ±30° and 0.5 to 2 m/s, a half of the way to the right and two thirds up."""
+    thirty = math.radians(30.0)
+    actions = ContinuousActions(low=(-thirty, 0.5), high=(thirty, 2.0))
+    decided = SimpleNamespace(numbers=np.array([[-0.5, 1 / 3]]))
+    look = Look("CAMERA", np.zeros((1, 3, 4), np.uint8), np.zeros((1, 3, 4)), None, decided, actions)
+    assert look.told(0) == [("steering", pytest.approx(0.25), "right 15°"), ("speed", pytest.approx(2 / 3), "1.50 m/s")]

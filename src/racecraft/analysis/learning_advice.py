@@ -23,8 +23,8 @@ GONE, SOON = 0.25, 0.5
 """Entropy below this share of its start is gone; before this share of the training it is too soon."""
 SOLVED = 0.9
 """Share of the best score there can be from which an early end of exploration is no loss."""
-FORGOTTEN = 0.2
-"""Share of the best score that is lost before it is called forgotten."""
+FORGOTTEN, WORTH_TELLING = 0.2, 0.1
+"""Share of the best score that is lost before it is called forgotten; and of the best there can be."""
 BLIND, FAR = 0.2, 0.05
 """Explained variance below which a critic is blind; change of the policy, in nats, above which a step is far."""
 
@@ -41,7 +41,7 @@ def learning_advice(metrics: MetricRows, learner: Learner, top_score: float | No
         return []
     return [
         *_entropy(metrics, learner, top_score),
-        *_forgetting(metrics, learner),
+        *_forgetting(metrics, learner, top_score),
         *_steps(metrics, learner),
         *_critic(metrics, learner, top_score),
     ]
@@ -70,13 +70,16 @@ def _entropy(metrics: MetricRows, learner: Learner, top_score: float | None) -> 
     )
 
 
-def _forgetting(metrics: MetricRows, learner: Learner) -> Iterator[Advice]:
+def _forgetting(metrics: MetricRows, learner: Learner, top_score: float | None) -> Iterator[Advice]:
     score = column(metrics, "evaluation_score")
     told = np.flatnonzero(np.isfinite(score))
     if len(told) < 4:
         return
     best, last = told[np.argmax(score[told])], float(np.mean(score[told][-2:]))
-    if score[best] > 0 and last < (1.0 - FORGOTTEN) * score[best]:
+    lost = score[best] - last
+    if top_score is not None and lost < WORTH_TELLING * top_score:
+        return  # a car that never got far has little to forget
+    if score[best] > 0 and lost > FORGOTTEN * score[best]:
         yield Advice(
             f"Iteration {metrics[best]['iteration']} scored {score[best]:.4g}, the last two evaluations {last:.4g} on "
             "average.",

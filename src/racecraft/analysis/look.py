@@ -109,8 +109,20 @@ class Look:
         if isinstance(self.actions, ContinuousActions):
             low, high = self.actions.low[which], self.actions.high[which]
             if np.isfinite([low, high]).all():
-                words = f"{low + (high - low) * (middle + 1.0) / 2.0:+.2f}"
+                words = number_words(self.number_name(which), float(low + (high - low) * (middle + 1.0) / 2.0))
         return self.number_name(which), 0.5 + 0.5 * middle, words
+
+
+def number_words(name: str, value: float) -> str:
+    """Return a number of a car's actions (rad, left positive; m/s) as racers say it.
+
+    >>> number_words("steering", -0.262), number_words("steering", 0.004), number_words("speed", 1.037)
+    ('right 15°', 'straight', '1.04 m/s')
+    """
+    if name == CAR_NUMBERS[0]:
+        degrees = round(float(np.degrees(value)))
+        return "straight" if degrees == 0 else f"{'left' if degrees > 0 else 'right'} {abs(degrees)}°"
+    return f"{value:.2f} m/s" if name == CAR_NUMBERS[1] else f"{value:+.2f}"
 
 
 def look_at(

@@ -6,7 +6,7 @@ workers, neither the loop nor the files know.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
@@ -17,6 +17,10 @@ from racecraft.training.run_writer import Columns, TickRecorder
 
 if TYPE_CHECKING:
     from racecraft.training.trainer import Experiment
+
+
+HearsTicks = Callable[[Sequence[Columns]], None]
+"""Hears of a rollout when it has come: each worker's ticks, as episode files hold them, worlds numbered through."""
 
 
 class Gatherer(Protocol):
@@ -32,8 +36,8 @@ class Gatherer(Protocol):
         """Hands over the ticks of an iteration; None where they are not kept."""
         ...
 
-    def collector(self, learner: Learner, horizon: int) -> Collects:
-        """Return what collects for a learner, `horizon` ticks at a time."""
+    def collector(self, learner: Learner, horizon: int, hears: HearsTicks | None) -> Collects:
+        """Return what collects for a learner, `horizon` ticks at a time, and who hears of the ticks."""
         ...
 
 

@@ -16,6 +16,7 @@ from typing import Any, cast
 
 import torch
 
+from racecraft.algorithms.alphazero import SEARCHED
 from racecraft.algorithms.building import build_learner
 from racecraft.algorithms.learner import REPLAY, Learner
 from racecraft.algorithms.registry import Algorithm, require_fit
@@ -34,7 +35,7 @@ from racecraft.rollout.replay import Replay
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import as_dictionary
 from racecraft.training.callbacks import Callbacks, KnowsRun, TrainingCallback
-from racecraft.training.gathering import Gatherer, RecordingObserver
+from racecraft.training.gathering import Gatherer, HearsTicks, RecordingObserver
 from racecraft.training.loop import Evaluator, Outcome, TrainingLoop
 from racecraft.training.mlflow_tracking import MlflowRun, RunDescription, client_class, tracking_uri
 from racecraft.training.named_files import as_in_run, asked_in_run, found_in_run, lay_named_files, named_files
@@ -56,6 +57,8 @@ class RunAttendants:
     """Writes them in another program's form, too."""
     observers: Iterable[StepObserver] = ()
     """See every tick."""
+    hears: HearsTicks | None = None
+    """Hears of the ticks of worlds elsewhere, rollout by rollout; observers do not."""
 
 
 @dataclass(frozen=True)
@@ -107,6 +110,9 @@ class Experiment:
     """Who carries the learner through worlds elsewhere; None: it is carried through `world`, here."""
     recorder: Callable[[], RecordingObserver] | None = None
     """Makes what keeps the ticks of worlds elsewhere for the episode files; None: none are kept."""
+    unpaid: Callable[[Any], World] | None = None
+    """Lays the worlds of a plan once more, without rewards; None: where the same is done in them, not the same is seen,
+    since others decide there, too."""
     stays: str = ""
     """Why its worlds cannot be elsewhere, a sentence; "" where they can."""
 
@@ -264,7 +270,7 @@ def _collector(
     """Return what collects, here or elsewhere, and who keeps the ticks."""
     horizon, elsewhere = experiment.settings.rollout.horizon, experiment.gatherer
     if elsewhere is not None:
-        return elsewhere.collector(learner, horizon), elsewhere.recorder
+        return elsewhere.collector(learner, horizon, attendants.hears), elsewhere.recorder
     observers = [*attendants.observers]
     return Collector(experiment.world, learner, horizon, experiment.seed, observers), attendants.recorder
 
@@ -351,7 +357,8 @@ def _require_trackers(settings: Settings) -> None:
 
 def _learner(experiment: Experiment, settings: Settings) -> Learner:
     prepare_processor(settings.runtime.threads, settings.runtime.device)
-    require_fit(experiment.algorithm, experiment.world.spec.actions, experiment.title)
+    world = experiment.world.spec
+    require_fit(experiment.algorithm, world.actions, experiment.title, is_searched=SEARCHED in world.observations)
     if experiment.learner is not None:
         return experiment.learner()
     return build_learner(experiment.algorithm, experiment.spec, settings, experiment.seed)

@@ -3,11 +3,14 @@
 import base64
 import io
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.browser import Browser, needs_chromium
 from tests.logs import makers
+from tests.reference import HAS_ALL, LARGE, TRACES
 
 from racecraft.analysis.deepracer import logs as analysis
 from racecraft.analysis.deepracer.logs.page import STYLE, Extras, _explorer, write_logs_page
@@ -15,6 +18,8 @@ from racecraft.analysis.deepracer.logs.page_data import _start_line, page_data
 from racecraft.analysis.page import page as document
 from racecraft.logs import read
 from racecraft.tracks.catalogue import load_track
+
+DOCS = Path(__file__).resolve().parents[3] / "docs" / "racing"
 
 
 @pytest.fixture(scope="module")
@@ -198,3 +203,35 @@ def test_the_start_line_stands_across_the_road():
     yaw = track.pose_at(0.0).yaw
     along = (x1 - x0) * np.cos(yaw) + (y1 - y0) * np.sin(yaw)
     assert abs(along) < np.hypot(x1 - x0, y1 - y0) * np.sin(np.radians(1.0))
+
+
+ON_THE_MAP = {"simulation_agg", "best_laps", "one_episode", "selected_laps"}
+"""Tables and plots that are the list of episodes and the map on which they are chosen."""
+SHOWN_AS = {
+    "scatter_of_laps": "scatter scatter_complete", "reward_heat_map": "heat_map", "action_index_map": "action_map",
+    "one_iteration": "top_iterations", "last_iteration": "one_iteration", "segments_plot": "segments",
+    "exits_by_segment_plot": "exits_by_segment", "best_episode_distributions": "episode_distributions",
+    "sector_correlations": "sector_losses", "metrics_summary": "completion_progress",
+}  # fmt: skip
+"""What a plot or table is called on the page, where not as its function is."""
+
+
+@pytest.mark.skipif(not HAS_ALL, reason=LARGE)
+def test_every_plot_and_table_under_the_name_racers_know_is_on_the_page_of_a_real_training(tmp_path):
+    log = read([TRACES / "drfc-1-worker"])
+    extras = Extras(metrics=log.metrics.collect(), reward=lambda params: 1.0)
+    track = load_track("reinvent_base")
+    page = write_logs_page(tmp_path / "p.html", log.ticks.collect(), track, "log", extras).read_text(encoding="utf-8")
+    there = set(re.findall(r'data-plot="(\w+)"', page))
+    table = (
+        (DOCS / "logs.md")
+        .read_text(encoding="utf-8")
+        .split("| racers call it | function |")[1]
+        .strip()
+        .split("\n\n")[0]
+    )
+    named = [name.split("(")[0] for row in table.splitlines() for name in re.findall(r"`([\w.]+)", row.split("|")[-2])]
+    named = [name for name in named if name in analysis.__all__]
+    assert len(named) >= 40
+    missing = {name for name in named if name not in ON_THE_MAP and not set(SHOWN_AS.get(name, name).split()) <= there}
+    assert missing == set()

@@ -6,12 +6,14 @@ from, and its ONNX file then acts as the checkpoint does on what the policy saw.
 
 import stat
 import sys
+import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 
+from racecraft.algorithms.ppo import PpoLearner
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import DiscreteActions, HybridActions
 from racecraft.envs.unity.errors import PlayerDiedError
@@ -29,6 +31,7 @@ OFTEN = ("evaluation.every=2", "evaluation.episodes=16", "rollout.horizon=32", "
 SMALL_EYE = ("network.conv_filters=8", "network.conv_kernels=4", "network.conv_strides=4", "ppo.learning_rate=3e-3")
 PROGRAM = """#!{python}
 import sys
+import threading
 sys.path[:0] = [{home!r}, {scenes!r}]
 sys.argv += ["--scene", {scene!r}]
 from scenes import main
@@ -220,3 +223,51 @@ def test_rows_for_agents_that_come_later_are_kept_when_asked_for(player, tmp_pat
     trained = train(request, Silence(), str)
     job = trained.run.read_job()
     assert (job["settings"]["rollout"]["num_worlds"], job["asked"]["max_agents"]) == (20, 20)
+
+
+BESIDE = ("ppo.asynchronous=true",)
+
+
+@pytest.mark.parametrize(("scene", "wanted"), [("levers", 0.9), ("tell", 0.8)])
+def test_a_scene_is_learnt_from_beside_its_player(player, tmp_path, scene, wanted):
+    request = UnityRequest(
+        player(scene), stops=(f"score={wanted}", "iterations=40"), run=tmp_path / "run", overrides=(*OFTEN, *BESIDE)
+    )
+    trained = train(request, Silence(), str)
+    assert trained.outcome.reason == f"score={wanted}"
+    rows = (tmp_path / "run" / "metrics.jsonl").read_text().splitlines()
+    assert '"mean_weight"' not in rows[0], "the first rollout was still to be learned from"
+    assert all('"mean_weight"' in row for row in rows[1:])
+
+
+def test_a_player_goes_on_while_it_is_learned_from(player, tmp_path, monkeypatch):
+    """Every update but the last waits until the player has been told something more."""
+    told, waited, step, update = threading.Event(), [], UnityWorld.step, PpoLearner.update
+
+    def noted_step(self, actions, buffers):
+        step(self, actions, buffers)
+        told.set()
+
+    def patient_update(self, experience):
+        told.clear()
+        waited.append(told.wait(20.0))
+        return update(self, experience)
+
+    monkeypatch.setattr(UnityWorld, "step", noted_step)
+    monkeypatch.setattr(PpoLearner, "update", patient_update)
+    few = ("rollout.horizon=8", "ppo.epochs=1", "evaluation.every=100", "evaluation.episodes=2")
+    request = UnityRequest(player("tell"), run=tmp_path / "run", stops=("iterations=4",), overrides=(*few, *BESIDE))
+    train(request, Silence(), str)
+    assert len(waited) >= 3
+    assert all(waited[:3])
+
+
+def test_a_player_that_dies_while_it_is_learned_from_leaves_what_was_learnt(player, tmp_path):
+    said, run = [], tmp_path / "run"
+    request = UnityRequest(player("crash"), run=run, overrides=("rollout.horizon=4", "evaluation.every=9", *BESIDE))
+    with pytest.raises(PlayerDiedError, match="out of neutrons"):
+        train(request, Silence(), said.append)
+    assert said[-1] == f"what was learned until then stands in {run}; --run {run} --resume goes on from there"
+    with pytest.raises(PlayerDiedError):
+        resume(run, (), Silence(), said.append)
+    assert any(line.startswith("goes on after iteration 4;") for line in said)

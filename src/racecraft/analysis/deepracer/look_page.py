@@ -48,29 +48,46 @@ class LapLook:
     """How the lap ended, in words."""
 
 
-def findings(surfaces: Sequence[SurfaceAttention], look: Look) -> list[str]:
-    """Return what a look comes to, in sentences; the weightiest first."""
+def findings(surfaces: Sequence[SurfaceAttention], look: Look, run: str = "RUN") -> list[str]:
+    """Return what a look comes to, in sentences; the weightiest first.
+
+    A surface beside the track is only blamed where no other counts for more: of a policy that is thrown by whatever is
+    painted over, nothing can be said of the one. Of one that is hardly decided no surface is.
+
+    Args:
+        surfaces: What was found out of each.
+        look: The look.
+        run: What a command calls the run.
+    """
     told = []
     gap = float(np.mean(look.confidence.gap))
     if gap < UNDECIDED:
         told.append(
             f"It is hardly decided: its best action is only {100 * gap:.1f} % likelier than the second, so little "
-            "turns a decision. Train on before you read much into what it looks at: racecraft train --run RUN --resume."
+            "turns a decision. Train on before you read much into what it looks at: "
+            f"racecraft train --run {run} --resume."
         )
     if not surfaces:
         return told
     tried = {row.surface: row.changed for row in surfaces if row.changed is not None}
     off = max(((tried.get(name, 0.0), name) for name in OFF_THE_TRACK), default=(0.0, ""))
-    if off[0] >= MANY:
+    of_track = max(((share, name) for name, share in tried.items() if name not in OFF_THE_TRACK), default=(0.0, ""))
+    is_decided = gap >= UNDECIDED or not np.isfinite(gap)
+    if off[0] >= MANY and is_decided and off[0] <= of_track[0]:
+        told.append(
+            f"Whatever is painted over turns its decisions: {100 * of_track[0]:.0f} % with the {of_track[1]}, "
+            f"{100 * off[0]:.0f} % with the {off[1]}. It goes by the picture as a whole, the {off[1]} included."
+        )
+    elif off[0] >= MANY and is_decided:
         told.append(
             f"It goes by what is not the track: with the {off[1]} painted over, {100 * off[0]:.0f} % of its decisions "
             f"are others. Where the {off[1]} looks different it will drive differently; see it on another track before "
-            "you race: racecraft evaluate RUN --track Oval_track."
+            f"you race: racecraft evaluate {run} --track Oval_track."
         )
     elif tried and off[0] <= FEW:
         told.append("Walls and sky hardly matter to it: painted over, at most one decision of twenty is another.")
     edge = max(tried.get(name, 0.0) for name in ("border line", "grass"))
-    if edge >= MANY:
+    if edge >= MANY and is_decided:
         told.append(f"It goes by the edge of the road: without it {100 * edge:.0f} % of its decisions are others.")
     keen = max(surfaces, key=lambda row: row.times_its_area)
     told.append(
@@ -80,22 +97,22 @@ def findings(surfaces: Sequence[SurfaceAttention], look: Look) -> list[str]:
     return told
 
 
-def write_look_page(path: str | Path, lap: LapLook, title: str, film: bytes | None = None) -> Path:
+def write_look_page(path: str | Path, lap: LapLook, title: str, film: bytes | None = None, run: str = "RUN") -> Path:
     """Write the page of a look at a lap.
 
     Raises:
         OutputFileError: The page cannot be written.
     """
-    write_whole(path, page.page(f"{title} – what it looks at", _parts(lap, title, film)))
+    write_whole(path, page.page(f"{title} – what it looks at", _parts(lap, title, film, run)))
     return Path(path)
 
 
-def _parts(lap: LapLook, title: str, film: bytes | None) -> Iterator[str]:
+def _parts(lap: LapLook, title: str, film: bytes | None, run: str) -> Iterator[str]:
     """Yield the page from top to bottom."""
     yield "<h1>What it looks at</h1>"
     track = lap.place.track
     yield f'<p class="quiet">{page.escaped(title)} · {page.escaped(track.title or track.name)} · {lap.outcome}</p>'
-    sentences = findings(lap.surfaces, lap.look)
+    sentences = findings(lap.surfaces, lap.look, run)
     if sentences:
         yield page.card("".join(f"<p>{page.escaped(one)}</p>" for one in sentences))
     if film is not None:

@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from racecraft.cli.battlesnake.arena_told import (
+    against,
+    facts_of,
+    game_told,
+    print_against,
+    print_table,
+    table,
+    terms_told,
+)
 from racecraft.cli.battlesnake.options import (
     JSON,
     FileMemory,
@@ -22,10 +32,8 @@ from racecraft.cli.battlesnake.options import (
 )
 
 if TYPE_CHECKING:
-    from racecraft.evaluation.battlesnake.standings import Score
-    from racecraft.league.ladder import Ladder, Rung
     from racecraft.league.store import ArenaStore
-    from racecraft.league.terms import ArenaGame, Entrant
+    from racecraft.league.terms import Entrant
 
 PORT = 8200
 LATEST = 10
@@ -85,7 +93,7 @@ def new(
     if json:
         print_json({"arena": str(arena), "anchors": names})
         return
-    print(f"{arena}: {_terms_told(store)}; anchors {', '.join(names)}.")
+    print(f"{arena}: {terms_told(store)}; anchors {', '.join(names)}.")
     print(f"Let players in: racecraft snakes arena add search{_here(arena)}")
 
 
@@ -116,7 +124,7 @@ def add(
     for entrant in entrants:
         told.append(_let_in(store, entrant))
     if json:
-        print_json({"players": [_facts(one) for one in told]})
+        print_json({"players": [facts_of(one) for one in told]})
         return
     for one in told:
         print(f"{one.name} is in: {one.source}")
@@ -178,9 +186,9 @@ def play(
         if close is not None:
             close()
     if json:
-        print_json({"played": played, **_table(store, held.ladder)})
+        print_json({"played": played, **table(store, held.ladder)})
     else:
-        _print(store, held.ladder)
+        print_table(store, held.ladder)
     if broken_off:
         raise typer.Exit(INTERRUPTED)
 
@@ -247,12 +255,12 @@ def show(
     shown = mine[len(mine) - latest :] if latest else []
     if json:
         told = [game_facts(game, names) for game in shown]
-        faced = {} if one is None else {"player": _facts(one), "against": _against(store, ladder, one, snakes)}
-        print_json({**faced, **_table(store, ladder, snakes), "latest": told})
+        faced = {} if one is None else {"player": facts_of(one), "against": against(store, ladder, one, snakes)}
+        print_json({**faced, **table(store, ladder, snakes), "latest": told})
         return
-    _print(store, ladder, snakes)
+    print_table(store, ladder, snakes)
     if one is not None:
-        _print_against(store, ladder, one, snakes)
+        print_against(store, ladder, one, snakes)
     for game in shown:
         print(f"game {game.number:>5}: {game_told(game, names)}")
 
@@ -357,82 +365,5 @@ def _play_on(held: object, most: int | None) -> tuple[int, bool]:
     return played, False
 
 
-def game_told(game: ArenaGame, names: list[str]) -> str:
-    """Return a game in a line: its players from the first place to the last.
-
-    >>> from racecraft.league.terms import ArenaGame
-    >>> game_told(ArenaGame(1, (0, 1, 2), (1, 0, 1), 87, (0, 0, 0), (0, 0, 0)), ["Flo", "Sam", "Kim"])
-    'Sam before Flo and Kim, 87 turns'
-    """
-    places = [
-        " and ".join(names[one] for one, at in zip(game.players, game.places, strict=True) if at == place)
-        for place in sorted(set(game.places))
-    ]
-    if len(places) == 1:
-        return f"a draw of {places[0]}, {game.turns} turns"
-    return f"{' before '.join(places)}, {game.turns} turns"
-
-
-def _table(store: ArenaStore, ladder: Ladder, size: int = 0) -> dict[str, object]:
-    entrants = store.entrants()
-    return {"games": ladder.games(size), "standings": [line.to_dict() for line in ladder.rungs(entrants, size)]}
-
-
-def _facts(entrant: Entrant) -> dict[str, object]:
-    return {"name": entrant.name, "source": entrant.source, "is_anchor": entrant.is_anchor, "rests": entrant.rests}
-
-
-def _against(store: ArenaStore, ladder: Ladder, one: Entrant, size: int) -> dict[str, dict[str, int]]:
-    from dataclasses import asdict
-
-    return {other: asdict(score) for other, score in _scores(store, ladder, one, size)}
-
-
-def _scores(store: ArenaStore, ladder: Ladder, one: Entrant, size: int) -> list[tuple[str, Score]]:
-    entrants = store.entrants()
-    met = ladder.met(entrants, size)[one.number]
-    return [
-        (line.name, ladder.score(entrants, one.number, line.number, size))
-        for line in ladder.rungs(entrants, size)
-        if met[line.number]
-    ]
-
-
-def _print(store: ArenaStore, ladder: Ladder, size: int = 0) -> None:
-    print(f"{store.path}: {_terms_told(store)}; {ladder.games(size)} games" + f" of {size} snakes" * bool(size))
-    print(
-        f"{'player':24} {'rating':>6} {'95 %':>13} {'OpenSkill':>11} {'games':>6} {'won':>5} {'late':>5} {'failed':>6}"
-    )
-    for line in ladder.rungs(store.entrants(), size):
-        print(_line(line))
-
-
-def _line(line: Rung) -> str:
-    spread = f"{line.rating.low:.0f} … {line.rating.high:.0f}"
-    skill = f"{line.skill.mu:.1f} ± {line.skill.high - line.skill.mu:.1f}"
-    won = f"{line.wins / line.games:.0%}" if line.games else "-"
-    note = "  anchor" * line.is_anchor + "  removed" * line.rests
-    return (
-        f"{line.name:24.24} {line.rating.points:>6.0f} {spread:>13} {skill:>11} {line.games:>6} {won:>5} "
-        f"{line.timeouts:>5} {line.crashes:>6}{note}"
-    )
-
-
-def _print_against(store: ArenaStore, ladder: Ladder, one: Entrant, size: int) -> None:
-    print(f"\n{one.name} ({one.source}), won-drawn-lost")
-    for other, score in _scores(store, ladder, one, size):
-        print(f"  against {other:24.24} {score}")
-
-
-def _terms_told(store: ArenaStore) -> str:
-    terms = store.terms
-    boards = " and ".join(map(str, terms.snakes))
-    map_told = f", map {terms.map}" if terms.map != "standard" else ""
-    return (
-        f"{terms.width}×{terms.height}, {terms.ruleset}{map_told}, {boards} snakes at a board, "
-        f"{terms.timeout_ms} ms a move"
-    )
-
-
 def _here(arena: Path) -> str:
-    return f" --arena {arena}" if arena != HERE else ""
+    return f" --arena {shlex.quote(str(arena))}" if arena != HERE else ""

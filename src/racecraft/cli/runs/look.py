@@ -84,7 +84,7 @@ def _lap(
     lap = look_at_lap(car, load_track(track) if track else car.trained_on, question)
     title = f"{car.run.path.name}, checkpoint {car.checkpoint.iteration}"
     write_look_film(film, lap.look, title, lap.place)
-    write_look_page(page, lap, title, small_film(film))
+    write_look_page(page, lap, title, small_film(film), folder)
     return {
         "run": folder,
         "checkpoint": car.checkpoint.iteration,
@@ -92,7 +92,7 @@ def _lap(
         "ticks": len(lap.look),
         "ended": lap.outcome,
         **_sureness(lap.look),
-        "findings": findings(lap.surfaces, lap.look),
+        "findings": findings(lap.surfaces, lap.look, folder),
         "surfaces": _surfaces(lap),
         "film": str(film),
         "page": str(page),

@@ -43,6 +43,7 @@ from racecraft.training.deepracer.cloning import require_same_shape
 from racecraft.training.deepracer.courses import both_ways, starts
 from racecraft.training.deepracer.evaluator import FLYING_LAPS, CarEvaluator, begins_where_training_does
 from racecraft.training.deepracer.live import LivePublisher
+from racecraft.training.deepracer.live_elsewhere import LiveHarvests
 from racecraft.training.deepracer.plan import (
     KIND,
     CarPlan,
@@ -110,6 +111,7 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
         attend=lambda run, notes: attended(planned, reward, run, notes),
         same_shape=lambda path, metadata: require_same_shape(planned, path, metadata),
         recorder=EpisodeRecorder,
+        unpaid=None if planned.against else lambda share: driven_world(share, None),
         stays=AWS_STAYS if begins_where_training_does(judged) else "",
     )
 
@@ -151,7 +153,7 @@ def attended(planned: CarPlan, reward: RewardFunction, run: RunFolder, notes: Se
             planned.env,
             both_ways(planned.courses),
         )
-        yield RunAttendants(recorder, AwsFiles(run.path, setup), [recorder, LivePublisher(run)])
+        yield RunAttendants(recorder, AwsFiles(run.path, setup), [recorder, LivePublisher(run)], LiveHarvests(run))
 
 
 def lay_files(planned: CarPlan, reward: RewardFunction, run: RunFolder) -> None:
@@ -182,14 +184,18 @@ def learned_world(
     return against_world(planned, lambda cars: one_for_each(reward, cars))
 
 
-def driven_world(planned: CarPlan, reward: RewardFunction) -> RaceWorld | SideBySide:
-    """Return the cars that are trained, shared out among the courses where there are several."""
+def driven_world(planned: CarPlan, reward: RewardFunction | None) -> RaceWorld | SideBySide:
+    """Return the cars that are trained, shared out among the courses where there are several; None pays nothing."""
     cars, own = planned.settings.rollout.num_worlds, LaidCourse(planned.track, of_race(planned.settings))
+
+    def paid(count: int) -> list[Callable[[dict[str, Any]], float]] | None:
+        return None if reward is None else one_for_each(reward, count)
+
     if not planned.courses:
-        return race_world(planned, cars, one_for_each(reward, cars), starts(own, cars))
+        return race_world(planned, cars, paid(cars), starts(own, cars))
     return SideBySide(
         [
-            race_world(planned, count, one_for_each(reward, count), starts(course, count), course=course)
+            race_world(planned, count, paid(count), starts(course, count), course=course)
             for course, count in zip(planned.courses, cars_on(planned.courses, cars), strict=True)
         ]
     )

@@ -31,13 +31,12 @@ from racecraft.analysis.deepracer.logs import (
     straights,
     waypoints,
 )  # fmt: skip
-from racecraft.analysis.deepracer.logs.advice import advice
+from racecraft.analysis.deepracer.logs.advice import Advice
 from racecraft.analysis.deepracer.logs.episodes import simulation_agg
-from racecraft.analysis.deepracer.logs.own import OwnPlot
+from racecraft.analysis.deepracer.logs.own import NoPlot, OwnPlot, made_or_why
 from racecraft.analysis.deepracer.logs.page_data import page_data
 from racecraft.analysis.deepracer.logs.plot import Plot, PlotError
 from racecraft.analysis.deepracer.logs.segments import segments_plot
-from racecraft.contract.errors import UserInputError
 from racecraft.formats.whole import write_whole
 from racecraft.tracks.track import Track
 
@@ -81,6 +80,8 @@ class Extras:
     """Another reward function, to be tried on the same laps."""
     own: Sequence[OwnPlot] = ()
     """The racer's own plots."""
+    advice: Sequence[Advice] = ()
+    """What to change before the next training; `advice` finds it."""
 
 
 def write_logs_page(
@@ -118,14 +119,16 @@ def _parts(ticks: pl.DataFrame, track: Track | None, title: str, extras: Extras)
     training = ticks.filter(pl.col("phase") == "training")
     main = training if training.height else ticks
     yield from _headline(ticks, track, title)
-    yield from _advice(training, track)
+    yield from _advice(extras.advice)
     if track is not None:
         yield from _explorer(ticks, track)
     else:
         yield page.card("<p>No track of the catalogue fits this log, so maps are left out. Name it with --track.</p>")
     yield from _section("How it learned", training, _learning())
     yield from _section("What the metrics files say", extras.metrics, _metrics())
+    yield from _fastest_of_metrics(extras.metrics)
     yield from _section("On the track", main, _on_the_track(track))
+    yield _table("endings", "How episodes ended", exits.endings(main))
     yield from _section("What it chose", main, _choices(track))
     yield from _section("What was paid", main, _paid(track, extras.reward))
     yield from _section("Laps and sectors", main, _laps(track))
@@ -153,13 +156,17 @@ def _headline(ticks: pl.DataFrame, track: Track | None, title: str) -> Iterator[
     )
 
 
-def _advice(training: pl.DataFrame, track: Track | None) -> Iterator[str]:
-    found = advice(training, track) if training.height else []
-    if not found:
+def _advice(told: Sequence[Advice]) -> Iterator[str]:
+    """Yield what to change, each with the figure that shows it, closed."""
+    if not told:
         return
+    lines = []
+    for one in told:
+        plot = one.plot() if one.plot is not None else None
+        shown = page.details(plot.title, _picture(plot)) if plot is not None else ""
+        lines.append(f"<li><b>{page.escaped(one.try_)}</b>{page.escaped(one.found)}{shown}</li>")
     yield "<h2>Before the next training</h2>"
-    lines = "".join(f"<li><b>{page.escaped(one.try_)}</b>{page.escaped(one.found)}</li>" for one in found)
-    yield page.card(f'<ol class="advice">{lines}</ol>')
+    yield page.card(f'<ol class="advice">{"".join(lines)}</ol>')
 
 
 def _explorer(ticks: pl.DataFrame, track: Track) -> Iterator[str]:
@@ -282,11 +289,30 @@ def _section(title: str, ticks: pl.DataFrame | None, made: list[Made]) -> Iterat
             plot = make(ticks)
         except PlotError:
             continue
-        picture = _picture(plot)
-        cards.append(page.card(f"<b>{page.escaped(plot.title)}</b>{picture}{_data(plot)}"))
+        cards.append(page.card(_named(plot.name, f"<b>{page.escaped(plot.title)}</b>{_picture(plot)}{_data(plot)}")))
     if cards:
         yield f"<h2>{title}</h2>"
         yield from cards
+
+
+def _named(name: str, content: str) -> str:
+    """Return a part of the page that a script or a test finds by the name of its plot or table."""
+    return f'<div data-plot="{name}">{content}</div>'
+
+
+def _table(name: str, title: str, table: pl.DataFrame) -> str:
+    """Return a table as a card."""
+    heads = [column.replace("_", " ") for column in table.columns]
+    rows = [[_cell(value) for value in row] for row in table.rows()]
+    numbers = [k for k, kind in enumerate(table.dtypes) if kind.is_numeric()]
+    return page.card(_named(name, f"<b>{page.escaped(title)}</b>{page.table(heads, rows, numbers)}"))
+
+
+def _fastest_of_metrics(metrics: pl.DataFrame | None) -> Iterator[str]:
+    """Yield the fastest laps that the metrics files tell of; they know evaluations whose steps nobody kept."""
+    laps = None if metrics is None else rounds.metrics_best_laps(metrics)
+    if laps is not None and laps.height:
+        yield _table("metrics_best_laps", "Fastest laps, by the metrics files", laps)
 
 
 def _picture(plot: Plot) -> str:
@@ -335,22 +361,18 @@ def _evaluations(ticks: pl.DataFrame, track: Track | None) -> Iterator[str]:
         )
         for row in table.iter_rows(named=True)
     ]  # fmt: skip
-    yield page.card(page.table(heads, rows, (1, 2, 3, 4, 5, 6, 7)))
+    yield page.card(_named("evaluation_table", page.table(heads, rows, (1, 2, 3, 4, 5, 6, 7))))
     if track is not None:
         plot = evaluations.evaluation_grid(ticks, track)
-        yield page.card(_picture(plot))
+        yield page.card(_named(plot.name, _picture(plot)))
 
 
 def _own(ticks: pl.DataFrame, track: Track | None, own: Sequence[OwnPlot]) -> Iterator[str]:
     """Yield the racer's own plots; one that fails says why, and the page stands."""
     cards = []
-    for one in own:
-        try:
-            plot = one(ticks, track)
-            picture = _picture(plot)
-            cards.append(page.card(f"<b>{page.escaped(plot.title)}</b>{picture}{_data(plot)}"))
-        except UserInputError as error:
-            cards.append(page.card(f"<b>{page.escaped(one.name)}</b><p>{page.escaped(error)}</p>"))
+    for one in made_or_why(own, ticks, track):
+        shown = f"<p>{page.escaped(one.why)}</p>" if isinstance(one, NoPlot) else f"{_picture(one)}{_data(one)}"
+        cards.append(page.card(f"<b>{page.escaped(one.title)}</b>{shown}"))
     if cards:
         yield "<h2>Your own</h2>"
         yield from cards
