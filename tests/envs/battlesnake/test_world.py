@@ -70,6 +70,21 @@ def test_one_board_shows_the_same_as_the_world_of_training(ruleset):
             np.testing.assert_array_equal(mask, buffers.action_mask[2, number])
 
 
+@pytest.mark.parametrize(("width", "height", "map_id"), [(11, 11, "hz_columns"), (7, 9, "standard"), (9, 5, "empty")])
+def test_a_window_that_holds_the_board_shows_what_a_smaller_one_does(width, height, map_id):
+    """They are drawn in two ways, `sheet.py` and `observe.py`: the smaller one is the middle of the larger."""
+    side, unlike = 2 * max(width, height) - 1, 0
+    settings = WorldSettings(GameSettings(width, height, 4, map=map_id, minimum_food=5), 4)
+    for world, _, _ in stepped(settings, 40):
+        board = world.board(1)
+        for snake in board.alive():
+            whole = observe_board(board, settings.game, snake.id, view=side)[0]["planes"]
+            small = observe_board(board, settings.game, snake.id, view=side - 2)[0]["planes"]
+            np.testing.assert_array_equal(whole[:, 1:-1, 1:-1], small)
+            unlike += whole[PLANES.index("own_body")].any() and whole[PLANES.index("other_bodies")].any()
+    assert unlike
+
+
 def test_what_a_snake_sees_can_be_read_off_the_board():
     me = Snake("me", [(1, 1), (1, 0), (0, 0)], 80)
     you = Snake("you", [(3, 1), (3, 2), (3, 3), (3, 3)], 60)

@@ -104,11 +104,11 @@ def observe_board(
     side = view or default_view(settings.width, settings.height)
     seen = {name: np.zeros(rows + spec.shape, spec.dtype) for name, spec in observation_specs(side, outlook).items()}
     active, mask = np.zeros(rows, bool), np.ones((*rows, 4), bool)
-    marks = allocate_marks(settings, *rows)[0]
+    marks, sheet = allocate_marks(settings, *rows)[0], allocate_sheets(settings, 1, side)[0]
     walls = wall_planes(settings.width, settings.height, side)
     observe_game(
         0, games.bodies, games.snakes, games.games, games.cells, params_of(settings), squares_of(settings), marks,
-        walls, seen["planes"], seen["numbers"], active, mask,
+        sheet, walls, seen["planes"], seen["numbers"], active, mask,
     )  # fmt: skip
     if outlook:
         looks, scratch = np.zeros(rows, bool), allocate_scratch(settings, 1)
@@ -122,6 +122,12 @@ def observe_board(
 def allocate_marks(settings: GameSettings, num_games: int, num_snakes: int) -> Array:
     """Return room for the marks of N boards, int32 (N, K, 2); see `kernels.observe.mark`."""
     return np.zeros((num_games, 3 * settings.area + 5 * num_snakes + 1, 2), np.int32)
+
+
+def allocate_sheets(settings: GameSettings, num_games: int, view: int) -> Array:
+    """Return room for the sheets of N boards, uint8 (N, L); see `kernels.sheet.draw`."""
+    furthest = (settings.height - 1) * view + settings.width - 1
+    return np.zeros((num_games, (NUM_PLANES - 1) * view * view + furthest), np.uint8)
 
 
 def allocate_scratch(settings: GameSettings, num_games: int) -> Array:

@@ -27,6 +27,7 @@ from racecraft.envs.battlesnake.kernels.steps import begin_games, observe_games,
 from racecraft.envs.battlesnake.observation import (
     allocate_marks,
     allocate_scratch,
+    allocate_sheets,
     default_view,
     observation_specs,
     squares_of,
@@ -116,6 +117,7 @@ class BattlesnakeWorld:
         self._pool: ThreadPoolExecutor | None = None
         view = self.settings.view or default_view(game.width, game.height)
         self._walls = wall_planes(game.width, game.height, view)
+        self._sheets = allocate_sheets(game, rows[0], view)
         self._spec = WorldSpec(
             name=f"battlesnake-{game.ruleset}-{game.map}-{game.width}x{game.height}",
             num_worlds=rows[0],
@@ -146,7 +148,7 @@ class BattlesnakeWorld:
         self._share(
             step_games, self._compiled_set_up, behind, np.ascontiguousarray(actions, np.int64), games.bodies,
             games.snakes, games.games, games.cells, games.sides, games.events, games.chance, self.params,
-            self.food_squares, self.start_hazards, self._squares, self._marks, self._walls, self.looks,
+            self.food_squares, self.start_hazards, self._squares, self._marks, self._sheets, self._walls, self.looks,
             self._scratch if behind else _NO_SCRATCH, self._prizes, self.settings.max_turns, buffers.reward,
             buffers.terminated, buffers.truncated, self._over, self._tally, *self._last, seen["planes"],
             seen["numbers"], seen.get("outlook", _NO_OUTLOOK), buffers.active, mask, last["planes"], last["numbers"],
@@ -204,7 +206,7 @@ class BattlesnakeWorld:
         games = self.games
         self._share(
             observe_games, which, games.bodies, games.snakes, games.games, games.cells, self.params, self._squares,
-            self._marks, self._walls, observations["planes"], observations["numbers"], active, mask,
+            self._marks, self._sheets, self._walls, observations["planes"], observations["numbers"], active, mask,
         )  # fmt: skip
         if self._scratch is not None:
             self._share(

@@ -19,6 +19,7 @@ from racecraft.envs.battlesnake.kernels.steps import observe_games
 from racecraft.envs.battlesnake.observation import (
     allocate_marks,
     allocate_scratch,
+    allocate_sheets,
     observation_specs,
     squares_of,
     wall_planes,
@@ -77,6 +78,7 @@ class Leaves:
         self._params, self._squares = params_of(settings), squares_of(settings)
         self._marks = allocate_marks(settings, most, num_snakes)
         view, rows = network.seen.view, (most, num_snakes)
+        self._sheets = allocate_sheets(settings, most, view)
         self._walls = wall_planes(settings.width, settings.height, view)
         specs = observation_specs(view, network.seen.outlook)
         self._shown = {name: np.zeros(rows + spec.shape, spec.dtype) for name, spec in specs.items()}
@@ -92,8 +94,8 @@ class Leaves:
         bodies, snakes, games, cells = self.games
         most = len(which)
         observe_games(
-            0, most, which, bodies, snakes, games, cells, self._params, self._squares, self._marks, self._walls,
-            self._shown["planes"], self._shown["numbers"], self._active, self._mask,
+            0, most, which, bodies, snakes, games, cells, self._params, self._squares, self._marks, self._sheets,
+            self._walls, self._shown["planes"], self._shown["numbers"], self._active, self._mask,
         )  # fmt: skip
         rows = self._active & which[:, None]
         if self._scratch is not None:

@@ -37,22 +37,21 @@ NUM_NUMBERS = 6
 
 
 @inner_kernel
-def mark(g, bodies, snakes, games, cells, params, squares, side, marks):
+def mark(g, bodies, snakes, games, cells, params, squares, marks):
     """List everything that lies on the board of game g, once for all who look.
 
-    `marks` int32 (K, 2): a place (`_place`) and a value; `side` is V. After a row for the game and one for each snake
-    come food, hazards and healths, then body after body, shown on the plane of the others'; tails come before heads, so
-    that the segment that stays longest is painted last. The first row holds the row after the healths, each snake's own
-    row the row after its body.
+    `marks` int32 (K, 2): a place (plane, y and x, ten bits each) and a value. After a row for the game and one for each
+    snake come food, hazards and healths, then body after body, shown on the plane of the others'; tails come before
+    heads, so that the segment that stays longest is painted last. The first row holds the row after the healths, each
+    snake's own row the row after its body.
     """
-    last, count, whole = bodies.shape[2] - 1, snakes.shape[1] + 1, holds_board(side, params)
+    last, count = bodies.shape[2] - 1, snakes.shape[1] + 1
     left = games[g, FOOD]
     for cell in range(cells.shape[2]):
         if left == 0:
             break
         if cells[g, MEAL, cell]:
-            marks[count, 0] = _place(whole, side, squares[cell, 0], squares[cell, 1], MEALS)
-            marks[count, 1] = 255
+            marks[count, 0], marks[count, 1] = _place(squares[cell, 0], squares[cell, 1], MEALS), 255
             count += 1
             left -= 1
     stacked = 0
@@ -61,13 +60,13 @@ def mark(g, bodies, snakes, games, cells, params, squares, side, marks):
     if stacked:
         for cell in range(cells.shape[2]):
             if cells[g, HAZARD, cell]:
-                marks[count, 0] = _place(whole, side, squares[cell, 0], squares[cell, 1], HAZARDS)
-                marks[count, 1] = min(255, 5 * abs(params[DAMAGE]) * cells[g, HAZARD, cell] // 2)
+                marks[count, 0] = _place(squares[cell, 0], squares[cell, 1], HAZARDS)
+                marks[count, 1] = hazard_value(cells[g, HAZARD, cell], params[DAMAGE])
                 count += 1
     for s in range(snakes.shape[1]):
         if snakes[g, s, CAUSE] == 0:
-            marks[count, 0] = _place(whole, side, snakes[g, s, X], snakes[g, s, Y], HEALTHS)
-            marks[count, 1] = 5 * snakes[g, s, HEALTH] // 2
+            marks[count, 0] = _place(snakes[g, s, X], snakes[g, s, Y], HEALTHS)
+            marks[count, 1] = health_value(snakes[g, s, HEALTH])
             count += 1
     marks[0, 0] = count
     for s in range(snakes.shape[1]):
@@ -75,10 +74,28 @@ def mark(g, bodies, snakes, games, cells, params, squares, side, marks):
             end, length = snakes[g, s, START] + snakes[g, s, LENGTH] - 1, snakes[g, s, LENGTH]
             for turns in range(1, length + 1):
                 cell = bodies[g, s, (end + 1 - turns) & last]
-                marks[count, 0] = _place(whole, side, squares[cell, 0], squares[cell, 1], OTHER_BODIES)
-                marks[count, 1] = min(255, 8 * turns)
+                marks[count, 0] = _place(squares[cell, 0], squares[cell, 1], OTHER_BODIES)
+                marks[count, 1] = body_value(turns)
                 count += 1
         marks[1 + s, 0] = count
+
+
+@inner_kernel
+def body_value(turns):
+    """Return what a square shows that clears in so many turns."""
+    return min(255, 8 * turns)
+
+
+@inner_kernel
+def health_value(health):
+    """Return what a head's square shows of its health."""
+    return 5 * health // 2
+
+
+@inner_kernel
+def hazard_value(stacked, damage):
+    """Return what a square shows of so many hazards."""
+    return min(255, 5 * abs(damage) * stacked // 2)
 
 
 @inner_kernel
@@ -89,7 +106,7 @@ def holds_board(side, params):
 
 @inner_kernel
 def observe(g, m, snakes, params, marks, walls, planes):
-    """Write what snake m of game g sees; a snake that is out sees nothing.
+    """Write what snake m of game g sees of any board (one held whole: `sheet.py`); a snake that is out sees nothing.
 
     Args:
         g: Game.
@@ -105,11 +122,18 @@ def observe(g, m, snakes, params, marks, walls, planes):
     side = planes.shape[3]
     if params[WRAPPED] == 0:
         square = snakes[g, m, Y] * params[WIDTH] + snakes[g, m, X]
-        _copy(walls[square], planes[g, m, WALLS].reshape(-1))
-    if holds_board(side, params):
-        _paint_all(g, m, side, snakes, marks, planes[g, m].reshape(-1))
-    else:
-        _paint_in_sight(g, m, snakes, params, marks, planes)
+        for row in range(side):
+            for column in range(side):
+                planes[g, m, WALLS, row, column] = walls[square, row * side + column]
+    num_snakes = snakes.shape[1]
+    for row in range(num_snakes + 1, marks[num_snakes, 0]):
+        is_own, place = marks[m, 0] <= row and row < marks[m + 1, 0], marks[row, 0]
+        plane = OWN_BODY if is_own else place >> 20
+        _paint(g, m, place & 1023, place >> 10 & 1023, plane, marks[row, 1], snakes, params, planes)
+    for s in range(num_snakes):
+        if s != m and snakes[g, s, CAUSE] == 0:
+            plane, value = threat(g, m, s, snakes)
+            _paint(g, m, snakes[g, s, X], snakes[g, s, Y], plane, value, snakes, params, planes)
 
 
 @inner_kernel
@@ -174,52 +198,14 @@ def allow(g, m, bodies, snakes, cells, params, mask):
 
 
 @inner_kernel
-def _place(whole, side, x, y, plane):
-    """Return plane, y and x side by side, ten bits each; or, if windows hold whole boards, one place.
-
-    That is the place on a flat window (8 * V * V) on whose first place square (0, 0) lies.
-    """
-    return (plane * side - y) * side + x if whole else (plane << 20) + (y << 10) + x
-
-
-@inner_kernel
-def _copy(source, target):
-    """Copy byte by byte, which compiles to one block move (a slice assignment does not)."""
-    for place in range(target.size):
-        target[place] = source[place]
-
-
-@inner_kernel
-def _paint_all(g, m, side, snakes, marks, seen):
-    """Paint what lies on a board that the window holds whole wherever the head is; `seen` uint8 (8 * V * V)."""
-    first = (side // 2 + snakes[g, m, Y]) * side + side // 2 - snakes[g, m, X]
-    num_snakes, area = snakes.shape[1], side * side
-    own, beyond = marks[m, 0], marks[m + 1, 0]  # where the body before ends, or the healths; and the own
-    for row in range(num_snakes + 1, marks[num_snakes, 0]):
-        plane_before = area if own <= row and row < beyond else 0
-        seen[first - plane_before + marks[row, 0]] = marks[row, 1]
-    for s in range(num_snakes):
-        if s != m and snakes[g, s, CAUSE] == 0:
-            plane, value = _threat(g, m, s, snakes)
-            seen[first + (plane * side - snakes[g, s, Y]) * side + snakes[g, s, X]] = value
-
-
-@inner_kernel
-def _paint_in_sight(g, m, snakes, params, marks, planes):
-    """Paint what lies within the window; on a wrapped board it shows the board again and again."""
-    num_snakes = snakes.shape[1]
-    for row in range(num_snakes + 1, marks[num_snakes, 0]):
-        is_own, place = marks[m, 0] <= row and row < marks[m + 1, 0], marks[row, 0]
-        plane = OWN_BODY if is_own else place >> 20
-        _paint(g, m, place & 1023, place >> 10 & 1023, plane, marks[row, 1], snakes, params, planes)
-    for s in range(num_snakes):
-        if s != m and snakes[g, s, CAUSE] == 0:
-            plane, value = _threat(g, m, s, snakes)
-            _paint(g, m, snakes[g, s, X], snakes[g, s, Y], plane, value, snakes, params, planes)
+def _place(x, y, plane):
+    """Return plane, y and x side by side, ten bits each."""
+    return (plane << 20) + (y << 10) + x
 
 
 @inner_kernel
 def _paint(g, m, x, y, plane, value, snakes, params, planes):
+    """Paint a square if it lies within the window; on a wrapped board the window shows the board again and again."""
     side = planes.shape[3]
     column, row = side // 2 - snakes[g, m, X] + x, side // 2 + snakes[g, m, Y] - y
     if params[WRAPPED]:
@@ -231,7 +217,7 @@ def _paint(g, m, x, y, plane, value, snakes, params, planes):
 
 
 @inner_kernel
-def _threat(g, m, s, snakes):
+def threat(g, m, s, snakes):
     """Return the plane and the value of another's head: whether, and how surely, it would survive a meeting."""
     lead = snakes[g, s, LENGTH] - snakes[g, m, LENGTH]
     return STRONGER_HEADS if lead >= 0 else WEAKER_HEADS, min(255, 127 + 16 * abs(lead))

@@ -24,16 +24,17 @@ from racecraft.envs.battlesnake.kernels.columns import (
     TURN,
 )
 from racecraft.envs.battlesnake.kernels.food_and_hazards import below
-from racecraft.envs.battlesnake.kernels.observe import allow, count, mark, observe
+from racecraft.envs.battlesnake.kernels.observe import allow, count, holds_board, mark, observe
 from racecraft.envs.battlesnake.kernels.outlook import outlook_game
 from racecraft.envs.battlesnake.kernels.rules import play_turn
+from racecraft.envs.battlesnake.kernels.sheet import draw, lay_down
 from racecraft.kernels import inner_kernel, lean_kernel
 
 
 @lean_kernel
 def step_games(
     first, beyond, begins, looks_behind, actions, bodies, snakes, games, cells, sides, events, chance, params,
-    food_squares, start_hazards, squares, marks, walls, looks, scratch, prizes, max_turns, reward, terminated,
+    food_squares, start_hazards, squares, marks, sheets, walls, looks, scratch, prizes, max_turns, reward, terminated,
     truncated, over, tally, last_snakes, last_games, last_tally, planes, numbers, outlook, active, mask,
     final_planes, final_numbers, final_outlook, no_active, no_mask,
 ):  # fmt: skip
@@ -57,8 +58,9 @@ def step_games(
         params: See `columns.py`, as is `food_squares`.
         food_squares: See above.
         start_hazards: See `begin_standard`.
-        squares: See `observe_games`, as are `marks` and `walls`.
+        squares: See `observe_games`, as are `marks`, `sheets` and `walls`.
         marks: See above.
+        sheets: See above.
         walls: See above.
         looks: See `outlook_games`, as is `scratch`.
         scratch: See above.
@@ -96,8 +98,8 @@ def step_games(
                 _copy_row(tally[g, m], last_tally[g, m])
         if over[g]:
             observe_game(
-                g, bodies, snakes, games, cells, params, squares, marks[first], walls, final_planes, final_numbers,
-                no_active, no_mask,
+                g, bodies, snakes, games, cells, params, squares, marks[first], sheets[first], walls, final_planes,
+                final_numbers, no_active, no_mask,
             )  # fmt: skip
             if looks_behind:
                 outlook_game(g, looks, bodies, snakes, cells, params, no_mask, scratch, final_outlook)
@@ -106,7 +108,20 @@ def step_games(
             begin_standard(g, bodies, snakes, games, cells, sides, chance, params, start_hazards)
             tally[g] = 0
         observe_game(
-            g, bodies, snakes, games, cells, params, squares, marks[first], walls, planes, numbers, active, mask
+            g,
+            bodies,
+            snakes,
+            games,
+            cells,
+            params,
+            squares,
+            marks[first],
+            sheets[first],
+            walls,
+            planes,
+            numbers,
+            active,
+            mask,
         )
         if looks_behind:
             outlook_game(g, looks, bodies, snakes, cells, params, mask, scratch, outlook)
@@ -123,30 +138,71 @@ def begin_games(first, beyond, which, bodies, snakes, games, cells, sides, chanc
 
 @lean_kernel
 def observe_games(
-    first, beyond, which, bodies, snakes, games, cells, params, squares, marks, walls, planes, numbers, active, mask
+    first,
+    beyond,
+    which,
+    bodies,
+    snakes,
+    games,
+    cells,
+    params,
+    squares,
+    marks,
+    sheets,
+    walls,
+    planes,
+    numbers,
+    active,
+    mask,
 ):
     """Write observation, `active` and mask of every snake in the games marked in `which`.
 
     `planes` uint8 (N, M, 8, V, V), `numbers` float32 (N, M, 6), `active` bool (N, M), `mask` bool (N, M, 4). `marks` is
-    room for (N, K, 2), of which a call uses its first game's.
+    room for (N, K, 2) and `sheets` for (N, L) (`sheet.draw`), of which a call uses its first game's.
     """
     for g in range(first, beyond):
         if which[g]:
             observe_game(
-                g, bodies, snakes, games, cells, params, squares, marks[first], walls, planes, numbers, active, mask
+                g,
+                bodies,
+                snakes,
+                games,
+                cells,
+                params,
+                squares,
+                marks[first],
+                sheets[first],
+                walls,
+                planes,
+                numbers,
+                active,
+                mask,
             )
 
 
 @lean_kernel
-def observe_game(g, bodies, snakes, games, cells, params, squares, marks, walls, planes, numbers, active, mask):
-    """Write observation, `active` and mask of every snake of game g; `marks` see `observe.mark`."""
-    mark(g, bodies, snakes, games, cells, params, squares, planes.shape[3], marks)
-    planes[g].reshape(-1)[:] = 0
+def observe_game(g, bodies, snakes, games, cells, params, squares, marks, sheet, walls, planes, numbers, active, mask):
+    """Write observation, `active` and mask of every snake of game g; for `marks` see `observe.mark`."""
+    _observe(g, bodies, snakes, games, cells, params, squares, marks, sheet, walls, planes, numbers, active, mask)
+
+
+@inner_kernel
+def _observe(g, bodies, snakes, games, cells, params, squares, marks, sheet, walls, planes, numbers, active, mask):
+    side = planes.shape[3]
     count(g, snakes, games, params, numbers)
     for m in range(snakes.shape[1]):
-        observe(g, m, snakes, params, marks, walls, planes)
         allow(g, m, bodies, snakes, cells, params, mask)
         active[g, m] = snakes[g, m, CAUSE] == 0
+    if holds_board(side, params):
+        draw(g, bodies, snakes, games, cells, params, squares, side, sheet)
+        seen = planes[g].reshape((snakes.shape[1], -1))
+        for m in range(snakes.shape[1]):
+            lay_down(g, m, bodies, snakes, params, squares, side, sheet, walls, seen[m])
+        return
+    planes[g].reshape(-1)[:] = 0
+    mark(g, bodies, snakes, games, cells, params, squares, marks)
+    for m in range(snakes.shape[1]):
+        observe(g, m, snakes, params, marks, walls, planes)
 
 
 @lean_kernel
@@ -176,7 +232,7 @@ def random_safe_play(
     return finished
 
 
-@lean_kernel
+@inner_kernel
 def _play_and_pay(
     g, moves, bodies, snakes, games, cells, sides, events, chance, params, food_squares,
     prizes, max_turns, reward, terminated, truncated, over, tally,
@@ -209,7 +265,7 @@ def _copy_row(source, target):
         target[column] = source[column]
 
 
-@lean_kernel
+@inner_kernel
 def _kills(g, m, turn, snakes):
     """Count the others that snake m eliminated in this turn."""
     kills = 0
