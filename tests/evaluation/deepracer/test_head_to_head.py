@@ -11,7 +11,7 @@ from tests.training.deepracer.test_run_env_effects import Silence
 from racecraft.contract.errors import SettingError
 from racecraft.envs.deepracer.actions import ActionBox, ActionTable
 from racecraft.envs.deepracer.camera import MOUNT_V2, MOUNT_V3
-from racecraft.envs.deepracer.race import CRASHED, IMMOBILISED
+from racecraft.envs.deepracer.race import CRASHED, IMMOBILISED, OFF_TRACK
 from racecraft.envs.deepracer.sensors import FRONT_CAMERA, car_sensors
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import CAMERA_NAME, CRITIC_NAME
@@ -135,6 +135,10 @@ def test_a_car_that_ran_into_another_waits_where_it_is_and_its_clocks_of_mishaps
     assert (waits["backward_ticks"], waits["still_ticks"], waits["speed"], waits["held"]) == (0, 0, 0.0, 30)
     assert waits["ticks"] == car["ticks"] + 1
     assert field._set_back(0, car, IMMOBILISED)["held"] == 0, "standing still costs nothing more"
+    car["start_share"], car["progress"], car["last_progress"] = 0.1, 30.0, 20.0
+    back = field._set_back(0, car, OFF_TRACK)
+    assert back["arc"] / TRACK.length == pytest.approx(0.3, abs=0.005), "where it was a tick before"
+    assert back["held"] == 75
 
 
 def test_penalties_are_waited_in_simulated_time():
@@ -143,6 +147,13 @@ def test_penalties_are_waited_in_simulated_time():
     waited = (np.array(ticks["status"][:, 1]) == 9).sum()
     assert waited == 60 * fast.crashes
     assert fast.seconds == pytest.approx((ticks["status"][:, 1] != 7).sum() / 15)
+
+
+def test_ahead_is_who_is_a_whole_car_further():
+    field = _Field([driver(name, 1.0) for name in "ab"], TRACK, HeadToHead(races=1), RaceConfig())
+    for further, told in ((0.30, 0), (0.34, 1)):  # a car is 0.324 m long
+        field._driven = np.array([[5.0, 5.0 + further]])
+        assert field._ahead()[0].tolist() == [[0, -told], [told, 0]]
 
 
 def test_to_pass_a_car_that_waits_is_no_overtaking():
