@@ -143,3 +143,12 @@ def test_the_shell_s_file_defines_every_command_and_takes_over_the_variables(she
     assert "name: <>\n" in done.stdout, "what the experiment does not say is gone from the shell"
     assert "run id        4" in done.stdout
     assert not list(tmp_path.rglob("hacked"))
+
+
+def test_what_is_printed_to_be_typed_can_be_pasted_where_folders_have_spaces(racecraft, tmp_path):
+    assert "\ncd 'my cars'\nsource ./bin/activate.sh\n" in racecraft("init", "my cars").out
+    assert "racecraft train 'my car'\n" in racecraft("new", "my car").out
+    said = racecraft("train", "my car", "--run", "my runs/a", "--stop", "iterations=1", "--no-pictures", *TINY)
+    assert said.code == 0, said.err
+    assert "racecraft evaluate 'my runs/a' --laps 3" in said.out
+    assert "racecraft train --run 'my runs/a' --resume" in said.out

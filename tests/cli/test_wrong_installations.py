@@ -18,6 +18,12 @@ GOOD = {
     "bucket/custom_files/hyperparameters.json": "{}\n",
 }
 START = ("dr", "start-training", "-q")
+TRAIN = ("dr", "run-training")
+"""What start-training has done in the background; its letters come back to where that was typed."""
+
+
+def no_job(home, spec):
+    raise AssertionError(f"a job was begun: {spec}")
 
 
 @pytest.fixture
@@ -26,6 +32,7 @@ def installation(racecraft, tmp_path, monkeypatch):
     for name in ("DR_DIR", "DR_CONFIG", "RACECRAFT_DR_EXPERIMENT"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("RACECRAFT_JOBS", str(tmp_path / "jobs"))
+    monkeypatch.setattr("racecraft.jobs.submit.submit", no_job)
     assert racecraft("new", "parts").code == 0
     for name, text in GOOD.items():
         path = tmp_path / name
@@ -75,10 +82,10 @@ WRONG = [  # what is written, what is done to the folder, what is typed, what th
     (run_env("DR_RUN_ID=one"), None, START, "run.env:2: DR_RUN_ID", "a whole number from 0 to 999"),
     (run_env("DR_RUN_ID=-1"), None, START, "run.env:2: DR_RUN_ID", "a whole number from 0 to 999"),
     (run_env("DR_CLOUD=heaven"), None, START, "run.env:2: DR_CLOUD", "local or aws or azure or remote"),
-    (run_env("DR_WORLD_NAME=reinvent_bse"), None, START, "run.env:2: DR_WORLD_NAME", "Did you mean 'reinvent_base'"),
-    (run_env("RACECRAFT_PRESET=slow"), None, START, "run.env:2: RACECRAFT_PRESET", "'slow'; expected fast or aws"),
-    (run_env("RACECRAFT_SET=fast"), None, START, "run.env:2: RACECRAFT_SET", "settings such as"),
-    (run_env("RACECRAFT_SET=ppo.clp=1"), None, START, "ppo has no setting 'clp'", "Did you mean 'clip'"),
+    (run_env("DR_WORLD_NAME=reinvent_bse"), None, TRAIN, "run.env:2: DR_WORLD_NAME", "Did you mean 'reinvent_base'"),
+    (run_env("RACECRAFT_PRESET=slow"), None, TRAIN, "run.env:2: RACECRAFT_PRESET", "'slow'; expected fast or aws"),
+    (run_env("RACECRAFT_SET=fast"), None, TRAIN, "run.env:2: RACECRAFT_SET", "settings such as"),
+    (run_env("RACECRAFT_SET=ppo.clp=1"), None, TRAIN, "ppo has no setting 'clp'", "Did you mean 'clip'"),
     (run_env("DR_EVAL_SAVE_MP4=perhaps"), None, ("dr", "run-evaluation", "x"), "run.env:2", "True or False"),
     (run_env("DR_EVAL_NUMBER_OF_TRIALS=0"), model, ("dr", "start-evaluation"), "run.env:2", "a number from 1 to 1000"),
     (run_env("DR_EVAL_MAX_RESETS=-1"), model, ("dr", "start-evaluation"), "run.env:2: DR_EVAL_MAX_RESETS", "from 0 to"),
@@ -88,27 +95,27 @@ WRONG = [  # what is written, what is done to the folder, what is typed, what th
     (run_env("DR_LOCAL_S3_MODEL_PREFIX=../out"), None, START, "run.env:2: DR_LOCAL_S3_MODEL_PREFIX", "stays inside"),
     (run_env("DR_LOCAL_S3_MODEL_PREFIX=/tmp/out"), None, START, "run.env:2", "stays inside its folder"),
     (run_env("DR_LOCAL_S3_BUCKET=../../etc"), None, START, "run.env:2: DR_LOCAL_S3_BUCKET", "stays inside"),
-    (run_env("DR_LOCAL_S3_REWARD_KEY=../reward.py"), None, START, "run.env:2", "stays inside its folder"),
+    (run_env("DR_LOCAL_S3_REWARD_KEY=../reward.py"), None, TRAIN, "run.env:2", "stays inside its folder"),
     ({}, model, START, "run.env: DR_LOCAL_S3_MODEL_PREFIX", "holds files already"),
     (run_env("DR_LOCAL_S3_MODEL_PREFIX=custom_files"), None, START, "run.env:2", "holds files already"),
-    (run_env("DR_LOCAL_S3_PRETRAINED=True", "DR_LOCAL_S3_PRETRAINED_PREFIX=old"), None, START, "run.env:3",
+    (run_env("DR_LOCAL_S3_PRETRAINED=True", "DR_LOCAL_S3_PRETRAINED_PREFIX=old"), None, TRAIN, "run.env:3",
      "there is no folder 'old'"),
-    (run_env("DR_LOCAL_S3_PRETRAINED=True", "DR_LOCAL_S3_PRETRAINED_PREFIX=custom_files"), None, START,
+    (run_env("DR_LOCAL_S3_PRETRAINED=True", "DR_LOCAL_S3_PRETRAINED_PREFIX=custom_files"), None, TRAIN,
      "bucket/custom_files", "holds no job.json"),
     # files
-    ({}, is_gone("bucket/custom_files/reward_function.py"), START, "run.env: DR_LOCAL_S3_REWARD_KEY",
+    ({}, is_gone("bucket/custom_files/reward_function.py"), TRAIN, "run.env: DR_LOCAL_S3_REWARD_KEY",
      "dr-upload-custom-files copies custom_files there"),
-    (run_env("DR_LOCAL_S3_CUSTOM_FILES_PREFIX=none"), None, START,
+    (run_env("DR_LOCAL_S3_CUSTOM_FILES_PREFIX=none"), None, TRAIN,
      "run.env: DR_LOCAL_S3_REWARD_KEY", "there is no file"),
-    ({"bucket/custom_files/hyperparameters.json": "{lr: 1}"}, None, START, "bucket/custom_files/hyperparameters.json:1",
+    ({"bucket/custom_files/hyperparameters.json": "{lr: 1}"}, None, TRAIN, "bucket/custom_files/hyperparameters.json:1",
      "JSON"),
-    ({"bucket/custom_files/reward_function.py": "def reward(params):\n    return 1\n"}, None, START,
+    ({"bucket/custom_files/reward_function.py": "def reward(params):\n    return 1\n"}, None, TRAIN,
      "bucket/custom_files/reward_function.py", "reward_function"),
     ({}, None, ("dr", "upload-custom-files"), "custom_files", "holds no files"),
     ({}, None, ("dr", "download-custom-files"), None, None),  # the bucket has them
     # workers
-    (run_env("DR_TRAIN_MULTI_CONFIG=True", "DR_WORKERS=2"), None, START, "run.env:2", "there is no worker-2.env"),
-    ({**run_env("DR_TRAIN_MULTI_CONFIG=True", "DR_WORKERS=2"), "worker-2.env": "DR_WORLD_NAME=x_track"}, None, START,
+    (run_env("DR_TRAIN_MULTI_CONFIG=True", "DR_WORKERS=2"), None, TRAIN, "run.env:2", "there is no worker-2.env"),
+    ({**run_env("DR_TRAIN_MULTI_CONFIG=True", "DR_WORKERS=2"), "worker-2.env": "DR_WORLD_NAME=x_track"}, None, TRAIN,
      "worker-2.env:1: DR_WORLD_NAME", "no circuit of this name"),
     # what is at work, and what is not
     ({}, at_work, START, "run id 0: a training is under way (busy-1", "dr-stop-training ends it"),

@@ -27,7 +27,7 @@ def supervisor_of(home):
     for folder in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):
             words, told = ((folder / name).read_bytes().split(b"\0") for name in ("cmdline", "environ"))
-            if b"supervise" in words and f"RACECRAFT_JOBS={home.path}".encode() in told:
+            if b"racecraft.jobs" in words and f"RACECRAFT_JOBS={home.path}".encode() in told:
                 found.append(int(folder.name))
     return found
 

@@ -9,20 +9,32 @@ import pytest
 from tests.jobs.makers import python, wait_until
 
 from racecraft.formats.job_spec import JobSpec
+from racecraft.jobs.home import JobHome
 from racecraft.jobs.job import new_job
-from racecraft.jobs.sql_store import JobStoreError, SqlStore
+from racecraft.jobs.job_table import JobStoreError
+from racecraft.jobs.sql_store import SqlStore
+from racecraft.jobs.sqlite_store import SqliteStore
 from racecraft.jobs.states import JobError, State
 from racecraft.jobs.store import MemoryStore, NameTakenError, change, get
 
 
-@pytest.fixture(params=["memory", "sqlite"])
+def by_sqlite(path):
+    return SqliteStore(path)
+
+
+def by_sqlalchemy(path):
+    return SqlStore(f"sqlite:///{path}")
+
+
+IN_A_FILE = pytest.mark.parametrize("opened", [by_sqlite, by_sqlalchemy])
+
+
+@pytest.fixture(params=["memory", by_sqlite, by_sqlalchemy])
 def store(request, tmp_path):
-    if request.param == "memory":
-        yield MemoryStore()
-        return
-    opened = SqlStore(f"sqlite:///{tmp_path / 'jobs.sqlite'}")
-    yield opened
-    opened.close()
+    made = MemoryStore() if request.param == "memory" else request.param(tmp_path / "jobs.sqlite")
+    yield made
+    if request.param != "memory":
+        made.close()
 
 
 def job(name="a-1", created=1.0, **more):
@@ -130,7 +142,9 @@ CLAIM = """
 import sys, time
 from pathlib import Path
 from racecraft.jobs.sql_store import SqlStore
-store, owner, folder = SqlStore(sys.argv[1]), sys.argv[2], Path(sys.argv[3])
+from racecraft.jobs.sqlite_store import SqliteStore
+path, owner, folder = sys.argv[1], sys.argv[2], Path(sys.argv[3])
+store = SqlStore(f"sqlite:///{path}") if owner == "p0" else SqliteStore(Path(path))
 seen = store.jobs()
 (folder / owner).touch()
 while not (folder / "go").exists():
@@ -140,14 +154,14 @@ print(*[held.name for held in seen if store.replace(held, held.claimed(owner, 2.
 
 
 def test_of_several_processes_that_claim_at_once_one_gets_it(tmp_path):
-    """All have seen all jobs waiting before the first of them claims one."""
-    url = f"sqlite:///{tmp_path / 'jobs.sqlite'}"
-    store = SqlStore(url)
+    """All have seen all jobs waiting before the first of them claims one; one goes by SQLAlchemy."""
+    path = tmp_path / "jobs.sqlite"
+    store = SqliteStore(path)
     names = [f"j-{number}" for number in range(40)]
     for name in names:
         store.add(job(name))
     owners = ("p0", "p1", "p2")
-    claimers = [python(CLAIM, url, owner, tmp_path, stdout=subprocess.PIPE, text=True) for owner in owners]
+    claimers = [python(CLAIM, path, owner, tmp_path, stdout=subprocess.PIPE, text=True) for owner in owners]
     wait_until(lambda: all((tmp_path / owner).exists() for owner in owners))
     (tmp_path / "go").touch()
     told = {owner: one.communicate(timeout=60)[0].split() for owner, one in zip(owners, claimers, strict=True)}
@@ -157,27 +171,58 @@ def test_of_several_processes_that_claim_at_once_one_gets_it(tmp_path):
 
 
 def test_a_store_survives_the_process(tmp_path):
-    url = f"sqlite:///{tmp_path / 'jobs.sqlite'}"
+    path = tmp_path / "jobs.sqlite"
     python(
-        "import sys; from racecraft.jobs.sql_store import SqlStore; from racecraft.jobs.job import new_job;"
-        "from racecraft.formats.job_spec import JobSpec; import os, signal;"
-        "SqlStore(sys.argv[1]).add(new_job(JobSpec(('gym',), 'kept'), 1.0)); os.kill(os.getpid(), signal.SIGKILL)",
-        url,
+        "import sys; from racecraft.jobs.home import JobHome; from racecraft.jobs.job import new_job;"
+        "from racecraft.formats.job_spec import JobSpec; import os, signal; from pathlib import Path;"
+        "store = JobHome(Path(sys.argv[1]).parent, 'sqlite:///' + sys.argv[1]).store();"
+        "store.add(new_job(JobSpec(('gym',), 'kept'), 1.0)); os.kill(os.getpid(), signal.SIGKILL)",
+        path,
     ).wait()
-    store = SqlStore(url)
+    assert by_sqlite(path).find("kept") is not None
+    store = by_sqlalchemy(path)
     assert store.find("kept") is not None
     store.close()
 
 
-def test_a_store_of_another_version_is_refused_and_left_alone(tmp_path):
+@pytest.mark.parametrize(("writes", "reads"), [(by_sqlite, by_sqlalchemy), (by_sqlalchemy, by_sqlite)])
+def test_each_opens_and_changes_what_the_other_wrote(writes, reads, tmp_path):
+    first, second = writes(tmp_path / "jobs.sqlite"), reads(tmp_path / "jobs.sqlite")
+    first.add(job(environment={"A": "é"}))
+    assert second.find("a-1") == job(environment={"A": "é"})
+    held = second.find("a-1")
+    assert second.replace(held, held.claimed("me", 2.0))
+    assert not first.replace(held, held.claimed("you", 2.0))
+    assert first.jobs() == second.jobs()
+    assert first.remove(first.find("a-1"))
+    assert second.jobs() == []
+    first.close()
+    second.close()
+
+
+def test_a_home_needs_no_sqlalchemy_for_a_file_and_asks_it_for_the_rest(tmp_path):
+    code = (
+        "import sys; from racecraft.jobs.home import JobHome; import racecraft.jobs.submit, racecraft.jobs.__main__;"
+        "JobHome.of_user({'RACECRAFT_JOBS': sys.argv[1]}).store().jobs();"
+        "print([name for name in ('sqlalchemy', 'numpy', 'torch', 'typer') if name in sys.modules])"
+    )
+    assert python(code, tmp_path, stdout=subprocess.PIPE, text=True).communicate(timeout=60)[0] == "[]\n"
+    named = {"RACECRAFT_JOBS": str(tmp_path), "RACECRAFT_JOB_STORE": f"sqlite:///{tmp_path}/x.sqlite?timeout=1"}
+    store = JobHome.of_user(named).store()
+    assert isinstance(store, SqlStore)
+    store.close()
+
+
+@IN_A_FILE
+def test_a_store_of_another_version_is_refused_and_left_alone(opened, tmp_path):
     path = tmp_path / "jobs.sqlite"
-    SqlStore(f"sqlite:///{path}").close()
+    opened(path).close()
     with sqlite3.connect(path) as base:
         base.execute("update racecraft_store set value = '2'")
     base.close()
     before = path.read_bytes()
     with pytest.raises(JobStoreError, match="version 2; expected 1.*RACECRAFT_JOB_STORE"):
-        SqlStore(f"sqlite:///{path}")
+        opened(path)
     assert path.read_bytes() == before
 
 
@@ -194,11 +239,20 @@ def test_an_address_that_cannot_be_used_is_said(url, letter):
         SqlStore(url)
 
 
-def test_a_file_that_is_no_store_is_said_and_left_alone(tmp_path):
+def test_a_place_that_cannot_be_written_is_said(tmp_path):
+    with pytest.raises(JobStoreError, match="sqlite:////proc/jobs.sqlite: cannot be written"):
+        JobHome(tmp_path, "sqlite:////proc/jobs.sqlite").store()
+    (tmp_path / "file").touch()
+    with pytest.raises(JobStoreError, match="file/jobs.sqlite"):
+        JobHome(tmp_path, f"sqlite:///{tmp_path}/file/jobs.sqlite").store()
+
+
+@IN_A_FILE
+def test_a_file_that_is_no_store_is_said_and_left_alone(opened, tmp_path):
     path = tmp_path / "jobs.sqlite"
     path.write_text("these are my notes, no database at all\n" * 100)
     with pytest.raises(JobStoreError, match="no store of jobs"):
-        SqlStore(f"sqlite:///{path}")
+        opened(path)
     assert "my notes" in path.read_text()
 
 
@@ -207,13 +261,20 @@ def add_many(store):
         store.add(job(f"more-{number}", recorded={"much": "x" * 4000}))
 
 
-def test_a_full_disk_is_said_and_loses_nothing(tmp_path):
+@IN_A_FILE
+def test_a_full_disk_is_said_and_loses_nothing(opened, tmp_path, monkeypatch):
     """SQLite's own limit of pages stands for the disk: it answers as on a full one."""
-    import sqlalchemy as sql
-
-    store = SqlStore(f"sqlite:///{tmp_path / 'jobs.sqlite'}")
+    store = opened(tmp_path / "jobs.sqlite")
     store.add(job("kept"))
-    sql.event.listen(store._engine, "connect", lambda connection, _: connection.execute("pragma max_page_count = 1"))
+    connect = sqlite3.connect
+
+    def with_no_room(*arguments, **more):
+        connection = connect(*arguments, **more)
+        connection.execute("pragma max_page_count = 1")
+        return connection
+
+    monkeypatch.setattr(sqlite3, "connect", with_no_room)
+    monkeypatch.setattr(sqlite3.dbapi2, "connect", with_no_room)
     store.close()  # the next connection finds no room
     with pytest.raises(JobStoreError, match="the disk is full .* nothing was changed"):
         add_many(store)

@@ -323,3 +323,39 @@ def test_stopping_what_nobody_works_at_starts_nobody(tmp_path):
     assert ask_to_stop(home, store, "waits").state is State.STOPPED
     assert not (home.path / "supervisor.log").exists()
     store.close()
+
+
+def test_one_who_waits_for_a_run_is_told_when_the_job_waits_behind_others(tmp_path, store, monkeypatch):
+    from racecraft.formats.run_lock import RunLock
+    from racecraft.jobs import submit
+
+    monkeypatch.setattr(submit, "LOOK_AGAIN_SECONDS", 0.1)
+    home = home_in(tmp_path / "home")
+    add(store, script_job(tmp_path, "later", "", run="r"))
+    (tmp_path / "home").mkdir()
+    with RunLock(home.path):  # somebody works there, at other jobs
+        assert submit.wait_for_run(home, store, "later").waits
+
+
+def test_one_who_waits_for_a_run_goes_on_when_it_stands_or_the_job_has_ended(tmp_path, store, working):
+    from racecraft.jobs.submit import wait_for_run
+
+    text = "import pathlib, time\npathlib.Path('r').mkdir()\npathlib.Path('r/job.json').touch()\ntime.sleep(60)\n"
+    for name, script in (("stands", text), ("ended", "raise SystemExit(3)\n")):
+        add(store, script_job(tmp_path, name, script, run="r" if name == "stands" else "none"))
+        turn_until(working, lambda name=name: store.find(name).ended or (tmp_path / "r" / "job.json").exists())
+    turn_until(working, ended(store, "ended"))
+    assert state_of(store, "stands") is State.TRAINING
+    assert wait_for_run(home_in(tmp_path / "home"), store, "stands").state is State.TRAINING
+    assert wait_for_run(home_in(tmp_path / "home"), store, "ended").state is State.FAILED
+
+
+def test_the_letter_a_job_ended_with_is_told_as_it_was_said(tmp_path):
+    from racecraft.jobs.follow import last_letter
+
+    log = tmp_path / "log.txt"
+    assert last_letter(log) == ""
+    log.write_text("fetching\nracecraft: old\nracecraft: run.env:3: wrong\n  - one\n  - two\n")
+    assert last_letter(log) == "run.env:3: wrong\n  - one\n  - two"
+    log.write_text("racecraft: old\nTraceback (most recent call last):\nValueError: x\n")
+    assert last_letter(log) == ""

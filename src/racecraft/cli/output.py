@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -25,6 +26,15 @@ def print_json(value: Any) -> None:
 def say(text: str, *, quiet_stdout: bool) -> None:
     """Print a line for people: to standard error where standard output belongs to `--json`."""
     print(text, file=sys.stderr if quiet_stdout else sys.stdout, flush=True)
+
+
+def word(path: object) -> str:
+    """Return a path as a shell takes it: a command that is printed is a command that is pasted.
+
+    >>> print(word("runs/oval-1"), word("my cars/runs/oval-1"))
+    runs/oval-1 'my cars/runs/oval-1'
+    """
+    return shlex.quote(str(path))
 
 
 def console() -> Console:

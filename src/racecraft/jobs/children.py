@@ -87,9 +87,13 @@ def start(spec: JobSpec, log: Path) -> Child:
 
 def words_now(spec: JobSpec) -> Sequence[str]:
     """Return the words behind `racecraft` with which a job is begun, or gone on with."""
+    return spec.resume if spec.resume and has_begun(spec) else spec.command
+
+
+def has_begun(spec: JobSpec) -> bool:
+    """Tell whether a job's run folder holds a run: by then all that it was given was read, and can be used."""
     run = spec.run_folder()
-    begun = run is not None and (run / JOB).exists()
-    return spec.resume if begun and spec.resume else spec.command
+    return run is not None and (run / JOB).exists()
 
 
 def apart() -> dict[str, Any]:

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 LAST_BYTES = 4096
+LETTER = "racecraft: "
+"""What a command of ours says before why it ends."""
 LOOK_SECONDS = 0.2
 MOST_WORDS = 1024
 """Letters of a failure's reason, as at SageMaker."""
@@ -20,10 +22,22 @@ def last_words(log: Path) -> str:
             lines = file.read().decode("utf-8", "replace").strip().splitlines()
     except OSError:
         return ""
-    letters = [at for at, line in enumerate(lines) if line.startswith(("racecraft: ", "Traceback "))]
+    letters = [at for at, line in enumerate(lines) if line.startswith((LETTER, "Traceback "))]
     if letters and lines[letters[-1]].startswith("Traceback "):
         return lines[-1][:MOST_WORDS]
     return " ".join(lines[letters[-1] :] if letters else lines[-1:])[:MOST_WORDS]
+
+
+def last_letter(log: Path) -> str:
+    """Return the letter that a job ended with, as it was said; "" where it ended otherwise."""
+    try:
+        lines = log.read_text(encoding="utf-8", errors="replace").rstrip().splitlines()
+    except OSError:
+        return ""
+    begins = [at for at, line in enumerate(lines) if line.startswith((LETTER, "Traceback "))]
+    if not begins or not lines[begins[-1]].startswith(LETTER):
+        return ""
+    return "\n".join(lines[begins[-1] :]).removeprefix(LETTER)
 
 
 def follow(log: Path, ended: Callable[[], bool], look_seconds: float = LOOK_SECONDS) -> Iterator[str]:

@@ -1,13 +1,12 @@
-"""A store of jobs on any database that SQLAlchemy knows; SQLite by default. It promises what `store.py` says.
+"""A store of jobs on any database that SQLAlchemy knows. It promises what `store.py` says, and keeps `job_table.py`.
 
-One table, one row a job. Every write is one statement that names the revision it changes, so that the database itself
-decides who was first; nothing is locked between two statements.
+Every write is one statement that names the revision it changes, so that the database itself decides who was first;
+nothing is locked between two statements.
 """
 
 from __future__ import annotations
 
 import contextlib
-import json
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -16,13 +15,9 @@ from typing import Any
 import sqlalchemy as sql
 from sqlalchemy.exc import ArgumentError, DBAPIError, IntegrityError, NoSuchModuleError, SQLAlchemyError
 
-from racecraft.contract.errors import UserInputError
-from racecraft.jobs.job import Job, job_of
+from racecraft.jobs.job import Job
+from racecraft.jobs.job_table import PATIENCE_SECONDS, VERSION, JobStoreError, job_in, other_version, row, what_happened
 from racecraft.jobs.store import name_taken
-
-VERSION = 1
-PATIENCE_SECONDS = 30.0
-"""How long a statement waits for others that write."""
 
 _tables = sql.MetaData()
 _about = sql.Table(
@@ -40,10 +35,6 @@ _jobs = sql.Table(
     sql.Column("revision", sql.Integer, nullable=False),
     sql.Column("told", sql.Text, nullable=False),
 )
-
-
-class JobStoreError(UserInputError):
-    """A store of jobs cannot be opened, read or written."""
 
 
 class SqlStore:
@@ -69,7 +60,7 @@ class SqlStore:
         """Take a new job."""
         try:
             with self._letters(), self._engine.connect() as connection:
-                connection.execute(_jobs.insert().values(name=job.name, created=job.created, **_row(job)))
+                connection.execute(_jobs.insert().values(name=job.name, created=job.created, **row(job)))
         except IntegrityError:
             raise name_taken(job.name) from None
 
@@ -77,19 +68,19 @@ class SqlStore:
         """Return the job of a name."""
         with self._letters(), self._engine.connect() as connection:
             told = connection.execute(sql.select(_jobs.c.told).where(_jobs.c.name == name)).scalar()
-        return None if told is None else job_of(json.loads(told))
+        return None if told is None else job_in(told)
 
     def jobs(self) -> list[Job]:
         """Return all jobs, the oldest first."""
         with self._letters(), self._engine.connect() as connection:
             rows = connection.execute(sql.select(_jobs.c.told).order_by(_jobs.c.created, _jobs.c.name)).scalars().all()
-        return [job_of(json.loads(told)) for told in rows]
+        return [job_in(told) for told in rows]
 
     def replace(self, before: Job, after: Job) -> bool:
         """Put `after` in the place of `before`."""
         after = replace(after, revision=before.revision + 1)
         held = (_jobs.c.name == before.name) & (_jobs.c.revision == before.revision)
-        return self._changes_one(_jobs.update().where(held).values(**_row(after)))
+        return self._changes_one(_jobs.update().where(held).values(**row(after)))
 
     def remove(self, job: Job) -> bool:
         """Take a job out."""
@@ -107,10 +98,7 @@ class SqlStore:
         with self._letters(), self._engine.connect() as connection:
             version = connection.execute(sql.select(_about.c.value).where(_about.c.name == "version")).scalar()
         if version != str(VERSION):
-            raise JobStoreError(
-                f"{self._place()}: a store of version {version}; expected {VERSION}. Another racecraft made it: use "
-                "that one, or begin a new store with RACECRAFT_JOB_STORE."
-            )
+            raise other_version(self._place(), version)
 
     @contextlib.contextmanager
     def _letters(self) -> Iterator[None]:
@@ -134,7 +122,7 @@ class SqlStore:
                 f"pip install {error.name}"
             ) from error
         except DBAPIError as error:
-            raise JobStoreError(f"{self._place()}: {_what_happened(error)}") from error
+            raise JobStoreError(f"{self._place()}: {what_happened(str(error.orig))}") from error
         except SQLAlchemyError as error:
             raise JobStoreError(f"{self._place()}: {error}") from error
 
@@ -153,18 +141,3 @@ def _engine(url: str) -> sql.Engine:
             Path(address.database).parent.mkdir(parents=True, exist_ok=True)
         options["connect_args"] = {"timeout": PATIENCE_SECONDS}
     return sql.create_engine(address, **options)
-
-
-def _row(job: Job) -> dict[str, Any]:
-    return {"state": job.state.value, "revision": job.revision, "told": json.dumps(job.as_dictionary())}
-
-
-def _what_happened(error: DBAPIError) -> str:
-    said = str(error.orig)
-    if "full" in said:
-        return f"the disk is full ({said}); nothing was changed there. Free some space and run the same command again."
-    if "not a database" in said:
-        return f"no store of jobs ({said}); expected one that racecraft made. Move it away, and a new one is made."
-    if "readonly" in said or "unable to open" in said:
-        return f"cannot be written ({said}); expected a place that you may write to."
-    return f"the database refuses ({said}); expected one that answers."

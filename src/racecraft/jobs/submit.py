@@ -14,7 +14,7 @@ from dataclasses import replace
 from racecraft.formats.job_spec import JobSpec, require_legal_name, write_job_spec
 from racecraft.formats.whole import make_folder
 from racecraft.jobs.capacity import Capacity
-from racecraft.jobs.children import apart
+from racecraft.jobs.children import apart, has_begun
 from racecraft.jobs.home import JobHome
 from racecraft.jobs.job import Job, new_job
 from racecraft.jobs.states import JobError
@@ -24,6 +24,8 @@ from racecraft.jobs.supervisor import is_supervised
 TOLD_FROM_HERE = ("PYTHONPATH", "OMP_NUM_THREADS", "CUDA_VISIBLE_DEVICES")
 """Variables that a job takes along from where it was begun, beside those named RACECRAFT_… and DR_…"""
 LOOK_SECONDS = 0.2
+LOOK_AGAIN_SECONDS = 5.0
+"""How often one who waits looks whether a supervisor has been killed, and for how long a job is thought to be next."""
 _started: list[subprocess.Popen[bytes]] = []
 """Supervisors that this process started; it does not wait for them."""
 
@@ -82,7 +84,7 @@ def ensure_supervisor(home: JobHome) -> None:
         return
     environment = {**os.environ, "RACECRAFT_JOBS": str(home.path), "RACECRAFT_JOB_STORE": home.store_url}
     with open(home.path / "supervisor.log", "ab") as said:
-        command = [sys.executable, "-m", "racecraft", "jobs", "supervise"]
+        command = [sys.executable, "-m", "racecraft.jobs"]
         process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=said, stderr=said, env=environment, **apart()
         )
@@ -144,10 +146,23 @@ def wait(home: JobHome, store: JobStore, name: str, seconds: float | None = None
     while not (job := get(store, name)).ended:
         if until is not None and time.monotonic() > until:
             raise JobError(f"Job {name} is {job.state} after {seconds:g} s; expected its end. It goes on.")
-        if time.monotonic() - looked > 5.0:  # a supervisor may have been killed
+        if time.monotonic() - looked > LOOK_AGAIN_SECONDS:  # a supervisor may have been killed
             ensure_supervisor(home)
             looked = time.monotonic()
         time.sleep(LOOK_SECONDS)
+    return job
+
+
+def wait_for_run(home: JobHome, store: JobStore, name: str) -> Job:
+    """Wait until a job's run folder stands, it has ended, or it waits behind others; return it."""
+    looked = time.monotonic()
+    while not (job := get(store, name)).ended and not has_begun(job.spec):
+        if time.monotonic() - looked > LOOK_AGAIN_SECONDS:
+            if job.waits and is_supervised(home):
+                return job
+            ensure_supervisor(home)
+            looked = time.monotonic()
+        time.sleep(LOOK_SECONDS / 4)
     return job
 
 

@@ -10,6 +10,7 @@ import typer
 
 from racecraft.cli.option_groups import option_names, takes_groups
 from racecraft.cli.options import Cluster
+from racecraft.cli.output import word
 from racecraft.cli.training import Left, Road, TrainingOptions
 
 if TYPE_CHECKING:
@@ -110,7 +111,7 @@ def _tell_trained(trained: Trained, left: Left) -> None:
     for name, told in judged["against"].items():
         print(f"  {told['won']:3} of {told['games']} against {name}")
     same = _same_game(GameSettings(**summary["game"]))
-    print(f"next: racecraft snakes play --url {run} --url flood_fill --view{same}")
+    print(f"next: racecraft snakes play --url {word(run)} --url flood_fill --view{same}")
 
 
 def _same_game(game: GameSettings) -> str:

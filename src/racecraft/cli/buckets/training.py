@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from racecraft.cli.buckets.reach import installation_at, listed, open_store, reach
+from racecraft.cli.output import word
 
 if TYPE_CHECKING:
     from racecraft.formats.aws.drfc_folder import DrfcFolder
@@ -175,7 +176,7 @@ def what_was_mirrored(done: Mirrored, run: Path, place: Place) -> str:
     why = f" {done.trouble}" if done.trouble else ""
     return (
         f"not mirrored: {place.address} lacks {named}.{why}\nThe run itself is whole. "
-        f"racecraft bucket push {run} {place.command} brings the rest there."
+        f"racecraft bucket push {word(run)} {place.command} brings the rest there."
     )
 
 

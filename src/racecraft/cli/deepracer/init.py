@@ -20,7 +20,7 @@ def init(
 
     Example: racecraft init deepracer-for-cloud
     """
-    from racecraft.cli.output import print_json
+    from racecraft.cli.output import print_json, word
     from racecraft.training.deepracer.new_installation import new_installation
 
     made = new_installation(folder)
@@ -31,4 +31,4 @@ def init(
         print(f"made  {path}")
     for path in made.kept:
         print(f"kept  {path}")
-    print(f"\ncd {folder}\nsource ./{made.activate}\ndr-update-env\ndr-upload-custom-files\ndr-start-training")
+    print(f"\ncd {word(folder)}\nsource ./{made.activate}\ndr-update-env\ndr-upload-custom-files\ndr-start-training")

@@ -16,7 +16,7 @@ def new(
 
     Example: racecraft new my-car
     """
-    from racecraft.cli.output import print_json
+    from racecraft.cli.output import print_json, word
     from racecraft.training.deepracer.new_model import new_model
 
     paths = new_model(folder)
@@ -26,4 +26,4 @@ def new(
     print(f"{folder} holds a car to begin with:")
     for path in paths:
         print(f"  {path.name}")
-    print(f"Open {folder / 'reward_function.py'}, change it, then: racecraft train {folder}")
+    print(f"Open {folder / 'reward_function.py'}, change it, then: racecraft train {word(folder)}")

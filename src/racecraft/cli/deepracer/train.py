@@ -13,6 +13,7 @@ import typer
 
 from racecraft.cli.option_groups import option_names, takes_groups
 from racecraft.cli.options import Cluster
+from racecraft.cli.output import word
 from racecraft.cli.training import Left, Road, TrainingOptions
 from racecraft.contract.errors import SettingError
 
@@ -256,7 +257,7 @@ def what_came_of_it(stable_seconds: float | None, best_lap_seconds: float | None
 
 
 def _say_what_came_of_it(trained: Trained, files: dict[str, Any]) -> None:
-    summary, path = trained.summary(), trained.run.path
+    summary, path = trained.summary(), word(trained.run.path)
     stable = summary["seconds_to_stable_laps"]
     print(f"\n{what_came_of_it(stable, summary['best_lap_seconds'])}")
     for kind, place in files.items():

@@ -209,15 +209,6 @@ def delete(name: Name) -> None:
 
 
 @app.command(hidden=True)
-def supervise() -> None:
-    """Work at the jobs of this account until there is nothing left to do; started by itself."""
-    from racecraft.jobs.home import JobHome
-    from racecraft.jobs.supervisor import supervise as work
-
-    work(JobHome.of_user())
-
-
-@app.command(hidden=True)
 def enter(folder: Annotated[Path, typer.Argument(help="A job's own folder.")]) -> None:
     """Run an estimator's script in the rooms of its job; started by a supervisor."""
     from racecraft.compat.foreign import run_script

@@ -35,7 +35,7 @@ def import_(
 
         racecraft import agent/model.pb --metadata model_metadata.json --track Oval_track
     """
-    from racecraft.cli.output import print_json
+    from racecraft.cli.output import print_json, word
     from racecraft.players.deepracer.foreign_model import import_model
 
     done = import_model(model, run, metadata, track)
@@ -47,5 +47,5 @@ def import_(
         print(f"- {note}")
     which = ", ".join(map(str, done.checkpoints))
     print(f"{done.run.path}: checkpoints {which}; best {done.best}. What to try next:")
-    print(f"  racecraft evaluate {done.run.path} --video lap.mp4")
-    print(f"  racecraft train --from {done.run.path} --preset aws   # in a folder with its model_metadata.json")
+    print(f"  racecraft evaluate {word(done.run.path)} --video lap.mp4")
+    print(f"  racecraft train --from {word(done.run.path)} --preset aws   # in a folder with its model_metadata.json")

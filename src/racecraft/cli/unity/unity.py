@@ -10,6 +10,7 @@ import typer
 from typer.core import TyperCommand
 
 from racecraft.cli.option_groups import option_names, takes_groups
+from racecraft.cli.output import word
 from racecraft.cli.training import Left, Road, TrainingOptions
 
 if TYPE_CHECKING:
@@ -185,4 +186,4 @@ def _tell_trained(trained: Trained, left: Left) -> None:
     for name, told in judged.get("behaviors", {}).items():
         print(f"  {name}: mean return {told['mean_return']:.3f} over {told['episodes']} episodes")
     if can_export_to_unity(trained.run.path):
-        print(f"Back into Unity: racecraft export {trained.run.path} --to unity")
+        print(f"Back into Unity: racecraft export {word(trained.run.path)} --to unity")

@@ -58,13 +58,13 @@ dr-update-env
 _POWERSHELL = """\
 @MARK@ Made by `racecraft init`; for PowerShell:
 #
-#     . bin/activate.ps1 [-Config RUN.env]
+#     . bin/activate.ps1 [-e EXPERIMENT | RUN.env]
 
-param([string]$Config = "")
+param([string]$Config = "", [string]$Experiment = "")
 
-$env:DR_DIR = (Resolve-Path (Join-Path $PSScriptRoot "..")).Path
+$env:DR_DIR = (Resolve-Path -LiteralPath (Join-Path $PSScriptRoot "..")).Path
 Remove-Item Env:DR_CONFIG -ErrorAction SilentlyContinue
-if ($Config) { $env:DR_CONFIG = (Resolve-Path $Config).Path }
+Remove-Item Env:RACECRAFT_DR_EXPERIMENT -ErrorAction SilentlyContinue
 
 if (-not (Get-Command racecraft -ErrorAction SilentlyContinue)) {
     Write-Error "racecraft is not on the path of this shell; expected the environment it is installed in."
@@ -78,6 +78,12 @@ function global:dr-update-env {
 
 foreach ($verb in "@VERBS@".Split(" ")) {
     Set-Item -Path "Function:global:dr-$verb" -Value ([ScriptBlock]::Create("racecraft dr $verb @args"))
+}
+
+if ($Experiment) {
+    $env:RACECRAFT_DR_EXPERIMENT = $Experiment
+} elseif ($Config -and (Test-Path -LiteralPath $Config -PathType Leaf)) {
+    $env:DR_CONFIG = (Resolve-Path -LiteralPath $Config).Path
 }
 dr-update-env
 """

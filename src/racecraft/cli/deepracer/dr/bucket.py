@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from racecraft.cli.deepracer.dr.here import installation
+from racecraft.cli.output import word
 from racecraft.contract.errors import SettingError, UserInputError
 
 if TYPE_CHECKING:
@@ -29,7 +30,9 @@ def local_aws(context: typer.Context) -> None:
     """
     drfc = installation(context)
     if drfc.local_is_s3:
-        print(f"- what this machine has of it; `racecraft bucket list --folder {drfc.path}` asks the bucket itself")
+        print(
+            f"- what this machine has of it; `racecraft bucket list --folder {word(drfc.path)}` asks the bucket itself"
+        )
     words = [word for word in context.args if not word.startswith("--")]
     recursive = "--recursive" in context.args
     if words[:2] == ["s3", "ls"] and len(words) <= 3:

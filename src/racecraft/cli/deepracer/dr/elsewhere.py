@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from racecraft.cli.buckets.reach import listed, open_store
 from racecraft.cli.buckets.training import bring_in
+from racecraft.cli.output import word
 
 if TYPE_CHECKING:
     from racecraft.formats.aws.drfc_folder import DrfcFolder
@@ -41,6 +42,8 @@ def fetch_for_training(drfc: DrfcFolder) -> None:
     Raises:
         UserInputError: Something is not there, or the network fails.
     """
+    if not drfc.local_is_s3:
+        return
     from racecraft.storage.drfc_buckets import local_bucket
 
     if (bucket := local_bucket(drfc)) is not None:
@@ -138,6 +141,8 @@ def fetched_model(drfc: DrfcFolder, source: str) -> Path:
 
 
 def _local(drfc: DrfcFolder, name: str) -> Place | None:
+    if not drfc.local_is_s3:
+        return None
     from racecraft.storage.drfc_buckets import local_bucket, place_of
 
     bucket = local_bucket(drfc)
@@ -151,7 +156,7 @@ def _send(folder: Path, place: Place) -> None:
     try:
         done = push(open_store(place.access), folder, place.address)
     except NetworkError as error:
-        cure = f"racecraft bucket push {folder} {place.command}"
+        cure = f"racecraft bucket push {word(folder)} {place.command}"
         raise NetworkError(f"{error} {folder} is whole; `{cure}` brings the rest there.") from error
     print(f"{place.address}: {len(done.moved)} files put, {done.skipped} stood there already")
 

@@ -59,12 +59,26 @@ def _lines(drfc: DrfcFolder, shell: str) -> Iterator[str]:
 
 
 def _quoted_for_powershell(value: str) -> str:
-    """Return a value in single quotes; to PowerShell curly ones are quotes as well.
+    """Return an expression for a value in ASCII: Windows reads what a program writes in another alphabet than it wrote.
 
     >>> print(_quoted_for_powershell("it's \u2019so\u2019"))
-    'it''s \u2019\u2019so\u2019\u2019'
+    'it''s ' + [char]0x2019 + 'so' + [char]0x2019
+    >>> print(_quoted_for_powershell("\U0001f3ce"), _quoted_for_powershell(""))
+    '' + [char]0xd83c + [char]0xdfce ''
     """
-    return "'" + re.sub("(['\u2018-\u201b])", r"\1\1", value) + "'"
+    parts = ["'" + re.sub("'", "''", part) + "'" if part.isascii() else _letters(part) for part in _runs(value)]
+    return " + ".join(parts if parts and parts[0].startswith("'") else ["''", *parts])
+
+
+def _runs(value: str) -> list[str]:
+    """Return a value cut into runs of ASCII and of other letters."""
+    return [run for run in re.split("([^\x00-\x7f]+)", value) if run]
+
+
+def _letters(run: str) -> str:
+    """Return letters as the numbers that PowerShell counts them by, UTF-16."""
+    pairs = run.encode("utf-16-be", "surrogatepass")
+    return " + ".join(f"[char]0x{pairs[at]:02x}{pairs[at + 1]:02x}" for at in range(0, len(pairs), 2))
 
 
 def _files(context: typer.Context) -> DrfcFolder:

@@ -15,6 +15,7 @@ from racecraft.formats.aws.drfc_folder import DrfcFolder, open_drfc_folder
 from racecraft.formats.aws.run_env_variables import BY_NAME
 
 if TYPE_CHECKING:
+    from racecraft.formats.aws.drfc_book import NotedJob
     from racecraft.formats.run_folder import RunFolder
     from racecraft.jobs.job import Job
 
@@ -158,6 +159,48 @@ def begin_job(
     job = submit_numbered(JobHome.of_user(), _legal(f"{kind}-{model.name}"), spec)
     note_job(drfc.path, drfc.run_id, kind, NotedJob(job.name, str(model)))
     return job
+
+
+def await_run(drfc: DrfcFolder, kind: str, job: Job, before: NotedJob | None) -> None:
+    """Wait until a job has made its run folder: by then it has read and checked all that it was given.
+
+    It reads alone, because to read is to import half a training, and nobody wants to wait for that twice. What it
+    refuses is refused here, in its words, and no trace of it is kept.
+
+    Args:
+        drfc: The installation.
+        kind: What the job was noted as.
+        job: A job with a run folder.
+        before: What was noted before it.
+
+    Raises:
+        UserInputError: The job refuses what it was given.
+        JobError: It failed otherwise before it began.
+    """
+    from racecraft.formats.aws.drfc_book import note_job
+    from racecraft.jobs.children import has_begun
+    from racecraft.jobs.follow import last_letter
+    from racecraft.jobs.home import JobHome
+    from racecraft.jobs.states import JobError, State
+    from racecraft.jobs.submit import delete, wait_for_run
+
+    home = JobHome.of_user()
+    store = home.store()
+    try:
+        now = wait_for_run(home, store, job.name)
+    except KeyboardInterrupt:
+        print(f"\n{job.name} goes on by itself.")
+        raise typer.Exit from None
+    if now.waits:
+        print(f"{job.name} waits until other jobs leave it room; `racecraft jobs list` shows them")
+    if now.state is not State.FAILED or has_begun(now.spec):
+        return
+    if not (letter := last_letter(home.log(job.name))):
+        raise JobError(f"{job.name}: {now.reason}. Its log is {home.log(job.name)}.")
+    delete(home, store, job.name)
+    if before is not None:
+        note_job(drfc.path, drfc.run_id, kind, before)
+    raise UserInputError(letter)
 
 
 def stop_job(job: Job, seconds: float = 60.0) -> Job:

@@ -10,6 +10,7 @@ from racecraft.cli.buckets.training import mirrored
 from racecraft.cli.deepracer.dr.elsewhere import fetch_for_training, place_of_model, require_free, wipe
 from racecraft.cli.deepracer.dr.here import (
     ask_first,
+    await_run,
     begin_job,
     follow_job,
     installation,
@@ -21,7 +22,10 @@ from racecraft.cli.deepracer.dr.here import (
 from racecraft.contract.errors import UserInputError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from racecraft.formats.aws.drfc_folder import DrfcFolder
+    from racecraft.storage.mirror_note import Place
 
 Wipe = Annotated[bool, typer.Option("-w", help="Wipe the prefix first, where a model lies there already.")]
 Quiet = Annotated[bool, typer.Option("-q", help="Show no log; dr-logs-sagemaker shows it later.")]
@@ -46,8 +50,7 @@ def start_training(
     """
     from racecraft.cli.deepracer.dr.logs import follow_simulator
     from racecraft.cli.deepracer.dr.pages import open_viewer
-    from racecraft.formats.aws.drfc_book import TRAINING
-    from racecraft.formats.aws.model_copy import wipe_model
+    from racecraft.formats.aws.drfc_book import TRAINING, job_of
 
     drfc = installation(context)
     say_notes(drfc)
@@ -55,17 +58,16 @@ def start_training(
     refuse_if_busy(drfc, model)
     place = place_of_model(drfc)
     fetch_for_training(drfc)
-    _plan(drfc)
     if not wipe_first:
         _require_free(drfc)
         require_free(place)
-    else:
-        wipe(place)
-    if wipe_first and model.exists():
-        wipe_model(model)
-        print(f"{model}: wiped")
+    elif model.exists() or place is not None:
+        _plan(drfc)  # what cannot be trained wipes nothing
+        _wipe(model, place)
     again = ("train", f"--run={model.absolute()}", "--resume", "--no-pictures")
+    before = job_of(drfc.path, drfc.run_id, TRAINING)
     job = begin_job(context, drfc, TRAINING, model, ("run-training",), again)
+    await_run(drfc, TRAINING, job, before)
     print(f"{job.name} trains run id {drfc.run_id} into {model}; dr-stop-training ends it")
     if viewer:
         open_viewer(context, drfc)
@@ -139,6 +141,15 @@ def stop_training(context: typer.Context) -> None:
         print(f"the model lies in {job.spec.run}")
 
 
+def _wipe(model: Path, place: Place | None) -> None:
+    from racecraft.formats.aws.model_copy import wipe_model
+
+    wipe(place)
+    if model.exists():
+        wipe_model(model)
+        print(f"{model}: wiped")
+
+
 def _require_free(drfc: DrfcFolder) -> None:
     model = drfc.model
     if model.exists() and (not model.is_dir() or any(model.iterdir())):
@@ -159,7 +170,7 @@ def _request(drfc: DrfcFolder) -> Any:
 
 
 def _plan(drfc: DrfcFolder) -> None:
-    """Read and check everything now, so that a letter comes in this terminal and not in a log."""
+    """Read and check everything now, before what is there is wiped."""
     from racecraft.formats.checkpoint_ranking import load_weights, split_source
     from racecraft.players.deepracer.foreign_model import borrowed_run
     from racecraft.training.deepracer.cloning import require_same_shape

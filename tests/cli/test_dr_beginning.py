@@ -1,0 +1,87 @@
+"""`dr-start-training` with a real supervisor: what its job refuses comes back, and no trace of it is kept."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from tests.cli.conftest import TINY
+from tests.jobs.conftest import end_supervisor
+
+from racecraft.formats.aws.drfc_book import NotedJob, job_of, note_job
+from racecraft.jobs.home import JobHome
+
+SETTINGS = f'RACECRAFT_SET="{" ".join(TINY[1::2])}"\nRACECRAFT_STOP=iterations=1\n'
+
+
+@pytest.fixture
+def installation(racecraft, tmp_path, monkeypatch):
+    for name in ("DR_DIR", "DR_CONFIG", "RACECRAFT_DR_EXPERIMENT", "RACECRAFT_JOB_STORE"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("RACECRAFT_JOBS", str(tmp_path / "jobs"))
+    assert racecraft("init", "my cars").code == 0
+    monkeypatch.chdir(tmp_path / "my cars")
+    assert racecraft("dr", "upload-custom-files").code == 0
+    yield tmp_path / "my cars"
+    end_supervisor(JobHome.of_user())
+
+
+def bucket(installation):
+    return sorted(str(path.relative_to(installation)) for path in (installation / "bucket").rglob("*"))
+
+
+def test_what_the_job_refuses_is_refused_here_and_leaves_no_trace(racecraft, installation):
+    """The one before stays the one whose log is shown."""
+    (installation / "run.env").write_text("DR_WORLD_NAME=reinvent_bse\n" + SETTINGS)
+    note_job(installation, 0, "training", NotedJob("older-1", "bucket/older"))
+    before = bucket(installation)
+    said = racecraft("dr", "start-training")
+    assert said.code == 2
+    assert said.err.startswith(f"racecraft: {installation}/run.env:1: DR_WORLD_NAME"), said.err
+    assert "Did you mean 'reinvent_base'" in said.err
+    assert "trains run id" not in said.out
+    assert JobHome.of_user().store().jobs() == []
+    assert job_of(installation, 0, "training") == NotedJob("older-1", "bucket/older")
+    assert bucket(installation) == before
+
+
+def test_what_would_be_wiped_stays_where_the_new_training_cannot_begin(racecraft, installation):
+    (installation / "run.env").write_text("DR_WORLD_NAME=reinvent_bse\n" + SETTINGS)
+    model = installation / "bucket" / "rl-deepracer-sagemaker"
+    model.mkdir()
+    (model / "old.txt").touch()
+    assert racecraft("dr", "start-training", "-w").code == 2
+    assert (model / "old.txt").exists()
+
+
+def test_it_returns_when_the_run_stands_and_a_wiped_one_is_begun_anew(racecraft, installation):
+    (installation / "run.env").write_text("DR_WORLD_NAME=reinvent_base\n" + SETTINGS)
+    for words in (("-q",), ("-q", "-w")):
+        said = racecraft("dr", "start-training", *words)
+        assert said.code == 0, said.err
+        name = job_of(installation, 0, "training").job
+        assert f"{name} trains run id 0 into " in said.out
+        assert json.loads((installation / "bucket/rl-deepracer-sagemaker/job.json").read_text())["kind"] == "deepracer"
+        assert racecraft("jobs", "wait", name).code == 0
+    assert name == "training-rl-deepracer-sagemaker-2"
+
+
+WITHOUT_IMPORTS = """
+import sys
+from racecraft.cli.app import main
+sys.argv = ["racecraft", "dr", "start-training"]
+try:
+    main()
+except SystemExit as ended:
+    print(ended.code, [name for name in ("numpy", "torch", "numba", "sqlalchemy", "s3fs") if name in sys.modules])
+"""
+
+
+def test_the_command_itself_imports_nothing_that_takes_time(installation):
+    """Whoever types it waits for the job's imports and not for the same ones here first."""
+    occupied = installation / "bucket" / "rl-deepracer-sagemaker"
+    occupied.mkdir()
+    (occupied / "old.txt").touch()
+    said = subprocess.run([sys.executable, "-c", WITHOUT_IMPORTS], capture_output=True, text=True, check=True)
+    assert "holds files already" in said.stderr
+    assert said.stdout == "2 []\n"
