@@ -175,6 +175,13 @@ def test_a_bot_moves_evenly_between_ticks_and_a_box_placed_anew_does_not_slide(d
     assert (steps > 4.0).sum() == 1
 
 
+def test_a_bot_turns_the_short_way_where_its_heading_runs_over_west(drive):
+    boxes, kinds = box_beside(drive, 1.0, BOT_CAR)
+    boxes[:, 0, 2] = np.where(np.arange(40) % 2 == 0, 3.1, -3.1)
+    yaw = filmed_objects((boxes, kinds), moments(drive, 60)).boxes[:150, 0, 2]
+    assert np.cos(yaw).max() < -0.999
+
+
 def test_the_top_view_is_true_to_scale(track):
     view = TopMap(track, "2026", 800, 600)
     x0, y0, x1, y1 = track.bounds
