@@ -1,10 +1,12 @@
 """`racecraft evaluate --under` and `racecraft sensors --under`, as a user types them."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 from tests.cli.conftest import TINY
 
+from racecraft.evaluation.deepracer import robustness
 from racecraft.evaluation.deepracer.laps import Lap, LapReport
 from racecraft.evaluation.deepracer.robustness import Bar
 
@@ -81,3 +83,13 @@ def test_an_interval_is_that_of_the_mean_and_narrows_with_the_tries():
     # By the normal law: 50 -+ 1.96 * 50 / sqrt(n).
     assert few == pytest.approx((50 - 21.9, 50 + 21.9), abs=3.5)
     assert many == pytest.approx((50 - 6.9, 50 + 6.9), abs=1.2)
+
+
+def test_every_bar_is_driven_from_the_same_starts_spread_round_the_lap(monkeypatch):
+    laid = []
+    car = SimpleNamespace(policy=None, world=lambda track, **asked: laid.append(asked))
+    monkeypatch.setattr(robustness, "judge_starts", lambda policy, world, seed: None)
+    bars = list(robustness.judge_under(car, None, "strong", ["blur"], tries=4))
+    assert [bar.name for bar in bars] == ["undisturbed", "blur", "all together"]
+    assert [asked["start_shares"] for asked in laid] == [[0.0, 0.25, 0.5, 0.75]] * 3
+    assert [asked["variation"].is_on for asked in laid] == [False, True, True]

@@ -191,6 +191,14 @@ def test_the_live_table_names_the_lap_of_the_best_and_not_the_latest():
     assert "at its best: best lap 20.00 s" in shown("live", "progress %", *judged)
 
 
+@pytest.mark.parametrize("kind", ["lines", "live"])
+def test_an_iteration_that_is_judged_when_the_training_ends_is_told_once(kind):
+    """By what it took, once, and by what its evaluation came to."""
+    told = shown(kind, "progress %", report(training_score=12.5), report(training_score=12.5, result=lap(100, 20.0)))
+    assert told.count("12.5") == 1
+    assert "evaluation progress % 100.0" in told if kind == "lines" else "100.0" in told
+
+
 def shown(kind, score_name, *reports):
     from rich.console import Console
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING, TextIO
 
-from racecraft.training.callbacks import IterationReport, TrainingCallback
+from racecraft.training.callbacks import EvaluationResult, IterationReport, TrainingCallback
 
 if TYPE_CHECKING:
     from rich.console import Console, Group
@@ -30,6 +30,7 @@ class LineWatcher:
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self._score_name = "score"
+        self._told = -1
 
     def begin(self, title: str, stops: str, score_name: str) -> None:
         """Say what is trained and when it stops."""
@@ -37,7 +38,11 @@ class LineWatcher:
         self._print(f"{title}; stops at {stops}")
 
     def iteration(self, report: IterationReport) -> None:
-        """Print one line."""
+        """Print one line; of an iteration that is judged after all, when the training ends, only what that came to."""
+        if report.iteration == self._told and report.result is not None:
+            self._print(" | ".join([f"iteration {report.iteration}", *self._judged(report.result)]))
+            return
+        self._told = report.iteration
         parts = [
             f"iteration {report.iteration}",
             f"{report.seconds:.1f} s",
@@ -50,9 +55,14 @@ class LineWatcher:
         if tells_reward(self._score_name):
             parts.append(f"mean reward {number(report.mean_reward)}")
         if report.result is not None:
-            parts.append(f"evaluation {self._score_name} {number(report.result.score)}")
-            parts += [report.result.headline] if report.result.headline else []
+            parts += self._judged(report.result)
         self._print(" | ".join(parts))
+
+    def _judged(self, result: EvaluationResult) -> list[str]:
+        return [
+            f"evaluation {self._score_name} {number(result.score)}",
+            *([result.headline] if result.headline else []),
+        ]
 
     def end(self, reason: str) -> None:
         """Print why it is over."""
@@ -83,7 +93,9 @@ class LiveWatcher:
         self._live.start()
 
     def iteration(self, report: IterationReport) -> None:
-        """Show one more row."""
+        """Show one more row; an iteration that is judged after all, when the training ends, keeps its own."""
+        if self._rows and self._rows[-1].iteration == report.iteration:
+            self._rows.pop()
         self._rows.append(report)
         if report.result is not None:
             self._scores.append(report.result.score)

@@ -11,9 +11,11 @@ from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.fidelity import habits
 from racecraft.envs.deepracer.lanes import cubic_spline, lane_splines
 from racecraft.envs.deepracer.objects import BOT_CAR
-from racecraft.envs.deepracer.settings import BotsConfig, CameraConfig, RaceConfig
+from racecraft.envs.deepracer.placing import plan_objects
+from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig
 from racecraft.envs.deepracer.vehicle import TICK_SECONDS
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.tracks.catalogue import load_track
@@ -178,3 +180,33 @@ def test_a_reward_is_told_speed_and_heading_of_bots():
 def test_the_least_time_in_a_lane_is_no_longer_than_the_most():
     with pytest.raises(SettingError, match="no longer than the most"):
         make_world(BotsConfig(lane_change_after_low=6.0))
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_left_lane_lies_left_whichever_way_round_the_track_goes(turned):
+    track = load_track("reinvent_base").reversed() if turned else load_track("reinvent_base")
+    assert track.is_ccw != turned
+    knots, cubics = lane_splines(track)
+    assert len(knots) == len(track.arc)
+    ahead, centre = np.diff(track.centre, axis=0), track.centre[:-1]
+    for lane, sign in zip(cubics[..., 0], (-1.0, 1.0), strict=True):
+        aside = lane - centre
+        assert (sign * (ahead[:, 0] * aside[:, 1] - ahead[:, 1] * aside[:, 0]) > 0.0).all()
+
+
+def test_only_boxes_slip_as_the_originals_do():
+    for fidelity, slips in (("aws", True), ("sane", False)):
+        told = habits(fidelity)
+        assert plan_objects(load_track("reinvent_base"), BoxesConfig(random=True), told).slips is slips
+        assert not plan_objects(load_track("reinvent_base"), BotsConfig(random=True), told).slips
+
+
+def test_a_route_file_that_repeats_a_row_has_lanes_all_the_same(tmp_path):
+    own = load_track("reinvent_base")
+    rows = np.hstack([own.centre, own.inner, own.outer])
+    np.save(tmp_path / "mine.npy", np.insert(rows, 40, rows[40], axis=0))
+    track = load_track(str(tmp_path / "mine.npy"))
+    knots, cubics = lane_splines(track)
+    assert np.isfinite(cubics).all()
+    assert (np.diff(knots) > 0.0).all()
+    assert len(knots) == len(own.arc)

@@ -158,6 +158,7 @@ def test_listed_places_say_how_many_and_where():
     [
         ({"number": 40}, "at most"),
         ({"number": 60, "random": False}, "at most"),
+        ({"number": 60, "min_distance": 0.1}, "at most"),  # a box takes up its own length
         ({"number": 3, "min_distance": 30.0}, "at most"),
         ({"number": -1}, "-1"),
         ({"type": "crate"}, "crate"),

@@ -531,3 +531,20 @@ def test_only_is_one_disturbance_and_no_other():
 def test_what_cannot_be_is_named(make, words):
     with pytest.raises(SettingError, match=re.escape(words)):
         make()
+
+
+@pytest.mark.parametrize(
+    ("name", "middle"),
+    [
+        *((name, 1.0) for name in ("gain", "steering_gain", "speed_gain")),
+        *((name, 0.0) for name in ("gradient_x", "gradient_y", "camera_height", "camera_pitch", "camera_roll")),
+        *((name, 0.0) for name in ("camera_view", "steering_offset", "glare_azimuth")),
+    ],
+)
+def test_what_may_stray_either_way_does(name, middle):
+    """Of 32 cars about half have more and half less; one that strays one way only would have none."""
+    world = race(VariationConfig("strong"), num_cars=32)
+    drive(world, 1)
+    drawn = world.variation[name].reshape(-1)
+    assert 6 < (drawn > middle).sum() < 26
+    assert 6 < (drawn < middle).sum() < 26

@@ -11,10 +11,11 @@ from tests.training.deepracer.test_run_env_effects import Silence
 from racecraft.contract.errors import SettingError
 from racecraft.envs.deepracer.actions import ActionBox, ActionTable
 from racecraft.envs.deepracer.camera import MOUNT_V2, MOUNT_V3
+from racecraft.envs.deepracer.race import CRASHED, IMMOBILISED, OFF_TRACK
 from racecraft.envs.deepracer.sensors import FRONT_CAMERA, car_sensors
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import CAMERA_NAME, CRITIC_NAME
-from racecraft.evaluation.deepracer.head_to_head import HeadToHead, race_heads
+from racecraft.evaluation.deepracer.head_to_head import HeadToHead, _Field, race_heads
 from racecraft.evaluation.rating import Result, rate, wilson
 from racecraft.players.deepracer.driver import Driver, load_driver
 from racecraft.tracks.catalogue import load_track
@@ -116,12 +117,53 @@ def test_who_runs_into_another_waits_and_who_was_hit_drives_on():
     assert free[1].crashes > fast.crashes, "who does not wait runs into it again"
 
 
+def test_of_three_cars_the_one_that_was_run_into_is_told():
+    away, slow, fast = race(
+        driver("away", 3.0, 0.5), driver("slow", 1.0, 0.0), driver("fast", 2.0, 0.0), races=1
+    ).races[0]
+    assert fast.crashes == slow.was_hit >= 1
+    assert away.was_hit == away.crashes == 0
+
+
+def test_a_car_that_ran_into_another_waits_where_it_is_and_its_clocks_of_mishaps_begin_anew():
+    field = _Field([driver(name, 1.0) for name in "ab"], TRACK, HeadToHead(collision_penalty=2.0), RaceConfig())
+    field.line_up(0)
+    car = field._world.cars[0, :1].copy()
+    car["backward_ticks"], car["still_ticks"], car["speed"] = 7, 5, 2.0
+    waits = field._set_back(0, car, CRASHED)
+    assert (waits["x"], waits["y"], waits["yaw"]) == (car["x"], car["y"], car["yaw"])
+    assert (waits["backward_ticks"], waits["still_ticks"], waits["speed"], waits["held"]) == (0, 0, 0.0, 30)
+    assert waits["ticks"] == car["ticks"] + 1
+    assert field._set_back(0, car, IMMOBILISED)["held"] == 0, "standing still costs nothing more"
+    car["start_share"], car["progress"], car["last_progress"] = 0.1, 30.0, 20.0
+    back = field._set_back(0, car, OFF_TRACK)
+    assert back["arc"] / TRACK.length == pytest.approx(0.3, abs=0.02), "where it was a tick before"
+    assert back["held"] == 75
+
+
 def test_penalties_are_waited_in_simulated_time():
     slow, fast = race(driver("slow", 1.0, 0.0), driver("fast", 2.0, 0.0), races=1, collision_penalty=4.0).races[0]
     ticks = race(driver("slow", 1.0, 0.0), driver("fast", 2.0, 0.0), races=1, collision_penalty=4.0).ticks[0]
     waited = (np.array(ticks["status"][:, 1]) == 9).sum()
     assert waited == 60 * fast.crashes
     assert fast.seconds == pytest.approx((ticks["status"][:, 1] != 7).sum() / 15)
+
+
+def test_ahead_is_who_is_a_whole_car_further():
+    field = _Field([driver(name, 1.0) for name in "ab"], TRACK, HeadToHead(races=1), RaceConfig())
+    for further, told in ((0.30, 0), (0.34, 1)):  # a car is 0.324 m long
+        field._driven = np.array([[5.0, 5.0 + further]])
+        assert field._ahead()[0].tolist() == [[0, -told], [told, 0]]
+
+
+def test_to_pass_a_car_that_waits_is_no_overtaking():
+    blind, calm = driver("blind", 1.0), driver("calm", 1.0, 0.0)
+    blind.policy.act = lambda seen, mask=None: np.tile([0.4, 1.0], (len(seen[CRITIC_NAME]), 1))
+    waits, passes = race(blind, calm, races=1, max_resets=1, off_track_penalty=60.0).races[0]
+    assert (waits.grid, passes.grid) == (1, 2)
+    assert passes.ended == "finished"
+    assert passes.seconds < 60.0, "it was past while the other one waited"
+    assert (passes.overtakes, waits.overtaken) == (0, 0)
 
 
 def test_a_race_ends_with_the_first_or_with_the_last():
@@ -175,6 +217,13 @@ def test_ticks_of_every_race_are_kept_in_the_order_of_the_drivers(monkeypatch):
     for ticks, (slow, fast) in zip(result.ticks, result.races, strict=False):
         assert ticks["speed"][1].tolist() == [pytest.approx(0.8), pytest.approx(1.6)], "whoever stands in front"
         assert len(ticks) == pytest.approx(15 * max(slow.seconds, fast.seconds), abs=1)
+
+
+def test_of_three_cars_every_race_tells_in_the_order_of_the_drivers():
+    names = ["a", "b", "c"]
+    result = race(*(driver(name, 1.0) for name in names), config=RaceConfig(max_episode_seconds=1.0))
+    assert [[one.driver for one in row] for row in result.races] == [names] * 3
+    assert [[one.grid for one in row] for row in result.races] == [[1, 2, 3], [3, 1, 2], [2, 3, 1]]
 
 
 def test_eight_cars_race_and_nine_are_refused():

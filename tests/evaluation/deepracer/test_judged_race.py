@@ -10,8 +10,9 @@ import pytest
 
 from racecraft.contract.errors import UserInputError
 from racecraft.envs.deepracer import race
+from racecraft.envs.deepracer.settings import BoxesConfig
 from racecraft.envs.deepracer.world import RaceWorld
-from racecraft.evaluation.deepracer.judged_race import JudgedRace, judge_race
+from racecraft.evaluation.deepracer.judged_race import JudgedRace, _Marshal, _place, judge_race
 from racecraft.tracks.catalogue import load_track
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
@@ -41,8 +42,8 @@ class Driver:
             self.mistakes.pop(0)
 
 
-def drive(rules, driver, seconds=60.0, reverse=None, objects=None):
-    config = rules.race_config(replace(RACE, car="kinematic", max_episode_seconds=seconds), reverse)
+def drive(rules, driver, seconds=60.0, reverse=None, objects=None, config=RACE):
+    config = rules.race_config(replace(config, car="kinematic", max_episode_seconds=seconds), reverse)
     actions = [{**action, "speed": 1.0} for action in ACTIONS]
     world = RaceWorld(
         load_track("reinvent_base"),
@@ -113,6 +114,27 @@ def test_every_mishap_costs_until_resets_are_used_up():
     assert record.trials[0].status == "off_track", "straight on, it leaves the road each time"
     assert record.trials[0].reset_count == 3
     assert record.trials[0].penalty_seconds == 10.0
+
+
+def test_to_stand_still_costs_no_further_wait():
+    rules = JudgedRace(off_track_penalty=4.0, collision_penalty=2.0)
+    _, world = drive(rules, Driver(), seconds=1.0)
+    for status, ticks in (("immobilized", 0), ("off_track", 60), ("reversed", 60), ("crashed", 30)):
+        marshal = _Marshal(world, rules)
+        marshal._keep(world.reports[0, 0], status)
+        assert marshal.wait() == ticks
+        first, last = marshal._rows[0][0], marshal._rows[-1][0]
+        for clock in ("time", "lap_seconds"):
+            assert last[clock] - first[clock] == pytest.approx(ticks / 15), "both clocks run while it waits"
+
+
+def test_a_car_is_not_set_down_within_a_metre_of_a_box():
+    config = replace(RACE, type="OBJECT_AVOIDANCE")
+    _, world = drive(JudgedRace(1), Driver(), seconds=1.0, objects=BoxesConfig(positions="0.5,1"), config=config)
+    length = world.track.length
+    for before, arc in ((0.7, 0.5 * length - 1.0), (1.5, 0.5 * length - 1.5)):
+        x, y, _ = _place(world, 0, 0.5 - before / length, (0.0, 0.0), 1.0)
+        assert float(world.track.locate(np.array([[x, y]])).arc[0]) == pytest.approx(arc, abs=0.1)
 
 
 def test_a_race_ends_by_the_clock():

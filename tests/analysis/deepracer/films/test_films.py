@@ -16,7 +16,7 @@ from racecraft.analysis.deepracer.films.shells import COLOURS, F1_COLOURS, SHELL
 from racecraft.analysis.deepracer.films.solids import Eye, paint_car
 from racecraft.analysis.deepracer.films.standing import filmed_objects
 from racecraft.analysis.deepracer.films.top import TopMap
-from racecraft.analysis.deepracer.films.views import CHASE, VIEWS, FilmedCar, Stage, widened
+from racecraft.analysis.deepracer.films.views import CHASE, VIEWS, FilmedCar, Stage, _pose, widened
 from racecraft.contract.errors import UserInputError
 from racecraft.envs.deepracer.camera import MOUNT_V3
 from racecraft.envs.deepracer.light import palette_under
@@ -88,6 +88,8 @@ def test_seven_colours_and_the_formula_one_shells():
     assert tuple(shell_named("deepracer", "purple").colours[-30]) != tuple(
         shell_named("deepracer", "White").colours[-30]
     )
+    for name, paint in F1_COLOURS.items():
+        assert (shell_named(name, "Red").colours == paint).all(axis=1).any(), "in its own paint, whatever is asked"
 
 
 def test_a_car_is_painted_where_the_pinhole_has_it():
@@ -175,6 +177,13 @@ def test_a_bot_moves_evenly_between_ticks_and_a_box_placed_anew_does_not_slide(d
     assert (steps > 4.0).sum() == 1
 
 
+def test_a_bot_turns_the_short_way_where_its_heading_runs_over_west(drive):
+    boxes, kinds = box_beside(drive, 1.0, BOT_CAR)
+    boxes[:, 0, 2] = np.where(np.arange(40) % 2 == 0, 3.1, -3.1)
+    yaw = filmed_objects((boxes, kinds), moments(drive, 60)).boxes[:150, 0, 2]
+    assert np.cos(yaw).max() < -0.999
+
+
 def test_the_top_view_is_true_to_scale(track):
     view = TopMap(track, "2026", 800, 600)
     x0, y0, x1, y1 = track.bounds
@@ -203,6 +212,63 @@ def test_a_car_that_is_set_down_elsewhere_does_not_slide(drive):
     x = moments(moved, 60).poses[:, 0]
     gaps = np.abs(np.diff(x))
     assert (gaps > 2.5).sum() == 1
+
+
+def changed(drive, **columns):
+    return Drive(**{name: getattr(drive, name) for name in drive.__dataclass_fields__} | columns)
+
+
+def test_the_camera_behind_follows_a_heading_that_runs_over_west_the_short_way(drive):
+    turned = changed(drive, yaw_rad=np.where(np.arange(40) % 2 == 0, 3.1, -3.1))
+    assert np.cos(moments(turned, 30).chase_yaw).max() < -0.99
+
+
+def test_the_camera_behind_is_behind_at_once_where_its_car_was_set_down_elsewhere(drive):
+    behind = np.arange(40) >= 20
+    moved = changed(drive, x_m=drive.x_m + 3.0 * behind, yaw_rad=1.5 * behind)
+    taken = moments(moved, 15)
+    assert taken.chase_yaw[20] == 1.5
+    assert np.abs(taken.chase_yaw[:20]).max() < 1e-9
+
+
+def test_from_above_the_filmed_car_is_painted_over_the_others(track, drive):
+    taken = moments(drive, 15)
+    red, blue = (FilmedCar(taken, shell_named("deepracer", colour)) for colour in ("Red", "Blue"))
+    pictures = []
+    for cars in ([red], [red, blue], [blue, red]):
+        pictures.append(np.zeros((600, 800, 3), np.uint8))
+        VIEWS["top"](Stage(track, "2026", MOUNT_V3, cars, filmed_objects(None, taken)), 800, 600).paint(
+            20, pictures[-1]
+        )
+    alone, over, under = (picture.astype(int) for picture in pictures)
+    assert np.abs(alone - over).sum() < 0.2 * np.abs(alone - under).sum()
+
+
+def test_its_own_camera_sees_the_others_and_not_the_car_itself(track, drive):
+    taken = moments(drive, 15)
+    other = moments(changed(drive, x_m=drive.x_m + np.cos(drive.yaw_rad), y_m=drive.y_m + np.sin(drive.yaw_rad)), 15)
+    pictures = {}
+    for own in ("Red", "Blue"):
+        for others in (False, True):
+            cars = [FilmedCar(taken, shell_named("deepracer", own))]
+            cars += [FilmedCar(other, shell_named("deepracer", "White"))] * others
+            pictures[own, others] = np.zeros((240, 320, 3), np.uint8)
+            stood = Stage(track, "2026", MOUNT_V3, cars, filmed_objects(None, taken))
+            VIEWS["car"](stood, 320, 240).paint(20, pictures[own, others])
+    np.testing.assert_array_equal(pictures["Red", True], pictures["Blue", True])
+    assert (pictures["Red", True] != pictures["Red", False]).any()
+
+
+def test_a_car_whose_drive_is_over_stays_where_it_is(track, drive):
+    """In the film of a longer drive: at its last pose, not back at its first."""
+    short = Drive(
+        **{
+            name: None if getattr(drive, name) is None else getattr(drive, name)[:10]
+            for name in drive.__dataclass_fields__
+        }
+    )
+    car = FilmedCar(moments(short, 15), shell_named())
+    np.testing.assert_array_equal(_pose(car, len(car.moments) + 7), moments(short, 15).poses[-1])
 
 
 def test_a_wide_picture_shows_no_less_above():
