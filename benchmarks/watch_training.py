@@ -1,19 +1,21 @@
 """What a page that is looked at costs a training: `python benchmarks/watch_training.py [--minutes 4]`.
 
-One default training runs with `--watch`. For PERIOD_SECONDS somebody asks the page for its live ticks and its curves,
-as a browser does, then nobody does for as long, and so on to the end: a page that nobody asks leaves the training be.
-Iterations that end while a period settles are left out; so is the time of evaluations, which leave no ticks and take
-longer as the car drives further. Each watched period is held against the mean of the two unwatched ones beside it, so
-that neither the training's progress nor a machine that grows busier counts. Told are wall seconds an iteration, and
-processor seconds of training and page together (where the system has /proc): the latter are worth more on a machine
-that does something else. Medians over the watched periods, and between which two values half of them lie. Not in it is
-what the page's process takes to start, once, a second or two of another core.
+One default training runs with `--watch`, on a workload that stays the same: it takes no step to learn by (a learning
+rate of next to nothing), so that its cars leave the road as often at the end as at first, and it judges nothing.
+For PERIOD_SECONDS somebody asks the page for live ticks, pictures and curves, as a browser does, then nobody does for
+as long, and so on to the end. A period counts whole iterations only. Each watched period is held against the mean of
+the two unwatched ones beside it, so that a machine that grows busier does not count. Told are wall seconds and
+processor seconds of the training's process an iteration (the latter where the system has /proc; they are worth more on
+a machine that does something else): the median over the watched periods, between which two values it lies with 95 %,
+and between which two half of the periods lie. What the page's own process takes is told as a share of one core; not in
+it is what it takes to start, once, a second or two.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import re
 import statistics
@@ -29,12 +31,13 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
-from racecraft.formats.live_ticks import WATCHED_SECONDS
 
-PERIOD_SECONDS, SETTLE_SECONDS = 14.0, WATCHED_SECONDS + 1.0
-"""How long somebody looks, or nobody; and how long after each change both may still be the case."""
-LOOK_SECONDS, CURVES_SECONDS, LEFT_TICKS = 0.25, 1.5, 11
-"""How often the page looks whether it wants ticks, asks for the rest, and with how many ticks left it wants more."""
+STEADY = ("ppo.learning_rate=1e-8", "evaluation.every=1000000")
+PERIOD_SECONDS, SETTLE_SECONDS = 7.5, 0.5
+"""How long somebody looks, or nobody; and how long after each change an open wish may still be answered."""
+LOOK_SECONDS, PICTURE_SECONDS, CURVES_SECONDS, AHEAD_TICKS = 0.25, 0.125, 1.5, 30
+"""How often the page asks for ticks, while it wants some, for pictures and for the rest, and with how many ticks left
+it wants more."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,9 @@ class Period:
     wall: float
     """s an iteration."""
     processor: float
-    """s an iteration, of all processes; NaN where the system does not say."""
+    """s an iteration, of the training's process; NaN where the system does not say."""
+    page: float
+    """Processor seconds a second, of the page's process; likewise."""
 
 
 class Training:
@@ -53,9 +58,10 @@ class Training:
 
     def __init__(self, run: Path, minutes: float) -> None:
         command = [sys.executable, "-m", "racecraft", "train", "--run", str(run), "--stop", f"minutes={minutes}"]
-        command += ["--no-pictures", "--json", "--watch"]
+        command += ["--no-pictures", "--json", "--watch", *(word for one in STEADY for word in ("--set", one))]
         self._metrics = run / "metrics.jsonl"
         self._process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        self._page: list[int] = []
         assert self._process.stderr is not None
         said = next(
             (found for line in self._process.stderr if (found := re.search(r"watch: (http://\S+/)", line))), None
@@ -70,25 +76,24 @@ class Training:
         """Whether it still trains."""
         return self._process.poll() is None
 
-    def iterations(self) -> list[float]:
-        """Return how long each iteration so far took, s, its evaluation out."""
+    def ends(self) -> list[float]:
+        """Return when each iteration so far ended, s."""
         if not self._metrics.exists():
             return []
-        rows = [
-            json.loads(line) for line in self._metrics.read_text(encoding="utf-8").splitlines(True) if line[-1] == "\n"
-        ]
-        ends = [0.0, *(row["seconds"] for row in rows)]
-        return [ends[k + 1] - ends[k] - (row.get("seconds_judge") or 0.0) for k, row in enumerate(rows)]
+        rows = self._metrics.read_text(encoding="utf-8").splitlines(True)
+        return [json.loads(row)["seconds"] for row in rows if row[-1] == "\n"]
 
-    def processor_seconds(self) -> float:
-        """Return what training and page have taken of the processor, s."""
-        family = [self._process.pid]
+    def processor_seconds(self) -> tuple[float, float]:
+        """Return what the training's process has taken of the processor, and what the page's, s."""
+        training = self._process.pid
         try:
-            family += map(int, Path(f"/proc/{family[0]}/task/{family[0]}/children").read_text().split())
-            spent = [Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split() for pid in family]
+            if not self._page:
+                self._page = [
+                    int(word) for word in Path(f"/proc/{training}/task/{training}/children").read_text().split()
+                ]
+            return spent(training), sum(map(spent, self._page))
         except OSError:
-            return float("nan")
-        return sum(int(one[11]) + int(one[12]) for one in spent) / os.sysconf("SC_CLK_TCK")
+            return float("nan"), float("nan")
 
     def period(self, watched: bool) -> Period | None:
         """Let the training go on for a period; None where it ended in it."""
@@ -102,24 +107,44 @@ class Training:
         over.set()
         if not self.goes_on:
             return None
-        return Period(watched, statistics.fmean(self.iterations()[first:last]), (ended - began) / (last - first))
+        ends, count = self.ends(), last - first
+        wall = ends[last - 1] - ends[first - 1]
+        return Period(watched, wall / count, (ended[0] - began[0]) / count, (ended[1] - began[1]) / wall)
 
-    def next_end(self) -> tuple[int, float]:
+    def next_end(self) -> tuple[int, tuple[float, float]]:
         """Wait until an iteration ends; return how many have, and the processor seconds by then."""
-        before = len(self.iterations())
-        while self.goes_on and len(self.iterations()) == before:
-            time.sleep(0.02)
-        return len(self.iterations()), self.processor_seconds()
+        before = len(self.ends())
+        while self.goes_on and len(self.ends()) == before:
+            time.sleep(0.01)
+        return len(self.ends()), self.processor_seconds()
+
+
+def spent(process: int) -> float:
+    """Return what a process has taken of the processor, s."""
+    words = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def ask(page: str, over: threading.Event) -> None:
-    """Ask as a browser that shows live cars: for ticks when few are left to play, of the curves for what is new."""
-    after, last, ticks_at, curves_at = 0, 0, 0.0, 0.0
-    while not over.wait(LOOK_SECONDS):
+    """Ask as a browser that shows live cars: for ticks when few are left to play, for the picture of one car all along.
+
+    What comes is played to its end before what comes next, so the page asks again when AHEAD_TICKS are left of both.
+    """
+    after, last, played_at, ticks_at, curves_at = 0, 0, 0.0, 0.0, 0.0
+    car: dict[str, Any] = {}
+    while not over.wait(PICTURE_SECONDS):
         now = time.monotonic()
         try:
-            if now >= ticks_at and (reel := told(f"{page}api/live?after={after}")["reel"]):
-                after, ticks_at = reel["last"], now + (reel["ticks"] - LEFT_TICKS) / TICKS_PER_SECOND
+            if now >= max(ticks_at, played_at - AHEAD_TICKS / TICKS_PER_SECOND):
+                ticks_at = now + LOOK_SECONDS
+                if reel := told(f"{page}api/live?after={after}")["reel"]:
+                    after, car = reel["last"], reel["cars"][0]
+                    played_at = max(now, played_at) + reel["ticks"] / TICKS_PER_SECOND
+            if car:
+                tick = max(0, len(car["x"]) - 1 - int(max(0.0, played_at - now) * TICKS_PER_SECOND))
+                urllib.request.urlopen(
+                    f"{page}camera.jpg?x={car['x'][tick]}&y={car['y'][tick]}&yaw={car['yaw'][tick]}", timeout=10
+                ).close()
             if now >= curves_at:
                 curves_at = now + CURVES_SECONDS
                 told(f"{page}api/run")
@@ -149,6 +174,18 @@ def costs(values: list[float]) -> list[float]:
     ]
 
 
+def surely(values: list[float]) -> tuple[float, float]:
+    """Return between which two values the median lies with 95 %: two of the values, whatever they are spread like.
+
+    >>> surely([float(k) for k in range(20)])
+    (5.0, 14.0)
+    """
+    ordered, count = sorted(values), len(values)
+    below = [sum(math.comb(count, k) for k in range(place + 1)) / 2**count for place in range(count)]
+    outside = max((place for place in range(count // 2) if below[place] <= 0.025), default=0)
+    return ordered[outside], ordered[count - 1 - outside]
+
+
 def main() -> None:
     words = argparse.ArgumentParser()
     words.add_argument("--minutes", type=float, default=4.0)
@@ -156,7 +193,7 @@ def main() -> None:
     periods: list[Period] = []
     with tempfile.TemporaryDirectory() as folder:
         training = Training(Path(folder) / "run", asked.minutes)
-        while training.goes_on and len(training.iterations()) < 3:  # compiled, and warm
+        while training.goes_on and len(training.ends()) < 5:  # compiled, and warm
             time.sleep(0.5)
         while (period := training.period(watched=len(periods) % 2 == 1)) is not None:
             periods.append(period)
@@ -170,10 +207,13 @@ def main() -> None:
         if len(found) < 2:
             raise SystemExit("Too few periods; give it more --minutes.")
         low, middle, high = statistics.quantiles(found, n=4)
+        least, most = surely(found)
         print(
-            f"{what}: {statistics.median(values[::2]):.3f} unwatched, watched {middle:+.1f} % "
-            f"(half of {len(found)} periods from {low:+.1f} to {high:+.1f})"
+            f"{what}: {statistics.median(values[::2]):.4f} unwatched, watched {middle:+.2f} % (surely {least:+.1f} to "
+            f"{most:+.1f}; half of {len(found)} periods {low:+.1f} to {high:+.1f})"
         )
+    page = 100.0 * statistics.median(one.page for one in periods[1::2])
+    print(f"the page's process, watched: {page:.1f} % of a core")
 
 
 if __name__ == "__main__":

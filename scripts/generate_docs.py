@@ -352,9 +352,24 @@ def coach_page() -> str:
     )
 
 
+def baselines_page() -> str:
+    """Return what Stable-Baselines' words mean here."""
+    from racecraft.compat.baselines_words import DEFAULTS, WORDS
+
+    rows = [(f"`{name}`", f"`{setting}`" if setting else doc) for name, (setting, doc) in WORDS.items()]
+    return f"""# Stable-Baselines' words
+
+What the arguments of `SagemakerStableBaselinesPPO1Launcher` mean here; see [your old SageMaker
+notebook](../jobs/sagemaker.md).
+
+{_table(("PPO1", "here"), rows)}
+
+What PPO1 and its `MlpPolicy` do without being asked: {", ".join(f"`{one}`" for one in DEFAULTS)}."""
+
+
 def rllib_page() -> str:
     """Return what RLlib's words mean here."""
-    from racecraft.compat.rllib_words import ELSEWHERE, RUNS, STOPS, WORDS
+    from racecraft.compat.rllib_words import ELSEWHERE, MODEL_WORDS, MULTI_WORDS, RUNS, STOPS, WORDS
 
     rows = [
         f"| `{name}` | {'' if word.setting in ('', ELSEWHERE) else f'`{word.setting}`'} | "
@@ -378,6 +393,18 @@ def rllib_page() -> str:
             "| RLlib | setting | what it means here |",
             "|---|---|---|",
             *rows,
+            "",
+            "Words of `model`:",
+            "",
+            "| RLlib | here |",
+            "|---|---|",
+            *(f"| `{name}` | {told} |" for name, told in MODEL_WORDS.items()),
+            "",
+            "Words of `multiagent`:",
+            "",
+            "| RLlib | here |",
+            "|---|---|",
+            *(f"| `{name}` | {told} |" for name, told in MULTI_WORDS.items()),
             "",
             "Words of `run`:",
             "",
@@ -409,6 +436,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/variation.md": variation_page,
     "reference/rllib.md": rllib_page,
     "reference/coach.md": coach_page,
+    "reference/baselines.md": baselines_page,
 }
 """Every generated page and the function that writes it."""
 

@@ -27,7 +27,7 @@ TRAINING_WORLDS = ("deepracer", "battlesnake", "gymnasium", "unity")
 GROUND = {"contract": 0, "kernels": 1, "settings": 1, "formats": 2, "tracks": 3, "storage": 3}
 
 HEAVY = {
-    "torch": {"algorithms", "rollout", "export", "analysis", "training"},
+    "torch": {"algorithms", "rollout", "export", "analysis", "training", "compat"},
     "ray": {"cluster"},
     "mlflow": {"training"},
     "grpc": {"envs"},

@@ -140,3 +140,14 @@ def test_snakes_are_not_taught_by_whole_games():
 
     with pytest.raises(SettingError, match=r"--algorithm es learns from whole episodes.*Use ppo"):
         plan(SnakeRequest(GameSettings(), algorithm="es"))
+
+
+def test_who_learns_by_search_fits_only_where_one_is_brought_along():
+    with pytest.raises(SettingError, match="brings none along; expected `racecraft snakes train`") as caught:
+        require_fit(find_algorithm("alphazero"), DiscreteActions(2), "CartPole-v1")
+    assert str(caught.value).endswith("Algorithms that fit: ppo, dqn, apex, reinforce, es, bc.")
+    with pytest.raises(SettingError, match="Algorithms that fit: ppo, dqn, apex, reinforce, es, bc.$"):
+        require_fit(find_algorithm("sac"), DiscreteActions(2), "CartPole-v1")
+    require_fit(find_algorithm("alphazero"), DiscreteActions(4), "snakes", is_searched=True)
+    with pytest.raises(SettingError, match="Algorithms that fit: .*, alphazero, bc.$"):
+        require_fit(find_algorithm("sac"), DiscreteActions(4), "snakes", is_searched=True)

@@ -8,10 +8,13 @@ import pytest
 from tests.logs import makers
 
 from racecraft.algorithms.registry import find_algorithm
+from racecraft.analysis.account_words import asked_words, happened_words
 from racecraft.analysis.deepracer.logs.advice import advice
+from racecraft.analysis.deepracer.logs.judged import Judged
 from racecraft.analysis.learner import Learner, learner_of_job, learner_of_log
 from racecraft.analysis.learning_advice import learning_advice
 from racecraft.analysis.report import write_report
+from racecraft.analysis.run_facts import read_facts
 from racecraft.formats.run_folder import RunFolder
 from racecraft.logs import read
 from racecraft.reporting.account import advice_of, as_asked
@@ -115,8 +118,8 @@ def ticks_of(tmp_path, episodes):
     return read(makers.write(tmp_path / "0-iteration.csv", makers.joined(*episodes))).ticks.collect()
 
 
-def told(ticks, words):
-    found = [one for one in advice(ticks, load_track("reinvent_base")) if words in one.try_]
+def told(ticks, words, judged=None):
+    found = [one for one in advice(ticks, load_track("reinvent_base"), judged=judged) if words in one.try_]
     for one in found:
         assert one.plot()._repr_png_()[:4] == b"\x89PNG"
     return found
@@ -129,6 +132,31 @@ def test_a_corner_that_takes_half_of_the_exits(tmp_path):
     assert "takes" in found.found
     evenly = ticks_of(tmp_path / "b", spread)
     assert not told(evenly.filter(pl.col("status") != "off_track"), "Pay for the right line")
+
+
+ROUND, SHORT = Judged((0.3, 1.0, 1.0), 21.5), Judged((0.3, 1.0, 0.9), 21.5)
+
+
+def test_what_a_car_that_gets_round_did_while_it_explored_is_no_fault(tmp_path):
+    """Exits at one corner and a reward against progress, in training; whether they matter the evaluations say."""
+    same = ticks_of(tmp_path, [makers.episode(k, 0.3, ticks=20, reward=1.0 - k / 24) for k in range(24)])
+    for words in ("Pay for the right line or less speed in", "It is early"):
+        assert told(same, words, SHORT)
+        assert not told(same, words, ROUND)
+    (found,) = told(same, "It laps", ROUND)
+    assert found.found.startswith(
+        "Judged without exploration, its last 2 evaluations came to 100 % and 100 % of a lap; its best lap took "
+        "21.50 s. While it explored, mean progress went from 30 % in"
+    )
+    assert not told(same, "It laps", SHORT)
+
+
+def test_an_unrelated_reward_of_a_car_that_gets_round_is_left_alone(tmp_path):
+    shares = np.linspace(0.1, 0.9, 24)
+    unfair = ticks_of(tmp_path, [makers.episode(k, one, ticks=20, reward=1.0 - one) for k, one in enumerate(shares)])
+    words = "paid for something else than coming forward"
+    assert told(unfair, words, SHORT)
+    assert not told(unfair, words, ROUND)
 
 
 def test_speed_that_is_not_used_on_straights(tmp_path):
@@ -155,8 +183,41 @@ def test_a_page_has_the_account_of_a_run_in_plain_words(tmp_path):
     for row in metrics_of(evaluation_score=FELL):
         run.append_metrics(row)
     text = write_report(run, tmp_path / "r.html", advice=advice_of(run)).read_text(encoding="utf-8")
-    assert "PPO was asked to play CartPole-v1, until minutes=1." in text
+    assert "PPO was asked to play CartPole-v1 until 1 min are over." in text
     assert "it went from 0 to 90 in iteration 12" in text
     assert "What to try next" in text
     assert f"racecraft gym train CartPole-v1 --from {run.path}:best" in text
     assert text.index("It forgot") < text.index("How it learned")
+
+
+TABLE = [{"steering_angle": angle, "speed": speed} for angle in (-30, 0, 20) for speed in (0.5, 1.0)]
+RANGES = {"steering_angle": {"low": -30, "high": 30}, "speed": {"low": 1, "high": 3.5}}
+CARS = {
+    "table": (
+        {"action_space": TABLE, "sensor": ["STEREO_CAMERAS", "SECTOR_LIDAR"]}, {"folder": "my-car", "stops": ["laps"]},
+        "PPO was asked to drive reinvent until it laps. The car saw by two cameras and a LiDAR in sectors and chose "
+        "among 6 actions, from 30° right to 20° left, at 0.5 to 1 m/s. It was paid by the reward function of my-car.",
+    ),
+    "ranges": (
+        {"action_space": RANGES, "sensor": ["FRONT_FACING_CAMERA"]},
+        {"from": "runs/old", "set": ["ppo.clip=0.1"], "stops": ["minutes=5", "iterations=9"]},
+        "PPO was asked to drive reinvent until 5 min are over or 9 iterations are done. The car saw by its front "
+        "camera and chose any wheel angle from 30° right to 30° left and any speed from 1 to 3.5 m/s. It was paid for "
+        "staying near the centre line, as no reward function was given. It began with the weights of runs/old. Set by "
+        "hand: ppo.clip=0.1.",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("car", CARS)
+def test_what_a_car_was_asked_is_told_in_plain_words(car, tmp_path):
+    metadata, asked, words = CARS[car]
+    notes = [] if asked.get("folder") else ["no reward_function.py: paid for staying near the centre line"]
+    job = {"kind": "deepracer", "title": "reinvent", "algorithm": "ppo", "asked": asked, "notes": notes}
+    run = RunFolder.create(tmp_path / "run", {**job, "settings": {}, "model_metadata": metadata})
+    run.reward_function.write_text("def reward_function(params):\n    return 1.0\n")
+    for row in metrics_of(evaluation_score=np.linspace(1, 100, COUNT), best_lap_seconds=np.full(COUNT, 20.0)):
+        run.append_metrics(row)
+    facts = read_facts(run)
+    assert asked_words(facts) == words
+    assert happened_words(facts).endswith("Its fastest lap took 20.00 s. It does not get round yet.")

@@ -149,7 +149,7 @@ def test_the_mean_reward_is_told_and_drawn_unless_it_is_the_score_itself(run, tm
 
 def test_an_exit_counts_once_in_every_place_that_counts_exits(run, tmp_path):
     words = words_of(write_report(run, tmp_path / "report.html"))
-    assert "Where cars left the road : once, a cross each." in words
+    assert "Where cars left the road in training : once, a cross each." in words
     assert "How 2 training episodes ended" in words
     assert "off track 1 50.0 %" in words
     assert "mean speed (m/s) 19 1 " in words, "waypoint 19, one exit"

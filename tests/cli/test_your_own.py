@@ -131,6 +131,54 @@ def test_an_own_network_is_remembered_and_missed_elsewhere(racecraft, folder, tm
     assert "there is no module 'your_own_network'" in ran.stderr
 
 
+WHOLE = """
+import torch
+
+class Whole(torch.nn.Module):
+    def __init__(self, observations, actions, outputs):
+        super().__init__()
+        assert actions.count == outputs == 2
+        (self.name, part), = observations.items()
+        self.both = torch.nn.Linear(*part.shape, outputs + {extra})
+
+    def forward(self, seen):
+        both = self.both(seen[self.name])
+        return both[:, :-1], both[:, -1]
+"""
+
+
+def test_an_own_network_decides_and_values_by_itself(racecraft, folder):
+    (folder / "whole.py").write_text(WHOLE.format(extra=1))
+    summary = told(racecraft("gym", "train", "CartPole-v1", "--set", "network.policy=whole:Whole", *SHORT))
+    network = load_policy(summary["run"]).policy.network
+    own = [f"policy_body.own.both.{part}" for part in ("weight", "bias")]
+    assert [name for name, _ in network.named_parameters()] == own
+    first = network.policy_body.own.both.weight.clone()
+    on = ("--run", summary["run"], "--resume", "--stop", "iterations=3", "--no-pictures", "--json")
+    told(racecraft("gym", "train", *on))
+    assert not (load_policy(f"{summary['run']}:last").policy.network.policy_body.own.both.weight == first).all()
+
+
+@pytest.mark.parametrize(
+    ("extra", "more", "letter"),
+    [
+        (2, (), "gives (2, 3) and (2,) for two rows; expected (2, 2) numbers that decide"),
+        (0, (), "gives (2, 1)"),
+        (1, ("network.encoder=your_own_network:Waves",), "network.encoder and network.policy are both given"),
+        (1, ("network.memory=lstm",), "network.policy and network.memory are both given"),
+        (1, ("network.separate_networks=true",), "network of your own has its own critic"),
+    ],
+)
+def test_an_own_network_of_another_shape_or_beside_another_is_refused(racecraft, folder, extra, more, letter):
+    module = f"whole_{extra}"
+    (folder / f"{module}.py").write_text(WHOLE.format(extra=extra))
+    sets = [word for one in (f"network.policy={module}:Whole", *more) for word in ("--set", one)]
+    said = racecraft("gym", "train", "CartPole-v1", *sets, *SHORT)
+    assert said.code == 2
+    assert letter in said.err.replace("\n", " ")
+    assert not (folder / "runs").exists()
+
+
 def test_an_own_network_learns_by_evolution_too(racecraft, folder):
     own = ("--set", "network.encoder=your_own_network:Waves", "--algorithm", "es", "--set", "rollout.num_worlds=4")
     told(racecraft("gym", "train", "CartPole-v1", *own, "--set", "rollout.episodes_per_iteration=4", *SHORT))

@@ -5,10 +5,13 @@ import tarfile
 
 import numpy as np
 import pytest
+import torch
 from tests.formats.tensorflow.policies import METADATA, layers_for
 
+from racecraft.algorithms.networks import Architecture
 from racecraft.algorithms.plain_layers import NoPlainLayersError, layers_of
-from racecraft.algorithms.policy_spec import PolicySpec
+from racecraft.algorithms.policy_spec import PolicySpec, architecture_values
+from racecraft.algorithms.q_network import QNetwork
 from racecraft.contract.errors import SettingError, UserInputError
 from racecraft.contract.world import ArraySpec, DiscreteActions
 from racecraft.envs.deepracer.world import CAMERA_NAME
@@ -58,6 +61,47 @@ def test_a_cars_archive_drives_as_its_checkpoint_does(tmp_path, kind, network, s
     again = import_model(done.path, tmp_path / "again", track="Oval_track").run
     seen = {CAMERA_NAME: averages(FRAMES, shrink)}
     np.testing.assert_allclose(load_policy(again).act(seen), load_policy(run).act(seen), atol=1e-5)
+
+
+@pytest.mark.parametrize("algorithm", ["dqn", "apex"])
+@pytest.mark.parametrize(("dueling", "trunk"), [(False, (5, 3)), (True, (5, 3)), (True, ())])
+def test_what_choices_are_worth_drives_a_car_as_likelihoods(tmp_path, algorithm, dueling, trunk):
+    run = run_of(tmp_path, "discrete", "tiny")
+    row = Architecture(((2, 24, 16), (3, 3, 2)), (4,), (), trunk)
+    seen, actions = load_policy(run).spec.visible, load_policy(run).spec.actions
+    network = QNetwork(seen, actions, row, dueling, torch.Generator().manual_seed(5))
+    chance = torch.Generator().manual_seed(6)
+    weights = {
+        name: (one + 0.3 * torch.randn(one.shape, generator=chance)).numpy()
+        for name, one in network.state_dict().items()
+    }
+    spec = PolicySpec(algorithm, seen, actions, {**architecture_values(row), "dueling": dueling})
+    shelf = Checkpoints(run.checkpoints)
+    card = {**shelf.load_policy("last")[1], "policy_spec": spec.as_dictionary()}
+    shelf.save(9, 180, weights, card, score=9.0, best=True)
+    worths = load_policy(run).policy.values({CAMERA_NAME: FRAMES})
+
+    done = export_to_car(run.path)
+
+    assert done.agreement.largest_difference < 1e-4
+    again = import_model(done.path, tmp_path / "again", track="Oval_track").run
+    likely = load_policy(again).probabilities({CAMERA_NAME: FRAMES})
+    powers = np.exp(worths - worths.max(axis=1, keepdims=True))
+    np.testing.assert_allclose(likely, powers / powers.sum(axis=1, keepdims=True), atol=1e-5)
+    with pytest.raises(UserInputError, match="no critic of its own"):
+        export_to_aws(run.path, "drfc", tmp_path / "drfc", check=False)
+
+
+@pytest.mark.parametrize("kind", ["discrete", "continuous"])
+@pytest.mark.parametrize("algorithm", ["reinforce", "es", "bc"])
+def test_whoever_decides_by_ppos_network_goes_to_a_car_as_ppo_does(tmp_path, algorithm, kind):
+    run = run_of(tmp_path, kind, "tiny")
+    shelf = Checkpoints(run.checkpoints)
+    weights, card = shelf.load_policy("last")
+    card["policy_spec"]["algorithm"] = algorithm
+    shelf.save(9, 180, weights, card, score=9.0, best=True)
+    assert load_policy(run).spec.algorithm == algorithm
+    assert export_to_car(run.path).agreement.largest_difference < 1e-4
 
 
 def test_a_graph_that_acts_otherwise_is_not_written(tmp_path, monkeypatch):
@@ -122,7 +166,7 @@ def test_what_awss_trainer_could_not_go_on_with_is_refused(tmp_path, kind, netwo
 
 SEEN = {CAMERA_NAME: ArraySpec((120, 160), np.uint8)}
 NOT_PLAIN = {
-    "another algorithm": (PolicySpec("dqn", SEEN, DiscreteActions(3)), "dqn"),
+    "another algorithm": (PolicySpec("mine:Own", SEEN, DiscreteActions(3)), "mine:Own"),
     "several frames": (PolicySpec("ppo", SEEN, DiscreteActions(3), stack_size=4), "stack_size=4"),
     "a memory": (PolicySpec("ppo", SEEN, DiscreteActions(3), {"memory": "lstm"}), "memory=lstm"),
     "its own network": (PolicySpec("ppo", SEEN, DiscreteActions(3), {"encoder": "my:Net"}), "encoder=my:Net"),

@@ -6,9 +6,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numba
+import numpy as np
 import pytest
+from numba.core.errors import NumbaError
 
 import racecraft
+from racecraft.envs.battlesnake.kernels import begin, food_and_hazards, observe, outlook, rules, steps
+from racecraft.kernels import inner_kernel, kernel, lean_kernel
 from racecraft.kernels.compile import sources
 
 HOUSE = Path(racecraft.__file__).parent
@@ -81,3 +86,38 @@ def test_imports_are_followed_however_they_are_written(tmp_path):
         (tmp_path / name).write_text(text)
     found = [path.relative_to(tmp_path).as_posix() for path in sources(tmp_path)]
     assert found == ["a/__init__.py", "a/deep.py", "b.py", "c.py", "kernels/__init__.py", "kernels/sums.py"]
+
+
+def sum_of_rows(table):
+    """Add all up, a slice a row."""
+    total = 0.0
+    for number in range(table.shape[0]):
+        row = table[number].reshape(-1)
+        for place in range(row.size):
+            total += row[place]
+    return total
+
+
+@pytest.mark.parametrize(("compiled", "counts"), [(kernel, True), (lean_kernel, False), (inner_kernel, False)])
+def test_lean_kernels_count_no_holders_and_hold_none(compiled, counts, tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))  # code from the cache cannot be looked at
+    table, total = np.arange(12.0).reshape(3, 4), compiled(sum_of_rows)
+    held = sys.getrefcount(table)
+    assert total(table) == 66.0
+    assert sys.getrefcount(table) == held
+    assert any("NRT_decref" in code for code in total.inspect_asm().values()) == counts
+
+
+def test_a_lean_kernel_that_makes_an_array_does_not_compile(tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    with pytest.raises(NumbaError, match="NRT required"):
+        lean_kernel(lambda table: table.copy()[0])(np.zeros(3))
+
+
+def test_nothing_that_a_game_calls_each_turn_counts_holders():
+    """One that does makes the turn three times as long."""
+    for room in (begin, food_and_hazards, observe, outlook, rules, steps):
+        compiled = {name: value for name, value in vars(room).items() if hasattr(value, "py_func")}
+        own = {name for name, value in compiled.items() if value.py_func.__module__ == room.__name__}
+        assert own
+        assert [name for name in own if compiled[name].targetoptions.get("_nrt") is not False] == []

@@ -3,10 +3,12 @@
 import json
 
 import polars as pl
+import pytest
 from tests.logs import makers
 
 from racecraft.analysis.deepracer.logs import simulation_agg
 from racecraft.logs import read
+from racecraft.logs.continued import join_continued
 from racecraft.logs.numbering import number
 
 
@@ -60,3 +62,48 @@ def test_trials_that_each_start_from_standstill_are_timed_without_the_wait_betwe
     makers.write(tmp_path / "evaluation-20220709200242/evaluation-simtrace/0-iteration.csv", makers.joined(*trials))
     seconds = simulation_agg(read(tmp_path).evaluations)["seconds"].to_list()
     assert [round(one, 6) for one in seconds] == [2.0, 2.0]
+
+
+def cut(number, at, ticks=12, **details):
+    """Return the two parts of an episode that an iteration's end cuts after so many steps."""
+    whole = makers.episode(number, ticks=ticks, **details)
+    return [{name: values[part] for name, values in whole.items()} for part in (slice(at), slice(at, None))]
+
+
+def cars_side_by_side(folder):
+    """Write two iterations of three cars: the first car's episode 0 is cut, the second's ends just there."""
+    begun, goes_on = cut(0, 7, share=0.5)
+    files = {
+        ("", 0): makers.joined(begun), ("", 1): makers.joined(goes_on, makers.episode(1)),
+        ("1", 0): makers.episode(0), ("1", 1): makers.episode(1),
+        ("2", 0): makers.episode(0), ("2", 1): makers.episode(1),
+    }  # fmt: skip
+    for (worker, iteration), columns in files.items():
+        part = f"{worker}/training-simtrace" if worker else "0/training-simtrace"
+        makers.write(folder / part / f"{iteration}-iteration.csv", columns)
+    return read(folder).ticks.collect()
+
+
+def test_an_episode_that_goes_on_in_the_next_iteration_is_one_whatever_stands_between(tmp_path):
+    ticks = cars_side_by_side(tmp_path)
+    assert ticks["unique_episode"].to_list() == sorted(ticks["unique_episode"].to_list())
+    first = ticks.filter(pl.col("unique_episode") == 0)
+    assert first["tick"].to_list() == list(range(1, 13))
+    assert first["iteration"].to_list() == [0] * 7 + [1] * 5
+    episodes = simulation_agg(ticks)
+    assert episodes.select("worker", "iteration", "episode", "steps").rows() == [
+        (0, 0, 0, 12), (1, 0, 0, 12), (2, 0, 0, 12), (0, 1, 1, 12), (1, 1, 1, 12), (2, 1, 1, 12),
+    ]  # fmt: skip
+    one = episodes.row(0, named=True)
+    assert (one["progress_share"], one["reward"], one["status"]) == (0.5, 11.0, "off_track")
+    assert one["seconds"] == pytest.approx(11 / 15)
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [{"episode": [4, 9, 5]}, {"tick": [1, 1, 4]}, {"worker": [0, 1, 2]}, {"phase": ["evaluation"] * 3}],
+)
+def test_parts_that_do_not_follow_each_other_stay_two(changed):
+    columns = {"episode": [4, 9, 4], "tick": [1, 1, 2], "worker": [0, 1, 0]}
+    assert join_continued(number(rows(**columns)))["unique_episode"].to_list() == [0, 0, 1]
+    assert join_continued(number(rows(**{**columns, **changed})))["unique_episode"].to_list() == [0, 1, 2]

@@ -76,6 +76,30 @@ def test_the_camera_looks_from_where_the_car_stands(address):
     assert (kind, Image.open(io.BytesIO(data)).size) == ("image/jpeg", (320, 240))
 
 
+def test_a_page_wishes_for_ticks_only_where_there_are_none_it_has_not(tmp_path, monkeypatch):
+    """A wish makes the training keep and write ticks; what one page had written another is given without a wish."""
+    monkeypatch.setattr(live, "LOOK_SECONDS", 0.0)
+    run = make_run(tmp_path / "r", iterations=1)
+    server = WatchServer(run)
+    address = server.start()
+    try:
+        assert told(address, "api/live?after=0") == {"training": False, "reel": None}
+        assert not run.watched.exists(), "nobody is there to hear a wish"
+        with run.lock():
+            publisher = LivePublisher(run)
+            assert told(address, "api/live?after=0") == {"training": True, "reel": None}
+            first = run.watched.stat().st_mtime_ns
+            drive(make_world(), live.RING_TICKS + 1, [publisher])
+            for _ in range(2):  # two pages
+                assert told(address, "api/live?after=0")["reel"]["last"] == live.RING_TICKS + 1
+            assert told(address, "api/live?after=40")["reel"]["first"] == 41
+            assert run.watched.stat().st_mtime_ns == first, "they were given what there was"
+            assert told(address, f"api/live?after={live.RING_TICKS + 1}")["reel"] is None
+            assert run.watched.stat().st_mtime_ns > first
+    finally:
+        server.close()
+
+
 @pytest.fixture(scope="module")
 def several(tmp_path_factory):
     return make_run(tmp_path_factory.mktemp("runs") / "several", iterations=1, several=True)
@@ -235,7 +259,7 @@ def test_the_page_is_read_on_a_phone(address, browser):
 
 @needs_chromium
 def test_a_course_is_chosen_and_its_boxes_and_bots_stand_on_the_map(tmp_path, browser, monkeypatch):
-    monkeypatch.setattr(live, "EVERY_SECONDS", 0.1)
+    monkeypatch.setattr(live, "LOOK_SECONDS", 0.1)
     run = make_run(tmp_path / "several", iterations=1, several=True)
     server, over = WatchServer(run), threading.Event()
 
@@ -276,9 +300,55 @@ def test_a_course_is_chosen_and_its_boxes_and_bots_stand_on_the_map(tmp_path, br
         server.close()
 
 
+PLAYED = """(() => {
+    played = []; const own = begin;
+    begin = (reel, ...more) => {
+        if (at.reel && at.mode === "live")
+            played.push({ left: at.reel.ticks - 1 - at.head, skipped: reel.first - at.reel.last - 1 });
+        own(reel, ...more);
+    };
+    heads = []; const drawn = drawMap;
+    drawMap = () => { heads.push([at.reel.last - at.reel.ticks + 1 + at.head, performance.now()]); drawn(); };
+})()"""
+"""Notes what was left to play whenever another reel began, and which tick was drawn when."""
+
+
+@needs_chromium
+def test_a_live_car_drives_on_without_a_halt_or_a_jump_inside_what_was_left(tmp_path, browser, monkeypatch):
+    """Every reel is played to its end, and the next is there by then: the page asks in time."""
+    run = make_run(tmp_path / "r", iterations=1)
+    server, over = WatchServer(run), threading.Event()
+
+    def train():
+        with run.lock():
+            world, publisher, buffers = make_world(), LivePublisher(run), None
+            while not over.is_set():
+                buffers = drive(world, 32, [publisher], int(time.time()), buffers)
+                time.sleep(0.2)  # it learns
+
+    training = threading.Thread(target=train)
+    training.start()
+    try:
+        browser.open(server.start())
+        browser.until("at.mode === 'live' && at.reel !== null")
+        browser.value(PLAYED)
+        browser.value("$('pace').value = '2', $('pace').onchange()")
+        browser.until("played.length >= 3", 20.0)
+        played = json.loads(browser.value("JSON.stringify(played)"))
+        assert [one["left"] for one in played] == [0] * len(played), "nothing of a reel is cut off"
+        assert all(one["skipped"] > 0 for one in played), "another moment: nothing was kept between the wishes"
+        heads = np.array(json.loads(browser.value("JSON.stringify(heads)")))
+        stood = np.diff(heads[:, 0]) == 0
+        assert np.diff(heads[:, 1])[stood].sum() < 0.2 * (heads[-1, 1] - heads[0, 1]), "it hardly ever waits"
+    finally:
+        over.set()
+        training.join()
+        server.close()
+
+
 @needs_chromium
 def test_a_training_is_watched_live(tmp_path, browser, monkeypatch):
-    monkeypatch.setattr(live, "EVERY_SECONDS", 0.1)
+    monkeypatch.setattr(live, "LOOK_SECONDS", 0.1)
     run = make_run(tmp_path / "r", iterations=1)
     server = WatchServer(run)
     over = threading.Event()

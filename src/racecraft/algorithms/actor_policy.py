@@ -8,7 +8,15 @@ import torch
 from torch import Tensor
 
 from racecraft.algorithms.distributions import GAUSSIAN, Categorical, Distribution, distribution_for
-from racecraft.algorithms.networks import ActorCritic, Architecture, Encoder, OwnEncoder, architecture_from
+from racecraft.algorithms.networks import (
+    ActorCritic,
+    Architecture,
+    Encoder,
+    OwnActorCritic,
+    OwnEncoder,
+    OwnPolicy,
+    architecture_from,
+)
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.recurrent_network import NONE, RecurrentActorCritic
 from racecraft.algorithms.recurrent_policy import RecurrentPolicy
@@ -65,7 +73,7 @@ class ActorPolicy:
         """Nothing is remembered from tick to tick."""
 
     @property
-    def eyes(self) -> Encoder | OwnEncoder:
+    def eyes(self) -> Encoder | OwnEncoder | OwnPolicy:
         """The network from observations to features."""
         return self.network.policy_body
 
@@ -90,7 +98,9 @@ class ActorPolicy:
 
 
 def actor_critic_class(architecture: Architecture) -> type[ActorCritic]:
-    """Return the class of an architecture's network: with a memory or without."""
+    """Return the class of an architecture's network: a user's own, with a memory or without."""
+    if architecture.policy is not None:
+        return OwnActorCritic
     return ActorCritic if architecture.memory == NONE else RecurrentActorCritic
 
 

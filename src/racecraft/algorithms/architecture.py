@@ -41,7 +41,9 @@ class NetworkConfig:
     encoder: str | None = setting(
         None, "Your own network as module:Class in place of the layers above; the heads stay."
     )
-
+    policy: str | None = setting(
+        None, "Your own network as module:Class in place of layers and heads: it decides and values by itself."
+    )
     normalise: bool = setting(
         False, "Whether vectors are scaled by their running mean and deviation, which are kept beside the weights."
     )
@@ -82,6 +84,8 @@ class Architecture:
     of critic and commands (facts: Coach `ppo_head.py`, `v_head.py`)."""
     encoder: str | None = None
     """A user's own network as "module:Class", instead of convolutions and dense layers; None: those."""
+    policy: str | None = None
+    """A user's own network as "module:Class", instead of layers and heads; None: those."""
     normalise: bool = False
     """Whether vectors are scaled by their running mean and deviation."""
     memory: str = "none"
@@ -111,6 +115,7 @@ def architecture_of(config: NetworkConfig) -> Architecture:
         privileged_critic=config.privileged_critic,
         initialisation=config.initialisation,
         encoder=config.encoder,
+        policy=config.policy,
         normalise=config.normalise,
         memory=config.memory,
         memory_units=config.memory_units if config.memory != "none" else 0,

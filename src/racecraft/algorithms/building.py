@@ -24,7 +24,7 @@ SIGNALS = ("curiosity", "rnd", "gail")
 """Groups of settings that add to what is rewarded."""
 IMITATION = "imitation"
 """The group of what is imitated beside."""
-NOT_EVERYBODYS = {"memory": "none", "normalise": False, "encoder": None}
+NOT_EVERYBODYS = {"memory": "none", "normalise": False, "encoder": None, "policy": None}
 """Settings of `network` that only some learners follow (their `follows`), with the value that asks for nothing."""
 SEED_APART = 7_919
 """Between the seeds of what is built side by side."""
@@ -70,10 +70,27 @@ def _require_followed(algorithm: Algorithm, network: NetworkConfig, follows: tup
             f"network.separate_networks is True, and {algorithm.name} has no critic that could have layers of its own. "
             "Leave it at False."
         )
-    if network.encoder is not None and (network.normalise or network.memory != "none"):
-        other = "normalise" if network.normalise else "memory"
+    _require_one_network(network)
+
+
+def _require_one_network(network: NetworkConfig) -> None:
+    """Refuse two networks for one place.
+
+    Raises:
+        SettingError: A network of the user's own, and something beside it that it takes the place of.
+    """
+    own = {"encoder": network.encoder, "policy": network.policy}
+    beside = {"normalise": network.normalise, "memory": network.memory != "none"}
+    given = [name for name, value in own.items() if value is not None]
+    others = [*given[1:], *(name for name, value in beside.items() if value)]
+    if given and others:
         raise SettingError(
-            f"network.encoder and network.{other} are both given; a network of your own takes the place of both. "
+            f"network.{given[0]} and network.{others[0]} are both given; a network of your own takes the place of "
+            "both. Leave one of them."
+        )
+    if network.policy is not None and network.separate_networks:
+        raise SettingError(
+            "network.policy and network.separate_networks are both given; a network of your own has its own critic. "
             "Leave one of them."
         )
 

@@ -32,12 +32,13 @@ class MultiPolicyLearner:
     Args:
         spec: The world's promise, with its groups.
         members: One learner for each group, in the groups' order; each made for `group_spec`.
+        still: Groups that act and learn nothing.
     """
 
     eats = ROLLOUT
 
-    def __init__(self, spec: WorldSpec, members: Mapping[str, Learner]) -> None:
-        self.spec, self.members = spec, dict(members)
+    def __init__(self, spec: WorldSpec, members: Mapping[str, Learner], still: frozenset[str] = frozenset()) -> None:
+        self.spec, self.members, self._still = spec, dict(members), still
         self.device = next(iter(self.members.values())).device
         self.columns = {
             f"{name}/{column}": part for name, learner in members.items() for column, part in learner.columns.items()
@@ -103,7 +104,8 @@ class MultiPolicyLearner:
         """
         told = []
         for name, mine in rows_by_group(experience.observations[POLICY_ID][0], self.members):
-            told.append(self.members[name].update(self._part_of(experience, name, mine)))
+            if name not in self._still:
+                told.append(self.members[name].update(self._part_of(experience, name, mine)))
         return merged(told)
 
     def anneal(self, done: float) -> None:

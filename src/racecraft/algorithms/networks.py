@@ -71,7 +71,7 @@ class ActorCritic(nn.Module):
         has_privileged = any(part.privileged for part in vectors.values())
         count, numbers = params_width(actions), numbers_width(actions)
 
-        self.policy_body = encoder_for(visible, architecture, generator)
+        self.policy_body: Encoder | OwnEncoder | OwnPolicy = encoder_for(visible, architecture, generator)
         self.critic_body: Encoder | OwnEncoder | None = None
         if architecture.privileged_critic and has_privileged:
             row = replace(
@@ -189,13 +189,96 @@ class OwnEncoder(nn.Module):
     @torch.no_grad()
     def _require_shape(self, observations: Mapping[str, ArraySpec], named: str) -> None:
         """Ask it once, about two rows of zeros."""
-        rows = {name: torch.from_numpy(np.zeros((2, *observations[name].shape), observations[name].dtype))
-                for name in self.names}  # fmt: skip
-        found = tuple(self.forward(rows).shape)
+        found = tuple(self.forward(zero_rows(observations, self.names)).shape)
         if found != (2, self.width):
             raise SettingError(
                 f"network.encoder {named} gives {found} for two rows; expected (2, {self.width}), as its `width` says."
             )
+
+
+class OwnPolicy(nn.Module):
+    """A user's own network in the place of layers and heads.
+
+    It is a `torch.nn.Module` whose class takes the observations' specs by name, the actions' spec, and how many numbers
+    P describe a decision; its `forward` takes named tensors (R, ...), in the world's own types, and returns float32
+    (R, P) and what it expects to earn, (R,). Its first weights are drawn under a seed of their own.
+
+    Raises:
+        SettingError: There is no such class, or it is of another shape.
+    """
+
+    def __init__(
+        self,
+        observations: Mapping[str, ArraySpec],
+        actions: ActionSpec,
+        architecture: Architecture,
+        generator: torch.Generator,
+    ) -> None:
+        super().__init__()
+        self.names, self.width = tuple(sorted(observations)), params_width(actions)
+        named = str(architecture.policy)
+        own = load_class(named, "network.policy")
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(int(torch.randint(0, 1 << 31, (1,), generator=generator)))
+            try:
+                self.own = own({name: observations[name] for name in self.names}, actions, self.width)
+                params, values = self.forward(zero_rows(observations, self.names))
+                found = tuple(params.shape), tuple(values.shape)
+            except SettingError:
+                raise
+            except Exception as error:
+                raise SettingError(
+                    f"network.policy {named} failed ({type(error).__name__}: {error}); expected a torch.nn.Module made "
+                    f"from the specs of {', '.join(self.names)}, of the actions and {self.width}, whose forward takes "
+                    "named tensors."
+                ) from error
+        if found != ((2, self.width), (2,)):
+            raise SettingError(
+                f"network.policy {named} gives {found[0]} and {found[1]} for two rows; expected (2, {self.width}) "
+                "numbers that decide and (2,) values."
+            )
+
+    def forward(self, observations: Mapping[str, Tensor]) -> tuple[Tensor, Tensor]:
+        """Return the policy's parameters (R, P) and the values (R,)."""
+        params, values = self.own({name: observations[name] for name in self.names})
+        return params.float(), values.float()
+
+
+class OwnActorCritic(ActorCritic):
+    """A user's own network as policy and critic; it reads nothing privileged."""
+
+    def __init__(
+        self,
+        observations: Mapping[str, ArraySpec],
+        actions: ActionSpec,
+        architecture: Architecture,
+        generator: torch.Generator,
+    ) -> None:
+        nn.Module.__init__(self)
+        visible = {name: part for name, part in observations.items() if not part.privileged}
+        numbers = numbers_width(actions)
+        self.policy_body = OwnPolicy(visible, actions, architecture, generator)
+        self.critic_body = None
+        self.log_std = nn.Parameter(torch.zeros(numbers)) if numbers else None
+
+    def forward(self, observations: Mapping[str, Tensor]) -> tuple[Tensor, Tensor]:
+        """Return the policy's parameters (R, P) and the values (R,) of R rows."""
+        decided: tuple[Tensor, Tensor] = self.policy_body(observations)
+        return decided
+
+    def policy(self, observations: Mapping[str, Tensor]) -> Tensor:
+        """Return the policy's parameters (R, P) alone."""
+        return self.forward(observations)[0]
+
+    def value(self, observations: Mapping[str, Tensor]) -> Tensor:
+        """Return the values (R,) alone."""
+        return self.forward(observations)[1]
+
+
+def zero_rows(observations: Mapping[str, ArraySpec], names: tuple[str, ...]) -> dict[str, Tensor]:
+    """Return two rows of zeros, to ask a network once what shape it gives."""
+    shapes = {name: ((2, *observations[name].shape), observations[name].dtype) for name in names}
+    return {name: torch.from_numpy(np.zeros(shape, dtype)) for name, (shape, dtype) in shapes.items()}
 
 
 def encoder_for(

@@ -35,6 +35,10 @@ from racecraft.formats.aws.policy_layers import (
 PROBABILITY_FLOOR = 1e-8
 """AWS's: no choice is ever less likely (facts: deepracer.md 8.2)."""
 ALGORITHMS = {DISCRETE: "ppo", CONTINUOUS: "ppo", SAC: "sac"}
+ACTORS = ("ppo", "reinforce", "es", "bc")
+"""Algorithms whose policy has a body and a head of its own."""
+WORTHS = ("dqn", "apex")
+"""Algorithms that learn what each choice is worth; as logits, worths choose alike: the best is the likeliest."""
 
 
 class NoPlainLayersError(UserInputError):
@@ -65,6 +69,8 @@ def layers_of(spec: PolicySpec, weights: Mapping[str, Any], sensors: Sequence[st
     kind = _kind_of(spec)
     architecture = architecture_from(spec.network)
     names = tuple(sensors) or tuple(sorted(spec.visible))
+    if spec.algorithm in WORTHS:
+        return PolicyLayers(kind, _worths_of(spec, architecture, weights, names))
     body, trunk, last = ("policy_body", "policy_body.trunk", "policy_head")
     if kind == SAC:
         count = 2 * len(architecture.trunk_units)
@@ -110,11 +116,12 @@ def policy_of(
 
 
 def _kind_of(spec: PolicySpec) -> str:
-    kinds = {"ppo": CONTINUOUS if isinstance(spec.actions, ContinuousActions) else DISCRETE, "sac": SAC}
+    kinds = dict.fromkeys(ACTORS, CONTINUOUS if isinstance(spec.actions, ContinuousActions) else DISCRETE)
+    kinds |= {"sac": SAC} | dict.fromkeys(WORTHS, DISCRETE)
     if spec.algorithm not in kinds:
         raise NoPlainLayersError(
-            f"the policy learned by {spec.algorithm}; expected ppo or sac, the two whose networks a car's software "
-            "knows. Train with one of them."
+            f"the policy learned by {spec.algorithm}; expected one of {', '.join(sorted(kinds))}, whose networks "
+            "are known to be layers that a car's software can run. Train with one of them."
         )
     architecture = architecture_from(spec.network)
     beyond = {
@@ -162,6 +169,21 @@ def _network_of(
     middle = tuple(_dense(weights, f"{trunk}.{2 * layer}") for layer in range(len(architecture.trunk_units)))
     seen = tuple(replace(one, shape=(*IMAGE, one.shape[2])) if one.is_image else one for one in sensors)
     return NetworkLayers(seen, middle, _dense(weights, last), architecture.activation)
+
+
+def _worths_of(
+    spec: PolicySpec, architecture: Architecture, weights: Mapping[str, Any], names: Sequence[str]
+) -> NetworkLayers:
+    """Return the layers that tell what each choice is worth.
+
+    Of two streams, what a moment is worth stays away: it is the same for every choice, so likelihoods are the same.
+    """
+    places = ("body", "body.trunk")
+    if not (spec.network.get("dueling") and architecture.trunk_units):
+        return _network_of(spec, architecture, weights, names, (*places, "choices.0"))
+    before = replace(architecture, trunk_units=architecture.trunk_units[:-1])
+    network = _network_of(spec, before, weights, names, (*places, "choices.2"))
+    return replace(network, trunk=(*network.trunk, _dense(weights, "choices.0")))
 
 
 def _shrink_of(shape: tuple[int, ...]) -> int:

@@ -193,7 +193,7 @@ class PpoLearner:
 
     eats = ROLLOUT
     figures = FIGURES
-    follows = ("memory", "normalise", "encoder")
+    follows = ("memory", "normalise", "encoder", "policy")
     """Settings of `network` that are followed beside its layers."""
 
     def __init__(

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from racecraft.algorithms.distributions import Categorical, Distribution
-from racecraft.algorithms.networks import Encoder, OwnEncoder
+from racecraft.algorithms.networks import Encoder, OwnEncoder, OwnPolicy
 from racecraft.algorithms.recurrent_network import RecurrentActorCritic, RowStates
 from racecraft.algorithms.transparent import MEMORY, Scores, as_floats, scores_of
 from racecraft.contract.world import Array
@@ -54,7 +54,7 @@ class RecurrentPolicy:
         self.states.forget(rows)
 
     @property
-    def eyes(self) -> Encoder | OwnEncoder:
+    def eyes(self) -> Encoder | OwnEncoder | OwnPolicy:
         """The network from observations to features."""
         return self.network.policy_body
 

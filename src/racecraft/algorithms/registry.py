@@ -299,8 +299,14 @@ def kind_of(actions: ActionSpec) -> str:
     return kinds.get(type(actions), BOTH)
 
 
-def require_fit(algorithm: Algorithm, actions: ActionSpec, what: str) -> None:
-    """Refuse an algorithm that cannot learn such actions.
+def require_fit(algorithm: Algorithm, actions: ActionSpec, what: str, is_searched: bool = False) -> None:
+    """Refuse an algorithm that cannot learn such actions, or would learn from a search that is not there.
+
+    Args:
+        algorithm: Who is to learn.
+        actions: What it is to decide.
+        what: The world, for the letter.
+        is_searched: Whether the world brings a search along, or can.
 
     Raises:
         SettingError: The letter says what it needs, and who could.
@@ -312,8 +318,13 @@ def require_fit(algorithm: Algorithm, actions: ActionSpec, what: str) -> None:
             )
         return
     kind = kind_of(actions)
+    others = [one.name for one in ALGORITHMS.values() if kind in one.acts and (is_searched or not one.searches)]
+    if algorithm.searches and not is_searched:
+        raise SettingError(
+            f"--algorithm {algorithm.name} learns from a search, and {what} brings none along; expected "
+            f"`racecraft snakes train`. Algorithms that fit: {', '.join(others)}."
+        )
     if kind not in algorithm.acts:
-        others = [one.name for one in ALGORITHMS.values() if kind in one.acts]
         raise SettingError(
             f"--algorithm {algorithm.name} decides {' or '.join(algorithm.acts)}; an action of {what} is {kind}. "
             f"Algorithms that fit: {', '.join(others)}."

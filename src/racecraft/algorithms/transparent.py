@@ -15,7 +15,7 @@ import torch
 from torch import Tensor, nn
 
 from racecraft.algorithms.distributions import Distribution, SquashedGaussian, numbers_width
-from racecraft.algorithms.networks import IMAGE_SCALE, Encoder, OwnEncoder
+from racecraft.algorithms.networks import IMAGE_SCALE, Encoder, OwnEncoder, OwnPolicy
 from racecraft.contract.world import Array, DiscreteActions, HybridActions, MultiDiscreteActions, SingleActions
 
 MEMORY = "(memory)"
@@ -60,7 +60,7 @@ def as_floats(eyes: nn.Module, observations: Mapping[str, Array], device: torch.
     Pictures of bytes are scaled to [0, 1], as our networks do it themselves; a user's own network scales them its own
     way and is given 0 to 255.
     """
-    scale = 1.0 if isinstance(eyes, OwnEncoder) else IMAGE_SCALE
+    scale = 1.0 if isinstance(eyes, OwnEncoder | OwnPolicy) else IMAGE_SCALE
     fed = {}
     for name in names_read(eyes):
         tensor = torch.from_numpy(observations[name]).to(device)
@@ -70,7 +70,7 @@ def as_floats(eyes: nn.Module, observations: Mapping[str, Array], device: torch.
 
 def names_read(eyes: nn.Module) -> tuple[str, ...]:
     """Return the names of the observations that a network reads."""
-    assert isinstance(eyes, Encoder | OwnEncoder)
+    assert isinstance(eyes, Encoder | OwnEncoder | OwnPolicy)
     return eyes.names
 
 

@@ -12,9 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from racecraft.analysis import figures, page
+from racecraft.analysis.account_words import asked_words, happened_words
 from racecraft.analysis.deepracer.drive import Drive, as_drive
 from racecraft.analysis.deepracer.failure_places import Why
 from racecraft.analysis.deepracer.logs.advice import Advice
+from racecraft.analysis.deepracer.logs.own import NoPlot
 from racecraft.analysis.deepracer.logs.plot import Plot
 from racecraft.analysis.deepracer.report_parts import (
     on_the_track,
@@ -39,7 +41,7 @@ def write_report(
     drive: Drive | Array | pl.DataFrame | None = None,
     film: bytes | None = None,
     advice: Sequence[Advice] = (),
-    own: Sequence[Plot] = (),
+    own: Sequence[Plot | NoPlot] = (),
     why: Why | None = None,
 ) -> Path:
     """Write the page of a run.
@@ -51,7 +53,7 @@ def write_report(
             picture of a lap; None: the best training episode, exploration included.
         film: The same drive as a small MP4, which the page carries.
         advice: What to try next, with figure and command each.
-        own: The racer's own plots.
+        own: The racer's own plots, and why there are none where they failed.
         why: Where the best policy fails; None: nothing is said of it.
 
     Returns:
@@ -124,44 +126,21 @@ def _account(facts: RunFacts) -> Iterator[str]:
         if one.plot is not None:
             plot = one.plot()
             picture = page.details(plot.title, page.photograph(plot.figure, plot.title, dpi=90))
-        command = one.command.replace("RUN", facts.path)
-        command = f"<p><code>{page.escaped(command)}</code></p>" if command else ""
+        lines = one.command.replace("RUN", facts.path).splitlines()
+        command = f"<p>{'<br>'.join(f'<code>{page.escaped(line)}</code>' for line in lines)}</p>" if lines else ""
         yield page.card(f"<b>{page.escaped(one.try_)}</b><p>{page.escaped(one.found)}</p>{command}{picture}")
-
-
-def asked_words(facts: RunFacts) -> str:
-    """Return a sentence that says what was asked."""
-    asked = facts.job.get("asked", {})
-    who = str(facts.job.get("algorithm", "a learner")).upper()
-    stops = asked.get("stops") or asked.get("stop") or ()
-    stops = [stops] if isinstance(stops, str) else list(stops)
-    until = f", until {' or '.join(str(stop) for stop in stops)}" if stops else ""
-    what = f"to drive {facts.title}" if facts.is_race else f"to play {facts.title}"
-    return f"{who} was asked {what}{until}."
-
-
-def happened_words(facts: RunFacts) -> str:
-    """Return sentences that say what came of it: the first score, the best and the last."""
-    last = facts.metrics[-1]
-    told = f"It trained for {page.duration(last['seconds'])} and {last['steps']:,} steps."
-    scored = [row for row in facts.metrics if row.get("evaluation_score") is not None]
-    if not scored:
-        return f"{told} It was not judged yet."
-    best = max(scored, key=lambda row: row["evaluation_score"])
-    unit = " % of a lap" if facts.is_race else ""
-    first, top, now = (f"{row['evaluation_score']:.4g}{unit}" for row in (scored[0], best, scored[-1]))
-    told += f" Judged without exploration it went from {first} to {top} in iteration {best['iteration']}"
-    told += "." if best is scored[-1] else f"; the last judgement was {now}."
-    laps = [row["best_lap_seconds"] for row in scored if row.get("best_lap_seconds")]
-    return f"{told} Its fastest lap took {min(laps):.2f} s." if laps else told
 
 
 def _own(facts: RunFacts) -> Iterator[str]:
     if not facts.own:
         return
     yield "<h2>Your own</h2>"
-    for plot in facts.own:
-        yield page.card(f"<b>{page.escaped(plot.title)}</b>{page.photograph(plot.figure, plot.title, dpi=100)}")
+    for one in facts.own:
+        if isinstance(one, NoPlot):
+            shown = f"<p>{page.escaped(one.why)}</p>"
+        else:
+            shown = page.photograph(one.figure, one.title, dpi=100)
+        yield page.card(f"<b>{page.escaped(one.title)}</b>{shown}")
 
 
 def _learning(facts: RunFacts) -> Iterator[str]:

@@ -11,6 +11,7 @@ from racecraft.analysis import tables
 from racecraft.analysis.deepracer.drive import Drive
 from racecraft.analysis.deepracer.failure_places import Why
 from racecraft.analysis.deepracer.logs.advice import Advice
+from racecraft.analysis.deepracer.logs.own import NoPlot
 from racecraft.analysis.deepracer.logs.plot import Plot
 from racecraft.contract.errors import TrackError, UserInputError
 from racecraft.formats.checkpoint import Checkpoints
@@ -59,8 +60,8 @@ class RunFacts:
     """The reward function's own text; "" where the run has none."""
     advice: Sequence[Advice] = ()
     """What to try next, computed from the run."""
-    own: Sequence[Plot] = ()
-    """The racer's own plots."""
+    own: Sequence[Plot | NoPlot] = ()
+    """The racer's own plots, and why there are none where they failed."""
     by_track: tuple[int, tuple[TrackResult, ...]] | None = None
     """The latest evaluation track by track, and its iteration, where there are several."""
     path: str = "RUN"

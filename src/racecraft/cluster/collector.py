@@ -14,6 +14,7 @@ from racecraft.algorithms.weights import to_arrays
 from racecraft.cluster.crew import Crew, starts_of
 from racecraft.cluster.messages import Harvest, Start, Task, bytes_of
 from racecraft.cluster.transport import Ticket
+from racecraft.cluster.twins import Twin
 from racecraft.contract.world import Array, EpisodeRecord, WorldSpec
 from racecraft.rollout.collector import CarriedOtherwiseError
 from racecraft.training.run_writer import Stateful
@@ -31,6 +32,8 @@ class Traffic:
     """Of arrays that went to them, counted once a worker."""
     busy_seconds: float = 0.0
     """That workers spent collecting, added up."""
+    twin_seconds: float = 0.0
+    """Spent here on seeing again what workers saw."""
 
     def count(self, task: Task, harvests: Sequence[Harvest]) -> None:
         """Count one collecting."""
@@ -74,6 +77,7 @@ class ClusterCollector:
         parts: The training's further parts, which workers have, too.
         ahead: Whether workers begin the next collecting while the learner learns from this one, with the weights of
             before: for learners that remember, to which a little age does no harm.
+        twin: Makes the twin of a place's worker, given where that begins; None: workers send what they saw.
     """
 
     def __init__(
@@ -85,9 +89,11 @@ class ClusterCollector:
         updates: Updates,
         parts: Mapping[str, Stateful],
         ahead: bool = False,
+        twin: Callable[[int, Start], Twin] | None = None,
     ) -> None:
         self._crew, self._spec, self._learner, self._horizon = crew, spec, learner, horizon
-        self._updates, self._parts, self._ahead = updates, parts, ahead
+        self._updates, self._parts, self._ahead, self._twin = updates, parts, ahead, twin
+        self._twins: list[Twin] = []
         self._specs = [opened.spec for opened in crew.opened]
         self._states: list[Mapping[str, Any] | None] = [None] * len(self._specs)
         self._looks: list[Callable[[], None]] = []
@@ -163,14 +169,20 @@ class ClusterCollector:
             return self._starts(sent.task, sent.parts)[place]
 
         harvests = self._crew.gather(sent.task, sent.questions, successor, self._look)
+        self.traffic.count(sent.task, harvests)
+        if self._twins:
+            harvests = [twin.follow(sent.task, one) for twin, one in zip(self._twins, harvests, strict=True)]
+            self.traffic.twin_seconds = sum(twin.seconds for twin in self._twins)
         self._take_in(sent.task, harvests)
         if self._ahead:
             self._under_way = self._send(quota)
-        return side_by_side([harvest.batch for harvest in harvests])
+        return side_by_side([harvest.batch for harvest in harvests if isinstance(harvest.batch, RolloutBatch)])
 
     def _begin(self) -> None:
         if not self._begun:
-            self._crew.begin(self._starts(self._task(None), self._states_of_parts()))
+            starts = self._starts(self._task(None), self._states_of_parts())
+            self._crew.begin(starts)
+            self._twins = [self._twin(place, start) for place, start in enumerate(starts)] if self._twin else []
             self._begun = True
 
     def _send(self, quota: int | None) -> Sent:
@@ -214,7 +226,6 @@ class ClusterCollector:
             first_world += spec.num_worlds
         self._iteration = task.iteration
         self.steps_taken += sum(harvest.steps for harvest in harvests)
-        self.traffic.count(task, harvests)
         if (counter := counting(self._learner)) is not None:
             counter.explored += sum(harvest.steps for harvest in harvests)
 

@@ -43,9 +43,11 @@ class Crew:
     def __init__(
         self, transport: Transport, orders: Sequence[Order], say: Say, come_seconds: float = COME_SECONDS
     ) -> None:
-        self._transport, self._orders, self._say, self._come_seconds = transport, list(orders), say, come_seconds
+        self._transport, self._say, self._come_seconds = transport, say, come_seconds
+        self.orders = list(orders)
+        """What the worker in each place opened."""
         self._workers: list[Handle] = []
-        self._lost = [0] * len(self._orders)
+        self._lost = [0] * len(self.orders)
         self.replaced = 0
         """Workers replaced so far."""
         self.opened: list[Opened] = []
@@ -57,7 +59,7 @@ class Crew:
             ClusterError: They do not come, are lost as they come, or have other versions of what results depend on.
             UserInputError: What they are to open cannot be opened.
         """
-        self._workers = [self._transport.start() for _ in self._orders]
+        self._workers = [self._transport.start() for _ in self.orders]
         coming = {self._transport.ask(worker, "come", None): place for place, worker in enumerate(self._workers)}
         self._wait_for_all(coming, self._come_seconds)
         asked = {self._transport.ask(self._workers[place], "open", order): place for place, order in self._places()}
@@ -109,7 +111,7 @@ class Crew:
         self._transport.close()
 
     def _places(self) -> list[tuple[int, Order]]:
-        return list(enumerate(self._orders))
+        return list(enumerate(self.orders))
 
     def _replace(self, place: int, why: str, start: Start) -> None:
         """Put a new worker into a place; it opens the same worlds and goes on where the one before it was."""
@@ -124,7 +126,7 @@ class Crew:
         self.replaced += 1
         self._transport.end(self._workers[place])
         self._workers[place] = self._transport.start()
-        self._transport.ask(self._workers[place], "open", self._orders[place])
+        self._transport.ask(self._workers[place], "open", self.orders[place])
         self._transport.ask(self._workers[place], "begin", start)
 
     def _wait_for_all(self, asked: Mapping[Ticket, int], seconds: float = math.inf) -> dict[int, Any]:

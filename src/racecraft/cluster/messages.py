@@ -30,6 +30,8 @@ class Order:
     planned: Any
     """The plan of that kind, with the share's worlds."""
     share: Share
+    sends_actions: bool = False
+    """Whether it tells what was done, and its twin beside the learner sees what was seen."""
 
 
 @dataclass(frozen=True)
@@ -78,13 +80,25 @@ class Task:
 
 
 @dataclass(frozen=True)
+class Deeds:
+    """What was done in a rollout, from which all that was seen in it follows. T ticks of R rows."""
+
+    actions: Array
+    """(T, R, ...), as the world obeyed them."""
+    reward: Array
+    """float32 (T, R)."""
+    columns: Mapping[str, Array]
+    """(T, R, ...) by name: what the learner noted when it decided."""
+
+
+@dataclass(frozen=True)
 class Harvest:
     """What one worker collected, and where it stands now."""
 
-    batch: RolloutBatch
+    batch: RolloutBatch | Deeds
     episodes: list[EpisodeRecord]
     ticks: dict[str, Array] | None
-    """For the episode files; None where they are not kept."""
+    """For the episode files; None where they are not kept, or kept by a twin."""
     steps: int
     """Environment steps taken in this collecting."""
     seconds: float
@@ -110,4 +124,4 @@ def bytes_of(value: Any) -> int:
         return sum(map(bytes_of, value.values()))
     if isinstance(value, list | tuple):
         return sum(map(bytes_of, value))
-    return bytes_of(vars(value)) if isinstance(value, RolloutBatch | Harvest | Task) else 0
+    return bytes_of(vars(value)) if isinstance(value, RolloutBatch | Deeds | Harvest | Task) else 0

@@ -7,6 +7,8 @@ from typing import Any
 
 SEED_APART = 7_368_787
 """Between the seeds of workers; the first has the training's own."""
+BEGUN_APART = 1_000_003
+"""Between the seeds of a worker's worlds each time that all are begun anew."""
 
 
 @dataclass(frozen=True)
@@ -18,6 +20,10 @@ class Share:
     num_worlds: int
     seed: int
     """Of its worlds and of exploration in them."""
+
+    def seed_of(self, times_begun: int) -> int:
+        """Return the seed where all worlds were begun anew so often before."""
+        return self.seed + BEGUN_APART * times_begun
 
 
 def shares_of(num_worlds: int, workers: int, seed: int) -> list[Share]:

@@ -11,9 +11,10 @@ from racecraft.algorithms.learner import Learner
 from racecraft.cluster.asked import ClusterAsked, read_cluster
 from racecraft.cluster.collector import ClusterCollector, Updates
 from racecraft.cluster.crew import COME_SECONDS, Crew
-from racecraft.cluster.messages import Order
+from racecraft.cluster.messages import Order, Start
 from racecraft.cluster.shares import plan_of_share, shares_of
 from racecraft.cluster.transport import Transport
+from racecraft.cluster.twins import Twin
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import WorldSpec
 from racecraft.training.gathering import Spread
@@ -41,9 +42,23 @@ class ClusterGatherer:
         """Return what collects for a learner."""
         experiment = self.experiment
         self.collecting = ClusterCollector(
-            self.crew, self.spec, learner, horizon, self.updates, experiment.parts, experiment.algorithm.replay
+            self.crew,
+            self.spec,
+            learner,
+            horizon,
+            self.updates,
+            experiment.parts,
+            experiment.algorithm.replay,
+            self._twin if sends_actions(experiment) else None,
         )
         return self.collecting
+
+    def _twin(self, place: int, start: Start) -> Twin:
+        """Return the twin of the worker in a place."""
+        experiment, order = self.experiment, self.crew.orders[place]
+        assert experiment.unpaid is not None
+        recorder = None if experiment.recorder is None else experiment.recorder()
+        return Twin(experiment.unpaid(order.planned), order.share, self.crew.opened[place], start, recorder)
 
 
 def spread_over(cluster: str | int | None) -> Spread | None:
@@ -79,7 +94,7 @@ def spread_by(reach: Callable[[], Transport], asked: ClusterAsked, come_seconds:
     def spread(kind: str, planned: Any, experiment: Experiment, say: Say) -> Iterator[Experiment]:
         _require_spreadable(experiment)
         with contextlib.closing(reach()) as transport:
-            crew = _crew(transport, kind, planned, come_seconds, say)
+            crew = _crew(transport, kind, planned, sends_actions(experiment), come_seconds, say)
             gatherer = ClusterGatherer(crew, crew.open(), experiment)
             _tell(crew, asked, say)
 
@@ -98,12 +113,17 @@ def spread_by(reach: Callable[[], Transport], asked: ClusterAsked, come_seconds:
     return spread
 
 
-def _crew(transport: Transport, kind: str, planned: Any, come_seconds: float, say: Say) -> Crew:
+def sends_actions(experiment: Experiment) -> bool:
+    """Tell whether workers are asked to send what was done rather than what was seen."""
+    return "cluster" in experiment.settings and experiment.settings.cluster.send == "actions"
+
+
+def _crew(transport: Transport, kind: str, planned: Any, sends_actions: bool, come_seconds: float, say: Say) -> Crew:
     """Return workers in their places, not yet started."""
     shares = shares_of(planned.settings.rollout.num_worlds, transport.room, planned.seed)
     if len(shares) < transport.room:
         say(f"- cluster: {transport.room} workers, and rollout.num_worlds is {len(shares)}; so many of them work")
-    orders = [Order(kind, plan_of_share(planned, share), share) for share in shares]
+    orders = [Order(kind, plan_of_share(planned, share), share, sends_actions) for share in shares]
     return Crew(transport, orders, say, come_seconds)
 
 
@@ -120,6 +140,11 @@ def _require_spreadable(experiment: Experiment) -> None:
             f"--cluster: {experiment.algorithm.name} {experiment.algorithm.stays}. Use ppo, reinforce, dqn, apex or "
             "sac, or leave --cluster out."
         )
+    if sends_actions(experiment) and experiment.unpaid is None:
+        raise SettingError(
+            "cluster.send is actions, and in races against others what is seen does not follow from the learner's "
+            "actions alone; expected --set cluster.send=frames."
+        )
 
 
 def _tell(crew: Crew, asked: ClusterAsked, say: Say) -> None:
@@ -135,4 +160,5 @@ def _tell_traffic(gatherer: ClusterGatherer, say: Say) -> None:
     traffic = collecting.traffic
     came, went = traffic.bytes_in / traffic.steps, traffic.bytes_out / traffic.steps
     lost = f", {gatherer.crew.replaced} workers replaced" if gatherer.crew.replaced else ""
-    say(f"cluster: {came:,.0f} bytes came and {went:,.0f} went for each of {traffic.steps:,} steps{lost}")
+    again = f", seen again here in {traffic.twin_seconds:,.1f} s" if sends_actions(gatherer.experiment) else ""
+    say(f"cluster: {came:,.0f} bytes came and {went:,.0f} went for each of {traffic.steps:,} steps{again}{lost}")

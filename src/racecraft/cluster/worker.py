@@ -21,6 +21,7 @@ from racecraft.algorithms.building import build_learner
 from racecraft.algorithms.learner import ACTING, Decision, Learner, counting
 from racecraft.algorithms.weights import to_arrays, to_tensors
 from racecraft.cluster.messages import Harvest, Opened, Order, Start, Surroundings, Task, Trouble
+from racecraft.cluster.twins import deeds_of
 from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.contract.world import Array, ArraySpec
 from racecraft.rollout.collector import Collector
@@ -31,8 +32,6 @@ from racecraft.training.versions import versions
 from racecraft.training.worlds import kind_named
 
 Answer = TypeVar("Answer")
-BEGUN_APART = 1_000_003
-"""Between the seeds of a worker's worlds each time that all are begun anew."""
 
 
 class Worker:
@@ -79,7 +78,7 @@ class Worker:
         return self._trouble
 
     def _open(self, order: Order) -> Opened:
-        self._share = order.share
+        self._share, self._sends_actions = order.share, order.sends_actions
         opened = kind_named(order.kind).opened(order.planned, lambda text: None)
         self._experiment: Experiment = self._worlds.enter_context(opened)
         settings = self._experiment.settings
@@ -88,7 +87,7 @@ class Worker:
         return Opened(self._experiment.world.spec, socket.gethostname(), os.getpid(), versions())
 
     def _begin(self, start: Start) -> None:
-        experiment, share = self._experiment, self._share
+        experiment = self._experiment
         if experiment.learner is not None:
             self._learner = experiment.learner()
         else:
@@ -98,9 +97,9 @@ class Worker:
         for name, state in start.parts.items():
             experiment.parts[name].restore(state)
         actor = OwnRows(self._learner, start.first_row, start.spec.num_worlds * start.spec.num_agents)
-        seed = share.seed + BEGUN_APART * start.times_begun
-        self._collector = Collector(experiment.world, actor, start.horizon, seed)
-        self._recorder = None if experiment.recorder is None else experiment.recorder()
+        self._collector = Collector(experiment.world, actor, start.horizon, self._share.seed_of(start.times_begun))
+        recorder = None if self._sends_actions else experiment.recorder
+        self._recorder = None if recorder is None else recorder()
         if self._recorder is not None:
             self._collector.observers.append(self._recorder)
         if start.state is not None:
@@ -117,7 +116,7 @@ class Worker:
         collector = self._collector
         batch = collector.collect() if task.quota is None else collector.collect_episodes(task.quota)
         return Harvest(
-            batch=batch,
+            batch=deeds_of(batch) if self._sends_actions else batch,
             episodes=collector.take_episodes(),
             ticks=None if self._recorder is None else self._recorder.take(task.iteration),
             steps=collector.steps_taken - before,
@@ -127,9 +126,10 @@ class Worker:
 
     def _state(self) -> dict[str, Any]:
         acting = {name: part for name, part in self._learner.state_dict().items() if name in ACTING}
+        collector = self._collector.state()
         throwing = {name: part for name, part in self._experiment.parts.items() if isinstance(part, ThrowsDice)}
         return {
-            "collector": self._collector.state(),
+            "collector": {**collector, "shown": {}} if self._sends_actions else collector,
             "actor": to_arrays(acting),
             "dice": {name: part.dice() for name, part in throwing.items()},
         }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import itertools
 import os
 from collections.abc import Callable, Mapping
@@ -11,7 +12,10 @@ from typing import Any
 import gymnasium
 
 from racecraft.compat.old_gym import FromOldGym
-from racecraft.compat.rllib_words import translated
+from racecraft.compat.rllib_words import Translated, policy_settings, translated
+from racecraft.compat.script_worlds import Described, PolicyWords, SoleAgent, is_multi_agent, offered, shows_mask
+from racecraft.compat.tally import Tally, Told, Watched
+from racecraft.contract.errors import SettingError, nearest
 from racecraft.formats.run_folder import JOB
 from racecraft.training import worlds
 from racecraft.training.callbacks import IterationReport, Silent
@@ -19,7 +23,7 @@ from racecraft.training.gathering import Spread
 from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.trainer import Trained
 
-NAMESPACE = "from_script"
+NAMESPACE, DEFAULT_POLICY = "from_script", "default_policy"
 _creators: dict[str, Callable[[Any], Any]] = {}
 
 
@@ -32,19 +36,26 @@ class EnvContext(dict[str, Any]):
 
 
 class RllibLines(Silent):
-    """Says after each iteration what RLlib said, in its names, so that metric definitions go on finding it."""
+    """Says after each iteration what RLlib said, in its names, so that metric definitions go on finding it.
 
-    def __init__(self) -> None:
-        self._told = 0
+    Args:
+        tally: Knows the episodes; None: worlds are elsewhere, and only their mean is known.
+    """
+
+    def __init__(self, tally: Tally | None = None) -> None:
+        self._told, self._tally = 0, tally
 
     def iteration(self, report: IterationReport) -> None:
         """Print an iteration; one that is judged afterwards is not said twice."""
         if report.iteration == self._told:
             return
         self._told = report.iteration
-        if report.mean_reward is not None:
+        told = self._tally.take() if self._tally is not None else []
+        if told:
+            _print_episodes(told)
+        elif self._tally is None and report.mean_reward is not None:
             print(f"  episode_reward_mean: {report.mean_reward:.6g}")
-        print(f"  episodes_this_iter: {report.episodes}")
+        print(f"  episodes_this_iter: {report.episodes if self._tally is None else len(told)}")
         print(f"  time_total_s: {report.seconds:.3f}")
         print(f"  timesteps_total: {report.steps}")
         print(f"  training_iteration: {report.iteration}", flush=True)
@@ -68,13 +79,14 @@ def train_experiment(experiment: Mapping[str, Any], spread: Spread | None = None
     told = translated(experiment)
     for sentence in told.said:
         print(f"- {sentence}")
-    environment = registered(told.environment, told.env_config, told.horizon)
-    model = os.environ.get("SM_MODEL_DIR")
+    tally = Tally() if spread is None and told.environment in _creators else None
+    environment = _environment(told, tally, is_here=spread is None)
+    lines, model = RllibLines(tally), os.environ.get("SM_MODEL_DIR")
     run = Path(model, "run") if model else None
     if run is not None and (run / JOB).exists():
-        return worlds.resume(run, told.stops, RllibLines(), print, "gymnasium", spread)
+        return worlds.resume(run, told.stops, lines, print, "gymnasium", spread)
     request = GymRequest(environment, stops=told.stops, run=run, seed=told.seed, overrides=told.settings)
-    return worlds.train(request, RllibLines(), print, spread)
+    return worlds.train(request, lines, print, spread)
 
 
 def prepare_worlds(experiment: Mapping[str, Any]) -> None:
@@ -83,22 +95,162 @@ def prepare_worlds(experiment: Mapping[str, Any]) -> None:
     Raises:
         SettingError: Something is not understood; the nearest known word is told.
     """
-    told = translated(experiment)
-    registered(told.environment, told.env_config, told.horizon)
+    _environment(translated(experiment), None, is_here=False)
 
 
-def registered(name: str, env_config: Mapping[str, Any], horizon: int) -> str:
-    """Return the id under which Gymnasium finds an environment of the script; any other name is Gymnasium's own."""
+def registered(name: str, env_config: Mapping[str, Any], horizon: int, make: Callable[[], Any] | None = None) -> str:
+    """Return the id under which Gymnasium finds an environment of the script; any other name is Gymnasium's own.
+
+    Args:
+        name: Given to register_env, or Gymnasium's own.
+        env_config: What its creator is told.
+        horizon: Ticks after which an episode is cut.
+        make: Makes one in place of the creator.
+    """
     if name not in _creators:
         return name
-    number, creator = itertools.count(1), _creators[name]
+    own = _numbered(name, env_config)
+    make = make or (lambda: FromOldGym(own()))
     known = f"{NAMESPACE}/{name}-v0"
     gymnasium.registry.pop(known, None)
     gymnasium.register(
         known,
-        entry_point=lambda **words: FromOldGym(creator(EnvContext(env_config, next(number)))),
+        entry_point=lambda **words: make(),
         disable_env_checker=True,
         max_episode_steps=horizon,
         order_enforce=False,
     )
     return known
+
+
+def _environment(told: Translated, tally: Tally | None, is_here: bool) -> str:
+    """Return what a training calls the environment: Gymnasium's id, or a world of the script's own.
+
+    Args:
+        told: The experiment.
+        tally: Hears of training episodes.
+        is_here: Whether the worlds live in this process; the first is made then to see what it is, and is the first
+            that is trained in.
+    """
+    if told.environment not in _creators:
+        if told.multiagent:
+            raise SettingError(
+                f"config.multiagent stands beside env {told.environment!r}, which is Gymnasium's; expected a "
+                "MultiAgentEnv given to register_env."
+            )
+        return told.environment
+    make = _numbered(told.environment, told.env_config)
+    if not is_here:
+        if told.multiagent:
+            raise SettingError(
+                "config.multiagent: a primary and its secondary share one policy; expected one job without "
+                "rl_cluster_type."
+            )
+        return registered(told.environment, told.env_config, told.horizon, lambda: FromOldGym(make()))
+    first = make()
+    kept = itertools.chain([first], iter(make, None))
+    if is_multi_agent(first):
+        return offered(_described(told, lambda: next(kept), tally))
+    if told.multiagent:
+        raise SettingError(
+            f"config.multiagent stands beside env {told.environment!r}, which makes a {type(first).__name__}; expected "
+            "a MultiAgentEnv."
+        )
+    if shows_mask(first) and not told.has_own_model:
+        return offered(_described(told, lambda: SoleAgent(next(kept)), tally))
+    number, trained_in = itertools.count(), _num_worlds(told)
+
+    def watched() -> Any:
+        env = FromOldGym(next(kept))
+        return Watched(env, tally.ended) if tally is not None and next(number) < trained_in else env
+
+    return registered(told.environment, told.env_config, told.horizon, watched)
+
+
+def _numbered(name: str, env_config: Mapping[str, Any]) -> Callable[[], Any]:
+    """Return how a script's environments are made, each with a number of its own."""
+    number, creator = itertools.count(1), _creators[name]
+    return lambda: creator(EnvContext(env_config, next(number)))
+
+
+def _num_worlds(told: Translated) -> int:
+    (count,) = (one.partition("=")[2] for one in told.settings if one.startswith("rollout.num_worlds="))
+    return int(count)
+
+
+def _described(told: Translated, make: Callable[[], Any], tally: Tally | None) -> Described:
+    """Return what a script says of its environment and its policies.
+
+    Raises:
+        SettingError: A policy of a class of its own, or that learns and is not there.
+    """
+    policies = {name: _policy(name, said) for name, said in _named_policies(told.multiagent).items()}
+    mapping = told.multiagent.get("policy_mapping_fn")
+    taught = told.multiagent.get("policies_to_train")
+    taught = list(policies) if taught is None else list(taught)
+    for name in taught:
+        if name not in policies:
+            raise SettingError(f"multiagent.policies_to_train has no policy '{name}'. {nearest(name, policies)}")
+    if not taught:
+        raise SettingError("multiagent.policies_to_train is empty; expected a policy that learns.")
+    if mapping is None and len(policies) > 1:
+        raise SettingError("multiagent has several policies and no policy_mapping_fn; expected one.")
+    sole = next(iter(policies))
+    return Described(
+        told.environment,
+        make,
+        told.horizon,
+        policies,
+        (lambda agent: sole) if mapping is None else (lambda agent: _mapped(mapping, agent)),
+        frozenset(policies) - frozenset(taught),
+        takes_mask=not told.has_own_model,
+        tally=tally,
+    )
+
+
+def _named_policies(multiagent: Mapping[str, Any]) -> dict[str, Any]:
+    said = multiagent.get("policies") or (DEFAULT_POLICY,)
+    return dict(said) if isinstance(said, Mapping) else dict.fromkeys(sorted(said))
+
+
+def _policy(name: str, said: Any) -> PolicyWords:
+    """Return what is said of one policy: nothing, four things in a row, or RLlib's PolicySpec."""
+    if said is None:
+        return PolicyWords()
+    words = ("policy_class", "observation_space", "action_space", "config")
+    parts = said if isinstance(said, tuple) else [getattr(said, word, None) for word in words]
+    if len(parts) != len(words):
+        raise SettingError(
+            f"multiagent.policies['{name}'] is {said!r}; expected (None, observation space, action space, config)."
+        )
+    if parts[0] is not None:
+        raise SettingError(
+            f"multiagent.policies['{name}'] is of the class {getattr(parts[0], '__name__', parts[0])}; expected None, "
+            "which is PPO: classes of RLlib's policies do not run here."
+        )
+    return PolicyWords(parts[1], parts[2], policy_settings(parts[3] or {}))
+
+
+def _mapped(mapping: Callable[..., Any], agent: Any) -> str:
+    """Return an agent's policy; since Ray 1.4 the function is also told the episode, of which there is none yet."""
+    try:
+        several = len(inspect.signature(mapping).bind(agent).arguments) != 1
+    except TypeError:
+        several = True
+    return str(mapping(agent, None) if several else mapping(agent))
+
+
+def _print_episodes(told: list[Told]) -> None:
+    rewards, steps = [one.reward for one in told], [one.steps for one in told]
+    print(f"  episode_len_mean: {sum(steps) / len(steps):.6g}")
+    print(f"  episode_reward_max: {max(rewards):.6g}")
+    print(f"  episode_reward_mean: {sum(rewards) / len(rewards):.6g}")
+    print(f"  episode_reward_min: {min(rewards):.6g}")
+    by_policy: dict[str, list[float]] = {}
+    for one in told:
+        for name, earned in one.by_policy.items():
+            by_policy.setdefault(name, []).extend(earned)
+    if by_policy:
+        print("  policy_reward_mean:")
+        for name, earned in by_policy.items():
+            print(f"    {name}: {sum(earned) / len(earned):.6g}")

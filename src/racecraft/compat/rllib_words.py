@@ -43,7 +43,9 @@ WORDS: Mapping[str, Word] = {
     "train_batch_size": Word(ELSEWHERE, "rollout.horizon = train_batch_size / rollout.num_worlds"),
     "seed": Word(ELSEWHERE, "--seed"),
     "horizon": Word(ELSEWHERE, "ticks after which an episode of the script's environment is cut; 1,000 unless said"),
-    "model": Word(ELSEWHERE, "fcnet_hiddens: network.hidden_units; fcnet_activation: network.activation"),
+    "model": Word(ELSEWHERE, "see the table of its words"),
+    "multiagent": Word(ELSEWHERE, "see the table of its words"),
+    "callbacks": Word("", "RLlib's own; none is called"),
     "kl_coeff": Word("", "this PPO clips and has no KL penalty beside it"),
     "kl_target": Word("", "this PPO clips and has no KL penalty beside it"),
     "vf_clip_param": Word("", "the value loss is not clipped here"),
@@ -68,6 +70,7 @@ WORDS: Mapping[str, Word] = {
     "ignore_worker_failures": Word("", "an environment that raises ends the job, and says why"),
     "create_env_on_driver": Word("", "worlds live in the learner's process"),
     "observation_filter": Word("", "observations are seen as the environment gives them; network.normalise evens them"),
+    "clip_rewards": Word("", "rewards are learned from as they are; the critic's gradient is cut, see grad_clip"),
     "clip_actions": Word("", "actions are always kept inside the space"),
     "simple_optimizer": Word("", "there is one optimiser"),
 }  # fmt: skip
@@ -85,7 +88,37 @@ LONGEST_EPISODE = 1000
 """Ticks; a greedy policy that has learned nothing yet may never end an episode by itself."""
 JUDGED_EPISODES = 4
 """Episodes of one evaluation, each in an environment of its own: scripts' environments may be whole programs."""
-MODEL_WORDS = ("fcnet_hiddens", "fcnet_activation", "vf_share_layers", "free_log_std")
+MODEL_WORDS: Mapping[str, str] = {
+    "fcnet_hiddens": "network.hidden_units",
+    "fcnet_activation": "network.activation",
+    "vf_share_layers": "network.separate_networks, turned round",
+    "conv_filters": "network.conv_filters, conv_kernels and conv_strides; no padding",
+    "use_lstm": "network.memory=lstm",
+    "lstm_cell_size": "network.memory_units, with use_lstm",
+    "max_seq_len": "ppo.sequence_length, with use_lstm",
+    "custom_model": "network.policy: a TorchModelV2 given to ModelCatalog.register_custom_model, which decides and "
+    'values by itself; "" or none: our own network. One of TensorFlow is refused by name',
+    "custom_model_config": "what the custom model is told",
+    "custom_options": "the same (Ray before 0.8.4)",
+    "conv_activation": "nothing: network.activation is that of all layers",
+    "no_final_linear": "nothing: the heads are always linear",
+    "free_log_std": "nothing: the spread of continuous actions is always free of what is seen",
+}
+"""Words of config.model, and what they are here."""
+CUSTOM = ("custom_model", "custom_model_config", "custom_options")
+MULTI_WORDS: Mapping[str, str] = {
+    "policies": "names, or (class, observation space, action space, config) of each: a network and learner of its own; "
+    "a class is refused, a config may say what is its own",
+    "policy_mapping_fn": "asked once for each agent",
+    "policies_to_train": "policies that are not named here act and learn nothing",
+    "policy_map_capacity": "nothing: all policies are in memory",
+    "policy_map_cache": "nothing: all policies are in memory",
+    "observation_fn": "refused: what an agent sees is the environment's affair",
+    "replay_mode": "nothing: nothing is replayed",
+    "count_steps_by": "nothing: a step is one agent's",
+}
+"""Words of config.multiagent, and what they are here."""
+NO_MODEL = ("", "none", "None", None)
 
 
 @dataclass(frozen=True)
@@ -98,6 +131,10 @@ class Translated:
     """group.name=value."""
     stops: tuple[str, ...]
     seed: int | None
+    multiagent: Mapping[str, Any]
+    """As the script said it; empty: one policy for all agents."""
+    has_own_model: bool
+    """Whether a model of the script's own decides."""
     horizon: int
     """Ticks after which an episode is cut; its value still follows."""
     said: tuple[str, ...] = field(default_factory=tuple)
@@ -142,11 +179,51 @@ def translated(experiment: Mapping[str, Any]) -> Translated:
             settings.append(f"{word.setting}={'none' if value is None else value}")
     model = {**config.get("model", {}), **{name: config[name] for name in ("vf_share_layers",) if name in config}}
     settings += _model(model, said)
+    multiagent = dict(config.get("multiagent") or {})
+    _require_multi_words(multiagent, said)
     horizon = int(config.get("horizon") or LONGEST_EPISODE)
     stops = tuple(_stop(name, amount) for name, amount in dict(experiment.get("stop", {})).items())
     return Translated(
-        environment, config.get("env_config", {}), tuple(settings), stops, config.get("seed"), horizon, tuple(said)
-    )
+        environment, config.get("env_config", {}), tuple(settings), stops, config.get("seed"), multiagent,
+        model.get("custom_model") not in NO_MODEL, horizon, tuple(said),
+    )  # fmt: skip
+
+
+def policy_settings(config: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return what one policy of several has otherwise, as after --set.
+
+    Raises:
+        SettingError: A word that is not one policy's own.
+
+    >>> policy_settings({"gamma": 0.9, "model": {"fcnet_hiddens": [8]}})
+    ('ppo.discount=0.9', 'network.hidden_units=8')
+    """
+    settings: list[str] = []
+    for name, value in config.items():
+        word = WORDS.get(name, Word())
+        if name == "model":
+            settings += _model(value, [])
+        elif word.setting not in ("", ELSEWHERE):
+            settings.append(f"{word.setting}={'none' if value is None else value}")
+        elif name not in WORDS or word.setting == ELSEWHERE:
+            own = [known for known, one in WORDS.items() if one.setting not in ("", ELSEWHERE)]
+            raise SettingError(
+                f"multiagent: a policy's config has '{name}', which is not one policy's own here. "
+                f"{nearest(name, [*own, 'model'])}"
+            )
+    return tuple(settings)
+
+
+def _require_multi_words(multiagent: Mapping[str, Any], said: list[str]) -> None:
+    for name, value in multiagent.items():
+        if name not in MULTI_WORDS:
+            raise SettingError(
+                f"config.multiagent has no '{name}' that is understood here. {nearest(name, MULTI_WORDS)}"
+            )
+        if MULTI_WORDS[name].startswith("refused") and value is not None:
+            raise SettingError(f"config.multiagent.{name} is {value!r}; {MULTI_WORDS[name].removeprefix('refused: ')}.")
+        if MULTI_WORDS[name].startswith("nothing"):
+            said.append(f"multiagent.{name}: {MULTI_WORDS[name].removeprefix('nothing: ')}")
 
 
 def _worlds(config: Mapping[str, Any]) -> list[str]:
@@ -156,19 +233,47 @@ def _worlds(config: Mapping[str, Any]) -> list[str]:
 
 
 def _model(model: Mapping[str, Any], said: list[str]) -> list[str]:
-    settings = []
-    for name, value in model.items():
+    settings: list[str] = []
+    for name in model:
         if name not in MODEL_WORDS:
             raise SettingError(f"config.model has no '{name}' that is understood here. {nearest(name, MODEL_WORDS)}")
-        if name == "fcnet_hiddens":
-            settings.append(f"network.hidden_units={','.join(map(str, value))}")
-        elif name == "fcnet_activation":
-            settings.append(f"network.activation={value}")
-        elif name == "vf_share_layers":
-            settings.append(f"network.separate_networks={str(not value).lower()}")
-        else:
-            said.append("model.free_log_std: the spread of continuous actions is always free of what is seen")
+        if MODEL_WORDS[name].startswith("nothing"):
+            said.append(f"model.{name}: {MODEL_WORDS[name].removeprefix('nothing: ')}")
+    custom = model.get("custom_model")
+    if custom not in NO_MODEL:
+        from racecraft.compat.script_models import offered_model
+
+        return [f"network.policy={offered_model(custom, model)}"]
+    said += [f"model.{name}: there is no custom_model that it would be told" for name in CUSTOM[1:] if model.get(name)]
+    if "fcnet_hiddens" in model:
+        settings.append(f"network.hidden_units={','.join(map(str, model['fcnet_hiddens']))}")
+    if "fcnet_activation" in model:
+        settings.append(f"network.activation={model['fcnet_activation']}")
+    if "vf_share_layers" in model:
+        settings.append(f"network.separate_networks={str(not model['vf_share_layers']).lower()}")
+    settings += _convolutions(model.get("conv_filters"))
+    if model.get("use_lstm"):
+        settings += ["network.memory=lstm", f"network.memory_units={model.get('lstm_cell_size', 256)}",
+                     f"ppo.sequence_length={model.get('max_seq_len', 20)}"]  # fmt: skip
     return settings
+
+
+def _convolutions(filters: Any) -> list[str]:
+    """Return [[filters, [kernel, kernel], stride], …] as settings."""
+    if not filters:
+        return []
+    try:
+        rows = [(int(count), kernel if isinstance(kernel, int) else set(kernel), int(stride))
+                for count, kernel, stride in filters]  # fmt: skip
+    except (TypeError, ValueError):
+        raise SettingError(
+            f"config.model.conv_filters is {filters!r}; expected [[filters, [kernel, kernel], stride], …]."
+        ) from None
+    kernels = [kernel if isinstance(kernel, int) else int(max(kernel)) for _, kernel, _ in rows]
+    if any(isinstance(kernel, set) and len(kernel) > 1 for _, kernel, _ in rows):
+        raise SettingError(f"config.model.conv_filters is {filters!r}; expected square kernels.")
+    told = {"filters": [row[0] for row in rows], "kernels": kernels, "strides": [row[2] for row in rows]}
+    return [f"network.conv_{name}={','.join(map(str, values))}" for name, values in told.items()]
 
 
 def _stop(name: str, amount: Any) -> str:

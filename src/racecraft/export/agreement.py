@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from racecraft.algorithms.plain_layers import WORTHS
 from racecraft.contract.errors import RacecraftError
 from racecraft.contract.world import Array
 from racecraft.export.car_frames import drive_for_frames
@@ -88,13 +89,23 @@ def _difference(kind: str, car: TrainedCar, told: Array, seen: Mapping[str, Arra
     """Return the largest difference of any answer; infinite where an action differs that is no tie."""
     if kind != DISCRETE:
         return float(np.abs(told - _in_units(car, car.policy.act(seen))).max())
-    likely = car.policy.probabilities(seen)
+    likely = _likelihoods(car, seen)
     chosen, asked = told.argmax(axis=1), likely.argmax(axis=1)
     rows = np.arange(len(told))
     tied = likely[rows, asked] - likely[rows, chosen] < TOLERANCE
     if not (tied | (chosen == asked)).all():
         return float("inf")
     return float(np.abs(told - likely).max())
+
+
+def _likelihoods(car: TrainedCar, seen: Mapping[str, Array]) -> Array:
+    """Return how likely each choice is; of worths, what a car's graph makes of them."""
+    if car.policy.spec.algorithm not in WORTHS:
+        return car.policy.probabilities(seen)
+    worths = car.policy.policy.values(seen)
+    powers = np.exp(worths - worths.max(axis=1, keepdims=True))
+    likely: Array = powers / powers.sum(axis=1, keepdims=True)
+    return likely
 
 
 def _share_alike(kind: str, car: TrainedCar, told: Array, seen: Mapping[str, Array]) -> float:

@@ -1,10 +1,12 @@
-"""The latest ticks of a training that is watched: one small file in the run folder, written whole, for any reader.
+"""Some ticks of a training for whoever asks for them: one small file in the run folder, written whole, for any reader.
 
-Whoever watches says so by touching `watched` (`say_watched`); a training that sees it fresh leaves its latest ticks in
-`live.safetensors` about once a second, and one that nobody watches writes nothing. Nobody needs the file tomorrow, so
-it is moved into place without waiting for the disk. Columns are those of `formats/episodes.py`, as arrays (T, C): T
-ticks of C cars, `status` as an index of `STATUSES` there. Where boxes or bots are on the road, `objects.4` says where
-they were in the N worlds from number 4 on: (T, N, K, 3), x and y in m, yaw in rad.
+Who wants ticks that `live.safetensors` does not hold yet touches `watched`: a wish (`wish_for_ticks`). A training that
+sees a new one keeps its next ticks, leaves them in `live.safetensors`, and goes on as if nobody watched until the next
+wish; who plays them asks again in time. So a training nobody wishes anything of writes nothing, and one that is watched
+writes as often as somebody has played what there was. Nobody needs the file tomorrow, so it is moved into place without
+waiting for the disk. Columns are those of `formats/episodes.py`, as arrays (T, C): T ticks of C cars, `status` as an
+index of `STATUSES` there. Where boxes or bots are on the road, `objects.4` says where they were in the N worlds from
+number 4 on: (T, N, K, 3), x and y in m, yaw in rad.
 """
 
 from __future__ import annotations
@@ -26,8 +28,10 @@ from racecraft.formats.run_folder import RunFolder
 KIND = "racecraft live ticks"
 OBJECTS = "objects."
 """What the name of an array of boxes and bots begins with; the number of its first world follows."""
-WATCHED_SECONDS = 5.0
-"""Who watches says so more often than this."""
+WISH_SECONDS = 3.0
+"""So long a wish holds: who wished may be gone. Who still waits wishes again sooner than this."""
+LIVE_SECONDS = 5.0
+"""Ticks that were left longer ago are not live."""
 
 
 @dataclass(frozen=True)
@@ -41,19 +45,25 @@ class LiveTicks:
     columns: Mapping[str, Array]
     """(T, C) by name; objects (T, N, K, 3)."""
 
+    @property
+    def are_live(self) -> bool:
+        """Whether they were left just now."""
+        return time.time() - self.written < LIVE_SECONDS
 
-def say_watched(run: RunFolder) -> None:
-    """Tell a training that somebody watches; in a folder that cannot be written to, it is not told."""
+
+def wish_for_ticks(run: RunFolder) -> None:
+    """Ask a training for its next ticks; in a folder that cannot be written to, it is not told."""
     with suppress(OSError):
         run.watched.touch()
 
 
-def is_watched(run: RunFolder) -> bool:
-    """Tell whether somebody has said so lately."""
+def latest_wish(run: RunFolder) -> int | None:
+    """Return when somebody last wished for ticks, ns since 1970, to be told from another wish; None: not lately."""
     try:
-        return time.time() - run.watched.stat().st_mtime < WATCHED_SECONDS
+        wish = run.watched.stat().st_mtime_ns
     except OSError:
-        return False
+        return None
+    return wish if time.time() - wish / 1e9 < WISH_SECONDS else None
 
 
 def write_live_ticks(run: RunFolder, last: int, columns: Mapping[str, Array]) -> None:

@@ -19,8 +19,8 @@ Begin with `RunFolder.create` (a new one) or `RunFolder.open` (one that stands).
     mirror.json            the bucket in which the run is kept as well; see storage/mirror_note.py
     run.lock               held by the process that trains; the system frees it when that process dies
     generalisation.csv     how the latest evaluation went on each track, where there are several
-    watched                touched while somebody watches; see live_ticks.py
-    live.safetensors       the latest ticks, while somebody watches
+    watched                touched by who watches and wants ticks; see live_ticks.py
+    live.safetensors       the ticks left for it
 
 Processes meet only here; they hand no objects to each other.
 """

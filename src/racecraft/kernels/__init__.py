@@ -7,6 +7,6 @@
 A kernel module imports its decorators from here and nothing of Numba's own, so that CUDA can come in by the same door.
 """
 
-from racecraft.kernels.compile import inner_kernel, kernel, parallel_kernel, prange, set_threads, threads
+from racecraft.kernels.compile import inner_kernel, kernel, lean_kernel, parallel_kernel, prange, set_threads, threads
 
-__all__ = ["inner_kernel", "kernel", "parallel_kernel", "prange", "set_threads", "threads"]
+__all__ = ["inner_kernel", "kernel", "lean_kernel", "parallel_kernel", "prange", "set_threads", "threads"]

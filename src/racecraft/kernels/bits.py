@@ -96,11 +96,11 @@ def decimal_digits(_context: Any, _address: Any, _start: Any, _stop: Any) -> Any
     Args:
         _address: Of the text's first byte; 33 bytes before `_stop` must be readable.
         _start: Where the first digit stands.
-        _stop: Behind the last one, 2 to 31 bytes on.
+        _stop: Behind the last one, 1 to 31 bytes on.
 
     Returns:
-        The number, uint64; how many digits stand behind the point, -1 where there is none; and whether these bytes are
-        digits and one point, and no more than nineteen digits behind leading zeros.
+        The number, uint64; how many digits stand behind the point; and whether these bytes are digits, one at least,
+        with one point among them at most, and no more than nineteen digits behind leading zeros.
     """
 
     def code(context, builder, signature, arguments):
@@ -113,13 +113,16 @@ def decimal_digits(_context: Any, _address: Any, _start: Any, _stop: Any) -> Any
         first = builder.trunc(builder.sub(_WORD(32), builder.sub(stop, start)), _INDEX)
         points = builder.icmp_unsigned("==", plain, _constant(_THIRTY_TWO, [ord(".")] * 32))
         points = builder.and_(builder.bitcast(points, _INDEX), builder.shl(_INDEX(0xFFFFFFFF), first))
-        point = builder.cttz(points, _BIT(0))  # 32 where there is none
-        behind = builder.icmp_unsigned(">", lanes, _everywhere(builder, builder.trunc(point, _BYTE), 32))
+        whole = builder.icmp_unsigned("==", points, _INDEX(0))
+        point = builder.select(whole, _INDEX(0xFFFFFFFF), builder.cttz(points, _BIT(0)))  # -1 where there is none
+        behind = builder.icmp_signed(">", lanes, _everywhere(builder, builder.trunc(point, _BYTE), 32))
         digits = builder.sub(builder.select(behind, plain, moved), _constant(_THIRTY_TWO, [ord("0")] * 32))
-        inside = builder.icmp_unsigned(">", lanes, _everywhere(builder, builder.trunc(first, _BYTE), 32))
+        before = builder.sub(first, builder.zext(whole, _INDEX))  # without a point no lane of digits is given up to it
+        inside = builder.icmp_unsigned(">", lanes, _everywhere(builder, builder.trunc(before, _BYTE), 32))
         digits = builder.select(inside, digits, _constant(_THIRTY_TWO, [0] * 32))
         others = builder.icmp_unsigned(">", digits, _constant(_THIRTY_TWO, [9] * 32))
         sound = builder.icmp_unsigned("==", builder.bitcast(others, _INDEX), _INDEX(0))
+        sound = builder.and_(sound, builder.icmp_unsigned("<", before, _INDEX(31)))
         sums = digits
         for bits, ten in ((16, 10), (32, 100), (64, 10_000)):  # two neighbours become one, three times
             vector = ir.VectorType(ir.IntType(bits), 256 // bits)
@@ -133,7 +136,35 @@ def decimal_digits(_context: Any, _address: Any, _start: Any, _stop: Any) -> Any
         number = eights[1]
         for more in eights[2:]:
             number = builder.add(builder.mul(number, _WORD(10**8)), more)
-        places = builder.sub(_WORD(31), builder.zext(point, _WORD))
+        places = builder.select(whole, _WORD(0), builder.sub(_WORD(31), builder.zext(point, _WORD)))
         return context.make_tuple(builder, signature.return_type, [number, places, sound])
 
     return types.Tuple((types.uint64, types.int64, types.boolean))(types.int64, types.int64, types.int64), code
+
+
+@_instruction
+def is_plain_number(_context: Any, _address: Any, _start: Any, _stop: Any) -> Any:
+    """Tell whether a text is digits, one at least, with one point among them at most.
+
+    Args:
+        _address: Of the text's first byte; 32 bytes before `_stop` must be readable.
+        _start: Where the first digit stands.
+        _stop: Behind the last one, 1 to 31 bytes on.
+    """
+
+    def code(_, builder, __, arguments):
+        address, start, stop = arguments
+        place = builder.add(address, builder.sub(stop, _WORD(32)))
+        text = builder.load(builder.inttoptr(place, _THIRTY_TWO.as_pointer()), align=1)
+        first = builder.trunc(builder.sub(_WORD(32), builder.sub(stop, start)), _INDEX)
+        inside = builder.shl(_INDEX(0xFFFFFFFF), first)
+        values = builder.sub(text, _constant(_THIRTY_TWO, [ord("0")] * 32))
+        digits = builder.icmp_unsigned("<=", values, _constant(_THIRTY_TWO, [9] * 32))
+        points = builder.icmp_unsigned("==", text, _constant(_THIRTY_TWO, [ord(".")] * 32))
+        digits, points = (builder.and_(builder.bitcast(one, _INDEX), inside) for one in (digits, points))
+        filled = builder.icmp_unsigned("==", builder.or_(digits, points), inside)
+        one_point = builder.icmp_unsigned("<=", builder.ctpop(points), _INDEX(1))
+        some_digit = builder.icmp_unsigned("!=", digits, _INDEX(0))
+        return builder.and_(builder.and_(filled, one_point), some_digit)
+
+    return types.boolean(types.int64, types.int64, types.int64), code

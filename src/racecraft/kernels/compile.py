@@ -31,6 +31,7 @@ from numba import prange as prange
 import racecraft
 
 _config: Any = numba.config
+_njit: Any = njit  # its types do not know `_nrt`
 
 
 def kernel(function: Callable[..., Any]) -> Any:
@@ -38,13 +39,25 @@ def kernel(function: Callable[..., Any]) -> Any:
     return njit(cache=True, nogil=True, error_model="numpy")(function)
 
 
+def lean_kernel(function: Callable[..., Any]) -> Any:
+    """Compile a kernel that makes no array and returns numbers only: nobody counts who holds its arrays.
+
+    Numba counts the holders of every array that a kernel hands on or slices, each time with an instruction that locks
+    the memory: three quarters of a game's turn went there, and threads that share an array wait for each other. The
+    arrays are the caller's, who outlives the call, so that there is nothing to count. What would make an array does not
+    compile ("NRT required but not enabled"), a copy from slice to slice among it: write a loop. A slice returned would
+    be a reference that nobody holds. The bits are the same.
+    """
+    return _njit(cache=True, nogil=True, error_model="numpy", _nrt=False)(function)
+
+
 def inner_kernel(function: Callable[..., Any]) -> Any:
-    """Compile a function that is laid into each kernel which calls it, for those called many times in one step.
+    """Compile a lean kernel that is laid into each kernel which calls it, for those called many times in one step.
 
     To call a kernel costs seven numbers an array, handed over on the stack; with ten arrays that is more than most of
     these functions do. The bits are the same.
     """
-    return njit(cache=True, nogil=True, error_model="numpy", forceinline=True)(function)
+    return _njit(cache=True, nogil=True, error_model="numpy", forceinline=True, _nrt=False)(function)
 
 
 def parallel_kernel(function: Callable[..., Any]) -> Any:

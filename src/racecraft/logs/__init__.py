@@ -10,6 +10,7 @@
     read.py        the door
     sources.py     which files are logs, and what each tells
     archive.py     downloads, read without unpacking
+    asked.py       the table, read when it is asked for: the columns of a question, or all
     ticks.py       from files to one table: trace_rows, log_rows, our own episodes
     careful.py     damaged rows, line by line
     numbering.py   episodes told apart over files, workers and rounds

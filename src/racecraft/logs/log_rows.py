@@ -9,7 +9,7 @@ import itertools
 import json
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING, Any
 
 from racecraft.formats.aws.sim_trace import NAMES, TRACE_COLUMNS
@@ -33,7 +33,7 @@ USUAL_EPISODES = 20
 
 
 def read_log(
-    place: int, source: Source, before: dict[str, Any] | None = None
+    place: int, source: Source, before: dict[str, Any] | None = None, wanted: Collection[str] | None = None
 ) -> tuple[pl.DataFrame, list[Damage], dict[str, Any]]:
     """Read one log.
 
@@ -41,6 +41,7 @@ def read_log(
         place: Index of the file among the table's files.
         source: The log.
         before: What earlier pieces of a log that rolled over said.
+        wanted: As in `read_rows`.
 
     Returns:
         AWS's columns and `file`, `line`, `iteration`; what was damaged; and what the log says of world, hyperparameters
@@ -54,7 +55,7 @@ def read_log(
     if not _FEWEST <= len(header) <= len(NAMES):
         what = f"{len(header)} values in a row where {_FEWEST} to {len(NAMES)} are expected; left out"
         return pl.DataFrame(), [Damage(source.name, None, what)], {}
-    rows = read_rows(header, [Text(place, source)], marked=True)
+    rows = read_rows(header, [Text(place, source)], marked=True, wanted=wanted)
     says = (before or {}) | what_it_says(rows.between)
     frame = rows.frame
     if frame.height:

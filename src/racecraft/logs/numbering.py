@@ -22,13 +22,13 @@ def number(ticks: pl.DataFrame) -> pl.DataFrame:
     """Add `unique_episode` to rows that stand in order: each worker's one after the other within an iteration.
 
     A worker's episode that goes on in the file of its next iteration stays one as long as no other worker's rows stand
-    between.
+    between; those that do `continued.py` puts together.
     """
     import polars as pl
 
     changed = [pl.col(name).ne_missing(pl.col(name).shift()) for name in (*STREAM, "episode")]
     begins = pl.any_horizontal(*changed, pl.col("tick") <= pl.col("tick").shift()).fill_null(True)
-    return ticks.with_columns((begins.cum_sum() - 1).cast(pl.Int32).alias("unique_episode"))
+    return ticks.with_columns((begins.cum_sum() - 1).cast(pl.Int32).set_sorted().alias("unique_episode"))
 
 
 def phase_of_rows(trace: pl.DataFrame) -> str:

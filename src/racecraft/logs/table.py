@@ -8,11 +8,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from racecraft.contract.errors import MissingExtraError
-from racecraft.logs.clocks import jumps
+from racecraft.logs.asked import Asked
+from racecraft.logs.clocks import CLOCK_COLUMNS, jumps
 from racecraft.logs.errors import Damage, LogError
 from racecraft.logs.metric_rows import read_metrics
 from racecraft.logs.sources import ABOUT, EXPECTED, METRICS, Source, about
-from racecraft.logs.ticks import OURS, Said, read_ticks
+from racecraft.logs.ticks import OURS, Said
 
 if TYPE_CHECKING:
     import pandas as pd  # type: ignore[import-untyped]
@@ -33,8 +34,8 @@ class Logs:
 
     @property
     def ticks(self) -> pl.LazyFrame:
-        """One row a tick: TICK_COLUMNS, in SI units, radians and shares."""
-        return self._read[0].lazy()
+        """One row a tick: TICK_COLUMNS, in SI units, radians and shares; a question reads the columns it needs."""
+        return self._asked.lazy()
 
     @property
     def metrics(self) -> pl.LazyFrame:
@@ -61,7 +62,8 @@ class Logs:
     @cached_property
     def damaged(self) -> tuple[Damage, ...]:
         """What could not be taken as it stands: file, line, what."""
-        return (*self._read[1], *self._read_metrics[1], *jumps(self._read[0], self.files))
+        clocks = self._asked.columns(CLOCK_COLUMNS)
+        return (*self._asked.beside()[0], *self._read_metrics[1], *jumps(clocks, self.files))
 
     @cached_property
     def about(self) -> Said:
@@ -70,7 +72,7 @@ class Logs:
         for source in self.sources:
             if source.kind == ABOUT:
                 said = {**_told(source), **said}
-        return {**self._read[2], **said}
+        return {**self._asked.beside()[1], **said}
 
     def require_ticks(self) -> pl.DataFrame:
         """Return the ticks.
@@ -78,10 +80,11 @@ class Logs:
         Raises:
             LogError: There is not one; with the first damage, if that is why.
         """
-        if not self._read[0].height:
+        ticks = self._asked.columns()
+        if not ticks.height:
             first = next((str(damage) for damage in self.damaged), "the files hold no row of a simulation trace")
             raise LogError(self.files[0] if self.files else "", first, EXPECTED)
-        return self._read[0]
+        return ticks
 
     def to_pandas(self, names: str = "racecraft") -> pd.DataFrame:
         """Return the ticks as a pandas frame.
@@ -102,7 +105,7 @@ class Logs:
             import pandas as pd
         except ImportError:
             raise MissingExtraError("to_pandas needs pandas; install it with: pip install pandas") from None
-        frame = self._read[0]
+        frame = self._asked.columns()
         words = {column: pl.col(column).cast(pl.String) for column in ("phase", "status")}
         frame = frame.with_columns(**words)
         if names == "deepracer-utils":
@@ -115,8 +118,8 @@ class Logs:
         return self.ticks.filter(pl.col("phase") == phase)
 
     @cached_property
-    def _read(self) -> tuple[pl.DataFrame, list[Damage], Said]:
-        return read_ticks(self.sources, self.phase)
+    def _asked(self) -> Asked:
+        return Asked(self.sources, self.phase)
 
     @cached_property
     def _read_metrics(self) -> tuple[pl.DataFrame, list[Damage]]:

@@ -6,7 +6,7 @@ traces, logs and episodes, in the order in which they happened → our names and
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from racecraft.formats.episodes import FORMAT, VERSION
 from racecraft.logs.columns import PHASES, TICK_COLUMNS, empty, schema
+from racecraft.logs.continued import join_continued
 from racecraft.logs.errors import Damage
 from racecraft.logs.log_rows import read_log
 from racecraft.logs.numbering import number, phase_of_rows
@@ -36,32 +37,37 @@ OURS = {
 Said = dict[str, Any]
 
 
-def read_ticks(sources: Sequence[Source], phase: str | None = None) -> tuple[pl.DataFrame, list[Damage], Said]:
+def read_ticks(
+    sources: Sequence[Source], phase: str | None = None, names: Collection[str] | None = None
+) -> tuple[pl.DataFrame, list[Damage], Said]:
     """Read every tick.
 
     Args:
         sources: All files, in order; a row's `file` is an index among them.
         phase: What rows belong to whose path does not tell; None: the rows tell.
+        names: The columns that are asked for; None: all. The rows are the same.
 
     Returns:
-        The table of TICK_COLUMNS; what was damaged; and what logs say of world, hyperparameters and actions.
+        The table of TICK_COLUMNS, or those of them; what was damaged; and what logs say of world, hyperparameters and
+        actions.
     """
     import polars as pl
 
     frames: list[pl.DataFrame] = []
     damage: list[Damage] = []
     said: Said = {}
+    wanted = None if names is None else [theirs for theirs, ours in OURS.items() if ours in names]
     for kind, group in itertools.groupby(enumerate(sources), key=lambda pair: pair[1].kind):
         pairs = list(group)
         if kind == TRACE:
-            trace, wrong = read_traces(pairs)
+            trace, wrong = read_traces(pairs, wanted)
             frames += _placed(trace, pairs, phase)
             damage += wrong
         elif kind == LOG:
             says: Said = {}
             for place, source in pairs:
                 rolled = source.part != 1 and place > 0 and sources[place - 1].part is not None
-                trace, wrong, says = read_log(place, source, says if rolled else None)
+                trace, wrong, says = read_log(place, source, says if rolled else None, wanted)
                 frames += _placed(trace, [(place, source)], phase)
                 damage += wrong
                 said = {**says, **said}
@@ -71,8 +77,9 @@ def read_ticks(sources: Sequence[Source], phase: str | None = None) -> tuple[pl.
                 frames += ours
                 damage += wrong
     if not frames:
-        return empty(TICK_COLUMNS), damage, said
-    return _in_columns(number(pl.concat(frames, how="diagonal"))), damage, said
+        return empty(TICK_COLUMNS).select(pl.all() if names is None else list(names)), damage, said
+    numbered = join_continued(number(pl.concat(frames, how="diagonal")))
+    return _in_columns(numbered, names), damage, said
 
 
 def _placed(trace: pl.DataFrame, pairs: list[tuple[int, Source]], phase: str | None) -> list[pl.DataFrame]:
@@ -98,12 +105,12 @@ def _placed(trace: pl.DataFrame, pairs: list[tuple[int, Source]], phase: str | N
     told_by_path = [name for name in ("round", "phase", "stream", "worker", "iteration") if name not in trace.columns]
     repeated = [_repeated(rows[name], rows["len"]) for name in told_by_path]
     named = trace.rename({theirs: ours for theirs, ours in OURS.items() if theirs in trace.columns})
-    units = [
+    units = (
         pl.col("yaw_rad").radians(),
         pl.col("steering_rad").radians(),
         pl.col("progress_share") / 100.0,
-    ]
-    return [named.with_columns(*units, *repeated)]
+    )
+    return [named.with_columns(*(unit for unit in units if unit.meta.output_name() in named.columns), *repeated)]
 
 
 def _repeated(values: pl.Series, counts: pl.Series) -> pl.Series:
@@ -145,12 +152,12 @@ def _own_episodes(place: int, source: Source) -> tuple[list[pl.DataFrame], list[
     ], []
 
 
-def _in_columns(frame: pl.DataFrame) -> pl.DataFrame:
-    """Return the table with all its columns, in their order; what no file has is null."""
+def _in_columns(frame: pl.DataFrame, names: Collection[str] | None) -> pl.DataFrame:
+    """Return the table with all its columns, or these, in their order; what no file has is null."""
     import polars as pl
 
-    known = schema(TICK_COLUMNS)
-    return frame.select(
+    known = {name: kind for name, kind in schema(TICK_COLUMNS).items() if names is None or name in names}
+    return frame.with_columns(
         pl.col(name).cast(kind) if name in frame.columns else pl.lit(None, kind).alias(name)
         for name, kind in known.items()
-    )
+    ).select(list(known))

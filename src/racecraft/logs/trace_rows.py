@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 from racecraft.formats.aws.sim_trace import NAMES, TRACE_COLUMNS
@@ -19,8 +19,10 @@ _REQUIRED = [column.name for column in TRACE_COLUMNS if column.required]
 _MOST_HEADER_BYTES = 4096
 
 
-def read_traces(sources: Sequence[tuple[int, Source]]) -> tuple[pl.DataFrame, list[Damage]]:
-    """Read traces, given with their index among the table's files.
+def read_traces(
+    sources: Sequence[tuple[int, Source]], wanted: Collection[str] | None = None
+) -> tuple[pl.DataFrame, list[Damage]]:
+    """Read traces, given with their index among the table's files; `wanted` as in `read_rows`.
 
     Returns:
         AWS's columns in AWS's units and `file`, `line`; and what was damaged.
@@ -37,7 +39,7 @@ def read_traces(sources: Sequence[tuple[int, Source]]) -> tuple[pl.DataFrame, li
         elif lacking:
             damage += [Damage(text.source.name, 1, f"no column {', '.join(lacking)}; left out") for text in texts]
         else:
-            rows = read_rows(header, texts)
+            rows = read_rows(header, texts, wanted=wanted)
             frames.append(rows.frame)
             damage += rows.damage
     return (pl.concat(frames, how="diagonal") if frames else pl.DataFrame()), damage

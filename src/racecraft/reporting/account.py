@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from racecraft.analysis.deepracer.logs import own_plots, track_or_none
 from racecraft.analysis.deepracer.logs.advice import Advice, advice
+from racecraft.analysis.deepracer.logs.judged import judged_in_run
+from racecraft.analysis.deepracer.logs.own import NoPlot, made_or_why
 from racecraft.analysis.deepracer.logs.plot import Plot
 from racecraft.analysis.learner import learner_of_job
 from racecraft.analysis.learning_advice import learning_advice
@@ -26,6 +28,8 @@ KIND = "deepracer"
 TRAIN = "racecraft train"
 VERBS = {"gymnasium": "racecraft gym train", "battlesnake": "racecraft snakes train", "unity": "racecraft unity train"}
 """How a training of each kind is typed; a car's is TRAIN."""
+OWN = " my-car"
+"""The folder in commands of advice that ask for another reward or other actions; the run's own takes its place."""
 USUAL = "ppo"
 """The algorithm of a training that asks for none."""
 WHOLE_LAP = 100.0
@@ -39,10 +43,11 @@ def advice_of(run: RunFolder) -> list[Advice]:
     job = run.read_job()
     is_car = job.get("kind") == KIND
     learner = learner_of_job(job)
-    found = learning_advice(run.read_metrics(), learner, WHOLE_LAP if is_car else None)
+    metrics = run.read_metrics()
+    found = learning_advice(metrics, learner, WHOLE_LAP if is_car else None)
     told = _log_of(run) if is_car else None
     if told is not None:
-        found += advice(*told, learner)
+        found += advice(*told, learner, judged_in_run(metrics))
     return [replace(one, command=as_asked(one.command, job)) for one in found]
 
 
@@ -52,13 +57,18 @@ def as_asked(command: str, job: Mapping[str, Any]) -> str:
     >>> as_asked("racecraft train --from RUN:best", {"kind": "gymnasium", "asked": {"environment": "CartPole-v1"}})
     'racecraft gym train CartPole-v1 --from RUN:best'
     """
-    verb, asked = VERBS.get(str(job.get("kind")), TRAIN), job.get("asked", {})
+    kind, asked = str(job.get("kind")), job.get("asked", {})
+    verb = VERBS.get(kind, TRAIN)
     if command.split()[:2] != TRAIN.split():
         return command
-    rest = command.removeprefix(TRAIN).removeprefix(" my-car")
+    rest = command.removeprefix(TRAIN).removeprefix(OWN)
     if "--run RUN" in rest:
         return f"{verb}{rest}"  # who goes on is asked nothing anew
-    return " ".join([verb, *_subject(str(job.get("kind")), asked), *_algorithm(job)]) + rest
+    if kind == KIND and rest != command.removeprefix(TRAIN) and not asked.get("folder"):
+        asked, first = {**asked, "folder": OWN.strip()}, f"racecraft new{OWN}\n"  # there are no files yet to change
+    else:
+        first = ""
+    return first + " ".join([verb, *_subject(kind, asked), *_algorithm(job)]) + rest
 
 
 def _algorithm(job: Mapping[str, Any]) -> list[str]:
@@ -81,15 +91,15 @@ def _subject(kind: str, asked: Mapping[str, Any]) -> list[str]:
     return [shlex.quote(str(word)) for word in words]
 
 
-def own_plots_of(run: RunFolder, files: Sequence[Path]) -> list[Plot]:
-    """Return the racer's own plots of a run's training; none where it has no log yet.
+def own_plots_of(run: RunFolder, files: Sequence[Path]) -> list[Plot | NoPlot]:
+    """Return the racer's own plots of a run's training, or why they failed; none where it has no log yet.
 
     Raises:
-        OwnPlotError: A file holds no plot, or one does not work.
+        OwnPlotError: A file holds no plot.
     """
     makers = own_plots(files)
     told = _log_of(run) if makers else None
-    return [] if told is None else [make(*told) for make in makers]
+    return [] if told is None else made_or_why(makers, *told)
 
 
 def _log_of(run: RunFolder) -> tuple[pl.DataFrame, Track | None] | None:

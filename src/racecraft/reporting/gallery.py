@@ -114,7 +114,7 @@ def report_run(path: Path, page: Path, plots: Sequence[Path] = ()) -> Path:
 
     Raises:
         RunFolderError: No run folder.
-        OwnPlotError: A plot of the racer's own does not work.
+        OwnPlotError: A file holds no plot of the racer's own.
     """
     run = RunFolder.open(path)
     if run.read_job().get("kind") != KIND:

@@ -5,7 +5,8 @@
     GET /api/curves?after=12                               the figures of each iteration behind 12
     GET /api/courses                                       where cars drive: which of them, and what is in their way
     GET /api/track?course=0                                the circuit of a course
-    GET /api/live?after=640                                the latest ticks behind tick 640; asking is watching
+    GET /api/live?after=640                                the latest ticks behind tick 640; where there are none yet,
+                                                           the training is asked for some: ask again
     GET /api/iterations                                    those whose ticks are kept
     GET /api/iteration?number=12                           its ticks, and its episodes
     GET /api/episode?iteration=12&world=0&agent=0&episode=3   one episode, whole
@@ -36,7 +37,7 @@ from racecraft.analysis.watching.reels import (
 )
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import Array
-from racecraft.formats.live_ticks import say_watched
+from racecraft.formats.live_ticks import wish_for_ticks
 from racecraft.formats.run_folder import RunFolder
 from racecraft.serving.http_service import HttpError, HttpService, Reply, Request
 from racecraft.serving.port import LOOPBACK
@@ -120,9 +121,10 @@ class WatchServer:
         }
 
     def _live(self, request: Request) -> dict[str, Any]:
-        say_watched(self._run)
         training = self._run.is_training()
         reel = live_reel(self._run, _whole(request, "after", 0)) if training else None
+        if training and reel is None:
+            wish_for_ticks(self._run)
         return {"training": training, "reel": reel}
 
 

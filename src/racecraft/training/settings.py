@@ -65,6 +65,21 @@ class RuntimeConfig:
         check_group(self)
 
 
+@dataclass(frozen=True)
+class ClusterConfig:
+    """What workers of a `--cluster` send; without one, nothing."""
+
+    send: str = setting(
+        "frames",
+        "Workers send what their cars saw, or only what they did: then the learner's machine drives it again and sees "
+        "the same, bit by bit. That spares a slow link and costs the learner time.",
+        choices=("frames", "actions"),
+    )
+
+    def __post_init__(self) -> None:
+        check_group(self)
+
+
 def composed(world: Settings, algorithm: Algorithm, tuned: Any = None) -> Settings:
     """Return a world's settings with the group of an algorithm in them, behind the network's, and what it remembers.
 

@@ -17,6 +17,7 @@ from typing import Any, cast
 
 import torch
 
+from racecraft.algorithms.alphazero import SEARCHED
 from racecraft.algorithms.building import build_learner
 from racecraft.algorithms.learner import REPLAY, Learner
 from racecraft.algorithms.registry import Algorithm, require_fit
@@ -108,6 +109,9 @@ class Experiment:
     """Who carries the learner through worlds elsewhere; None: it is carried through `world`, here."""
     recorder: Callable[[], RecordingObserver] | None = None
     """Makes what keeps the ticks of worlds elsewhere for the episode files; None: none are kept."""
+    unpaid: Callable[[Any], World] | None = None
+    """Lays the worlds of a plan once more, without rewards; None: where the same is done in them, not the same is seen,
+    since others decide there, too."""
     stays: str = ""
     """Why its worlds cannot be elsewhere, a sentence; "" where they can."""
 
@@ -356,7 +360,8 @@ def _require_trackers(settings: Settings) -> None:
 
 def _learner(experiment: Experiment, settings: Settings) -> Learner:
     prepare_processor(settings.runtime.threads, settings.runtime.device)
-    require_fit(experiment.algorithm, experiment.world.spec.actions, experiment.title)
+    world = experiment.world.spec
+    require_fit(experiment.algorithm, world.actions, experiment.title, is_searched=SEARCHED in world.observations)
     if experiment.learner is not None:
         return experiment.learner()
     return build_learner(experiment.algorithm, experiment.spec, settings, experiment.seed)

@@ -1,6 +1,7 @@
 """Metrics without ticks, sequences of actions, fitted lines, a racer's own plots: by hand on made-up laps."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import polars as pl
@@ -10,11 +11,14 @@ from tests.reference import TRACES
 
 from racecraft.analysis.deepracer import logs as analysis
 from racecraft.analysis.deepracer.logs.fitting import fit
-from racecraft.analysis.deepracer.logs.own import OwnPlotError
+from racecraft.analysis.deepracer.logs.own import OwnPlotError, made_or_why
 from racecraft.analysis.deepracer.logs.page import Extras, write_logs_page
 from racecraft.analysis.deepracer.logs.plot import PlotError
+from racecraft.analysis.report import write_report
+from racecraft.formats.run_folder import RunFolder
 from racecraft.logs import read
 from racecraft.logs.columns import METRIC_COLUMNS, schema
+from racecraft.reporting.account import own_plots_of
 from racecraft.tracks.catalogue import load_track
 
 
@@ -160,11 +164,61 @@ def test_own_plots_come_from_packages_too(monkeypatch, laps):
         name, value = "speed", "their_package:speed"
 
         def load(self):
-            return lambda ticks, track: ticks.select("speed_mps")
+            def speed(ticks, track):
+                """Speed of every step."""
+                return ticks.select("speed_mps")
+
+            return speed
 
     monkeypatch.setattr(own, "entry_points", lambda group: [Entry()] if group == "racecraft.plots" else [])
     (found,) = analysis.own_plots()
     assert found(laps, None).data.columns == ["speed_mps"]
+    assert found(laps, None).title == "Speed of every step."
+
+
+LATE = """
+from racecraft.analysis.deepracer.logs import Plot
+
+def plot_late(ticks, track):
+    return Plot("late", "Late", ticks, lambda: 1 / 0)
+
+def plot_quit(ticks, track):
+    raise SystemExit(0)
+
+def plot_none(ticks, track):
+    pass
+
+def plot_steps(ticks, track):
+    return ticks.select("tick")
+"""
+
+
+def test_a_plot_that_fails_takes_nothing_with_it(tmp_path, laps):
+    """One that fails when it is drawn, one that would end the program, one that gives nothing; one that works."""
+    (tmp_path / "mine.py").write_text(LATE)
+    *none, steps = made_or_why(analysis.own_plots([tmp_path / "mine.py"]), laps, None)
+    assert [one.title for one in none] == ["plot_late", "plot_quit", "plot_none"]
+    assert "mine.py:5: plot_late failed (ZeroDivisionError" in none[0].why
+    assert "mine.py:8: plot_quit failed (SystemExit" in none[1].why
+    assert none[0].why.endswith("leave it out of --plots.")
+    assert "plot_none gave NoneType; expected a Plot" in none[2].why
+    assert steps.data.columns == ["tick"]
+
+
+def test_a_broken_plot_of_a_package_leaves_the_report_standing(tmp_path, monkeypatch):
+    from racecraft.analysis.deepracer.logs import own
+
+    def broken(ticks, track):
+        raise ValueError("no such <thing>")
+
+    entry = SimpleNamespace(name="speed", value="their_package:speed", load=lambda: broken)
+    monkeypatch.setattr(own, "entry_points", lambda group: [entry])
+    run = RunFolder.create(tmp_path / "run", {"kind": "gymnasium", "title": "x", "settings": {}})
+    run.append_metrics({"iteration": 1, "steps": 9, "seconds": 1.0})
+    makers.write(run.path / "training-simtrace" / "0-iteration.csv", makers.iteration(range(3)))
+    text = write_report(run, tmp_path / "r.html", own=own_plots_of(run, ())).read_text(encoding="utf-8")
+    assert "speed failed (ValueError: no such &lt;thing&gt;)" in text
+    assert "Mend it, or remove its package." in text
 
 
 @pytest.mark.parametrize(

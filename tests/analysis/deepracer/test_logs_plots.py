@@ -11,6 +11,7 @@ from tests.reference import HAS_ALL, LARGE, TRACES
 from racecraft.analysis.deepracer import logs as analysis
 from racecraft.analysis.deepracer.logs import PlotError
 from racecraft.analysis.deepracer.logs.advice import advice
+from racecraft.analysis.deepracer.logs.judged import Judged, judged_in_log
 from racecraft.analysis.deepracer.logs.laps import correlation
 from racecraft.logs import read
 from racecraft.tracks.catalogue import load_track, names
@@ -302,6 +303,30 @@ def test_real_logs_say_what_to_change():
     assert any("Segment 2 left (waypoints 20 to 49) takes 54 of 177 exits" in one.found for one in told)
 
 
+@pytest.mark.skipif(not HAS_ALL, reason=LARGE)
+def test_a_real_car_that_laps_when_it_is_judged_is_not_told_that_it_fails():
+    """The console's metrics: its last six evaluations are full laps all five, while its exploring cars still fail."""
+    logs = read(TRACES / "console-2022")
+    judged = judged_in_log(logs.ticks.collect(), logs.metrics.collect())
+    assert (len(judged.shares), judged.shares[-6:], judged.best_lap_seconds) == (
+        28,
+        (1.0,) * 6,
+        pytest.approx(14.6, abs=0.01),
+    )
+    told = advice(logs.training.collect(), analysis.find_track(logs.training), judged=judged)
+    assert told[0].try_.startswith("It laps: ask for more speed")
+    assert "its last 2 evaluations came to 100 % and 100 % of a lap; its best lap took 14.60 s." in told[0].found
+    assert not any("exits" in one.found or "still learning" in one.try_ for one in told)
+
+
+@pytest.mark.skipif(not HAS_ALL, reason=LARGE)
+def test_an_evaluation_driven_by_itself_is_a_judgement_too():
+    logs = read(TRACES / "drfc-1-worker")
+    alone = judged_in_log(logs.ticks.collect(), None)
+    assert (alone.shares, alone.best_lap_seconds) == ((1.0,), pytest.approx(13.8, abs=0.01))
+    assert judged_in_log(logs.training.collect(), None) == Judged()
+
+
 def test_advice_is_silent_where_there_is_little_to_go_by(laps):
     assert advice(laps.collect(), load_track("reinvent_base")) == []
 
@@ -340,6 +365,17 @@ def test_chance_is_no_change_and_a_change_is_one(tmp_path):
     assert what_to_try(tmp_path, falling)[0].startswith("It has got worse")
 
 
+def test_fifths_go_by_when_episodes_end_and_what_is_under_way_is_no_short_lap(tmp_path):
+    """By hand: 40 laps of 50 %, of which the last but eight to begin end last; the eight are cut off at 2 %."""
+    parts = [makers.episode(k, 0.5, ticks=46, start_s=10.0 * k) for k in range(40)]
+    parts += [makers.episode(k, 0.02, ticks=3, start_s=10.0 * k, status="in_progress") for k in range(40, 48)]
+    ticks = logs_of(tmp_path, makers.joined(*parts)).collect()
+    late = ((pl.col("unique_episode") < 8) & (pl.col("tick") > 40)).cast(pl.Int32)
+    share = pl.when(pl.col("unique_episode") < 8).then(2.0).otherwise(1.0) * pl.col("progress_share")
+    told = advice(ticks.with_columns(late.alias("iteration"), share.alias("progress_share")), None)[0].found
+    assert told.startswith("Mean progress went from 50 % in the fourth fifth of the episodes to 100 % in the last")
+
+
 def test_a_place_is_told_by_its_waypoints_too(tmp_path):
     """By hand: all leave the road at 30 % of re:Invent 2018, the 36th waypoint of 119, in the bend round its east."""
     ticks = logs_of(tmp_path, training([0.3] * 40)).collect()
@@ -348,7 +384,10 @@ def test_a_place_is_told_by_its_waypoints_too(tmp_path):
     assert first < 36 < last < 60
 
 
-@pytest.mark.parametrize(("continuous", "words"), [(False, "drop the slow action"), (True, "raise the lowest speed")])
+@pytest.mark.parametrize(
+    ("continuous", "words"),
+    [(False, "make the slow action that points ahead faster"), (True, "raise the lowest speed")],
+)
 def test_who_gets_round_slowly_is_told_what_can_be_changed(tmp_path, continuous, words):
     told = [one for one in what_to_try(tmp_path, [1.0] * 40, continuous=continuous) if "Speed is not used" in one]
     assert all(words in one for one in told)

@@ -1,4 +1,4 @@
-"""Live ticks: nothing is written when nobody watches, and what is written is what was driven."""
+"""Live ticks: nothing is written that nobody wished for, and what is written is what was driven."""
 
 import os
 import sys
@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from racecraft.analysis.watching.reels import live_reel
-from racecraft.formats import live_ticks
 from racecraft.formats.episodes import STATUSES
-from racecraft.formats.live_ticks import read_live_ticks, say_watched
+from racecraft.formats.live_ticks import LIVE_SECONDS, WISH_SECONDS, read_live_ticks, wish_for_ticks
 from racecraft.formats.run_folder import RunFolder
 from racecraft.training.deepracer import live
 from racecraft.training.deepracer.live import RING_TICKS, LivePublisher
@@ -27,8 +26,30 @@ def run(tmp_path):
 
 @pytest.fixture
 def at_once(monkeypatch):
-    """Look and write after every tick."""
-    monkeypatch.setattr(live, "EVERY_SECONDS", 0.0)
+    """Look for a wish at every tick."""
+    monkeypatch.setattr(live, "LOOK_SECONDS", 0.0)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """The publisher's clock, which goes a tick's time at every look: `[now, a tick]`, s."""
+    told = [100.0, 0.001]
+
+    class Clock:
+        @staticmethod
+        def monotonic():
+            told[0] += told[1]
+            return told[0]
+
+    monkeypatch.setattr(live, "time", Clock)
+    return told
+
+
+def wish(run, before=0.0):
+    """Wish for ticks so many seconds ago; no two wishes fall on one moment."""
+    wish_for_ticks(run)
+    moment = time.time_ns() - int(before * 1e9)
+    os.utime(run.watched, ns=(moment, moment))
 
 
 class Seen:
@@ -42,56 +63,108 @@ class Seen:
 
 def test_nothing_is_written_when_nobody_watches(run, at_once):
     before = sorted(path.name for path in run.path.iterdir())
-    drive(make_world(), 30, [LivePublisher(run)])
+    drive(make_world(), RING_TICKS + 9, [LivePublisher(run)])
     assert sorted(path.name for path in run.path.iterdir()) == before
 
 
-def test_the_latest_ticks_are_those_that_were_driven(run, at_once):
-    say_watched(run)
+def test_a_wish_is_answered_by_the_ticks_that_follow_it(run, at_once):
     world, seen, publisher = make_world(2, 2), Seen(), LivePublisher(run)
-    drive(world, RING_TICKS + 37, [publisher, seen])
+    buffers = drive(world, 9, [publisher, seen])
+    wish(run)
+    drive(world, RING_TICKS + 37, [publisher, seen], 1, buffers)
     left = read_live_ticks(run)
-    assert left.last == RING_TICKS + 37
+    assert left.last == 10 + RING_TICKS, "the tenth tick is only looked at"
     assert left.columns["x_m"].shape == (RING_TICKS, 4)
-    np.testing.assert_array_equal(left.columns["x_m"], np.array(seen.x, np.float32)[-RING_TICKS:])
+    np.testing.assert_array_equal(left.columns["x_m"], np.array(seen.x, np.float32)[10 : 10 + RING_TICKS])
     from racecraft.envs.deepracer.race import STATUSES as OF_RACE
 
-    words = np.array(OF_RACE)[np.array(seen.status)[-RING_TICKS:]]
+    words = np.array(OF_RACE)[np.array(seen.status)[10 : 10 + RING_TICKS]]
     np.testing.assert_array_equal(np.array(STATUSES)[left.columns["status"]], words)
     assert (words != "in_progress").any(), "some of these cars left the road"
 
 
-def test_a_reader_that_keeps_up_has_no_gap(run, at_once):
-    say_watched(run)
-    world, publisher, buffers, after, told = make_world(), LivePublisher(run), None, 0, []
-    for part in range(6):
-        buffers = drive(world, 20, [publisher], part, buffers)
+def test_a_wish_is_answered_once_and_keeps_nothing_meanwhile(run, at_once, monkeypatch):
+    written, kept = [], []
+    monkeypatch.setattr(live, "write_live_ticks", lambda run, last, columns: written.append(last))
+    keep = LivePublisher._keep
+    monkeypatch.setattr(LivePublisher, "_keep", lambda self, *given: (kept.append(self._ticks), keep(self, *given)))
+    world, publisher = make_world(), LivePublisher(run)
+    wish(run)
+    buffers = drive(world, 20, [publisher])
+    wish(run)  # whoever waits wishes again, as another page may: one answer is for all of them
+    buffers = drive(world, 200, [publisher], 1, buffers)
+    assert (written, kept) == ([1 + RING_TICKS], list(range(2, 2 + RING_TICKS)))
+    wish(run)
+    drive(world, 200, [publisher], 2, buffers)
+    assert written == [1 + RING_TICKS, 221 + RING_TICKS]
+
+
+def test_it_is_looked_for_a_wish_every_quarter_of_a_second_only(run, clock, monkeypatch):
+    looks = []
+    monkeypatch.setattr(live, "latest_wish", lambda run: looks.append(clock[0]))
+    clock[1] = 0.01
+    drive(make_world(), 100, [LivePublisher(run)])
+    assert len(looks) == 4
+    assert np.diff(looks) == pytest.approx(live.LOOK_SECONDS, abs=0.011)
+
+
+def test_nobody_is_answered_who_wished_long_ago(run, at_once):
+    wish(run, WISH_SECONDS + 0.5)
+    drive(make_world(), RING_TICKS + 5, [LivePublisher(run)])
+    assert read_live_ticks(run) is None
+
+
+def test_a_slow_training_leaves_what_it_has_and_a_reader_who_wishes_on_gets_every_tick(run, clock):
+    """Ten ticks a second: a part a second, and no gap while somebody wants more."""
+    clock[1] = 0.1
+    world, publisher, buffers, after, told, lengths = make_world(), LivePublisher(run), None, 0, [], []
+    wish(run)
+    for tick in range(200):
+        buffers = drive(world, 1, [publisher], tick, buffers)
         reel = live_reel(run, after)
+        if reel is None:
+            wish(run)
+            continue
         assert reel["first"] == max(after, 1) + 1, "the first tick is only looked at"
         told += reel["cars"][0]["tick"]
+        lengths.append(reel["ticks"])
         after = reel["last"]
-        assert live_reel(run, after) is None
-    assert after == 120
+    assert after >= 190
+    assert max(lengths) <= 12
     assert all(b == a + 1 or b == 1 for a, b in zip(told, told[1:], strict=False))
+    drive(world, 200, [publisher], 200, buffers)
+    assert read_live_ticks(run).last <= 200 + 12 + RING_TICKS
 
 
-def test_a_training_whose_watcher_left_stops_writing(run, at_once):
-    say_watched(run)
+def test_a_reader_who_left_while_it_learned_gets_no_further_ticks(run, clock):
+    """A part is due behind a pause; nobody wished in it."""
     world, publisher = make_world(), LivePublisher(run)
-    buffers = drive(world, 10, [publisher])
-    long_ago = time.time() - live_ticks.WATCHED_SECONDS - 1
-    os.utime(run.watched, (long_ago, long_ago))
-    buffers = drive(world, 1, [publisher], 1, buffers)
+    wish(run)
+    buffers = drive(world, 30, [publisher])
+    wish(run, WISH_SECONDS + 1)
+    clock[0] += 5.0
+    drive(world, 3 * RING_TICKS, [publisher], 1, buffers)
+    assert read_live_ticks(run).last == 1 + RING_TICKS
+
+
+def test_old_ticks_are_not_live_and_a_training_that_goes_on_leaves_none_of_the_earlier(run, at_once, monkeypatch):
+    wish(run)
+    drive(make_world(), RING_TICKS + 1, [LivePublisher(run)])
     last = read_live_ticks(run).last
-    drive(world, 10, [publisher], 2, buffers)
-    assert read_live_ticks(run).last == last
+    assert live_reel(run, 0)["ticks"] == RING_TICKS
+    assert live_reel(run, last) is None
+    assert live_reel(run, last + 1000)["ticks"] == RING_TICKS, "a reader of the training before this one"
+    now = time.time()
+    with monkeypatch.context() as later:
+        later.setattr(time, "time", lambda: now + LIVE_SECONDS + 1)
+        assert live_reel(run, 0) is None
     LivePublisher(run)
-    assert read_live_ticks(run) is None, "a training that goes on begins without what an earlier one left"
+    assert read_live_ticks(run) is None
 
 
 def test_a_damaged_file_shows_nothing(run, at_once):
-    say_watched(run)
-    drive(make_world(), 5, [LivePublisher(run)])
+    wish(run)
+    drive(make_world(), RING_TICKS + 1, [LivePublisher(run)])
     data = run.live.read_bytes()
     for damaged in (b"", data[: len(data) // 2], b"\0" * 64, b"{}"):
         run.live.write_bytes(damaged)
@@ -99,13 +172,13 @@ def test_a_damaged_file_shows_nothing(run, at_once):
 
 
 def test_a_full_disk_costs_the_training_nothing(run, at_once, monkeypatch):
-    say_watched(run)
+    wish(run)
 
     def full(self, data):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Path, "write_bytes", full)
-    drive(make_world(), 5, [LivePublisher(run)])
+    drive(make_world(), RING_TICKS + 1, [LivePublisher(run)])
     assert read_live_ticks(run) is None
 
 
@@ -121,9 +194,9 @@ class Stood:
 
 
 def test_cars_of_every_course_are_left_and_boxes_and_bots_stand_where_they_stood(run, at_once):
-    say_watched(run)
+    wish(run)
     world, stood = make_courses(), Stood()
-    drive(world, RING_TICKS + 30, [LivePublisher(run), stood])
+    drive(world, RING_TICKS + 1, [LivePublisher(run), stood])
     left = read_live_ticks(run)
     np.testing.assert_array_equal(left.columns["x_m"], np.array(stood.x, np.float32)[-RING_TICKS:])
     assert sorted(name for name in left.columns if name.startswith("objects.")) == ["objects.2", "objects.4"]

@@ -126,10 +126,10 @@ def _exits_and_endings(track: Track, laps: pl.DataFrame) -> Iterator[str]:
     exits = laps.filter(laps["status"] == OFF_TRACK)
     if exits.height:
         shown = exits.tail(MOST_EXITS)
-        figure = draw_track(track, number_every=10, title="Where cars left the road")
+        figure = draw_track(track, number_every=10, title="Where cars left the road in training")
         figures.mark_exits(figure, shown.select("x_m", "y_m").to_numpy(), exits.height)
         times = "once" if exits.height == 1 else f"{exits.height:,} times"
-        words = f"<p><b>Where cars left the road</b>: {times}, a cross each"
+        words = f"<p><b>Where cars left the road in training</b>: {times}, a cross each"
         words += "." if shown.height == exits.height else f"; the latest {shown.height:,} are drawn."
         yield page.card(f"{words}</p>{page.photograph(figure, 'Map of the places where cars left the road')}")
     endings = [

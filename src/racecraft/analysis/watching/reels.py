@@ -73,13 +73,15 @@ def _surroundings(track: Track) -> list[float]:
 
 
 def live_reel(run: RunFolder, after: int, agents: int = 1) -> dict[str, Any] | None:
-    """Return the latest ticks of a training behind tick number `after`; None where there are none.
+    """Return what a training has left just now behind tick number `after`; None where that is nothing.
 
-    A reader that keeps up gets ticks without a gap, others the latest there are; `first` and `last` tell.
+    `first` and `last` tell whether there is a gap before them. A number that no tick has yet is of an earlier training
+    in this folder: its reader gets what there is.
     """
     live = read_live_ticks(run)
-    if live is None or live.last <= after:
+    if live is None or live.last == after or not live.are_live:
         return None
+    after = after if after < live.last else 0
     ticks = len(live.columns["x_m"])
     skipped = max(0, after - (live.last - ticks))
     columns = {name: array[skipped:] for name, array in live.columns.items()}

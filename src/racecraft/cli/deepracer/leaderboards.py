@@ -10,6 +10,7 @@ import typer
 if TYPE_CHECKING:
     from racecraft.evaluation.deepracer.laps import LapReport
     from racecraft.formats.aws.leaderboards import Leaderboard
+    from racecraft.tracks.track import Track
 
 MOST_ROWS = 25
 
@@ -60,14 +61,36 @@ def _driven(run: str, track: str | None, laps: int, json: bool) -> tuple[str, La
     from racecraft.evaluation.deepracer.laps import judge_laps
     from racecraft.formats.checkpoint_ranking import split_source
     from racecraft.players.deepracer.trained_car import load_trained_car
-    from racecraft.tracks.catalogue import load_track
 
+    named = _circuit(track) if track else None
     folder, which = split_source(run)
     car = load_trained_car(folder, which)
-    circuit = load_track(track) if track else car.trained_on
+    circuit = named or car.trained_on
     say(f"Driving {laps} laps on {circuit.name} …", quiet_stdout=json)
     world = car.world(circuit, num_cars=1, start_shares=[0.0], laps=laps)
     return circuit.name, judge_laps(car.policy, world, laps), car.settings.race.type
+
+
+def _circuit(track: str) -> Track:
+    """Return a circuit.
+
+    Raises:
+        SettingError: It is one of the archive's that nobody has.
+        TrackError: There is no such circuit.
+    """
+    from racecraft.contract.errors import SettingError, TrackError
+    from racecraft.formats.aws.leaderboards import WITHOUT_ROUTE
+    from racecraft.tracks.catalogue import load_track
+
+    try:
+        return load_track(track)
+    except TrackError as error:
+        if track not in WITHOUT_ROUTE:
+            raise
+        raise SettingError(
+            f"AWS never gave out the route of '{track}', the track of a race of 2019; racers prepared for it on "
+            f"{WITHOUT_ROUTE[track]}, which is another circuit. Expected a route file of your own: --track {track}.npy."
+        ) from error
 
 
 def _on_track(boards: list[Leaderboard], track: str | None) -> list[Leaderboard]:

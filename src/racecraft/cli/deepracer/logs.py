@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,6 +14,7 @@ from racecraft.contract.errors import SettingError
 if TYPE_CHECKING:
     import polars as pl
 
+    from racecraft.analysis.deepracer.logs.advice import Advice
     from racecraft.logs import Logs
     from racecraft.tracks.track import Track
 
@@ -65,7 +67,8 @@ def logs(
     if not ticks.height and not found.metrics.collect().height:
         found.require_ticks()
     circuit = _circuit(found, ticks, track) if ticks.height else None
-    facts = _facts(found, ticks, circuit)
+    told = _advice(found, ticks, circuit)
+    facts = _facts(found, ticks, circuit) | {"advice": [{"found": one.found, "try": one.try_} for one in told]}
     for clause in [str(damage) for damage in found.damaged[:MOST_DAMAGE]]:
         say(clause, quiet_stdout=True)
     if len(found.damaged) > MOST_DAMAGE:
@@ -73,7 +76,8 @@ def logs(
     if page is None and (reward is not None or plots):
         raise SettingError("--reward and --plots are of the page; expected --page with them, such as --page logs.html.")
     if page is not None:
-        facts["page"] = _page(found, circuit, page, ", ".join(path.resolve().name for path in paths), reward, plots)
+        title = ", ".join(path.resolve().name for path in paths)
+        facts["page"] = _page(found, circuit, page, title, told, reward, plots)
     facts |= _written(found, csv, parquet)
     if json:
         print_json(facts)
@@ -89,11 +93,6 @@ def _circuit(found: Logs, ticks: pl.DataFrame, track: str | None) -> Track | Non
 
 def _facts(found: Logs, ticks: pl.DataFrame, circuit: Track | None) -> dict[str, Any]:
     """Return everything that is told, by name; shares from 0 to 1, times in seconds."""
-    import polars as pl
-
-    from racecraft.analysis.deepracer.logs.advice import advice
-    from racecraft.analysis.learner import learner_of_log
-
     facts: dict[str, Any] = {
         "files": len(found.files),
         "ticks": ticks.height,
@@ -101,17 +100,26 @@ def _facts(found: Logs, ticks: pl.DataFrame, circuit: Track | None) -> dict[str,
         "reversed": circuit.is_reversed if circuit is not None else None,
         "damaged": [{"file": one.file, "line": one.line, "what": one.what} for one in found.damaged],
         "phases": [],
-        "advice": [],
     }
     if not ticks.height:
         return facts | {"metrics": _metrics(found)}
     facts["phases"] = _phases(ticks)
-    training = ticks.filter(pl.col("phase") == "training")
-    if training.height:
-        facts["advice"] = [
-            {"found": one.found, "try": one.try_} for one in advice(training, circuit, learner_of_log(found.about))
-        ]
     return facts
+
+
+def _advice(found: Logs, ticks: pl.DataFrame, circuit: Track | None) -> list[Advice]:
+    """Return what to change before the next training; nothing where no training is told of."""
+    import polars as pl
+
+    from racecraft.analysis.deepracer.logs.advice import advice
+    from racecraft.analysis.deepracer.logs.judged import judged_in_log
+    from racecraft.analysis.learner import learner_of_log
+
+    training = ticks.filter(pl.col("phase") == "training")
+    if not training.height:
+        return []
+    judged = judged_in_log(ticks, found.metrics.collect())
+    return advice(training, circuit, learner_of_log(found.about), judged)
 
 
 def _phases(ticks: pl.DataFrame) -> list[dict[str, Any]]:
@@ -143,7 +151,13 @@ def _metrics(found: Logs) -> list[dict[str, Any]]:
 
 
 def _page(
-    found: Logs, circuit: Track | None, page: Path, title: str, reward: Path | None, plots: list[Path] | None
+    found: Logs,
+    circuit: Track | None,
+    page: Path,
+    title: str,
+    told: Sequence[Advice],
+    reward: Path | None,
+    plots: list[Path] | None,
 ) -> str:
     """Write the page; return where it lies."""
     from racecraft.analysis.deepracer.logs import own_plots
@@ -156,6 +170,7 @@ def _page(
         metrics=metrics if metrics.height else None,
         reward=None if reward is None else load_reward_function(reward, sys.stderr).call,
         own=own_plots(plots or ()),
+        advice=told,
     )
     return str(write_logs_page(page, found.require_ticks(), circuit, title, extras))
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import shlex
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from racecraft.cli.jobs.jobs import WORDS
+from racecraft.cli.option_groups import takes_groups
 from racecraft.cli.options import Json
 
 if TYPE_CHECKING:
@@ -21,6 +23,93 @@ if TYPE_CHECKING:
 PAGE, SPEC = "tuning.html", "tuning.json"
 
 
+@dataclass(frozen=True)
+class Extent:
+    """How much is tried."""
+
+    trials: Annotated[int, typer.Option(min=1, help="How many in all.")] = 20
+    parallel: Annotated[
+        int | None,
+        typer.Option(min=1, help="How many at a time; by default one for every two cores, and no less than one."),
+    ] = None
+
+    def at_a_time(self, cores: int) -> int:
+        """Return how many trials run side by side."""
+        return self.parallel or max(1, cores // 2)
+
+
+@dataclass(frozen=True)
+class Aim:
+    """What counts."""
+
+    objective: Annotated[
+        str,
+        typer.Option(
+            help="A column of metrics.jsonl, or a regular expression over the log, such as 'reward=([0-9.]+)'."
+        ),
+    ] = "evaluation_score"
+    minimize: Annotated[bool, typer.Option("--minimize", help="Less is better.")] = False
+    last: Annotated[
+        bool, typer.Option("--last", help="The last figure counts and not the best; nothing is given up early.")
+    ] = False
+
+    def told(self) -> Objective:
+        """Return it as trials are judged by it."""
+        from racecraft.jobs.tuning.training_trials import Objective
+
+        return Objective(self.objective, not self.minimize, self.last)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Who says what is tried next, and what is given up."""
+
+    sampler: Annotated[
+        str,
+        typer.Option(
+            help="Who says what is tried next: tpe, random or grid; or pbt, a population that trains in rounds, in "
+            "which bad members take over weights and settings of good ones."
+        ),
+    ] = "tpe"
+    population: Annotated[int, typer.Option(help="Members of the population (pbt).")] = 4
+    rounds: Annotated[int, typer.Option(help="Rounds that it trains, each to the command's --stop (pbt).")] = 5
+    pruner: Annotated[
+        str | None, typer.Option(help="Who gives trials up early: median (where nobody says), hyperband or none.")
+    ] = None
+    seed: Annotated[int, typer.Option(min=0, help="Of the sampler.")] = 0
+
+    def gives_up(self, aim: Aim) -> str:
+        """Return who gives trials up early.
+
+        Raises:
+            SettingError: Somebody shall, and --last lets nobody.
+        """
+        from racecraft.contract.errors import SettingError
+
+        if aim.last and self.pruner not in (None, "none"):
+            raise SettingError(
+                f"--last gives nothing up early, and --pruner {self.pruner} would; expected one of them."
+            )
+        return self.pruner or ("none" if aim.last else "median")
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the search lies, and what it begins with."""
+
+    run: Annotated[
+        Path | None, typer.Option(help="Folder of the search; one that is there is gone on with. By default tunings/N.")
+    ] = None
+    from_: Annotated[
+        Path | None, typer.Option("--from", help="Folder of an earlier search, whose trials this one begins with.")
+    ] = None
+
+    def folder(self) -> Path:
+        """Return the folder of the search."""
+        return self.run or _next_folder(Path("tunings"))
+
+
+@takes_groups
 def tune(
     context: typer.Context,
     words: Annotated[
@@ -33,40 +122,10 @@ def tune(
             help="What is varied: NAME=LOW..HIGH, with :log behind it for a logarithmic scale, or NAME=ONE,OTHER."
         ),
     ],
-    trials: Annotated[int, typer.Option(min=1, help="How many in all.")] = 20,
-    parallel: Annotated[
-        int | None,
-        typer.Option(min=1, help="How many at a time; by default one for every two cores, and no less than one."),
-    ] = None,
-    objective: Annotated[
-        str,
-        typer.Option(
-            help="A column of metrics.jsonl, or a regular expression over the log, such as 'reward=([0-9.]+)'."
-        ),
-    ] = "evaluation_score",
-    minimize: Annotated[bool, typer.Option("--minimize", help="Less is better.")] = False,
-    last: Annotated[
-        bool, typer.Option("--last", help="The last figure counts and not the best; nothing is given up early.")
-    ] = False,
-    sampler: Annotated[
-        str,
-        typer.Option(
-            help="Who says what is tried next: tpe, random or grid; or pbt, a population that trains in rounds, in "
-            "which bad members take over weights and settings of good ones."
-        ),
-    ] = "tpe",
-    population: Annotated[int, typer.Option(help="Members of the population (pbt).")] = 4,
-    rounds: Annotated[int, typer.Option(help="Rounds that it trains, each to the command's --stop (pbt).")] = 5,
-    pruner: Annotated[
-        str | None, typer.Option(help="Who gives trials up early: median (where nobody says), hyperband or none.")
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the sampler.")] = 0,
-    run: Annotated[
-        Path | None, typer.Option(help="Folder of the search; one that is there is gone on with. By default tunings/N.")
-    ] = None,
-    from_: Annotated[
-        Path | None, typer.Option("--from", help="Folder of an earlier search, whose trials this one begins with.")
-    ] = None,
+    extent: Extent,
+    aim: Aim,
+    choice: Choice,
+    place: Place,
     json: Json = False,
 ) -> None:
     """Train many times with other settings each, and find those that do best.
@@ -85,43 +144,56 @@ def tune(
         racecraft tune --sampler pbt --param ppo.learning_rate=1e-4..1e-2:log snakes train --stop minutes=2
     """
     from racecraft.cli.jobs.population import NOT_OF_POPULATIONS, PBT, train_population
-    from racecraft.cli.output import say
     from racecraft.contract.errors import SettingError
     from racecraft.formats.population import PopulationRecord
-    from racecraft.formats.whole import make_folder
-    from racecraft.jobs.home import JobHome
-    from racecraft.jobs.tuning.search import search
     from racecraft.jobs.tuning.space import read_parameter
-    from racecraft.jobs.tuning.study import Study
-    from racecraft.jobs.tuning.training_trials import Objective, TrainingTrials, check_command
+    from racecraft.jobs.tuning.training_trials import check_command
 
     command = check_command(words)
     parameters = dict(read_parameter(one) for one in param)
     if len(parameters) < len(param):
         raise SettingError("a --param is given twice; expected every name once.")
-    if sampler == PBT:
+    if choice.sampler == PBT:
         _refuse_given(context, NOT_OF_POPULATIONS, f"--sampler {PBT} has a population and rounds")
+        told = dict(one.split("=", 1) for one in param)
         record = PopulationRecord(
-            command, objective, not minimize, dict(one.split("=", 1) for one in param), population, rounds, seed
+            command, aim.objective, not aim.minimize, told, choice.population, choice.rounds, choice.seed
         )
-        return train_population(record, parameters, run or _next_folder(Path("tunings")), parallel, json)
+        return train_population(record, parameters, place.folder(), extent.parallel, json)
     _refuse_given(context, ("population", "rounds"), f"only --sampler {PBT} has a population")
-    if last and pruner not in (None, "none"):
-        raise SettingError(f"--last gives nothing up early, and --pruner {pruner} would; expected one of them.")
-    aim = Objective(objective, not minimize, last)
-    folder = run or _next_folder(Path("tunings"))
+    _search(command, parameters, extent, aim, choice, place, json)
+
+
+def _search(
+    command: tuple[str, ...],
+    parameters: dict[str, Parameter],
+    extent: Extent,
+    aim: Aim,
+    choice: Choice,
+    place: Place,
+    json: bool,
+) -> None:
+    """Try, and leave the page and the record of what was tried."""
+    from racecraft.cli.output import say
+    from racecraft.formats.whole import make_folder
+    from racecraft.jobs.home import JobHome
+    from racecraft.jobs.tuning.search import search
+    from racecraft.jobs.tuning.study import Study
+    from racecraft.jobs.tuning.training_trials import TrainingTrials
+
+    pruner, folder, objective = choice.gives_up(aim), place.folder(), aim.told()
     make_folder(folder)
-    study = Study(folder, parameters, not minimize, sampler, pruner or ("none" if last else "median"), seed)
-    if from_ is not None:
-        say(f"begins with {study.take_over(from_)} trials of {from_}", quiet_stdout=json)
+    study = Study(folder, parameters, objective.maximise, choice.sampler, pruner, choice.seed)
+    if place.from_ is not None:
+        say(f"begins with {study.take_over(place.from_)} trials of {place.from_}", quiet_stdout=json)
     cores = os.cpu_count() or 1
-    at_a_time = parallel or max(1, cores // 2)
-    launch = TrainingTrials(folder, command, aim, max(1, cores // at_a_time), JobHome.of_user())
-    say(f"{folder}: {trials} trials, {at_a_time} at a time", quiet_stdout=json)
+    at_a_time = extent.at_a_time(cores)
+    launch = TrainingTrials(folder, command, objective, max(1, cores // at_a_time), JobHome.of_user())
+    say(f"{folder}: {extent.trials} trials, {at_a_time} at a time", quiet_stdout=json)
     try:
-        search(study, launch, trials, at_a_time, lambda one: say(_line(one, study), quiet_stdout=json))
+        search(study, launch, extent.trials, at_a_time, lambda one: say(_line(one, study), quiet_stdout=json))
     finally:
-        _leave(folder, study, aim, parameters, command)
+        _leave(folder, study, objective, parameters, command)
     _tell(folder, study, json)
 
 

@@ -22,11 +22,11 @@ from gymnasium import spaces
 from racecraft.contract.errors import ContractError, UserInputError
 from racecraft.contract.random_streams import stream_keys
 from racecraft.contract.world import (
-    ActionSpec,
     Array,
     ArraySpec,
     ContinuousActions,
     DiscreteActions,
+    SingleActions,
     StepBuffers,
     WorldSpec,
 )
@@ -51,9 +51,9 @@ class GymnasiumWorld:
         self._envs = [_make(make, settings) for _ in range(num_worlds)]
         first = self._envs[0]
         name = make if isinstance(make, str) else type(first.unwrapped).__name__
-        self._parts = _parts_of(first.observation_space, name)
-        actions, self._first_action = _action_spec(first.action_space, name)
-        observations = {key: _array_spec(space, f"{name}, observation '{key}'") for key, space in self._parts.items()}
+        self._parts = parts_of(first.observation_space, name)
+        actions, self._first_action = action_spec(first.action_space, name)
+        observations = {key: array_spec(space, f"{name}, observation '{key}'") for key, space in self._parts.items()}
         self._spec = WorldSpec(name, num_worlds, 1, observations, actions)
         self._is_dict = isinstance(first.observation_space, spaces.Dict)
         self._seed = 0
@@ -187,7 +187,7 @@ def _make(make: str | Callable[[], gymnasium.Env], settings: dict[str, Any]) -> 
         ) from error
 
 
-def _parts_of(space: spaces.Space, name: str) -> dict[str, spaces.Box | spaces.Discrete]:
+def parts_of(space: spaces.Space, name: str) -> dict[str, spaces.Box | spaces.Discrete]:
     """Return the named boxes and choices that an observation space is made of."""
     named = dict(space.spaces) if isinstance(space, spaces.Dict) else {SOLE_NAME: space}
     known: dict[str, spaces.Box | spaces.Discrete] = {}
@@ -202,7 +202,8 @@ def _parts_of(space: spaces.Space, name: str) -> dict[str, spaces.Box | spaces.D
     return known
 
 
-def _array_spec(space: spaces.Box | spaces.Discrete, what: str) -> ArraySpec:
+def array_spec(space: spaces.Box | spaces.Discrete, what: str) -> ArraySpec:
+    """Return how a box or a choice is shown."""
     if isinstance(space, spaces.Discrete):
         return ArraySpec((int(space.n),), np.float32, 0.0, 1.0, doc=f"{what}: one-hot of {space.n} states")
     # Doubles are shown as float32: networks read no more, and the storage is half.
@@ -211,7 +212,7 @@ def _array_spec(space: spaces.Box | spaces.Discrete, what: str) -> ArraySpec:
     return ArraySpec(space.shape, kind, low, high, doc=f"{what}: {space}")
 
 
-def _action_spec(space: spaces.Space, name: str) -> tuple[ActionSpec, int]:
+def action_spec(space: spaces.Space, name: str) -> tuple[SingleActions, int]:
     """Return the actions and the number of the first discrete one."""
     if isinstance(space, spaces.Discrete):
         return DiscreteActions(int(space.n)), int(space.start)

@@ -172,8 +172,9 @@ def require_aws_network(policy: PolicyLayers) -> None:
         )
     if policy.critic is None:
         raise PolicyLayersError(
-            "its critic sees more than the policy does; expected network.privileged_critic=false and "
-            "network.separate_networks=true, as the preset aws has. --to car takes it as it is."
+            "it has no critic of its own that sees what the policy sees; expected one of ppo with "
+            "network.privileged_critic=false and network.separate_networks=true, as the preset aws has. --to car takes "
+            "it as it is."
         )
     for sensor in policy.network.sensors:
         row = tuple(

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from racecraft.kernels import inner_kernel, kernel
-from racecraft.kernels.bits import decimal_digits, ones, same_bytes, trailing_zeros, word_at
+from racecraft.kernels.bits import decimal_digits, is_plain_number, ones, same_bytes, trailing_zeros, word_at
 from racecraft.logs.kernels.decimals import number_of, product
 
 _U = np.uint64
@@ -21,12 +21,12 @@ _ZEROS = _U(0x3030303030303030)
 _TO_HIGH_BIT = _U(0x7676767676767676)
 _HIGH_BITS = _U(0x8080808080808080)
 _LOW_BITS = _U(0x0101010101010101)
-_POINTS = _U(0x2E2E2E2E2E2E2E2E)
 _POINT_ZERO = _U(0x302E)
 _MINUS = _U(0x2D)
-_TENS = np.array([10**k for k in range(20)], np.uint64)
 _MOST_LETTERS = 31
-_FLOAT_TENS = np.array([float(10**k) for k in range(9)])
+_EXACT_LETTERS = 15
+"""So many digits and their power of ten are exact in a float, and one division rounds them right."""
+_FLOAT_TENS = np.array([float(10**k) for k in range(_EXACT_LETTERS + 1)])
 _COMMA, _NEW_LINE = np.uint8(ord(",")), np.uint8(ord("\n"))
 
 BYTES_BEFORE = 40
@@ -67,28 +67,6 @@ def find_marks(text, begin, end, marks, line_marks):
 
 
 @inner_kernel
-def _last(word, count):
-    """Return a word of which the last bytes are kept, 0 to 8 of them."""
-    shift = _U(4) * (_8 - _U(count))  # in two turns, for a word cannot be shifted by 64 bits
-    return word & (_ALL << shift << shift)
-
-
-@inner_kernel
-def _first(word, count):
-    """Return a word's first bytes, 0 to 8 of them, as its last ones."""
-    shift = _U(4) * (_8 - _U(count))
-    return word << shift << shift
-
-
-@inner_kernel
-def _first_point(word):
-    """Return which byte of a word is its first point, 8 where none is."""
-    bits = word ^ _POINTS
-    found = (bits - _LOW_BITS) & ~bits & _HIGH_BITS
-    return trailing_zeros(found) >> 3 if found != _0 else 8
-
-
-@inner_kernel
 def _no_digits(bits):
     """Return something other than 0 where a byte of a word, 0x30 taken away, is no digit."""
     return ((bits + _TO_HIGH_BIT) | bits) & _HIGH_BITS
@@ -112,32 +90,22 @@ def float_between(text, start, stop):
     """Read a number such as -12.5 or 7 that fills a field; return it and whether it is sure."""
     negative = (word_at(text, start) & _BYTE) == _MINUS
     start += negative
-    if stop - start <= 8:
-        value, sure = _short_float(text, start, stop)
+    if not 0 < stop - start <= _MOST_LETTERS:
+        return 0.0, False
+    number, places, sure = decimal_digits(text, start, stop)
+    if stop - start <= _EXACT_LETTERS:
+        value = np.float64(np.int64(number)) / _FLOAT_TENS[places]
     else:
-        value, sure = _long_float(text, start, stop)
+        value, exact = product(number, places)
+        sure &= exact
     return value * (1.0 - 2.0 * negative), sure
 
 
 @inner_kernel
-def _short_float(text, start, stop):
-    """Read a number of up to eight letters, the point one of them: a float holds it and the power exactly."""
-    word, length = word_at(text, start), stop - start
-    point = min(_first_point(word), length)
-    places = max(length - point - 1, 0)
-    before, behind = _first(word ^ _ZEROS, point), _last(word_at(text, stop - 8) ^ _ZEROS, places)
-    number = number_of(before) * _TENS[places] + number_of(behind)
-    sure = (point > 0) & (_no_digits(before) | _no_digits(behind) == _0)
-    return np.float64(np.int64(number)) / _FLOAT_TENS[places], sure
-
-
-@inner_kernel
-def _long_float(text, start, stop):
-    if stop - start > _MOST_LETTERS:
-        return 0.0, False
-    number, places, sound = decimal_digits(text, start, stop)
-    value, sure = product(number, max(places, 0))
-    return value, sure and sound and 0 <= places < stop - start - 1
+def is_plain_float(text, start, stop):
+    """Tell whether `float_between` or `decimals` could read the number that fills a field, without reading it."""
+    start += (word_at(text, start) & _BYTE) == _MINUS
+    return 0 < stop - start <= _MOST_LETTERS and is_plain_number(text, start, stop)
 
 
 @inner_kernel

@@ -10,10 +10,11 @@ import numpy as np
 from racecraft.kernels import inner_kernel, kernel
 from racecraft.kernels.bits import trailing_zeros, word_at
 from racecraft.logs.kernels.decimals import decimal_at, digits_at
-from racecraft.logs.kernels.fields import find_marks, float_between, is_the_same, whole_between
+from racecraft.logs.kernels.fields import find_marks, float_between, is_plain_float, is_the_same, whole_between
 
-SKIPPED, FLOAT, WHOLE, FLAG, STATUS, ACTION = range(6)
-"""What a field is: passed over, a float, a whole number, True or False, a word of a list, an action."""
+SKIPPED, FLOAT, WHOLE, FLAG, STATUS, ACTION, CHECKED = range(7)
+"""What a field is: passed over, a float, a whole number, True or False, a word of a list, an action, a float that
+nobody asks for: a row in which it is none is damaged all the same."""
 
 ZEROS_BEHIND = 64
 """Bytes of zeros that must stand behind a text, so that a word may be looked at wherever it ends."""
@@ -135,6 +136,8 @@ def _read_columns(text, some, starts, first_marks, marks, kinds, statuses, float
         if kind == FLOAT:
             _float_column(text, field, last, some, starts, first_marks, marks, floats[float_count], left)
             float_count += 1
+        elif kind == CHECKED:
+            _check_column(text, field, last, some, starts, first_marks, marks, left)
         elif kind in (WHOLE, ACTION):
             column = wholes[whole_count]
             _whole_column(text, field, last, some, starts, first_marks, marks, column, left, kind == ACTION)
@@ -167,6 +170,13 @@ def _float_column(text, field, last, some, starts, first_marks, marks, column, l
             start_before, stop_before = start, stop
         column[row] = value
         left[row] |= not sure
+
+
+@kernel
+def _check_column(text, field, last, some, starts, first_marks, marks, left):
+    for row in range(some[0], some[1]):
+        start, stop = _ends_of(text, field, last, row, starts, first_marks, marks)
+        left[row] |= not is_plain_float(text, start, stop)
 
 
 @kernel
@@ -229,6 +239,8 @@ def _read_row(text, at, length, row, kinds, statuses, floats, wholes, flags, sta
         if kind == FLOAT:
             floats[float_count, row], at, sure = decimal_at(text, at)
             float_count += 1
+        elif kind == CHECKED:
+            _, at, sure = decimal_at(text, at)
         elif kind == WHOLE:
             wholes[whole_count, row], at, sure = _whole_number_at(text, at)
             whole_count += 1

@@ -52,7 +52,10 @@ TRAINING = (
     "track and analysis.action_breakdown(training, track)",
     "# Where it leaves the road, and what to change",
     "left = episodes.height > full.height\ntrack and left and analysis.exit_points(training, track)",
-    "from racecraft.analysis.deepracer.logs.advice import advice\n\nfor one in advice(training, track):\n"
+    "from racecraft.analysis.deepracer.logs.advice import advice\n"
+    "from racecraft.analysis.deepracer.logs.judged import judged_in_log\n\n"
+    "judged = judged_in_log(logs.ticks.collect(), logs.metrics.collect())\n"
+    "for one in advice(training, track, judged=judged):\n"
     '    print(f"{one.try_}\\n    {one.found}\\n")',
     "# Another reward for the same laps\nPut your own function here; it gets AWS's parameters, all of them right.",
     'def reward_function(params):\n    return params["speed"] if params["all_wheels_on_track"] else 1e-3\n\n\n'

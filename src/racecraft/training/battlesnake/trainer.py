@@ -131,7 +131,7 @@ def opened(planned: SnakePlan, say: Say) -> Iterator[Experiment]:
     played = world_settings(WorldSettings(game), settings.snake, settings.rollout.num_worlds)
     with contextlib.closing(_games(played, planned)) as world:
         title = f"snakes: {game.ruleset}, {game.players} on {game.width}x{game.height}, map {game.map}"
-        require_fit(planned.algorithm, world.spec.actions, title)
+        require_fit(planned.algorithm, world.spec.actions, title, is_searched=True)
         pool = _pool_of_untrained(planned, world)
         world.meet(pool)
 

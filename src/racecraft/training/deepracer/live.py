@@ -1,4 +1,4 @@
-"""An observer that leaves the latest ticks in the run folder while somebody watches. See `LivePublisher`."""
+"""An observer that leaves ticks in the run folder when somebody wishes for them. See `LivePublisher`."""
 
 from __future__ import annotations
 
@@ -12,24 +12,26 @@ from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.side_by_side import SideBySide
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.formats.episodes import STATUSES
-from racecraft.formats.live_ticks import OBJECTS, forget_live_ticks, is_watched, write_live_ticks
+from racecraft.formats.live_ticks import OBJECTS, forget_live_ticks, latest_wish, write_live_ticks
 from racecraft.formats.run_folder import RunFolder
 from racecraft.training.deepracer.against import AgainstWorld
 
 RING_TICKS = 64
-"""Ticks that are left at a time: 4.3 simulated seconds."""
-EVERY_SECONDS = 1.0
-"""How often it is looked whether somebody watches, and how often the ticks are left then, be they ever so few."""
-LEAST_SECONDS = 0.2
-"""So soon they are left again where as many came as are left at a time: worlds stand still while is learned."""
+"""Ticks that are left for a wish: 4.3 simulated seconds."""
+LOOK_SECONDS = 0.25
+"""How often it is looked whether somebody wishes for ticks."""
+PART_SECONDS = 1.0
+"""So long after a wish what there is is left, be it ever so little: a training may drive slower than is watched."""
 IN_FILES = np.array([STATUSES.index(word) for word in race.STATUSES], np.uint8)
 """Code of each of the race's statuses among those of episode files."""
 
 
 class LivePublisher:
-    """Leaves the latest ticks of every car, course by course, and where boxes and bots then stood.
+    """Leaves the next ticks of every car for each wish, course by course, and where boxes and bots then stood.
 
-    Where nobody watches it costs a look at the clock a tick.
+    A wish is answered by the next RING_TICKS ticks, left at once when they have all come; while none is open, a tick
+    costs a look at the clock. A training too slow for that leaves what it has every PART_SECONDS, and whoever wishes on
+    meanwhile gets every tick without a gap.
 
     Args:
         run: The run folder; what an earlier training of it left is taken away.
@@ -42,28 +44,43 @@ class LivePublisher:
         self._objects: dict[int, Array] = {}
         """Of each course that has any, by its number, (RING_TICKS, N, K, 3): x, y, yaw."""
         self._first_worlds: Array = np.zeros(0, int)
-        self._ticks = self._kept = self._fresh = 0
-        """Ticks taken; the latest of them that the ring holds; of these, those that were not left yet."""
+        self._ticks = self._kept = self._due = 0
+        """Ticks taken; the latest of them that the ring holds; those that the open wish still has to come."""
+        self._answered: int | None = None
+        """The latest wish that what is left answers."""
         self._looked = 0.0
-        self._watched = False
+        """When it was last looked for a wish, or left what there was."""
         forget_live_ticks(run)
 
     def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
-        """Keep one tick, if somebody watches, and leave the latest when it is time."""
+        """Keep one tick, if somebody wished for it, and leave those kept when it is time."""
         assert isinstance(world, RaceWorld | SideBySide | AgainstWorld)
         self._ticks += 1
-        if self._watched:
-            self._keep(world.courses if isinstance(world, SideBySide) else (world,), buffers.reward)
-        past = time.monotonic() - self._looked
-        if past < EVERY_SECONDS and (self._fresh < RING_TICKS or past < LEAST_SECONDS):
+        if not self._due:
+            self._look_for_a_wish()
             return
-        self._looked += past
-        if self._fresh:
-            write_live_ticks(self._run, self._ticks, self._columns())
-        self._watched = is_watched(self._run)
-        self._fresh = 0
-        if not self._watched:
-            self._kept = 0
+        self._keep(world.courses if isinstance(world, SideBySide) else (world,), buffers.reward)
+        self._due -= 1
+        if not self._due or time.monotonic() - self._looked >= PART_SECONDS:
+            self._leave()
+
+    def _look_for_a_wish(self) -> None:
+        """Have the next RING_TICKS ticks kept, if it is time to look and there is a wish that was not answered."""
+        now = time.monotonic()
+        if now - self._looked < LOOK_SECONDS:
+            return
+        self._looked = now
+        wish = latest_wish(self._run)
+        if wish is not None and wish != self._answered:
+            self._answered, self._kept, self._due = wish, 0, RING_TICKS
+
+    def _leave(self) -> None:
+        """Leave the ticks kept, which answers every wish until now; who wished behind a part wants what follows."""
+        wish = latest_wish(self._run)
+        if self._due and wish not in (None, self._answered):
+            self._due = RING_TICKS
+        write_live_ticks(self._run, self._ticks, self._columns())
+        self._answered, self._looked = wish, time.monotonic()
 
     def _keep(self, courses: Sequence[RaceWorld | AgainstWorld], rewards: Array) -> None:
         """Keep one tick, as bytes: records are copied field by field, which takes ten times as long."""
@@ -77,7 +94,7 @@ class LivePublisher:
         for number, kept in self._objects.items():
             kept[place] = courses[number].seen_boxes[..., :3]
         self._rewards[place] = rewards.reshape(-1)
-        self._kept, self._fresh = min(self._kept + 1, RING_TICKS), self._fresh + 1
+        self._kept = min(self._kept + 1, RING_TICKS)
 
     def _make_room(self, courses: Sequence[RaceWorld | AgainstWorld], cars: int) -> tuple[Array, Array]:
         """Return room for the reports and the rewards of RING_TICKS ticks, and make some for what is in the way."""

@@ -34,7 +34,7 @@ from racecraft.formats.aws.model_metadata import NETWORKS, ModelMetadata
 from racecraft.rollout.settings import RolloutConfig
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, with_values
-from racecraft.training.settings import EvaluationConfig, RuntimeConfig, composed
+from racecraft.training.settings import ClusterConfig, EvaluationConfig, RuntimeConfig, composed
 
 PPO = find_algorithm("ppo")
 
@@ -200,6 +200,7 @@ def default_settings(algorithm: Algorithm = PPO) -> Settings:
         network=NetworkConfig(),
         evaluation=EvaluationConfig(share=1.5),
         runtime=RuntimeConfig(),
+        cluster=ClusterConfig(),
     )
     for name, group in TUNED_WORLDS.get(algorithm.name, {}).items():
         world = world.with_group(name, group)

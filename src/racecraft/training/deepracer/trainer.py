@@ -110,6 +110,7 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
         attend=lambda run, notes: attended(planned, reward, run, notes),
         same_shape=lambda path, metadata: require_same_shape(planned, path, metadata),
         recorder=EpisodeRecorder,
+        unpaid=None if planned.against else lambda share: driven_world(share, None),
         stays=AWS_STAYS if begins_where_training_does(judged) else "",
     )
 
@@ -182,14 +183,18 @@ def learned_world(
     return against_world(planned, lambda cars: one_for_each(reward, cars))
 
 
-def driven_world(planned: CarPlan, reward: RewardFunction) -> RaceWorld | SideBySide:
-    """Return the cars that are trained, shared out among the courses where there are several."""
+def driven_world(planned: CarPlan, reward: RewardFunction | None) -> RaceWorld | SideBySide:
+    """Return the cars that are trained, shared out among the courses where there are several; None pays nothing."""
     cars, own = planned.settings.rollout.num_worlds, LaidCourse(planned.track, of_race(planned.settings))
+
+    def paid(count: int) -> list[Callable[[dict[str, Any]], float]] | None:
+        return None if reward is None else one_for_each(reward, count)
+
     if not planned.courses:
-        return race_world(planned, cars, one_for_each(reward, cars), starts(own, cars))
+        return race_world(planned, cars, paid(cars), starts(own, cars))
     return SideBySide(
         [
-            race_world(planned, count, one_for_each(reward, count), starts(course, count), course=course)
+            race_world(planned, count, paid(count), starts(course, count), course=course)
             for course, count in zip(planned.courses, cars_on(planned.courses, cars), strict=True)
         ]
     )

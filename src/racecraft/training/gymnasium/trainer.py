@@ -9,13 +9,17 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from racecraft.algorithms.apex import ApexConfig
+from racecraft.algorithms.building import build_learner
 from racecraft.algorithms.dqn import DqnConfig
 from racecraft.algorithms.es import EsConfig
+from racecraft.algorithms.learner import Learner
+from racecraft.algorithms.multi_policy import MultiPolicyLearner, group_spec
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import PpoConfig
 from racecraft.algorithms.registry import Algorithm, find_algorithm
 from racecraft.algorithms.reinforce import ReinforceConfig
 from racecraft.algorithms.sac import SacConfig
+from racecraft.contract.world import World
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.replay_settings import ReplayConfig
@@ -34,6 +38,8 @@ from racecraft.training.trainer import Experiment, summary_of
 KIND = "gymnasium"
 """What job.json calls a run of a Gymnasium environment."""
 JUDGING_WORLDS = 20
+SEEDS_APART = 1_000
+"""Between the seeds of groups that learn side by side."""
 
 WORLD_SETTINGS = Settings(
     rollout=RolloutConfig(num_worlds=8, horizon=32),
@@ -158,8 +164,24 @@ def opened(planned: GymPlan, say: Say) -> Iterator[Experiment]:
             title=environment,
             folder_name=environment.replace("/", "-").replace(":", "-"),
             notes=planned.notes,
+            learner=(lambda: _learner_of_groups(planned, world)) if world.spec.groups else None,
             world_lasts=None,
         )
+
+
+def _learner_of_groups(planned: GymPlan, world: World) -> Learner:
+    """Return a learner for each group of a user's own world, side by side.
+
+    The world may say in `group_settings` what a group has otherwise, as after --set, and in `still_groups` which learn
+    nothing.
+    """
+    spec, said = world.spec, getattr(world, "group_settings", {})
+    members = {}
+    for number, (name, group) in enumerate(spec.groups.items()):
+        settings = apply_overrides(planned.settings, said.get(name, ()))
+        rows = group_spec(name, group, spec.num_worlds * spec.num_agents)
+        members[name] = build_learner(planned.algorithm, rows, settings, planned.seed + SEEDS_APART * number)
+    return MultiPolicyLearner(spec, members, getattr(world, "still_groups", frozenset()))
 
 
 def summary(planned: GymPlan, run: RunFolder, outcome: Outcome) -> dict[str, Any]:

@@ -15,6 +15,7 @@ import numpy as np
 from racecraft.analysis.deepracer.logs.actions import action_histogram, action_table
 from racecraft.analysis.deepracer.logs.episodes import QUINTILES, simulation_agg
 from racecraft.analysis.deepracer.logs.exits import exit_points, exits_by_segment
+from racecraft.analysis.deepracer.logs.judged import Judged
 from racecraft.analysis.deepracer.logs.laps import correlation, sector_correlations, sector_losses
 from racecraft.analysis.deepracer.logs.plot import Plot, PlotError, values
 from racecraft.analysis.deepracer.logs.progress import training_progress
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     import polars as pl
 
 FEWEST_EPISODES = 20
+UNDER_WAY = ("prepare", "in_progress")
+"""How an episode stands that the end of the training cut off; it tells nothing of how far a car comes."""
 FEWEST_EXITS = 5
 """Exits at one place of which something is said."""
 RARE = 0.01
@@ -39,6 +42,8 @@ FIRST_LAP_TICKS = (3_600, 19_500)
 simulation traces of 2022 and 2026)."""
 GETS_ROUND = 0.5
 """Mean progress from which it is worth asking for speed."""
+ANEW = "racecraft train my-car --from RUN:best"
+"""Go on from the best with another reward or other actions: those of the folder my-car."""
 
 
 @dataclass(frozen=True)
@@ -55,26 +60,52 @@ class Advice:
     """What to type next; RUN stands for the run or log."""
 
 
-def advice(ticks: pl.DataFrame, track: Track | None, learner: Learner | None = None) -> list[Advice]:
+def advice(
+    ticks: pl.DataFrame, track: Track | None, learner: Learner | None = None, judged: Judged | None = None
+) -> list[Advice]:
     """Return what a training's ticks suggest, the weightiest first; nothing where there are too few episodes.
+
+    Exits of a car that gets round when it is judged are no fault of its own: it explored.
 
     Args:
         ticks: A training's.
         track: The circuit; None: unknown, and nothing is said of places.
         learner: Which algorithm learned, and how it was set; None: unknown, and no setting of it is named.
+        judged: Its evaluations; None: unknown, and the training's episodes alone are gone by.
     """
-    episodes = simulation_agg(ticks)
+    episodes, judged = _as_they_ended(ticks), judged or Judged()
     if episodes.height < FEWEST_EPISODES:
         return []
-    found = [*_timing(ticks), *_learning(ticks, episodes, learner or Learner()), *_reward(ticks, episodes)]
+    found = [*_timing(ticks), *_learning(ticks, episodes, learner or Learner(), judged)]
+    found += [*_reward(ticks, episodes, judged)]
     if track is not None:
         late = episodes.filter(episodes["quintile"].is_in(QUINTILES[3:]))
         last = ticks.filter(ticks["unique_episode"].is_in(late["unique_episode"].implode()))
-        found += _quietly(_exits, last, track)
-        if late["progress_share"].mean() >= GETS_ROUND:  # type: ignore[operator]
+        if not judged.gets_round:
+            found += _quietly(_exits, last, track)
+        if judged.gets_round or late["progress_share"].mean() >= GETS_ROUND:  # type: ignore[operator]
             found += _quietly(_speed, last, track)
         found += _quietly(_sectors, ticks, track)
     return [*found, *_actions(ticks)]
+
+
+def _as_they_ended(ticks: pl.DataFrame) -> pl.DataFrame:
+    """Return the episodes that ended, in the order of the iterations in which they did, and fifths by that order.
+
+    By their beginnings the last ones would be short ones only: those that drive long are still under way.
+    """
+    import polars as pl
+
+    ended = ticks.group_by("unique_episode").agg(pl.col("iteration").last().alias("ended"))
+    rank = pl.int_range(pl.len()) * len(QUINTILES) // pl.len()
+    fifth = rank.replace_strict(list(range(5)), list(QUINTILES), return_dtype=pl.Enum(QUINTILES))
+    return (
+        simulation_agg(ticks)
+        .filter(~pl.col("status").cast(pl.String).is_in(UNDER_WAY).fill_null(False))
+        .join(ended, on="unique_episode", maintain_order="left")
+        .sort("round", "ended", "unique_episode")
+        .with_columns(fifth.alias("quintile"))
+    )
 
 
 def _quietly(
@@ -99,7 +130,7 @@ def _timing(ticks: pl.DataFrame) -> Iterator[Advice]:
         )
 
 
-def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame, learner: Learner) -> Iterator[Advice]:
+def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame, learner: Learner, judged: Judged) -> Iterator[Advice]:
     import polars as pl
 
     progress = pl.col("progress_share")
@@ -109,9 +140,13 @@ def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame, learner: Learner) -> 
     told = {row[0]: row[1:] for row in fifths.rows()}
     (before, one, _), (now, other, full) = told[QUINTILES[3]], told[QUINTILES[4]]
     change, sure = now - before, max(CHANGED, 2.0 * math.sqrt(one + other))
-    words = f"Mean progress went from {100 * before:.0f} % in the fourth fifth of the episodes to {100 * now:.0f} % in "
+    words = f"{judged.words()} While it explored, mean" if judged.shares else "Mean"
+    words += f" progress went from {100 * before:.0f} % in the fourth fifth of the episodes to {100 * now:.0f} % in "
     words += f"the last, {100 * full:.0f} % of which are full laps."
-    if change > sure:
+    if judged.gets_round:
+        try_ = "It laps: ask for more speed next, in a reward or in actions of your own."
+        command = ANEW
+    elif change > sure:
         try_ = "It is still learning: train on from the last checkpoint before you change anything."
         command = "racecraft train --run RUN --resume --stop minutes=10"
     elif change < -sure:
@@ -127,13 +162,13 @@ def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame, learner: Learner) -> 
         command = "racecraft why RUN"
     else:
         try_ = "It stands still and finishes: ask for more speed, in the reward or in the actions."
-        command = "racecraft train my-car --from RUN:best"
+        command = ANEW
     yield Advice(words, try_, lambda: training_progress(ticks), command)
 
 
-def _reward(ticks: pl.DataFrame, episodes: pl.DataFrame) -> Iterator[Advice]:
+def _reward(ticks: pl.DataFrame, episodes: pl.DataFrame, judged: Judged) -> Iterator[Advice]:
     told = correlation(*values(episodes, "reward", "progress_share"))
-    if told is not None and told < 0.5:
+    if told is not None and told < 0.5 and not judged.gets_round:
         yield Advice(
             f"The reward of an episode goes with its progress by {told:+.2f} only (1 is perfectly).",
             "The car is paid for something else than coming forward: look at the common rewards, and at what a lap "
@@ -186,13 +221,13 @@ def _speed(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
             slow = (
                 "raise the lowest speed of the range"
                 if (ticks["action"] < 0).any()
-                else ("drop the slow action that points ahead")
+                else "make the slow action that points ahead faster"
             )
             yield Advice(
                 f"On straights it asks for {mean:.2f} m/s on average, of {top:.2f} m/s it may.",
                 f"Speed is not used: pay for it on straights, or {slow}.",
                 lambda: straights_and_curves(ticks, track),
-                "racecraft train my-car --from RUN:best",
+                ANEW,
             )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from racecraft.analysis.deepracer.logs.plot import require, was_set_down
+from racecraft.analysis.deepracer.logs.plot import only, was_set_down
 
 if TYPE_CHECKING:
     import polars as pl
@@ -30,19 +30,24 @@ def simulation_agg(ticks: pl.DataFrame | pl.LazyFrame) -> pl.DataFrame:
     """
     import polars as pl
 
-    frame = require(ticks, *ORIGIN, "tick", "time_s", "x_m", "y_m", "speed_mps", "reward", "progress_share", "status")
+    frame = only(
+        ticks, *ORIGIN, "tick", "time_s", "x_m", "y_m", "speed_mps", "reward", "progress_share", "status",
+        "closest_waypoint",
+    )  # fmt: skip
     held = (pl.col("status") == "prepare").fill_null(False)
     stream = pl.struct("round", "phase", "stream", "worker").rle_id()
     fresh = (held | (stream != stream.shift())).fill_null(True)
     begun = pl.col("unique_episode") != pl.col("unique_episode").shift()
     fresh = fresh | (begun & (pl.col("phase") == "training")).fill_null(True)
     steps = pl.when(fresh).then(0.0)
-    metres = ((pl.col("x_m") - pl.col("x_m").shift()) ** 2 + (pl.col("y_m") - pl.col("y_m").shift()) ** 2).sqrt()
-    moved = frame.select(
-        *ORIGIN, "tick", "x_m", "y_m", "speed_mps", "reward", "progress_share", "status", "closest_waypoint",
+    dx, dy = (pl.col(name) - pl.col(name).shift() for name in ("x_m", "y_m"))
+    moved = frame.with_columns(
+        (dx * dx + dy * dy).sqrt().alias("_metres"),
         steps.otherwise(pl.col("time_s") - pl.col("time_s").shift()).alias("_seconds"),
-        pl.when(fresh | was_set_down(metres)).then(0.0).otherwise(metres).alias("_metres"),
-    )  # fmt: skip
+        fresh.alias("_fresh"),
+    )
+    down = moved["_fresh"] | was_set_down(moved["unique_episode"], moved["_metres"])
+    moved = moved.with_columns(pl.when(down).then(0.0).otherwise(pl.col("_metres")).alias("_metres"))
     table = moved.group_by("unique_episode", maintain_order=True).agg(
         *(pl.col(name).first() for name in ORIGIN if name != "unique_episode"),
         pl.len().cast(pl.Int32).alias("steps"),

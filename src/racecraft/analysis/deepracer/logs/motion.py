@@ -50,7 +50,7 @@ def with_motion(ticks: pl.DataFrame | pl.LazyFrame) -> pl.DataFrame:
     dx, dy, dt = (pl.col(name) - pl.col(name).shift() for name in ("x_m", "y_m", "time_s"))
     step = pl.when(same).then((dx**2 + dy**2).sqrt())
     frame = frame.with_columns(step.alias("_step"), pl.arctan2(dy, dx).alias("_course"))
-    driven = (dt > 0) & ~was_set_down(pl.col("_step"))
+    driven = (dt > 0) & ~pl.lit(was_set_down(frame["unique_episode"], frame["_step"]))
     frame = frame.with_columns(pl.when(driven).then(pl.col("_step") / dt).alias("driven_mps"))
     turn = pl.col("_course") - (pl.col("yaw_rad") + pl.col("yaw_rad").shift()) / 2
     between = (pl.col("yaw_rad") - pl.col("yaw_rad").shift()).abs() > math.pi  # the mean of 179° and -179° is no angle

@@ -33,6 +33,15 @@ class OwnPlotError(UserInputError):
 
 
 @dataclass(frozen=True)
+class NoPlot:
+    """What stands on a page where a racer's own plot should."""
+
+    title: str
+    why: str
+    """The error, in a letter's words."""
+
+
+@dataclass(frozen=True)
 class OwnPlot:
     """A function of somebody's that makes a plot."""
 
@@ -50,16 +59,18 @@ class OwnPlot:
         """
         frame = ticks.lazy().collect()
         try:
-            made = self.make(frame, track)
-        except PlotError:
+            plot = _as_plot(self, self.make(frame, track), frame)
+            plot.figure  # noqa: B018 (drawn here, where a failure is known to be theirs)
+        except (PlotError, OwnPlotError):
             raise
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             line = _line_of(error, self.origin)
+            away = "remove its package" if self.origin.startswith(GROUP) else "leave it out of --plots"
             raise OwnPlotError(
                 f"{self.origin}{line}: {self.name} failed ({type(error).__name__}: {error}); expected a plot of "
-                f"{frame.height} ticks. Mend it, or leave it out of --plots."
+                f"{frame.height} ticks. Mend it, or {away}."
             ) from error
-        return _as_plot(self, made, frame)
+        return plot
 
 
 def own_plots(files: Sequence[str | Path] = ()) -> list[OwnPlot]:
@@ -72,6 +83,17 @@ def own_plots(files: Sequence[str | Path] = ()) -> list[OwnPlot]:
     for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
         found.append(OwnPlot(entry.name, f"{GROUP}: {entry.value}", _loaded(entry)))
     return found
+
+
+def made_or_why(own: Sequence[OwnPlot], ticks: pl.DataFrame, track: Track | None) -> list[Plot | NoPlot]:
+    """Return each plot, or why there is none: one that fails takes no other with it, and no page."""
+    made: list[Plot | NoPlot] = []
+    for one in own:
+        try:
+            made.append(one(ticks, track))
+        except UserInputError as error:
+            made.append(NoPlot(one.name, str(error)))
+    return made
 
 
 def _of_path(path: Path) -> list[OwnPlot]:
@@ -102,7 +124,7 @@ def _imported(file: Path) -> ModuleType:
     sys.modules[name] = module
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         line = _line_of(error, str(file))
         raise OwnPlotError(
             f"{file}{line}: cannot be imported ({type(error).__name__}: {error}); expected Python with functions that "
@@ -113,7 +135,9 @@ def _imported(file: Path) -> ModuleType:
 
 def _loaded(entry: Any) -> Callable[[Any, Track | None], Any]:
     def make(ticks: Any, track: Track | None) -> Any:
-        return entry.load()(ticks, track)
+        theirs = entry.load()
+        make.__doc__ = theirs.__doc__  # its title
+        return theirs(ticks, track)
 
     return make
 

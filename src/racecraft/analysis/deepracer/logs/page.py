@@ -31,13 +31,12 @@ from racecraft.analysis.deepracer.logs import (
     straights,
     waypoints,
 )  # fmt: skip
-from racecraft.analysis.deepracer.logs.advice import advice
+from racecraft.analysis.deepracer.logs.advice import Advice
 from racecraft.analysis.deepracer.logs.episodes import simulation_agg
-from racecraft.analysis.deepracer.logs.own import OwnPlot
+from racecraft.analysis.deepracer.logs.own import NoPlot, OwnPlot, made_or_why
 from racecraft.analysis.deepracer.logs.page_data import page_data
 from racecraft.analysis.deepracer.logs.plot import Plot, PlotError
 from racecraft.analysis.deepracer.logs.segments import segments_plot
-from racecraft.contract.errors import UserInputError
 from racecraft.formats.whole import write_whole
 from racecraft.tracks.track import Track
 
@@ -81,6 +80,8 @@ class Extras:
     """Another reward function, to be tried on the same laps."""
     own: Sequence[OwnPlot] = ()
     """The racer's own plots."""
+    advice: Sequence[Advice] = ()
+    """What to change before the next training; `advice` finds it."""
 
 
 def write_logs_page(
@@ -118,7 +119,7 @@ def _parts(ticks: pl.DataFrame, track: Track | None, title: str, extras: Extras)
     training = ticks.filter(pl.col("phase") == "training")
     main = training if training.height else ticks
     yield from _headline(ticks, track, title)
-    yield from _advice(training, track)
+    yield from _advice(extras.advice)
     if track is not None:
         yield from _explorer(ticks, track)
     else:
@@ -153,13 +154,17 @@ def _headline(ticks: pl.DataFrame, track: Track | None, title: str) -> Iterator[
     )
 
 
-def _advice(training: pl.DataFrame, track: Track | None) -> Iterator[str]:
-    found = advice(training, track) if training.height else []
-    if not found:
+def _advice(told: Sequence[Advice]) -> Iterator[str]:
+    """Yield what to change, each with the figure that shows it, closed."""
+    if not told:
         return
+    lines = []
+    for one in told:
+        plot = one.plot() if one.plot is not None else None
+        shown = page.details(plot.title, _picture(plot)) if plot is not None else ""
+        lines.append(f"<li><b>{page.escaped(one.try_)}</b>{page.escaped(one.found)}{shown}</li>")
     yield "<h2>Before the next training</h2>"
-    lines = "".join(f"<li><b>{page.escaped(one.try_)}</b>{page.escaped(one.found)}</li>" for one in found)
-    yield page.card(f'<ol class="advice">{lines}</ol>')
+    yield page.card(f'<ol class="advice">{"".join(lines)}</ol>')
 
 
 def _explorer(ticks: pl.DataFrame, track: Track) -> Iterator[str]:
@@ -344,13 +349,9 @@ def _evaluations(ticks: pl.DataFrame, track: Track | None) -> Iterator[str]:
 def _own(ticks: pl.DataFrame, track: Track | None, own: Sequence[OwnPlot]) -> Iterator[str]:
     """Yield the racer's own plots; one that fails says why, and the page stands."""
     cards = []
-    for one in own:
-        try:
-            plot = one(ticks, track)
-            picture = _picture(plot)
-            cards.append(page.card(f"<b>{page.escaped(plot.title)}</b>{picture}{_data(plot)}"))
-        except UserInputError as error:
-            cards.append(page.card(f"<b>{page.escaped(one.name)}</b><p>{page.escaped(error)}</p>"))
+    for one in made_or_why(own, ticks, track):
+        shown = f"<p>{page.escaped(one.why)}</p>" if isinstance(one, NoPlot) else f"{_picture(one)}{_data(one)}"
+        cards.append(page.card(f"<b>{page.escaped(one.title)}</b>{shown}"))
     if cards:
         yield "<h2>Your own</h2>"
         yield from cards

@@ -39,12 +39,20 @@ class PlotError(UserInputError):
     """A plot or table cannot be made of these ticks."""
 
 
-def was_set_down(step_m: pl.Expr) -> pl.Expr:
-    """Tell in which ticks a car was not driven but set down elsewhere (see SET_BACK), by its steps in metres."""
+def was_set_down(episode: pl.Series, step_m: pl.Series) -> pl.Series:
+    """Return in which ticks a car was not driven but set down elsewhere (see SET_BACK), by its steps in metres.
+
+    Few episodes have a long step at all, and only theirs are looked at.
+    """
     import polars as pl
 
-    usual = step_m.median().over("unique_episode")
-    return (step_m > pl.max_horizontal(usual * SET_BACK, pl.lit(SET_BACK_M))).fill_null(False)
+    steps = pl.DataFrame({"episode": episode, "step": step_m, "long": (step_m > SET_BACK_M).fill_null(False)})
+    suspect = steps.filter(pl.col("episode").is_in(episode.filter(steps["long"]).unique().implode()))
+    usual = suspect.group_by("episode").agg(pl.col("step").median().alias("usual"))
+    long = steps.with_row_index().filter("long").join(usual, on="episode", how="left")
+    down = np.zeros(steps.height, bool)
+    down[long.filter(pl.col("step") > SET_BACK * pl.col("usual"))["index"].to_numpy()] = True
+    return pl.Series("set_down", down)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,15 +103,29 @@ def require(ticks: pl.DataFrame | pl.LazyFrame, *columns: str) -> pl.DataFrame:
     import polars as pl
 
     frame = ticks.collect() if isinstance(ticks, pl.LazyFrame) else ticks
-    missing = [name for name in columns if name not in frame.columns]
-    if missing:
-        raise PlotError(
-            f"The ticks have no column {', '.join(missing)}; found {', '.join(frame.columns) or 'none'}. "
-            "`racecraft.logs.read` gives them all."
-        )
+    _must_have(frame.columns, columns)
     if not frame.height:
         raise PlotError("There are no ticks here; expected at least one. Choose another episode, iteration or phase.")
     return frame
+
+
+def only(ticks: pl.DataFrame | pl.LazyFrame, *columns: str) -> pl.DataFrame:
+    """Return these columns of the ticks, as `require` does; of a lazy table nothing else is read.
+
+    Raises:
+        PlotError: There are no rows, or a column is missing.
+    """
+    _must_have(ticks.collect_schema().names(), columns)
+    return require(ticks.select(columns))
+
+
+def _must_have(found: Sequence[str], columns: Sequence[str]) -> None:
+    missing = [name for name in columns if name not in found]
+    if missing:
+        raise PlotError(
+            f"The ticks have no column {', '.join(missing)}; found {', '.join(found) or 'none'}. "
+            "`racecraft.logs.read` gives them all."
+        )
 
 
 def sheet(rows: int, columns: int, titles: Sequence[str], size: tuple[float, float] = (4.0, 2.9)) -> tuple[Any, list]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from racecraft.analysis.deepracer.logs.plot import BLUE, ORANGE, RED, Plot, name_axes, require, sheet, values
+from racecraft.analysis.deepracer.logs.plot import BLUE, ORANGE, RED, Plot, name_axes, only, sheet, values
 
 if TYPE_CHECKING:
     import polars as pl
@@ -24,7 +24,9 @@ def stability(ticks: pl.DataFrame | pl.LazyFrame) -> Plot:
     """
     import polars as pl
 
-    frame = require(ticks, "unique_episode", "time_s", "status", "iteration", "worker", "wall_clock_s")
+    frame = only(
+        ticks, "unique_episode", "time_s", "status", "round", "phase", "stream", "iteration", "worker", "wall_clock_s"
+    )
     same = pl.col("unique_episode") == pl.col("unique_episode").shift()
     step = pl.col("time_s") - pl.col("time_s").shift()
     wall = pl.col("wall_clock_s") - pl.col("wall_clock_s").shift()

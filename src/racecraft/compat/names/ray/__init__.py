@@ -1,4 +1,4 @@
-"""`ray`, as launcher scripts of SageMaker RL import it: names only; what they ask for, `sagemaker_rl` does."""
+"""`ray`, as launcher scripts of SageMaker RL import it: what they ask for, `sagemaker_rl` does."""
 
 from __future__ import annotations
 

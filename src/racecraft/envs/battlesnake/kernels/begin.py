@@ -5,8 +5,6 @@ Rolls the dice of `starts.py` in the same order; every other set-up is made by t
 
 from __future__ import annotations
 
-import numpy as np
-
 from racecraft.envs.battlesnake.kernels.columns import (
     ALIVE,
     BY,
@@ -24,16 +22,17 @@ from racecraft.envs.battlesnake.kernels.columns import (
     Y,
 )
 from racecraft.envs.battlesnake.kernels.food_and_hazards import below, drop_food
-from racecraft.kernels import kernel
+from racecraft.kernels import inner_kernel, lean_kernel
 
 
-@kernel
+@lean_kernel
 def begin_standard(g, bodies, snakes, games, cells, sides, chance, params, start_hazards):
     """Begin game g anew; `start_hazards` (C,) are the hazards that stand from the start."""
     snakes[g] = 0
     games[g] = 0
     cells[g] = 0
-    cells[g, HAZARD, :] = start_hazards
+    for cell in range(start_hazards.size):
+        cells[g, HAZARD, cell] = start_hazards[cell]
     games[g, ALIVE] = snakes.shape[1]
     _place_snakes(g, bodies, snakes, cells, chance, params)
     if params[START_FOOD]:
@@ -46,19 +45,17 @@ def begin_standard(g, bodies, snakes, games, cells, sides, chance, params, start
         _draw_sides(g, sides, chance, params)
 
 
-@kernel
+@lean_kernel
 def _place_snakes(g, bodies, snakes, cells, chance, params):
     side = params[WIDTH]
-    order = np.arange(8)
+    order = 0o76543210  # the numbers 0 to 7, the first one lowest: a list that takes no array
     for group in range(2):
         for end in range(3, 0, -1):
             one, two = 4 * group + end, 4 * group + below(g, chance, end + 1)
-            held = order[one]
-            order[one] = order[two]
-            order[two] = held
+            order = _swapped(order, one, two)
     first = 4 * below(g, chance, 2)
     for s in range(snakes.shape[1]):
-        x, y = _start_square(order[(first + s) % 8], side)
+        x, y = _start_square(_digit(order, (first + s) % 8), side)
         snakes[g, s, X], snakes[g, s, Y] = x, y
         snakes[g, s, LENGTH], snakes[g, s, HEALTH], snakes[g, s, BY] = 3, 100, -1
         for place in range(3):
@@ -66,7 +63,18 @@ def _place_snakes(g, bodies, snakes, cells, chance, params):
         cells[g, OWNER, y * side + x] = s + 1
 
 
-@kernel
+@inner_kernel
+def _digit(order, place):
+    return order >> 3 * place & 7
+
+
+@inner_kernel
+def _swapped(order, one, two):
+    change = _digit(order, one) ^ _digit(order, two)
+    return order ^ change << 3 * one ^ change << 3 * two
+
+
+@lean_kernel
 def _start_square(number, side):
     """Return x and y of a start square: 0 to 3 the corners, 4 to 7 the cardinal points, in the order of `starts.py`."""
     low, middle, high = 1, (side - 1) // 2, side - 2
@@ -77,7 +85,7 @@ def _start_square(number, side):
     return x, y
 
 
-@kernel
+@lean_kernel
 def _first_food(g, snakes, games, cells, chance, params):
     side = params[WIDTH]
     middle = (side - 1) // 2
@@ -88,7 +96,7 @@ def _first_food(g, snakes, games, cells, chance, params):
         drop_food(g, middle * side + middle, games, cells)
 
 
-@kernel
+@lean_kernel
 def _food_beside(g, x, y, middle, games, cells, chance, side):
     """Lay one food diagonal to (x, y), away from the centre (see `starts.food_beside_heads`)."""
     free = 0
@@ -104,7 +112,7 @@ def _food_beside(g, x, y, middle, games, cells, chance, side):
     drop_food(g, (y - 1 + 2 * (corner % 2)) * side + x - 1 + 2 * (corner // 2), games, cells)
 
 
-@kernel
+@lean_kernel
 def _suits(g, x, y, corner, middle, cells, side):
     fx, fy = x - 1 + 2 * (corner // 2), y - 1 + 2 * (corner % 2)
     if fx < 0 or fy < 0 or fx >= side or fy >= side or cells[g, MEAL, fy * side + fx]:
@@ -116,7 +124,7 @@ def _suits(g, x, y, corner, middle, cells, side):
     return 1 if abs(fx - middle) > abs(x - middle) or abs(fy - middle) > abs(y - middle) else 0
 
 
-@kernel
+@lean_kernel
 def _draw_sides(g, sides, chance, params):
     """Draw royale's sides until the rectangle is gone (see `hazard_plans.royale_sides`)."""
     width, height = params[WIDTH], params[WIDTH]

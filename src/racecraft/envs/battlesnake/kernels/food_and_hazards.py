@@ -26,7 +26,7 @@ from racecraft.envs.battlesnake.kernels.columns import (
     X,
     Y,
 )
-from racecraft.kernels import inner_kernel, kernel
+from racecraft.kernels import inner_kernel, lean_kernel
 from racecraft.kernels.chance import random_bits
 
 
@@ -58,7 +58,7 @@ def after_turn(g, bodies, snakes, games, cells, sides, events, chance, params, f
         _leave_trails(g, bodies, snakes, cells)
 
 
-@kernel
+@lean_kernel
 def lay_safe_zone(g, shrinks, cells, sides, params):
     """One hazard on every cell outside the rectangle that is left after so many shrinks, none inside, no notes."""
     width, height = params[WIDTH], params[HEIGHT]
@@ -76,14 +76,14 @@ def lay_safe_zone(g, shrinks, cells, sides, params):
             cells[g, NOTE, y * width + x] = 0
 
 
-@kernel
+@lean_kernel
 def drop_food(g, cell, games, cells):
     """Lay food on a cell that has none."""
     cells[g, MEAL, cell] = 1
     games[g, FOOD] += 1
 
 
-@kernel
+@lean_kernel
 def fall_anywhere(g, count, spare_hazards, snakes, games, cells, chance, params):
     """Lay up to `count` foods on free cells (see `Board.free_squares`), each as likely as the next."""
     _mark_heads(g, snakes, cells, params, 0, -1)
@@ -107,7 +107,7 @@ def _is_free(g, cell, cells, spare_hazards):
     return np.int64(free & ((not spare_hazards) | (cells[g, HAZARD, cell] == 0)))
 
 
-@kernel
+@lean_kernel
 def _mark_heads(g, snakes, cells, params, before, after):
     """Turn owner `before` into `after` on the cells beside living heads: -1 keeps food away from them."""
     width, height = params[WIDTH], params[HEIGHT]
@@ -130,7 +130,7 @@ def _standard_food(g, snakes, games, cells, chance, params):
         fall_anywhere(g, missing, params[FOOD_RULE] == 2, snakes, games, cells, chance, params)
 
 
-@kernel
+@lean_kernel
 def _listed_food(g, snakes, games, cells, chance, params, food_squares):
     """Lay one food on a free listed square; the castle rule also spares head neighbours and the next square to food."""
     castle = params[FOOD_RULE] == 4
@@ -150,7 +150,7 @@ def _listed_food(g, snakes, games, cells, chance, params, food_squares):
         _mark_heads(g, snakes, cells, params, -1, 0)
 
 
-@kernel
+@lean_kernel
 def _is_listed_free(g, cell, cells, params, castle):
     free = _is_free(g, cell, cells, False)
     if castle:
@@ -162,7 +162,7 @@ def _is_listed_free(g, cell, cells, params, castle):
     return np.int64(free)
 
 
-@kernel
+@lean_kernel
 def _reveal(g, games, cells, events):
     """Carry out the plan's changes up to this turn."""
     number = games[g, NEXT_EVENT]
@@ -173,7 +173,7 @@ def _reveal(g, games, cells, events):
     games[g, NEXT_EVENT] = number
 
 
-@kernel
+@lean_kernel
 def _leave_trails(g, bodies, snakes, cells):
     """snail_mode: trails fade by one, notes become trails where no living head stands, tails leave new notes."""
     last = bodies.shape[2] - 1

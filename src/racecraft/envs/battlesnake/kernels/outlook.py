@@ -18,13 +18,13 @@ from racecraft.envs.battlesnake.kernels.columns import (
     WIDTH,
     WRAPPED,
 )
-from racecraft.kernels import kernel
+from racecraft.kernels import lean_kernel
 
 NUM_OUTLOOKS = 10
 NOBODY = -1
 
 
-@kernel
+@lean_kernel
 def outlook_games(first, beyond, which, looks, bodies, snakes, cells, params, mask, scratch, outlook):
     """Write the outlook of the snakes marked in `looks`, bool (N, M), in the games marked in `which`, bool (N,).
 
@@ -36,7 +36,7 @@ def outlook_games(first, beyond, which, looks, bodies, snakes, cells, params, ma
             outlook_game(g, looks, bodies, snakes, cells, params, mask, scratch, outlook)
 
 
-@kernel
+@lean_kernel
 def outlook_game(g, looks, bodies, snakes, cells, params, mask, scratch, outlook):
     """Write the outlook of the snakes of game g that are marked in `looks`."""
     outlook[g].reshape(-1)[:] = 0
@@ -50,7 +50,7 @@ def outlook_game(g, looks, bodies, snakes, cells, params, mask, scratch, outlook
                 _look(g, m, cell, bodies, snakes, cells, params, scratch[g], outlook[g, m, way])
 
 
-@kernel
+@lean_kernel
 def openings(g, bodies, snakes, cells, opening):
     """Write in how many turns each cell may be entered if nobody eats into `opening` int32 (C,); a tail's in 1."""
     last = bodies.shape[2] - 1
@@ -65,7 +65,7 @@ def openings(g, bodies, snakes, cells, opening):
             opening[cell] = max(opening[cell], length - place)
 
 
-@kernel
+@lean_kernel
 def neighbour(cell, way, params):
     """Return the cell a move leads to, -1 off the board."""
     width, height = params[WIDTH], params[HEIGHT]
@@ -79,13 +79,13 @@ def neighbour(cell, way, params):
     return y * width + x
 
 
-@kernel
+@lean_kernel
 def head_of(g, s, bodies, snakes):
     """Return the cell of a living snake's head."""
     return bodies[g, s, snakes[g, s, START] & (bodies.shape[2] - 1)]
 
 
-@kernel
+@lean_kernel
 def _look(g, m, cell, bodies, snakes, cells, params, scratch, ways):
     """Write the ten numbers of one move."""
     area, last = params[WIDTH] * params[HEIGHT], bodies.shape[2] - 1
@@ -113,7 +113,7 @@ def _look(g, m, cell, bodies, snakes, cells, params, scratch, ways):
     ways[9] = max(-1.0, min(1.0, 0.01 * cells[g, HAZARD, cell] * params[DAMAGE]))
 
 
-@kernel
+@lean_kernel
 def pour(g, cell, tail, cells, params, scratch):
     """Pour water onto a cell: squares reached, and the steps to the nearest food and to the own tail, 0 for never."""
     opening, steps, queue = scratch[0], scratch[1], scratch[2]
@@ -137,7 +137,7 @@ def pour(g, cell, tail, cells, params, scratch):
     return count, food_steps, steps[tail]
 
 
-@kernel
+@lean_kernel
 def _divide(g, m, cell, bodies, snakes, cells, params, scratch):
     """Let all run: squares that snake m reaches first from `cell`, those of all others, steps to the first own food.
 
@@ -184,7 +184,7 @@ def _divide(g, m, cell, bodies, snakes, cells, params, scratch):
     return own, others, own_food_steps
 
 
-@kernel
+@lean_kernel
 def claimant(g, s, rival, snakes):
     """Return whose a square is that two snakes reach in the same turn: the longer's, NOBODY's between equals."""
     if snakes[g, s, LENGTH] == snakes[g, rival, LENGTH]:

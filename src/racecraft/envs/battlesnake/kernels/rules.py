@@ -44,7 +44,7 @@ from racecraft.envs.battlesnake.kernels.columns import (
     Y,
 )
 from racecraft.envs.battlesnake.kernels.food_and_hazards import after_turn, lay_safe_zone
-from racecraft.kernels import inner_kernel, kernel
+from racecraft.kernels import inner_kernel, lean_kernel
 
 
 @inner_kernel
@@ -160,7 +160,7 @@ def eliminate(g, bodies, snakes, games, cells, params):
             cells[g, OWNER, bodies[g, s, snakes[g, s, START]]] = s + 1
 
 
-@kernel
+@lean_kernel
 def shrink_safe_zone(g, games, cells, sides, params):
     """Royale lays its hazards anew each turn; it shows at turn 0, at a shrink, and after a change by the map."""
     turn = games[g, TURN]
@@ -168,7 +168,7 @@ def shrink_safe_zone(g, games, cells, sides, params):
         lay_safe_zone(g, (turn + 1) // params[SHRINK], cells, sides, params)
 
 
-@kernel
+@lean_kernel
 def grow(g, bodies, snakes, games, cells):
     """Constrictor: no food; full health and a doubled tail for everyone, the dead too."""
     last = bodies.shape[2] - 1
@@ -204,7 +204,7 @@ def _judge(g, s, bodies, snakes, cells):
     snakes[g, s, VERDICT], snakes[g, s, VERDICT_BY] = verdict, by
 
 
-@kernel
+@lean_kernel
 def _leave(g, s, cause, by, bodies, snakes, games, cells):
     """Take snake s out of the game; its body, all but the new head, falls off the cells."""
     snakes[g, s, CAUSE], snakes[g, s, BY], snakes[g, s, ON] = cause, by, games[g, TURN] + 1

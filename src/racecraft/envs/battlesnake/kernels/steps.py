@@ -27,10 +27,10 @@ from racecraft.envs.battlesnake.kernels.food_and_hazards import below
 from racecraft.envs.battlesnake.kernels.observe import allow, count, mark, observe
 from racecraft.envs.battlesnake.kernels.outlook import outlook_game
 from racecraft.envs.battlesnake.kernels.rules import play_turn
-from racecraft.kernels import kernel
+from racecraft.kernels import inner_kernel, lean_kernel
 
 
-@kernel
+@lean_kernel
 def step_games(
     first, beyond, begins, looks_behind, actions, bodies, snakes, games, cells, sides, events, chance, params,
     food_squares, start_hazards, squares, marks, walls, looks, scratch, prizes, max_turns, reward, terminated,
@@ -91,7 +91,9 @@ def step_games(
         )  # fmt: skip
         for m in range(snakes.shape[1]):
             if terminated[g, m] or truncated[g, m]:
-                last_snakes[g, m, :], last_games[g, m, :], last_tally[g, m, :] = snakes[g, m], games[g], tally[g, m]
+                _copy_row(snakes[g, m], last_snakes[g, m])
+                _copy_row(games[g], last_games[g, m])
+                _copy_row(tally[g, m], last_tally[g, m])
         if over[g]:
             observe_game(
                 g, bodies, snakes, games, cells, params, squares, marks[first], walls, final_planes, final_numbers,
@@ -110,7 +112,7 @@ def step_games(
             outlook_game(g, looks, bodies, snakes, cells, params, mask, scratch, outlook)
 
 
-@kernel
+@lean_kernel
 def begin_games(first, beyond, which, bodies, snakes, games, cells, sides, chance, params, start_hazards, tally):
     """Begin the games marked in `which`, bool (N,), anew (`begin_standard`)."""
     for g in range(first, beyond):
@@ -119,7 +121,7 @@ def begin_games(first, beyond, which, bodies, snakes, games, cells, sides, chanc
             tally[g] = 0
 
 
-@kernel
+@lean_kernel
 def observe_games(
     first, beyond, which, bodies, snakes, games, cells, params, squares, marks, walls, planes, numbers, active, mask
 ):
@@ -135,7 +137,7 @@ def observe_games(
             )
 
 
-@kernel
+@lean_kernel
 def observe_game(g, bodies, snakes, games, cells, params, squares, marks, walls, planes, numbers, active, mask):
     """Write observation, `active` and mask of every snake of game g; `marks` see `observe.mark`."""
     mark(g, bodies, snakes, games, cells, params, squares, planes.shape[3], marks)
@@ -147,7 +149,7 @@ def observe_game(g, bodies, snakes, games, cells, params, squares, marks, walls,
         active[g, m] = snakes[g, m, CAUSE] == 0
 
 
-@kernel
+@lean_kernel
 def random_safe_play(
     turns, bodies, snakes, games, cells, sides, events, chance, params, food_squares, start_hazards, moves, mask
 ):
@@ -174,7 +176,7 @@ def random_safe_play(
     return finished
 
 
-@kernel
+@lean_kernel
 def _play_and_pay(
     g, moves, bodies, snakes, games, cells, sides, events, chance, params, food_squares,
     prizes, max_turns, reward, terminated, truncated, over, tally,
@@ -201,7 +203,13 @@ def _play_and_pay(
         tally[g, m, 2] += kills
 
 
-@kernel
+@inner_kernel
+def _copy_row(source, target):
+    for column in range(target.size):
+        target[column] = source[column]
+
+
+@lean_kernel
 def _kills(g, m, turn, snakes):
     """Count the others that snake m eliminated in this turn."""
     kills = 0

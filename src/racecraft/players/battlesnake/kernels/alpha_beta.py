@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from racecraft.kernels import kernel
+from racecraft.kernels import lean_kernel
 from racecraft.kernels.chance import random_bits
 from racecraft.players.battlesnake.kernels.position import (
     COUNT,
@@ -48,7 +48,7 @@ EXACT, AT_LEAST, AT_MOST = 1, 2, 3
 TABLE_VALUE, TABLE_DEPTH, TABLE_KIND, TABLE_WAY = 0, 1, 2, 3
 
 
-@kernel
+@lean_kernel
 def begin(depth, first, only, state, stack, seats, history, ring, rows, bits, cells, rules):
     """Make ready to look `depth` turns ahead from ply 0, at move `first` (-1: none) before all others.
 
@@ -60,7 +60,7 @@ def begin(depth, first, only, state, stack, seats, history, ring, rows, bits, ce
     _push(0, 0, 0, LEAST, MOST, first, only, stack, seats, history, ring, rows, bits, cells, rules)
 
 
-@kernel
+@lean_kernel
 def think(most_turns, state, stack, seats, ways, history, keys, table, ring, rows, bits, cells, edges, rules,
           pools, found, worths):  # fmt: skip
     """Go on until the look that `begin` began is done, or so many turns were played; the answer is in stack[0].
@@ -120,7 +120,7 @@ def think(most_turns, state, stack, seats, ways, history, keys, table, ring, row
             _push(top + 1, 0, d, alpha, beta, first, 15, stack, seats, history, ring, rows, bits, cells, rules)
 
 
-@kernel
+@lean_kernel
 def _opinion(me, alive, worths):
     """Return what an appraised position is worth to snake `me` beside the others, on average."""
     others = -worths[me]
@@ -129,7 +129,7 @@ def _opinion(me, alive, worths):
     return np.int64(UNIT * (worths[me] - others / max(1, alive - 1)))
 
 
-@kernel
+@lean_kernel
 def _is_known(place, depth, alpha, beta, table):
     """Tell whether a remembered position says enough: looked at as deep, and inside or beyond the window."""
     value, kind = table[place, TABLE_VALUE], table[place, TABLE_KIND]
@@ -137,7 +137,7 @@ def _is_known(place, depth, alpha, beta, table):
     return deep and (kind == EXACT or (kind == AT_LEAST and value >= beta) or (kind == AT_MOST and value <= alpha))
 
 
-@kernel
+@lean_kernel
 def _seal(place, table):
     """Return a number that what is remembered at a place is sealed with.
 
@@ -148,7 +148,7 @@ def _seal(place, table):
     return random_bits(np.uint64(table[place, TABLE_VALUE] - LEAST), np.uint64(rest))
 
 
-@kernel
+@lean_kernel
 def _push(top, seat, d, alpha, beta, first, only, stack, seats, history, ring, rows, bits, cells, rules):
     """Open a choice: list the moves that are not surely fatal, `first` first, then by what has cut before."""
     s = seats[seat]
@@ -172,7 +172,7 @@ def _push(top, seat, d, alpha, beta, first, only, stack, seats, history, ring, r
     stack[top, NEXT], stack[top, WAYS] = 0, count
 
 
-@kernel
+@lean_kernel
 def _hear(top, value, stack, seats, history, rows):
     """Take the value of the move that was tried last; what lies beyond the window ends the choice."""
     seat, d = stack[top, SEAT], stack[top, PLY]
@@ -188,7 +188,7 @@ def _hear(top, value, stack, seats, history, rows):
         stack[top, NEXT] = stack[top, WAYS]
 
 
-@kernel
+@lean_kernel
 def _answer(top, state, stack, seats, keys, table, ring, rows, bits):
     """Close a choice: remember it where a turn begins, and tell the one above."""
     value, d = stack[top, BEST], stack[top, PLY]
@@ -209,7 +209,7 @@ def _answer(top, state, stack, seats, keys, table, ring, rows, bits):
     state[TOP] = top - 1
 
 
-@kernel
+@lean_kernel
 def key_of(d, me, ring, rows, bits):
     """Return a number that two positions share only by the rarest accident: of bodies, healths, food and who asks."""
     key = np.uint64(rows.shape[1] * 16 + me)

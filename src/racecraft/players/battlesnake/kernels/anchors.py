@@ -9,7 +9,7 @@ from __future__ import annotations
 from racecraft.envs.battlesnake.kernels.columns import CAUSE, HAZARD, HEALTH, HEIGHT, LENGTH, MEAL, WIDTH, WRAPPED
 from racecraft.envs.battlesnake.kernels.food_and_hazards import below
 from racecraft.envs.battlesnake.kernels.outlook import head_of, neighbour, openings, pour
-from racecraft.kernels import kernel
+from racecraft.kernels import lean_kernel
 from racecraft.players.battlesnake.kernels.territory import safe_ways
 
 NOT_HERE, RANDOM_SAFE, HUNGRY, FLOOD_FILL = 0, 1, 2, 3
@@ -18,7 +18,7 @@ HUNGRY_BELOW = 40
 """As in `flood_fill.py`."""
 
 
-@kernel
+@lean_kernel
 def anchor_moves(first, beyond, who, bodies, snakes, games, cells, params, chance, scratch, moves):
     """Choose for the seats that anchors hold.
 
@@ -51,7 +51,7 @@ def anchor_moves(first, beyond, who, bodies, snakes, games, cells, params, chanc
                 moves[g, s] = _to_room(g, s, bodies, snakes, cells, params, safe, scratch[g])
 
 
-@kernel
+@lean_kernel
 def _any(g, count, safe, chance):
     """Return one of the safe ways, each as likely."""
     left, way = below(g, chance, count), -1
@@ -61,7 +61,7 @@ def _any(g, count, safe, chance):
     return way
 
 
-@kernel
+@lean_kernel
 def _to_food(g, s, bodies, snakes, cells, params, safe):
     """Return the safe way that ends nearest to a food; the first of equals."""
     best, fewest = 0, -1
@@ -73,7 +73,7 @@ def _to_food(g, s, bodies, snakes, cells, params, safe):
     return best
 
 
-@kernel
+@lean_kernel
 def _steps_to_food(g, cell, cells, params):
     """Return how many moves the nearest food is away when nothing is in between; 0 where there is no food."""
     width, height, fewest = params[WIDTH], params[HEIGHT], -1
@@ -87,7 +87,7 @@ def _steps_to_food(g, cell, cells, params):
     return max(0, fewest)
 
 
-@kernel
+@lean_kernel
 def _to_room(g, s, bodies, snakes, cells, params, safe, scratch):
     """Return the safe way with room for the body; then no stronger head near; then food, if wanted; then most room."""
     length, longest = snakes[g, s, LENGTH], 0
@@ -120,7 +120,7 @@ def _to_room(g, s, bodies, snakes, cells, params, safe, scratch):
     return best
 
 
-@kernel
+@lean_kernel
 def _stronger_heads_near(g, s, cell, bodies, snakes, params):
     """Count the other heads, not shorter than snake s, that could enter a cell in this turn too."""
     count = 0

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from racecraft.kernels import kernel
+from racecraft.kernels import lean_kernel
 from racecraft.players.battlesnake.kernels.position import (
     BOARD,
     BODIES,
@@ -41,7 +41,7 @@ SQUARES, MEAL_STEPS, LENGTH = 0, 1, 2
 """Columns of `found`."""
 
 
-@kernel
+@lean_kernel
 def count_bits(word):
     """Return how many bits of a word are set (LLVM knows the pattern)."""
     word = word - ((word >> ONE) & np.uint64(0x5555555555555555))
@@ -50,7 +50,7 @@ def count_bits(word):
     return np.int64((word * np.uint64(0x0101010101010101)) >> np.uint64(56))
 
 
-@kernel
+@lean_kernel
 def claim(d, ring, rows, bits, edges, rules, pools, found):
     """Count every snake's squares at ply d, and its steps to the nearest food of its own.
 
@@ -77,7 +77,7 @@ def claim(d, ring, rows, bits, edges, rules, pools, found):
                 found[s, SQUARES] += count_bits(pools[s, OWN, word])
 
 
-@kernel
+@lean_kernel
 def _opening(d, s, step, ring, rows):
     """Return the cell that the tail of snake s leaves at a step; -1 where it leaves none. Heads are their snake's."""
     place = rows[d, s, COUNT] - step + rows[d, s, STACK]
@@ -86,7 +86,7 @@ def _opening(d, s, step, ring, rows):
     return ring[s, (rows[d, s, START] + place) & (ring.shape[1] - 1)]
 
 
-@kernel
+@lean_kernel
 def _pour_two_words(d, ring, rows, bits, edges, rules, pools, found):
     num_snakes, step, flows = rows.shape[1], 0, True
     closed, high_closed = bits[d, BODIES, 0], bits[d, BODIES, 1]
@@ -124,7 +124,7 @@ def _pour_two_words(d, ring, rows, bits, edges, rules, pools, found):
                 found[s, MEAL_STEPS] = step
 
 
-@kernel
+@lean_kernel
 def _spread(low, high, edges, rules):
     """Return the four neighbours of all squares of a board of two words."""
     width = np.uint64(rules[WIDTH])
@@ -155,7 +155,7 @@ def _spread(low, high, edges, rules):
     return to, high_to
 
 
-@kernel
+@lean_kernel
 def _pour(d, ring, rows, bits, edges, rules, pools, found):
     """The same for a board of any size."""
     num_snakes, words, step, flows = rows.shape[1], bits.shape[2], 0, True
@@ -187,7 +187,7 @@ def _pour(d, ring, rows, bits, edges, rules, pools, found):
             pools[spare, CLAIMED, word] |= claimed
 
 
-@kernel
+@lean_kernel
 def _spread_words(s, edges, rules, pools):
     """Write the open neighbours of what snake s reached last, which nobody has, as what it reaches now."""
     words, width = edges.shape[1], rules[WIDTH]
@@ -212,7 +212,7 @@ def _spread_words(s, edges, rules, pools):
         pools[s, FRESH, word] &= edges[BOARD, word] & ~pools[spare, CLOSED, word] & ~pools[spare, CLAIMED, word]
 
 
-@kernel
+@lean_kernel
 def _add_shifted(s, word, bits, places, pools):
     """Add a word's bits, moved by so many cells, to what snake s reaches now."""
     words, rest = abs(places) >> 6, np.uint64(abs(places) & 63)

@@ -21,7 +21,7 @@ from __future__ import annotations
 import numpy as np
 
 from racecraft.envs.battlesnake.kernels import columns as col
-from racecraft.kernels import kernel
+from racecraft.kernels import lean_kernel
 from racecraft.players.battlesnake.kernels import position as at
 from racecraft.players.battlesnake.kernels.puct import FIRST_CHILD, IS_OVER, NEXT_SIBLING, choose_way, make_node
 from racecraft.players.battlesnake.kernels.worth import appraise
@@ -32,7 +32,7 @@ LEAST_WORTH, MOST_WORTH = 0.02, 0.98
 """What no opinion goes beyond: only what is over is worth 0 or 1."""
 
 
-@kernel
+@lean_kernel
 def descend(walks, me, eager, first, beyond, ring, rows, bits, cells, edges, rules, pools, found, worths, ways,
             links, joints, visits, sums, priors, first_worths, size,
             asked, paths, tracks, opinions, bodies, snakes, games, board_cells):  # fmt: skip
@@ -94,7 +94,7 @@ def descend(walks, me, eager, first, beyond, ring, rows, bits, cells, edges, rul
     return leaf - first, done
 
 
-@kernel
+@lean_kernel
 def hear(first, beyond, network_share, prior_share, asked, paths, tracks, opinions, snakes, chances, values,
          links, sums, priors, first_worths):  # fmt: skip
     """Take what a network made of leaves `first` … `beyond` - 1 into the tree.
@@ -137,7 +137,7 @@ def hear(first, beyond, network_share, prior_share, asked, paths, tracks, opinio
         _tell(leaf, asked[leaf, PLY], node, paths, tracks, sums, first_worths)
 
 
-@kernel
+@lean_kernel
 def _tell(leaf, d, node, paths, tracks, sums, first_worths):
     """Tell all nodes on the way what it led to; the visits are counted already."""
     for ply in range(d):
@@ -146,7 +146,7 @@ def _tell(leaf, d, node, paths, tracks, sums, first_worths):
                 sums[paths[leaf, ply], s, tracks[leaf, ply, s]] += first_worths[node, s]
 
 
-@kernel
+@lean_kernel
 def _take_back(leaf, d, paths, tracks, visits):
     """Uncount the visits of a walk."""
     for ply in range(d):
@@ -155,7 +155,7 @@ def _take_back(leaf, d, paths, tracks, visits):
                 visits[paths[leaf, ply], s, tracks[leaf, ply, s]] -= 1
 
 
-@kernel
+@lean_kernel
 def _lay_out(g, d, ring, rows, bits, cells, rules, bodies, snakes, games, board_cells):
     """Write ply d as game g of the world; who has left is out."""
     last, food, alive = bodies.shape[2] - 1, 0, 0
@@ -182,7 +182,7 @@ def _lay_out(g, d, ring, rows, bits, cells, rules, bodies, snakes, games, board_
     games[g, col.TURN], games[g, col.FOOD], games[g, col.ALIVE] = rules[at.TURN] + d, food, alive
 
 
-@kernel
+@lean_kernel
 def descend_all(left, eager, each, ring, rows, bits, cells, edges, rules, pools, found, worths, ways,
                 links, joints, visits, sums, priors, first_worths, size,
                 asked, paths, tracks, opinions, bodies, snakes, games, board_cells, which, counts):  # fmt: skip
@@ -213,7 +213,7 @@ def descend_all(left, eager, each, ring, rows, bits, cells, edges, rules, pools,
     return total
 
 
-@kernel
+@lean_kernel
 def hear_all(counts, each, network_share, prior_share, asked, paths, tracks, opinions, snakes, chances, values,
              links, sums, priors, first_worths):  # fmt: skip
     """Take what a network made of the leaves of G trees into them; see `descend_all` and `hear`."""

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from racecraft.kernels import inner_kernel, kernel
+from racecraft.kernels import inner_kernel, lean_kernel
 
 START, COUNT, STACK, HEALTH, HEAD, OUT = 0, 1, 2, 3, 4, 5
 """Place of the head in the ring, cells the body lies on, segments stacked on its tail beyond one, health, cell of the
@@ -67,7 +67,7 @@ def is_over(d, rows, rules):
     return count_alive(d, rows) <= (0 if rules[SOLO] else 1)
 
 
-@kernel
+@lean_kernel
 def advance(d, ways, ring, rows, bits, cells, rules):
     """Play one turn at ply d and write ply d + 1; `ways` int64 (D, M): 0 up, 1 down, 2 left, 3 right, of the living."""
     e = d + 1
@@ -153,7 +153,7 @@ def _collide(e, ring, rows, bits):
                 _leave(e, s, ring, rows, bits)
 
 
-@kernel
+@lean_kernel
 def _leave(e, s, ring, rows, bits):
     """Take a snake out; its body, all but the new head, falls off the board."""
     rows[e, s, OUT] = e
@@ -189,7 +189,7 @@ def _is_leaving(d, cell, ring, rows):
     return False
 
 
-@kernel
+@lean_kernel
 def play_on(turns, chance, ways, ring, rows, bits, cells, rules):
     """Play up to so many turns with random safe moves, every one from ply 0 to ply 1 and back; return how many it was.
 

@@ -19,14 +19,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from racecraft.kernels import kernel
+from racecraft.kernels import lean_kernel
 from racecraft.players.battlesnake.kernels.position import OUT, SOLO, advance, count_alive, safe_ways
 from racecraft.players.battlesnake.kernels.worth import appraise
 
 FIRST_CHILD, NEXT_SIBLING, IS_OVER = 0, 1, 2
 
 
-@kernel
+@lean_kernel
 def look_ahead(walks, me, eager, ring, rows, bits, cells, edges, rules, pools, found, worths, ways, path,
                links, joints, visits, sums, priors, first_worths, size):  # fmt: skip
     """Add walks to the tree of snake `me`'s position at ply 0; a full tree is walked on, but grows no more.
@@ -78,7 +78,7 @@ def look_ahead(walks, me, eager, ring, rows, bits, cells, edges, rules, pools, f
             return
 
 
-@kernel
+@lean_kernel
 def make_node(node, d, me, ring, rows, bits, cells, rules, worths, links, visits, sums, priors, first_worths):
     """Make a node of ply d: what it is worth to each, and which moves are worth a look."""
     alive = count_alive(d, rows)
@@ -95,7 +95,7 @@ def make_node(node, d, me, ring, rows, bits, cells, rules, worths, links, visits
             priors[node, s, way] = (safe >> way & 1) / count if count else 0.25
 
 
-@kernel
+@lean_kernel
 def choose_way(node, s, eager, visits, sums, priors, first_worths):
     """Return the move with the best of worth and curiosity; what was never tried is thought as good as the node."""
     tried = visits[node, s, 0] + visits[node, s, 1] + visits[node, s, 2] + visits[node, s, 3]
@@ -112,7 +112,7 @@ def choose_way(node, s, eager, visits, sums, priors, first_worths):
     return best
 
 
-@kernel
+@lean_kernel
 def transplant(root, links, joints, visits, sums, priors, first_worths, places, new_links, new_joints, new_visits,
                new_sums, new_priors, new_first_worths):  # fmt: skip
     """Copy the tree below node `root` into other arrays, where it is node 0; return how many nodes it has.

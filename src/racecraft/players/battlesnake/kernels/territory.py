@@ -23,10 +23,10 @@ from racecraft.envs.battlesnake.kernels.columns import (
     WRAPPED,
 )
 from racecraft.envs.battlesnake.kernels.outlook import NOBODY, claimant
-from racecraft.kernels import kernel
+from racecraft.kernels import lean_kernel
 
 
-@kernel
+@lean_kernel
 def neighbour(cell, way, width, height, wrapped):
     """Return the cell a move leads to, -1 off the board."""
     x = cell % width + (way == 3) - (way == 2)
@@ -39,7 +39,7 @@ def neighbour(cell, way, width, height, wrapped):
     return y * width + x
 
 
-@kernel
+@lean_kernel
 def claim(g, bodies, snakes, cells, params, scratch, squares, food_steps):
     """Count each snake's squares and its steps to the nearest food of its own.
 
@@ -89,7 +89,7 @@ def claim(g, bodies, snakes, cells, params, scratch, squares, food_steps):
                 owner[beyond] = claimant(g, s, owner[beyond], snakes)
 
 
-@kernel
+@lean_kernel
 def appraise(g, bodies, snakes, cells, params, scratch, squares, food_steps, worths):
     """Write what the position is worth to each snake, 0 (dead) to 1 (won), into `worths` float64 (M,).
 
@@ -123,7 +123,7 @@ def appraise(g, bodies, snakes, cells, params, scratch, squares, food_steps, wor
         worths[s] = min(0.95, max(0.02, (0.6 * share + 0.2 * bulk + 0.2 * meal) * (0.3 + 0.7 * room) - burn))
 
 
-@kernel
+@lean_kernel
 def safe_ways(g, s, bodies, snakes, cells, params, ways):
     """Write which moves of snake s are not surely fatal into `ways` float64 (4,), 1 or 0; return how many."""
     last = bodies.shape[2] - 1
@@ -148,7 +148,7 @@ def safe_ways(g, s, bodies, snakes, cells, params, ways):
     return count
 
 
-@kernel
+@lean_kernel
 def copy_game(source, target, bodies, snakes, games, cells):
     """Copy the position of one game over another's; loops, since slices take Numba long to compile."""
     for s in range(snakes.shape[1]):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from racecraft.kernels import kernel
+from racecraft.kernels import lean_kernel
 from racecraft.players.battlesnake.kernels.fill import LENGTH, MEAL_STEPS, SQUARES, claim
 from racecraft.players.battlesnake.kernels.position import (
     BURN_WEIGHT,
@@ -23,7 +23,7 @@ from racecraft.players.battlesnake.kernels.position import (
 )
 
 
-@kernel
+@lean_kernel
 def appraise(d, ring, rows, bits, cells, edges, rules, pools, found, worths):
     """Write what ply d is worth to each snake, 0 (dead) to 1 (won), into `worths` float64 (M,).
 

@@ -14,4 +14,6 @@ def run_experiments(experiments: dict[str, dict[str, Any]], *args: Any, **words:
         train_experiment(experiment)
 
 
-__all__ = ["registry", "run_experiments"]
+register_env = registry.register_env
+
+__all__ = ["register_env", "registry", "run_experiments"]

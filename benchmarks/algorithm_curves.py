@@ -1,12 +1,13 @@
-"""Curves of REINFORCE, evolution strategies and behavioural cloning over seeds, on two worlds.
+"""Curves of algorithms over seeds, on two worlds: the simple ones, or those that learn what choices are worth.
 
-    python benchmarks/simple_algorithms.py            run, and draw
-    python benchmarks/simple_algorithms.py --draw     draw again what was run
+    python benchmarks/algorithm_curves.py simple            REINFORCE, evolution strategies, behavioural cloning
+    python benchmarks/algorithm_curves.py worths            DQN and Ape-X
+    python benchmarks/algorithm_curves.py simple --draw     draw again what was run
 
-Writes benchmarks/simple-algorithms.json and docs/pictures/simple-algorithms.png, and prints the table of the docs page.
-Every run has the settings that `racecraft gym train ID --algorithm NAME` begins with and the same budget of steps;
-behavioural cloning, which takes none, learns from twenty episodes of a run that solved the world. Steps count and not
-seconds, so a machine that does other things meanwhile changes nothing but the column of seconds.
+Writes benchmarks/curves-GROUP.json and the group's picture, and prints the table of its docs page. Every run has the
+settings that `racecraft gym train ID --algorithm NAME` begins with and the same budget of steps; behavioural cloning,
+which takes none, learns from twenty episodes of a run that solved the world. Steps count and not seconds, so a machine
+that does other things meanwhile changes nothing but the column of seconds.
 """
 
 from __future__ import annotations
@@ -27,16 +28,22 @@ from racecraft.training.progress import LineWatcher
 from racecraft.training.worlds import train
 
 HERE = Path(__file__).resolve().parent
-RESULTS, PICTURE = HERE / "simple-algorithms.json", HERE.parent / "docs" / "pictures" / "simple-algorithms.png"
+PICTURES = {"simple": "simple-algorithms.png", "worths": "worths.png"}
 WORLDS = {"CartPole-v1": 475.0, "Acrobot-v1": -100.0}
 """Worlds, and the mean return that counts as solved."""
 BUDGET = 200_000
 """Steps of one run at most."""
-KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
-    "REINFORCE, value baseline": ("reinforce", ()),
-    "REINFORCE, no baseline": ("reinforce", ("reinforce.baseline=none",)),
-    "evolution strategies": ("es", ()),
+CLONES = "behavioural cloning"
+GROUPS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
+    "simple": {
+        "REINFORCE, value baseline": ("reinforce", ()),
+        "REINFORCE, no baseline": ("reinforce", ("reinforce.baseline=none",)),
+        "evolution strategies": ("es", ()),
+        CLONES: ("bc", ()),
+    },
+    "worths": {"DQN": ("dqn", ()), "Ape-X": ("apex", ())},
 }
+"""Of each group the kinds: what they are called, the algorithm, and settings that differ."""
 COLOURS = ("#1b6ca8", "#8fbcd4", "#d1622b")
 SEEDS = (1, 2, 3)
 
@@ -63,30 +70,34 @@ def one_run(world: str, algorithm: str, seed: int, folder: Path, overrides: tupl
     }
 
 
-def run_all(folder: Path) -> dict[str, Any]:
+def results_of(group: str) -> Path:
+    """Return where what a group did is kept."""
+    return HERE / f"curves-{group}.json"
+
+
+def run_all(group: str, folder: Path) -> dict[str, Any]:
     """Run every kind on every world with every seed."""
     found: dict[str, Any] = {}
     for world in WORLDS:
         found[world] = {}
-        for kind, (algorithm, overrides) in KINDS.items():
+        for kind, (algorithm, overrides) in GROUPS[group].items():
             found[world][kind] = []
+            stop = f"steps={BUDGET}"
+            if kind == CLONES:
+                stop, overrides = "iterations=20", (f"bc.demonstrations={shown(world, group, folder)}",)
             for seed in SEEDS:
-                place = folder / f"{world}-{kind}-{seed}"
-                told = one_run(world, algorithm, seed, place, overrides, f"steps={BUDGET}")
+                told = one_run(world, algorithm, seed, folder / f"{world}-{kind}-{seed}", overrides, stop)
                 found[world][kind].append(told)
                 print(world, kind, seed, {name: told[name] for name in ("solved", "steps", "seconds", "return")})
-                RESULTS.write_text(json.dumps(found))
-        found[world]["behavioural cloning"] = cloned(world, folder)
-        RESULTS.write_text(json.dumps(found))
+                results_of(group).write_text(json.dumps(found))
     return found
 
 
-def cloned(world: str, folder: Path) -> list[Any]:
-    """Clone the value-baseline run of the first seed, twenty episodes of it, with every seed."""
+def shown(world: str, group: str, folder: Path) -> Path:
+    """Record twenty episodes of the group's first kind, first seed."""
     demos = folder / f"{world}.safetensors"
-    write_demonstrations(demos, record_run(str(folder / f"{world}-{next(iter(KINDS))}-{SEEDS[0]}"), 20))
-    named = (f"bc.demonstrations={demos}",)
-    return [one_run(world, "bc", seed, folder / f"{world}-bc-{seed}", named, "iterations=20") for seed in SEEDS]
+    write_demonstrations(demos, record_run(str(folder / f"{world}-{next(iter(GROUPS[group]))}-{SEEDS[0]}"), 20))
+    return demos
 
 
 def table(found: dict[str, Any]) -> str:
@@ -100,12 +111,12 @@ def table(found: dict[str, Any]) -> str:
                 statistics.median(run[name] for run in runs) for name in ("steps", "seconds", "return")
             )
             passes = statistics.median(run["iterations"] for run in runs)
-            taken = f"{passes:.0f} pass{'es' * (passes > 1)}" if kind == "behavioural cloning" else f"{steps:,.0f}"
+            taken = f"{passes:.0f} pass{'es' * (passes > 1)}" if kind == CLONES else f"{steps:,.0f}"
             lines.append(f"| {world} | {kind} | {solved} | {taken} | {seconds:.0f} | {end:.0f} |")
     return "\n".join(lines)
 
 
-def draw(found: dict[str, Any]) -> None:
+def draw(group: str, found: dict[str, Any]) -> None:
     """Draw each run thin and smoothed over ten iterations."""
     import matplotlib
 
@@ -114,7 +125,8 @@ def draw(found: dict[str, Any]) -> None:
 
     figure, axes = plt.subplots(1, len(found), figsize=(10, 3.8), dpi=110)
     for axis, (world, kinds) in zip(axes, found.items(), strict=True):
-        for kind, colour in zip(KINDS, COLOURS, strict=True):
+        drawn = [kind for kind in GROUPS[group] if kind != CLONES]
+        for kind, colour in zip(drawn, COLOURS, strict=False):
             for index, run in enumerate(kinds[kind]):
                 steps = [point[0] for point in run["curve"]]
                 values = [point[1] for point in run["curve"]]
@@ -123,24 +135,26 @@ def draw(found: dict[str, Any]) -> None:
         axis.axhline(WORLDS[world], color="#777777", lw=0.8, ls=":")
         axis.set_title(f"{world} (dotted: solved)", fontsize=10)
         axis.set_xlabel("steps", fontsize=9)
-        axis.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:.0f}k")
+        axis.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:g}k")
         axis.spines[["top", "right"]].set_visible(False)
     axes[0].set_ylabel("training return, mean of 10 iterations", fontsize=9)
     axes[0].legend(fontsize=8, frameon=False)
     figure.tight_layout()
-    figure.savefig(PICTURE)
+    figure.savefig(HERE.parent / "docs" / "pictures" / PICTURES[group])
 
 
 def main() -> None:
     """Run or only draw."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("group", choices=GROUPS)
     parser.add_argument("--draw", action="store_true", help="only draw what was run before")
-    if parser.parse_args().draw:
-        found = json.loads(RESULTS.read_text())
+    asked = parser.parse_args()
+    if asked.draw:
+        found = json.loads(results_of(asked.group).read_text())
     else:
         with tempfile.TemporaryDirectory() as folder:
-            found = run_all(Path(folder))
-    draw(found)
+            found = run_all(asked.group, Path(folder))
+    draw(asked.group, found)
     print(table(found))
 
 

@@ -1,0 +1,403 @@
+"""A script's own environment as a world where a Gymnasium environment is too narrow. Begin with `ScriptWorld`.
+
+Two kinds need it: RLlib's `MultiAgentEnv`, whose reset and step give dictionaries by agent, and environments that show
+an `action_mask` beside what is seen. Each agent is a column of the world; policies of different names are groups of the
+contract's. As with `GymnasiumWorld`, a saved state is the episode's number and the actions taken in it.
+
+Agents are those that the first reset shows, and those that the environment names (`possible_agents`, `get_agent_ids`).
+One that is not shown need not act: its row is inactive until it is shown again. One that is done rests until the whole
+episode is over (`__all__`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+from gymnasium import spaces
+
+from racecraft.algorithms.multi_policy import group_spec, narrow
+from racecraft.compat.tally import Tally, Told
+from racecraft.contract.errors import ContractError, SettingError
+from racecraft.contract.random_streams import stream_keys
+from racecraft.contract.world import (
+    POLICY_ID,
+    AgentGroup,
+    Array,
+    ArraySpec,
+    DiscreteActions,
+    GroupedActions,
+    StepBuffers,
+    WorldSpec,
+    mask_width,
+)
+from racecraft.envs.adapters.from_gymnasium import action_spec, array_spec, parts_of
+
+MASK, ALL, SOLE_AGENT = "action_mask", "__all__", "agent_0"
+PLACE = "racecraft.compat.script_worlds"
+
+
+@dataclass(frozen=True)
+class PolicyWords:
+    """What a script says of one policy."""
+
+    observation_space: Any = None
+    """None: the environment's."""
+    action_space: Any = None
+    settings: tuple[str, ...] = ()
+    """Of its own, as after --set."""
+
+
+@dataclass(frozen=True)
+class Described:
+    """What a script says of its environment and of who acts in it."""
+
+    name: str
+    make: Callable[[], Any]
+    horizon: int
+    """Ticks after which an episode is cut; its value still follows."""
+    policies: Mapping[str, PolicyWords]
+    policy_of: Callable[[Any], str]
+    """Names an agent's policy."""
+    still: frozenset[str] = frozenset()
+    """Policies that act and learn nothing."""
+    takes_mask: bool = True
+    """Whether an observation `action_mask` is one; a model of the script's own reads it itself."""
+    tally: Tally | None = field(default_factory=Tally)
+    """Hears of training episodes."""
+
+
+class SoleAgent:
+    """An environment of one agent in the manner of many."""
+
+    def __init__(self, env: Any) -> None:
+        self.env = env
+        self.observation_space, self.action_space = env.observation_space, env.action_space
+
+    def seed(self, seed: int) -> None:
+        """Fix chance where the environment takes a seed."""
+        if callable(getattr(self.env, "seed", None)):
+            self.env.seed(seed)
+
+    def reset(self) -> dict[str, Any]:
+        """Begin an episode."""
+        first = self.env.reset()
+        is_new = isinstance(first, tuple) and len(first) == 2 and isinstance(first[1], dict)
+        return {SOLE_AGENT: first[0] if is_new else first}
+
+    def step(self, actions: Mapping[str, Any]) -> tuple[dict[str, Any], ...]:
+        """Act once."""
+        seen, reward, *ends, _ = self.env.step(actions[SOLE_AGENT])
+        over = [{ALL: bool(one)} for one in ends]
+        return {SOLE_AGENT: seen}, {SOLE_AGENT: reward}, *over, {}
+
+    def close(self) -> None:
+        """Let go of it."""
+        if hasattr(self.env, "close"):
+            self.env.close()
+
+
+class ScriptWorld:
+    """N copies of a script's environment.
+
+    Args:
+        num_worlds: N, copies side by side.
+
+    Raises:
+        UserInputError: A space that cannot be shown, an agent without a policy, a policy that nobody described.
+    """
+
+    described: ClassVar[Described]
+    worlds_made: ClassVar[int] = 0
+    """The first world that is made is learned in; others are judged in, and are not tallied."""
+
+    def __init__(self, num_worlds: int) -> None:
+        told = self.described
+        self._tally = told.tally if self.worlds_made == 0 else None
+        type(self).worlds_made += 1
+        self._envs = [told.make() for _ in range(num_worlds)]
+        self._agents = _agents_of(self._envs[0])
+        self._place = {agent: m for m, agent in enumerate(self._agents)}
+        self._policy = [_policy_of(told, agent) for agent in self._agents]
+        used = [name for name in told.policies if name in self._policy]
+        self._kinds = {name: _Kind(self._envs[0], self._agent_with(name), name, told) for name in used}
+        self._spec = _spec(told.name, num_worlds, len(self._agents), self._kinds)
+        self._number = [used.index(name) for name in self._policy]
+        self._seed, self._keys = 0, stream_keys(0, "script episodes", num_worlds)
+        self._episode, self._steps = np.zeros(num_worlds, np.int64), np.zeros(num_worlds, np.int64)
+        rows = (num_worlds, len(self._agents))
+        self._active, self._over = np.zeros(rows, bool), np.zeros(rows, bool)
+        self._earned = np.zeros(rows)
+        self._history: list[list[Array]] = [[] for _ in range(num_worlds)]
+        self._begun = self._closed = False
+
+    @property
+    def spec(self) -> WorldSpec:
+        """The shape of this world's promise."""
+        return self._spec
+
+    @property
+    def group_settings(self) -> dict[str, tuple[str, ...]]:
+        """What a group's learner has otherwise, as after --set."""
+        return {name: self.described.policies[name].settings for name in self._spec.groups}
+
+    @property
+    def still_groups(self) -> frozenset[str]:
+        """Groups that act and learn nothing."""
+        return self.described.still
+
+    def reset(self, buffers: StepBuffers, seed: int) -> None:
+        """Begin every copy anew."""
+        self._set_seed(seed)
+        self._episode[:] = 0
+        for n in range(self._spec.num_worlds):
+            self._begin(n, buffers)
+        self._write_active(buffers)
+
+    def step(self, actions: Array, buffers: StepBuffers) -> None:
+        """Advance every copy by one tick; ended ones begin again at once."""
+        if not self._begun:
+            raise ContractError(f"{self._spec.name}: step before reset; expected reset first.")
+        for n in range(self._spec.num_worlds):
+            if self._advance(n, actions[n], buffers):
+                self._tell(n)
+                self._episode[n] += 1
+                self._begin(n, buffers)
+        self._write_active(buffers)
+
+    def save_state(self) -> dict[str, Array]:
+        """Return the seed, each copy's episode and the actions taken in it."""
+        lengths = np.array([len(taken) for taken in self._history], np.int64)
+        taken = np.zeros(
+            (len(lengths), int(lengths.max()), len(self._agents), *self._spec.actions.shape), self._spec.actions.dtype
+        )
+        for n, history in enumerate(self._history):
+            if history:
+                taken[n, : len(history)] = history
+        return {"seed": np.array(self._seed, np.int64), "episode": self._episode.copy(), "lengths": lengths,
+                "actions": taken}  # fmt: skip
+
+    def load_state(self, state: Mapping[str, Array], buffers: StepBuffers) -> None:
+        """Begin the saved episodes again and play their actions up to where they were."""
+        self._set_seed(int(state["seed"]))
+        self._episode[:] = state["episode"]
+        for n in range(self._spec.num_worlds):
+            self._begin(n, buffers)
+            for k in range(int(state["lengths"][n])):
+                self._advance(n, state["actions"][n, k], buffers)
+        self._write_active(buffers)
+
+    def close(self) -> None:
+        """Close every copy; closing twice is closing once."""
+        if not self._closed:
+            self._closed = True
+            for env in self._envs:
+                if callable(getattr(env, "close", None)):
+                    env.close()
+
+    def _set_seed(self, seed: int) -> None:
+        self._seed, self._begun = seed, True
+        self._keys = stream_keys(seed, "script episodes", self._spec.num_worlds)
+
+    def _begin(self, n: int, buffers: StepBuffers) -> None:
+        """Begin the present episode of copy n and show it."""
+        env = self._envs[n]
+        key = (int(self._keys[n]) + 0x9E3779B97F4A7C15 * int(self._episode[n])) % (1 << 64)
+        if callable(getattr(env, "seed", None)):
+            env.seed(key >> 33)
+        seen = env.reset()
+        seen = seen[0] if isinstance(seen, tuple) else seen
+        self._history[n], self._steps[n] = [], 0
+        self._active[n], self._over[n], self._earned[n] = False, False, 0.0
+        for m, number in enumerate(self._number):
+            if POLICY_ID in buffers.observations:
+                buffers.observations[POLICY_ID][n, m] = number
+        self._show(n, seen, buffers, buffers.observations)
+
+    def _advance(self, n: int, actions: Array, buffers: StepBuffers) -> bool:
+        """Advance copy n by one tick; tell whether its episode is over."""
+        told = {
+            agent: self._kinds[self._policy[m]].action(actions[m], grouped=bool(self._spec.groups))
+            for m, agent in enumerate(self._agents)
+            if self._active[n, m]
+        }
+        seen, rewards, *ends, _ = self._envs[n].step(told)
+        terminated, truncated = ends if len(ends) == 2 else (ends[0], {})
+        self._history[n].append(np.array(actions))
+        self._steps[n] += 1
+        is_over, is_cut = bool(terminated.get(ALL, False)), bool(truncated.get(ALL, False))
+        is_cut = is_cut or (not is_over and self._steps[n] >= self.described.horizon)
+        for m, agent in enumerate(self._agents):
+            reward = float(rewards.get(agent, 0.0))
+            self._earned[n, m] += reward
+            ended = not self._over[n, m] and (is_over or bool(terminated.get(agent, False)))
+            cut = not self._over[n, m] and not ended and (is_cut or bool(truncated.get(agent, False)))
+            buffers.reward[n, m] = reward
+            buffers.terminated[n, m], buffers.truncated[n, m] = ended, cut
+            if ended or cut:
+                for name in buffers.observations:
+                    buffers.final_observations[name][n, m] = buffers.observations[name][n, m]
+            self._over[n, m] |= ended or cut
+        shown = {agent: seen[agent] for agent in seen if agent in self._place}
+        self._show(n, shown, buffers, buffers.final_observations, only=buffers.ended[n])
+        self._active[n] = False
+        if set(seen) - set(self._place) - {ALL}:
+            new = ", ".join(map(repr, sorted(map(str, set(seen) - set(self._place)))))
+            raise SettingError(
+                f"{self._spec.name}: step shows agent {new}, which the first reset did not; expected every agent in "
+                "the first reset, or named by the environment's possible_agents."
+            )
+        self._show(n, {one: seen[one] for one in shown if not self._over[n, self._place[one]]}, buffers,
+                   buffers.observations)  # fmt: skip
+        return is_over or is_cut or bool(self._over[n].all())
+
+    def _show(
+        self, n: int, seen: Mapping[Any, Any], buffers: StepBuffers, into: dict[str, Array], only: Array | None = None
+    ) -> None:
+        """Write what agents see; into the coming tick's observations, they are active then."""
+        for agent, value in seen.items():
+            m = self._place.get(agent)
+            if m is None or (only is not None and not only[m]):
+                continue
+            kind = self._kinds[self._policy[m]]
+            kind.show(value, into, (n, m), f"{kind.name}/" if self._spec.groups else "")
+            if into is buffers.observations:
+                self._active[n, m] = True
+                if buffers.action_mask is not None:
+                    kind.show_mask(value, buffers.action_mask[n, m])
+
+    def _write_active(self, buffers: StepBuffers) -> None:
+        buffers.active[:] = self._active
+
+    def _tell(self, n: int) -> None:
+        if self._tally is not None:
+            by_policy: dict[str, list[float]] = {}
+            for name, earned in zip(self._policy, self._earned[n].tolist(), strict=True):
+                by_policy.setdefault(name, []).append(earned)
+            told = by_policy if len(self.described.policies) > 1 else {}
+            self._tally.add(Told(float(self._earned[n].sum()), int(self._steps[n]), told))
+
+    def _agent_with(self, policy: str) -> Any:
+        return self._agents[self._policy.index(policy)]
+
+
+class _Kind:
+    """Agents of one policy: what they see, and what they may do."""
+
+    def __init__(self, env: Any, agent: Any, name: str, told: Described) -> None:
+        words = told.policies[name]
+        seen = words.observation_space or _space_of(env, "observation_space", agent)
+        does = words.action_space or _space_of(env, "action_space", agent)
+        what = f"{told.name}, policy {name}"
+        self.name, self.is_dict = name, isinstance(seen, spaces.Dict)
+        self.actions, self.first = action_spec(does, what)
+        parts = parts_of(seen, what)
+        mask = parts.get(MASK)
+        self.has_mask = (
+            told.takes_mask
+            and isinstance(mask, spaces.Box)
+            and isinstance(self.actions, DiscreteActions)
+            and mask.shape == (self.actions.count,)
+            and len(parts) > 1
+        )
+        self.parts = {key: part for key, part in parts.items() if key != MASK or not self.has_mask}
+        self.observations = {key: array_spec(part, f"{what}, observation '{key}'") for key, part in self.parts.items()}
+
+    def group(self) -> AgentGroup:
+        """Return the kind as the contract knows it."""
+        return AgentGroup(self.observations, self.actions, self.has_mask)
+
+    def action(self, action: Array, grouped: bool) -> Any:
+        """Return an action as the environment wants it."""
+        own = narrow(np.asarray(action), group_spec(self.name, self.group(), 1)) if grouped else action
+        return int(own) + self.first if isinstance(self.actions, DiscreteActions) else np.array(own, np.float32)
+
+    def show(self, seen: Any, into: dict[str, Array], row: tuple[int, int], before: str) -> None:
+        """Write what an agent sees into its row."""
+        for name, space in self.parts.items():
+            value = seen[name] if self.is_dict else seen
+            if isinstance(space, spaces.Discrete):
+                into[before + name][row] = 0.0
+                into[before + name][row][int(value) - int(space.start)] = 1.0
+            else:
+                into[before + name][row] = value
+
+    def show_mask(self, seen: Any, into: Array) -> None:
+        """Write what an agent may do; where nothing is allowed, everything is, for somebody must act."""
+        into[:] = True
+        if self.has_mask:
+            allowed = np.asarray(seen[MASK]) > 0
+            into[: len(allowed)] = allowed if allowed.any() else True
+
+
+def offered(described: Described) -> str:
+    """Have a described environment be found as "module:Class"; return that name."""
+    name = "".join(letter if letter.isalnum() else "_" for letter in f"Script_{described.name}")
+    globals()[name] = type(name, (ScriptWorld,), {"described": described, "worlds_made": 0})
+    return f"{PLACE}:{name}"
+
+
+def is_multi_agent(env: Any) -> bool:
+    """Tell whether an environment is one of RLlib's for several agents."""
+    return any(kind.__name__ == "MultiAgentEnv" for kind in type(env).__mro__)
+
+
+def shows_mask(env: Any) -> bool:
+    """Tell whether an environment of one agent shows which of its choices are allowed."""
+    seen, does = env.observation_space, env.action_space
+    if not isinstance(seen, spaces.Dict) or not isinstance(does, spaces.Discrete):
+        return False
+    mask = seen.spaces.get(MASK)
+    return isinstance(mask, spaces.Box) and mask.shape == (int(does.n),) and len(seen.spaces) > 1
+
+
+def _agents_of(env: Any) -> list[Any]:
+    """Return every agent, sorted by name; those of the first reset, and those that the environment names."""
+    seen = env.reset()
+    seen = seen[0] if isinstance(seen, tuple) else seen
+    if not isinstance(seen, Mapping):
+        raise SettingError(
+            f"{type(env).__name__}.reset gives {type(seen).__name__}; a MultiAgentEnv gives a dictionary of what each "
+            "agent sees."
+        )
+    named: Sequence[Any] = list(getattr(env, "possible_agents", None) or ())
+    if not named and callable(getattr(env, "get_agent_ids", None)):
+        named = list(env.get_agent_ids() or ())
+    return sorted({*seen, *named}, key=lambda one: (len(str(one)), str(one)))
+
+
+def _policy_of(told: Described, agent: Any) -> str:
+    name = told.policy_of(agent)
+    if name not in told.policies:
+        raise SettingError(
+            f"multiagent: policy_mapping_fn gives agent {agent!r} the policy {name!r}; expected one of "
+            f"{', '.join(told.policies)}."
+        )
+    return name
+
+
+def _space_of(env: Any, which: str, agent: Any) -> Any:
+    space = getattr(env, which, None)
+    if space is None:
+        raise SettingError(
+            f"{type(env).__name__} has no {which}, and the policy of agent {agent!r} names none; expected one of them."
+        )
+    if isinstance(space, spaces.Dict) and agent in space.spaces:
+        return space.spaces[agent]
+    return space
+
+
+def _spec(name: str, num_worlds: int, num_agents: int, kinds: Mapping[str, _Kind]) -> WorldSpec:
+    if len(kinds) == 1:
+        (only,) = kinds.values()
+        return WorldSpec(name, num_worlds, num_agents, only.observations, only.actions, only.has_mask)
+    observations = {POLICY_ID: ArraySpec((), np.int64, 0, len(kinds) - 1, doc="number of the row's policy")}
+    groups = {}
+    for group, kind in kinds.items():
+        observations |= {f"{group}/{part}": spec for part, spec in kind.observations.items()}
+        groups[group] = kind.group()
+    width = max((1, *(number for kind in kinds.values() for number in kind.actions.shape)))
+    masked = any(mask_width(group) for group in groups.values() if group.has_action_mask)
+    return WorldSpec(name, num_worlds, num_agents, observations, GroupedActions(width), masked, groups)

@@ -1,0 +1,34 @@
+"""`racecraft leaderboards` and the tracks of 2019 that nobody has."""
+
+import numpy as np
+
+from racecraft.cli.deepracer.leaderboards import _on_track
+from racecraft.formats.aws.leaderboards import WITHOUT_ROUTE, read_leaderboards
+from racecraft.tracks.catalogue import load_track, names
+
+RACES = """\
+Arn,Name,LaunchTime,TrackArn,MinimumLaps,RaceType,TimingMethod
+arn:a,Toronto Turnpike,1569888000000,x::track/Canada_Race,1,TIME_TRIAL,BEST_LAP_TIME
+"""
+
+
+def test_a_race_on_a_track_that_nobody_has_is_listed_and_its_letter_tells_what_to_bring(racecraft, tmp_path):
+    (tmp_path / "leaderboards.csv").write_text(RACES)
+    assert "Toronto Turnpike" in racecraft("leaderboards", ".", "--track", "Canada_Race").out
+    told = racecraft("leaderboards", ".", "--run", "run", "--track", "Canada_Race")
+    assert told.code == 2
+    letter = " ".join(told.err.split())
+    assert "Canada_Training, which is another circuit" in letter
+    assert "--track Canada_Race.npy" in letter
+
+
+def test_a_route_file_of_ones_own_finds_its_races(tmp_path):
+    (tmp_path / "leaderboards.csv").write_text(RACES)
+    np.save(tmp_path / "canada_race.npy", np.asarray(load_track("Canada_Training").rows))
+    own = load_track(tmp_path / "canada_race.npy")
+    assert [board.name for board in _on_track(read_leaderboards(tmp_path), own.name)] == ["Toronto Turnpike"]
+
+
+def test_tracks_without_a_route_are_not_ours_and_those_for_practice_are():
+    assert set(WITHOUT_ROUTE).isdisjoint(names())
+    assert set(WITHOUT_ROUTE.values()) <= set(names())

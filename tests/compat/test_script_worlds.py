@@ -1,0 +1,191 @@
+"""Environments of several agents, masks and networks of a launcher script's own."""
+
+import re
+
+import numpy as np
+import pytest
+from tests.compat.guessing import GUESS, KERAS_MODEL, MASKED, TORCH_MODEL, TWO_POLICIES, script
+
+from racecraft.compat import script_worlds
+from racecraft.compat.foreign import foreign_names, run_script
+from racecraft.compat.script_worlds import Described, PolicyWords, ScriptWorld, SoleAgent
+from racecraft.contract.errors import SettingError
+from racecraft.contract.exam import WorldExam
+from racecraft.contract.world import POLICY_ID, allocate
+from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.run_folder import RunFolder
+
+
+def world_of(num_worlds, env, policies, horizon=1000, still=frozenset()):
+    names = {}
+    with foreign_names():
+        exec(compile(GUESS + MASKED, "guess", "exec"), names)
+    make = names[env] if env == "Guess" else lambda: SoleAgent(names[env]())
+    policy_of = (lambda agent: f"policy_{agent[-1]}") if len(policies) > 1 else (lambda agent: next(iter(policies)))
+    described = Described("guess", make, horizon, {name: PolicyWords() for name in policies}, policy_of, still)
+    return type("Guessing", (ScriptWorld,), {"described": described, "worlds_made": 0})(num_worlds)
+
+
+class TestOnePolicyForAll(WorldExam):
+    def make_world(self, num_worlds):
+        return world_of(num_worlds, "Guess", ["shared"])
+
+
+class TestAPolicyForEach(WorldExam):
+    def make_world(self, num_worlds):
+        return world_of(num_worlds, "Guess", ["policy_0", "policy_1"])
+
+
+class TestEpisodesThatAreCut(WorldExam):
+    def make_world(self, num_worlds):
+        return world_of(num_worlds, "Guess", ["policy_0", "policy_1"], horizon=5)
+
+
+class TestAMask(WorldExam):
+    def make_world(self, num_worlds):
+        return world_of(num_worlds, "Masked", ["shared"])
+
+
+def test_one_that_leaves_rests_until_the_others_are_done():
+    world = world_of(1, "Guess", ["policy_0", "policy_1"])
+    buffers = allocate(world.spec)
+    world.reset(buffers, 1)
+    assert buffers.observations[POLICY_ID][0].tolist() == [0, 1]
+    story = []
+    for _ in range(9):
+        world.step(np.zeros((1, 2, 1), np.float32), buffers)
+        story.append((buffers.active[0].tolist(), buffers.terminated[0].tolist()))
+        if len(story) == 3:
+            assert buffers.final_observations["policy_1/observation"][0, 1].tolist() == [0.5, 0.5]
+    both, one = [True, True], [True, False]
+    assert [active for active, _ in story] == [both, both, one, one, one, one, one, both, both]
+    assert [ended for _, ended in story] == [
+        [False, False], [False, False], [False, True], *[[False, False]] * 4, [True, False], [False, False],
+    ]  # fmt: skip
+
+
+def test_a_cut_is_no_end_and_only_the_living_are_cut():
+    world = world_of(1, "Guess", ["policy_0", "policy_1"], horizon=5)
+    buffers = allocate(world.spec)
+    world.reset(buffers, 1)
+    for _ in range(5):
+        world.step(np.zeros((1, 2, 1), np.float32), buffers)
+    assert buffers.truncated[0].tolist() == [True, False]
+    assert not buffers.terminated.any()
+
+
+@pytest.fixture
+def ran(tmp_path, monkeypatch, capsys):
+    """Runs a script in a job's folder; returns what it said and its run."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("SM_MODEL_DIR", str(tmp_path / "model"))
+
+    def run(text, *words):
+        (tmp_path / "train.py").write_text(text)
+        run_script("train.py", words)
+        return capsys.readouterr().out, RunFolder.open(tmp_path / "model" / "run")
+
+    return run
+
+
+def test_each_policy_learns_with_words_of_its_own_and_metrics_add_all_agents_up(ran):
+    said, run = ran(script(more=TWO_POLICIES))
+    total, first, second = (
+        float(re.findall(rf"^ +{name}: (\S+)", said, re.MULTILINE)[-1])
+        for name in ("episode_reward_mean", "policy_0", "policy_1")
+    )
+    assert total == pytest.approx(first + second, rel=1e-5)
+    assert 0 < first <= 8
+    assert 0 < second <= 3
+    assert "episode_len_mean: 8" in said
+    weights, metadata = Checkpoints(run.checkpoints).load_policy("2")
+    assert list(metadata["policy_spec"]["policies"]) == ["policy_0", "policy_1"]
+    assert {name.split("/")[0] for name in weights} == {"policy_0", "policy_1"}
+
+
+def test_an_interrupted_script_of_several_agents_goes_on_as_if_it_never_stopped(ran, tmp_path):
+    stop = "--rl.training.stop.training_iteration"
+    ran(script(more=TWO_POLICIES), stop, "1")
+    said, run = ran(script(more=TWO_POLICIES), stop, "2")
+    assert "goes on after iteration 1" in said
+    broken, _ = Checkpoints(run.checkpoints).load_policy("2")
+    run.path.rename(tmp_path / "first")
+    _, whole = ran(script(more=TWO_POLICIES), stop, "2")
+    unbroken, _ = Checkpoints(whole.checkpoints).load_policy("2")
+    assert all(np.array_equal(broken[name], unbroken[name]) for name in unbroken)
+
+
+def test_a_policy_that_is_not_to_be_trained_stays_as_it_was(ran):
+    more = TWO_POLICIES + "config['multiagent']['policies_to_train'] = ['policy_0']\n"
+    _, run = ran(script(more=more))
+    first, _ = Checkpoints(run.checkpoints).load_policy("1")
+    last, _ = Checkpoints(run.checkpoints).load_policy("2")
+    changed = {name.split("/")[0] for name in last if not np.array_equal(first[name], last[name])}
+    assert changed == {"policy_0"}
+
+
+def test_without_multiagent_all_share_one_policy(ran):
+    said, run = ran(script())
+    assert "policy_reward_mean" not in said
+    assert run.read_job()["asked"]["environment"] == f"{script_worlds.PLACE}:Script_guess_v1"
+
+
+def test_a_shown_mask_is_heeded(ran):
+    said, _ = ran(script("Masked"))
+    assert "episode_reward_mean: 9" in said
+
+
+def test_a_torch_model_of_the_scripts_own_decides(ran):
+    said, run = ran(script("Masked", TORCH_MODEL))
+    assert "episode_reward_mean: 9" in said, "its own mask is heeded"
+    weights, _ = Checkpoints(run.checkpoints).load_policy("2")
+    shapes = {name: part.shape for name, part in weights.items()}
+    assert shapes["policy_body.own.model.inner._logits._model.0.weight"] == (3, 8)
+    assert not any("policy_head" in name for name in weights)
+
+
+def test_a_tensorflow_model_is_refused_by_name_and_may_be_left_out(ran):
+    with pytest.raises(SettingError, match='MaskModel is a TensorFlow model.*custom_model=""'):
+        ran(script("Masked", KERAS_MODEL))
+    said, _ = ran(script("Masked", KERAS_MODEL), "--rl.training.config.model.custom_model", "")
+    assert "- model.custom_model_config: there is no custom_model that it would be told" in said
+    assert "episode_reward_mean: 9" in said
+
+
+MULTI = 'config["multiagent"] = '
+
+
+@pytest.mark.parametrize(
+    ("env", "more", "letter"),
+    [
+        ("Guess", MULTI + "{'policys': {}}", "Did you mean 'policies'"),
+        ("Guess", MULTI + "{'policies': {'a', 'b'}}", "no policy_mapping_fn"),
+        ("Guess", MULTI + "{'policies': {'a'}, 'policy_mapping_fn': lambda agent: 'b'}", "the policy 'b'; expected"),
+        ("Guess", MULTI + "{'policies': {'a'}, 'policies_to_train': ['aa']}", "no policy 'aa'"),
+        ("Guess", MULTI + "{'policies': {'a'}, 'policies_to_train': []}", "expected a policy that learns"),
+        ("Guess", MULTI + "{'policies': {'a': (dict, None, None, {})}}", "of the class dict; expected None"),
+        ("Guess", MULTI + "{'policies': {'a': (None, None, None, {'gama': 1})}}", "Did you mean 'gamma'"),
+        ("Guess", MULTI + "{'policies': {'a': (None, None)}}", "expected \\(None, observation space"),
+        ("Guess", MULTI + "{'policies': {'a'}, 'observation_fn': print}", "what an agent sees"),
+        ("Masked", MULTI + "{'policies': {'a'}}", "makes a Masked; expected a MultiAgentEnv"),
+        ("Masked", "config['model'] = {'custom_model': 'yours'}", "nobody gave to ModelCatalog"),
+        ("Masked", "config['model'] = {'conv_filters': [[16, [5, 4], 2]]}", "expected square kernels"),
+        ("Masked", "config['model'] = {'conv_filters': [[16, 5]]}", "expected \\[\\[filters"),
+    ],
+)
+def test_what_is_not_understood_is_named_before_anything_is_made(ran, tmp_path, env, more, letter):
+    with pytest.raises(SettingError, match=letter):
+        ran(script(env, more))
+    assert not (tmp_path / "model").exists()
+
+
+def test_a_mapping_of_newer_rays_is_asked_with_an_episode(ran):
+    more = "config['multiagent'] = {'policies': {'a', 'b'}, 'policy_mapping_fn': "
+    said, _ = ran(script(more=more + "lambda agent, episode, **words: 'ab'[int(agent[-1])]}"))
+    assert "policy_reward_mean" in said
+
+
+def test_an_agent_that_nobody_spoke_of_is_named(ran):
+    text = script().replace('seen["agent_1"] =', 'seen["agent_7"] =')
+    with pytest.raises(SettingError, match="shows agent 'agent_7', which the first reset did not"):
+        ran(text)
