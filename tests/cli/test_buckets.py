@@ -1,4 +1,7 @@
-"""`racecraft bucket` and trainings with a bucket elsewhere, typed as their users type them; wrong ones end with 2."""
+"""`racecraft bucket` and trainings with a bucket elsewhere, typed as their users type them; wrong ones end with 2.
+
+The store is ours, and rclone's as well where RACECRAFT_RCLONE names that program (`tests/storage/conftest.py`).
+"""
 
 import sys
 from pathlib import Path
@@ -6,17 +9,18 @@ from pathlib import Path
 import pytest
 from tests.cli.conftest import TINY
 from tests.storage import servers
+from tests.storage.conftest import RCLONE
 
 pytestmark = servers.needs_s3
 
 STOP = ("--stop", "iterations=2", "--no-pictures")
 
 
-@pytest.fixture(scope="module")
-def served(tmp_path_factory):
+@pytest.fixture(scope="module", params=["ours", *(["rclone"] if RCLONE else [])])
+def served(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("served") / "models"
     folder.mkdir()
-    with servers.ours(folder) as url:
+    with servers.ours(folder) if request.param == "ours" else servers.rclone(RCLONE, folder.parent) as url:
         yield url, folder
 
 

@@ -66,6 +66,31 @@ def test_it_returns_when_the_run_stands_and_a_wiped_one_is_begun_anew(racecraft,
     assert name == "training-rl-deepracer-sagemaker-2"
 
 
+def test_one_that_is_stopped_before_it_begins_is_not_said_to_train(racecraft, installation, monkeypatch):
+    from racecraft.jobs import submit
+
+    monkeypatch.setattr(submit, "ensure_supervisor", lambda home: None)  # so that it waits until it is stopped
+    monkeypatch.setattr(submit, "wait_for_run", submit.ask_to_stop)
+    said = racecraft("dr", "start-training")
+    assert said.code == 0, said.err
+    assert "training-rl-deepracer-sagemaker-1: Stopped before it began" in said.out
+    assert "trains run id" not in said.out
+
+
+def test_ctrl_c_while_it_begins_leaves_it_to_itself(racecraft, installation, monkeypatch):
+    from racecraft.jobs import submit
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(submit, "ensure_supervisor", lambda home: None)
+    monkeypatch.setattr(submit, "wait_for_run", interrupted)
+    said = racecraft("dr", "start-training")
+    assert (said.code, "training-rl-deepracer-sagemaker-1 goes on by itself." in said.out) == (0, True)
+    assert [job.waits for job in JobHome.of_user().store().jobs()] == [True]
+    assert job_of(installation, 0, "training").job == "training-rl-deepracer-sagemaker-1"
+
+
 WITHOUT_IMPORTS = """
 import sys
 from racecraft.cli.app import main

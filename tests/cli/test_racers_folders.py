@@ -184,3 +184,15 @@ def test_minutes_end_an_iteration_that_a_slow_reward_draws_out(racecraft, tmp_pa
     assert said.code == 0, said.err
     told = json.loads(said.out)
     assert (told["stopped_by"], told["iterations"]) == ("minutes=0.01", 0)
+
+
+def test_a_reward_that_fails_at_once_is_not_said_to_have_taught_anything(racecraft, tmp_path):
+    folder = tmp_path / "car"
+    folder.mkdir()
+    (folder / "reward_function.py").write_text("def reward_function(params):\n    return params['speeed']\n")
+    said = racecraft("train", folder, "--run", "my runs/a", *SHORT)
+    assert said.code == 2
+    assert "nothing was learned yet; --run 'my runs/a' --resume begins again with the files that stand" in said.out
+    (tmp_path / "my runs/a/reward_function.py").write_text("def reward_function(params):\n    return 1.0\n")
+    again = racecraft("train", "--run", "my runs/a", "--resume", "--no-pictures")
+    assert again.code == 0, again.err

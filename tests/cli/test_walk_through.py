@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import shutil
 import socket
 import subprocess
@@ -152,3 +153,6 @@ def test_what_is_printed_to_be_typed_can_be_pasted_where_folders_have_spaces(rac
     assert said.code == 0, said.err
     assert "racecraft evaluate 'my runs/a' --laps 3" in said.out
     assert "racecraft train --run 'my runs/a' --resume" in said.out
+    typed = [line for line in said.out.splitlines() if line.startswith("    racecraft ")]
+    assert len(typed) == 5
+    assert not [line for line in typed if "#" in line or shlex.split(line)[0] != "racecraft"], "zsh knows no comments"

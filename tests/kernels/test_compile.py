@@ -14,7 +14,8 @@ from numba.core.errors import NumbaError
 import racecraft
 from racecraft.envs.battlesnake.kernels import begin, food_and_hazards, observe, outlook, rules, steps
 from racecraft.kernels import inner_kernel, kernel, lean_kernel
-from racecraft.kernels.compile import sources
+from racecraft.kernels.compile import cache_folder, is_warm, sources
+from racecraft.training.deepracer.trainer import KERNEL
 
 HOUSE = Path(racecraft.__file__).parent
 FROZEN = "WHEELBASE_M = 0.163974\n"
@@ -121,3 +122,16 @@ def test_nothing_that_a_game_calls_each_turn_counts_holders():
         own = {name for name, value in compiled.items() if value.py_func.__module__ == room.__name__}
         assert own
         assert [name for name in own if compiled[name].targetoptions.get("_nrt") is not False] == []
+
+
+def test_a_first_training_is_one_whose_own_kernel_was_never_compiled(tmp_path, monkeypatch):
+    """Others of this version may have been: by a game between snakes, or a picture of a track."""
+    monkeypatch.setenv("RACECRAFT_CACHE", str(tmp_path))
+    (cache_folder() / "kernels_0").mkdir(parents=True)
+    (cache_folder() / "kernels_0" / "geometry.nearest-9.py311.1.nbc").touch()
+    assert not is_warm(KERNEL)
+    (cache_folder() / "kernels_0" / "race.tick-82.py311.1.nbc").touch()
+    assert is_warm(KERNEL)
+    file, function = KERNEL.split(".")
+    text = (HOUSE / "envs" / "deepracer" / "kernels" / f"{file}.py").read_text(encoding="utf-8")
+    assert f"\ndef {function}(" in text

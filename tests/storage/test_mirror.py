@@ -146,11 +146,11 @@ def test_a_run_that_is_gone_on_with_takes_up_what_the_bucket_holds(run):
 
 
 @needs_s3
-def test_over_a_wire_that_breaks(our_store, run):
-    with Wire(our_store.url, [4_000, 2_000, 9_000]) as wire:
-        mirror = Mirror(run.path, Address(our_store.bucket, "fast-car"), our_store.open(wire.url), rest_seconds=0.0)
+def test_over_a_wire_that_breaks(store, run):
+    with Wire(store.url, [4_000, 2_000, 9_000]) as wire:
+        mirror = Mirror(run.path, Address(store.bucket, "fast-car"), store.open(wire.url), rest_seconds=0.0)
         for iteration in range(3):
             train(run, iteration)
             mirror.changed()
         assert mirror.close().missing == ()
-    assert our_store.contents() == as_found(run)
+    assert store.contents() == as_found(run)

@@ -37,6 +37,15 @@ def word(path: object) -> str:
     return shlex.quote(str(path))
 
 
+def say_next(*commands: tuple[str, str]) -> None:
+    """Print commands to try next, each with what it is for above it.
+
+    Not behind it: zsh as it comes knows no comments where one types, and takes their apostrophes for quotes.
+    """
+    for what, command in commands:
+        print(f"  {what}\n    {command}")
+
+
 def console() -> Console:
     """Return where tables are printed: as wide as the terminal, and wide where there is none."""
     from rich.console import Console

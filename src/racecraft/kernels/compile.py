@@ -83,9 +83,14 @@ def cache_folder() -> Path:
     return _cache_root() / "racecraft" / f"kernels-{_sources_hash()}"
 
 
-def is_warm() -> bool:
-    """Tell whether kernels of this version were compiled on this machine before."""
-    return any(cache_folder().rglob("*.nbc"))
+def is_warm(kernel: str) -> bool:
+    """Tell whether a kernel of this version was compiled on this machine before.
+
+    Args:
+        kernel: File and function, such as "race.tick". Others of this version say nothing of it: whoever played with
+            snakes first has compiled their kernels and no car's.
+    """
+    return any(cache_folder().rglob(f"{kernel}-*.nbc"))
 
 
 def _cache_root() -> Path:

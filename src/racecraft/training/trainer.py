@@ -8,6 +8,7 @@ What a world brings along is its `Experiment`; how one is planned from a request
 from __future__ import annotations
 
 import contextlib
+import shlex
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -257,11 +258,15 @@ class TrainingSession:
         try:
             return self._loop.run(f"{self._experiment.title}, run {self._run.path}")
         except RacecraftError:
-            self._say(
-                f"what was learned until then stands in {self._run.path}; --run {self._run.path} --resume goes on "
-                "from there"
-            )
+            self._say(self._what_is_left())
             raise
+
+    def _what_is_left(self) -> str:
+        """Return the line about what stands in the run folder of a training that failed."""
+        run, again = self._run.path, f"--run {shlex.quote(str(self._run.path))} --resume"
+        if not self._run.metrics.exists():
+            return f"nothing was learned yet; {again} begins again with the files that stand in {run}"
+        return f"what was learned until then stands in {run}; {again} goes on from there"
 
 
 def _collector(

@@ -215,7 +215,7 @@ UNLOADABLE = [  # text, line, found, helped by
     ("x = 1\ny = x / 0\n", 2, "ZeroDivisionError", "can be imported"),
     ("import sys\nsys.exit(3)\n", 2, "SystemExit", "can be imported"),
     ("def reward_funktion(params):\n    return 1\n", None, "no function", "Did you mean 'reward_funktion'"),
-    ("x = 1\nraise KeyboardInterrupt\n", 2, "KeyboardInterrupt", "can be imported"),
+    ("x = 1\nraise KeyboardInterrupt\n", 2, "raised KeyboardInterrupt while it was imported", "can be imported"),
     ("import os\nos._exit(3)\n", 2, "`os._exit` would end the whole training at once", "Take it out"),
     ("from os import _exit\ndef reward_function(p):\n    _exit(0)\n", 1, "`os._exit`", "Take it out"),
     ("from scipy_missing import x\n", 1, "ModuleNotFoundError", "`python -m pip install scipy_missing`"),

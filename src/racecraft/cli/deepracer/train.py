@@ -13,7 +13,7 @@ import typer
 
 from racecraft.cli.option_groups import option_names, takes_groups
 from racecraft.cli.options import Cluster
-from racecraft.cli.output import word
+from racecraft.cli.output import say_next, word
 from racecraft.cli.training import Left, Road, TrainingOptions
 from racecraft.contract.errors import SettingError
 
@@ -264,8 +264,10 @@ def _say_what_came_of_it(trained: Trained, files: dict[str, Any]) -> None:
         print(f"  {kind:8} {place}")
     print("\nWhat to try next:")
     if stable is None:
-        print(f"  racecraft train --run {path} --resume --stop minutes=10      # go on")
-    print(f"  racecraft watch {path}          # every drive again, and every car's camera")
-    print(f"  racecraft evaluate {path} --laps 3 --video three-laps.mp4")
-    print("  racecraft new my-car          # a folder with a reward function of your own")
-    print("  racecraft train --track Oval_track")
+        say_next(("go on", f"racecraft train --run {path} --resume --stop minutes=10"))
+    say_next(
+        ("see every drive again, and each car's camera", f"racecraft watch {path}"),
+        ("film three laps", f"racecraft evaluate {path} --laps 3 --video three-laps.mp4"),
+        ("write a reward function of your own", "racecraft new my-car"),
+        ("try another track", "racecraft train --track Oval_track"),
+    )

@@ -35,7 +35,7 @@ def import_(
 
         racecraft import agent/model.pb --metadata model_metadata.json --track Oval_track
     """
-    from racecraft.cli.output import print_json, word
+    from racecraft.cli.output import print_json, say_next, word
     from racecraft.players.deepracer.foreign_model import import_model
 
     done = import_model(model, run, metadata, track)
@@ -47,5 +47,8 @@ def import_(
         print(f"- {note}")
     which = ", ".join(map(str, done.checkpoints))
     print(f"{done.run.path}: checkpoints {which}; best {done.best}. What to try next:")
-    print(f"  racecraft evaluate {word(done.run.path)} --video lap.mp4")
-    print(f"  racecraft train --from {word(done.run.path)} --preset aws   # in a folder with its model_metadata.json")
+    run_word = word(done.run.path)
+    say_next(
+        ("film a lap", f"racecraft evaluate {run_word} --video lap.mp4"),
+        ("train it on, in a folder with its model_metadata.json", f"racecraft train --from {run_word} --preset aws"),
+    )

@@ -274,7 +274,8 @@ def _what_was_raised(error: BaseException, seconds: float) -> tuple[BaseExceptio
     """Return the user's own exception, and what happened as a clause."""
     if isinstance(error, CallTooLongError):
         return error.__cause__ or error, f"had not returned after {seconds:g} s"
-    return error, f"raised {type(error).__name__}: {error}"
+    said = str(error)
+    return error, f"raised {type(error).__name__}{': ' * bool(said)}{said}"
 
 
 def _raised_by_its_author(error: BaseException) -> bool:

@@ -62,6 +62,9 @@ from racecraft.training.resume import Say
 from racecraft.training.trainer import Experiment, RunAttendants
 from racecraft.training.versions import versions
 
+KERNEL = "race.tick"
+"""What a car's world compiles last and longest."""
+
 __all__ = ["KIND", "RaceRequest", "Request", "default_settings", "opened", "plan", "plan_car", "plan_resume", "summary"]
 
 Request = RaceRequest
@@ -281,7 +284,7 @@ def open_log(run: RunFolder) -> TextIO:
 
 def warm_up(worlds: Sequence[RaceWorld | SideBySide | AgainstWorld], say: Say) -> None:
     """Compile the kernels before the clock starts; on the first run ever that takes a while and is said."""
-    if not is_warm():
+    if not is_warm(KERNEL):
         say("First run on this machine: compiling the simulator (once, under a minute) …")
     for one in _courses_of(worlds):
         reward, one.reward = one.reward, None

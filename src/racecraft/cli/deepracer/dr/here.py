@@ -193,8 +193,11 @@ def await_run(drfc: DrfcFolder, kind: str, job: Job, before: NotedJob | None) ->
         raise typer.Exit from None
     if now.waits:
         print(f"{job.name} waits until other jobs leave it room; `racecraft jobs list` shows them")
-    if now.state is not State.FAILED or has_begun(now.spec):
+    if not now.ended or has_begun(now.spec):
         return
+    if now.state is not State.FAILED:
+        print(f"{job.name}: {now.state} before it began")
+        raise typer.Exit
     if not (letter := last_letter(home.log(job.name))):
         raise JobError(f"{job.name}: {now.reason}. Its log is {home.log(job.name)}.")
     delete(home, store, job.name)
