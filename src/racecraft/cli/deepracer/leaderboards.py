@@ -88,8 +88,9 @@ def _circuit(track: str) -> Track:
         if track not in WITHOUT_ROUTE:
             raise
         raise SettingError(
-            f"AWS never gave out the route of '{track}', the track of a race of 2019; racers prepared for it on "
-            f"{WITHOUT_ROUTE[track]}, which is another circuit. Expected a route file of your own: --track {track}.npy."
+            f"No route file of '{track}', the track of a race of 2019, is known here; racers prepared for it on "
+            f"{WITHOUT_ROUTE[track]}, as far as known another circuit. Expected a route file of your own: "
+            f"--track {track}.npy."
         ) from error
 
 

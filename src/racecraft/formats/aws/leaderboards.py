@@ -32,8 +32,8 @@ WITHOUT_ROUTE = {
     "New_YorkAlt_Track": "New_York_Track", "Tokyo_Racing_track": "Tokyo_Training_track",
     "Virtual_Competition_1": "reinvent_base", "Virtual_May19_Comp_track": "Virtual_May19_Train_track",
 }  # fmt: skip
-"""Tracks of the races of 2019 whose route files AWS never gave out → the circuit on which racers prepared for them. It
-is another circuit: what can be told of Canada_Race is some 18 m, of Canada_Training 21.7 m."""
+"""Tracks of the races of 2019 of which no public route file was found → the circuit on which racers prepared for them.
+It is taken for another one: what can be told of Canada_Race is some 18 m, of Canada_Training 21.7 m."""
 UNFINISHED_MS = 1e12
 """Scores beyond it (the archive has some near 2^63) are of racers who never finished."""
 
