@@ -18,7 +18,7 @@ def test_a_race_on_a_track_that_nobody_has_is_listed_and_its_letter_tells_what_t
     told = racecraft("leaderboards", ".", "--run", "run", "--track", "Canada_Race")
     assert told.code == 2
     letter = " ".join(told.err.split())
-    assert "Canada_Training, which is another circuit" in letter
+    assert "Canada_Training, as far as known another circuit" in letter
     assert "--track Canada_Race.npy" in letter
 
 
