@@ -57,6 +57,17 @@ def test_magic_goes_and_what_a_shell_would_be_asked_is_said(notebook, capsys, tm
     assert not (tmp_path / "made").exists()
 
 
+def test_a_figure_that_was_open_before_is_no_cell_s(notebook, tmp_path, capsys):
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    somebody_s = pyplot.figure()
+    try:
+        run_script(notebook("1 + 1", "import matplotlib.pyplot as plt\nplt.figure()\nNone"))
+        assert pyplot.fignum_exists(somebody_s.number)
+    finally:
+        pyplot.close(somebody_s)
+    assert capsys.readouterr().out == "2\n- n-cell-3.png: what cell 3 drew\n"
+
+
 def test_what_a_cell_draws_is_kept(notebook, tmp_path):
     pytest.importorskip("matplotlib")
     run_script(notebook("%matplotlib inline\nimport matplotlib.pyplot as plt\nplt.plot([1, 2])\nplt.figure()"))

@@ -16,12 +16,12 @@ import pytest
 
 KEYS = {"AWS_ACCESS_KEY_ID": "racer", "AWS_SECRET_ACCESS_KEY": "secret-of-the-racer"}
 MOTO = """
-import time
+import sys
 from moto.server import ThreadedMotoServer
 server = ThreadedMotoServer(port=0, verbose=False)
 server.start()
 print('{"url": "http://127.0.0.1:%d"}' % server.get_host_and_port()[1], flush=True)
-time.sleep(600)
+sys.stdin.read()
 """
 
 
@@ -30,7 +30,11 @@ def process(*command):
     """Yield the address that a process prints as its first line of JSON; the process ends with the block."""
     environment = {**os.environ, **KEYS, "PYTHONWARNINGS": "ignore"}
     with subprocess.Popen(
-        [sys.executable, *command], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
+        [sys.executable, *command],
+        stdin=subprocess.PIPE,  # whoever waits for its end goes with the tests, however they end
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env=environment,
     ) as made:
         try:
             yield json.loads(made.stdout.readline())["url"]

@@ -15,7 +15,7 @@ import os
 import re
 import sys
 import types
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -132,6 +132,7 @@ def _ran(cell: Cell, path: Path, names: dict[str, Any], goes_on: bool) -> bool:
 def _run(cell: Cell, path: Path, names: dict[str, Any]) -> None:
     where = f"{path.name}, cell {cell.number}"
     linecache.cache[where] = (len(cell.source), None, cell.source.splitlines(keepends=True), where)
+    others = set(_open_figures())
     try:
         tree = ast.parse(cell.source, where)
         last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
@@ -141,7 +142,7 @@ def _run(cell: Cell, path: Path, names: dict[str, Any]) -> None:
     except Exception as error:
         error.add_note(f"in cell {cell.number} of {path.name}")
         raise
-    _keep_figures(path, cell.number)
+    _keep_figures(path, cell.number, others)
 
 
 def _show(*values: Any) -> None:
@@ -164,16 +165,21 @@ def _write_file(name: str, text: str) -> None:
     print(f"- {name} written")
 
 
-def _keep_figures(path: Path, number: int) -> None:
-    """Keep what a cell drew beside the notebook's run: there is nobody to show it to."""
+def _open_figures() -> list[int]:
+    """Return the numbers of Matplotlib's open figures; none where it was not imported."""
     plot: Any = sys.modules.get(PYPLOT)
-    if plot is None:
-        return
-    for place, figure in enumerate(plot.get_fignums()):
+    return [] if plot is None else plot.get_fignums()
+
+
+def _keep_figures(path: Path, number: int, others: Collection[int]) -> None:
+    """Keep what a cell drew beside the notebook's run, there being nobody to show it to; `others` were open before."""
+    drawn = [figure for figure in _open_figures() if figure not in others]
+    for place, figure in enumerate(drawn):
+        plot: Any = sys.modules[PYPLOT]
         name = f"{path.stem}-cell-{number}{f'-{place + 1}' if place else ''}.png"
         plot.figure(figure).savefig(name)
         print(f"- {name}: what cell {number} drew")
-    plot.close("all")
+        plot.close(figure)
 
 
 _SHOWS = {"display": _show, "_write_file": _write_file}
