@@ -86,6 +86,8 @@ def start_up_rows(figures: dict[str, Any]) -> list[Row]:
     return [
         ("command to first tick, warm", f"{figures['warm_seconds']:g} s", "4 s", "2 s",
          f"{figures['warm_low']:g} – {figures['warm_high']:g}"),
+        ("`dr-start-training` to first tick, over `racecraft train` with the same folder, by turns",
+         f"{figures['dr_start_training_seconds']:g} s over {figures['train_folder_seconds']:g} s", "-", "-", "-"),
         ("command to first tick, first run ever", f"{figures['first_run_ever_seconds']:g} s", "60 s", "30 s", "-"),
         ("resident memory of `make demo`", f"{figures['demo_memory_mb']:,} MB", "2 GB", "1 GB", "-"),
     ]  # fmt: skip
