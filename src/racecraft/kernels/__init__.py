@@ -1,6 +1,6 @@
 """The one door to Numba: compile a scalar body once, keep it on disk, share it among rooms.
 
-    compile.py   @kernel, @inner_kernel and @parallel_kernel, the cache and its key, threads
+    compile.py   @kernel, @lean_kernel, @inner_kernel and @parallel_kernel, the cache and its key, threads
     bits.py      machine instructions that Python has no words for
     chance.py    the compiled twins of contract.random_streams
 

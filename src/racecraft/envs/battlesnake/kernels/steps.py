@@ -108,21 +108,9 @@ def step_games(
             begin_standard(g, bodies, snakes, games, cells, sides, chance, params, start_hazards)
             tally[g] = 0
         observe_game(
-            g,
-            bodies,
-            snakes,
-            games,
-            cells,
-            params,
-            squares,
-            marks[first],
-            sheets[first],
-            walls,
-            planes,
-            numbers,
-            active,
-            mask,
-        )
+            g, bodies, snakes, games, cells, params, squares, marks[first], sheets[first], walls, planes, numbers,
+            active, mask,
+        )  # fmt: skip
         if looks_behind:
             outlook_game(g, looks, bodies, snakes, cells, params, mask, scratch, outlook)
 
@@ -163,21 +151,9 @@ def observe_games(
     for g in range(first, beyond):
         if which[g]:
             observe_game(
-                g,
-                bodies,
-                snakes,
-                games,
-                cells,
-                params,
-                squares,
-                marks[first],
-                sheets[first],
-                walls,
-                planes,
-                numbers,
-                active,
-                mask,
-            )
+                g, bodies, snakes, games, cells, params, squares, marks[first], sheets[first], walls, planes, numbers,
+                active, mask,
+            )  # fmt: skip
 
 
 @lean_kernel
