@@ -258,3 +258,7 @@ def test_a_lidar_among_cars_without_one_is_named():
 def test_what_no_race_can_be_is_named(rules, said):
     with pytest.raises(SettingError, match=said):
         HeadToHead(**rules)
+
+
+def test_a_race_of_which_nothing_is_said_is_that_of_deepracer_for_cloud():
+    assert HeadToHead() == HeadToHead(3, None, "all", 100, 5.0, 5.0)
