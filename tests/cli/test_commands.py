@@ -78,7 +78,7 @@ def test_a_run_that_nobody_trains_is_not_said_to_have_been_stopped_and_goes_on_w
     assert racecraft("train", "--run", "r", "--stop", "iterations=1", "--no-pictures", *TINY).code == 0
     said = racecraft("stop", "r")
     assert (said.code, said.out.strip()) == (
-        0, "r: no process of this machine trains there; one of another machine that writes this folder will stop",
+        0, "r: no process of this machine trains there; one of another machine that writes there will stop",
     )  # fmt: skip
     assert racecraft("train", "--run", "r", "--resume", "--stop", "iterations=2", "--no-pictures").code == 0
     assert len(list((tmp_path / "r" / "evaluations").glob("*.json"))) == 2
