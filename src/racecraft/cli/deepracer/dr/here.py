@@ -131,8 +131,9 @@ def begin_job(
         words: What is done, behind `racecraft dr`.
         resume: What goes on with it after a crash, behind `racecraft`; none: it is begun anew.
     """
-    from racecraft.formats.aws.drfc_book import NotedJob, note_job
+    from racecraft.formats.aws.drfc_book import TRAINING, NotedJob, note_job
     from racecraft.formats.job_spec import JobSpec
+    from racecraft.jobs.children import run_mark
     from racecraft.jobs.home import JobHome
     from racecraft.jobs.submit import environment_here, submit_numbered
 
@@ -146,7 +147,8 @@ def begin_job(
             command=("dr", "--folder", str(here), *which, *words),
             name=name,
             resume=resume,
-            run=str(model.absolute()) if kind == "training" else "",
+            run=str(model.absolute()) if kind == TRAINING else "",
+            older_run=run_mark(model) if kind == TRAINING else "",
             folder=str(here),
             environment={
                 name: value
