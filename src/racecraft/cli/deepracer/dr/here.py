@@ -97,7 +97,8 @@ def refuse_if_busy(drfc: DrfcFolder, model: Path) -> None:
         job = latest_job(drfc, kind)
         if job is not None and not job.ended:
             raise UserInputError(
-                f"run id {drfc.run_id}: a {kind} is under way ({job.name}, {job.spec.run}); expected none. "
+                f"run id {drfc.run_id}: {'an' if kind == EVALUATION else 'a'} {kind} is under way "
+                f"({', '.join(filter(None, (job.name, job.spec.run)))}); expected none. "
                 f"dr-stop-{kind} ends it; another DR_RUN_ID and DR_LOCAL_S3_MODEL_PREFIX run beside it."
             )
     from racecraft.jobs.home import JobHome
