@@ -54,7 +54,7 @@ def start_training(
     drfc = installation(context)
     say_notes(drfc)
     model = drfc.model
-    refuse_if_busy(drfc, model)
+    refuse_if_busy(drfc, TRAINING, model)
     place = place_of_model(drfc)
     fetch_for_training(drfc)
     if not wipe_first:
