@@ -110,12 +110,9 @@ def main() -> None:
         lifeline.hold()
     try:
         app()
-    except UserInputError as error:
-        print(f"racecraft: {error}", file=sys.stderr)
-        sys.exit(2)
     except RacecraftError as error:
-        print(f"racecraft: {error}", file=sys.stderr)
-        sys.exit(1)
+        print("\n".join([f"racecraft: {error}", *getattr(error, "__notes__", ())]), file=sys.stderr)
+        sys.exit(2 if isinstance(error, UserInputError) else 1)
     except KeyboardInterrupt:
         print("racecraft: stopped.", file=sys.stderr)
         sys.exit(130)
