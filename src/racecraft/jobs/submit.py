@@ -15,6 +15,7 @@ from racecraft.formats.job_spec import JobSpec, require_legal_name, write_job_sp
 from racecraft.formats.whole import make_folder
 from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.children import apart, has_begun
+from racecraft.jobs.follow import last_letter
 from racecraft.jobs.home import JobHome
 from racecraft.jobs.job import Job, new_job
 from racecraft.jobs.states import JobError
@@ -26,6 +27,7 @@ TOLD_FROM_HERE = ("PYTHONPATH", "OMP_NUM_THREADS", "CUDA_VISIBLE_DEVICES")
 LOOK_SECONDS = 0.2
 LOOK_AGAIN_SECONDS = 5.0
 """How often one who waits looks whether a supervisor has been killed, and for how long a job is thought to be next."""
+SUPERVISOR_LOG = "supervisor.log"
 _started: list[subprocess.Popen[bytes]] = []
 """Supervisors that this process started; it does not wait for them."""
 
@@ -78,12 +80,17 @@ def environment_here() -> dict[str, str]:
 
 
 def ensure_supervisor(home: JobHome) -> None:
-    """Start a supervisor that outlives this process, where nobody works at the jobs of this home."""
+    """Start a supervisor that outlives this process, where nobody works at the jobs of this home.
+
+    Raises:
+        JobError: The one that was started before could not work; its letter is told once.
+    """
     make_folder(home.path)
     if is_supervised(home):
         return
+    _tell_of_failed(home)
     environment = {**os.environ, "RACECRAFT_JOBS": str(home.path), "RACECRAFT_JOB_STORE": home.store_url}
-    with open(home.path / "supervisor.log", "ab") as said:
+    with open(home.path / SUPERVISOR_LOG, "ab") as said:
         command = [sys.executable, "-m", "racecraft.jobs"]
         process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=said, stderr=said, env=environment, **apart()
@@ -91,6 +98,17 @@ def ensure_supervisor(home: JobHome) -> None:
     if not _started:
         atexit.register(_leave_them)
     _started.append(process)
+
+
+def _tell_of_failed(home: JobHome) -> None:
+    """Raise what a supervisor that was started here ended with, so that nobody waits for one that cannot work."""
+    failed = [process for process in _started if (process.poll() or 0) > 0]
+    for process in failed:
+        _started.remove(process)
+    if failed:
+        log = home.path / SUPERVISOR_LOG
+        letter = last_letter(log) or f"the supervisor ended with code {failed[-1].returncode}; see {log}."
+        raise JobError(f"nobody can work at the jobs of {home.path}: {letter} Jobs are kept, and go on afterwards.")
 
 
 def _leave_them() -> None:
