@@ -183,3 +183,16 @@ class Road:
             return worlds.resume(begun, options.stops, callback, options.tell, self.kind, spread)
         assert request is not None
         return worlds.train(request, callback, options.tell, spread)
+
+
+def verdict(summary: Mapping[str, Any]) -> str:
+    """Return the word before what a judged training came to: none where no score counts as solved.
+
+    >>> verdict({"solved": False, "evaluation": {"threshold": 475.0}})
+    'not solved, '
+    >>> verdict({"solved": False, "evaluation": {"threshold": None}})
+    ''
+    """
+    if summary["evaluation"]["threshold"] is None:
+        return ""
+    return "solved, " if summary["solved"] else "not solved, "
