@@ -10,11 +10,13 @@ import time
 import pytest
 from tests.jobs.makers import add, home_in, kill_hard, python, running, script_job, state_of, turn_until, wait_until
 
+from racecraft.contract.errors import RunFolderError
 from racecraft.formats.job_spec import JobSpec
+from racecraft.formats.run_lock import RunLock
 from racecraft.jobs.capacity import Capacity
-from racecraft.jobs.states import State
+from racecraft.jobs.states import JobError, State
 from racecraft.jobs.store import MemoryStore, change
-from racecraft.jobs.submit import ask_to_stop
+from racecraft.jobs.submit import ask_to_stop, wait
 from racecraft.jobs.supervisor import Supervisor
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals")
@@ -323,6 +325,30 @@ def test_stopping_what_nobody_works_at_starts_nobody(tmp_path):
     assert ask_to_stop(home, store, "waits").state is State.STOPPED
     assert not (home.path / "supervisor.log").exists()
     store.close()
+
+
+def test_one_who_waits_is_told_why_nobody_can_work(tmp_path, store, monkeypatch):
+    """A supervisor that ends by itself, as over a full disk, is not begun again and again in silence."""
+    home = home_in(tmp_path)
+    add(store, script_job(tmp_path, "a", "print(1)"))
+    broken = tmp_path / "python"
+    broken.write_text("#!/bin/sh\necho 'racecraft: the disk is full.' >&2\nexit 1\n")
+    broken.chmod(0o755)
+    monkeypatch.setattr("racecraft.jobs.submit.sys.executable", str(broken))
+    monkeypatch.setattr("racecraft.jobs.submit.LOOK_AGAIN_SECONDS", 0.2)
+    with pytest.raises(JobError, match="nobody can work at the jobs of .*: the disk is full. Jobs are kept"):
+        wait(home, store, "a", seconds=60.0)
+
+
+def test_a_lock_is_held_on_a_full_disk_too(tmp_path, monkeypatch):
+    def full(handle, data):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("racecraft.formats.run_lock.os.write", full)
+    lock = RunLock(tmp_path)
+    with pytest.raises(RunFolderError, match="a process that has just begun"):
+        RunLock(tmp_path)
+    lock.release()
 
 
 def test_one_who_waits_for_a_run_is_told_when_the_job_waits_behind_others(tmp_path, store, monkeypatch):

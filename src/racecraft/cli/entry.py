@@ -40,12 +40,9 @@ def say_letters(command: Callable[[], object]) -> None:
     """Run a command; errors of ours become letters and exit codes."""
     try:
         command()
-    except UserInputError as error:
-        print(f"racecraft: {error}", file=sys.stderr)
-        sys.exit(2)
     except RacecraftError as error:
-        print(f"racecraft: {error}", file=sys.stderr)
-        sys.exit(1)
+        print("\n".join([f"racecraft: {error}", *getattr(error, "__notes__", ())]), file=sys.stderr)
+        sys.exit(2 if isinstance(error, UserInputError) else 1)
     except KeyboardInterrupt:
         print("racecraft: stopped.", file=sys.stderr)
         sys.exit(130)

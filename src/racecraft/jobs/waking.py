@@ -18,6 +18,7 @@ from racecraft.formats.whole import make_folder
 from racecraft.jobs.children import apart
 from racecraft.jobs.home import JobHome
 
+SUPERVISOR_LOG = "supervisor.log"
 WAKING_SECONDS = 2.0
 """A supervisor that was started so recently may not hold its lock yet."""
 _started: list[tuple[Path, float, subprocess.Popen[bytes]]] = []
@@ -34,12 +35,17 @@ def is_supervised(home: JobHome) -> bool:
 
 
 def ensure_supervisor(home: JobHome) -> None:
-    """Start a supervisor that outlives this process, where nobody works at the jobs of this home."""
+    """Start a supervisor that outlives this process, where nobody works at the jobs of this home.
+
+    Raises:
+        JobError: The one that was started before could not work; its letter is told once.
+    """
     make_folder(home.path)
     if _wakes(home) or is_supervised(home):
         return
+    _tell_of_failed(home)
     environment = {**os.environ, "RACECRAFT_JOBS": str(home.path), "RACECRAFT_JOB_STORE": home.store_url}
-    with open(home.path / "supervisor.log", "ab") as said:
+    with open(home.path / SUPERVISOR_LOG, "ab") as said:
         command = [sys.executable, "-m", "racecraft.jobs"]
         process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=said, stderr=said, env=environment, **apart()
@@ -56,6 +62,20 @@ def _wakes(home: JobHome) -> bool:
         path == home.path and now - began < WAKING_SECONDS and process.poll() is None
         for path, began, process in _started
     )
+
+
+def _tell_of_failed(home: JobHome) -> None:
+    """Raise what a supervisor that was started here ended with, so that nobody waits for one that cannot work."""
+    failed = [one for one in _started if one[0] == home.path and (one[2].poll() or 0) > 0]
+    for one in failed:
+        _started.remove(one)
+    if failed:
+        from racecraft.jobs.follow import last_letter
+        from racecraft.jobs.states import JobError
+
+        log = home.path / SUPERVISOR_LOG
+        letter = last_letter(log) or f"the supervisor ended with code {failed[-1][2].returncode}; see {log}."
+        raise JobError(f"nobody can work at the jobs of {home.path}: {letter} Jobs are kept, and go on afterwards.")
 
 
 def _leave_them() -> None:
