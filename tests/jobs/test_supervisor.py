@@ -334,7 +334,7 @@ def test_one_who_waits_is_told_why_nobody_can_work(tmp_path, store, monkeypatch)
     broken = tmp_path / "python"
     broken.write_text("#!/bin/sh\necho 'racecraft: the disk is full.' >&2\nexit 1\n")
     broken.chmod(0o755)
-    monkeypatch.setattr("racecraft.jobs.submit.sys.executable", str(broken))
+    monkeypatch.setattr("racecraft.jobs.waking.sys.executable", str(broken))
     monkeypatch.setattr("racecraft.jobs.submit.LOOK_AGAIN_SECONDS", 0.2)
     with pytest.raises(JobError, match="nobody can work at the jobs of .*: the disk is full. Jobs are kept"):
         wait(home, store, "a", seconds=60.0)

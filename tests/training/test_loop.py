@@ -135,7 +135,7 @@ def test_an_evaluation_at_the_very_end_takes_the_crown_of_an_equal_too():
 
 @pytest.mark.parametrize(("confirms", "ends", "asked"), [((), 3, 1), ((False,), 5, 2), ((False, False), 7, 3)])
 def test_laps_from_every_start_twice_in_a_row_are_stable_only_when_they_are_confirmed(confirms, ends, asked):
-    """By hand: the first solved evaluation is the second; two in a row are asked about, and a no begins the count anew."""
+    """By hand: the second evaluation is the first solved; two in a row are asked about; a no begins the count anew."""
     judge = ScriptedJudge([lap(50, None), *[replace(lap(100, 20.0), solved=True)] * 9], confirms)
     notes = Notes()
     TrainingLoop(
