@@ -9,8 +9,9 @@ import pytest
 
 from racecraft.algorithms.learner import DivergedError
 from racecraft.cli.deepracer.train import what_came_of_it
+from racecraft.contract.world import EpisodeRecord
 from racecraft.rollout.settings import RolloutConfig
-from racecraft.training.callbacks import EvaluationResult, IterationReport
+from racecraft.training.callbacks import EndedAlike, EvaluationResult, IterationReport
 from racecraft.training.deepracer.trainer import summary
 from racecraft.training.loop import TrainingLoop
 from racecraft.training.progress import LineWatcher, LiveWatcher
@@ -89,7 +90,7 @@ class Collector:
         self.steps_taken += 5
 
     def take_episodes(self):
-        return [SimpleNamespace(reward=3.0), SimpleNamespace(reward=6.0)]
+        return [EpisodeRecord(0, 0, 30, 3.0, "fell"), EpisodeRecord(0, 0, 60, 6.0, "fell", {"seconds": 4.0})]
 
 
 def train(results, every=1, iterations=None, share=None):
@@ -103,6 +104,11 @@ def train(results, every=1, iterations=None, share=None):
         parse_stops([f"iterations={iterations or len(results)}"]), feed,
     )  # fmt: skip
     return loop.run("scripted"), notes.reports, loop
+
+
+def test_a_report_tells_how_episodes_went_that_ended_alike():
+    _, reports, _ = train([lap(40, None)])
+    assert reports[0].by_status == {"fell": EndedAlike(2, 4.5, 10.0, 4.0)}, "one of them did not say how long it took"
 
 
 def best_iteration(reports):
@@ -135,7 +141,7 @@ def test_an_evaluation_at_the_very_end_takes_the_crown_of_an_equal_too():
 
 @pytest.mark.parametrize(("confirms", "ends", "asked"), [((), 3, 1), ((False,), 5, 2), ((False, False), 7, 3)])
 def test_laps_from_every_start_twice_in_a_row_are_stable_only_when_they_are_confirmed(confirms, ends, asked):
-    """By hand: the second evaluation is the first that is solved; two in a row are asked about, a no begins anew."""
+    """By hand: the second evaluation is the first solved; two in a row are asked about; a no begins the count anew."""
     judge = ScriptedJudge([lap(50, None), *[replace(lap(100, 20.0), solved=True)] * 9], confirms)
     notes = Notes()
     TrainingLoop(

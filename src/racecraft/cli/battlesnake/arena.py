@@ -117,6 +117,7 @@ def add(
     from racecraft.players.battlesnake.protocol import PlayerError
 
     if len(name or []) > len(who):
+        players = "1 player" if len(who) == 1 else f"{len(who)} players"
         raise PlayerError(f"{len(name or [])} names for {players}; expected one player for every --name.")
     store, told = ArenaStore(arena), []
     names = [*(name or []), *who[len(name or []) :]]
