@@ -9,7 +9,7 @@ import shapely
 
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer.actions import ActionTable
-from racecraft.envs.deepracer.kernels.lidar import look_around, scan_poses
+from racecraft.envs.deepracer.kernels.lidar import enters_at, look_around, scan_poses
 from racecraft.envs.deepracer.scene import build_scene
 from racecraft.envs.deepracer.sensors import (
     FARTHEST_M,
@@ -75,6 +75,22 @@ def test_every_beam_ends_where_shapely_says(backward):
     assert (expected < 3.0).mean() > 0.5, "most beams should meet something"
     assert (expected == 0.0).any(), "some cars should stand in a box"
     np.testing.assert_allclose(ranges, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("eye", "along", "met"),
+    [
+        ((0.5, -3.0), (0.0, 1.0), 2.0),  # along the short side, in line with the rectangle
+        ((2.5, -3.0), (0.0, 1.0), math.inf),  # beside it
+        ((-4.0, 0.5), (1.0, 0.0), 2.0),  # along the long side
+        ((-4.0, -1.5), (1.0, 0.0), math.inf),
+        ((-4.0, 0.5), (-1.0, 0.0), math.inf),  # away from it
+        ((0.5, 0.5), (0.0, 1.0), 0.0),  # within it
+    ],
+)
+def test_a_beam_along_a_side_meets_a_rectangle_or_passes_it(eye, along, met):
+    """Of 4 m by 2 m, in its own frame: what no drawn beam is, for none is parallel to the last bit."""
+    assert enters_at(*eye, *along, 2.0, 1.0) == met
 
 
 def test_a_short_reach_changes_nothing_within_it():
