@@ -5,8 +5,11 @@ import shutil
 
 import pytest
 from tests.cli.conftest import TINY
+from tests.formats.tensorflow.policies import layers_for, write_listed
 
+from racecraft.formats.aws.policy_graph import graph_of
 from racecraft.formats.aws.training_metrics import read_metrics_file
+from racecraft.formats.tensorflow.graph import write_graph
 
 STOP = ("--stop", "iterations=1", "--no-pictures")
 
@@ -122,6 +125,18 @@ def test_a_dr_evaluation_races_the_opponent_and_leaves_aws_files_with_both(racec
         [trace] = (tmp_path / "bucket" / name).glob("evaluation-*/evaluation-simtrace/*.csv")
         assert len(trace.read_text().splitlines()) > 2
     assert not list(tmp_path.glob("bucket/*/mp4"))
+
+
+def test_a_dr_opponent_may_be_a_model_of_awss_trainer(racecraft, installation, tmp_path):
+    """Its folder gets AWS's files of the race, as one of ours does."""
+    installation("DR_EVAL_NUMBER_OF_TRIALS=1", "DR_EVAL_OPP_S3_MODEL_PREFIX=awss")
+    (tmp_path / "bucket" / "awss").mkdir()
+    (tmp_path / "bucket" / "awss" / "model.pb").write_bytes(write_graph(graph_of(layers_for("discrete", "tiny")[0])))
+    write_listed(tmp_path / "bucket" / "awss" / "model_metadata.json")
+    said = racecraft("dr", "run-evaluation", tmp_path / "bucket" / "mine")
+    assert said.code == 0, said.err
+    for name in ("mine", "awss"):
+        assert len(list((tmp_path / "bucket" / name / "metrics" / "evaluation").glob("evaluation-*.json"))) == 1
 
 
 def test_a_dr_race_is_filmed_with_the_original_s_cameras(racecraft, installation, tmp_path):
