@@ -56,9 +56,16 @@ def test_a_box_one_metre_ahead_has_its_size():
 
 def test_a_box_hides_another_whose_middle_is_nearer():
     """A long one reaches far back beside a short one that stands before its far end."""
-    boxes = np.array([[1.5, 0.25, 0.0, 1.0, 0.05, 0.3], [1.9, 0.12, 0.0, 0.05, 0.05, 0.2]])
-    mount, kinds = CameraMount(0.0, 0.1, 0.0), np.array([0, 3])
+    boxes = np.array([[1.5, 0.25, 0.0, 1.0, 0.05, 0.3], [1.9, 0.145, 0.0, 0.05, 0.05, 0.2]])
+    mount, kinds = CameraMount(0.0, 0.1, 0.0, 0.5), np.array([0, 3])  # so that they cover each other by some pixels
     for order in ([0, 1], [1, 0]):
         expected, plain = cast(boxes[order], kinds[order], mount, (0.0, 0.0, 0.0))
         found = draw(boxes[order], kinds[order], mount, (0.0, 0.0, 0.0))
         assert np.abs(found - expected)[plain].max() <= 1.0
+
+
+def test_a_long_box_beside_the_eye_is_seen_though_its_middle_lies_behind():
+    box, mount = np.array([[-0.3, 0.5, 0.0, 1.2, 0.05, 0.3]]), CameraMount(0.0, 0.1, 0.0)
+    expected, plain = cast(box, np.array([1]), mount, (0.0, 0.0, 0.0))
+    assert (expected != GROUND).any()
+    assert np.abs(draw(box, np.array([1]), mount, (0.0, 0.0, 0.0)) - expected)[plain].max() <= 1.0
