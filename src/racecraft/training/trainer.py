@@ -22,9 +22,9 @@ from racecraft.algorithms.building import build_learner
 from racecraft.algorithms.learner import REPLAY, Learner
 from racecraft.algorithms.registry import Algorithm, require_fit
 from racecraft.algorithms.replay_sampler import ReplayLearner
-from racecraft.algorithms.weights import to_tensors
+from racecraft.algorithms.weights import to_arrays, to_tensors
 from racecraft.contract.errors import RacecraftError, RunFolderError
-from racecraft.contract.world import World, WorldSpec
+from racecraft.contract.world import Array, World, WorldSpec
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.checkpoint_ranking import load_weights, split_source
 from racecraft.formats.run_folder import RunFolder
@@ -46,6 +46,9 @@ from racecraft.training.run_writer import EpisodeFiles, RunWriter, Stateful, Tic
 from racecraft.training.stopping import StopCondition, parse_stops
 from racecraft.training.tensorboard import FOLDER, TensorBoard, summary_writer
 from racecraft.training.versions import machine, versions
+
+SameShape = Callable[[str, Mapping[str, Any]], tuple[str, ...]]
+Fitted = Callable[[Mapping[str, Array], Mapping[str, Array]], tuple[dict[str, Array], tuple[str, ...]]]
 
 
 @dataclass(frozen=True)
@@ -104,9 +107,12 @@ class Experiment:
         default=lambda run, notes: contextlib.nullcontext(RunAttendants())
     )
     """Opens what attends the training in its run folder; closed at its end. It hears the notes, too."""
-    same_shape: Callable[[str, Mapping[str, Any]], tuple[str, ...]] = lambda path, metadata: ()
+    same_shape: SameShape = lambda path, metadata: ()
     """Refuses the metadata of a checkpoint whose weights are not to be begun with (it hears the run's path, too); of
     one that may be, it returns what is worth saying."""
+    fitted: Fitted = lambda weights, mine: (dict(weights), ())
+    """Brings an earlier run's weights into the shape of this network's own, as far as the world knows how; what differs
+    then is refused. It returns what is worth saying, too."""
     gatherer: Gatherer | None = None
     """Who carries the learner through worlds elsewhere; None: it is carried through `world`, here."""
     recorder: Callable[[], RecordingObserver] | None = None
@@ -312,15 +318,36 @@ def begin_with(learner: Learner, source: str, experiment: Experiment) -> tuple[s
         What is worth saying about them, a clause each.
 
     Raises:
+        UserInputError: As `weights_to_begin_with`.
+    """
+    mine = to_arrays(learner.state_dict())["network"]
+    weights, notes = weights_to_begin_with(source, mine, experiment.kind, experiment.same_shape, experiment.fitted)
+    learner.load_state_dict({"network": to_tensors(weights)})
+    return notes
+
+
+def weights_to_begin_with(
+    source: str, mine: Mapping[str, Array], kind: str, same_shape: SameShape, fitted: Fitted
+) -> tuple[dict[str, Array], tuple[str, ...]]:
+    """Return the weights of an earlier run for a network whose own are `mine`, and what is worth saying about them.
+
+    Args:
+        source: RUN, RUN:best, RUN:last, RUN:N, or a model of AWS's.
+        mine: The network's own, by name.
+        kind: What kind of run it must be.
+        same_shape: As in `Experiment`.
+        fitted: As in `Experiment`.
+
+    Raises:
         RunFolderError: No such run, a run of another kind, or a network of another shape.
         CheckpointError: No such checkpoint, or a damaged one.
     """
     path, which = split_source(source)
     run = borrowed_run(path)
-    run.read_job_of(experiment.kind)
-    weights, metadata = load_weights(run, which)
-    notes = (*experiment.same_shape(path, metadata), *metadata.get(IMPORTED, ()))
-    mine = learner.state_dict()["network"]
+    run.read_job_of(kind)
+    found, metadata = load_weights(run, which)
+    notes = same_shape(path, metadata)
+    weights, more = fitted(found, mine)
     for name in sorted(set(mine) | set(weights)):
         here = tuple(mine[name].shape) if name in mine else "absent"
         there = weights[name].shape if name in weights else "absent"
@@ -330,8 +357,7 @@ def begin_with(learner: Learner, source: str, experiment: Experiment) -> tuple[s
                 "same algorithm, observations, actions and network settings. Give --set network.… as it was, or train "
                 "afresh."
             )
-    learner.load_state_dict({"network": to_tensors(weights)})
-    return notes
+    return weights, (*notes, *more, *metadata.get(IMPORTED, ()))
 
 
 def summary_of(outcome: Outcome, run: RunFolder, seed: int) -> dict[str, Any]:
