@@ -106,6 +106,7 @@ def spread_by(reach: Callable[[], Transport], asked: ClusterAsked, come_seconds:
     @contextlib.contextmanager
     def spread(kind: str, planned: Any, experiment: Experiment, say: Say) -> Iterator[Experiment]:
         _require_spreadable(experiment)
+        say(f"- cluster {asked}: waiting for its workers")
         with contextlib.closing(reach()) as transport:
             crew = _crew(transport, kind, planned, experiment, come_seconds, say)
             gatherer = ClusterGatherer(crew, crew.open(), experiment)
