@@ -24,6 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -518,6 +519,12 @@ def world_spec(
         actions=actions.spec,
         tick_seconds=TICK_SECONDS,
     )
+
+
+def told_of_objects(spec: WorldSpec) -> WorldSpec:
+    """Return a race world's promise with a critic that is told of objects, too."""
+    told = replace(spec.observations[CRITIC_NAME], shape=(race.CRITIC_NUMBERS + race.CRITIC_OBJECT_NUMBERS,))
+    return replace(spec, observations={**spec.observations, CRITIC_NAME: told})
 
 
 def _grey_weights(sensors: Sensors) -> Array:
