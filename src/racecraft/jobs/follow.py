@@ -9,7 +9,7 @@ from pathlib import Path
 LAST_BYTES = 4096
 LETTER = "racecraft: "
 """What a command of ours says before why it ends."""
-LOOK_SECONDS = 0.2
+LOOK_SECONDS = 0.1
 MOST_WORDS = 1024
 """Letters of a failure's reason, as at SageMaker."""
 

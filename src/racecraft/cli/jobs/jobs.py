@@ -75,7 +75,7 @@ def list_(json: Json = False) -> None:
     """
     from racecraft.cli.output import print_json
     from racecraft.jobs.home import JobHome
-    from racecraft.jobs.submit import ensure_supervisor
+    from racecraft.jobs.waking import ensure_supervisor
 
     home = JobHome.of_user()
     found = home.store().jobs()
