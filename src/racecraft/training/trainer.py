@@ -29,6 +29,7 @@ from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.checkpoint_ranking import load_weights, split_source
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.deepracer.foreign_model import IMPORTED, borrowed_run
+from racecraft.players.own_code import own_code_of
 from racecraft.players.trained import SPEC
 from racecraft.rollout.collector import Collector, Collects
 from racecraft.rollout.episodes import StepObserver
@@ -40,6 +41,7 @@ from racecraft.training.gathering import Gatherer, HearsTicks, RecordingObserver
 from racecraft.training.loop import Evaluator, Outcome, TrainingLoop
 from racecraft.training.mlflow_tracking import MlflowRun, RunDescription, client_class, tracking_uri
 from racecraft.training.named_files import as_in_run, asked_in_run, found_in_run, lay_named_files, named_files
+from racecraft.training.own_code import lay_code, own_code_in
 from racecraft.training.processor import prepare_processor
 from racecraft.training.resume import Say, restore_run, tell_resumed
 from racecraft.training.run_writer import EpisodeFiles, RunWriter, Stateful, TickRecorder
@@ -173,7 +175,10 @@ def train(
     if source is not None:
         experiment = replace(experiment, notes=(*experiment.notes, *begin_with(learner, source, experiment)))
     _say_notes(experiment, say)
-    run = _make_run(experiment, place)
+    own = own_code_in(learner.policy_spec)
+    for clause in own.stays:
+        say(f"- {clause}")
+    run = _make_run(experiment, place, own.texts)
     experiment = replace(experiment, settings=as_in_run(experiment.settings))
     with run.lock(), experiment.attend(run, experiment.notes) as attendants:
         session = TrainingSession(experiment, run, learner, feed, callback, attendants, say)
@@ -186,7 +191,8 @@ def resume(experiment: Experiment, run: RunFolder, callback: TrainingCallback, s
     Raises:
         RunFolderError: The folder is taken by a running training.
     """
-    learner = _learner(experiment, found_in_run(experiment.settings, run))
+    with own_code_of(run):
+        learner = _learner(experiment, found_in_run(experiment.settings, run))
     feed = feed_for(learner, experiment)
     _say_notes(experiment, say)
     with run.lock(), experiment.attend(run, experiment.notes) as attendants:
@@ -418,7 +424,7 @@ def _say_notes(experiment: Experiment, say: Say) -> None:
         say(f"- {note}")
 
 
-def _make_run(experiment: Experiment, place: Path | None) -> RunFolder:
+def _make_run(experiment: Experiment, place: Path | None, code: Mapping[str, str]) -> RunFolder:
     """Make the run folder and lay copies of the user's files into it."""
     named = named_files(experiment.settings)
     asked = dict(experiment.asked)
@@ -428,6 +434,7 @@ def _make_run(experiment: Experiment, place: Path | None) -> RunFolder:
     def lay_files(run: RunFolder) -> None:
         experiment.lay_files(run)
         lay_named_files(named, run)
+        lay_code(code, run)
 
     job = {
         "kind": experiment.kind,
