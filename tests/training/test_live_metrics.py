@@ -158,7 +158,7 @@ def test_the_text_is_prometheus_s_whatever_the_names_and_numbers():
     try:
         losses = {"entropy": 1.5, "lost": float("nan"), "far": float("-inf")}
         result = EvaluationResult(1.0, False, figures={"best_lap_seconds": 1.0}, by_status=LAPS)
-        live.iteration(report(3, result, losses=losses, by_status={"odd \"end\"": EndedAlike(1, 1.0, None, None)}))
+        live.iteration(report(3, result, losses=losses, by_status={'odd "end"': EndedAlike(1, 1.0, None, None)}))
         typed, values = exposition(live.text())
     finally:
         live.close()

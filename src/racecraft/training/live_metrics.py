@@ -2,8 +2,8 @@
 
 Names are those that DeepRacer for Cloud sends to Telegraf, measurement and field joined as Telegraf's own Prometheus
 output joins them, so that boards made for it keep their names (facts: deepracer-systems.md A3). It sends every episode
-by itself, tagged with phase and status; here the episodes of an iteration, or of an evaluation, that ended alike are one
-figure, their mean. What it has no name for is called `racecraft_…`. The server answers on this machine only.
+by itself, tagged with phase and status; here the episodes of an iteration, or of an evaluation, that ended alike are
+one figure, their mean. What it has no name for is called `racecraft_…`. The server answers on this machine only.
 """
 
 from __future__ import annotations
