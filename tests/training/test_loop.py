@@ -35,8 +35,8 @@ class ScriptedJudge:
 
     score_name, stop_kinds = "progress %", {}
 
-    def __init__(self, results):
-        self.results = list(results)
+    def __init__(self, results, confirms=()):
+        self.results, self.confirms, self.asked = list(results), list(confirms), 0
 
     def score(self, episode):
         return 10.0
@@ -50,7 +50,8 @@ class ScriptedJudge:
         return self.results.pop(0)
 
     def confirm(self):
-        return True
+        self.asked += 1
+        return self.confirms.pop(0) if self.confirms else True
 
 
 class Notes:
@@ -136,6 +137,19 @@ def test_an_evaluation_at_the_very_end_takes_the_crown_of_an_equal_too():
     outcome, reports, _ = train([lap(60, None), lap(60, None)], every=2, iterations=3)
     assert [report.is_best for report in reports] == [False, True, True]
     assert [report.result is not None for report in reports] == [False, True, True]
+
+
+@pytest.mark.parametrize(("confirms", "ends", "asked"), [((), 3, 1), ((False,), 5, 2), ((False, False), 7, 3)])
+def test_laps_from_every_start_twice_in_a_row_are_stable_only_when_they_are_confirmed(confirms, ends, asked):
+    """By hand: the second evaluation is the first solved; two in a row are asked about; a no begins the count anew."""
+    judge = ScriptedJudge([lap(50, None), *[replace(lap(100, 20.0), solved=True)] * 9], confirms)
+    notes = Notes()
+    TrainingLoop(
+        Collector(), SimpleNamespace(eats="rollout", update=lambda batch: {}), judge, notes, notes,
+        RolloutConfig(num_worlds=1, horizon=1), EvaluationConfig(stable_after=2),
+        parse_stops(["laps", "iterations=9"]), SimpleNamespace(take=lambda batch: batch),
+    ).run("scripted")  # fmt: skip
+    assert (len(notes.reports), notes.reasons, judge.asked) == (ends, ["laps"], asked)
 
 
 def test_a_long_evaluation_is_made_up_for_before_the_next():
