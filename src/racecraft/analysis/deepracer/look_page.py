@@ -175,7 +175,8 @@ def sureness_figure(lap: LapLook) -> Figure:
     )  # fmt: skip
     axes.set_xlabel("progress (% of the lap)", fontsize=11, color=QUIET)
     axes.set_xlim(0, 100)
-    axes.legend(frameon=False, fontsize=10, labelcolor=INK)
+    beside_title = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}  # never on the curve
+    axes.legend(frameon=False, fontsize=10, labelcolor=INK, **beside_title)
     return figure
 
 
