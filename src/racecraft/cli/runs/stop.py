@@ -20,6 +20,4 @@ def stop(run: Annotated[Path, typer.Argument(help="The run folder of a training 
     if folder.is_training():
         print(f"{run}: asked to stop; whatever was kept stays, and --run {run} --resume goes on from there")
     else:
-        print(
-            f"{run}: no process of this machine trains there; one of another machine that writes this folder will stop"
-        )
+        print(f"{run}: no process of this machine trains there; one of another machine that writes there will stop")
