@@ -389,7 +389,7 @@ class PpoLearner:
             return torch.from_numpy(array.reshape(-1, *array.shape[2:])).to(self.device)
 
         whole = Minibatch(
-            observations={name: laid(array) for name, array in batch.observations.items()},
+            observations=self.working.laid_out({name: laid(array) for name, array in batch.observations.items()}),
             raw_actions=laid(batch.columns[RAW_ACTION]),
             log_prob=laid(log_prob),
             advantages=laid(found.astype(np.float32, copy=False)),
@@ -470,9 +470,12 @@ class PpoLearner:
         for one in self._learned:
             one.grad = None
         loss.backward()
+        norm = torch.zeros((), device=self.device)
+        if self.half is not None and self.config.max_grad_norm is None:
+            self.half.step(self.optimiser)
+            return torch.cat([figures, norm.reshape(1)])
         if self.half is not None:
             self.half.hand_over()
-        norm = torch.zeros((), device=self.device)
         if self.config.max_grad_norm is not None:
             norm = torch.nn.utils.clip_grad_norm_(self._weights, self.config.max_grad_norm)
         self.optimiser.step()
