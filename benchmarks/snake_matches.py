@@ -10,6 +10,9 @@ nobody left either it is drawn. Interval by Wilson over games, draws as half win
 processor, not of the clock, so that other programs on the machine do not decide games; nobody ponders, and nobody can
 be late. Prints one JSON object.
 
+With `--keep FILE` every game is written there as soon as it is over, and the same command goes on after those that
+stand there: a hundred games against a slow server need not be one sitting.
+
 Where an address is among the two, time is that of the clock: `--milliseconds` is the game's timeout, as the official
 program has it, players of ours keep their margin within it (`players/battlesnake/time_budget.py`), and one thinks after
 the other, so that both have the machine to themselves. Answers that came late, and that failed otherwise, are counted
@@ -21,9 +24,11 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from racecraft.envs.battlesnake.board import Board
@@ -59,8 +64,10 @@ def pair_of_games(first: str, second: str, size: int, snakes: int, milliseconds:
     return told
 
 
-def games_by_the_clock(first: str, second: str, size: int, snakes: int, milliseconds: float, pairs: int) -> list[dict]:
-    """Play pairs of games in which servers take part; a game tells late and failed answers of either side, too."""
+def games_by_the_clock(
+    first: str, second: str, size: int, snakes: int, milliseconds: float, games: range
+) -> Iterator[dict[str, Any]]:
+    """Play games in which servers take part, one after another; each tells late and failed answers of either side."""
     from racecraft.contract.random_streams import stream_keys
     from racecraft.envs.battlesnake.dice import StreamDice
     from racecraft.envs.battlesnake.settings import GameSettings
@@ -71,11 +78,10 @@ def games_by_the_clock(first: str, second: str, size: int, snakes: int, millisec
         """Return which sides have somebody left; True is the first."""
         return {int(one.id[1:]) % 2 == game % 2 for one in board.alive()}
 
-    keys = stream_keys(SEED_OF_MATCHES, "matches", pairs)
+    keys = stream_keys(SEED_OF_MATCHES, "matches", games.stop // 2 + 1)
     sides = [[take_seat(name) for _ in range(snakes // 2)] for name in (first, second)]
-    told = []
     try:
-        for game in range(2 * pairs):
+        for game in games:
             order = sides if game % 2 == 0 else sides[::-1]
             seats = [order[number % 2][number // 2] for number in range(snakes)]
             before = [_failures(side) for side in sides]
@@ -87,12 +93,41 @@ def games_by_the_clock(first: str, second: str, size: int, snakes: int, millisec
             last = left(played.boards[-1], game)
             after = [_failures(side) for side in sides]
             late, failed = ([now[what] - was[what] for was, now in zip(before, after, strict=True)] for what in (0, 1))
-            told.append({"worth": float(last.pop()) if len(last) == 1 else 0.5, "turns": played.turns})
-            told[-1] |= {"late": late, "failed": failed}
+            worth = float(last.pop()) if len(last) == 1 else 0.5
+            yield {"worth": worth, "turns": played.turns, "late": late, "failed": failed}
     finally:
         for seat in (*sides[0], *sides[1]):
             seat.leave()
-    return told
+
+
+class Keeper:
+    """The games of one match, in a file of one line each behind a line that says which match it is.
+
+    Args:
+        path: The file; None: they are not kept.
+        match: What makes a game belong here.
+    """
+
+    def __init__(self, path: Path | None, match: dict[str, Any]) -> None:
+        self._path, self.games = path, list[dict[str, Any]]()
+        if path is None:
+            return
+        if not path.exists():
+            path.write_text(json.dumps(match) + "\n", encoding="utf-8")
+        try:
+            kept, *games = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+        except ValueError as problem:
+            raise SystemExit(f"{path} is no file of a match ({problem}); expected one that --keep wrote.") from problem
+        if kept != match:
+            raise SystemExit(f"{path} keeps another match: {kept}; expected {match}. Name another file.")
+        self.games = games
+
+    def add(self, *games: dict[str, Any]) -> None:
+        """Take games that are over."""
+        self.games += games
+        if self._path is not None:
+            with self._path.open("a", encoding="utf-8") as file:
+                file.write("".join(json.dumps(game) + "\n" for game in games))
 
 
 def _failures(side: list[Seat]) -> tuple[int, int]:
@@ -109,17 +144,23 @@ def main() -> None:
     parser.add_argument("--games", type=int, default=100)
     parser.add_argument("--milliseconds", type=float, default=25.0, help="for a move")
     parser.add_argument("--cores", type=int, default=1)
+    parser.add_argument("--keep", type=Path, metavar="FILE", help="of games that are over; the same command goes on")
     asked = parser.parse_args()
     from racecraft.evaluation.rating import wilson
 
     setting = (asked.first, asked.second, asked.size, asked.snakes, asked.milliseconds)
     by_the_clock = any("://" in name for name in (asked.first, asked.second))
+    keeper = Keeper(asked.keep, dict(zip(("first", "second", "size", "snakes", "milliseconds"), setting, strict=True)))
+    begun, asked_for = len(keeper.games), asked.games // 2 * 2
     if by_the_clock:
-        games = games_by_the_clock(*setting, asked.games // 2)
+        for game in games_by_the_clock(*setting, range(begun, asked_for)):
+            keeper.add(game)
     else:
         with ProcessPoolExecutor(asked.cores, initializer=_count_own_time) as cores:
-            under_way = [cores.submit(pair_of_games, *setting, pair) for pair in range(asked.games // 2)]
-            games = [game for one in under_way for game in one.result()]
+            under_way = [cores.submit(pair_of_games, *setting, pair) for pair in range(begun // 2, asked_for // 2)]
+            for one in under_way:
+                keeper.add(*one.result())
+    games = keeper.games
     worths = [game["worth"] for game in games]
     low, high = wilson(sum(worths), len(worths))
     figures = {

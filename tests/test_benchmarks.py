@@ -116,7 +116,7 @@ def test_a_match_against_a_server_counts_its_late_answers_and_plays_both_seats(r
         threading.Thread(target=server.serve_forever, daemon=True).start()
         url = f"http://127.0.0.1:{server.server_address[1]}"
         try:
-            games = matches.games_by_the_clock("hungry", url, 7, snakes, 40, 1)
+            games = list(matches.games_by_the_clock("hungry", url, 7, snakes, 40, range(2)))
         finally:
             server.wakes.set()
             server.shutdown()
@@ -124,3 +124,31 @@ def test_a_match_against_a_server_counts_its_late_answers_and_plays_both_seats(r
     for game in games:
         assert game["late"][1] >= 1
         assert game["failed"][0] == 0
+
+
+def test_a_match_that_was_broken_off_goes_on_with_the_next_dice(run_all, tmp_path, monkeypatch, capsys):
+    matches = importlib.import_module("snake_matches")
+    played, kept = [], tmp_path / "games.jsonl"
+
+    def games(first, second, size, snakes, milliseconds, which):
+        for game in which:
+            played.append(game)
+            yield {"worth": 1.0, "turns": 10 + game, "late": [0, game], "failed": [0, 0]}
+            if len(played) == 3:
+                raise KeyboardInterrupt
+
+    monkeypatch.setattr(matches, "games_by_the_clock", games)
+    command = ["snake_matches.py", "hungry", "http://localhost:1", "--keep", str(kept), "--games"]
+    monkeypatch.setattr(sys, "argv", [*command, "6"])
+    with pytest.raises(KeyboardInterrupt):
+        matches.main()
+    matches.main()
+    assert played == [0, 1, 2, 3, 4, 5]
+    told = json.loads(capsys.readouterr().out)
+    assert (told["games"], told["won"], told["late_second"], told["mean_turns"]) == (6, 6, 15, 12)
+    monkeypatch.setattr(sys, "argv", [*command, "6", "--snakes", "4"])
+    with pytest.raises(SystemExit, match="keeps another match"):
+        matches.main()
+    kept.write_text('{"first": "hun', encoding="utf-8")
+    with pytest.raises(SystemExit, match="no file of a match"):
+        matches.main()

@@ -1,6 +1,6 @@
 """`python -m racecraft`: the command line."""
 
-from racecraft.cli.app import main
+from racecraft.cli.entry import main
 
 if __name__ == "__main__":
     main()

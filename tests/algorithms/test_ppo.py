@@ -321,3 +321,12 @@ def test_random_choices_fall_from_all_to_the_last_share_in_a_straight_line():
     config = SimpleNamespace(epsilon_last=0.1, epsilon_steps=100)
     shares = [PpoLearner.epsilon.fget(SimpleNamespace(config=config, explored=steps)) for steps in (0, 50, 100, 900)]
     assert shares == pytest.approx([1.0, 0.55, 0.1, 0.1])
+
+
+def test_what_follows_a_cut_is_found_however_a_rollout_lies_in_memory():
+    """Rows taken out of a rollout lie otherwise in memory than the rollout does."""
+    learner = a_learner()
+    batch = made_up(learner.spec, rows=6, learner=learner)
+    assert len(batch.final_index)
+    judged, again = learner.judged(batch), learner.judged(batch.of_rows(np.arange(6)))
+    assert np.array_equal(judged.advantages, again.advantages)

@@ -9,6 +9,7 @@ from html.parser import HTMLParser
 import av
 import numpy as np
 import pytest
+from tests.browser import Browser, needs_chromium
 
 from racecraft.analysis import page
 from racecraft.analysis.deepracer.report_parts import console_cost
@@ -101,6 +102,26 @@ def test_the_page_holds_the_numbers_and_fetches_nothing(run, tmp_path):
     assert "3.50 USD" in words
     assert text.count("<img") == 2
     assert 'alt="Best training episode: lap complete 3.00 s"' in text
+
+
+@needs_chromium
+def test_the_page_is_read_on_a_phone(run, tmp_path, reports_along):
+    """390 px: nothing is cut off or pushed aside, the page's own words are 12 px and more, pictures fill the width."""
+    page = write_report(run, tmp_path / "report.html", reports_along(30))
+    browser = Browser(tmp_path / "profile")
+    try:
+        browser.say("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=1, mobile=True)
+        browser.open(page.as_uri())
+        assert browser.value("document.documentElement.scrollWidth") == 390
+        wide = (
+            "[...document.querySelectorAll('body *')].filter(one => one.getBoundingClientRect().right > 390.5).length"
+        )
+        assert browser.value(wide) == 0
+        words = "[...document.querySelectorAll('body p, body td, body th, body h1, body h2, body summary, body code')]"
+        assert browser.value(f"Math.min(...{words}.map(one => parseFloat(getComputedStyle(one).fontSize)))") >= 12
+        assert browser.value("Math.min(...[...document.images].map(one => one.getBoundingClientRect().width))") > 280
+    finally:
+        browser.close()
 
 
 def test_a_drive_of_the_best_policy_takes_the_place_of_the_training_episode(run, tmp_path, reports_along):

@@ -173,6 +173,12 @@ CASES = {
     "an unknown preset": (["Did you mean 'fast'"], lambda t: ["train", "--preset", "fats"]),
     "an unknown stop": (["Did you mean 'minutes'"], lambda t: ["train", "--stop", "minuts=3"]),
     "a stop without a number": (["--stop 'steps=many'"], lambda t: ["train", "--stop", "steps=many"]),
+    "a part of a step": (["a whole number above 0"], lambda t: ["train", "--stop", "steps=2.5"]),
+    "no time at all": (["a number above 0 after 'minutes='"], lambda t: ["train", "--stop", "minutes=0"]),
+    "a score beyond all": (
+        ["a number after 'score='"],
+        lambda t: ["gym", "train", "CartPole-v1", "--stop", "score=inf"],
+    ),
     "a misspelt setting": (["rollout has no setting 'horizn'"], lambda t: ["train", "--set", "rollout.horizn=3"]),
     "a setting without its group": (
         ["Did you mean 'ppo.learning_rate'"],

@@ -146,6 +146,15 @@ def test_tracks_are_listed_and_shown(racecraft, tmp_path):
     assert "Oval_track" in racecraft("tracks", "list").out
 
 
+def test_waypoints_are_shown_as_a_reward_counts_them(racecraft):
+    """Of the 259 rows of Spain_track's file number 18 repeats the one before; rewards are handed 259."""
+    shown = json.loads(racecraft("tracks", "show", "Spain_track", "--json").out)
+    assert (shown["waypoints"], shown["repeated"]) == (259, [18])
+    plain = json.loads(racecraft("tracks", "show", "reinvent_base", "--json").out)
+    assert plain["waypoints"] == 119
+    assert "repeated" not in plain
+
+
 @pytest.mark.parametrize("columns", [80, 120])
 def test_every_track_takes_one_line_however_narrow_the_terminal(racecraft, monkeypatch, tmp_path, columns):
     monkeypatch.setenv("COLUMNS", str(columns))

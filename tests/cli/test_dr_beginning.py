@@ -54,6 +54,19 @@ def test_what_would_be_wiped_stays_where_the_new_training_cannot_begin(racecraft
     assert (model / "old.txt").exists()
 
 
+def test_a_model_that_the_new_training_begins_with_is_not_wiped(racecraft, installation):
+    model = installation / "bucket" / "rl-deepracer-sagemaker"
+    (installation / "run.env").write_text("DR_WORLD_NAME=reinvent_base\n" + SETTINGS)
+    assert racecraft("train", ".", "--run", model, "--stop", "iterations=1", "--no-pictures", *TINY).code == 0
+    with open(installation / "run.env", "a") as file:
+        file.write("DR_LOCAL_S3_PRETRAINED=True\nDR_LOCAL_S3_PRETRAINED_PREFIX=rl-deepracer-sagemaker\n")
+    said = racecraft("dr", "start-training", "-w")
+    assert said.code == 2
+    assert "DR_LOCAL_S3_PRETRAINED_PREFIX" in said.err
+    assert "expected a model that is not the one to be wiped" in said.err
+    assert (model / "job.json").exists()
+
+
 def test_it_returns_when_the_run_stands_and_a_wiped_one_is_begun_anew(racecraft, installation):
     (installation / "run.env").write_text("DR_WORLD_NAME=reinvent_base\n" + SETTINGS)
     for words in (("-q",), ("-q", "-w")):
@@ -93,7 +106,7 @@ def test_ctrl_c_while_it_begins_leaves_it_to_itself(racecraft, installation, mon
 
 WITHOUT_IMPORTS = """
 import sys
-from racecraft.cli.app import main
+from racecraft.cli.entry import main
 sys.argv = ["racecraft", "dr", "start-training"]
 try:
     main()

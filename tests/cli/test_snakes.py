@@ -172,12 +172,12 @@ def test_verify_counts_and_finds_differences(racecraft, tmp_path):
     (tmp_path / "good.jsonl").write_text("\n".join(json.dumps(line) for line in (game, step)))
     good = racecraft("snakes", "verify", "good.jsonl", "--json")
     assert good.code == 0, good.err
-    assert json.loads(good.out) == {"games": 1, "steps": 1, "mismatches": 0, "examples": []}
+    assert json.loads(good.out) == {"games": 1, "steps": 1, "mismatches": 0, "examples": [], "unread": []}
     step["snakes"][0]["health"] = 98
     (tmp_path / "bad.jsonl").write_text("\n".join(json.dumps(line) for line in (game, step)))
     bad = racecraft("snakes", "verify", "bad.jsonl")
     assert bad.code == 1
-    assert "2 mismatches" in bad.out
+    assert "1 game, 1 step, 2 mismatches" in bad.out
     assert "health 98" in bad.out
 
 

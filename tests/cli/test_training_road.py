@@ -4,7 +4,9 @@ import contextlib
 from types import SimpleNamespace
 
 import pytest
+from typer.testing import CliRunner
 
+from racecraft.cli.app import app
 from racecraft.cli.training import Road, TrainingOptions
 
 
@@ -68,3 +70,10 @@ def test_json_is_told_instead(travel, capsys):
 
 def test_a_run_goes_on_by_its_own_stops_or_those_that_are_typed(travel, tmp_path):
     assert travel(resume=True, run=tmp_path / "r", stop=["laps"])[0] == "resume r ('laps',) gymnasium"
+
+
+@pytest.mark.parametrize(("environment", "told"), [("CartPole-v1", "not solved, mean"), ("Pendulum-v1", "v1: mean")])
+def test_a_training_is_called_solved_or_not_only_where_a_score_counts_as_solved(environment, told, tmp_path):
+    settings = ["--set", "rollout.horizon=8", "--set", "evaluation.episodes=1", "--stop", "iterations=1"]
+    asked = ["gym", "train", environment, "--run", str(tmp_path / "run"), *settings]
+    assert told in CliRunner().invoke(app, asked, catch_exceptions=False).output

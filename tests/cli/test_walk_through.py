@@ -24,11 +24,14 @@ dr-upload-custom-files
 dr-start-training -q
 dr-start-training -q; echo "again $?"
 for _ in $(seq 100); do [ -f bucket/rl-deepracer-sagemaker/metrics.jsonl ] && break; sleep 0.3; done
+dr-start-evaluation -q -c; echo "beside $?"
 dr-logs-robomaker -n 2; echo "worker $?"
 dr-start-viewer
 for _ in $(seq 200); do (exec 3<>/dev/tcp/127.0.0.1/$DR_WEBVIEWER_PORT) 2> /dev/null && break; sleep 0.3; done
 dr-stop-viewer
 dr-stop-viewer; echo "closed $?"
+dr-stop-all
+dr-stop-all
 dr-stop-training
 dr-logs-sagemaker
 dr-upload-car-zip -L -f
@@ -103,7 +106,11 @@ def test_the_walk_through_works_word_for_word(shell, tmp_path, racecraft):
     assert "iteration 1 | " in said  # dr-logs-sagemaker
     assert "the viewer is closed\nno viewer is open, so nothing was closed\nclosed 0\n" in said, done.stderr
     assert (folder / "bucket/rl-deepracer-sagemaker/carfile.tar.gz").stat().st_size > 1000
-    assert "training-rl-deepracer-sagemaker-1: Stopped" in said
+    assert "beside 0" in said, "a copy is judged while the model trains on"
+    assert list((folder / "bucket/rl-deepracer-sagemaker-E/checkpoints").glob("*.safetensors"))
+    assert "training-rl-deepracer-sagemaker-1: Stopped\n" in said
+    assert "run id 0: nothing is at work, so nothing was stopped\n" in said
+    assert "training-rl-deepracer-sagemaker-1: had ended already (Stopped)" in said
     assert "training-fast-car-2-1: Completed" in said
     second = json.loads((folder / "bucket/fast-car-2/job.json").read_text())
     assert second["asked"]["from"] == "rl-deepracer-sagemaker:best"

@@ -52,6 +52,12 @@ def at_work(folder, run_id=0):
     note_job(folder, run_id, "training", NotedJob("busy-1", str(folder / "bucket" / "other")))
 
 
+def is_judged(folder):
+    """Note an evaluation of the model as at work."""
+    JobHome.of_user().store().add(new_job(JobSpec(("dr",), "busy-2"), 0.0))
+    note_job(folder, 0, "evaluation", NotedJob("busy-2", str(folder / "bucket" / "rl-deepracer-sagemaker")))
+
+
 def model(folder, name="rl-deepracer-sagemaker"):
     RunFolder.create(folder / "bucket" / name, {"kind": "deepracer"})
 
@@ -119,6 +125,8 @@ WRONG = [  # what is written, what is done to the folder, what is typed, what th
      "worker-2.env:1: DR_WORLD_NAME", "no circuit of this name"),
     # what is at work, and what is not
     ({}, at_work, START, "run id 0: a training is under way (busy-1", "dr-stop-training ends it"),
+    ({}, is_judged, START, "run id 0: an evaluation is under way (busy-2)", "dr-stop-evaluation ends it"),
+    ({}, is_judged, ("dr", "start-evaluation"), "run id 0: an evaluation is under way (busy-2)", "expected none"),
     (run_env("DR_RUN_ID=3", "DR_LOCAL_S3_MODEL_PREFIX=other"), lambda folder: at_work(folder, 1), START,
      "bucket/other: job busy-1 trains there", "a prefix of its own"),
     ({}, None, ("dr", "stop-training"), ".: no training of run id 0 is known", "dr-start-training"),
@@ -167,7 +175,7 @@ def test_a_letter_says_where_and_what(racecraft, installation, files, happens, t
     assert (said.code, said.err.startswith(f"racecraft: {place}")) == (2, True), said.err
     assert (found or "") in said.err
     assert "Traceback" not in said.err
-    assert begun(installation) <= {"busy-1"}, "a refused command begins nothing"
+    assert begun(installation) <= {"busy-1", "busy-2"}, "a refused command begins nothing"
 
 
 def begun(installation):

@@ -21,6 +21,8 @@ class WorkersHere:
     room: int
     lost_at: tuple[int, ...] = ()
     """Which collectings, counted over all workers, are answered by nobody: their worker is lost with its answer."""
+    lost_at_find: tuple[int, ...] = ()
+    """Which questions for gradients, likewise."""
     never_come: bool = False
     asked: list = field(default_factory=list)
     ended: int = 0
@@ -28,7 +30,7 @@ class WorkersHere:
 
     def __post_init__(self):
         self._answers, self._numbers, self._collectings = {}, itertools.count(), itertools.count()
-        self._lost = set()
+        self._findings, self._lost = itertools.count(), set()
 
     def start(self):
         return Worker(Surroundings(tuple(sys.path), os.getcwd()))
@@ -39,6 +41,8 @@ class WorkersHere:
         if self.never_come:
             return ticket
         if what == "collect" and next(self._collectings) in self.lost_at:
+            self._lost.add(worker)
+        if what == "find" and next(self._findings) in self.lost_at_find:
             self._lost.add(worker)
         answer = getattr(worker, what)(cloudpickle.loads(cloudpickle.dumps(message)))
         self._answers[ticket] = None if worker in self._lost else (cloudpickle.dumps(answer),)

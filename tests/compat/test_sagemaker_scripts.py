@@ -3,9 +3,9 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from tests.compat.articles import unity_script
 
 from racecraft.compat.foreign import run_script
 from racecraft.compat.old_gym import FromOldGym
@@ -14,10 +14,6 @@ from racecraft.contract.errors import SettingError
 from racecraft.formats.run_folder import RunFolder
 from racecraft.jobs.hyperparameters import CONFIG_WORDS
 from racecraft.training.worlds import kind_named
-
-SEED = Path(__file__).resolve().parents[2] / ".." / "shared" / "seeds" / "2-sagemaker-rl-unity.ja.txt"
-WRAPPER_DEPTHS = "01223333345666645452334566645452221212"
-"""How deep each line of the article's environment stands: the text has lost its indentation."""
 
 CART = """
 import gym
@@ -148,28 +144,13 @@ def test_a_primary_without_secondaries_trains_alone(tmp_path, capsys):
     assert "training_iteration: 1" in capsys.readouterr().out
 
 
-def published_script():
-    """Return the script of AWS's article on Unity, word for word."""
-    if not SEED.exists():
-        pytest.skip("the article does not lie beside the checkout")
-    text = SEED.read_text(encoding="utf-8")
-    head = text[text.index("import json\nimport os\nimport gym") : text.index("class UnityEnvWrapper")]
-    wrapper = text[text.index("class UnityEnvWrapper") : text.index("class MyLauncher")].splitlines()
-    launcher = text[text.index("class MyLauncher") :]
-    launcher = launcher[: launcher.index("MyLauncher().train_main()") + len("MyLauncher().train_main()")].splitlines()
-    depths = {"class": 0, "def": 1, "if": 0, "MyLauncher().train_main()": 1}
-    lines = [4 * int(depth) * " " + line for depth, line in zip(WRAPPER_DEPTHS, wrapper, strict=True)]
-    lines += [4 * depths.get(line.split()[0], 2) * " " + line for line in launcher]
-    return head + "\n".join(lines) + "\n"
-
-
 def run_article(tmp_path, *overrides):
     """Run AWS's script; the player is our stand-in over the real wire.
 
     In a process of its own: the script closes no player, so they stay for as long as its process does.
     """
     pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
-    (tmp_path / "train-unity.py").write_text(published_script())
+    (tmp_path / "train-unity.py").write_text(unity_script())
     rooms = {"RACECRAFT_UNITY_MANIFEST": str(tmp_path / "no-manifest.yaml"), "SM_NUM_CPUS": "2"}
     ran = subprocess.run(
         [sys.executable, "-m", "racecraft", "run", "train-unity.py", *overrides],
@@ -249,7 +230,7 @@ def test_an_old_episode_that_a_limit_cut_is_truncated_and_no_other():
     ("name", "letter"),
     [
         ("secondary_cluster_instance_count", "secondary_instance_count"),
-        ("secondary_max_run_tim", "secondary_max_run_time is meant"),
+        ("secondary_max_run_tim", "The article means secondary_max_run_time"),
     ],
 )
 def test_names_that_the_article_never_sets_are_told(tmp_path, name, letter):

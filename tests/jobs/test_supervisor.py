@@ -10,11 +10,13 @@ import time
 import pytest
 from tests.jobs.makers import add, home_in, kill_hard, python, running, script_job, state_of, turn_until, wait_until
 
+from racecraft.contract.errors import RunFolderError
 from racecraft.formats.job_spec import JobSpec
+from racecraft.formats.run_lock import RunLock
 from racecraft.jobs.capacity import Capacity
-from racecraft.jobs.states import State
+from racecraft.jobs.states import JobError, State
 from racecraft.jobs.store import MemoryStore, change
-from racecraft.jobs.submit import ask_to_stop
+from racecraft.jobs.submit import ask_to_stop, wait
 from racecraft.jobs.supervisor import Supervisor
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals")
@@ -325,6 +327,30 @@ def test_stopping_what_nobody_works_at_starts_nobody(tmp_path):
     store.close()
 
 
+def test_one_who_waits_is_told_why_nobody_can_work(tmp_path, store, monkeypatch):
+    """A supervisor that ends by itself, as over a full disk, is not begun again and again in silence."""
+    home = home_in(tmp_path)
+    add(store, script_job(tmp_path, "a", "print(1)"))
+    broken = tmp_path / "python"
+    broken.write_text("#!/bin/sh\necho 'racecraft: the disk is full.' >&2\nexit 1\n")
+    broken.chmod(0o755)
+    monkeypatch.setattr("racecraft.jobs.waking.sys.executable", str(broken))
+    monkeypatch.setattr("racecraft.jobs.submit.LOOK_AGAIN_SECONDS", 0.2)
+    with pytest.raises(JobError, match="nobody can work at the jobs of .*: the disk is full. Jobs are kept"):
+        wait(home, store, "a", seconds=60.0)
+
+
+def test_a_lock_is_held_on_a_full_disk_too(tmp_path, monkeypatch):
+    def full(handle, data):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("racecraft.formats.run_lock.os.write", full)
+    lock = RunLock(tmp_path)
+    with pytest.raises(RunFolderError, match="a process that has just begun"):
+        RunLock(tmp_path)
+    lock.release()
+
+
 def test_one_who_waits_for_a_run_is_told_when_the_job_waits_behind_others(tmp_path, store, monkeypatch):
     from racecraft.formats.run_lock import RunLock
     from racecraft.jobs import submit
@@ -359,3 +385,21 @@ def test_the_letter_a_job_ended_with_is_told_as_it_was_said(tmp_path):
     assert last_letter(log) == "run.env:3: wrong\n  - one\n  - two"
     log.write_text("racecraft: old\nTraceback (most recent call last):\nValueError: x\n")
     assert last_letter(log) == ""
+
+
+def test_a_run_that_stood_there_before_is_neither_gone_on_with_nor_asked_to_stop(tmp_path):
+    """A training with -w reads all it was given while the older model still stands."""
+    from racecraft.jobs.children import has_begun, run_mark, words_now
+    from racecraft.jobs.supervisor import _asked_in_its_run_folder
+
+    run = tmp_path / "r"
+    run.mkdir()
+    (run / "job.json").write_text('{"format": "racecraft run", "version": 1, "kind": "deepracer"}')
+    spec = JobSpec(("dr", "a"), resume=("train", "--resume"), run=str(run), older_run=run_mark(run))
+    assert (has_begun(spec), words_now(spec), _asked_in_its_run_folder(spec)) == (False, ("dr", "a"), False)
+    assert not (run / "stop").exists()
+    (run / "job.json").unlink()
+    assert not has_begun(spec)
+    (run / "job.json").write_text('{"format": "racecraft run", "version": 1, "kind": "deepracer", "new": 1}')
+    assert (has_begun(spec), words_now(spec), _asked_in_its_run_folder(spec)) == (True, spec.resume, True)
+    assert (run / "stop").exists()

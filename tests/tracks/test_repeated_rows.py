@@ -7,7 +7,8 @@ from racecraft.contract.world import allocate
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.settings import RaceConfig
 from racecraft.envs.deepracer.world import RaceWorld
-from racecraft.tracks.catalogue import load_track, names
+from racecraft.tracks.catalogue import load_track, names, summary
+from racecraft.tracks.picture import draw_track
 from racecraft.tracks.track import Track
 
 ACTIONS = ActionTable.of([(0.2, 1.0), (-0.2, 1.0)])
@@ -29,6 +30,27 @@ def test_a_repeated_row_is_remembered_and_comes_back(repeat):
     assert (track.as_filed().rows == table).all()
     assert (track.reversed().as_filed().rows == table[::-1]).all()
     assert track.reversed().reversed().repeated_rows == track.repeated_rows
+
+
+def test_the_files_rows_are_found_among_ours_and_told_by_the_files_count():
+    """By hand: the file's row 7 repeats its row 6; ours number 6 is both, ours number 7 the file's 8."""
+    track = Track.from_rows("ring", ring(7))
+    assert track.of_filed_rows().tolist() == [*range(7), *range(6, 40)]
+    assert summary("Spain_track").rows == 259
+    assert summary("reinvent_base").rows == len(load_track("reinvent_base").centre)
+
+
+def test_a_picture_numbers_waypoints_as_a_reward_is_handed_them(tmp_path, monkeypatch):
+    """Each tenth row of the file has a dot and its number, though Spain_track's row 18 is 17 again."""
+    track, dots, numbers = load_track("Spain_track"), [], []
+    monkeypatch.setattr("matplotlib.axes.Axes.scatter", lambda _, x, y, **__: dots.extend(zip(x, y, strict=True)))
+    monkeypatch.setattr("matplotlib.axes.Axes.text", lambda _, x, y, text, **__: numbers.append(text))
+    draw_track(track, tmp_path / "spain.png", number_every=10)
+    assert np.array(dots).tolist() == track.as_filed().centre[: 10 * len(dots) : 10].tolist()
+    assert len(dots) >= 25
+    told = [int(text) for text in numbers if text.isdigit()]
+    assert len(told) > 12
+    assert set(told) <= set(range(0, 260, 10))
 
 
 def test_a_track_without_repetition_is_as_filed_already():

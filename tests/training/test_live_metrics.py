@@ -8,11 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from racecraft.training.callbacks import EvaluationResult, IterationReport
-from racecraft.training.live_metrics import CONTENT_TYPE, HELP, LEARNER, LiveMetrics, LiveMetricsError
+from racecraft.training.callbacks import EndedAlike, EvaluationResult, IterationReport
+from racecraft.training.live_metrics import BY_STATUS, CONTENT_TYPE, HELP, LEARNER, LiveMetrics, LiveMetricsError
 
 BOARD = Path(__file__).resolve().parents[2] / "examples" / "grafana" / "racecraft.json"
-LINE = re.compile(r'^([a-z_]+)\{model="((?:[^"\\]|\\.)*)",worker="0"(?:,figure="([a-z_]+)")?\} (-?[0-9.e+-]+)$')
+LINE = re.compile(
+    r'^([a-z_]+)\{model="((?:[^"\\]|\\.)*)",worker="0"(?:,figure="([a-z_]+)")?'
+    r'(?:,phase="([a-z]+)",status="([A-Za-z_ ]+)")?\} (-?[0-9.e+-]+)$'
+)
+LAPS = {"lap_complete": EndedAlike(2, 40.0, 100.0, 9.5), "off_track": EndedAlike(3, 4.0, 20.0, 2.25)}
 
 
 def report(iteration=1, result=None, **changed):
@@ -38,9 +42,10 @@ def read(live):
     values = {}
     for line in lines:
         if not line.startswith("#"):
-            name, model, figure, value = LINE.match(line).groups()
+            name, model, *more, value = LINE.match(line).groups()
             assert model == 'my \\"car\\"'
-            values[name if figure is None else (name, figure)] = float(value)
+            labels = tuple(label for label in more if label is not None)
+            values[(name, *labels) if labels else name] = float(value)
     return values
 
 
@@ -49,8 +54,8 @@ def test_figures_are_served_as_the_training_goes(live):
     live.begin("title", "laps", "progress %")
     live.iteration(report())
     told = read(live)
-    assert told["dr_training_episodes_reward"] == 12.5
-    assert told["dr_training_episodes_progress"] == 31.25
+    assert told["racecraft_training_reward"] == 12.5
+    assert told["racecraft_training_score"] == 31.25
     assert told["dr_sagemaker_epochs_entropy"] == told[LEARNER, "entropy"] == 1.5
     assert told["racecraft_training_running"] == 1.0
     assert "dr_eval_episodes_progress" not in told
@@ -60,12 +65,30 @@ def test_figures_are_served_as_the_training_goes(live):
     told = read(live)
     assert (told["dr_eval_episodes_progress"], told["dr_eval_episodes_elapsed_time"]) == (100.0, 8250.0)
     assert (told["racecraft_episodes_total"], told["racecraft_best_iteration"]) == (8.0, 2.0)
-    assert told["dr_training_episodes_reward"] == 12.5  # the latest that was told
+    assert told["racecraft_training_reward"] == 12.5  # the latest that was told
     assert told["racecraft_training_running"] == 0.0
 
 
+def test_episodes_are_told_by_phase_and_status_as_deepracer_for_cloud_tags_them(live):
+    live.iteration(report(1, by_status=LAPS))
+    told = read(live)
+    assert told["dr_training_episodes_elapsed_time", "training", "Lap complete"] == 9500.0
+    assert told["dr_training_episodes_elapsed_time", "training", "Off track"] == 2250.0
+    assert told["dr_training_episodes_progress", "training", "Off track"] == 20.0
+    assert told["dr_training_episodes_reward", "training", "Lap complete"] == 40.0
+    judged = EvaluationResult(100.0, True, by_status={"lap_complete": EndedAlike(8, None, 100.0, 8.0)})
+    live.iteration(report(2, judged, by_status={"off_track": EndedAlike(1, 1.0, 10.0, 1.0)}))
+    live.iteration(report(2, judged, by_status={"off_track": EndedAlike(1, 1.0, 10.0, 1.0)}))  # told again at the end
+    told = read(live)
+    assert told["dr_training_episodes_elapsed_time", "evaluation", "Lap complete"] == 8000.0
+    assert ("dr_training_episodes_reward", "evaluation", "Lap complete") not in told, "an evaluation pays nothing"
+    assert ("dr_training_episodes_reward", "training", "Lap complete") not in told, "the latest iteration had none"
+    assert told["racecraft_episodes_ended_total", "training", "Off track"] == 4.0
+    assert told["racecraft_episodes_ended_total", "training", "Lap complete"] == 2.0
+
+
 def test_every_name_is_explained_and_typed(live):
-    live.iteration(report(1, EvaluationResult(1.0, False, figures={"best_lap_seconds": 1.0})))
+    live.iteration(report(1, EvaluationResult(1.0, False, figures={"best_lap_seconds": 1.0}), by_status=LAPS))
     text = live.text()
     for name in HELP:
         assert f"# HELP {name} " in text, name
@@ -91,6 +114,7 @@ def test_the_board_asks_for_names_that_are_served():
     board = json.loads(BOARD.read_text(encoding="utf-8"))
     asked = {re.match(r"\w+", target["expr"])[0] for panel in board["panels"] for target in panel["targets"]}
     assert asked <= {*HELP, LEARNER}
+    assert {name for name in HELP if name.startswith("dr_training")} == {name for name in BY_STATUS if "dr_" in name}
     assert {name for name in HELP if name.startswith("dr_")} <= asked
 
 
@@ -133,7 +157,8 @@ def test_the_text_is_prometheus_s_whatever_the_names_and_numbers():
     live = LiveMetrics(0, model)
     try:
         losses = {"entropy": 1.5, "lost": float("nan"), "far": float("-inf")}
-        live.iteration(report(3, EvaluationResult(1.0, False, figures={"best_lap_seconds": 1.0}), losses=losses))
+        result = EvaluationResult(1.0, False, figures={"best_lap_seconds": 1.0}, by_status=LAPS)
+        live.iteration(report(3, result, losses=losses, by_status={'odd "end"': EndedAlike(1, 1.0, None, None)}))
         typed, values = exposition(live.text())
     finally:
         live.close()
@@ -160,7 +185,8 @@ def test_the_board_can_be_laid_out_and_asks_the_source_that_is_chosen():
         refs = [target["refId"] for target in panel["targets"]]
         assert len(set(refs)) == len(refs) > 0
         for target in panel["targets"]:
-            assert re.fullmatch(r'\w+\{model=~"\$model"\}', target["expr"]), target["expr"]
+            assert re.fullmatch(r'\w+\{model=~"\$model"(,phase="(training|evaluation)")?\}', target["expr"])
+            assert ("phase" in target["expr"]) == (re.match(r"\w+", target["expr"])[0] in BY_STATUS), target["expr"]
     assert len({panel["id"] for panel in board["panels"]}) == len(board["panels"])
     source, model = board["templating"]["list"]
     assert (source["name"], source["type"], source["query"]) == ("source", "datasource", "prometheus")

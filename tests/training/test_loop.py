@@ -9,8 +9,9 @@ import pytest
 
 from racecraft.algorithms.learner import DivergedError
 from racecraft.cli.deepracer.train import what_came_of_it
+from racecraft.contract.world import EpisodeRecord
 from racecraft.rollout.settings import RolloutConfig
-from racecraft.training.callbacks import EvaluationResult, IterationReport
+from racecraft.training.callbacks import EndedAlike, EvaluationResult, IterationReport
 from racecraft.training.deepracer.trainer import summary
 from racecraft.training.loop import TrainingLoop
 from racecraft.training.progress import LineWatcher, LiveWatcher
@@ -34,8 +35,8 @@ class ScriptedJudge:
 
     score_name, stop_kinds = "progress %", {}
 
-    def __init__(self, results):
-        self.results = list(results)
+    def __init__(self, results, confirms=()):
+        self.results, self.confirms, self.asked = list(results), list(confirms), 0
 
     def score(self, episode):
         return 10.0
@@ -49,7 +50,8 @@ class ScriptedJudge:
         return self.results.pop(0)
 
     def confirm(self):
-        return True
+        self.asked += 1
+        return self.confirms.pop(0) if self.confirms else True
 
 
 class Notes:
@@ -88,7 +90,7 @@ class Collector:
         self.steps_taken += 5
 
     def take_episodes(self):
-        return [SimpleNamespace(reward=3.0), SimpleNamespace(reward=6.0)]
+        return [EpisodeRecord(0, 0, 30, 3.0, "fell"), EpisodeRecord(0, 0, 60, 6.0, "fell", {"seconds": 4.0})]
 
 
 def train(results, every=1, iterations=None, share=None):
@@ -102,6 +104,11 @@ def train(results, every=1, iterations=None, share=None):
         parse_stops([f"iterations={iterations or len(results)}"]), feed,
     )  # fmt: skip
     return loop.run("scripted"), notes.reports, loop
+
+
+def test_a_report_tells_how_episodes_went_that_ended_alike():
+    _, reports, _ = train([lap(40, None)])
+    assert reports[0].by_status == {"fell": EndedAlike(2, 4.5, 10.0, 4.0)}, "one of them did not say how long it took"
 
 
 def best_iteration(reports):
@@ -130,6 +137,19 @@ def test_an_evaluation_at_the_very_end_takes_the_crown_of_an_equal_too():
     outcome, reports, _ = train([lap(60, None), lap(60, None)], every=2, iterations=3)
     assert [report.is_best for report in reports] == [False, True, True]
     assert [report.result is not None for report in reports] == [False, True, True]
+
+
+@pytest.mark.parametrize(("confirms", "ends", "asked"), [((), 3, 1), ((False,), 5, 2), ((False, False), 7, 3)])
+def test_laps_from_every_start_twice_in_a_row_are_stable_only_when_they_are_confirmed(confirms, ends, asked):
+    """By hand: the second evaluation is the first solved; two in a row are asked about; a no begins the count anew."""
+    judge = ScriptedJudge([lap(50, None), *[replace(lap(100, 20.0), solved=True)] * 9], confirms)
+    notes = Notes()
+    TrainingLoop(
+        Collector(), SimpleNamespace(eats="rollout", update=lambda batch: {}), judge, notes, notes,
+        RolloutConfig(num_worlds=1, horizon=1), EvaluationConfig(stable_after=2),
+        parse_stops(["laps", "iterations=9"]), SimpleNamespace(take=lambda batch: batch),
+    ).run("scripted")  # fmt: skip
+    assert (len(notes.reports), notes.reasons, judge.asked) == (ends, ["laps"], asked)
 
 
 def test_a_long_evaluation_is_made_up_for_before_the_next():

@@ -205,7 +205,7 @@ class AlphaZeroLearner:
         following = np.concatenate([value[1:], self._values(batch.last_observations, batch.last_active)[None]])
         if len(batch.final_index):
             everybody = np.ones(len(batch.final_index), bool)
-            following.reshape(-1)[batch.final_index] = self._values(batch.final_observations, everybody)
+            following[batch.final_places] = self._values(batch.final_observations, everybody)
         _, targets = advantages(
             batch.reward, value, following, batch.terminated, batch.truncated, self.config.discount,
             self.config.outcome_lambda, None if batch.active.all() else batch.active,

@@ -70,7 +70,8 @@ class Bfloat16Copy:
             optimiser.step()
             self.refresh()
             return
-        for index, _, half in self._pairs:
+        for index, whole, half in self._pairs:
+            whole.grad = None  # or it would be stepped by that as well
             if half.grad is not None:
                 optimiser.step_by_half(index, half)
         optimiser.step()

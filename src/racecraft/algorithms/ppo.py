@@ -146,6 +146,22 @@ class PpoConfig:
         check_group(self)
 
 
+@dataclass(frozen=True)
+class Judged:
+    """How good every decision of a rollout was. Each float32 (T, R)."""
+
+    values: Array
+    """What the critic expected."""
+    advantages: Array
+    """How much better it came, not standardised."""
+    targets: Array
+    """What the critic should have expected."""
+    log_prob: Array
+    """How likely the decision was."""
+    weights: Array | None = None
+    """How much it counts, where older weights took it; None: all alike."""
+
+
 @dataclass
 class Minibatch:
     """B transitions, as tensors on the learner's device."""
@@ -333,20 +349,30 @@ class PpoLearner:
             DivergedError: A loss is no longer a number.
         """
         whole, rows, facts = self._prepare(experience)
-        told = [
-            self._step(self._taken(whole, picked))
-            for _ in range(self.config.epochs if len(rows) else 0)
-            for picked in self._minibatches(rows)
-        ]
-        means = torch.stack(told).mean(dim=0).tolist() if told else [0.0] * 6
-        if not np.isfinite(means).all():
-            raise DivergedError(
-                f"After {len(told)} minibatches the losses are {means}; expected numbers. Lower ppo.learning_rate "
-                "or the size of the rewards, and go on from the last checkpoint."
-            )
+        told = [self._step(self._taken(whole, picked)) for picked in self.drawn(rows)]
+        figures = self.told(told, facts, len(rows))
         if self.architecture.normalise:  # not before: what acted and what learns read observations alike
             self.network.observe({name: values[rows] for name, values in whole.observations.items()})
-        return dict(zip(FIGURES, [*means, *facts, len(rows), len(told)], strict=True))
+        return figures
+
+    def drawn(self, rows: Tensor) -> Iterator[Tensor]:
+        """Yield the rows (int64) of one minibatch after the other, `epochs` times over."""
+        for _ in range(self.config.epochs if len(rows) else 0):
+            yield from self._minibatches(rows)
+
+    def told(self, steps: list[Tensor], facts: tuple[float, float], transitions: int) -> dict[str, float]:
+        """Return `FIGURES` of an update, from those of its steps.
+
+        Raises:
+            DivergedError: A loss is no longer a number.
+        """
+        means = torch.stack(steps).mean(dim=0).tolist() if steps else [0.0] * 6
+        if not np.isfinite(means).all():
+            raise DivergedError(
+                f"After {len(steps)} minibatches the losses are {means}; expected numbers. Lower ppo.learning_rate "
+                "or the size of the rewards, and go on from the last checkpoint."
+            )
+        return dict(zip(FIGURES, [*means, *facts, transitions, len(steps)], strict=True))
 
     def state_dict(self) -> StateDict:
         """Return everything an exact continuation needs, as named tensors in three groups (copies)."""
@@ -365,6 +391,17 @@ class PpoLearner:
 
     def _prepare(self, batch: RolloutBatch) -> tuple[Minibatch, Tensor, tuple[float, float]]:
         """Return all rows laid end to end, the numbers of the active ones, and two facts for the record."""
+        judged = self.judged(batch)
+        used = judged.advantages[batch.active]
+        facts = facts_of(judged.values[batch.active], used, judged.targets[batch.active])
+        found = judged.advantages
+        if self.config.standardise == "rollout" and used.size > 1:
+            found = (found - used.mean()) / (used.std() + 1e-8)
+        whole = self.laid(batch, replace(judged, advantages=found))
+        return whole, torch.from_numpy(np.flatnonzero(batch.active)).to(self.device), facts
+
+    def judged(self, batch: RolloutBatch) -> Judged:
+        """Return how good every decision of a rollout was."""
         config = self.config
         log_prob, weights = batch.columns[LOG_PROB], None
         if config.asynchronous:
@@ -376,34 +413,29 @@ class PpoLearner:
             batch.reward, value, following, batch.terminated, batch.truncated,
             config.discount, config.gae_lambda, None if batch.active.all() else batch.active, weights,
         )  # fmt: skip
-        active = batch.active.reshape(-1)
-        used = found.reshape(-1)[active]
-        facts = (
-            explained_variance(value.reshape(-1)[active], targets.reshape(-1)[active]) if used.size else 0.0,
-            float(used.mean()) if used.size else 0.0,
-        )
-        if config.standardise == "rollout" and used.size > 1:
-            found = (found - used.mean()) / (used.std() + 1e-8)
+        return Judged(value, found, targets, log_prob, weights)
+
+    def laid(self, batch: RolloutBatch, judged: Judged) -> Minibatch:
+        """Return all rows of a rollout laid end to end."""
 
         def laid(array: Array) -> Tensor:
             return torch.from_numpy(array.reshape(-1, *array.shape[2:])).to(self.device)
 
-        whole = Minibatch(
+        return Minibatch(
             observations=self.working.laid_out({name: laid(array) for name, array in batch.observations.items()}),
             raw_actions=laid(batch.columns[RAW_ACTION]),
-            log_prob=laid(log_prob),
-            advantages=laid(found.astype(np.float32, copy=False)),
-            targets=laid(targets.astype(np.float32, copy=False)),
+            log_prob=laid(judged.log_prob),
+            advantages=laid(judged.advantages.astype(np.float32, copy=False)),
+            targets=laid(judged.targets.astype(np.float32, copy=False)),
             action_mask=None if batch.action_mask is None else laid(batch.action_mask),
-            weights=None if weights is None else laid(weights),
+            weights=None if judged.weights is None else laid(judged.weights),
         )
-        return whole, torch.from_numpy(np.flatnonzero(active)).to(self.device), facts
 
     def _next_values(self, batch: RolloutBatch, value: Array) -> Array:
         """Return what followed each tick, float32 (T, R): the next row's value, the final observation's where cut."""
         following = np.concatenate([value[1:], self.values(batch.last_observations)[None]])
         if len(batch.final_index):
-            following.reshape(-1)[batch.final_index] = self.values(batch.final_observations)
+            following[batch.final_places] = self.values(batch.final_observations)
         return following
 
     def _values_of(self, batch: RolloutBatch) -> Array:
@@ -466,22 +498,37 @@ class PpoLearner:
 
     def _step(self, batch: Minibatch) -> Tensor:
         """Take one gradient step and return its figures, in the order of `FIGURES`."""
-        loss, figures = ppo_loss(self.working, self.distribution, batch, self.now)
-        for one in self._learned:
-            one.grad = None
-        loss.backward()
-        norm = torch.zeros((), device=self.device)
         if self.half is not None and self.config.max_grad_norm is None:
+            figures = self._go_back(batch, self.now)
             self.half.step(self.optimiser)
-            return torch.cat([figures, norm.reshape(1)])
+            return torch.cat([figures, figures.new_zeros(1)])
+        figures = self.find_gradients(batch, self.now)
+        return torch.cat([figures, self.descend().reshape(1)])
+
+    def find_gradients(self, batch: Minibatch, config: PpoConfig, times: int | None = None) -> Tensor:
+        """Leave with the weights the gradients of a minibatch's loss, so many times; return the loss's figures (5,)."""
+        figures = self._go_back(batch, config, times)
         if self.half is not None:
             self.half.hand_over()
+        return figures
+
+    def _go_back(self, batch: Minibatch, config: PpoConfig, times: int | None = None) -> Tensor:
+        """As `find_gradients`, with them left where they were found: with the weights of half precision, if any."""
+        loss, figures = ppo_loss(self.working, self.distribution, batch, config)
+        for one in self._learned:
+            one.grad = None
+        loss.backward(None if times is None else torch.tensor(float(times), device=self.device))
+        return figures
+
+    def descend(self) -> Tensor:
+        """Step along the gradients that are with the weights; return their norm before they were cut, ()."""
+        norm = torch.zeros((), device=self.device)
         if self.config.max_grad_norm is not None:
             norm = torch.nn.utils.clip_grad_norm_(self._weights, self.config.max_grad_norm)
         self.optimiser.step()
         if self.half is not None:
             self.half.refresh()
-        return torch.cat([figures, norm.reshape(1)])
+        return norm
 
     def _tensors(self, observations: Mapping[str, Array]) -> dict[str, Tensor]:
         return {
@@ -521,6 +568,11 @@ def ppo_loss(
         clipped = ((ratio - 1.0).abs() > config.clip).float().mean()
         figures = torch.stack([policy_loss, value_loss, mean_entropy, approx_kl, clipped])
     return loss, figures
+
+
+def facts_of(values: Array, found: Array, targets: Array) -> tuple[float, float]:
+    """Return explained variance and mean advantage of the active rows, (A,) each; noughts where there are none."""
+    return (explained_variance(values, targets), float(found.mean())) if found.size else (0.0, 0.0)
 
 
 def _scheduled(config: PpoConfig, name: str, schedule: str, done: float) -> float:

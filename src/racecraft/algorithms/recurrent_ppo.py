@@ -122,7 +122,7 @@ class RecurrentPpoLearner(PpoLearner):
             flat = {name: part.reshape(-1, *part.shape[2:])[cut] for name, part in batch.observations.items()}
             noted = batch.columns[CARRIED]
             carried = self._carried_on(flat, noted.reshape(-1, noted.shape[-1])[cut])
-            following.reshape(-1)[cut] = self._values_from(batch.final_observations, carried)
+            following[batch.final_places] = self._values_from(batch.final_observations, carried)
         return following
 
     def _carried_on(self, observations: Mapping[str, Array], carried: Array) -> Tensor:

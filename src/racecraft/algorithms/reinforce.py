@@ -225,7 +225,7 @@ class ReinforceLearner:
         following = np.zeros_like(value)
         if len(batch.final_index):
             last = {name: array[None] for name, array in batch.final_observations.items()}
-            following.reshape(-1)[batch.final_index] = self._values(last)[0]
+            following[batch.final_places] = self._values(last)[0]
         return following
 
     @torch.inference_mode()

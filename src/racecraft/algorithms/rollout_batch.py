@@ -52,6 +52,12 @@ class RolloutBatch:
         """How many transitions there are to learn from."""
         return int(self.active.sum())
 
+    @property
+    def final_places(self) -> tuple[Array, Array]:
+        """Tick and row of each of `final_index`, int64 (F,) both: places in any (T, R), however it lies in memory."""
+        ticks, rows = np.divmod(self.final_index, self.reward.shape[1])
+        return ticks, rows
+
     def of_rows(self, rows: Array) -> RolloutBatch:
         """Return the chosen rows (int64 (r,), rising) of every array; columns and observations keep their names."""
         width = self.reward.shape[1]

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LETTERS = 9.0
+_PAPER = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0}
+"""Lies under words that stand where lines pass."""
 
 
 def write_tuning_page(
@@ -110,7 +112,7 @@ def parallel_figure(facts: TuningRecord, log_scale: Sequence[str]) -> Figure:
     for at, scale in enumerate(scales):
         axes.axvline(at, color=QUIET, lw=0.6)
         for height, text in scale.marks():
-            axes.text(at + 0.02, height, text, fontsize=LETTERS - 2, color=INK, va="center")
+            axes.text(at + 0.02, height, text, fontsize=LETTERS - 2, color=INK, va="center", zorder=4, bbox=_PAPER)
     axes.set_xticks(range(len(columns)), columns, fontsize=LETTERS - 1)
     axes.set_yticks([])
     axes.set_xlim(-0.1, len(columns) - 0.7)

@@ -16,6 +16,7 @@ from racecraft.formats.whole import make_folder
 from racecraft.jobs.home import JobHome
 from racecraft.jobs.tuning.population import check_population, train
 from racecraft.jobs.tuning.population_trials import PopulationTrials, check_round
+from racecraft.jobs.tuning.rehearsal import require_understood
 from racecraft.jobs.tuning.search import search
 from racecraft.jobs.tuning.space import read_parameter
 from racecraft.jobs.tuning.study import Study
@@ -59,6 +60,7 @@ def tune(
     folder, words = Path(folder), check_command(_words(command))
     known = _parameters(parameters)
     aim = Objective(objective, maximise)
+    require_understood(words, known)
     make_folder(folder)
     study = Study(folder, known, maximise, sampler, pruner, seed)
     at_a_time, cores = _share(parallel)
@@ -104,6 +106,7 @@ def train_population(
     check_population(population, rounds)
     check_round(words, known)
     aim = Objective(objective, maximise, take_last=True)
+    require_understood(words, known)
     make_folder(folder)
     at_a_time, cores = _share(parallel)
     launch = PopulationTrials(folder, words, aim, cores, JobHome.of_user())

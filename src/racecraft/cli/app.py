@@ -7,9 +7,6 @@ ends with a letter and exit code 2.
 
 from __future__ import annotations
 
-import os
-import sys
-
 import typer
 
 from racecraft.cli import algorithms, bench, explain, run, settings
@@ -17,6 +14,7 @@ from racecraft.cli.battlesnake import snakes
 from racecraft.cli.buckets import buckets
 from racecraft.cli.deepracer import evaluate, init, leaderboards, logs, new, race, replay, sensors, tracks, train
 from racecraft.cli.deepracer.dr import group
+from racecraft.cli.entry import say_letters
 from racecraft.cli.gym import gym
 from racecraft.cli.jobs import jobs, sandbox, tune
 from racecraft.cli.runs import (
@@ -33,7 +31,6 @@ from racecraft.cli.runs import (
     why,
 )
 from racecraft.cli.unity import unity
-from racecraft.contract.errors import RacecraftError, UserInputError
 
 app = typer.Typer(
     name="racecraft",
@@ -101,24 +98,4 @@ def root(version: bool = typer.Option(False, "--version", help="Say the version 
 
 def main() -> None:
     """Run the command line; errors of ours become letters and exit codes."""
-    # Threads that wait shall spin briefly and then sleep: beside another busy program long spinning costs many times
-    # what it saves. OpenMP reads this when torch and Numba load it, which no import has done yet.
-    os.environ.setdefault("GOMP_SPINCOUNT", "5000")
-    if "RACECRAFT_LIFELINE" in os.environ:  # a job's process; everybody else is spared the import
-        from racecraft.jobs import lifeline
-
-        lifeline.hold()
-    try:
-        app()
-    except UserInputError as error:
-        print(f"racecraft: {error}", file=sys.stderr)
-        sys.exit(2)
-    except RacecraftError as error:
-        print(f"racecraft: {error}", file=sys.stderr)
-        sys.exit(1)
-    except KeyboardInterrupt:
-        print("racecraft: stopped.", file=sys.stderr)
-        sys.exit(130)
-    except BrokenPipeError:
-        sys.stderr.close()
-        sys.exit(141)
+    say_letters(app)

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from racecraft.cli.script_errors import told_as_python_would
+
 CONTEXT = {"allow_interspersed_args": False, "ignore_unknown_options": True}
 """Everything behind the script's name is the script's own."""
 
@@ -31,4 +33,5 @@ def run(
     """
     from racecraft.compat.foreign import run_script
 
-    run_script(script, tuple(args or ()), allow_errors)
+    with told_as_python_would():
+        run_script(script, tuple(args or ()), allow_errors)

@@ -7,6 +7,7 @@ terminal, buckets, metrics, workers.
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
@@ -135,8 +136,13 @@ class Road:
         from racecraft.cli.jobs.detaching import detach_training
         from racecraft.cli.output import print_json
         from racecraft.cluster.spreading import spread_over
+        from racecraft.jobs.tuning.rehearsal import PLAN_ONLY
+        from racecraft.training import worlds
         from racecraft.training.progress import watcher
 
+        if os.environ.get(PLAN_ONLY):
+            worlds.plan(request())
+            return
         spread = spread_over(self.cluster)
         begun = self._begun(context, options)
         place = place_of_mirror(options.mirror, self.folder, begun, options.tell)
@@ -177,3 +183,16 @@ class Road:
             return worlds.resume(begun, options.stops, callback, options.tell, self.kind, spread)
         assert request is not None
         return worlds.train(request, callback, options.tell, spread)
+
+
+def verdict(summary: Mapping[str, Any]) -> str:
+    """Return the word before what a judged training came to: none where no score counts as solved.
+
+    >>> verdict({"solved": False, "evaluation": {"threshold": 475.0}})
+    'not solved, '
+    >>> verdict({"solved": False, "evaluation": {"threshold": None}})
+    ''
+    """
+    if summary["evaluation"]["threshold"] is None:
+        return ""
+    return "solved, " if summary["solved"] else "not solved, "

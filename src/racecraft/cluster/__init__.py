@@ -5,6 +5,7 @@ shares.py         which worker carries which worlds, with which chance
 messages.py       what passes between the training and a worker
 worker.py         worlds and an actor, in a process of its own
 twins.py          a worker's worlds once more beside the learner, so that frames need not travel
+averaging.py      workers that find gradients in what they collected
 transport.py      how workers are reached, as the rest of the room sees it
 crew.py           workers in their places; one that is lost is replaced, and what it was at is done again
 collector.py      collects by workers, as the loop expects of any collector

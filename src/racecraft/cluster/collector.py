@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 
 from racecraft.algorithms.learner import Learner, counting
 from racecraft.algorithms.rollout_batch import RolloutBatch, side_by_side
+from racecraft.algorithms.sharded_ppo import Drawn, Found
 from racecraft.algorithms.weights import to_arrays
 from racecraft.cluster.crew import Crew, starts_of
 from racecraft.cluster.messages import Harvest, Start, Task, bytes_of
@@ -35,6 +37,16 @@ class Traffic:
     """That workers spent collecting, added up."""
     twin_seconds: float = 0.0
     """Spent here on seeing again what workers saw."""
+    minibatches: int = 0
+    """Whose gradients workers found."""
+    gradient_bytes_in: int = 0
+    """Of these gradients."""
+    gradient_bytes_out: int = 0
+    """Of the weights and rows that they were found for, counted once a worker."""
+    gradient_seconds: float = 0.0
+    """That gradients were waited for."""
+    finding_seconds: float = 0.0
+    """That the slowest worker of each minibatch spent on finding them."""
 
     def count(self, task: Task, harvests: Sequence[Harvest]) -> None:
         """Count one collecting."""
@@ -42,6 +54,14 @@ class Traffic:
         self.bytes_in += sum(map(bytes_of, harvests))
         self.bytes_out += bytes_of(task) * len(harvests)
         self.busy_seconds += sum(harvest.seconds for harvest in harvests)
+
+    def count_gradients(self, drawn: Drawn, parts: Sequence[Found], seconds: float) -> None:
+        """Count one minibatch."""
+        self.minibatches += 1
+        self.gradient_bytes_in += sum(map(bytes_of, parts))
+        self.gradient_bytes_out += bytes_of(drawn) * len(parts)
+        self.gradient_seconds += seconds
+        self.finding_seconds += max(part.seconds for part in parts)
 
 
 class Updates:
@@ -100,6 +120,7 @@ class ClusterCollector:
         self._hears = hears
         self._specs = [opened.spec for opened in crew.opened]
         self._states: list[Mapping[str, Any] | None] = [None] * len(self._specs)
+        self._latest: tuple[Sent, list[Start]] | None = None
         self._looks: list[Callable[[], None]] = []
         self._episodes: list[EpisodeRecord] = []
         self._ticks: list[dict[str, Array]] = []
@@ -131,6 +152,18 @@ class ClusterCollector:
     def look_meanwhile(self, look: Callable[[], None]) -> None:
         """Have somebody called while workers are at work."""
         self._looks.append(look)
+
+    def find(self, drawn: Drawn) -> list[Found]:
+        """Have every worker find the gradients of a minibatch of the latest rollout, in the order of their places.
+
+        Whoever takes the place of a lost one collects that rollout again, and it is the same.
+        """
+        assert self._latest is not None, "a rollout comes first"
+        began, (sent, starts) = time.perf_counter(), self._latest
+        lost = (("collect", sent.task), ("find", drawn))
+        parts: list[Found] = self._crew.gather(self._crew.ask("find", drawn), starts.__getitem__, lost)
+        self.traffic.count_gradients(drawn, parts, time.perf_counter() - began)
+        return parts
 
     def state(self) -> dict[str, Any]:
         """Return where every worker stands, by place, and the counts of all."""
@@ -168,11 +201,11 @@ class ClusterCollector:
     def _collect(self, quota: int | None) -> RolloutBatch:
         self._begin()
         sent, self._under_way = self._under_way or self._send(quota), None
-
-        def successor(place: int) -> Start:
-            return self._starts(sent.task, sent.parts)[place]
-
-        harvests = self._crew.gather(sent.task, sent.questions, successor, self._look)
+        starts = self._starts(sent.task, sent.parts)
+        self._latest = sent, starts
+        harvests: list[Harvest] = self._crew.gather(
+            sent.questions, starts.__getitem__, (("collect", sent.task),), self._look
+        )
         self.traffic.count(sent.task, harvests)
         if self._twins:
             harvests = [twin.follow(sent.task, one) for twin, one in zip(self._twins, harvests, strict=True)]
@@ -191,7 +224,7 @@ class ClusterCollector:
 
     def _send(self, quota: int | None) -> Sent:
         task = self._task(quota)
-        return Sent(task, self._crew.send(task), self._states_of_parts())
+        return Sent(task, self._crew.ask("collect", task), self._states_of_parts())
 
     def _states_of_parts(self) -> dict[str, Any]:
         return {name: part.state() for name, part in self._parts.items()}

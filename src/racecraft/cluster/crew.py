@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from racecraft.cluster.messages import Harvest, Opened, Order, Start, Task, Trouble
+from racecraft.cluster.messages import Opened, Order, Start, Trouble
 from racecraft.cluster.transport import ClusterError, Handle, Ticket, Transport, WorkerLostError
 from racecraft.cluster.worker import spec_of_all
 from racecraft.contract.errors import RacecraftError, UserInputError
@@ -73,38 +73,43 @@ class Crew:
         for place, start in enumerate(starts):
             self._transport.ask(self._workers[place], "begin", start)
 
-    def send(self, task: Task) -> dict[Ticket, int]:
-        """Give every worker one task; return the questions, each with its worker's place."""
-        shared = self._transport.for_all(task)
-        return {self._transport.ask(worker, "collect", shared): place for place, worker in enumerate(self._workers)}
+    def ask(self, what: str, message: Any) -> dict[Ticket, int]:
+        """Ask every worker for a method with one message; return the questions, each with its worker's place."""
+        shared = self._transport.for_all(message)
+        return {self._transport.ask(worker, what, shared): place for place, worker in enumerate(self._workers)}
 
     def gather(
-        self, task: Task, under_way: dict[Ticket, int], starts: Callable[[int], Start], look: Callable[[], None]
-    ) -> list[Harvest]:
-        """Wait for what every worker collects, in the order of their places.
+        self,
+        under_way: dict[Ticket, int],
+        starts: Callable[[int], Start],
+        lost: Sequence[tuple[str, Any]],
+        look: Callable[[], None] = lambda: None,
+    ) -> list[Any]:
+        """Wait for what every worker answers, in the order of their places.
 
         Args:
-            task: What they were given.
-            under_way: The questions of `send`.
+            under_way: The questions of `ask`.
             starts: From where a worker's successor in a place goes on.
+            lost: What the successor is asked then, method and message, one after the other; the last is the question.
             look: Called every now and then; what it raises breaks the waiting off.
 
         Raises:
             UserInputError: Something in a world that the user gave failed.
             ClusterError: In one place worker after worker is lost.
         """
-        waiting, harvests = dict(under_way), dict[int, Harvest]()
+        waiting, answers = dict(under_way), dict[int, Any]()
         while waiting:
             for ticket in self._transport.answered(list(waiting), LOOK_SECONDS):
                 place = waiting.pop(ticket)
                 try:
-                    harvests[place] = _answer(self._transport.answer(ticket))
+                    answers[place] = _answer(self._transport.answer(ticket))
                     self._lost[place] = 0
-                except WorkerLostError as lost:
-                    self._replace(place, str(lost), starts(place))
-                    waiting[self._transport.ask(self._workers[place], "collect", task)] = place
+                except WorkerLostError as gone:
+                    self._replace(place, str(gone), starts(place))
+                    asked = [self._transport.ask(self._workers[place], what, message) for what, message in lost]
+                    waiting[asked[-1]] = place
             look()
-        return [harvests[place] for place in range(len(self._workers))]
+        return [answers[place] for place in range(len(self._workers))]
 
     def close(self) -> None:
         """End all workers."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from racecraft.algorithms.rollout_batch import RolloutBatch
+from racecraft.algorithms.sharded_ppo import Drawn, Found
 from racecraft.cluster.shares import Share
 from racecraft.contract.world import Array, EpisodeRecord, WorldSpec
 
@@ -32,6 +33,8 @@ class Order:
     share: Share
     sends_actions: bool = False
     """Whether it tells what was done, and its twin beside the learner sees what was seen."""
+    keeps_rows: bool = False
+    """Whether it keeps what it collected, and finds gradients in it."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +99,7 @@ class Harvest:
     """What one worker collected, and where it stands now."""
 
     batch: RolloutBatch | Deeds
+    """Without what was seen, where that is kept by the worker or seen again by a twin."""
     episodes: list[EpisodeRecord]
     ticks: dict[str, Array] | None
     """For the episode files; None where they are not kept, or kept by a twin."""
@@ -124,4 +128,4 @@ def bytes_of(value: Any) -> int:
         return sum(map(bytes_of, value.values()))
     if isinstance(value, list | tuple):
         return sum(map(bytes_of, value))
-    return bytes_of(vars(value)) if isinstance(value, RolloutBatch | Deeds | Harvest | Task) else 0
+    return bytes_of(vars(value)) if isinstance(value, RolloutBatch | Deeds | Harvest | Task | Drawn | Found) else 0

@@ -8,8 +8,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from racecraft.algorithms.learner import Learner
+from racecraft.algorithms.sharded_ppo import Drawn, Found
 from racecraft.cluster.asked import ClusterAsked, read_cluster
-from racecraft.cluster.collector import ClusterCollector, Updates
+from racecraft.cluster.averaging import averages, require_averaging, require_rows, with_averaging
+from racecraft.cluster.collector import ClusterCollector, Traffic, Updates
 from racecraft.cluster.crew import COME_SECONDS, Crew
 from racecraft.cluster.messages import Order, Start
 from racecraft.cluster.shares import plan_of_share, shares_of
@@ -34,6 +36,12 @@ class ClusterGatherer:
     collecting: ClusterCollector | None = None
 
     @property
+    def learner(self) -> Callable[[], Learner] | None:
+        """What makes the learner; None: the algorithm's own."""
+        experiment = self.experiment
+        return with_averaging(experiment, self.spec, self._find) if averages(experiment) else experiment.learner
+
+    @property
     def recorder(self) -> TickRecorder | None:
         """Hands over the ticks that workers kept."""
         return None if self.experiment.recorder is None else self.collecting
@@ -53,6 +61,10 @@ class ClusterGatherer:
             hears,
         )
         return self.collecting
+
+    def _find(self, drawn: Drawn) -> list[Found]:
+        assert self.collecting is not None, "a rollout comes first"
+        return self.collecting.find(drawn)
 
     def _twin(self, place: int, start: Start) -> Twin:
         """Return the twin of the worker in a place."""
@@ -95,7 +107,7 @@ def spread_by(reach: Callable[[], Transport], asked: ClusterAsked, come_seconds:
     def spread(kind: str, planned: Any, experiment: Experiment, say: Say) -> Iterator[Experiment]:
         _require_spreadable(experiment)
         with contextlib.closing(reach()) as transport:
-            crew = _crew(transport, kind, planned, sends_actions(experiment), come_seconds, say)
+            crew = _crew(transport, kind, planned, experiment, come_seconds, say)
             gatherer = ClusterGatherer(crew, crew.open(), experiment)
             _tell(crew, asked, say)
 
@@ -106,6 +118,7 @@ def spread_by(reach: Callable[[], Transport], asked: ClusterAsked, come_seconds:
             yield replace(
                 experiment,
                 gatherer=gatherer,
+                learner=gatherer.learner,
                 after_update=after_update,
                 job={**experiment.job, "cluster": {"asked": str(asked), "workers": len(crew.opened)}},
             )
@@ -119,12 +132,17 @@ def sends_actions(experiment: Experiment) -> bool:
     return "cluster" in experiment.settings and experiment.settings.cluster.send == "actions"
 
 
-def _crew(transport: Transport, kind: str, planned: Any, sends_actions: bool, come_seconds: float, say: Say) -> Crew:
+def _crew(transport: Transport, kind: str, planned: Any, experiment: Experiment, come_seconds: float, say: Say) -> Crew:
     """Return workers in their places, not yet started."""
     shares = shares_of(planned.settings.rollout.num_worlds, transport.room, planned.seed)
     if len(shares) < transport.room:
         say(f"- cluster: {transport.room} workers, and rollout.num_worlds is {len(shares)}; so many of them work")
-    orders = [Order(kind, plan_of_share(planned, share), share, sends_actions) for share in shares]
+    if averages(experiment):
+        require_rows(experiment, len(shares))
+    orders = [
+        Order(kind, plan_of_share(planned, share), share, sends_actions(experiment), averages(experiment))
+        for share in shares
+    ]
     return Crew(transport, orders, say, come_seconds)
 
 
@@ -141,10 +159,12 @@ def _require_spreadable(experiment: Experiment) -> None:
             f"--cluster: {experiment.algorithm.name} {experiment.algorithm.stays}. Use ppo, reinforce, dqn, apex or "
             "sac, or leave --cluster out."
         )
+    if averages(experiment):
+        require_averaging(experiment)
     if sends_actions(experiment) and experiment.unpaid is None:
         raise SettingError(
-            "cluster.send is actions, and in races against others what is seen does not follow from the learner's "
-            "actions alone; expected --set cluster.send=frames."
+            "cluster.send is actions, and what is seen follows from the learner's alone with cars only, and not in "
+            "races against others; expected --set cluster.send=frames."
         )
 
 
@@ -162,4 +182,22 @@ def _tell_traffic(gatherer: ClusterGatherer, say: Say) -> None:
     came, went = traffic.bytes_in / traffic.steps, traffic.bytes_out / traffic.steps
     lost = f", {gatherer.crew.replaced} workers replaced" if gatherer.crew.replaced else ""
     again = f", seen again here in {traffic.twin_seconds:,.1f} s" if sends_actions(gatherer.experiment) else ""
+    if traffic.minibatches:
+        _tell_gradients(traffic, say)
     say(f"cluster: {came:,.0f} bytes came and {went:,.0f} went for each of {traffic.steps:,} steps{again}{lost}")
+
+
+def _tell_gradients(traffic: Traffic, say: Say) -> None:
+    came, went, waited, found = (
+        part / traffic.minibatches
+        for part in (
+            traffic.gradient_bytes_in,
+            traffic.gradient_bytes_out,
+            traffic.gradient_seconds,
+            traffic.finding_seconds,
+        )
+    )
+    say(
+        f"cluster: workers found the gradients of {traffic.minibatches:,} minibatches: {came:,.0f} bytes came and "
+        f"{went:,.0f} went for each, {1e3 * waited:,.1f} ms, in which the slowest was at it {1e3 * found:,.1f} ms"
+    )

@@ -1,7 +1,8 @@
 """Worlds and an actor in a process of their own. Begin with `Worker.collect`.
 
 A worker opens its share of a training's worlds by the same door as the training itself, builds the same learner for its
-decisions, and takes over weights with every task. It knows nothing of how it is reached, and never learns.
+decisions, and takes over weights with every task. It knows nothing of how it is reached. It takes no step: at most it
+finds gradients in what it collected.
 """
 
 from __future__ import annotations
@@ -19,8 +20,11 @@ import numpy as np
 
 from racecraft.algorithms.building import build_learner
 from racecraft.algorithms.learner import ACTING, Decision, Learner, counting
+from racecraft.algorithms.ppo import PpoLearner
+from racecraft.algorithms.rollout_batch import RolloutBatch
+from racecraft.algorithms.sharded_ppo import Drawn, Found, PpoShard
 from racecraft.algorithms.weights import to_arrays, to_tensors
-from racecraft.cluster.messages import Harvest, Opened, Order, Start, Surroundings, Task, Trouble
+from racecraft.cluster.messages import Deeds, Harvest, Opened, Order, Start, Surroundings, Task, Trouble
 from racecraft.cluster.twins import deeds_of
 from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.contract.world import Array, ArraySpec
@@ -65,6 +69,10 @@ class Worker:
         """Take over the weights, carry them through the worlds and say what happened."""
         return self._told(lambda: self._collect(task))
 
+    def find(self, drawn: Drawn) -> Found | Trouble:
+        """Find the gradients of a minibatch's rows that were collected here."""
+        return self._told(lambda: self._shard.find(drawn))
+
     def close(self) -> None:
         """Close the worlds."""
         self._worlds.close()
@@ -78,7 +86,7 @@ class Worker:
         return self._trouble
 
     def _open(self, order: Order) -> Opened:
-        self._share, self._sends_actions = order.share, order.sends_actions
+        self._share, self._sends_actions, self._keeps_rows = order.share, order.sends_actions, order.keeps_rows
         opened = kind_named(order.kind).opened(order.planned, lambda text: None)
         self._experiment: Experiment = self._worlds.enter_context(opened)
         settings = self._experiment.settings
@@ -96,7 +104,11 @@ class Worker:
         self._version = start.version
         for name, state in start.parts.items():
             experiment.parts[name].restore(state)
-        actor = OwnRows(self._learner, start.first_row, start.spec.num_worlds * start.spec.num_agents)
+        rows = start.spec.num_worlds * start.spec.num_agents
+        actor = OwnRows(self._learner, start.first_row, rows)
+        if self._keeps_rows:
+            assert isinstance(self._learner, PpoLearner), "others are refused before"
+            self._shard = PpoShard(self._learner, start.first_row, rows)
         self._collector = Collector(experiment.world, actor, start.horizon, self._share.seed_of(start.times_begun))
         recorder = None if self._sends_actions else experiment.recorder
         self._recorder = None if recorder is None else recorder()
@@ -116,13 +128,19 @@ class Worker:
         collector = self._collector
         batch = collector.collect() if task.quota is None else collector.collect_episodes(task.quota)
         return Harvest(
-            batch=deeds_of(batch) if self._sends_actions else batch,
+            batch=self._sent(batch),
             episodes=collector.take_episodes(),
             ticks=None if self._recorder is None else self._recorder.take(task.iteration),
             steps=collector.steps_taken - before,
             state=self._state(),
             seconds=time.perf_counter() - began,
         )
+
+    def _sent(self, batch: RolloutBatch) -> RolloutBatch | Deeds:
+        """Return what travels of a rollout."""
+        if self._keeps_rows:
+            return self._shard.take(batch)
+        return deeds_of(batch) if self._sends_actions else batch
 
     def _state(self) -> dict[str, Any]:
         acting = {name: part for name, part in self._learner.state_dict().items() if name in ACTING}

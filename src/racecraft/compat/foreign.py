@@ -25,6 +25,7 @@ from types import ModuleType
 from typing import Any
 
 from racecraft.compat.notebooks import SUFFIX, run_notebook
+from racecraft.compat.slips import HINTS, told, unset_names
 from racecraft.contract.errors import InputFileError
 
 HOME = "racecraft.compat.names"
@@ -50,14 +51,6 @@ CREDENTIALS = (
     "AWS_CONTAINER_CREDENTIALS_FULL_URI",
 )  # fmt: skip
 """Variables that tell a real boto3 who asks."""
-SLIPS = {
-    "secondary_cluster_instance_count": "its variable above is called secondary_instance_count",
-    "secondary_max_run_tim": "secondary_max_run_time is meant; set it, in seconds",
-    "secondary_max_run_time": "set it, in seconds",
-    "primary_max_run_time": "set it, in seconds",
-    "secondary_cpus_count": "set it: cores of a secondary machine, times how many there are",
-}
-"""Names that AWS's article on distributed training prints (facts: battlesnake-and-sagemaker-rl.md D.1)."""
 _BEFORE, _BEHIND = (str(Path(__file__).parent / "lent" / place) for place in ("before", "behind"))
 """Where children find the names: the modules in these folders are the doors of `take_over`."""
 
@@ -80,6 +73,8 @@ def run_script(script: str | Path, args: Sequence[str] = (), goes_on: bool = Fal
         if path.suffix == SUFFIX:
             run_notebook(path, goes_on)
         else:
+            for _, name in unset_names([path.read_bytes()]):
+                print(f"- {path.name}: {told(name)}", flush=True)
             runpy.run_path(str(path), run_name="__main__")
 
 
@@ -99,8 +94,8 @@ def foreign_names() -> Iterator[None]:
         _explain(error)
         raise
     except NameError as error:
-        if error.name in SLIPS:
-            error.add_note(f"{error.name}: the article prints this name and never sets it; {SLIPS[error.name]}.")
+        if error.name in HINTS:
+            error.add_note(told(error.name))
         raise
     finally:
         sys.meta_path.remove(finder)

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from racecraft.compat.slips import told, unset_names
 from racecraft.contract.errors import InputFileError, SettingError
 from racecraft.formats.whole import write_whole
 
@@ -60,7 +61,10 @@ def run_notebook(path: Path, goes_on: bool = False) -> None:
     module.__dict__.update({"__file__": str(path), "__builtins__": builtins, ASKS_A_SHELL: _say_not_run, **_SHOWS})
     sys.modules["__main__"] = module
     try:
-        failed = [cell.number for cell in cells_of(path) if not _ran(cell, path, module.__dict__, goes_on)]
+        cells = list(cells_of(path))
+        for index, name in unset_names([cell.source for cell in cells], module.__dict__):
+            print(f"- cell {cells[index].number}: {told(name)}", flush=True)
+        failed = [cell.number for cell in cells if not _ran(cell, path, module.__dict__, goes_on)]
     finally:
         if before is not None:
             sys.modules["__main__"] = before

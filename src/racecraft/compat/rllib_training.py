@@ -13,7 +13,15 @@ import gymnasium
 
 from racecraft.compat.old_gym import FromOldGym
 from racecraft.compat.rllib_words import Translated, policy_settings, translated
-from racecraft.compat.script_worlds import Described, PolicyWords, SoleAgent, is_multi_agent, offered, shows_mask
+from racecraft.compat.script_worlds import (
+    Described,
+    PolicyWords,
+    SoleAgent,
+    agents_in,
+    is_multi_agent,
+    offered,
+    shows_mask,
+)
 from racecraft.compat.tally import Tally, Told, Watched
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.formats.run_folder import JOB
@@ -39,11 +47,12 @@ class RllibLines(Silent):
     """Says after each iteration what RLlib said, in its names, so that metric definitions go on finding it.
 
     Args:
-        tally: Knows the episodes; None: worlds are elsewhere, and only their mean is known.
+        tally: Knows the episodes; None: worlds are elsewhere, and only the mean of an agent is known.
+        agents: Says how many agents an episode has; their rewards are added up.
     """
 
-    def __init__(self, tally: Tally | None = None) -> None:
-        self._told, self._tally = 0, tally
+    def __init__(self, tally: Tally | None = None, agents: Callable[[], int] = lambda: 1) -> None:
+        self._told, self._tally, self._agents = 0, tally, agents
 
     def iteration(self, report: IterationReport) -> None:
         """Print an iteration; one that is judged afterwards is not said twice."""
@@ -54,7 +63,7 @@ class RllibLines(Silent):
         if told:
             _print_episodes(told)
         elif self._tally is None and report.mean_reward is not None:
-            print(f"  episode_reward_mean: {report.mean_reward:.6g}")
+            print(f"  episode_reward_mean: {report.mean_reward * self._agents():.6g}")
         print(f"  episodes_this_iter: {report.episodes if self._tally is None else len(told)}")
         print(f"  time_total_s: {report.seconds:.3f}")
         print(f"  timesteps_total: {report.steps}")
@@ -81,7 +90,7 @@ def train_experiment(experiment: Mapping[str, Any], spread: Spread | None = None
         print(f"- {sentence}")
     tally = Tally() if spread is None and told.environment in _creators else None
     environment = _environment(told, tally, is_here=spread is None)
-    lines, model = RllibLines(tally), os.environ.get("SM_MODEL_DIR")
+    lines, model = RllibLines(tally, lambda: agents_in(environment)), os.environ.get("SM_MODEL_DIR")
     run = Path(model, "run") if model else None
     if run is not None and (run / JOB).exists():
         return worlds.resume(run, told.stops, lines, print, "gymnasium", spread)
@@ -142,11 +151,8 @@ def _environment(told: Translated, tally: Tally | None, is_here: bool) -> str:
     make = _numbered(told.environment, told.env_config)
     if not is_here:
         if told.multiagent:
-            raise SettingError(
-                "config.multiagent: a primary and its secondary share one policy; expected one job without "
-                "rl_cluster_type."
-            )
-        return registered(told.environment, told.env_config, told.horizon, lambda: FromOldGym(make()))
+            return offered(_described(told, make, None))
+        return registered(told.environment, told.env_config, told.horizon, lambda: _of_one_agent(make()))
     first = make()
     kept = itertools.chain([first], iter(make, None))
     if is_multi_agent(first):
@@ -165,6 +171,15 @@ def _environment(told: Translated, tally: Tally | None, is_here: bool) -> str:
         return Watched(env, tally.ended) if tally is not None and next(number) < trained_in else env
 
     return registered(told.environment, told.env_config, told.horizon, watched)
+
+
+def _of_one_agent(env: Any) -> FromOldGym:
+    if is_multi_agent(env):
+        raise SettingError(
+            f"{type(env).__name__} has several agents, and its worlds are carried by a secondary job; expected "
+            "config.multiagent with their policies and a policy_mapping_fn."
+        )
+    return FromOldGym(env)
 
 
 def _numbered(name: str, env_config: Mapping[str, Any]) -> Callable[[], Any]:

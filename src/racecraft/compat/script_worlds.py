@@ -112,6 +112,8 @@ class ScriptWorld:
     described: ClassVar[Described]
     worlds_made: ClassVar[int] = 0
     """The first world that is made is learned in; others are judged in, and are not tallied."""
+    num_agents: ClassVar[int] = 1
+    """How many the last one that was made has."""
 
     def __init__(self, num_worlds: int) -> None:
         told = self.described
@@ -119,6 +121,7 @@ class ScriptWorld:
         type(self).worlds_made += 1
         self._envs = [told.make() for _ in range(num_worlds)]
         self._agents = _agents_of(self._envs[0])
+        type(self).num_agents = len(self._agents)
         self._place = {agent: m for m, agent in enumerate(self._agents)}
         self._policy = [_policy_of(told, agent) for agent in self._agents]
         used = [name for name in told.policies if name in self._policy]
@@ -337,6 +340,12 @@ def offered(described: Described) -> str:
     name = "".join(letter if letter.isalnum() else "_" for letter in f"Script_{described.name}")
     globals()[name] = type(name, (ScriptWorld,), {"described": described, "worlds_made": 0})
     return f"{PLACE}:{name}"
+
+
+def agents_in(environment: str) -> int:
+    """Return how many agents an episode of an environment has, once one was made; one where it is not of `offered`."""
+    place, _, name = environment.partition(":")
+    return int(globals()[name].num_agents) if place == PLACE else 1
 
 
 def is_multi_agent(env: Any) -> bool:

@@ -248,7 +248,8 @@ class EpisodeRecord:
     status: str
     """How it ended, in the world's own words ("lap_complete", "off_track", "truncated" …)."""
     facts: dict[str, float] = field(default_factory=dict)
-    """Further figures with their unit in the name ("progress_percent", "lap_seconds" …)."""
+    """Further figures with their unit in the name ("progress_percent", "lap_seconds" …); "seconds": how long it took in
+    the world's own time."""
 
 
 @runtime_checkable

@@ -63,6 +63,8 @@ class JobSpec:
     """Words behind `racecraft` that go on with what `run` holds; (): it is begun anew with `command`."""
     run: str = ""
     """The run folder it trains into; "": none is known."""
+    older_run: str = ""
+    """The mark (`run_mark`) of a run in `run` that was there before it, and that it takes the place of; "": none."""
     folder: str = "."
     """Where it works; what is named above begins there."""
     environment: Mapping[str, str] = field(default_factory=dict)
@@ -192,6 +194,7 @@ _LEGAL = {
     "command": (f"a list of words behind `racecraft`, the first of {', '.join(COMMANDS)}", _is_command),
     "resume": ("a list of words behind `racecraft`", _is_words),
     "run": ("a folder", _is_text),
+    "older_run": ("the mark of a run", _is_text),
     "folder": ("a folder", _is_text),
     "environment": ("an object of texts", _is_texts),
     "python": ("the path of an interpreter", _is_text),

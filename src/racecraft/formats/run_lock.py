@@ -44,8 +44,9 @@ class FileLock:
             os.close(self._handle)
             raise taken(_holder(self.path))
         now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
-        os.ftruncate(self._handle, 0)
-        os.write(self._handle, json.dumps({"pid": os.getpid(), "since": now}).encode())
+        with contextlib.suppress(OSError):  # these words are for people: on a full disk it is held without them
+            os.ftruncate(self._handle, 0)
+            os.write(self._handle, json.dumps({"pid": os.getpid(), "since": now}).encode())
         _remember(self)
 
     def release(self) -> None:

@@ -14,6 +14,9 @@ from pathlib import Path
 
 from racecraft.contract.errors import UserInputError
 
+PART = ".part"
+"""How the name of a file ends that is just being written."""
+
 
 class OutputFileError(UserInputError):
     """A file could not be written; what stood there before still stands."""
@@ -41,7 +44,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         OutputFileError: The disk is full, or the place cannot be written.
     """
     path = Path(path)
-    part = path.with_name(path.name + ".part")
+    part = path.with_name(path.name + PART)
     try:
         yield part
         _to_disk(part)

@@ -9,6 +9,8 @@
     home.py         where the jobs of this account lie: store, logs, folders
     submit.py       put a job into the store, and see to it that somebody works there
     supervisor.py   takes jobs, starts them, restarts what a signal ended, queues the rest
+    waking.py       start a supervisor where there is none
+    ahead.py        a process that imports while the command that begins its job still reads
     children.py     a job's process, and how it dies with its supervisor
     lifeline.py     the other end of that, in the job's process
     capacity.py     cores and memory of this machine

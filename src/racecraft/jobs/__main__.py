@@ -1,17 +1,22 @@
 """`python -m racecraft.jobs`: work at the jobs of this account until all are done; `submit.py` starts it.
 
-It is no command of `racecraft`, which would import them all first: whoever begins a training waits for it.
+It is no command of `racecraft`, which would import them all first: whoever begins a training waits for it. So the
+process of a job that was announced is started before anything else is imported.
 """
 
 import sys
 
 from racecraft.contract.errors import RacecraftError, UserInputError
+from racecraft.jobs.ahead import Spare
 from racecraft.jobs.home import JobHome
-from racecraft.jobs.supervisor import supervise
 
 if __name__ == "__main__":
+    home = JobHome.of_user()
+    spare = Spare.if_awaited(home)
+    from racecraft.jobs.supervisor import supervise
+
     try:
-        supervise(JobHome.of_user())
+        supervise(home, spare=spare)
     except RacecraftError as error:
         print(f"racecraft: {error}", file=sys.stderr)
         sys.exit(2 if isinstance(error, UserInputError) else 1)

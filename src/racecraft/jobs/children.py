@@ -68,15 +68,11 @@ def start(spec: JobSpec, log: Path) -> Child:
     Raises:
         OSError: The interpreter or the folder is gone, or the log cannot be written.
     """
-    words = words_now(spec)
-    environment = {**os.environ, **spec.environment, lifeline.VARIABLE: "1", "PYTHONUNBUFFERED": "1"}
-    if spec.cores:
-        environment[THREADS] = str(spec.cores)
     with open(log, "ab") as said:
         process = subprocess.Popen(
-            [spec.python or sys.executable, "-m", "racecraft", *words],
+            [spec.python or sys.executable, "-m", "racecraft", *words_now(spec)],
             cwd=spec.folder,
-            env=environment,
+            env=variables(spec),
             stdin=subprocess.PIPE,
             stdout=said,
             stderr=subprocess.STDOUT,
@@ -85,15 +81,30 @@ def start(spec: JobSpec, log: Path) -> Child:
     return Child(process)
 
 
+def variables(spec: JobSpec) -> dict[str, str]:
+    """Return the variables that a job's process sees."""
+    threads = {THREADS: str(spec.cores)} if spec.cores else {}
+    return {**os.environ, **spec.environment, lifeline.VARIABLE: "1", "PYTHONUNBUFFERED": "1", **threads}
+
+
 def words_now(spec: JobSpec) -> Sequence[str]:
     """Return the words behind `racecraft` with which a job is begun, or gone on with."""
     return spec.resume if spec.resume and has_begun(spec) else spec.command
 
 
 def has_begun(spec: JobSpec) -> bool:
-    """Tell whether a job's run folder holds a run: by then all that it was given was read, and can be used."""
+    """Tell whether a job's run folder holds a run of its: by then all that it was given was read, and can be used."""
     run = spec.run_folder()
-    return run is not None and (run / JOB).exists()
+    return run is not None and run_mark(run) not in ("", spec.older_run)
+
+
+def run_mark(run: Path) -> str:
+    """Return what tells a run from another one that stood in its place before; "" where none stands."""
+    try:
+        told = (run / JOB).stat()
+    except OSError:
+        return ""
+    return f"{told.st_mtime_ns}-{told.st_ino}-{told.st_size}"
 
 
 def apart() -> dict[str, Any]:

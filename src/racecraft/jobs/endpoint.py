@@ -16,8 +16,9 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import RacecraftError, UserInputError
+from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.job_spec import JobSpec, require_legal_name
-from racecraft.formats.run_folder import FORMAT, JOB
+from racecraft.formats.run_folder import CHECKPOINTS, FORMAT, JOB
 from racecraft.jobs import submit
 from racecraft.jobs.container import container_in
 from racecraft.jobs.home import JobHome
@@ -152,17 +153,37 @@ class Predictor:
 
 
 def deploy(
-    home: JobHome, run: Path, name: str, serializer: Any = None, deserializer: Any = None, wait: bool = True
+    home: JobHome,
+    run: Path,
+    name: str,
+    serializer: Any = None,
+    deserializer: Any = None,
+    wait: bool = True,
+    policy: str = "",
 ) -> Predictor:
     """Put the policy of a run folder behind HTTP, at a free port of this machine; return who asks it.
+
+    Args:
+        home: Where the endpoint lies, a job as any other.
+        run: What was trained.
+        name: Of the endpoint.
+        serializer: Makes the body of a request.
+        deserializer: Reads an answer.
+        wait: Until it answers.
+        policy: Of several, the one that answers; "": the first, as SageMaker's launcher exports it (facts: C.5).
 
     Raises:
         NameTakenError: There is an endpoint, or a job, of that name.
         EndpointError: It was waited for, and does not answer.
     """
     folder = home.folder(require_legal_name(name))
+    policies = _policies_of(run)
+    if len(policies) > 1 and not policy:
+        policy, others = policies[0], ", ".join(policies[1:])
+        print(f"- {name}: {policy} answers, as at SageMaker; deploy(policy=…) has the others: {others}", flush=True)
+    chosen = (f"--policy={policy}",) if policy else ()
     spec = JobSpec(
-        ("serve", str(run.absolute()), "--port=0", f"--ready={folder / READY}"),
+        ("serve", str(run.absolute()), *chosen, "--port=0", f"--ready={folder / READY}"),
         name,
         folder=str(run.absolute().parent),
         environment=submit.environment_here(),
@@ -212,6 +233,15 @@ def trained_run_in(model: Path) -> Path:
         f"{model}: holds {there or 'nothing'}; expected a run folder of racecraft's. A script leaves one with "
         'rc.train(…, run=os.environ["SM_MODEL_DIR"] + "/run"); what other libraries trained cannot be served here.'
     )
+
+
+def _policies_of(run: Path) -> list[str]:
+    """Return the names of a run's policies, where there are several; an unreadable run is told by what serves it."""
+    try:
+        _, card = Checkpoints(run / CHECKPOINTS).load_policy("last")
+    except RacecraftError:
+        return []
+    return list(card.get("policy_spec", {}).get("policies") or ())
 
 
 def _wait_until_it_answers(home: JobHome, name: str) -> None:

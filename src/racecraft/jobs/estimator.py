@@ -334,6 +334,7 @@ class RLEstimator:
         deserializer: Any = None,
         endpoint_name: str | None = None,
         wait: bool = True,
+        policy: str = "",
         **recorded: Any,
     ) -> Predictor:
         """Put what the latest job learned behind HTTP; return who asks it.
@@ -345,7 +346,7 @@ class RLEstimator:
 
         run = trained_run_in(container_in(self._home.folder(self._latest().name)).model)
         name = endpoint_name or self._job_name()
-        return deploy(self._home, run, name, serializer, deserializer, wait)
+        return deploy(self._home, run, name, serializer, deserializer, wait, policy)
 
     def _spec(self, name: str, channels: Mapping[str, Path], experiment: Mapping[str, str] | None) -> JobSpec:
         folder = self._home.folder(name)

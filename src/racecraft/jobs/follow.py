@@ -9,13 +9,16 @@ from pathlib import Path
 LAST_BYTES = 4096
 LETTER = "racecraft: "
 """What a command of ours says before why it ends."""
-LOOK_SECONDS = 0.2
+LOOK_SECONDS = 0.1
 MOST_WORDS = 1024
 """Letters of a failure's reason, as at SageMaker."""
 
 
 def last_words(log: Path) -> str:
-    """Return the last paragraph that was said, for the reason of a failure; "" where nothing was."""
+    """Return the last paragraph that was said, for the reason of a failure; "" where nothing was.
+
+    Of a traceback it is the error and what was noted behind it.
+    """
     try:
         with open(log, "rb") as file:
             file.seek(max(0, log.stat().st_size - LAST_BYTES))
@@ -24,7 +27,9 @@ def last_words(log: Path) -> str:
         return ""
     letters = [at for at, line in enumerate(lines) if line.startswith((LETTER, "Traceback "))]
     if letters and lines[letters[-1]].startswith("Traceback "):
-        return lines[-1][:MOST_WORDS]
+        trace = lines[letters[-1] + 1 :]
+        error = next((at for at, line in enumerate(trace) if line and not line.startswith(" ")), len(trace) - 1)
+        return " ".join(trace[error:])[:MOST_WORDS]
     return " ".join(lines[letters[-1] :] if letters else lines[-1:])[:MOST_WORDS]
 
 

@@ -2,32 +2,28 @@
 
 from __future__ import annotations
 
-import atexit
 import itertools
 import os
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
 
 from racecraft.formats.job_spec import JobSpec, require_legal_name, write_job_spec
 from racecraft.formats.whole import make_folder
+from racecraft.jobs.ahead import withdraw
 from racecraft.jobs.capacity import Capacity
-from racecraft.jobs.children import apart, has_begun
+from racecraft.jobs.children import has_begun
 from racecraft.jobs.home import JobHome
 from racecraft.jobs.job import Job, new_job
 from racecraft.jobs.states import JobError
 from racecraft.jobs.store import JobStore, NameTakenError, change, get
-from racecraft.jobs.supervisor import is_supervised
+from racecraft.jobs.waking import ensure_supervisor, is_supervised
 
 TOLD_FROM_HERE = ("PYTHONPATH", "OMP_NUM_THREADS", "CUDA_VISIBLE_DEVICES")
 """Variables that a job takes along from where it was begun, beside those named RACECRAFT_… and DR_…"""
 LOOK_SECONDS = 0.2
 LOOK_AGAIN_SECONDS = 5.0
 """How often one who waits looks whether a supervisor has been killed, and for how long a job is thought to be next."""
-_started: list[subprocess.Popen[bytes]] = []
-"""Supervisors that this process started; it does not wait for them."""
 
 
 def submit(home: JobHome, spec: JobSpec) -> Job:
@@ -46,6 +42,7 @@ def submit(home: JobHome, spec: JobSpec) -> Job:
     make_folder(home.folder(spec.name))
     write_job_spec(home.spec(spec.name), spec)
     ensure_supervisor(home)
+    withdraw(home)
     return get(store, spec.name)
 
 
@@ -75,29 +72,6 @@ def environment_here() -> dict[str, str]:
         for name, value in os.environ.items()
         if name in TOLD_FROM_HERE or name.startswith(("RACECRAFT_", "DR_"))
     }
-
-
-def ensure_supervisor(home: JobHome) -> None:
-    """Start a supervisor that outlives this process, where nobody works at the jobs of this home."""
-    make_folder(home.path)
-    if is_supervised(home):
-        return
-    environment = {**os.environ, "RACECRAFT_JOBS": str(home.path), "RACECRAFT_JOB_STORE": home.store_url}
-    with open(home.path / "supervisor.log", "ab") as said:
-        command = [sys.executable, "-m", "racecraft.jobs"]
-        process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=said, stderr=said, env=environment, **apart()
-        )
-    if not _started:
-        atexit.register(_leave_them)
-    _started.append(process)
-
-
-def _leave_them() -> None:
-    """Have nobody complain that supervisors outlive us: that is what they are for."""
-    for process in _started:
-        process.poll()
-        process.returncode = process.returncode or 0
 
 
 def ask_to_stop(home: JobHome, store: JobStore, name: str) -> Job:

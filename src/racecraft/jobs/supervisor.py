@@ -22,6 +22,7 @@ from racecraft.formats.run_folder import METRICS, RunFolder
 from racecraft.formats.run_lock import RunLock
 from racecraft.formats.whole import make_folder
 from racecraft.jobs import children
+from racecraft.jobs.ahead import Spare, is_awaited
 from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.children import Child
 from racecraft.jobs.follow import last_words
@@ -31,6 +32,8 @@ from racecraft.jobs.states import JobError, State
 from racecraft.jobs.store import JobStore, change
 
 TURN_SECONDS = 0.2
+TURN_SECONDS_AWAITED = 0.02
+"""While a process waits for its job."""
 BEAT_SECONDS = 5.0
 LOST_SECONDS = 60.0
 """A job whose owner, on another machine, was silent for so long is taken up by whoever notices."""
@@ -67,6 +70,7 @@ class Supervisor:
         grace_seconds: What a job is given to end by itself.
         lost_seconds: How long an owner elsewhere may be silent.
         clock: Tells the time, seconds since 1970.
+        spare: A process that waits for its job already.
     """
 
     def __init__(
@@ -78,11 +82,18 @@ class Supervisor:
         grace_seconds: float = GRACE_SECONDS,
         lost_seconds: float = LOST_SECONDS,
         clock: Callable[[], float] = time.time,
+        spare: Spare | None = None,
     ) -> None:
         self._store, self._home, self._name = store, home, name or home.supervisor
         self._capacity = capacity or Capacity.of_machine()
         self._grace, self._lost, self._clock = grace_seconds, lost_seconds, clock
+        self._spare = spare
         self._work: dict[str, Work] = {}
+
+    @property
+    def turn_seconds(self) -> float:
+        """How long until it looks again."""
+        return TURN_SECONDS if self._spare is None else TURN_SECONDS_AWAITED
 
     @property
     def busy(self) -> bool:
@@ -93,6 +104,7 @@ class Supervisor:
         """Do once whatever is due; tell whether there is anything left to do."""
         self._note_log_times()
         self._settle_ended()
+        awaited = is_awaited(self._home)  # asked before the store: an announced job is there when it is taken back
         jobs = self._store.jobs()
         self._heed_limits(jobs)
         self._let_go_of_lost(jobs)
@@ -100,11 +112,14 @@ class Supervisor:
         self._heed_stops(jobs)
         self._take_up_silent(jobs)
         self._start_waiting([job for job in jobs if job.waits])
+        self._have_ready(awaited)
         self._beat(jobs)
         return self.busy or any(not job.ended for job in jobs)
 
     def close(self) -> None:
         """End what it works at; whoever comes next goes on with it."""
+        if self._spare is not None:
+            self._spare.dismiss()
         for name, work in self._work.items():
             work.child.end()
             self._change(name, lambda job: job.interrupted(self._clock(), "its supervisor ended", progressed=True))
@@ -223,7 +238,7 @@ class Supervisor:
         try:
             make_folder(self._home.folder(job.name))
             progress = progress_mark(self._home, job.spec)
-            child = children.start(job.spec, self._home.log(job.name))
+            child = self._child(job)
         except (OSError, RacecraftError) as error:
             self._change(job.name, lambda job, why=str(error): job.finished(State.FAILED, now, why))  # type: ignore[misc]
             return True
@@ -231,6 +246,22 @@ class Supervisor:
         # Somebody may have asked it to stop between two of our lines; then it is stopping already.
         self._change(job.name, lambda job: job if job.state is State.STOPPING else job.started(child.pid, now))
         return True
+
+    def _child(self, job: Job) -> Child:
+        """Return a job's process: the one that waits for it, or a new one."""
+        log = self._home.log(job.name)
+        if self._spare is not None and (child := self._spare.take(job.spec, log)) is not None:
+            self._spare = None
+            return child
+        return children.start(job.spec, log)
+
+    def _have_ready(self, awaited: bool) -> None:
+        """Have a process wait while a job was announced and has not come."""
+        if self._spare is None:
+            self._spare = Spare.if_awaited(self._home)
+        elif not awaited:
+            self._spare.dismiss()
+            self._spare = None
 
     def _beat(self, jobs: list[Job]) -> None:
         """Let others see that our jobs are looked after."""
@@ -258,15 +289,23 @@ class Supervisor:
                     file.write(f"{self._clock():.2f} {size}\n")
 
 
-def supervise(home: JobHome, idle_seconds: float = IDLE_SECONDS) -> None:
-    """Work at the jobs of a home until there is nothing left to do; return at once where somebody does already."""
+def supervise(home: JobHome, idle_seconds: float = IDLE_SECONDS, spare: Spare | None = None) -> None:
+    """Work at the jobs of a home until there is nothing left to do; return at once where somebody does already.
+
+    Args:
+        home: Where they lie.
+        idle_seconds: How long it waits for another.
+        spare: A process that waits for a job that was announced.
+    """
     store = home.store()
     _end_on_signals()
     while True:
         lock = _lock(home)
         if lock is None:
+            if spare is not None:
+                spare.dismiss()
             return
-        supervisor = Supervisor(store, home)
+        supervisor, spare = Supervisor(store, home, spare=spare), None
         try:
             _work(supervisor, idle_seconds)
         finally:
@@ -274,15 +313,6 @@ def supervise(home: JobHome, idle_seconds: float = IDLE_SECONDS) -> None:
             lock.release()
         if all(job.ended for job in store.jobs()):  # whoever came while we were leaving saw the lock and left it to us
             return
-
-
-def is_supervised(home: JobHome) -> bool:
-    """Tell whether somebody works at the jobs of a home on this machine."""
-    try:
-        RunLock(home.path).release()
-    except RunFolderError:
-        return True
-    return False
 
 
 def progress_mark(home: JobHome, spec: JobSpec) -> float:
@@ -298,7 +328,7 @@ def _work(supervisor: Supervisor, idle_seconds: float) -> None:
     while time.monotonic() - idle_since < idle_seconds:
         if supervisor.turn():
             idle_since = time.monotonic()
-        time.sleep(TURN_SECONDS)
+        time.sleep(supervisor.turn_seconds)
 
 
 def _given_up(held: Job, seen: Job, now: float, why: str) -> Job:
@@ -313,7 +343,7 @@ def _given_up(held: Job, seen: Job, now: float, why: str) -> Job:
 def _asked_in_its_run_folder(spec: JobSpec) -> bool:
     """Ask a training to end as `racecraft stop` does; False where there is none to be asked."""
     path = spec.run_folder()
-    if path is None:
+    if path is None or not children.has_begun(spec):
         return False
     try:
         RunFolder.open(path).ask_to_stop()

@@ -103,7 +103,7 @@ def own_summary(name: str) -> TrackSummary:
     if track is None:
         raise TrackError(name, "no circuit of this name in the library", f"one of: {', '.join(own_names()) or 'none'}")
     return TrackSummary(
-        track.name, "", round(track.length, 4), round(track.width_mean, 4), len(track.centre), track.direction,
+        track.name, "", round(track.length, 4), round(track.width_mean, 4), len(track.of_filed_rows()), track.direction,
         (OWN_TAG,),
     )  # fmt: skip
 

@@ -208,10 +208,12 @@ def _draw_arrow(axes: Any, track: Track) -> None:
 
 
 def _draw_waypoints(axes: Any, track: Track, every: int, quiet: bool) -> None:
-    """Mark every so many waypoints on the centre line and number them outside the road."""
-    rows = np.arange(0, len(track.centre) - (1 if track.closed else 0), every)
-    if track.closed and len(rows) > 1 and track.length - track.arc[rows[-1]] < 0.6 * track.width_mean:
-        rows = rows[:-1]
+    """Mark every so many waypoints on the centre line and number them outside the road, as rewards count them."""
+    own = track.of_filed_rows()
+    numbers = np.arange(0, len(own) - (1 if track.closed else 0), every)
+    if track.closed and len(numbers) > 1 and track.length - track.arc[own[numbers[-1]]] < 0.6 * track.width_mean:
+        numbers = numbers[:-1]
+    rows = own[numbers]
     if not quiet:
         axes.scatter(*track.centre[rows].T, s=11, c="#ffffff", edgecolors=INK, linewidths=0.5, zorder=5)
     border = track.locate(track.centre[rows]).outer_point
@@ -219,11 +221,19 @@ def _draw_waypoints(axes: Any, track: Track, every: int, quiet: bool) -> None:
     outward /= np.hypot(*outward.T)[:, None]
     x0, _, x1, _ = _view(track)
     places = border + outward * (0.09 + 0.014 * (x1 - x0))
-    for row, (x, y) in zip(rows, places, strict=True):
+    for number, (x, y) in zip(numbers, places, strict=True):
         if track.locate(np.array([[x, y]])).distance[0] < 0.55 * track.width_mean:
             continue  # another stretch of road lies there
         axes.text(
-            x, y, str(row), ha="center", va="center", fontsize=8, color=_ink_on(track.look.field), alpha=0.85, zorder=5
+            x,
+            y,
+            str(number),
+            ha="center",
+            va="center",
+            fontsize=8,
+            color=_ink_on(track.look.field),
+            alpha=0.85,
+            zorder=5,
         )
 
 
@@ -279,7 +289,7 @@ def _write_title(axes: Any, track: Track, title: str | None) -> None:
     left = axes.get_position().x0
     headline = title if title is not None else track.title or track.name
     way = {"ccw": "counter-clockwise", "cw": "clockwise", "open": "open"}[track.direction]
-    facts = [f"{track.length:.2f} m", f"{track.width_mean:.2f} m wide", way, f"{len(track.centre)} waypoints"]
+    facts = [f"{track.length:.2f} m", f"{track.width_mean:.2f} m wide", way, f"{len(track.of_filed_rows())} waypoints"]
     if headline != track.name:
         facts.insert(0, track.name)
     if track.is_reversed:

@@ -191,10 +191,14 @@ class Track:
         """
         if not self.repeated_rows:
             return self
-        filed = np.arange(len(self.centre) + len(self.repeated_rows))
-        own = filed - np.searchsorted(self.repeated_rows, filed, side="right")
+        own = self.of_filed_rows()
         centre, inner, outer = (_frozen(line[own]) for line in (self.centre, self.inner, self.outer))
         return replace(self, centre=centre, inner=inner, outer=outer, repeated_rows=())
+
+    def of_filed_rows(self) -> np.ndarray:
+        """Return, for every row of the route file, the number of ours; AWS's logs count waypoints by the file's."""
+        filed = np.arange(len(self.centre) + len(self.repeated_rows))
+        return filed - np.searchsorted(self.repeated_rows, filed, side="right")
 
     def lane(self, side: str) -> np.ndarray:
         """Return the (K, 2) middle of the "inner" or "outer" lane: halfway between centre line and border."""

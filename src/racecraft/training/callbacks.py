@@ -2,12 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 from racecraft.formats.generalisation import TrackResult
+
+
+@dataclass(frozen=True)
+class EndedAlike:
+    """Episodes that ended in the same way, in a few figures; None: nobody knows."""
+
+    episodes: int
+    mean_reward: float | None
+    """Mean sum of rewards."""
+    mean_score: float | None
+    mean_seconds: float | None
+    """Mean simulated time that they took."""
+
+
+def ended_alike(episodes: Iterable[tuple[str, float | None, float | None, float | None]]) -> dict[str, EndedAlike]:
+    """Return how episodes went, by the word for how they ended; they are given as (word, reward, score, seconds).
+
+    >>> ended_alike([("off_track", 2.0, 10.0, 1.5), ("off_track", 4.0, 20.0, 2.5)])
+    {'off_track': EndedAlike(episodes=2, mean_reward=3.0, mean_score=15.0, mean_seconds=2.0)}
+    """
+    groups: dict[str, list[tuple[float | None, ...]]] = {}
+    for word, *figures in episodes:
+        groups.setdefault(word, []).append(tuple(figures))
+    return {word: EndedAlike(len(group), *map(_mean, zip(*group, strict=True))) for word, group in groups.items()}
+
+
+def _mean(values: Sequence[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return sum(known) / len(known) if known else None
 
 
 @dataclass(frozen=True)
@@ -32,6 +61,8 @@ class EvaluationResult:
     """Steps of agents that were taken for it; 0 where it looked at the training's own."""
     by_track: tuple[TrackResult, ...] = ()
     """How it went on each of several tracks, for generalisation.csv; empty where there is one."""
+    by_status: Mapping[str, EndedAlike] = field(default_factory=dict)
+    """Its episodes by the world's word for how they ended; empty where the world tells of them otherwise."""
 
     @property
     def selection_metric(self) -> tuple[float, ...]:
@@ -63,6 +94,8 @@ class IterationReport:
     """None in an iteration without an evaluation."""
     is_best: bool
     """The result is the best so far."""
+    by_status: Mapping[str, EndedAlike] = field(default_factory=dict)
+    """Those episodes by the world's word for how they ended."""
     phase_seconds: Mapping[str, float] = field(default_factory=dict)
     """Where the time went: "collect", "learn", "judge", and "keep_before", what writing the iteration before took."""
 

@@ -1,28 +1,40 @@
 """The figures of a training while it runs, as Prometheus text over HTTP. Begin with `LiveMetrics`.
 
 Names are those that DeepRacer for Cloud sends to Telegraf, measurement and field joined as Telegraf's own Prometheus
-output joins them, so that boards made for it keep their names (facts: deepracer-systems.md A3). What it has no name for
-is called `racecraft_…`. The server answers on this machine only.
+output joins them, so that boards made for it keep their names (facts: deepracer-systems.md A3). It sends every episode
+by itself, tagged with phase and status; here the episodes of an iteration, or of an evaluation, that ended alike are
+one figure, their mean. What it has no name for is called `racecraft_…`. The server answers on this machine only.
 """
 
 from __future__ import annotations
 
 import threading
+from collections import Counter
 from collections.abc import Mapping
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
 from racecraft.contract.errors import UserInputError
-from racecraft.training.callbacks import IterationReport
+from racecraft.formats.aws.training_metrics import STATUS_LABELS
+from racecraft.training.callbacks import EndedAlike, IterationReport
 
 HOST = "127.0.0.1"
 PATH = "/metrics"
 CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
 HIGHEST_PORT = 65535
 
-HELP = {
-    "dr_training_episodes_reward": "Mean sum of rewards of the episodes that ended in the iteration.",
+BY_STATUS = {
+    "dr_training_episodes_reward": "Mean sum of rewards of the episodes that ended alike in the latest iteration.",
     "dr_training_episodes_progress": "Mean score of those episodes: of cars per cent of a lap.",
+    "dr_training_episodes_elapsed_time": "Mean simulated time of those episodes, ms.",
+    "racecraft_episodes_ended_total": "Episodes that ended so since this process began.",
+}
+"""Names that carry the labels phase and status besides; `evaluation` tells of the latest evaluation."""
+PHASES = ("training", "evaluation")
+HELP = {
+    **BY_STATUS,
+    "racecraft_training_reward": "Mean sum of rewards of all episodes that ended in the iteration.",
+    "racecraft_training_score": "Mean score of all episodes that ended in the iteration: of cars per cent of a lap.",
     "dr_eval_episodes_progress": "Score of the latest evaluation: of cars per cent of a lap.",
     "dr_eval_episodes_elapsed_time": "Best lap of the latest evaluation, ms.",
     "dr_sagemaker_epochs_entropy": "Entropy of the policy, nat.",
@@ -35,7 +47,10 @@ HELP = {
     "racecraft_training_running": "1 while it trains, 0 when it is over.",
 }
 """Every name, and what it is; the learner's other figures come as racecraft_learner{figure=…}."""
-COUNTERS = ("racecraft_steps_total", "racecraft_episodes_total", "racecraft_training_seconds_total")
+COUNTERS = (
+    "racecraft_steps_total", "racecraft_episodes_total", "racecraft_episodes_ended_total",
+    "racecraft_training_seconds_total",
+)  # fmt: skip
 LEARNER = "racecraft_learner"
 
 
@@ -60,6 +75,8 @@ class LiveMetrics:
         self._labels = {"model": model, "worker": "0"}
         self._values: dict[str, float] = {"racecraft_training_running": 0.0}
         self._learner: Mapping[str, float] = {}
+        self._alike: dict[str, Mapping[str, EndedAlike]] = {phase: {} for phase in PHASES}
+        self._ended: Counter[tuple[str, str]] = Counter()
         self._lock = threading.Lock()
         try:
             self._server = ThreadingHTTPServer((HOST, port), _handler(self))
@@ -82,16 +99,17 @@ class LiveMetrics:
         self._put({"racecraft_training_running": 1.0})
 
     def iteration(self, report: IterationReport) -> None:
-        """Take the figures of an iteration."""
+        """Take the figures of an iteration; the last one may come again, with its evaluation."""
+        is_new = report.iteration != self._values.get("racecraft_iteration")
         told: dict[str, float | None] = {
-            "dr_training_episodes_reward": report.mean_reward,
-            "dr_training_episodes_progress": report.training_score,
+            "racecraft_training_reward": report.mean_reward,
+            "racecraft_training_score": report.training_score,
             "dr_sagemaker_epochs_entropy": report.losses.get("entropy"),
             "racecraft_iteration": report.iteration,
             "racecraft_steps_total": report.steps,
             "racecraft_steps_per_second": report.steps_per_second,
             "racecraft_training_seconds_total": report.seconds,
-            "racecraft_episodes_total": self._values.get("racecraft_episodes_total", 0.0) + report.episodes,
+            "racecraft_episodes_total": self._values.get("racecraft_episodes_total", 0.0) + is_new * report.episodes,
         }
         if report.result is not None:
             lap = report.result.figures.get("best_lap_seconds")
@@ -100,6 +118,10 @@ class LiveMetrics:
         if report.is_best:
             told["racecraft_best_iteration"] = report.iteration
         self._put({name: float(value) for name, value in told.items() if value is not None}, report.losses)
+        if is_new:
+            self._put_episodes("training", report.by_status)
+        if report.result is not None:
+            self._put_episodes("evaluation", report.result.by_status)
 
     def end(self, reason: str) -> None:
         """Say that it is over."""
@@ -114,22 +136,47 @@ class LiveMetrics:
     def text(self) -> str:
         """Return everything in Prometheus's text format."""
         with self._lock:
-            values, learner = dict(self._values), dict(self._learner)
+            values, learner, samples = dict(self._values), dict(self._learner), self._samples()
+        samples |= {name: [({}, values[name])] for name in HELP if name in values}
         lines = []
         for name in HELP:
-            if name in values:
+            if samples.get(name):
                 kind = "counter" if name in COUNTERS else "gauge"
                 lines += [f"# HELP {name} {HELP[name]}", f"# TYPE {name} {kind}"]
-                lines.append(f"{name}{_labels(self._labels)} {values[name]!r}")
+                lines += [f"{name}{_labels({**self._labels, **more})} {value!r}" for more, value in samples[name]]
         if learner:
             lines += [f"# HELP {LEARNER} A figure of the learner's latest update.", f"# TYPE {LEARNER} gauge"]
             lines += [f"{LEARNER}{_labels({**self._labels, 'figure': k})} {float(v)!r}" for k, v in learner.items()]
         return "\n".join(lines) + "\n"
 
+    def _samples(self) -> dict[str, list[tuple[dict[str, str], float]]]:
+        """Return what is told by phase and status: the labels and the value, by name."""
+        samples: dict[str, list[tuple[dict[str, str], float]]] = {name: [] for name in BY_STATUS}
+        for phase, alike in self._alike.items():
+            for status, one in alike.items():
+                seconds = one.mean_seconds
+                figures = (one.mean_reward, one.mean_score, None if seconds is None else 1000.0 * seconds)
+                for name, value in zip(BY_STATUS, figures, strict=False):
+                    if value is not None:
+                        samples[name].append((_tags(phase, status), float(value)))
+        for (phase, status), count in self._ended.items():
+            samples["racecraft_episodes_ended_total"].append((_tags(phase, status), float(count)))
+        return samples
+
+    def _put_episodes(self, phase: str, alike: Mapping[str, EndedAlike]) -> None:
+        with self._lock:
+            self._alike[phase] = alike
+            self._ended.update({(phase, status): one.episodes for status, one in alike.items()})
+
     def _put(self, values: Mapping[str, float], learner: Mapping[str, float] | None = None) -> None:
         with self._lock:
             self._values.update(values)
             self._learner = self._learner if learner is None else learner
+
+
+def _tags(phase: str, status: str) -> dict[str, str]:
+    """Return the labels of DeepRacer for Cloud's tags; a world's own word for an ending stays where AWS has none."""
+    return {"phase": phase, "status": STATUS_LABELS.get(status, status)}
 
 
 def _labels(labels: Mapping[str, str]) -> str:

@@ -19,7 +19,7 @@ from racecraft.contract.world import EpisodeRecord
 from racecraft.rollout.collector import Collects
 from racecraft.rollout.memory import within_memory
 from racecraft.rollout.settings import RolloutConfig
-from racecraft.training.callbacks import EvaluationResult, IterationReport, TrainingCallback
+from racecraft.training.callbacks import EvaluationResult, IterationReport, TrainingCallback, ended_alike
 from racecraft.training.settings import EvaluationConfig
 from racecraft.training.stopping import Progress, StopCondition, reached, share_done
 
@@ -270,7 +270,8 @@ class TrainingLoop:
             self._note_stability(result)
         marks.append(time.perf_counter())
         steps = self._collector.steps_taken
-        scores = [score for score in map(self._evaluator.score, episodes) if score is not None]
+        ended = [(one.status, one.reward, self._evaluator.score(one), one.facts.get("seconds")) for one in episodes]
+        scores = [score for _, _, score, _ in ended if score is not None]
         report = IterationReport(
             iteration=self._iteration,
             steps=steps,
@@ -282,6 +283,7 @@ class TrainingLoop:
             losses={name: float(value) for name, value in losses.items()},
             result=result,
             is_best=is_best,
+            by_status=ended_alike(ended),
             phase_seconds={
                 "collect": marks[1] - marks[0],
                 "learn": marks[2] - marks[1],

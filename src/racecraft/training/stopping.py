@@ -6,6 +6,7 @@ more there is, its evaluator says: `laps` for cars, `score=475` where episodes a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -25,6 +26,11 @@ KINDS = {**LAPS, **SCORE, **RATING, **ALWAYS}
 
 BARE = ("laps",)
 """Conditions without an amount: the training is stable."""
+
+_POSITIVE = (lambda amount: 0 < amount < math.inf, "a number above 0")
+_WHOLE = (lambda amount: 0 < amount < math.inf and amount == int(amount), "a whole number above 0")
+_AMOUNTS = {"iterations": _WHOLE, "steps": _WHOLE, **dict.fromkeys((*SCORE, *RATING), (math.isfinite, "a number"))}
+"""What may be asked of each condition, and how a person calls it; others take `_POSITIVE`."""
 
 
 @dataclass(frozen=True)
@@ -105,9 +111,8 @@ def _parse(text: str, known: Mapping[str, str]) -> StopCondition:
         value = float(amount)
     except ValueError:
         value = float("nan")
-    legal = value == value and (kind in ("score", "rating") or 0 < value < float("inf"))
-    if not legal or (kind in ("iterations", "steps") and value != int(value)):
-        number = "a whole number above 0" if kind in ("iterations", "steps") else "a number above 0"
+    is_legal, number = _AMOUNTS.get(kind, _POSITIVE)
+    if not is_legal(value):
         raise SettingError(f"--stop {text!r}: expected {number} after '{kind}=', such as {kind}=10.")
     return StopCondition(kind, value)
 
@@ -115,7 +120,7 @@ def _parse(text: str, known: Mapping[str, str]) -> StopCondition:
 def _holds(stop: StopCondition, progress: Progress) -> bool:
     if stop.kind in BARE:
         return progress.is_stable
-    if stop.kind in ("score", "rating"):
+    if stop.kind in (*SCORE, *RATING):
         return progress.score is not None and progress.score >= stop.amount
     amounts = {"minutes": progress.seconds / 60.0, "iterations": progress.iterations, "steps": progress.steps}
     return amounts[stop.kind] >= stop.amount

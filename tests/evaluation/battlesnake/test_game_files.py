@@ -17,7 +17,7 @@ from racecraft.envs.battlesnake.dice import StreamDice
 from racecraft.envs.battlesnake.maps import MAPS
 from racecraft.envs.battlesnake.records import read_games
 from racecraft.envs.battlesnake.settings import GameSettings
-from racecraft.evaluation.battlesnake.game_files import verify_file
+from racecraft.evaluation.battlesnake.game_files import games_of, verify_file
 from racecraft.evaluation.battlesnake.match import Played, play
 from racecraft.evaluation.battlesnake.record import verdict, write_record
 from racecraft.evaluation.battlesnake.seats import take_seat
@@ -118,6 +118,47 @@ def test_games_of_every_ruleset_read_back(tmp_path, ruleset):
     report = verified(tmp_path / "game.jsonl", official(game))
     assert report.agrees, "\n".join(report.examples)
     assert report.steps == game.turns
+
+
+OFFICIAL = Path(__file__).with_name("official_output.jsonl.gz")
+"""What `battlesnake play --output` of the official program (commit 87e094e) wrote while snakes of ours answered it:
+royale on its map, wrapped constrictor, and arcade_maze, one file after another."""
+
+
+def test_what_the_official_program_wrote_is_verified_game_by_game():
+    report = verify_file(OFFICIAL)
+    assert (report.games, report.steps, report.mismatches, report.unread) == (3, 58 + 9 + 39, 0, [])
+    assert [game.settings.map for game in games_of(OFFICIAL)] == ["royale", "standard", "arcade_maze"]
+    assert [game.over_turn for game in games_of(OFFICIAL)] == [58, 9, 39]
+
+
+def test_a_wrong_move_in_the_last_game_of_a_file_is_found_at_its_line(tmp_path):
+    lines = gzip.decompress(OFFICIAL.read_bytes()).splitlines()
+    begins = [n for n, line in enumerate(lines) if b'"board"' not in line and b'"winnerId"' not in line]
+    turn = json.loads(lines[begins[2] + 20])
+    turn["board"]["snakes"][0]["health"] -= 1
+    lines[begins[2] + 20] = json.dumps(turn).encode()
+    (tmp_path / "games.jsonl").write_bytes(b"\n".join(lines))
+    report = verify_file(tmp_path / "games.jsonl")
+    assert report.games == 3
+    assert not report.agrees
+    assert report.examples[0].startswith(f"game at line {begins[2] + 1} (standard on arcade_maze), turn 18")
+
+
+def test_a_missing_turn_is_told_with_what_was_not_verified(played, tmp_path):
+    lines = official(played)
+    report = verified(tmp_path / "game.jsonl", [*lines[:12], *lines[13:]])
+    assert report.steps == 10
+    assert report.agrees
+    assert report.unread == ["game at line 1: turn 11 is missing; the turns after it were not verified"]
+
+
+def test_frames_without_rules_are_played_by_the_usual_ones(played, tmp_path):
+    frames = engine_frames(played)
+    frames["Game"].pop("Ruleset")
+    (tmp_path / "frames.json").write_text(json.dumps(frames))
+    (game,) = games_of(tmp_path / "frames.json")
+    assert game.settings == GameSettings(width=11, height=11, players=3)
 
 
 SPOILT = {

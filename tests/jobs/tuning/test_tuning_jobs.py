@@ -11,6 +11,8 @@ from racecraft.cli.app import app
 from racecraft.contract.errors import SettingError
 from racecraft.estimator import ContinuousParameter, HyperparameterTuner, IntegerParameter, RLEstimator, RLToolkit
 from racecraft.formats.run_folder import RunFolder
+from racecraft.jobs.tuning.rehearsal import require_understood
+from racecraft.jobs.tuning.space import read_parameter
 from racecraft.jobs.tuning.study import TuningError
 
 SCRIPT = """
@@ -96,13 +98,29 @@ def test_a_database_that_is_damaged_or_full_is_a_letter(home, tmp_path, monkeypa
     assert "Free some space and run the same command again" in str(done.exception)
 
 
-def test_a_setting_that_is_none_is_named_after_two_trials(home, tmp_path, monkeypatch):  # noqa: F811
+@pytest.mark.parametrize(
+    ("param", "letter"),
+    [
+        ("ppo.learning_rat=1e-4..1e-2", "Did you mean 'learning_rate'?"),
+        ("ppo.epochs=-8..-2", "ppo.epochs"),
+        ("network.activation=rellu,tan", "network.activation"),
+    ],
+)
+def test_what_no_trial_understands_is_refused_before_the_first(home, tmp_path, monkeypatch, param, letter):  # noqa: F811
     monkeypatch.chdir(tmp_path)
-    asked = ["tune", "--trials", "9", "--parallel", "2", "--param", "ppo.learning_rat=1e-4..1e-2"]
-    done = CliRunner().invoke(app, [*asked, "gym", "train", "CartPole-v1", *TINY])
-    assert isinstance(done.exception, TuningError)
-    assert "learning_rat" in str(done.exception)
-    assert "Did you mean 'learning_rate'?" in str(done.exception)
+    done = CliRunner().invoke(app, ["tune", "--param", param, "gym", "train", "CartPole-v1", *TINY])
+    assert isinstance(done.exception, SettingError)
+    assert "no trial could be begun" in str(done.exception)
+    assert letter in str(done.exception)
+    assert not (tmp_path / "tunings").exists()
+    assert home.store().jobs() == []
+
+
+def test_where_one_corner_can_be_trained_there_is_something_to_find(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    words = ("gym", "train", "CartPole-v1", *TINY)
+    require_understood(words, dict([read_parameter("ppo.epochs=-8..8")]))
+    assert list(tmp_path.iterdir()) == [], "nothing is written by reading"
 
 
 @pytest.fixture

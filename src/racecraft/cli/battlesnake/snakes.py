@@ -74,7 +74,14 @@ def verify(
     else:
         for example in report.examples:
             print(example + "\n")
-        say(f"{report.games} games, {report.steps} steps, {report.mismatches} mismatches", quiet_stdout=False)
+        for sentence in report.unread:
+            print(f"note: {sentence}")
+        counts = {"game": report.games, "step": report.steps, "mismatch": report.mismatches}
+        told = (
+            f"{count} {word}{'' if count == 1 else 'es' if word == 'mismatch' else 's'}"
+            for word, count in counts.items()
+        )
+        say(", ".join(told), quiet_stdout=False)
     if not report.agrees:
         raise typer.Exit(1)
 

@@ -92,10 +92,12 @@ def show(
         "length_m": round(found.length, 4),
         "width_mean_m": round(found.width_mean, 4),
         "direction": found.direction,
-        "waypoints": len(found.centre),
+        "waypoints": len(found.of_filed_rows()),
         "bounds_m": [round(value, 3) for value in (x0, y0, x1, y1)],
         "hash": found.hash(),
     }
+    if found.repeated_rows:
+        facts["repeated"] = list(found.repeated_rows)
     if picture is not None:
         from racecraft.tracks.picture import draw_track
 

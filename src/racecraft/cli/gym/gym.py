@@ -10,7 +10,7 @@ import typer
 
 from racecraft.cli.option_groups import takes_groups
 from racecraft.cli.options import Cluster
-from racecraft.cli.training import Left, Road, TrainingOptions
+from racecraft.cli.training import Left, Road, TrainingOptions, verdict
 from racecraft.contract.errors import SettingError
 
 if TYPE_CHECKING:
@@ -75,6 +75,5 @@ def _tell_trained(trained: Trained, left: Left) -> None:
     if judged is None:
         print(f"{summary['environment']}: stopped before its first evaluation, after {steps}")
         return
-    verdict = "solved" if summary["solved"] else "not solved"
-    mean, episodes = judged["mean_return"], judged["episodes"]
-    print(f"{summary['environment']}: {verdict}, mean return {mean:.1f} over {episodes} greedy episodes after {steps}")
+    told = f"{verdict(summary)}mean return {judged['mean_return']:.1f} over {judged['episodes']} greedy episodes"
+    print(f"{summary['environment']}: {told} after {steps}")

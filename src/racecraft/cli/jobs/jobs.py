@@ -75,7 +75,7 @@ def list_(json: Json = False) -> None:
     """
     from racecraft.cli.output import print_json
     from racecraft.jobs.home import JobHome
-    from racecraft.jobs.submit import ensure_supervisor
+    from racecraft.jobs.waking import ensure_supervisor
 
     home = JobHome.of_user()
     found = home.store().jobs()
@@ -211,10 +211,11 @@ def delete(name: Name) -> None:
 @app.command(hidden=True)
 def enter(folder: Annotated[Path, typer.Argument(help="A job's own folder.")]) -> None:
     """Run an estimator's script in the rooms of its job; started by a supervisor."""
+    from racecraft.cli.script_errors import told_as_python_would
     from racecraft.compat.foreign import run_script
     from racecraft.jobs.container import entered
 
-    with entered(folder) as (script, arguments):
+    with told_as_python_would(), entered(folder) as (script, arguments):
         run_script(script, arguments)
 
 

@@ -27,10 +27,12 @@ def train_population(
     from racecraft.jobs.home import JobHome
     from racecraft.jobs.tuning.population import check_population, train
     from racecraft.jobs.tuning.population_trials import PopulationTrials, check_round
+    from racecraft.jobs.tuning.rehearsal import require_understood
     from racecraft.jobs.tuning.training_trials import TRIALS, Objective
 
     check_population(record.size, record.rounds)
     check_round(record.command, parameters)
+    require_understood(record.command, parameters)
     aim = Objective(record.objective, record.maximise, take_last=True)
     cores = os.cpu_count() or 1
     at_a_time = min(parallel or max(1, cores // 2), record.size)

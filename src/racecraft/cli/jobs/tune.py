@@ -178,6 +178,7 @@ def _search(
     from racecraft.cli.output import say
     from racecraft.formats.whole import make_folder
     from racecraft.jobs.home import JobHome
+    from racecraft.jobs.tuning.rehearsal import require_understood
     from racecraft.jobs.tuning.search import search
     from racecraft.jobs.tuning.study import Study, check_choices, database_letters, require_search
     from racecraft.jobs.tuning.training_trials import TrainingTrials
@@ -186,6 +187,7 @@ def _search(
     check_choices(choice.sampler, pruner, PBT)
     if place.from_ is not None:
         require_search(place.from_)
+    require_understood(command, parameters)
     make_folder(folder)
     with database_letters(folder):
         study = Study(folder, parameters, objective.maximise, choice.sampler, pruner, choice.seed)

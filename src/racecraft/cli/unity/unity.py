@@ -11,7 +11,7 @@ from typer.core import TyperCommand
 
 from racecraft.cli.option_groups import option_names, takes_groups
 from racecraft.cli.output import word
-from racecraft.cli.training import Left, Road, TrainingOptions
+from racecraft.cli.training import Left, Road, TrainingOptions, verdict
 
 if TYPE_CHECKING:
     from racecraft.training.trainer import Trained
@@ -178,11 +178,8 @@ def _tell_trained(trained: Trained, left: Left) -> None:
     if judged is None:
         print(f"{summary['behavior']}: not judged this time; after {steps}; run: {summary['run']}")
         return
-    verdict = "" if judged["threshold"] is None else ("solved, " if summary["solved"] else "not solved, ")
-    print(
-        f"{summary['behavior']}: {verdict}mean return {judged['mean_return']:.3f} over {judged['episodes']} episodes "
-        f"after {steps}; run: {summary['run']}"
-    )
+    told = f"{verdict(summary)}mean return {judged['mean_return']:.3f} over {judged['episodes']} episodes"
+    print(f"{summary['behavior']}: {told} after {steps}; run: {summary['run']}")
     for name, told in judged.get("behaviors", {}).items():
         print(f"  {name}: mean return {told['mean_return']:.3f} over {told['episodes']} episodes")
     if can_export_to_unity(trained.run.path):

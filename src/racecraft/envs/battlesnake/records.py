@@ -49,6 +49,8 @@ class RecordedGame:
     steps: list[RecordedStep] = field(default_factory=list)
     over_turn: int | None = None
     """The turn whose position was found over; None where the record was cut."""
+    missing_turn: int | None = None
+    """The first turn that a file of positions lacks; what comes after it there is not among the steps."""
 
 
 def read_games(path: Path) -> Iterator[RecordedGame]:

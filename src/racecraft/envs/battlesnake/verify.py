@@ -41,6 +41,8 @@ class Report:
     """Differences found; one a turn and player (referee, kernel, map, ending)."""
     examples: list[str] = field(default_factory=list)
     """The first few, drawn as boards."""
+    unread: list[str] = field(default_factory=list)
+    """What could not be replayed, a sentence each."""
 
     @property
     def agrees(self) -> bool:
@@ -83,6 +85,9 @@ def verify_games(games: Iterable[RecordedGame]) -> Report:
     for game in games:
         report.games += 1
         report.steps += len(game.steps)
+        if game.missing_turn is not None:
+            where = f"game at line {game.line}: turn {game.missing_turn} is missing"
+            report.unread.append(f"{where}; the turns after it were not verified")
         _replay(game, report)
     return report
 

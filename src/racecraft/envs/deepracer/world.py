@@ -463,14 +463,19 @@ class RaceWorld:
         for n, m in zip(*np.nonzero(self.reports["terminated"] | self.reports["truncated"]), strict=True):
             report = self.reports[n, m]
             lap_seconds = float(report["lap_seconds"]) if report["status"] == race.LAP_COMPLETE else float("nan")
+            steps = int(report["steps"])
             self._finished.append(
                 EpisodeRecord(
                     world=int(n),
                     agent=int(m),
-                    steps=int(report["steps"]),
+                    steps=steps,
                     reward=float(self._reward_sums[n, m]),
                     status="truncated" if report["truncated"] else race.STATUSES[report["status"]],
-                    facts={"progress_percent": float(report["progress"]), "lap_seconds": lap_seconds},
+                    facts={
+                        "progress_percent": float(report["progress"]),
+                        "lap_seconds": lap_seconds,
+                        "seconds": steps * TICK_SECONDS,
+                    },
                 )
             )
             self._reward_sums[n, m] = 0.0

@@ -1,7 +1,8 @@
 """Games to verify, out of every file in which they are kept; what a file is shows in its first lines, not in its name.
 
     recorded      JSON Lines with `game`, `step` and `over` (`envs/battlesnake/records.py`): moves and dice are told
-    output        JSON Lines of `snakes play --output` and of the official `battlesnake play --output`
+    output        JSON Lines of `snakes play --output` and of the official `battlesnake play --output`, one game after
+                  another
     log           one JSON object of a snake that kept what production sent it:
                   {"start_request": …, "moves": [[request, answer], …], "end_request": …}
     frames        what the production engine and the board protocol tell of a game: one JSON object with `Game` and
@@ -71,7 +72,7 @@ def games_of(path: Path) -> Iterator[RecordedGame]:
         elif isinstance(first, dict) and ("Game" in first or "Type" in first):
             yield _from_events(_lines(path), path)
         else:
-            yield _from_output(_lines(path), path)
+            yield from (_from_output(lines, path) for lines in _one_by_one(_lines(path)))
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError) as problem:
         raise InputFileError(path, f"{type(problem).__name__}: {str(problem)[:200]}", EXPECTED) from problem
 
@@ -170,7 +171,18 @@ def _lines(path: Path) -> Iterator[tuple[int, Any]]:
             yield number, value
 
 
-def _from_output(lines: Iterable[tuple[int, Any]], path: Path) -> RecordedGame:
+def _one_by_one(lines: Iterable[tuple[int, Any]]) -> Iterator[list[tuple[int, Any]]]:
+    """Yield the lines of each game of an output file: a game begins with its card, which is no turn and no verdict."""
+    game: list[tuple[int, Any]] = []
+    for number, line in lines:
+        if game and "board" not in line and "winnerId" not in line and any("board" in one for _, one in game):
+            yield game
+            game = []
+        game.append((number, line))
+    yield game
+
+
+def _from_output(lines: Sequence[tuple[int, Any]], path: Path) -> RecordedGame:
     """Read the official output file, or ours: ours tells how snakes died."""
     letters: list[Letter] = []
     end: dict[str, Any] = {}
@@ -191,7 +203,7 @@ def _from_output(lines: Iterable[tuple[int, Any]], path: Path) -> RecordedGame:
             if frame.board.turn >= snake.on:
                 frame.dead[snake.id] = snake
     over = bool(end.get("winnerId") or end.get("isDraw"))
-    return recorded_game(_settings(letters[0]), frames, over)
+    return recorded_game(_settings(letters[0]), frames, over, lines[0][0])
 
 
 def _from_log(log: dict[str, Any]) -> RecordedGame:

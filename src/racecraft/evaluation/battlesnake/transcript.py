@@ -52,7 +52,7 @@ def recorded_game(settings: GameSettings, frames: Sequence[Frame], over: bool, l
         if frame.board.turn == last.turn:
             continue
         if frame.board.turn != last.turn + 1:
-            whole = False
+            whole, game.missing_turn = False, last.turn + 1
             break
         if is_over(last, settings) and _bodies(frame.board) == _bodies(last):
             break  # the official program counts one turn more when the game is decided

@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
 from racecraft.contract.errors import UserInputError
-from racecraft.formats.aws.run_env import EnvFolder, RunEnv, RunEnvError, read_env_files
+from racecraft.formats.aws.run_env import EnvFolder, RunEnv, RunEnvError, read_env_files, without_curly_quotes
 from racecraft.formats.aws.run_env_variables import BY_NAME
 
 RUN_ENV, SYSTEM_ENV = "run.env", "system.env"
@@ -265,10 +265,11 @@ def _env_files(path: Path, config: str | Path | None, experiment: str | None) ->
 
 
 def _with_shell(env: RunEnv, shell: Mapping[str, str], digest: str) -> tuple[RunEnv, tuple[str, ...]]:
+    said = {name: without_curly_quotes(value) for name, value in shell.items() if name in BY_NAME}
     differing = {
         name: value
-        for name, value in shell.items()
-        if name in BY_NAME and value and value != env.values.get(name) and name not in ("DR_DIR", "DR_CONFIG")
+        for name, value in said.items()
+        if value and value != env.values.get(name) and name not in ("DR_DIR", "DR_CONFIG")
     }
     if not differing:
         return env, ()

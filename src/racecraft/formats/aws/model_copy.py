@@ -16,7 +16,7 @@ from racecraft.formats.checkpoint import INDEX, VERSION, CheckpointEntry
 from racecraft.formats.checkpoint_ranking import find_checkpoint
 from racecraft.formats.run_folder import CHECKPOINTS, STOP, RunFolder
 from racecraft.formats.run_lock import LOCK, unwritable
-from racecraft.formats.whole import write_whole
+from racecraft.formats.whole import PART, write_whole
 
 
 def copy_model(source: RunFolder, target: Path, which: str | None = None) -> CheckpointEntry | None:
@@ -40,7 +40,7 @@ def copy_model(source: RunFolder, target: Path, which: str | None = None) -> Che
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".copying-", dir=target.parent) as place:
             copy = Path(place) / target.name
-            shutil.copytree(source.path, copy, ignore=_passed_over(source, chosen), symlinks=False)
+            _copy_tree(source, copy, chosen)
             if chosen is not None:
                 _keep_only(copy / CHECKPOINTS, chosen)
             if target.is_dir():
@@ -81,15 +81,32 @@ def wipe_model(place: Path) -> None:
         raise unwritable(place, error) from error
 
 
+def _copy_tree(source: RunFolder, copy: Path, chosen: CheckpointEntry | None) -> None:
+    """Copy a folder's files, again where a training that goes on there took one away meanwhile.
+
+    Raises:
+        OSError: It cannot be read or written.
+    """
+    for again in (True, True, False):
+        try:
+            shutil.copytree(source.path, copy, ignore=_passed_over(source, chosen), symlinks=False)
+            return
+        except shutil.Error:
+            if not again:
+                raise
+            shutil.rmtree(copy)
+
+
 def _passed_over(source: RunFolder, chosen: CheckpointEntry | None):  # type: ignore[no-untyped-def]
     """Return what `shutil.copytree` asks about each folder: the names in it that stay behind."""
 
     def passed_over(folder: str, names: list[str]) -> list[str]:
+        passed = [name for name in names if name.endswith(PART)]  # which somebody is just writing
         if Path(folder) == source.path:
-            return [name for name in names if name in (LOCK, STOP)]
+            passed += [name for name in names if name in (LOCK, STOP)]
         if chosen is not None and Path(folder) == source.checkpoints:
-            return [name for name in names if name != chosen.policy]
-        return []
+            passed += [name for name in names if name != chosen.policy]
+        return passed
 
     return passed_over
 

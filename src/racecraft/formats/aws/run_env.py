@@ -182,6 +182,16 @@ def read_env_files(*paths: str | Path, workers: Path | None = None) -> EnvFolder
     return EnvFolder(read_run_env(*paths), found)
 
 
+def without_curly_quotes(text: str) -> str:
+    """Return a value as it was meant where it was pasted from a page into a shell, which knows straight quotes only.
+
+    >>> without_curly_quotes("\u201dmy-model\u201d"), without_curly_quotes("it\u2019s")
+    ('my-model', 'it\u2019s')
+    """
+    closing = _QUOTES.get(text[:1], "") if text[:1] not in ('"', "'") else ""
+    return text[1:-1] if len(text) > 1 and closing and text[-1] in closing else text
+
+
 def edit_run_env(path: str | Path, changes: Mapping[str, str]) -> None:
     """Change values in a file of settings; all else stays as it is, and the old file is kept as `<name>.bak`.
 

@@ -34,7 +34,7 @@ class TrackSummary:
     width: float
     """Mean width between the borders, m."""
     rows: int
-    """Waypoints, a loop's closing one included."""
+    """Waypoints as the route file counts them, a loop's closing one and a repeated one included."""
     direction: str
     """"ccw", "cw" or "open"."""
     tags: tuple[str, ...]
@@ -82,8 +82,9 @@ def summary(name: str) -> TrackSummary:
     """
     name = resolve(name)
     entry = _index()[name]
+    rows = entry["rows"] + len(entry.get("repeated_rows", ()))
     return TrackSummary(
-        name, entry["title"], entry["length"], entry["width"], entry["rows"], entry["direction"], tuple(entry["tags"])
+        name, entry["title"], entry["length"], entry["width"], rows, entry["direction"], tuple(entry["tags"])
     )
 
 

@@ -8,7 +8,7 @@ VERBS = (
     "start-loganalysis", "start-metrics", "upload-model", "increment-upload-model", "download-model", "upload-car-zip",
     "summary", "local-aws", "update", "reload", "find-sagemaker", "find-robomaker", "get-robomaker-stats",
     "start-tournament", "list-aws-models", "set-upload-model", "stop-loganalysis", "url-loganalysis",
-    "logs-loganalysis", "stop-metrics",
+    "logs-loganalysis", "stop-metrics", "stop-all", "update-viewer", "view-stream",
 )  # fmt: skip
 """Every dr- command that only hands its words on. `dr-update-env` does more: it changes the shell."""
 
@@ -51,6 +51,8 @@ if [ "${1:-}" = "-e" ] && [ -n "${2:-}" ]; then
 elif [ -n "${1:-}" ] && [ -f "${1:-}" ]; then
     DR_CONFIG="$(cd "$(dirname "$1")" && pwd)/$(basename "$1")"
     export DR_CONFIG
+elif [ -n "${1:-}" ]; then
+    echo "- '$1' is neither a file nor -e EXPERIMENT, so run.env counts" >&2
 fi
 dr-update-env
 """
@@ -62,7 +64,7 @@ _POWERSHELL = """\
 
 param([string]$Config = "", [string]$Experiment = "")
 
-$env:DR_DIR = (Resolve-Path -LiteralPath (Join-Path $PSScriptRoot "..")).Path
+$env:DR_DIR = Convert-Path -LiteralPath (Join-Path $PSScriptRoot "..")
 Remove-Item Env:DR_CONFIG -ErrorAction SilentlyContinue
 Remove-Item Env:RACECRAFT_DR_EXPERIMENT -ErrorAction SilentlyContinue
 
@@ -72,24 +74,26 @@ if (-not (Get-Command racecraft -ErrorAction SilentlyContinue)) {
 }
 
 function global:dr-update-env {
-    $lines = racecraft dr env --shell powershell | Out-String
+    $lines = (racecraft dr env --shell powershell) -join "`n"
     if ($LASTEXITCODE -eq 0) { Invoke-Expression $lines }
 }
-
-foreach ($verb in "@VERBS@".Split(" ")) {
-    Set-Item -Path "Function:global:dr-$verb" -Value ([ScriptBlock]::Create("racecraft dr $verb @args"))
-}
+@FUNCTIONS@
 
 if ($Experiment) {
     $env:RACECRAFT_DR_EXPERIMENT = $Experiment
 } elseif ($Config -and (Test-Path -LiteralPath $Config -PathType Leaf)) {
-    $env:DR_CONFIG = (Resolve-Path -LiteralPath $Config).Path
+    $env:DR_CONFIG = Convert-Path -LiteralPath $Config
+} elseif ($Config) {
+    Write-Warning "'$Config' is neither a file nor -e EXPERIMENT, so run.env counts."
 }
 dr-update-env
 """
+"""Plain to the letter, for no PowerShell has run it: a function a line, lines joined and not formatted, paths as other
+programs know them (`Convert-Path`, on a share or a drive of PowerShell's own, too), nothing a strict mode refuses."""
 
 
 def shell_file(shell: str) -> str:
     """Return the text of activate.sh ("sh") or activate.ps1 ("powershell")."""
     text = {"sh": _SH, "powershell": _POWERSHELL}[shell]
-    return text.replace("@MARK@", MARK).replace("@VERBS@", " ".join(VERBS))
+    functions = "\n".join(f"function global:dr-{verb} {{ racecraft dr {verb} @args }}" for verb in VERBS)
+    return text.replace("@MARK@", MARK).replace("@VERBS@", " ".join(VERBS)).replace("@FUNCTIONS@", functions)

@@ -15,11 +15,12 @@ from racecraft.contract.policy import Policy
 from racecraft.contract.world import EpisodeRecord
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.side_by_side import SideBySide
+from racecraft.envs.deepracer.vehicle import TICK_SECONDS
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.evaluation.deepracer.by_track import Judged, figures_of, headline_of, results_by_track, summary_of
-from racecraft.evaluation.deepracer.laps import LapReport, judge_laps, judge_starts
+from racecraft.evaluation.deepracer.laps import Lap, LapReport, judge_laps, judge_starts
 from racecraft.formats.generalisation import TRAINED, TrackResult
-from racecraft.training.callbacks import EvaluationResult
+from racecraft.training.callbacks import EvaluationResult, ended_alike
 from racecraft.training.deepracer.against import AgainstWorld
 from racecraft.training.stopping import LAPS
 
@@ -90,11 +91,17 @@ class CarEvaluator:
             steps=sum(lap.steps for lap in every.laps),
             selection=(report.merit(self._best_by), -float("inf") if best is None else -best),
             by_track=results,
+            by_status=ended_alike((lap.status, lap.reward, lap.progress_percent, _seconds(lap)) for lap in every.laps),
         )
 
     def confirm(self) -> bool:
         """Drive three laps one after the other: what laps from every start need not survive its own finish line."""
         return all(judge_laps(self._policy, one, FLYING_LAPS).all_full for one in self._flying)
+
+
+def _seconds(lap: Lap) -> float:
+    """Return how long a lap was driven, s of simulated time, finished or not."""
+    return lap.steps * TICK_SECONDS
 
 
 def _table(results: Sequence[TrackResult]) -> dict[str, Any]:

@@ -39,7 +39,7 @@ def start_evaluation(
     drfc = installation(context)
     say_notes(drfc)
     model = drfc.model
-    refuse_if_busy(drfc, model.with_name("-"))
+    refuse_if_busy(drfc, EVALUATION, model)
     race_environment(None, clones=False, drfc=drfc)  # a letter about any value comes now
     source = trained_model(drfc)
     if clone:

@@ -22,6 +22,8 @@ SENTENCES = {
     "stop-loganalysis": "nothing was left running: dr-start-loganalysis writes a page and ends.",
     "url-loganalysis": "there is no server: dr-start-loganalysis writes a page and says where.",
     "logs-loganalysis": "there is no server: dr-start-loganalysis writes a page and ends.",
+    "update-viewer": "nothing is to be updated: the page of dr-start-viewer shows all cars of its run id.",
+    "view-stream": "there is no stream of ROS; dr-start-viewer shows all cars.",
     "stop-metrics": "nothing was left running: dr-start-metrics writes a page and ends.",
 }
 """What each command that has nothing to do any more says."""

@@ -16,6 +16,7 @@ from racecraft.cli.deepracer.dr import (
     logs,
     models,
     pages,
+    stopping,
     summary,
     training,
 )
@@ -26,6 +27,9 @@ EXPERIMENT = "RACECRAFT_DR_EXPERIMENT"
 app = typer.Typer(
     help="The commands of DeepRacer for Cloud, without Docker; `racecraft init FOLDER` makes them dr- commands.",
     no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
 )
 
 
@@ -54,6 +58,7 @@ app.command(name="start-training")(training.start_training)
 app.command(name="run-training", hidden=True)(training.run_training)
 app.command(name="increment-training")(training.increment_training)
 app.command(name="stop-training")(training.stop_training)
+app.command(name="stop-all")(stopping.stop_all)
 app.command(name="start-evaluation")(evaluation.start_evaluation)
 app.command(name="run-evaluation", hidden=True)(evaluation.run_evaluation)
 app.command(name="stop-evaluation")(evaluation.stop_evaluation)

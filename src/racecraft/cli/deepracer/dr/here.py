@@ -85,30 +85,52 @@ def require_job(drfc: DrfcFolder, kind: str, begins: str) -> Job:
     return job
 
 
-def refuse_if_busy(drfc: DrfcFolder, model: Path) -> None:
-    """Refuse to begin while something of this run id is at work, or another one trains into the same folder.
+def refuse_if_busy(drfc: DrfcFolder, kind: str, model: Path) -> None:
+    """Refuse to begin what is under way already, and to train into a folder that another one works on.
+
+    A training and an evaluation of one run id go side by side: that is what racers look at their model with meanwhile.
+
+    Args:
+        drfc: The installation.
+        kind: What is to be begun, TRAINING or EVALUATION.
+        model: The run folder that it is about.
 
     Raises:
         UserInputError: It is.
     """
-    from racecraft.formats.aws.drfc_book import EVALUATION, TRAINING
-
-    for kind in (TRAINING, EVALUATION):
-        job = latest_job(drfc, kind)
-        if job is not None and not job.ended:
-            raise UserInputError(
-                f"run id {drfc.run_id}: a {kind} is under way ({job.name}, {job.spec.run}); expected none. "
-                f"dr-stop-{kind} ends it; another DR_RUN_ID and DR_LOCAL_S3_MODEL_PREFIX run beside it."
-            )
+    from racecraft.formats.aws.drfc_book import EVALUATION, job_of
     from racecraft.jobs.home import JobHome
 
+    job = latest_job(drfc, kind)
+    if job is not None and not job.ended:
+        raise UserInputError(_under_way(drfc, job, kind))
+    if kind == EVALUATION:
+        return
+    judged = job_of(drfc.path, drfc.run_id, EVALUATION)
+    judging = latest_job(drfc, EVALUATION)
+    if judging is not None and judged is not None and not judging.ended and _same(Path(judged.run), model):
+        raise UserInputError(_under_way(drfc, judging, EVALUATION))
     for job in JobHome.of_user().store().jobs():
         run = job.spec.run_folder()
-        if not job.ended and run is not None and run.resolve() == model.resolve():
+        if not job.ended and run is not None and _same(run, model):
             raise UserInputError(
                 f"{model}: job {job.name} trains there; expected a prefix of its own for each run id. "
                 "Give another DR_LOCAL_S3_MODEL_PREFIX."
             )
+
+
+def _under_way(drfc: DrfcFolder, job: Job, kind: str) -> str:
+    """Return the letter about a job that has not ended."""
+    what = "a training is" if kind == "training" else "an evaluation is"
+    told = ", ".join(filter(None, (job.name, job.spec.run)))
+    return (
+        f"run id {drfc.run_id}: {what} under way ({told}); expected none. "
+        f"dr-stop-{kind} ends it; another DR_RUN_ID and DR_LOCAL_S3_MODEL_PREFIX run beside it."
+    )
+
+
+def _same(one: Path, other: Path) -> bool:
+    return one.resolve() == other.resolve()
 
 
 def begin_job(
@@ -131,8 +153,9 @@ def begin_job(
         words: What is done, behind `racecraft dr`.
         resume: What goes on with it after a crash, behind `racecraft`; none: it is begun anew.
     """
-    from racecraft.formats.aws.drfc_book import NotedJob, note_job
+    from racecraft.formats.aws.drfc_book import TRAINING, NotedJob, note_job
     from racecraft.formats.job_spec import JobSpec
+    from racecraft.jobs.children import run_mark
     from racecraft.jobs.home import JobHome
     from racecraft.jobs.submit import environment_here, submit_numbered
 
@@ -146,7 +169,8 @@ def begin_job(
             command=("dr", "--folder", str(here), *which, *words),
             name=name,
             resume=resume,
-            run=str(model.absolute()) if kind == "training" else "",
+            run=str(model.absolute()) if kind == TRAINING else "",
+            older_run=run_mark(model) if kind == TRAINING else "",
             folder=str(here),
             environment={
                 name: value

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -22,8 +23,6 @@ from racecraft.cli.deepracer.dr.here import (
 from racecraft.contract.errors import UserInputError
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from racecraft.formats.aws.drfc_folder import DrfcFolder
     from racecraft.storage.mirror_note import Place
 
@@ -55,18 +54,16 @@ def start_training(
     drfc = installation(context)
     say_notes(drfc)
     model = drfc.model
-    refuse_if_busy(drfc, model)
+    refuse_if_busy(drfc, TRAINING, model)
     place = place_of_model(drfc)
     fetch_for_training(drfc)
     if not wipe_first:
         _require_free(drfc)
         require_free(place)
-    elif model.exists() or place is not None:
-        _plan(drfc)  # what cannot be trained wipes nothing
-        _wipe(model, place)
+    words = ("run-training", "-w") if wipe_first and (model.exists() or place is not None) else ("run-training",)
     again = ("train", f"--run={model.absolute()}", "--resume", "--no-pictures")
     before = job_of(drfc.path, drfc.run_id, TRAINING)
-    job = begin_job(context, drfc, TRAINING, model, ("run-training",), again)
+    job = begin_job(context, drfc, TRAINING, model, words, again)
     await_run(drfc, TRAINING, job, before)
     print(f"{job.name} trains run id {drfc.run_id} into {model}; dr-stop-training ends it")
     if viewer:
@@ -77,19 +74,25 @@ def start_training(
         follow_job(job)
 
 
-def run_training(context: typer.Context) -> None:
+def run_training(context: typer.Context, wipe_first: Wipe = False) -> None:
     """Train in this process what run.env asks for; dr-start-training has it done in the background."""
     import sys
 
     from racecraft.training.progress import watcher
-    from racecraft.training.worlds import train
+    from racecraft.training.worlds import carry_out, plan
 
     def say(text: str) -> None:
         print(text, flush=True)
 
     drfc = installation(context)
-    with mirrored(watcher(sys.stdout), place_of_model(drfc), say) as watching:
-        train(_request(drfc), watching, say)
+    place = place_of_model(drfc)
+    request = _request(drfc)
+    planned = plan(request)
+    if wipe_first:
+        _require_trainable(drfc, planned)
+        _wipe(drfc.model, place)
+    with mirrored(watcher(sys.stdout), place, say) as watching:
+        carry_out(request.kind, planned, watching, say)
 
 
 def increment_training(
@@ -169,18 +172,24 @@ def _request(drfc: DrfcFolder) -> Any:
     return RaceRequest(drfc.path, run=drfc.model, preset=preset, drfc=drfc)
 
 
-def _plan(drfc: DrfcFolder) -> None:
-    """Read and check everything now, before what is there is wiped."""
+def _require_trainable(drfc: DrfcFolder, planned: Any) -> None:
+    """Refuse what only comes to light when a training begins: what cannot be trained wipes nothing."""
     from racecraft.formats.checkpoint_ranking import load_weights, split_source
     from racecraft.players.deepracer.foreign_model import borrowed_run
     from racecraft.training.deepracer.cloning import require_same_shape
     from racecraft.training.deepracer.trainer import KIND, load_reward
-    from racecraft.training.worlds import plan
 
-    planned = plan(_request(drfc))
     load_reward(planned.model.reward, planned.settings.race.reward_seconds)
-    if planned.request.clone_from is not None:
-        path, which = split_source(planned.request.clone_from)
-        older = borrowed_run(path)
-        older.read_job_of(KIND)
-        require_same_shape(planned, path, load_weights(older, which)[1])
+    if planned.request.clone_from is None:
+        return
+    path, which = split_source(planned.request.clone_from)
+    if Path(path).resolve().is_relative_to(drfc.model.resolve()):
+        raise drfc.letter(
+            "DR_LOCAL_S3_PRETRAINED_PREFIX",
+            "a model that is not the one to be wiped",
+            "Give another DR_LOCAL_S3_MODEL_PREFIX, or leave out -w.",
+            found=f"{path}, which -w would wipe",
+        )
+    older = borrowed_run(path)
+    older.read_job_of(KIND)
+    require_same_shape(planned, path, load_weights(older, which)[1])

@@ -32,6 +32,7 @@ class TensorFlowModel:
         deserializer: Any = None,
         endpoint_name: str | None = None,
         wait: bool = True,
+        policy: str = "",
         **recorded: Any,
     ) -> Predictor:
         """Put the policy that was trained behind HTTP; return who asks it.
@@ -41,7 +42,7 @@ class TensorFlowModel:
         """
         run = trained_run_in(unpacked_model(Path(self.model_data.removeprefix("file://"))))
         name = endpoint_name or self.name or f"{NAME}-{time.strftime('%Y-%m-%d-%H-%M-%S')}"
-        return deploy(JobHome.of_user(), run, name, serializer, deserializer, wait)
+        return deploy(JobHome.of_user(), run, name, serializer, deserializer, wait, policy)
 
 
 __all__ = ["TensorFlowModel"]

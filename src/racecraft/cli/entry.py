@@ -1,0 +1,74 @@
+"""The way into the command line, and all that is done before a command is imported. Begin with `main`.
+
+To import every command takes a quarter of a second. The process of a training may import before it knows its words;
+the dr- commands, which racers type all day, come without the others; and the one that trains says so first of all.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+
+from racecraft.contract.errors import RacecraftError, UserInputError
+
+IMPORTED_AHEAD = ("racecraft.training.deepracer.trainer", "racecraft.cli.deepracer.dr.group")
+"""What dr-start-training has imported before its job knows its words."""
+
+
+def main() -> None:
+    """Run the command line."""
+    # Threads that wait shall spin briefly and then sleep: beside another busy program long spinning costs many times
+    # what it saves. OpenMP reads this when torch and Numba load it, which no import has done yet.
+    os.environ.setdefault("GOMP_SPINCOUNT", "5000")
+    if "RACECRAFT_LIFELINE" in os.environ:  # a job's process; everybody else is spared the imports
+        _become_a_job()
+    words = sys.argv[1:]
+    with _head_start(words):
+        if words[:1] == ["dr"]:
+            from racecraft.cli.deepracer.dr.group import app as dr
+
+            say_letters(lambda: dr(words[1:], prog_name="racecraft dr"))
+        else:
+            from racecraft.cli import app
+
+            app.main()
+
+
+def say_letters(command: Callable[[], object]) -> None:
+    """Run a command; errors of ours become letters and exit codes."""
+    try:
+        command()
+    except RacecraftError as error:
+        print("\n".join([f"racecraft: {error}", *getattr(error, "__notes__", ())]), file=sys.stderr)
+        sys.exit(2 if isinstance(error, UserInputError) else 1)
+    except KeyboardInterrupt:
+        print("racecraft: stopped.", file=sys.stderr)
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(141)
+
+
+def _become_a_job() -> None:
+    from racecraft.jobs import lifeline
+
+    if "RACECRAFT_SPARE" in os.environ:
+        from racecraft.jobs.ahead import await_words
+
+        await_words(IMPORTED_AHEAD)
+    lifeline.hold()
+
+
+@contextlib.contextmanager
+def _head_start(words: Sequence[str]) -> Iterator[None]:
+    """Have the interpreter of a training begin to import before this command reads what is to be trained."""
+    with contextlib.ExitStack() as until_then:
+        if words[:1] == ["dr"] and "start-training" in words and not {"--help", "-h"} & set(words):
+            from racecraft.jobs.ahead import announced
+            from racecraft.jobs.home import JobHome
+
+            with contextlib.suppress(OSError, RacecraftError):  # which the command will tell in its own words
+                until_then.enter_context(announced(JobHome.of_user()))
+        yield

@@ -1,0 +1,54 @@
+"""A trial's command read through once before any trial is begun, so that what no trial understands is said at once.
+
+The command itself reads it, in a process of its own that plans and trains nothing (`PLAN_ONLY`). Two corners of what is
+varied are planned, all least values and all greatest: where one of them can be trained, a search has something to find,
+and what the other one does wrong is a trial's own failure.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from racecraft.contract.errors import SettingError
+from racecraft.jobs.follow import LETTER
+from racecraft.jobs.tuning.space import CategoricalParameter, Parameter, as_text
+
+PLAN_ONLY = "RACECRAFT_PLAN_ONLY"
+"""Set, it makes a training command read everything, write nothing and leave."""
+
+
+def require_understood(words: Sequence[str], parameters: Mapping[str, Parameter]) -> None:
+    """Refuse a search in which no trial could be begun.
+
+    Args:
+        words: The training command.
+        parameters: What is varied.
+
+    Raises:
+        SettingError: A name that is no setting, or whatever else the command refuses, in the command's own words.
+    """
+    corners = [{name: _ends(one)[at] for name, one in parameters.items()} for at in (0, 1)]
+    letter = _refusal(words, corners[0])
+    if letter and _refusal(words, corners[1]):
+        raise SettingError(f"no trial could be begun: {letter}")
+
+
+def _ends(parameter: Parameter) -> tuple[Any, Any]:
+    if isinstance(parameter, CategoricalParameter):
+        return parameter.values[0], parameter.values[-1]
+    return parameter.min_value, parameter.max_value
+
+
+def _refusal(words: Sequence[str], values: Mapping[str, Any]) -> str:
+    """Return the letter with which a command refuses some values; "" where it does not, or ends without a letter."""
+    sets = [f"--set={name}={as_text(value)}" for name, value in values.items()]
+    planned = subprocess.run(
+        [sys.executable, "-m", "racecraft", *words, *sets],
+        env={**os.environ, PLAN_ONLY: "1"}, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    _, sign, letter = planned.stderr.rpartition(LETTER)
+    return letter.strip() if planned.returncode and sign else ""

@@ -1,0 +1,58 @@
+"""A model is copied while its training goes on: what is just being written or taken away does no harm."""
+
+import shutil
+
+import pytest
+
+from racecraft.contract.errors import RunFolderError
+from racecraft.formats.aws import model_copy
+from racecraft.formats.run_folder import RunFolder
+
+
+def trained(folder):
+    run = RunFolder.create(folder, {"kind": "deepracer"})
+    for name in ("metrics.jsonl", "metrics.jsonl.part", "run.lock", "old.safetensors"):
+        (run.path / name).touch()
+    return run
+
+
+def test_what_is_just_being_written_stays_behind(tmp_path):
+    source, copy = trained(tmp_path / "a"), tmp_path / "b"
+    model_copy.copy_model(source, copy)
+    assert (copy / "metrics.jsonl").exists()
+    assert not list(copy.rglob("*.part"))
+    assert not (copy / "run.lock").exists()
+
+
+def test_what_is_taken_away_meanwhile_is_not_missed(tmp_path, monkeypatch):
+    source, passed_over = trained(tmp_path / "a"), model_copy._passed_over
+
+    def after_a_moment(*given):
+        stays_behind = passed_over(*given)
+
+        def passed(folder, names):
+            (source.path / "old.safetensors").unlink(missing_ok=True)
+            return stays_behind(folder, names)
+
+        return passed
+
+    monkeypatch.setattr(model_copy, "_passed_over", after_a_moment)
+    model_copy.copy_model(source, tmp_path / "b")
+    assert (tmp_path / "b" / "job.json").exists()
+    assert not (tmp_path / "b" / "old.safetensors").exists()
+
+
+def test_what_cannot_be_copied_at_all_is_a_letter_and_leaves_nothing(tmp_path, monkeypatch):
+    source = trained(tmp_path / "a")
+    tried = []
+
+    def fails(*given, **more):
+        tried.append(given)
+        (tmp_path / given[1]).mkdir()
+        raise shutil.Error([("a", "b", "why")])
+
+    monkeypatch.setattr(shutil, "copytree", fails)
+    with pytest.raises(RunFolderError, match="cannot be written"):
+        model_copy.copy_model(source, tmp_path / "b")
+    assert len(tried) == 3
+    assert [path.name for path in tmp_path.iterdir()] == ["a"]
