@@ -113,10 +113,10 @@ class ActorCritic(nn.Module):
 
     def laid_out(self, observations: Mapping[str, Tensor]) -> dict[str, Tensor]:
         """Return the observations of a rollout, laid out once for all the passes that will be made over them."""
-        bodies = (self.policy_body, self.critic_body or self.policy_body)
-        if not all(isinstance(body, Encoder) for body in bodies):
-            return dict(observations)
-        return {**observations, **self.policy_body.laid_out(observations)}
+        policy, critic = self.policy_body, self.critic_body
+        if isinstance(policy, Encoder) and (critic is None or isinstance(critic, Encoder)):
+            return {**observations, **policy.laid_out(observations)}
+        return dict(observations)
 
     def observe(self, observations: Mapping[str, Tensor]) -> None:
         """Take R rows into the running statistics of vectors, where there are any."""
