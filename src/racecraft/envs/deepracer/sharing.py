@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 from racecraft.kernels import set_threads, threads
 
-PIXELS_A_THREAD = 10_000
+PIXELS_A_THREAD = 5_000
 """Fewer than so many to draw, of all cars together, are drawn sooner than a thread more has joined in: the five frames
 of 40 x 30 of an evaluation take a tenth of a millisecond."""
 
