@@ -5,8 +5,9 @@ import pytest
 import torch
 
 from racecraft.algorithms.light_work import LIGHT, lightly
-from racecraft.algorithms.networks import Architecture, Encoder
-from racecraft.contract.world import ArraySpec
+from racecraft.algorithms.networks import Architecture, Encoder, NetworkConfig
+from racecraft.algorithms.ppo import PpoConfig, PpoLearner
+from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
 
 
 @pytest.fixture
@@ -43,3 +44,15 @@ def test_an_encoder_looks_lightly_at_few_rows(two_threads, monkeypatch):
         body({"seen": torch.zeros(3000, 4)})
     body({"seen": torch.zeros(3, 4)})
     assert seen == [1, 2, 2]
+
+
+def test_who_decides_for_few_rows_decides_lightly(two_threads, monkeypatch):
+    world = WorldSpec("toy", 4, 1, {"seen": ArraySpec((2,), np.float32)}, DiscreteActions(3))
+    learner = PpoLearner(world, NetworkConfig(), PpoConfig(), seed=1)
+    seen = []
+    for one in (learner.distribution, learner.policy.distribution):
+        monkeypatch.setattr(one, "to_actions", lambda raw: seen.append(torch.get_num_threads()) or raw)
+    for rows in (3, 100_000):
+        for act in (learner.act, learner.policy.act):
+            act({"seen": np.zeros((rows, 2), np.float32)})
+    assert seen == [1, 1, 2, 2]
