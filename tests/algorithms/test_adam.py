@@ -86,3 +86,25 @@ print(sorted(name for name in ("torch._dynamo", "sympy") if name in sys.modules)
 """
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert said.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("form", ["paper", "tensorflow"])
+def test_a_copy_of_half_the_precision_is_followed_in_one_pass_as_in_four(form):
+    torch.manual_seed(1)
+    weights = torch.randn(3, 5, 4, 4).to(memory_format=torch.channels_last), torch.randn(5000)
+    two = [[nn.Parameter(one.clone(memory_format=torch.preserve_format)) for one in weights] for _ in range(2)]
+    halves = [one.detach().bfloat16() for one in two[0]]
+    at_once, in_turn = (Adam(those, 1e-2, 1e-5, form) for those in two)
+    for _ in range(5):
+        pulls = [torch.randn(one.shape).bfloat16() for one in weights]
+        for index, (half, pull, other) in enumerate(zip(halves, pulls, two[1], strict=True)):
+            half.grad, other.grad = pull, torch.empty_like(other).copy_(pull)
+            at_once.step_by_half(index, half)
+        in_turn.step()
+        for here, there, half in zip(*two, halves, strict=True):
+            torch.testing.assert_close(here, there, atol=1e-6, rtol=1e-6)
+            assert torch.equal(half, here.detach().bfloat16()), "rounded as PyTorch rounds"
+    kept, wanted = at_once.state_dict(), in_turn.state_dict()
+    assert kept.keys() == wanted.keys()
+    for name, part in wanted.items():
+        torch.testing.assert_close(kept[name], part, atol=1e-6, rtol=1e-6)

@@ -79,7 +79,7 @@ def test_what_acts_takes_over_what_was_imitated(shown):
     """The copy of half the precision acts: it must be the whole network, rounded."""
     pupil = learner(shown, CopyTheNumber(4), PpoConfig(precision="bfloat16"), strength=1.0, learning_rate=1e-2)
     pupil.update(rollout(pupil, CopyTheNumber(4)))
-    for whole, half in pupil.learner.half._pairs:
+    for _, whole, half in pupil.learner.half._pairs:
         assert torch.equal(whole.to(torch.bfloat16), half)
 
 

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from racecraft.algorithms.distributions import GAUSSIAN, Categorical, Distribution, distribution_for
+from racecraft.algorithms.light_work import lightly
 from racecraft.algorithms.networks import (
     ActorCritic,
     Architecture,
@@ -35,12 +36,15 @@ class ActorPolicy:
     def __init__(self, network: ActorCritic, distribution: Distribution) -> None:
         self.network, self.distribution = network, distribution
         self._any_weight = next(network.parameters())
+        self._weights = sum(one.numel() for one in network.parameters())
 
     @torch.inference_mode()
     def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
         """Return actions (R, *action shape)."""
-        raw, _ = self.distribution.mode(self._params(observations), self.network.log_std, self._mask(action_mask))
-        return self.distribution.to_actions(raw).cpu().numpy()
+        rows = len(next(iter(observations.values())))
+        with lightly(rows, self._weights):
+            raw, _ = self.distribution.mode(self._params(observations), self.network.log_std, self._mask(action_mask))
+            return self.distribution.to_actions(raw).cpu().numpy()
 
     @torch.inference_mode()
     def sample(self, observations: Mapping[str, Array], action_mask: Array | None, generator: torch.Generator) -> Array:

@@ -11,9 +11,12 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 from torch.optim.adam import adam
+
+from racecraft.contract.world import Array
 
 BETA_1 = 0.9
 """What stays of the mean gradient at a step."""
@@ -69,6 +72,31 @@ class Adam:
             eps=self._epsilon_now(moments[0]), maximize=False,
         )  # fmt: skip
 
+    @torch.no_grad()
+    def step_by_half(self, index: int, half: Tensor) -> None:
+        """Step one parameter, on a processor, by the gradient of its copy in bfloat16, and round the copy anew.
+
+        The same numbers as `step` to the last digits, in one pass over memory.
+
+        Args:
+            index: Which of the parameters.
+            half: The copy, laid in memory as the parameter is; it carries the gradient.
+        """
+        # Numba comes in where it is needed: whoever learns in float32 starts without.
+        from racecraft.algorithms.kernels.half_adam import step_weights
+
+        assert half.grad is not None, "only what carries a gradient is stepped"
+        kept, epsilon = self._moments_of(index), self._epsilon_now(self._moments_of(index))
+        kept.step.add_(1.0)
+        count = int(kept.step)
+        gradient = half.grad if half.grad.stride() == half.stride() else torch.empty_like(half).copy_(half.grad)
+        scales = (BETA_1, BETA_2, 1.0 / math.sqrt(1.0 - BETA_2**count), epsilon)
+        step_weights(
+            *(_numbers(part) for part in (self._parameters[index], half, gradient, kept.exp_avg, kept.exp_avg_sq)),
+            *(np.float32(scale) for scale in scales),
+            np.float32(self.learning_rate / (1.0 - BETA_1**count)),
+        )
+
     def state_dict(self) -> dict[str, Tensor]:
         """Return what is remembered as "index.part", with the learning rate (copies)."""
         state = {
@@ -101,3 +129,10 @@ class Adam:
         if self._form == "paper":
             return self._epsilon
         return self._epsilon / math.sqrt(1.0 - BETA_2 ** (1 + int(kept.step)))
+
+
+def _numbers(part: Tensor) -> Array:
+    """Return a dense tensor's numbers in the order of its memory, (W,), in place; of bfloat16 the bits, uint16."""
+    flat = part.detach().as_strided((part.numel(),), (1,))
+    numbers: Array = flat.view(torch.int16).numpy().view(np.uint16) if part.dtype == torch.bfloat16 else flat.numpy()
+    return numbers

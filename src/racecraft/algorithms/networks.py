@@ -27,8 +27,9 @@ from racecraft.algorithms.architecture import Architecture as Architecture
 from racecraft.algorithms.architecture import NetworkConfig as NetworkConfig
 from racecraft.algorithms.architecture import architecture_from as architecture_from
 from racecraft.algorithms.architecture import architecture_of as architecture_of
-from racecraft.algorithms.convolution import Convolution
+from racecraft.algorithms.convolution import Convolution, in_tiles
 from racecraft.algorithms.distributions import numbers_width, params_width
+from racecraft.algorithms.light_work import lightly
 from racecraft.algorithms.registry import load_class
 from racecraft.algorithms.running_statistics import RunningStatistics
 from racecraft.contract.errors import SettingError
@@ -110,6 +111,13 @@ class ActorCritic(nn.Module):
         """Return the values (R,) alone."""
         return self.value_head((self.critic_body or self.policy_body)(observations).float()).squeeze(-1)
 
+    def laid_out(self, observations: Mapping[str, Tensor]) -> dict[str, Tensor]:
+        """Return the observations of a rollout, laid out once for all the passes that will be made over them."""
+        policy, critic = self.policy_body, self.critic_body
+        if isinstance(policy, Encoder) and (critic is None or isinstance(critic, Encoder)):
+            return {**observations, **policy.laid_out(observations)}
+        return dict(observations)
+
     def observe(self, observations: Mapping[str, Tensor]) -> None:
         """Take R rows into the running statistics of vectors, where there are any."""
         for body in (self.policy_body, self.critic_body):
@@ -136,11 +144,19 @@ class Encoder(nn.Module):
             width += size
         self.trunk = dense_stack(width, architecture.trunk_units, architecture, generator)
         self.width = architecture.trunk_units[-1] if architecture.trunk_units else width
+        self._weights = sum(one.numel() for one in self.parameters())
 
     def forward(self, observations: Mapping[str, Tensor]) -> Tensor:
         """Return features (R, width)."""
-        parts = [embed(observations[name]) for name, embed in zip(self.names, self.embedders, strict=True)]
-        return self.trunk(parts[0] if len(parts) == 1 else torch.cat(parts, dim=1))
+        seen = [observations[name] for name in self.names]
+        with lightly(len(seen[0]), self._weights):
+            parts = [embed(part) for part, embed in zip(seen, self.embedders, strict=True)]
+            return self.trunk(parts[0] if len(parts) == 1 else torch.cat(parts, dim=1))
+
+    def laid_out(self, observations: Mapping[str, Tensor]) -> dict[str, Tensor]:
+        """Return what it sees, laid out for many passes: see `ImageEmbedder.laid_out`."""
+        eyes = zip(self.names, self.embedders, strict=True)
+        return {name: embed.laid_out(observations[name]) for name, embed in eyes if isinstance(embed, ImageEmbedder)}
 
     def observe(self, observations: Mapping[str, Tensor]) -> None:
         """Take R rows into the running statistics of vectors, where there are any."""
@@ -295,9 +311,8 @@ class Image(nn.Module):
     With channels last, convolutions need no reordering on a CPU and flattening afterwards needs no copy.
     """
 
-    def __init__(self, has_channels: bool) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self.has_channels = has_channels
         self.dtype = torch.float32
         """What the layers behind it multiply in."""
 
@@ -309,7 +324,7 @@ class Image(nn.Module):
         """Return frames as floats (R, H, W, C)."""
         pixels = frames.to(self.dtype)
         pixels = pixels.mul_(IMAGE_SCALE) if frames.dtype == torch.uint8 else pixels
-        return pixels if self.has_channels else pixels.unsqueeze(3)
+        return pixels if pixels.dim() == 4 else pixels.unsqueeze(3)
 
 
 class ImageEmbedder(nn.Sequential):
@@ -338,6 +353,13 @@ class ImageEmbedder(nn.Sequential):
             else:
                 maps = torch.tanh(maps)
         return maps
+
+    def laid_out(self, frames: Tensor) -> Tensor:
+        """Return frames of a rollout as the first layer reads them again and again: in tiles, where it reads tiles."""
+        image, layer, *_ = [*self._modules.values(), None]
+        if not (isinstance(image, Image) and isinstance(layer, Convolution) and layer.reads_tiles):
+            return frames
+        return in_tiles(frames if frames.dim() == 4 else frames.unsqueeze(3), layer.kernel_size[0], layer.stride[0])
 
 
 class FlattenChannelsLast(nn.Module):
@@ -389,7 +411,7 @@ def image_embedder(
     """
     height, width, *rest = part.shape
     channels = rest[0] if rest else 1
-    layers: list[nn.Module] = [Image(has_channels=bool(rest))]
+    layers: list[nn.Module] = [Image()]
     for filters, kernel, stride in architecture.convolutions:
         if min(height, width) < kernel:
             raise SettingError(

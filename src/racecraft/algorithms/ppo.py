@@ -25,6 +25,7 @@ from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.distributions import Categorical, Distribution, distribution_for
 from racecraft.algorithms.half_precision import Bfloat16Copy, settled
 from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError, StateDict
+from racecraft.algorithms.light_work import lightly
 from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
 from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
 from racecraft.algorithms.recurrent_network import RecurrentActorCritic, Sequences
@@ -234,6 +235,7 @@ class PpoLearner:
         self._weights, self._learned = list(self.network.parameters()), list(self.working.parameters())
         """The weights that are stepped, and those that gradients are found for; asking the modules for them takes as
         long as a small network's losses."""
+        self._size = sum(one.numel() for one in self._weights)
         self.generator = torch.Generator(self.device).manual_seed(seed + 1)
         self.optimiser = Adam(self.network.parameters(), config.learning_rate, config.adam_epsilon, config.adam_form)
         self.values_later = self.network.critic_body is not None
@@ -312,7 +314,14 @@ class PpoLearner:
         rows: Array | None = None,
     ) -> Decision:
         """Decide for R rows, exploration in; see `Actor.act`."""
-        params, columns = self._look(self._tensors(observations), rows)
+        seen = self._tensors(observations)
+        with lightly(len(next(iter(seen.values()))), self._size):
+            return self._decide(seen, action_mask, generator, rows)
+
+    def _decide(
+        self, seen: dict[str, Tensor], action_mask: Array | None, generator: torch.Generator | None, rows: Array | None
+    ) -> Decision:
+        params, columns = self._look(seen, rows)
         mask = None if action_mask is None else torch.from_numpy(action_mask).to(self.device)
         log_std, kind, chance = self.network.log_std, self.distribution, generator or self.generator
         if self.config.exploration == "e-greedy" and isinstance(kind, Categorical):
@@ -422,7 +431,7 @@ class PpoLearner:
             return torch.from_numpy(array.reshape(-1, *array.shape[2:])).to(self.device)
 
         return Minibatch(
-            observations={name: laid(array) for name, array in batch.observations.items()},
+            observations=self.working.laid_out({name: laid(array) for name, array in batch.observations.items()}),
             raw_actions=laid(batch.columns[RAW_ACTION]),
             log_prob=laid(judged.log_prob),
             advantages=laid(judged.advantages.astype(np.float32, copy=False)),
@@ -498,17 +507,26 @@ class PpoLearner:
 
     def _step(self, batch: Minibatch) -> Tensor:
         """Take one gradient step and return its figures, in the order of `FIGURES`."""
+        if self.half is not None and self.config.max_grad_norm is None:
+            figures = self._go_back(batch, self.now)
+            self.half.step(self.optimiser)
+            return torch.cat([figures, figures.new_zeros(1)])
         figures = self.find_gradients(batch, self.now)
         return torch.cat([figures, self.descend().reshape(1)])
 
     def find_gradients(self, batch: Minibatch, config: PpoConfig, times: int | None = None) -> Tensor:
         """Leave with the weights the gradients of a minibatch's loss, so many times; return the loss's figures (5,)."""
+        figures = self._go_back(batch, config, times)
+        if self.half is not None:
+            self.half.hand_over()
+        return figures
+
+    def _go_back(self, batch: Minibatch, config: PpoConfig, times: int | None = None) -> Tensor:
+        """As `find_gradients`, with them left where they were found: with the weights of half precision, if any."""
         loss, figures = ppo_loss(self.working, self.distribution, batch, config)
         for one in self._learned:
             one.grad = None
         loss.backward(None if times is None else torch.tensor(float(times), device=self.device))
-        if self.half is not None:
-            self.half.hand_over()
         return figures
 
     def descend(self) -> Tensor:

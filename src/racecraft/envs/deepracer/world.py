@@ -58,6 +58,7 @@ from racecraft.envs.deepracer.sensors import (
     mounted_lidar,
 )
 from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig, objects_in
+from racecraft.envs.deepracer.sharing import PIXELS_A_THREAD, at_most
 from racecraft.envs.deepracer.variation import VariationConfig
 from racecraft.envs.deepracer.varied_cars import VariedCars, plain_optics
 from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS, TICKS_PER_SECOND, CarProfile
@@ -153,6 +154,7 @@ class RaceWorld:
         self._around = new_around(self._objects, cars_per_world)
         self._action_shape = (num_cars, cars_per_world, *actions.spec.shape)
         self._action_count = math.prod(self._action_shape)
+        self._threads = num_cars * cars_per_world * self.camera.width * self.camera.height // PIXELS_A_THREAD
         self.seen_objects = np.zeros(self._objects.boxes.shape[:2], OBJECT_STATE)
         """How objects stood when the tick just taken was written down, OBJECT_STATE (N, K)."""
         self.seen_boxes = np.zeros_like(self._objects.boxes)
@@ -333,12 +335,13 @@ class RaceWorld:
         profiles, sent = (
             (self.profiles, told.sent) if varied is None else (varied.profiles, varied.send(self._cars, told.sent))
         )
-        kernels.tick(
-            self._arrays, self._plan, self._objects, self._around, profiles, self._rules, *self._sight, self._palettes,
-            told.numbers, told.chosen, sent, self._parked, self._keys, self._cars, self.reports, self._ranges,
-            *self._views(buffers.observations, self._frames),
-            *self._views(buffers.final_observations, self._last_frames),
-        )  # fmt: skip
+        with at_most(self._threads):
+            kernels.tick(
+                self._arrays, self._plan, self._objects, self._around, profiles, self._rules, *self._sight,
+                self._palettes, told.numbers, told.chosen, sent, self._parked, self._keys, self._cars, self.reports,
+                self._ranges, *self._views(buffers.observations, self._frames),
+                *self._views(buffers.final_observations, self._last_frames),
+            )  # fmt: skip
         buffers.terminated[:] = self.reports["terminated"]
         buffers.truncated[:] = self.reports["truncated"]
         if varied is not None:
