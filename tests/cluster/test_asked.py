@@ -38,7 +38,7 @@ def test_what_is_none_of_it_is_named(text):
 
 
 def test_shares_are_even_and_have_chance_of_their_own():
-    shares = shares_of(10, 4, seed=5)
+    shares = shares_of((10,), 4, seed=5)
     assert [share.num_worlds for share in shares] == [3, 3, 2, 2]
     assert shares[0].seed == 5
     assert len({share.seed for share in shares}) == 4

@@ -16,7 +16,9 @@ import pytest
 from tests.cluster.test_spread_training import assert_same, curve
 from tests.cluster.workers_here import spread_here
 
+from racecraft.cluster.spreading import spread_over
 from racecraft.training.callbacks import Silent
+from racecraft.training.deepracer.plan import RaceRequest
 from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.worlds import resume, train
 
@@ -35,16 +37,16 @@ ITERATIONS = 30
 RAYS_OWN = ("raylet", "gcs_server", "ray::", "ray._private", "ray/_private")
 
 
-def words(run, cluster, iterations=ITERATIONS):
+def words(run, cluster, iterations=ITERATIONS, more=()):
     asked = [f"--cluster={cluster}", f"--run={run}", f"--stop=iterations={iterations}"]
-    settings = [word for one in SMALL for word in ("--set", one)]
+    settings = [word for one in (*SMALL, *more) for word in ("--set", one)]
     return [sys.executable, "-m", "racecraft", "gym", "train", "CartPole-v1", *asked, *settings]
 
 
-def begin(run, cluster, iterations=ITERATIONS):
+def begin(run, cluster, iterations=ITERATIONS, more=()):
     """Start `racecraft gym train --cluster` in a session of its own; what it says goes beside the run."""
     with run.with_suffix(".log").open("w") as log:
-        return subprocess.Popen(words(run, cluster, iterations), stdout=log, stderr=log, start_new_session=True)
+        return subprocess.Popen(words(run, cluster, iterations, more), stdout=log, stderr=log, start_new_session=True)
 
 
 def until(holds, what):
@@ -157,6 +159,48 @@ def test_a_node_that_fails_is_made_up_for_by_the_others(tmp_path, undisturbed):
     assert json.loads((run / "job.json").read_text())["cluster"] == {"asked": asked, "workers": 2}
     assert_same(undisturbed, run)
     until(lambda: are_gone(training.pid, os.getsid(0)), "the end of every process")
+
+
+def test_workers_killed_while_they_find_gradients_lose_no_update(tmp_path):
+    more = ("cluster.gradients=workers", "ppo.epochs=10", "ppo.batch_size=128")
+    quiet, run, chance, killed = tmp_path / "quiet", tmp_path / "run", random.Random(3), 0
+    asked = GymRequest("CartPole-v1", run=quiet, stops=("iterations=12",), overrides=(*SMALL, *more))
+    train(asked, Silent(), lambda text: None, spread_here(2)[0])
+    training = begin(run, 2, 12, more)
+    try:
+        for at in (2, 5, 8):
+            until(lambda at=at: iterations(run) >= at or training.poll() is not None, f"iteration {at}")
+            time.sleep(chance.uniform(0.0, 1.0))  # an update of 80 minibatches takes longer than collecting
+            if theirs := workers(training.pid):
+                os.kill(chance.choice(theirs), signal.SIGKILL)
+                killed += 1
+        assert training.wait(PATIENCE) == 0, run.with_suffix(".log").read_text()
+    finally:
+        training.kill()
+    assert killed == 3
+    assert run.with_suffix(".log").read_text().count("was lost") >= 1
+    assert_same(quiet, run)
+    until(lambda: are_gone(training.pid), "the end of every process")
+
+
+@pytest.mark.parametrize("more", [(), ("cluster.send=actions",), ("cluster.gradients=workers",)])
+def test_cars_on_two_nodes_learn_what_they_learn_here(tmp_path, more):
+    from ray.cluster_utils import Cluster
+
+    def asked(run):
+        small = ("rollout.num_worlds=4", "rollout.horizon=16", "evaluation.every=9", "evaluation.episodes=1")
+        return RaceRequest(run=run, stops=("iterations=3",), overrides=(*small, "runtime.threads=1", *more))
+
+    said = []
+    train(asked(tmp_path / "here"), Silent(), lambda text: None, spread_here(2)[0])
+    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 0, "include_dashboard": False})
+    try:
+        for _ in range(2):
+            cluster.add_node(num_cpus=1)
+        train(asked(tmp_path / "there"), Silent(), said.append, spread_over(f"2@{cluster.address}"))
+    finally:
+        cluster.shutdown()
+    assert_same(tmp_path / "here", tmp_path / "there")
 
 
 def test_a_cluster_that_does_not_stand_is_named(tmp_path):

@@ -1,13 +1,16 @@
 """Trainings whose worlds are carried by workers, without Ray: what must be the same as in one process is the same."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 import torch
 from tests.cluster.workers_here import spread_here
 
+from racecraft.cluster import crew
 from racecraft.cluster.crew import LOST_IN_A_ROW
+from racecraft.cluster.patience import patience
 from racecraft.cluster.transport import ClusterError
 from racecraft.contract.errors import SettingError, UserInputError
 from racecraft.envs.battlesnake.settings import GameSettings
@@ -152,7 +155,7 @@ def test_a_place_that_loses_every_worker_is_named(tmp_path):
 
 def test_workers_that_never_come_are_named(tmp_path):
     spread, transport = spread_here(2, come_seconds=0.0, never_come=True)
-    with pytest.raises(ClusterError, match="0 of 2 workers came"):
+    with pytest.raises(ClusterError, match="0 of 2 workers came, and for 0 s no other"):
         train(cart(tmp_path / "run"), Silent(), lambda text: None, spread)
     assert transport.closed
     assert not (tmp_path / "run").exists()
@@ -198,6 +201,21 @@ def test_ticks_of_all_workers_stand_in_the_episode_files(tmp_path):
     assert len(ticks) == 4 * 16
     assert sorted(ticks["world"].unique()) == [0, 1, 2, 3]
     assert ticks["iteration"].unique().to_list() == [2]
+
+
+def test_what_is_waited_for_is_said(tmp_path, monkeypatch):
+    monkeypatch.setattr(crew, "TELL_SECONDS", 0.0)
+    said, spread = [], spread_here(2, slow_to="open")[0]
+    train(cart(tmp_path / "run", stops="iterations=1"), Silent(), said.append, spread)
+    assert said[0] == "- cluster 2: waiting for its workers"
+    assert re.fullmatch(r"- cluster: after \d+ s [01] of 2 workers have opened their worlds", said[1])
+
+
+def test_a_crowded_machine_is_given_time(monkeypatch):
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    for load, seconds in ((0.5, 180.0), (16.0, 1440.0), (1000.0, 1800.0)):
+        monkeypatch.setattr("os.getloadavg", lambda load=load: (load, 0.0, 0.0))
+        assert patience(180.0) == seconds
 
 
 def test_more_workers_than_worlds_are_not_asked(tmp_path):

@@ -24,13 +24,15 @@ class WorkersHere:
     lost_at_find: tuple[int, ...] = ()
     """Which questions for gradients, likewise."""
     never_come: bool = False
+    slow_to: str = ""
+    """A method whose answers are not there when they are first looked for."""
     asked: list = field(default_factory=list)
     ended: int = 0
     closed: bool = False
 
     def __post_init__(self):
         self._answers, self._numbers, self._collectings = {}, itertools.count(), itertools.count()
-        self._findings, self._lost = itertools.count(), set()
+        self._findings, self._lost, self._late = itertools.count(), set(), set()
 
     def start(self):
         return Worker(Surroundings(tuple(sys.path), os.getcwd()))
@@ -45,6 +47,8 @@ class WorkersHere:
         if what == "find" and next(self._findings) in self.lost_at_find:
             self._lost.add(worker)
         answer = getattr(worker, what)(cloudpickle.loads(cloudpickle.dumps(message)))
+        if what == self.slow_to:
+            self._late.add(ticket)
         self._answers[ticket] = None if worker in self._lost else (cloudpickle.dumps(answer),)
         return ticket
 
@@ -52,7 +56,9 @@ class WorkersHere:
         return message
 
     def answered(self, tickets, seconds):
-        return [ticket for ticket in tickets if ticket in self._answers]
+        there = [ticket for ticket in tickets if ticket in self._answers and ticket not in self._late]
+        self._late.clear()
+        return there
 
     def answer(self, ticket):
         answer = self._answers.pop(ticket)

@@ -7,6 +7,7 @@ worker.py         worlds and an actor, in a process of its own
 twins.py          a worker's worlds once more beside the learner, so that frames need not travel
 averaging.py      workers that find gradients in what they collected
 transport.py      how workers are reached, as the rest of the room sees it
+patience.py       how long something is waited for
 crew.py           workers in their places; one that is lost is replaced, and what it was at is done again
 collector.py      collects by workers, as the loop expects of any collector
 ray_transport.py  the one door to Ray

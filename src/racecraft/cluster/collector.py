@@ -15,9 +15,11 @@ from racecraft.algorithms.sharded_ppo import Drawn, Found
 from racecraft.algorithms.weights import to_arrays
 from racecraft.cluster.crew import Crew, starts_of
 from racecraft.cluster.messages import Harvest, Start, Task, bytes_of
+from racecraft.cluster.shares import Share
 from racecraft.cluster.transport import Ticket
 from racecraft.cluster.twins import Twin
 from racecraft.contract.world import Array, EpisodeRecord, WorldSpec
+from racecraft.formats.episodes import columns_of_all
 from racecraft.rollout.collector import CarriedOtherwiseError
 from racecraft.training.gathering import HearsTicks
 from racecraft.training.run_writer import Stateful
@@ -119,6 +121,7 @@ class ClusterCollector:
         self._twins: list[Twin] = []
         self._hears = hears
         self._specs = [opened.spec for opened in crew.opened]
+        self._numbers = numbers_of([order.share for order in crew.orders], self._specs)
         self._states: list[Mapping[str, Any] | None] = [None] * len(self._specs)
         self._latest: tuple[Sent, list[Start]] | None = None
         self._looks: list[Callable[[], None]] = []
@@ -145,7 +148,7 @@ class ClusterCollector:
     def take(self, iteration: int) -> dict[str, Array]:
         """Return the ticks since the last call as the columns of `formats/episodes.py`, worlds numbered through."""
         ticks, self._ticks = self._ticks, []
-        joined = {name: np.concatenate([one[name] for one in ticks]) for name in ticks[0]}
+        joined = columns_of_all(ticks)
         joined["iteration"][:] = iteration
         return joined
 
@@ -254,15 +257,16 @@ class ClusterCollector:
         return starts_of(start, self._specs, self._states)
 
     def _take_in(self, task: Task, harvests: Sequence[Harvest]) -> None:
-        first_world, already = 0, len(self._ticks)
-        for place, (spec, harvest) in enumerate(zip(self._specs, harvests, strict=True)):
+        came: list[dict[str, Array]] = []
+        for place, (numbers, harvest) in enumerate(zip(self._numbers, harvests, strict=True)):
             self._states[place] = harvest.state
-            self._episodes += [replace(one, world=one.world + first_world) for one in harvest.episodes]
+            self._episodes += [replace(one, world=int(numbers[one.world])) for one in harvest.episodes]
             if harvest.ticks is not None:
-                self._ticks.append({**harvest.ticks, "world": harvest.ticks["world"] + first_world})
-            first_world += spec.num_worlds
-        if self._hears is not None and len(self._ticks) > already:
-            self._hears(self._ticks[already:])
+                came += neighbours({**harvest.ticks, "world": numbers[harvest.ticks["world"]]})
+        came.sort(key=lambda ticks: int(ticks["world"][0]))
+        self._ticks += came
+        if self._hears is not None and came:
+            self._hears(came)
         self._iteration = task.iteration
         self.steps_taken += sum(harvest.steps for harvest in harvests)
         if (counter := counting(self._learner)) is not None:
@@ -271,3 +275,22 @@ class ClusterCollector:
     def _look(self) -> None:
         for look in self._looks:
             look()
+
+
+def numbers_of(shares: Sequence[Share], specs: Sequence[WorldSpec]) -> list[Array]:
+    """Return which of all worlds those of each worker are, int64 (its worlds,).
+
+    Where worlds are of one kind they are numbered worker by worker, as many as a worker's show: in self-play they are
+    the learner's seats, and not the games that were shared out.
+    """
+    if len(shares[0].blocks) > 1:
+        return [share.worlds for share in shares]
+    ends = np.cumsum([spec.num_worlds for spec in specs])
+    return [np.arange(end - spec.num_worlds, end) for end, spec in zip(ends, specs, strict=True)]
+
+
+def neighbours(ticks: Mapping[str, Array]) -> list[dict[str, Array]]:
+    """Return ticks, ordered by world, in pieces of which each has worlds of neighbouring numbers."""
+    breaks = np.flatnonzero(np.diff(ticks["world"]) > 1) + 1
+    pieces = {name: np.split(column, breaks) for name, column in ticks.items()}
+    return [{name: parts[number] for name, parts in pieces.items()} for number in range(len(breaks) + 1)]

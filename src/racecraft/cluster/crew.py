@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 from racecraft.cluster.messages import Opened, Order, Start, Trouble
+from racecraft.cluster.patience import patience
 from racecraft.cluster.transport import ClusterError, Handle, Ticket, Transport, WorkerLostError
 from racecraft.cluster.worker import spec_of_all
 from racecraft.contract.errors import RacecraftError, UserInputError
@@ -20,8 +21,10 @@ from racecraft.contract.world import WorldSpec
 from racecraft.training.versions import versions
 
 COME_SECONDS = 180.0
-"""Workers that are not there by then do not come: a process begins in some ten seconds, on a machine at work in sixty.
-Opening worlds, which may mean to compile them, is not limited."""
+"""Where no further worker has come for so long, none does: a process begins in some ten seconds, on a machine at work
+in sixty. Opening worlds, which may mean to compile them, is not limited."""
+TELL_SECONDS = 20.0
+"""How often it is said what is waited for."""
 LOOK_SECONDS = 0.5
 """How often, while workers are at work, somebody may look at the clock."""
 LOST_IN_A_ROW = 5
@@ -37,7 +40,7 @@ class Crew:
         transport: Reaches them.
         orders: What each of them opens.
         say: Says a line to a person.
-        come_seconds: They are there by then, or do not come.
+        come_seconds: Where none has come for so long, none does; longer on a machine with much else to do.
     """
 
     def __init__(
@@ -61,9 +64,9 @@ class Crew:
         """
         self._workers = [self._transport.start() for _ in self.orders]
         coming = {self._transport.ask(worker, "come", None): place for place, worker in enumerate(self._workers)}
-        self._wait_for_all(coming, self._come_seconds)
+        self._wait_for_all(coming, "have come", patience(self._come_seconds))
         asked = {self._transport.ask(self._workers[place], "open", order): place for place, order in self._places()}
-        self.opened = [answer for _, answer in sorted(self._wait_for_all(asked).items())]
+        self.opened = [answer for _, answer in sorted(self._wait_for_all(asked, "have opened their worlds").items())]
         for place, opened in enumerate(self.opened):
             _require_same_versions(place, opened)
         return spec_of_all([opened.spec for opened in self.opened])
@@ -134,10 +137,12 @@ class Crew:
         self._transport.ask(self._workers[place], "open", self.orders[place])
         self._transport.ask(self._workers[place], "begin", start)
 
-    def _wait_for_all(self, asked: Mapping[Ticket, int], seconds: float = math.inf) -> dict[int, Any]:
-        """Wait until workers have answered that were just started."""
-        waiting, answers, until = dict(asked), dict[int, Any](), time.monotonic() + seconds
+    def _wait_for_all(self, asked: Mapping[Ticket, int], what: str, seconds: float = math.inf) -> dict[int, Any]:
+        """Wait until workers have answered that were just started, and say now and then how far they are."""
+        waiting, answers = dict(asked), dict[int, Any]()
+        began = latest = told = time.monotonic()
         while waiting:
+            before = len(answers)
             for ticket in self._transport.answered(list(waiting), LOOK_SECONDS):
                 place = waiting.pop(ticket)
                 try:
@@ -147,9 +152,14 @@ class Crew:
                         f"cluster: worker {place} was lost before it had begun ({lost}); expected a machine with the "
                         "same racecraft installed, and memory for its worlds."
                     ) from lost
-            if waiting and time.monotonic() > until:
+            now = time.monotonic()
+            latest = now if len(answers) > before else latest
+            if waiting and now - told >= TELL_SECONDS:
+                told = now
+                self._say(f"- cluster: after {now - began:.0f} s {len(answers)} of {len(asked)} workers {what}")
+            if waiting and now - latest > seconds:
                 raise ClusterError(
-                    f"cluster: {len(answers)} of {len(asked)} workers came within {seconds:.0f} s; expected "
+                    f"cluster: {len(answers)} of {len(asked)} workers came, and for {seconds:.0f} s no other; expected "
                     "all of them. Look with `ray status` which cores are taken, ask for fewer workers (N@…), or begin "
                     "more machines with `ray start --address=HOST:PORT`."
                 )

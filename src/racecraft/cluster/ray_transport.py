@@ -18,13 +18,14 @@ from typing import Any
 
 from racecraft.cluster.asked import AUTO, ClusterAsked
 from racecraft.cluster.messages import Surroundings
+from racecraft.cluster.patience import patience
 from racecraft.cluster.transport import ClusterError, WorkerLostError
 from racecraft.contract.errors import MissingExtraError
 
 STORE_BYTES = 2**30
 """Shared memory of a cluster made here, for what passes between its processes."""
 PROBE_SECONDS = 30.0
-"""A cluster that does not answer by then does not stand."""
+"""A cluster that does not answer by then does not stand; longer on a machine with much else to do."""
 SHORT_PLACE = "/tmp"
 """Where a cluster's sockets lie: their whole path may have 107 letters."""
 
@@ -178,7 +179,7 @@ def _answers(address: str) -> bool:
     """Tell whether a Ray cluster answers at an address."""
     probe = [sys.executable, "-m", "ray.scripts.scripts", "health-check", f"--address={address}"]
     try:
-        return subprocess.run(probe, capture_output=True, timeout=PROBE_SECONDS, check=False).returncode == 0
+        return subprocess.run(probe, capture_output=True, timeout=patience(PROBE_SECONDS), check=False).returncode == 0
     except subprocess.TimeoutExpired:
         return False
 

@@ -14,7 +14,7 @@ from racecraft.cluster.averaging import averages, require_averaging, require_row
 from racecraft.cluster.collector import ClusterCollector, Traffic, Updates
 from racecraft.cluster.crew import COME_SECONDS, Crew
 from racecraft.cluster.messages import Order, Start
-from racecraft.cluster.shares import plan_of_share, shares_of
+from racecraft.cluster.shares import parts_of, plan_of_share, shares_of
 from racecraft.cluster.transport import Transport
 from racecraft.cluster.twins import Twin
 from racecraft.contract.errors import SettingError
@@ -106,6 +106,7 @@ def spread_by(reach: Callable[[], Transport], asked: ClusterAsked, come_seconds:
     @contextlib.contextmanager
     def spread(kind: str, planned: Any, experiment: Experiment, say: Say) -> Iterator[Experiment]:
         _require_spreadable(experiment)
+        say(f"- cluster {asked}: waiting for its workers")
         with contextlib.closing(reach()) as transport:
             crew = _crew(transport, kind, planned, experiment, come_seconds, say)
             gatherer = ClusterGatherer(crew, crew.open(), experiment)
@@ -134,7 +135,7 @@ def sends_actions(experiment: Experiment) -> bool:
 
 def _crew(transport: Transport, kind: str, planned: Any, experiment: Experiment, come_seconds: float, say: Say) -> Crew:
     """Return workers in their places, not yet started."""
-    shares = shares_of(planned.settings.rollout.num_worlds, transport.room, planned.seed)
+    shares = shares_of(parts_of(planned), transport.room, planned.seed)
     if len(shares) < transport.room:
         say(f"- cluster: {transport.room} workers, and rollout.num_worlds is {len(shares)}; so many of them work")
     if averages(experiment):
@@ -163,8 +164,8 @@ def _require_spreadable(experiment: Experiment) -> None:
         require_averaging(experiment)
     if sends_actions(experiment) and experiment.unpaid is None:
         raise SettingError(
-            "cluster.send is actions, and what is seen follows from the learner's alone with cars only, and not in "
-            "races against others; expected --set cluster.send=frames."
+            "cluster.send is actions, and what is seen follows from the learner's alone with cars only, and in "
+            "races against others not even there; expected --set cluster.send=frames."
         )
 
 

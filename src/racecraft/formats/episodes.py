@@ -9,7 +9,7 @@ Every column that an AWS simulation trace needs is here, so that such a trace ca
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -100,6 +100,32 @@ EPISODE_COLUMNS = (
     ),
     Column("wall_clock_s", "float64", "s", "Time of day, seconds since 1970 (UTC)."),
 )
+
+
+def columns_of_all(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
+    """Return several tables, one below the other. Records take the numbers of the part that has most of them.
+
+    Where others lack a number, `objects` says nan and `variation` 0, as where a course has fewer.
+    """
+    lengths = [len(part["episode"]) for part in parts]
+    names = dict.fromkeys(name for part in parts for name in part)
+    return {name: _below(name, [part.get(name) for part in parts], lengths) for name in names}
+
+
+def _below(name: str, columns: Sequence[Array | None], lengths: Sequence[int]) -> Array:
+    found = [column for column in columns if column is not None]
+    widest = max((column.dtype for column in found), key=lambda dtype: len(dtype.names or ()))
+    if widest.names is None:
+        return np.concatenate(found)
+    whole = np.zeros(sum(lengths), widest)
+    if name == "objects":
+        whole[:] = tuple(np.nan for _ in widest.names)
+    ends = np.cumsum(lengths)
+    for column, end, length in zip(columns, ends, lengths, strict=True):
+        if column is not None:
+            for number in column.dtype.names or ():
+                whole[number][end - length : end] = column[number]
+    return whole
 
 
 def write_episodes(path: str | Path, columns: Mapping[str, Array]) -> None:

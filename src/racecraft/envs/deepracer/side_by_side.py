@@ -15,7 +15,7 @@ import numpy as np
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffers, WorldSpec
 from racecraft.envs.deepracer.fidelity import Habits
-from racecraft.envs.deepracer.world import CRITIC_NAME, RaceWorld
+from racecraft.envs.deepracer.world import CRITIC_NAME, RaceWorld, told_of_objects
 from racecraft.tracks.track import Track
 
 SEED_STEP = 7_919
@@ -27,14 +27,18 @@ class SideBySide:
 
     Args:
         courses: One for each course, with the same car and camera.
+        has_objects: Whether a critic is told of objects even where none of these courses has any: others, elsewhere,
+            do.
 
     Raises:
         ContractError: They differ in what a car sees or can be told.
     """
 
-    def __init__(self, courses: Sequence[RaceWorld]) -> None:
+    def __init__(self, courses: Sequence[RaceWorld], has_objects: bool = False) -> None:
         self.courses = tuple(courses)
         first = max((course.spec for course in self.courses), key=_critic_numbers)
+        if has_objects:
+            first = told_of_objects(first)
         for other in (course.spec for course in self.courses):
             if _seen(other) != _seen(first) or other.actions != first.actions:
                 raise ContractError(f"{other.name} shows or is told something else than {first.name}")

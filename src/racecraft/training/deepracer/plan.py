@@ -39,6 +39,7 @@ from racecraft.training.deepracer.hold_out import held_out_tracks, require_apart
 from racecraft.training.deepracer.model_folder import ModelFolder, notes_in, read_model_folder
 from racecraft.training.deepracer.presets import ASKED_BY, default_settings, settings_for, stops_given
 from racecraft.training.deepracer.race_environment import TRACK_VARIABLE, race_environment
+from racecraft.training.parts import Block
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
 from racecraft.training.stopping import LAPS, StopCondition, parse_stops
 from racecraft.training.versions import versions
@@ -100,6 +101,18 @@ class CarPlan:
     """The courses that cars are shared out among; empty: all drive on `track` as `settings.race` says."""
     held_out: tuple[Track, ...] = ()
     """Tracks that are judged on only, with the training's own race."""
+    blocks: tuple[Block, ...] = ()
+    """Which cars of each course are driven, where others drive the rest; empty: all."""
+
+    @property
+    def parts(self) -> tuple[int, ...]:
+        """How many cars drive on each course; races against others are on one."""
+        cars = self.settings.rollout.num_worlds
+        return tuple(cars_on(self.courses, cars)) if self.courses and not self.against else (cars,)
+
+    def of_blocks(self, blocks: tuple[Block, ...]) -> CarPlan:
+        """Return the plan with some of the cars of each course."""
+        return replace(self, blocks=blocks)
 
     @property
     def all_courses(self) -> tuple[LaidCourse, ...]:

@@ -33,13 +33,13 @@ from racecraft.formats.generalisation import HELD_OUT, TRAINED
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import write_whole
 from racecraft.kernels.compile import is_warm
-from racecraft.players.deepracer.run_courses import LaidCourse, cars_on, of_race
+from racecraft.players.deepracer.run_courses import LaidCourse, of_race
 from racecraft.players.trained import GreedyPolicy
 from racecraft.tracks.importer import route_file, travels
 from racecraft.training.deepracer.against import AgainstWorld
 from racecraft.training.deepracer.aws.files import AwsFiles
 from racecraft.training.deepracer.aws.setup import aws_setup
-from racecraft.training.deepracer.cloning import require_same_shape
+from racecraft.training.deepracer.cloning import fit_critic, require_same_shape
 from racecraft.training.deepracer.courses import both_ways, starts
 from racecraft.training.deepracer.evaluator import FLYING_LAPS, CarEvaluator, begins_where_training_does
 from racecraft.training.deepracer.live import LivePublisher
@@ -58,6 +58,7 @@ from racecraft.training.deepracer.recorder import EpisodeRecorder
 from racecraft.training.deepracer.rivals import against_world, require_racing
 from racecraft.training.loop import Outcome
 from racecraft.training.opponent_pool import OpponentPool
+from racecraft.training.parts import Block
 from racecraft.training.resume import Say
 from racecraft.training.trainer import Experiment, RunAttendants
 from racecraft.training.versions import versions
@@ -113,6 +114,7 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
         warm_up=lambda tell: warm_up((world, judged, *flying), tell),
         attend=lambda run, notes: attended(planned, reward, run, notes),
         same_shape=lambda path, metadata: require_same_shape(planned, path, metadata),
+        fitted=fit_critic,
         recorder=EpisodeRecorder,
         unpaid=None if planned.against else lambda share: driven_world(share, None),
         stays=AWS_STAYS if begins_where_training_does(judged) else "",
@@ -189,19 +191,18 @@ def learned_world(
 
 def driven_world(planned: CarPlan, reward: RewardFunction | None) -> RaceWorld | SideBySide:
     """Return the cars that are trained, shared out among the courses where there are several; None pays nothing."""
-    cars, own = planned.settings.rollout.num_worlds, LaidCourse(planned.track, of_race(planned.settings))
+    courses = planned.all_courses
+    blocks = planned.blocks or tuple(Block(0, cars, cars) for cars in planned.parts)
 
-    def paid(count: int) -> list[Callable[[dict[str, Any]], float]] | None:
-        return None if reward is None else one_for_each(reward, count)
+    def driven(course: LaidCourse, block: Block) -> RaceWorld:
+        paid = None if reward is None else one_for_each(reward, block.count)
+        first = starts(course, block.of)[block.first : block.first + block.count]
+        return race_world(planned, block.count, paid, first, course=course)
 
+    worlds = [driven(course, block) for course, block in zip(courses, blocks, strict=True) if block.count]
     if not planned.courses:
-        return race_world(planned, cars, paid(cars), starts(own, cars))
-    return SideBySide(
-        [
-            race_world(planned, count, paid(count), starts(course, count), course=course)
-            for course, count in zip(planned.courses, cars_on(planned.courses, cars), strict=True)
-        ]
-    )
+        return worlds[0]
+    return SideBySide(worlds, any(objects_of(course.settings) is not None for course in courses))
 
 
 def race_world(
