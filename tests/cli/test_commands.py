@@ -9,6 +9,7 @@ import pytest
 from tests.cli.conftest import TINY
 
 from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.run_lock import RunLock
 from racecraft.tracks.catalogue import load_track, names
 
 
@@ -71,6 +72,19 @@ def test_a_run_that_was_killed_goes_on_as_if_it_never_stopped(racecraft, tmp_pat
     assert said.code == 0, said.err
     assert "goes on after iteration 2" in said.out
     assert curve(tmp_path / "broken") == curve(tmp_path / "whole")
+
+
+def test_a_run_that_nobody_trains_is_not_said_to_have_been_stopped_and_goes_on_when_resumed(racecraft, tmp_path):
+    assert racecraft("train", "--run", "r", "--stop", "iterations=1", "--no-pictures", *TINY).code == 0
+    said = racecraft("stop", "r")
+    assert (said.code, said.out.strip()) == (
+        0, "r: no process of this machine trains there; one of another machine that writes there will stop",
+    )  # fmt: skip
+    assert racecraft("train", "--run", "r", "--resume", "--stop", "iterations=2", "--no-pictures").code == 0
+    assert len(list((tmp_path / "r" / "evaluations").glob("*.json"))) == 2
+    with RunLock(tmp_path / "r"):
+        assert racecraft("stop", "r").out.startswith("r: asked to stop; whatever was kept stays")
+    assert racecraft("stop", "nowhere").code == 2
 
 
 def test_a_clone_begins_with_the_weights_of_its_parent(racecraft, tmp_path):

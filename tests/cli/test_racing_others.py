@@ -5,10 +5,17 @@ import shutil
 
 import pytest
 from tests.cli.conftest import TINY
+from tests.formats.tensorflow.policies import layers_for, write_listed
 
+from racecraft.formats.aws.policy_graph import graph_of
 from racecraft.formats.aws.training_metrics import read_metrics_file
+from racecraft.formats.tensorflow.graph import write_graph
 
 STOP = ("--stop", "iterations=1", "--no-pictures")
+
+RANGES = """{"action_space": {"speed": {"low": 0.5, "high": 2}, "steering_angle": {"low": -30, "high": 30}},
+ "action_space_type": "continuous", "sensor": ["FRONT_FACING_CAMERA"], "version": "4",
+ "neural_network": "DEEP_CONVOLUTIONAL_NETWORK_SHALLOW"}"""
 
 
 @pytest.fixture
@@ -52,6 +59,22 @@ WRONG = {
     "--against asks for a race of HEAD_TO_MODEL": ["train", "--against", "self", "--set", "race.type=HEAD_TO_BOT"],
     "against.cars is 9; expected 2 to 8": ["train", "--against", "self", "--set", "against.cars=9"],
 }
+
+
+def test_an_opponent_without_a_cars_actions_is_named_and_one_with_other_actions_races(racecraft, run, tmp_path):
+    said = racecraft("gym", "train", "CartPole-v1", "--run", "pole", "--stop", "iterations=1", "--no-pictures")
+    assert said.code == 0, said.err
+    (tmp_path / "ranges").mkdir()
+    (tmp_path / "ranges" / "model_metadata.json").write_text(RANGES)
+    said = racecraft("train", "ranges", "--run", "c", *STOP, *TINY)
+    assert said.code == 0, said.err
+    for words in (["race", "r", "pole"], ["race", "pole", "r"], ["train", "--against", "pole", *STOP, *TINY]):
+        told = racecraft(*words)
+        assert told.code == 2, words
+        assert "pole: the run is one of `racecraft gym train`; expected one of `racecraft train`" in told.err
+    told = racecraft("race", "r", "c", "--laps", 1, "--max-resets", 0, "--json")
+    assert told.code == 0, told.err
+    assert [one["driver"] for one in json.loads(told.out)["drivers"]] == ["r", "c"]
 
 
 def test_what_no_race_can_be_is_named(racecraft, run):
@@ -104,6 +127,18 @@ def test_a_dr_evaluation_races_the_opponent_and_leaves_aws_files_with_both(racec
     assert not list(tmp_path.glob("bucket/*/mp4"))
 
 
+def test_a_dr_opponent_may_be_a_model_of_awss_trainer(racecraft, installation, tmp_path):
+    """Its folder gets AWS's files of the race, as one of ours does."""
+    installation("DR_EVAL_NUMBER_OF_TRIALS=1", "DR_EVAL_OPP_S3_MODEL_PREFIX=awss")
+    (tmp_path / "bucket" / "awss").mkdir()
+    (tmp_path / "bucket" / "awss" / "model.pb").write_bytes(write_graph(graph_of(layers_for("discrete", "tiny")[0])))
+    write_listed(tmp_path / "bucket" / "awss" / "model_metadata.json")
+    said = racecraft("dr", "run-evaluation", tmp_path / "bucket" / "mine")
+    assert said.code == 0, said.err
+    for name in ("mine", "awss"):
+        assert len(list((tmp_path / "bucket" / name / "metrics" / "evaluation").glob("evaluation-*.json"))) == 1
+
+
 def test_a_dr_race_is_filmed_with_the_original_s_cameras(racecraft, installation, tmp_path):
     installation("DR_EVAL_NUMBER_OF_TRIALS=1", "DR_EVAL_SAVE_MP4=True", "DR_EVAL_OPP_CAR_BODY_SHELL_TYPE=x")
     said = racecraft("dr", "run-evaluation", tmp_path / "bucket" / "mine")
@@ -121,10 +156,14 @@ def test_a_dr_race_is_filmed_with_the_original_s_cameras(racecraft, installation
         ("DR_EVAL_IS_CONTINUOUS=False", "DR_EVAL_IS_CONTINUOUS"),
         ("DR_EVAL_OPP_S3_MODEL_PREFIX=gone", "DR_EVAL_OPP_S3_MODEL_PREFIX"),
         ("DR_EVAL_OPP_S3_MODEL_PREFIX=../out", "stays inside its folder"),
+        ("DR_EVAL_OPP_S3_MODEL_PREFIX=pole", "expected one of `racecraft train`"),
     ],
 )
 def test_a_dr_race_that_cannot_be_is_named(racecraft, installation, tmp_path, line, said):
     installation(line)
+    if line.endswith("=pole"):
+        pole = ("--run", "bucket/pole", "--stop", "iterations=1", "--no-pictures")
+        assert racecraft("gym", "train", "CartPole-v1", *pole).code == 0
     told = racecraft("dr", "run-evaluation", tmp_path / "bucket" / "mine")
     assert told.code == 2
     assert said in told.err

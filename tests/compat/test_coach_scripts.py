@@ -9,9 +9,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from racecraft.compat.coach_words import AGENT_WORDS, Amount, Layer, Line, Part, translated
+from racecraft.compat.coach_words import AGENT_WORDS, Amount, Head, Layer, Line, Part, translated
 from racecraft.compat.foreign import run_script
 from racecraft.contract.errors import InputFileError, SettingError
 from racecraft.formats.run_folder import RunFolder
@@ -178,6 +179,34 @@ def test_schedules_and_sizes_of_dqn_are_taken_over():
     assert (settings.dqn.epsilon_last, settings.dqn.epsilon_steps, settings.dqn.train_every) == (0.01, 10_000, 1)
     assert settings.replay.capacity == 40_000
     assert settings.network.hidden_units == (256, 32, 16)
+
+
+def test_a_dueling_head_is_dqns_and_no_other_head_is_taken():
+    place = "network_wrappers__main__heads_parameters"
+    told = translated(graph("DDQNAgentParameters", **{place: [Head(is_dueling=True)]}))
+    settings = plan(GymRequest("CartPole-v1", algorithm="dqn", overrides=tuple(told.settings))).settings
+    assert (settings.dqn.dueling, settings.dqn.double) == (True, True)
+    for kind, heads in (("DQNAgentParameters", [Part("VHeadParameters")]), ("ClippedPPOAgentParameters", [Head(True)])):
+        with pytest.raises(SettingError, match="expected, of DQN"):
+            translated(graph(kind, **{place: heads}))
+
+
+OLD = """
+import numpy as np
+from gym.envs.classic_control.mountain_car import MountainCarEnv
+from gym.wrappers.time_limit import TimeLimit
+env = TimeLimit(MountainCarEnv(), max_episode_steps=3)
+first = env.reset()
+told = [env.step(0) for _ in range(3)]
+print([done for _, _, done, _ in told], told[2][3], env.action_space.n, np.zeros(2, np.int).dtype.kind, np.float_(1.5))
+"""
+
+
+def test_classic_environments_and_numpys_old_names_are_lent(tmp_path, capsys):
+    (tmp_path / "old.py").write_text(OLD)
+    run_script(tmp_path / "old.py")
+    assert capsys.readouterr().out == "[False, False, True] {'TimeLimit.truncated': True} 3 i 1.5\n"
+    assert "int" not in vars(np)
 
 
 def test_every_word_says_how_it_is_taken():

@@ -1,6 +1,9 @@
 """Environments of several agents, masks and networks of a launcher script's own."""
 
 import re
+import subprocess
+import sys
+import textwrap
 
 import numpy as np
 import pytest
@@ -14,6 +17,7 @@ from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import POLICY_ID, allocate
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
+from racecraft.players.trained import load_policy
 
 
 def world_of(num_worlds, env, policies, horizon=1000, still=frozenset()):
@@ -142,6 +146,61 @@ def test_a_torch_model_of_the_scripts_own_decides(ran):
     shapes = {name: part.shape for name, part in weights.items()}
     assert shapes["policy_body.own.model.inner._logits._model.0.weight"] == (3, 8)
     assert not any("policy_head" in name for name in weights)
+
+
+ELSEWHERE = """
+import sys, numpy as np
+import racecraft as rc
+policy = rc.load_policy(sys.argv[1])
+for t in range(3):
+    seen = {"action_mask": np.eye(3, dtype=np.float32)[[t]], "real_obs": np.array([[t]], np.float32)}
+    assert policy.act(seen).tolist() == [t]
+assert not any(name.partition(".")[0] in ("ray", "gym", "train") for name in sys.modules)
+"""
+
+
+@pytest.mark.parametrize("guard", ['if __name__ == "__main__":', "if True:"])
+def test_a_model_of_the_scripts_own_travels_with_its_run(ran, tmp_path, guard):
+    """The script is gone, and one that trains whenever it is imported does not train again."""
+    _, run = ran(script("Masked", TORCH_MODEL).replace('if __name__ == "__main__":', guard))
+    (tmp_path / "train.py").unlink()
+    away = tmp_path / "elsewhere"
+    away.mkdir()
+    run.path.rename(away / "run")
+    before = (away / "run" / "metrics.jsonl").read_bytes()
+    ran_there = subprocess.run(
+        [sys.executable, "-c", ELSEWHERE, "run"], cwd=away, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert ran_there.returncode == 0, ran_there.stderr
+    assert (away / "run" / "metrics.jsonl").read_bytes() == before
+    assert sorted(path.name for path in (away / "run" / "code").iterdir() if path.is_file())[0].startswith(
+        "script_model"
+    )
+    assert load_policy(away / "run").spec.network["policy"].endswith(":Model")
+
+
+def test_a_scripts_own_environment_is_judged_behind_its_training_and_named_elsewhere(ran):
+    judging = "import os, racecraft as rc\nprint('told', rc.evaluate(os.environ['SM_MODEL_DIR'] + '/run', episodes=3))"
+    said, run = ran(script(more=TWO_POLICIES) + textwrap.indent(judging, "    "))
+    assert re.search(r"told .*'episodes': 3, 'mean_return': [1-8]", said)
+    elsewhere = subprocess.run(
+        [sys.executable, "-m", "racecraft", "evaluate", str(run.path)], capture_output=True, text=True, timeout=120,
+        check=False,
+    )  # fmt: skip
+    assert elsewhere.returncode == 2
+    assert "a script made this environment" in elsewhere.stderr
+    assert "behind its train_main()" in elsewhere.stderr
+
+
+def test_a_model_that_cannot_travel_is_named_with_the_cure(ran):
+    before, sign, rest = TORCH_MODEL.partition("class MaskModel")
+    whole, register, behind = rest.partition("ModelCatalog.register")
+    made = textwrap.indent(sign + whole, "    ") + "    return MaskModel\n\nMaskModel = made()\n"
+    within = f"{before}def made():\n{made}{register}{behind}"
+    said, run = ran(script("Masked", within))
+    assert "MaskModel cannot travel with the run, which is judged in this script only: it is made within" in said
+    assert "write its class at the top of train.py" in said
+    assert not (run.path / "code").exists()
 
 
 def test_a_tensorflow_model_is_refused_by_name_and_may_be_left_out(ran):

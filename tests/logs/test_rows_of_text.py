@@ -15,7 +15,29 @@ from racecraft.logs.kernels import rows
 from racecraft.logs.kernels.decimals import decimal_at
 from racecraft.logs.kernels.fields import find_marks, float_between, whole_between
 
-SPOILT = ("", "half", "7,8,9", "nan", " 5", "True", "-", "[1.0 2.0", "1e999", "5.5.5", "\0", "off track", "12345678901")
+SPOILT = (
+    "",
+    "half",
+    "7,8,9",
+    "nan",
+    " 5",
+    "True",
+    "-",
+    "[1.0 2.0",
+    "1e999",
+    "5.5.5",
+    "\0",
+    "off track",
+    "12345678901",
+    "1e14",
+    "1e15",
+    "-1e308",
+    "999999999999999.5",
+    "1000000000000000.5",
+    "9999999",
+    "10000000",
+    "TRUE",
+)
 """What may stand where a value should; some of it is none, some is one that another reader would take."""
 
 

@@ -118,6 +118,11 @@ def test_walls_are_blamed_where_they_count_for_most_and_it_is_decided(gap, wall,
     assert never not in told
 
 
+def test_a_model_that_was_imported_is_begun_anew_for_there_is_no_state_to_go_on_from():
+    told = " ".join(findings(rows_of(0.1, 0.3), sure(0.01), "runs/a", imported=True))
+    assert "racecraft train --from runs/a." in told
+
+
 def test_what_is_explained_is_what_was_driven(wall_rows):
     """The frames of the look are those of the lap, tick by tick, rendered from where the car was."""
     car = Car(policy_reading(slice(15, 30)))

@@ -7,6 +7,7 @@ import torch
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
+from racecraft.rollout.kernels import sum_tree
 from racecraft.rollout.kernels.story import NOBODY, TERMINATED, TRUNCATED
 from racecraft.rollout.priorities import Priorities
 from racecraft.rollout.replay import Replay
@@ -292,3 +293,7 @@ def test_one_larger_than_the_memory_allowed_is_refused_with_what_fits():
     assert "replay.memory_gib allows 4 GiB" in str(told.value)
     fits = int(str(told.value).split("replay.capacity=")[2].split(",")[0])
     Replay(spec, ReplayConfig(capacity=fits), 0.99)
+
+
+def test_what_lies_just_below_one_is_the_last_number_before_it():
+    assert np.nextafter(1.0, 0.0) == sum_tree.BELOW_ONE

@@ -215,6 +215,10 @@ def test_a_taken_port_is_named_and_the_next_one_offered(run):
         server.close()
 
 
+PAINTED = "new Set(pen.getImageData(0, 0, canvas.width, canvas.height).data).size"
+"""How many different levels the map shows."""
+
+
 @pytest.fixture
 def browser(tmp_path):
     page = Browser(tmp_path / "browser", 1200, 1000)
@@ -233,9 +237,10 @@ def test_a_run_that_ended_is_played_in_a_browser(address, browser):
     assert browser.value("document.querySelectorAll('#cars button').length") == 3
     browser.until("at.head > 1")
     browser.press(" ")
-    at = browser.value("at.head")
+    browser.until("!at.playing")
+    browser.value("seek(5)")
     browser.press("ArrowRight")
-    assert browser.value("at.head") == int(at) + 1
+    assert browser.value("at.head") == 6
     browser.press(",")
     browser.until("at.iteration === 2")
     browser.press("ArrowDown")
@@ -244,9 +249,32 @@ def test_a_run_that_ended_is_played_in_a_browser(address, browser):
     browser.until("at.mode === 'episode' && at.reel.cars.length === 1")
     browser.click("eyes")
     browser.until("document.getElementById('eye').naturalWidth === 16")
-    painted = "new Set(pen.getImageData(0, 0, canvas.width, canvas.height).data).size"
-    assert browser.value(painted) > 50, "the map is painted"
+    assert browser.value(PAINTED) > 50, "the map is painted"
     assert browser.value("document.querySelectorAll('#scores polyline').length") == 2
+
+
+@needs_chromium
+def test_a_page_that_has_no_width_for_a_moment_plays_on(address, browser):
+    """So it is while a window is laid out anew; nothing can be painted then, and the next picture comes."""
+    browser.open(address)
+    browser.until("at.mode === 'iteration' && at.head > 1")
+    hide = "($('stage').hidden = {}, dispatchEvent(new Event('resize')))"
+    browser.value(hide.format("true"))
+    browser.value("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    browser.value(hide.format("false"))
+    browser.value("seek(0), play(true)")
+    browser.until("at.head > 2")
+    assert browser.value(PAINTED) > 50, "the map is painted"
+
+
+@needs_chromium
+def test_behind_the_last_kept_iteration_comes_live_and_the_page_goes_on(address, browser):
+    browser.open(address)
+    browser.until("at.mode === 'iteration' && at.head > 1")
+    browser.value("(was => { openLive = () => { went = true; was(); } })(openLive), at.run.training = true")
+    browser.value("seek(at.reel.ticks - 1), play(true)")
+    browser.until("window.went && at.mode === 'iteration'")  # the server says that the training is over
+    browser.until("at.reel !== null && at.head > 1")
 
 
 @needs_chromium

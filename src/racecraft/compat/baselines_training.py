@@ -23,12 +23,12 @@ from racecraft.compat.rllib_training import register_env, registered
 from racecraft.compat.tally import Watched
 from racecraft.contract.errors import RacecraftError, SettingError, UserInputError
 from racecraft.contract.world import Array
+from racecraft.evaluation.environments import reward_threshold
 from racecraft.formats.run_folder import JOB
 from racecraft.formats.whole import OutputFileError, output_letter
 from racecraft.players.trained import load_policy
 from racecraft.training import worlds
 from racecraft.training.callbacks import IterationReport, Silent
-from racecraft.training.gymnasium.environments import reward_threshold
 from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.trainer import Trained
 

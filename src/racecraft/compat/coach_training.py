@@ -17,8 +17,8 @@ from racecraft.training.callbacks import IterationReport, Silent
 from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.trainer import Trained
 
-LONGEST_EPISODE = 1000
-"""Steps after which an episode of the script's own environment is cut, as RLlib's are."""
+LONGEST_EPISODE = 10_000
+"""Steps after which an episode of the script's own environment is cut; Coach cuts none."""
 
 
 class CoachLines(Silent):

@@ -80,6 +80,13 @@ class Layer:
     units: int
 
 
+@dataclass(frozen=True)
+class Head:
+    """What a network of DQN ends in."""
+
+    is_dueling: bool
+
+
 MAIN = "network_wrappers.main."
 SEEN = f"{MAIN}input_embedders_parameters.observation."
 BEHIND = f"{MAIN}middleware_parameters."
@@ -93,6 +100,7 @@ AGENT_WORDS: Mapping[str, tuple[str, str]] = {
     f"{BEHIND}scheme": (HERE, "the last of network.hidden_units"),
     f"{SEEN}activation_function": (HERE, "network.activation"),
     f"{BEHIND}activation_function": (HERE, "network.activation"),
+    f"{MAIN}heads_parameters": (HERE, "dqn.dueling: [QHeadParameters()] or [DuelingQHeadParameters()]"),
     f"{MAIN}adam_optimizer_beta2": ("", "Adam's second figure is 0.999 here"),
     f"{MAIN}replace_mse_with_huber_loss": ("", "DQN's loss is Huber's here"),
     "algorithm.discount": (TABLE, "discount"),
@@ -167,6 +175,7 @@ def translated(graph: Part) -> Told:
             told.said.append(f"{path}: {what}")
     told.settings.append(f"dqn.double={str(agent.kind.startswith('DDQN')).lower()}" * (algorithm == DQN))
     told.settings += _network(laid, algorithm)
+    told.settings += _head(laid.get(f"{MAIN}heads_parameters"), algorithm)
     _lay_algorithm(told, laid, algorithm)
     _lay_schedule(told, graph, algorithm)
     told.settings = [one for one in told.settings if one]
@@ -209,6 +218,16 @@ def _network(laid: Mapping[str, Any], algorithm: str) -> list[str]:
     if "pre_network_filter.observation_filter" in laid:
         settings.append("network.normalise=true")
     return settings
+
+
+def _head(heads: Any, algorithm: str) -> list[str]:
+    if heads is None:
+        return []
+    if algorithm != DQN or not isinstance(heads, list | tuple) or [type(one) for one in heads] != [Head]:
+        raise SettingError(
+            f"{MAIN}heads_parameters is {heads!r}; expected, of DQN, [QHeadParameters()] or [DuelingQHeadParameters()]."
+        )
+    return [f"dqn.dueling={str(heads[0].is_dueling).lower()}"]
 
 
 def _units(scheme: Any, named: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]:

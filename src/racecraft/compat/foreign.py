@@ -25,6 +25,7 @@ from types import ModuleType
 from typing import Any
 
 from racecraft.compat.notebooks import SUFFIX, run_notebook
+from racecraft.compat.old_numpy import old_names
 from racecraft.compat.slips import HINTS, told, unset_names
 from racecraft.contract.errors import InputFileError
 
@@ -69,7 +70,7 @@ def run_script(script: str | Path, args: Sequence[str] = (), goes_on: bool = Fal
     path = Path(script)
     if not path.is_file():
         raise InputFileError(path, "there is no such file", "a Python script, such as train-unity.py, or a notebook")
-    with foreign_names(), _as_main(path, args):
+    with foreign_names(), old_names(), _as_main(path, args):
         if path.suffix == SUFFIX:
             run_notebook(path, goes_on)
         else:

@@ -23,6 +23,7 @@ from racecraft.compat.script_worlds import (
     shows_mask,
 )
 from racecraft.compat.tally import Tally, Told, Watched
+from racecraft.compat.travelling_models import refuse_to_train
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.formats.run_folder import JOB
 from racecraft.training import worlds
@@ -85,6 +86,7 @@ def train_experiment(experiment: Mapping[str, Any], spread: Spread | None = None
     Raises:
         SettingError: Something is not understood; the nearest known word is told.
     """
+    refuse_to_train()
     told = translated(experiment)
     for sentence in told.said:
         print(f"- {sentence}")

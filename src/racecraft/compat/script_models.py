@@ -8,6 +8,9 @@ are told from what the world promises: what is chosen is one-hot, and a dictiona
 from __future__ import annotations
 
 import inspect
+import itertools
+import sys
+import types
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -16,11 +19,14 @@ import torch
 from gymnasium import spaces
 from torch import Tensor, nn
 
+from racecraft.compat.travelling_models import texts_of
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.contract.world import ActionSpec, ArraySpec, ContinuousActions, DiscreteActions, MultiDiscreteActions
 from racecraft.envs.adapters.from_gymnasium import SOLE_NAME
+from racecraft.training.own_code import TRAVELS
 
-PLACE = "racecraft.compat.script_models"
+MODULE, NAME = "script_model_", "Model"
+"""How the modules are called in which registered models are found, and what each is called there."""
 TENSORFLOW = ("TFModelV2", "Model", "RecurrentTFModelV2", "DistributionalQTFModel")
 """Bases of models that run on TensorFlow only."""
 TORCH = "TorchModelV2"
@@ -97,13 +103,20 @@ def offered_model(name: str, told: Mapping[str, Any]) -> str:
             'Leave it out, with the hyperparameter rl.training.config.model.custom_model="": our own network follows '
             f"fcnet_hiddens and conv_filters, and heeds an observation `action_mask`. Or write it as a {TORCH}."
         )
-    known = "".join(letter if letter.isalnum() else "_" for letter in f"Model_{name}_{len(_offered)}")
-    globals()[known] = type(known, (ScriptModel,), {"made_by": made_by, "told": {**DEFAULTS, **told}})
-    _offered.append(known)
-    return f"{PLACE}:{known}"
+    known = "".join(letter if letter.isalnum() else "_" for letter in f"{MODULE}{name}_{next(_numbers)}")
+    made = types.ModuleType(known)
+    made.__dict__[NAME] = model_of(made_by, told)
+    made.__dict__[TRAVELS] = texts_of(made_by, known, told)
+    sys.modules[known] = made
+    return f"{known}:{NAME}"
 
 
-_offered: list[str] = []
+def model_of(made_by: type, told: Mapping[str, Any]) -> type[ScriptModel]:
+    """Return a script's model as racecraft asks for a network."""
+    return type(NAME, (ScriptModel,), {"made_by": made_by, "told": {**DEFAULTS, **told}})
+
+
+_numbers = itertools.count()
 
 
 def _taken(made_by: type, words: Mapping[str, Any]) -> dict[str, Any]:

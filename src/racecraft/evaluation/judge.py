@@ -107,10 +107,10 @@ def _judge_car(
 def _judge_gymnasium(
     run: RunFolder, which: str, episodes: int = EPISODES, seed: int = SEED_OF_JUDGING
 ) -> dict[str, Any]:
-    from racecraft.envs.adapters.from_gymnasium import GymnasiumWorld
+    from racecraft.evaluation.environments import open_world
 
     policy = load_policy(run, which)
-    world = GymnasiumWorld(run.read_job()["asked"]["environment"], min(episodes, JUDGING_WORLDS))
+    world = open_world(run.read_job()["asked"]["environment"], min(episodes, JUDGING_WORLDS))
     try:
         return _facts(run, policy) | judge_episodes(policy, world, episodes, seed)
     finally:

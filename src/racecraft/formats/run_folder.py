@@ -7,6 +7,7 @@ Begin with `RunFolder.create` (a new one) or `RunFolder.open` (one that stands).
     model_metadata.json
     hyperparameters.json
     *.py                   modules that the reward function needs, from beside it
+    code/                  the user's own network or algorithm, and the modules that it needs
     track.npy              the circuit, where the catalogue does not have it
     tracks/                further circuits likewise, one file each, of a training on several
     *-demonstrations.*     the recorded episodes that a setting names, under the name of its group
@@ -55,6 +56,7 @@ HYPERPARAMETERS = "hyperparameters.json"
 TRACK = "track.npy"
 TRACKS = "tracks"
 GENERALISATION = "generalisation.csv"
+CODE = "code"
 CHECKPOINTS = "checkpoints"
 EPISODES = "episodes"
 EVALUATIONS = "evaluations"

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from racecraft.formats.aws.sim_trace import NAMES, TRACE_COLUMNS
 from racecraft.formats.episodes import STATUSES
 from racecraft.logs.errors import Damage
+from racecraft.logs.limits import HIGHEST, HIGHEST_WHOLE
 
 if TYPE_CHECKING:
     import polars as pl
@@ -65,16 +66,16 @@ def _taken(key: str) -> pl.Expr:
     text = pl.col(key).str.strip_chars()
     kind = _KIND[key]
     if kind == "bool":
-        return pl.when(text.is_in(["True", "true"])).then(True).when(text.is_in(["False", "false"])).then(False)
+        word = text.str.to_lowercase()  # a spreadsheet writes TRUE
+        return pl.when(word == "true").then(True).when(word == "false").then(False)
     if kind == "str":
         return text.cast(pl.Enum(STATUSES), strict=False)
     if key == "action":
         text = pl.when(text.str.contains(r"^\[.*\]$")).then(pl.lit("-1")).otherwise(text)
     number = text.cast(pl.Float64, strict=False)
-    number = pl.when(number.is_finite()).then(number)
     if kind == "int64" or key == "steps":
-        return pl.when(number % 1 == 0).then(number).cast(pl.Int32, strict=False)
-    return number
+        return pl.when((number % 1 == 0) & (number.abs() < HIGHEST_WHOLE)).then(number).cast(pl.Int32, strict=False)
+    return pl.when(number.abs() < HIGHEST).then(number)
 
 
 def _bad_cells(cells: pl.DataFrame, read: pl.DataFrame):

@@ -16,6 +16,7 @@ from racecraft.formats.aws.sim_trace import NAMES, TRACE_COLUMNS
 from racecraft.logs.errors import Damage
 from racecraft.logs.rows_of_text import MARK, Text, read_rows
 from racecraft.logs.sources import Source
+from racecraft.logs.spreadsheets import as_plain_text
 
 if TYPE_CHECKING:
     import polars as pl
@@ -53,11 +54,14 @@ def read_log(
     import polars as pl
 
     try:
+        with source.open() as file:
+            source, told = as_plain_text(source, file.read(2))
         header = _header(source)
     except OSError as error:
         return pl.DataFrame(), [Damage(source.name, None, f"cannot be read ({error.strerror}); left out")], {}
     if not header:
         return pl.DataFrame(), [], {}
+    wide = [Damage(source.name, None, told)] if told else []
     if not _FEWEST <= len(header) <= len(NAMES):
         what = f"{len(header)} values in a row where {_FEWEST} to {len(NAMES)} are expected; left out"
         return pl.DataFrame(), [Damage(source.name, None, what)], {}
@@ -66,7 +70,7 @@ def read_log(
     frame = rows.frame
     if frame.height:
         frame = frame.with_columns(_iterations(frame["episode"], rows.between, says, source.phase))
-    return frame, rows.damage, says
+    return frame, wide + rows.damage, says
 
 
 def _header(source: Source) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from racecraft.formats.aws.sim_trace import NAMES, TRACE_COLUMNS
 from racecraft.logs.errors import Damage
 from racecraft.logs.rows_of_text import Text, read_rows
 from racecraft.logs.sources import Source
+from racecraft.logs.spreadsheets import as_plain_text
 
 if TYPE_CHECKING:
     import polars as pl
@@ -31,7 +32,8 @@ def read_traces(
 
     frames: list[pl.DataFrame] = []
     damage: list[Damage] = []
-    for header, group in itertools.groupby(map(_headed, sources), key=lambda headed: headed[0]):
+    headed = (_headed(pair, damage) for pair in sources)
+    for header, group in itertools.groupby(headed, key=lambda pair: pair[0]):
         texts = [text for _, text in group]
         if isinstance(header, str):
             damage += [Damage(text.source.name, None, header) for text in texts]
@@ -46,15 +48,19 @@ def read_traces(
     return (pl.concat(frames, how="diagonal") if frames else pl.DataFrame()), damage
 
 
-def _headed(pair: tuple[int, Source]) -> tuple[tuple[str, ...] | str, Text]:
+def _headed(pair: tuple[int, Source], damage: list[Damage]) -> tuple[tuple[str, ...] | str, Text]:
     """Return our names of a trace's columns, its own for those that we do not know; and the text below them.
 
-    Of a file without columns it is told what is wrong with it instead of them.
+    Of a file without columns it is told what is wrong with it instead of them; `damage` is told of one that a
+    spreadsheet saved.
     """
     place, source = pair
     try:
-        with source.open() as file:
-            line = file.readline(_MOST_HEADER_BYTES)
+        line = _first_line(source)
+        source, told = as_plain_text(source, line)
+        if told:
+            damage.append(Damage(source.name, None, told))
+            line = _first_line(source)
     except OSError as error:
         return f"cannot be read ({error.strerror}); left out", Text(place, source)
     if not line.strip():
@@ -62,3 +68,8 @@ def _headed(pair: tuple[int, Source]) -> tuple[tuple[str, ...] | str, Text]:
     words = line.decode("utf-8-sig", errors="replace").rstrip("\r\n").split(",")
     header = tuple(_FOLDED.get(word.strip().casefold(), f"__{k}" if word else "") for k, word in enumerate(words))
     return header, Text(place, source, begin=len(line), line=2)
+
+
+def _first_line(source: Source) -> bytes:
+    with source.open() as file:
+        return file.readline(_MOST_HEADER_BYTES)

@@ -23,6 +23,7 @@ from racecraft.formats.checkpoint_ranking import find_checkpoint, split_source
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.deepracer.foreign_model import borrowed_run
 from racecraft.players.older_runs import older_spec, refuse_older_heads
+from racecraft.players.own_code import own_code_of
 
 SPEC = "policy_spec"
 """Where a checkpoint's metadata holds the spec."""
@@ -77,6 +78,8 @@ class TrainedPolicy:
 def load_policy(run: str | Path | RunFolder, which: str = "") -> TrainedPolicy:
     """Return the policy of a run folder, or of a model that AWS's trainer made.
 
+    Where its network or its algorithm is the user's own, the copy of it in the run is run.
+
     Args:
         run: The folder; RUN:best, RUN:last and RUN:N name a checkpoint. A model: an archive, folder, graph, checkpoint.
         which: "best", "last", an iteration's number or a merit such as "laptime"; "": what `run` says, else best.
@@ -91,7 +94,9 @@ def load_policy(run: str | Path | RunFolder, which: str = "") -> TrainedPolicy:
     checkpoint = find_checkpoint(folder, which or named)
     weights, metadata = Checkpoints(folder.checkpoints).load_policy(str(checkpoint.iteration))
     spec = spec_in(folder, metadata)
-    return TrainedPolicy(folder, checkpoint, spec, policy_from(spec, to_tensors(weights)), metadata)
+    with own_code_of(folder):
+        policy = policy_from(spec, to_tensors(weights))
+    return TrainedPolicy(folder, checkpoint, spec, policy, metadata)
 
 
 def spec_in(run: RunFolder, metadata: Mapping[str, Any]) -> PolicySpec:

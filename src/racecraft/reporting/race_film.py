@@ -10,7 +10,8 @@ import numpy as np
 
 from racecraft.analysis.deepracer.drive import Drive, as_drive
 from racecraft.analysis.deepracer.films.film import FilmStyle, OtherCar, PictureCount, write_film
-from racecraft.analysis.deepracer.films.shells import DEEPRACER
+from racecraft.analysis.deepracer.films.shells import DEEPRACER, paint_of
+from racecraft.analysis.deepracer.films.tower import Standings
 from racecraft.contract.world import Array
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.vehicle import TICK_SECONDS
@@ -52,8 +53,29 @@ def film_race(
     own = drivers[0]
     style = replace(style, name=own.name, colour=OWN_COLOUR)
     title = " against ".join(result.drivers)
-    film, strip = write_film(video, drives[0], track, style, own.mount, own.light, others, title, count=count)
+    paints = (paint_of(style.shell, style.colour), *(paint_of(one.shell, one.colour) for one in others))
+    standings = Standings(places_in(result.ticks[number]), result.drivers, paints)
+    film, strip = write_film(
+        video, drives[0], track, style, own.mount, own.light, others, title, count=count, standings=standings
+    )
     return {"video": film, "strip": strip}
+
+
+def places_in(ticks: Array) -> Array:
+    """Return each car's place in every tick, (T, M): by how far it has driven of its own laps.
+
+    Who is carried off the road stays as far as it came; of several that finished, the first to do so is ahead.
+
+    Args:
+        ticks: TICK_REPORT (T, M) of a race.
+    """
+    parked = ticks["status"] == race.PARK
+    rows = np.where(parked, 0, np.arange(len(ticks))[:, None])
+    latest = np.take_along_axis(ticks, np.maximum.accumulate(rows, axis=0), axis=0)
+    share = np.where(latest["status"] == race.LAP_COMPLETE, 0.0, np.clip(latest["progress"], 0.0, 100.0) / 100.0)
+    driven = latest["laps"] + share + np.cumsum(parked, axis=0) / (1e3 * len(ticks))
+    ahead: Array = driven[:, None, :] > driven[:, :, None]
+    return 1 + ahead.sum(axis=2)
 
 
 def drive_of(ticks: Array) -> Drive:

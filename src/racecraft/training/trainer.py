@@ -22,13 +22,14 @@ from racecraft.algorithms.building import build_learner
 from racecraft.algorithms.learner import REPLAY, Learner
 from racecraft.algorithms.registry import Algorithm, require_fit
 from racecraft.algorithms.replay_sampler import ReplayLearner
-from racecraft.algorithms.weights import to_tensors
+from racecraft.algorithms.weights import to_arrays, to_tensors
 from racecraft.contract.errors import RacecraftError, RunFolderError
-from racecraft.contract.world import World, WorldSpec
+from racecraft.contract.world import Array, World, WorldSpec
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.checkpoint_ranking import load_weights, split_source
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.deepracer.foreign_model import IMPORTED, borrowed_run
+from racecraft.players.own_code import own_code_of
 from racecraft.players.trained import SPEC
 from racecraft.rollout.collector import Collector, Collects
 from racecraft.rollout.episodes import StepObserver
@@ -40,12 +41,16 @@ from racecraft.training.gathering import Gatherer, HearsTicks, RecordingObserver
 from racecraft.training.loop import Evaluator, Outcome, TrainingLoop
 from racecraft.training.mlflow_tracking import MlflowRun, RunDescription, client_class, tracking_uri
 from racecraft.training.named_files import as_in_run, asked_in_run, found_in_run, lay_named_files, named_files
+from racecraft.training.own_code import lay_code, own_code_in
 from racecraft.training.processor import prepare_processor
 from racecraft.training.resume import Say, restore_run, tell_resumed
 from racecraft.training.run_writer import EpisodeFiles, RunWriter, Stateful, TickRecorder
 from racecraft.training.stopping import StopCondition, parse_stops
 from racecraft.training.tensorboard import FOLDER, TensorBoard, summary_writer
 from racecraft.training.versions import machine, versions
+
+SameShape = Callable[[str, Mapping[str, Any]], tuple[str, ...]]
+Fitted = Callable[[Mapping[str, Array], Mapping[str, Array]], tuple[dict[str, Array], tuple[str, ...]]]
 
 
 @dataclass(frozen=True)
@@ -104,9 +109,12 @@ class Experiment:
         default=lambda run, notes: contextlib.nullcontext(RunAttendants())
     )
     """Opens what attends the training in its run folder; closed at its end. It hears the notes, too."""
-    same_shape: Callable[[str, Mapping[str, Any]], tuple[str, ...]] = lambda path, metadata: ()
+    same_shape: SameShape = lambda path, metadata: ()
     """Refuses the metadata of a checkpoint whose weights are not to be begun with (it hears the run's path, too); of
     one that may be, it returns what is worth saying."""
+    fitted: Fitted = lambda weights, mine: (dict(weights), ())
+    """Brings an earlier run's weights into the shape of this network's own, as far as the world knows how; what differs
+    then is refused. It returns what is worth saying, too."""
     gatherer: Gatherer | None = None
     """Who carries the learner through worlds elsewhere; None: it is carried through `world`, here."""
     recorder: Callable[[], RecordingObserver] | None = None
@@ -167,7 +175,10 @@ def train(
     if source is not None:
         experiment = replace(experiment, notes=(*experiment.notes, *begin_with(learner, source, experiment)))
     _say_notes(experiment, say)
-    run = _make_run(experiment, place)
+    own = own_code_in(learner.policy_spec)
+    for clause in own.stays:
+        say(f"- {clause}")
+    run = _make_run(experiment, place, own.texts)
     experiment = replace(experiment, settings=as_in_run(experiment.settings))
     with run.lock(), experiment.attend(run, experiment.notes) as attendants:
         session = TrainingSession(experiment, run, learner, feed, callback, attendants, say)
@@ -180,7 +191,8 @@ def resume(experiment: Experiment, run: RunFolder, callback: TrainingCallback, s
     Raises:
         RunFolderError: The folder is taken by a running training.
     """
-    learner = _learner(experiment, found_in_run(experiment.settings, run))
+    with own_code_of(run):
+        learner = _learner(experiment, found_in_run(experiment.settings, run))
     feed = feed_for(learner, experiment)
     _say_notes(experiment, say)
     with run.lock(), experiment.attend(run, experiment.notes) as attendants:
@@ -312,15 +324,36 @@ def begin_with(learner: Learner, source: str, experiment: Experiment) -> tuple[s
         What is worth saying about them, a clause each.
 
     Raises:
+        UserInputError: As `weights_to_begin_with`.
+    """
+    mine = to_arrays(learner.state_dict())["network"]
+    weights, notes = weights_to_begin_with(source, mine, experiment.kind, experiment.same_shape, experiment.fitted)
+    learner.load_state_dict({"network": to_tensors(weights)})
+    return notes
+
+
+def weights_to_begin_with(
+    source: str, mine: Mapping[str, Array], kind: str, same_shape: SameShape, fitted: Fitted
+) -> tuple[dict[str, Array], tuple[str, ...]]:
+    """Return the weights of an earlier run for a network whose own are `mine`, and what is worth saying about them.
+
+    Args:
+        source: RUN, RUN:best, RUN:last, RUN:N, or a model of AWS's.
+        mine: The network's own, by name.
+        kind: What kind of run it must be.
+        same_shape: As in `Experiment`.
+        fitted: As in `Experiment`.
+
+    Raises:
         RunFolderError: No such run, a run of another kind, or a network of another shape.
         CheckpointError: No such checkpoint, or a damaged one.
     """
     path, which = split_source(source)
     run = borrowed_run(path)
-    run.read_job_of(experiment.kind)
-    weights, metadata = load_weights(run, which)
-    notes = (*experiment.same_shape(path, metadata), *metadata.get(IMPORTED, ()))
-    mine = learner.state_dict()["network"]
+    run.read_job_of(kind)
+    found, metadata = load_weights(run, which)
+    notes = same_shape(path, metadata)
+    weights, more = fitted(found, mine)
     for name in sorted(set(mine) | set(weights)):
         here = tuple(mine[name].shape) if name in mine else "absent"
         there = weights[name].shape if name in weights else "absent"
@@ -330,8 +363,7 @@ def begin_with(learner: Learner, source: str, experiment: Experiment) -> tuple[s
                 "same algorithm, observations, actions and network settings. Give --set network.… as it was, or train "
                 "afresh."
             )
-    learner.load_state_dict({"network": to_tensors(weights)})
-    return notes
+    return weights, (*notes, *more, *metadata.get(IMPORTED, ()))
 
 
 def summary_of(outcome: Outcome, run: RunFolder, seed: int) -> dict[str, Any]:
@@ -392,7 +424,7 @@ def _say_notes(experiment: Experiment, say: Say) -> None:
         say(f"- {note}")
 
 
-def _make_run(experiment: Experiment, place: Path | None) -> RunFolder:
+def _make_run(experiment: Experiment, place: Path | None, code: Mapping[str, str]) -> RunFolder:
     """Make the run folder and lay copies of the user's files into it."""
     named = named_files(experiment.settings)
     asked = dict(experiment.asked)
@@ -402,6 +434,7 @@ def _make_run(experiment: Experiment, place: Path | None) -> RunFolder:
     def lay_files(run: RunFolder) -> None:
         experiment.lay_files(run)
         lay_named_files(named, run)
+        lay_code(code, run)
 
     job = {
         "kind": experiment.kind,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from racecraft.envs.deepracer.camera import MOUNT_V3, CameraMount, mounted_optics
-from racecraft.envs.deepracer.kernels.boxes import draw_boxes
+from racecraft.envs.deepracer.kernels.boxes import draw_boxes, is_in_frame
 from ray_caster import GROUND, HEIGHT, LEVELS, WIDTH, cast
 
 
@@ -56,9 +56,32 @@ def test_a_box_one_metre_ahead_has_its_size():
 
 def test_a_box_hides_another_whose_middle_is_nearer():
     """A long one reaches far back beside a short one that stands before its far end."""
-    boxes = np.array([[1.5, 0.25, 0.0, 1.0, 0.05, 0.3], [1.9, 0.12, 0.0, 0.05, 0.05, 0.2]])
-    mount, kinds = CameraMount(0.0, 0.1, 0.0), np.array([0, 3])
+    boxes = np.array([[1.5, 0.25, 0.0, 1.0, 0.05, 0.3], [1.9, 0.145, 0.0, 0.05, 0.05, 0.2]])
+    mount, kinds = CameraMount(0.0, 0.1, 0.0, 0.5), np.array([0, 3])  # so that they cover each other by some pixels
     for order in ([0, 1], [1, 0]):
         expected, plain = cast(boxes[order], kinds[order], mount, (0.0, 0.0, 0.0))
         found = draw(boxes[order], kinds[order], mount, (0.0, 0.0, 0.0))
         assert np.abs(found - expected)[plain].max() <= 1.0
+
+
+def test_a_long_box_beside_the_eye_is_seen_though_its_middle_lies_behind():
+    box, mount = np.array([[-0.3, 0.5, 0.0, 1.2, 0.05, 0.3]]), CameraMount(0.0, 0.1, 0.0)
+    expected, plain = cast(box, np.array([1]), mount, (0.0, 0.0, 0.0))
+    assert (expected != GROUND).any()
+    assert np.abs(draw(box, np.array([1]), mount, (0.0, 0.0, 0.0)) - expected)[plain].max() <= 1.0
+
+
+@pytest.mark.parametrize(
+    ("ahead", "left", "height", "is_seen"),
+    [
+        (1.0, 0.0, 0.25, True),
+        (1.0, 0.75, 0.25, True),  # its middle is out of sight, at 0.63 m a metre, and its far right corner is not
+        (1.0, -0.75, 0.25, True),
+        (1.0, 1.05, 0.25, False),
+        (-1.0, 0.0, 0.25, False),
+        (1.0, 0.0, 3.0, False),  # asked at half its height: above the frame, though its foot is in it
+    ],
+)
+def test_a_box_is_in_the_frame_where_a_corner_or_its_middle_is(ahead, left, height, is_seen):
+    optics = mounted_optics(WIDTH, HEIGHT, CameraMount(0.0, 0.1, 0.0))
+    assert is_in_frame(optics, np.array([ahead, left, 0.0, 0.2, 0.2, height]), 0.0, 0.0, 0.0) == is_seen

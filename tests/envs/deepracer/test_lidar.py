@@ -9,7 +9,7 @@ import shapely
 
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer.actions import ActionTable
-from racecraft.envs.deepracer.kernels.lidar import look_around, scan_poses
+from racecraft.envs.deepracer.kernels.lidar import enters_at, look_around, scan_poses
 from racecraft.envs.deepracer.scene import build_scene
 from racecraft.envs.deepracer.sensors import (
     FARTHEST_M,
@@ -77,6 +77,22 @@ def test_every_beam_ends_where_shapely_says(backward):
     np.testing.assert_allclose(ranges, expected, atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("eye", "along", "met"),
+    [
+        ((0.5, -3.0), (0.0, 1.0), 2.0),  # along the short side, in line with the rectangle
+        ((2.5, -3.0), (0.0, 1.0), math.inf),  # beside it
+        ((-4.0, 0.5), (1.0, 0.0), 2.0),  # along the long side
+        ((-4.0, -1.5), (1.0, 0.0), math.inf),
+        ((-4.0, 0.5), (-1.0, 0.0), math.inf),  # away from it
+        ((0.5, 0.5), (0.0, 1.0), 0.0),  # within it
+    ],
+)
+def test_a_beam_along_a_side_meets_a_rectangle_or_passes_it(eye, along, met):
+    """Of 4 m by 2 m, in its own frame: what no drawn beam is, for none is parallel to the last bit."""
+    assert enters_at(*eye, *along, 2.0, 1.0) == met
+
+
 def test_a_short_reach_changes_nothing_within_it():
     scene, _, poses, boxes = rooms(300, 6, np.random.default_rng(6))
     far, near = np.empty((300, 64)), np.empty((300, 64))
@@ -96,7 +112,8 @@ def test_low_walls_are_looked_over_and_walls_from_outside_looked_through():
 
 
 def race(sensors=("FRONT_FACING_CAMERA", "LIDAR"), lidar_config=None, boxes=1, **options):
-    config = RaceConfig(**{name: options.pop(name) for name in ("fidelity",) if name in options})
+    told = ("fidelity", "max_episode_seconds", "start_advance")
+    config = RaceConfig(**{name: options.pop(name) for name in told if name in options})
     return RaceWorld(
         load_track("reinvent_base"), ACTIONS, sensors=car_sensors(sensors, lidar_config), race_config=config,
         camera_config=CameraConfig(16, 12), objects=BoxesConfig(number=boxes), **options,
@@ -176,6 +193,79 @@ def test_noise_is_of_one_centimetre_and_the_cars_own():
     assert ((noisy - exact)[0] != (noisy - exact)[1])[hit[0]].all()
     assert (told(3) == noisy).all()
     assert (told(4) != noisy).any()
+
+
+def test_noise_is_drawn_anew_at_every_turn_and_brings_near_what_stands_just_beyond_the_range():
+    world = race(fidelity="aws")
+    lined_up(world)
+    put_box(world, -1.01)
+    turns = []
+    for _ in range(40):
+        world._cars["total_ticks"] += 3
+        turns.append(looked(world)[0])
+    assert (np.array(turns) < 1.0).any(), "1.01 m may read as less than 1 m"
+    put_box(world, -0.5)
+    near = looked(world)[0]
+    world._cars["total_ticks"] += 3
+    assert (looked(world)[0] != near)[near < 0.9].all()
+
+
+def test_what_is_nearer_than_it_measures_reads_as_the_nearest():
+    world = race()
+    lined_up(world)
+    put_box(world, 0.05)
+    told = looked(world)[0]
+    assert told.min() == world.sensors.lidar.spec.low == np.float32(0.15)
+    assert (told >= 0.15).all()
+
+
+def test_a_parked_car_is_nowhere():
+    world = race(cars_per_world=2, boxes=0)
+    lined_up(world)
+    assert (looked(world) < 1.0).any()
+    world.park(np.array([[False, True]]))
+    assert (looked(world) == 1.0).all()
+
+
+def test_an_episode_begins_with_a_reading_of_its_own_place():
+    """At AWS a LiDAR stands still every third tick, but not over a start elsewhere."""
+    config = {"clipping_dist": 12.0}
+    world = race(
+        ("FRONT_FACING_CAMERA", "DISCRETIZED_SECTOR_LIDAR"), config, boxes=0, fidelity="aws",
+        max_episode_seconds=1.1, start_advance=0.37,
+    )  # fmt: skip
+    buffers, exact, standing = lined_up(world), np.empty((1, 64)), 0
+    for _ in range(160):
+        world.step(np.zeros((1, 1), np.int64), buffers)
+        if buffers.ended.any():
+            car = world.cars[0, 0]
+            scan_poses(
+                FAR._replace(yaw=math.pi), world.camera.scene, np.array([[car["x"], car["y"], car["yaw"]]]),
+                world.boxes, exact,
+            )  # fmt: skip
+            assert (exact < FARTHEST_M).any()
+            np.testing.assert_allclose(world.lidar_ranges[0], exact, atol=6 * LIDAR_NOISE_M)
+            standing += int(car["total_ticks"]) * 10 // 15 == (int(car["total_ticks"]) - 1) * 10 // 15
+    assert standing > 0, "some episodes should begin while the LiDAR would stand still"
+
+
+def test_the_last_observation_of_an_episode_is_what_the_car_would_have_seen_had_it_gone_on():
+    """Of two worlds with the same boxes one ends its episode, the other does not."""
+    sensors = ("STEREO_CAMERAS", "LIDAR")
+    short, long = race(sensors, boxes=6, max_episode_seconds=1.0), race(sensors, boxes=6, max_episode_seconds=9.0)
+    ending, going = lined_up(short, 4), lined_up(long, 4)
+    for world in (short, long):
+        put_box(world, 0.9, left_m=0.35)
+    for _ in range(40):
+        for world, buffers in ((short, ending), (long, going)):
+            world.step(np.zeros((1, 1), np.int64), buffers)
+        if ending.ended.any():
+            break
+    assert ending.ended.any()
+    assert not going.ended.any()
+    assert (going.observations["LIDAR"] < 1.0).any()
+    for name in sensors:
+        np.testing.assert_array_equal(ending.final_observations[name], going.observations[name], name)
 
 
 def sector_by_hand(ranges, sectors, values, clip):

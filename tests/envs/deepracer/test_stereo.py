@@ -1,6 +1,7 @@
 """Two eyes: where each sees the same thing, in which order they are told, and what the one-eyed cameras are called."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,11 +9,14 @@ import pytest
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer.actions import ActionTable
-from racecraft.envs.deepracer.camera import HORIZONTAL_VIEW_RAD, MOUNT_V3
+from racecraft.envs.deepracer.camera import HORIZONTAL_VIEW_RAD, MOUNT_V3, mounted_optics
+from racecraft.envs.deepracer.kernels.boxes import draw_boxes
+from racecraft.envs.deepracer.kernels.camera import render_frame
+from racecraft.envs.deepracer.kernels.eyes import join_eyes, render_pair
 from racecraft.envs.deepracer.scene import FIELD, ROAD, build_scene
 from racecraft.envs.deepracer.sensors import car_sensors
 from racecraft.envs.deepracer.settings import BoxesConfig, CameraConfig
-from racecraft.envs.deepracer.world import RaceWorld
+from racecraft.envs.deepracer.world import EYE_PAIR, RaceWorld
 from racecraft.tracks.catalogue import load_track
 
 ACTIONS = ActionTable.of([(0.0, 1.0), (0.3, 1.0)])
@@ -72,13 +76,19 @@ def test_left_and_front_camera_and_the_oldest_cars_observation_see_the_same():
     """The original gives only stereo cars a second camera; all others see from the car's middle."""
     frames = []
     for name in ("FRONT_FACING_CAMERA", "LEFT_CAMERA", "observation"):
-        world = race(name, width=40, height=30)
+        world = race(name, width=40, height=30, objects=BoxesConfig(positions="0.05,1;0.1,-1"))
         buffers = allocate(world.spec)
         world.reset(buffers, 0)
         frames.append(buffers.observations["FRONT_FACING_CAMERA"])
     assert (frames[0] == frames[1]).all()
     assert (frames[0] == frames[2]).all()
     assert frames[0].std() > 10
+
+
+def test_the_oldest_cars_observation_keeps_its_name_beside_a_lidar():
+    """AWS lays inputs end to end by their sorted names, and that one comes last."""
+    assert car_sensors(["observation"]).camera_name == "FRONT_FACING_CAMERA"
+    assert sorted(car_sensors(["observation", "LIDAR"]).specs(4, 3)) == ["LIDAR", "observation"]
 
 
 def test_both_eyes_see_boxes():
@@ -97,6 +107,44 @@ def test_both_eyes_see_boxes():
     near = 0.8 - 0.2 - MOUNT_V3.x  # the near face stands upright: its depth changes little from foot to top
     shift = columns[0].mean() - columns[1].mean()
     assert shift == pytest.approx(126.2 * 0.06 / near, rel=0.1)
+
+
+@pytest.mark.parametrize("roll", [0.0, 0.12, -0.2])
+@pytest.mark.parametrize("grain", [0.0, 30.0])
+def test_each_eye_sees_what_a_camera_in_its_place_sees(roll, grain):
+    """Whether the ground is worked out for both at once or, where the camera leans, for each by itself."""
+    scene, half, yaw = build_scene(load_track("reinvent_base")), 0.03, 0.7
+    optics = mounted_optics(80, 60, replace(MOUNT_V3, roll=roll))._replace(grain=grain)
+    x, y, _ = load_track("reinvent_base").pose_at(2.0)
+    pair, alone = np.zeros((2, 60, 80), np.uint8), np.zeros((60, 80), np.uint8)
+    render_pair(scene, optics, x, y, yaw, half, scene.grey_palette, pair)
+    for eye, left in enumerate((half, -half)):
+        place = x - math.sin(yaw) * left, y + math.cos(yaw) * left
+        render_frame(scene, optics, *place, yaw, scene.grey_palette, alone)
+        assert (alone != pair[1 - eye]).mean() > 0.02, "the eyes should see apart"
+        np.testing.assert_allclose(pair[eye].astype(int), alone.astype(int), atol=1)
+
+
+def test_boxes_are_drawn_into_each_eye_where_a_camera_in_its_place_has_them():
+    optics, half, yaw = mounted_optics(80, 60, MOUNT_V3), 0.03, 0.7
+    boxes = np.array([[0.7, 0.5, 0.3, 0.1, 0.08, 0.2], [1.0, 1.2, 1.0, 0.2, 0.15, 0.25]])
+    kinds, palette = np.array([0, 2]), np.full(20, 200.0)
+    pair, alone = np.zeros((2, 60, 80), np.uint8), np.zeros((2, 60, 80), np.uint8)
+    draw_boxes(optics, boxes, kinds, 0.0, 0.0, yaw, np.array([half, -half]), palette, pair)
+    for eye, left in enumerate((half, -half)):
+        place = -math.sin(yaw) * left, math.cos(yaw) * left
+        draw_boxes(optics, boxes, kinds, *place, yaw, np.zeros(1), palette, alone[eye : eye + 1])
+    assert (alone[0] != alone[1]).any()
+    np.testing.assert_allclose(pair.astype(int), alone.astype(int), atol=1)
+
+
+def test_the_eyes_of_the_cars_asked_for_are_laid_together_left_before_right():
+    frames = np.random.default_rng(1).integers(0, 256, (2, 2, 2, 3, 4)).astype(np.uint8)
+    rows = np.array([[True, False], [False, True]])
+    both = np.full((2, 2, 3, 4, 2), 7, np.uint8)
+    join_eyes(frames, rows, both.view(EYE_PAIR)[..., 0])
+    np.testing.assert_array_equal(both[rows], np.moveaxis(frames[rows], 1, -1))
+    assert (both[~rows] == 7).all()
 
 
 def test_a_stereo_eye_turns_colours_grey_as_the_original_does():

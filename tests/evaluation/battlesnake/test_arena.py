@@ -284,6 +284,13 @@ def test_a_tournament_swaps_seats_with_the_same_dice():
     json.dumps(table.to_dict())
 
 
+def test_a_tournament_of_which_nothing_is_said_is_one_round_of_a_thousand_turns_and_half_seconds():
+    seats = seats_of("random_safe", "hungry", "flood_fill")
+    plain = Tournament(seats, SMALL)
+    assert plain.planned == 6, "three pairs, each seat once"
+    assert (plain._timeout_ms, plain._most_turns) == (500, 1000)
+
+
 def test_a_tournament_refuses_what_cannot_meet():
     seats = seats_of("hungry", "flood_fill")
     with pytest.raises(BoardError, match="every name once"):
@@ -292,7 +299,7 @@ def test_a_tournament_refuses_what_cannot_meet():
         tournament(seats, GameSettings(7, 7, 3))
     with pytest.raises(BoardError, match="2 snakes a game, but only 1 player; name at least 2"):
         tournament(seats[:1], SMALL)
-    with pytest.raises(BoardError, match="1 snakes a game; a tournament needs at least 2"):
+    with pytest.raises(BoardError, match="1 snake a game; a tournament needs at least 2"):
         tournament(seats, GameSettings(7, 7, 1))
 
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -239,11 +240,29 @@ def test_eight_cars_race_and_nine_are_refused():
         race(driver("alone", 1.0))
 
 
-def test_a_lidar_among_cars_without_one_is_named():
-    lidar = driver("scanner", 1.0, sensors=car_sensors(("FRONT_FACING_CAMERA", "LIDAR"), None))
-    with pytest.raises(SettingError, match="scanner drives by LIDAR and plain without a LiDAR"):
-        race(driver("plain", 1.0), lidar)
-    race(lidar, replace(lidar, name="another"), races=1, max_resets=0, config=RaceConfig(max_episode_seconds=2.0))
+class Sees:
+    """Drives straight on, and keeps the names and shapes of what it is shown."""
+
+    def __init__(self):
+        self.shown = {}
+
+    def act(self, observations, action_mask=None):
+        self.shown = {name: array.shape[1:] for name, array in observations.items()}
+        return np.tile([0.0, 1.0], (len(next(iter(observations.values()))), 1))
+
+    def forget(self, rows):
+        pass
+
+
+@pytest.mark.parametrize("is_first", [True, False], ids=["the scanner first", "the scanner last"])
+def test_a_car_with_a_lidar_races_one_without_and_each_sees_by_its_own(is_first):
+    scanner = driver("scanner", 1.0, policy=Sees(), sensors=car_sensors(("STEREO_CAMERAS", "SECTOR_LIDAR")))
+    plain = driver("plain", 1.0, policy=Sees())
+    cars = (scanner, plain) if is_first else (plain, scanner)
+    race(*cars, races=1, max_resets=0, config=RaceConfig(max_episode_seconds=1.0))
+    own = {CRITIC_NAME: mock.ANY}
+    assert scanner.policy.shown | own == {"STEREO_CAMERAS": (6, 8, 2), "SECTOR_LIDAR": (8,)} | own
+    assert plain.policy.shown | own == {CAMERA_NAME: (6, 8)} | own
 
 
 @pytest.mark.parametrize(
@@ -258,3 +277,7 @@ def test_a_lidar_among_cars_without_one_is_named():
 def test_what_no_race_can_be_is_named(rules, said):
     with pytest.raises(SettingError, match=said):
         HeadToHead(**rules)
+
+
+def test_a_race_of_which_nothing_is_said_is_that_of_deepracer_for_cloud():
+    assert HeadToHead() == HeadToHead(3, None, "all", 100, 5.0, 5.0)

@@ -34,6 +34,35 @@ def test_every_real_file_reads_and_comes_back_the_same(tmp_path):
         assert read_hyperparameters(tmp_path / "copy.json") == hyperparameters
 
 
+BORDERS = {
+    "batch_size": (1, 1_000_000), "beta_entropy": (0, 1), "discount_factor": (0, 1), "e_greedy_value": (0, 1),
+    "epsilon_steps": (1, 1_000_000_000), "lr": (1e-8, 1), "num_episodes_between_training": (1, 100_000),
+    "num_epochs": (1, 100), "stack_size": (1, 64), "term_cond_avg_score": (-1e9, 1e9),
+    "term_cond_max_episodes": (1, 1_000_000_000), "sac_alpha": (0, 1),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BORDERS)
+def test_a_value_on_a_border_is_taken_and_one_beyond_it_is_not(tmp_path, name):
+    assert set(BORDERS) == set(RULES)
+    for border, sign in zip(BORDERS[name], (-1, 1), strict=True):
+        assert getattr(read(tmp_path, {name: border}), name) == border
+        beyond = border + sign * (1 if isinstance(border, int) else abs(border) / 2)
+        with pytest.raises(HyperparameterError, match=name):
+            read(tmp_path, {name: beyond})
+
+
+@pytest.mark.parametrize("name", ["beta_entropy", "discount_factor", "lr", "term_cond_avg_score", "sac_alpha"])
+def test_a_fraction_is_taken_where_no_count_is_meant(tmp_path, name):
+    assert getattr(read(tmp_path, {name: 0.5}), name) == 0.5
+
+
+@pytest.mark.parametrize("name", ["batch_size", "epsilon_steps", "num_epochs", "stack_size", "term_cond_max_episodes"])
+def test_a_fraction_is_refused_where_a_count_is_meant(tmp_path, name):
+    with pytest.raises(HyperparameterError, match=name):
+        read(tmp_path, {name: 2.5})
+
+
 def test_the_template_of_deepracer_for_cloud_holds_what_it_holds():
     got = read_hyperparameters(DATA / "models/drfc-defaults/hyperparameters.json")
     assert (got.discount_factor, got.lr, got.num_epochs, got.sac_alpha) == (0.99, 0.0003, 5, 0.2)

@@ -147,3 +147,12 @@ def test_too_many_members_are_refused(tmp_path, monkeypatch):
     for path in (tar(tmp_path / "a.tar.gz", names), packed(tmp_path / "a.zip", names)):
         with pytest.raises(ArchiveError, match="more than 10 members"):
             unpack_model(path, tmp_path / "out")
+
+
+def test_an_archive_is_known_by_its_first_bytes_and_nothing_else_is_one(tmp_path):
+    packed(tmp_path / "model.txt", [("model.pb", b"x")])
+    tar(tmp_path / "model", [("model.pb", b"x")])
+    (tmp_path / "model.tar.gz").write_text("no archive")
+    (tmp_path / "empty.zip").write_bytes(b"")
+    assert [is_archive(tmp_path / name) for name in ("model.txt", "model")] == [True, True]
+    assert [is_archive(tmp_path / name) for name in ("model.tar.gz", "empty.zip", "nowhere", ".")] == [False] * 4

@@ -149,3 +149,14 @@ def test_every_variable_stands_once_with_a_sentence():
     assert len(BY_NAME) == len(ENV_VARIABLES) > 100
     assert all(row.status in STATUSES and row.doc.endswith(".") for row in ENV_VARIABLES)
     assert set(OTHER_SPELLINGS.values()) <= set(BY_NAME)
+
+
+def test_what_a_template_holds_or_its_init_left_counts_as_not_given(tmp_path):
+    left = ("<AWS_DR_BUCKET>", "not-defined", "found-3-buckets", "to-be-defined")
+    for value in left:
+        (tmp_path / "system.env").write_text(f"DR_UPLOAD_S3_BUCKET={value}\n")
+        env = read_run_env(tmp_path / "system.env")
+        assert "DR_UPLOAD_S3_BUCKET" not in env.values
+        assert env.notes == (f"system.env:1: DR_UPLOAD_S3_BUCKET still holds {value}; it counts as not given",)
+    (tmp_path / "system.env").write_text("DR_UPLOAD_S3_BUCKET=found-my-buckets\n")
+    assert read_run_env(tmp_path / "system.env").values == {"DR_UPLOAD_S3_BUCKET": "found-my-buckets"}

@@ -150,6 +150,29 @@ def test_a_call_that_sits_in_c_is_told_of_once_and_ended_when_it_returns():
     assert told == [threading.get_ident()]
 
 
+@pytest.mark.parametrize("answers", [True, False])
+def test_a_watcher_that_is_slow_to_begin_costs_no_call_its_time_and_nobody_is_struck_later(monkeypatch, answers):
+    """On a machine under load the thread may need longer to begin than a call may last."""
+    begin = threading.Thread.start
+
+    def begin_slowly(thread):
+        begin(thread)
+        for _ in range(100):  # in steps, for an exception would wait until one sleep returns
+            time.sleep(0.003)
+
+    monkeypatch.setattr(threading.Thread, "start", begin_slowly)
+    limit = TimeLimit(0.05)
+    if answers:
+        assert limit.call(lambda value: value + 1, 1) == 2
+    else:
+        with pytest.raises(ZeroDivisionError):
+            limit.call(lambda value: 1 / value, 0)
+    assert not limit._due
+    ends = time.monotonic() + 0.2
+    while time.monotonic() < ends:
+        time.sleep(0.001)
+
+
 def test_a_limit_of_one_call_holds_for_that_call():
     limit = TimeLimit(0.05)
     assert limit.call(lambda x: time.sleep(0.2) or x, 3, seconds=30) == 3

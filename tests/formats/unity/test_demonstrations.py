@@ -231,6 +231,7 @@ def test_ml_agents_own_demonstrations_are_read():
 def test_a_learner_is_shown_what_was_recorded(write, tmp_path):
     """Steps, not records: the action of the record after; the last record of an episode begins none."""
     from racecraft.algorithms.demonstrations import read_shown, shown_tensors
+    from racecraft.algorithms.policy_spec import PolicySpec
     from racecraft.contract.errors import SettingError
     from racecraft.contract.world import ArraySpec, ContinuousActions, HybridActions, MultiDiscreteActions, WorldSpec
 
@@ -243,6 +244,8 @@ def test_a_learner_is_shown_what_was_recorded(write, tmp_path):
     ]
     assert (shown.reward.tolist(), shown.episode.tolist()) == ([1, 2, 5] * 2, [0, 0, 1, 2, 2, 3])
     assert shown.action_mask.tolist() == [[True] * 3, [True, False, True], [True] * 3] * 2
+    told = PolicySpec.from_dictionary(shown.spec).actions
+    assert (told.continuous.low, told.continuous.high) == ((-1.0, -1.0), (1.0, 1.0)), "what a Unity world promises"
 
     actions = HybridActions(ContinuousActions((-1.0,) * 2, (1.0,) * 2), MultiDiscreteActions((3,)))
     fits = WorldSpec("unity", 1, 1, {"place": ArraySpec((3,), np.float32)}, actions, has_action_mask=True)

@@ -293,6 +293,19 @@ def test_schedules_end_where_ml_agents_ends_them():
     assert {name: PPO_ENDS[ours[name]] for name in SCHEDULE_ENDS} == SCHEDULE_ENDS
 
 
+@pytest.mark.parametrize("gamma", [0.0, 1.0])
+def test_a_discount_may_be_none_or_whole(read, gamma):
+    asked = read(BASIC.replace("gamma: 0.9", f"gamma: {gamma}")).behavior("Basic").overrides()
+    assert apply_overrides(default_settings(find_algorithm("ppo")), asked).ppo.discount == gamma
+
+
+def test_what_is_cloned_weighs_one_where_nothing_is_said(read):
+    text = "behaviors: {A: {behavioral_cloning: {demo_path: a.demo%s}}}"
+    asked = [read(text % more).behavior("A").overrides() for more in ("", ", strength: 0.25")]
+    weights = [apply_overrides(default_settings(find_algorithm("ppo")), one).imitation.strength for one in asked]
+    assert weights == [1.0, 0.25]
+
+
 def test_a_file_that_says_everything_gets_no_note(read):
     text = BASIC.replace("    time_horizon: 3\n", "").replace(
         "      num_epoch: 3\n", "      num_epoch: 3\n      learning_rate_schedule: constant\n"

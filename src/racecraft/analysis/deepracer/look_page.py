@@ -48,7 +48,7 @@ class LapLook:
     """How the lap ended, in words."""
 
 
-def findings(surfaces: Sequence[SurfaceAttention], look: Look, run: str = "RUN") -> list[str]:
+def findings(surfaces: Sequence[SurfaceAttention], look: Look, run: str = "RUN", imported: bool = False) -> list[str]:
     """Return what a look comes to, in sentences; the weightiest first.
 
     A surface beside the track is only blamed where no other counts for more: of a policy that is thrown by whatever is
@@ -58,6 +58,7 @@ def findings(surfaces: Sequence[SurfaceAttention], look: Look, run: str = "RUN")
         surfaces: What was found out of each.
         look: The look.
         run: What a command calls the run.
+        imported: Whether it was trained elsewhere, and can only be begun anew with its weights.
     """
     told = []
     gap = float(np.mean(look.confidence.gap))
@@ -65,7 +66,7 @@ def findings(surfaces: Sequence[SurfaceAttention], look: Look, run: str = "RUN")
         told.append(
             f"It is hardly decided: its best action is only {100 * gap:.1f} % likelier than the second, so little "
             "turns a decision. Train on before you read much into what it looks at: "
-            f"racecraft train --run {run} --resume."
+            f"racecraft train {f'--from {run}' if imported else f'--run {run} --resume'}."
         )
     if not surfaces:
         return told
@@ -97,22 +98,29 @@ def findings(surfaces: Sequence[SurfaceAttention], look: Look, run: str = "RUN")
     return told
 
 
-def write_look_page(path: str | Path, lap: LapLook, title: str, film: bytes | None = None, run: str = "RUN") -> Path:
-    """Write the page of a look at a lap.
+def write_look_page(
+    path: str | Path,
+    lap: LapLook,
+    title: str,
+    film: bytes | None = None,
+    run: str = "RUN",
+    imported: bool = False,
+) -> Path:
+    """Write the page of a look at a lap; `run` and `imported` as in `findings`.
 
     Raises:
         OutputFileError: The page cannot be written.
     """
-    write_whole(path, page.page(f"{title} – what it looks at", _parts(lap, title, film, run)))
+    sentences = findings(lap.surfaces, lap.look, run, imported)
+    write_whole(path, page.page(f"{title} – what it looks at", _parts(lap, title, film, sentences)))
     return Path(path)
 
 
-def _parts(lap: LapLook, title: str, film: bytes | None, run: str) -> Iterator[str]:
+def _parts(lap: LapLook, title: str, film: bytes | None, sentences: Sequence[str]) -> Iterator[str]:
     """Yield the page from top to bottom."""
     yield "<h1>What it looks at</h1>"
     track = lap.place.track
     yield f'<p class="quiet">{page.escaped(title)} · {page.escaped(track.title or track.name)} · {lap.outcome}</p>'
-    sentences = findings(lap.surfaces, lap.look, run)
     if sentences:
         yield page.card("".join(f"<p>{page.escaped(one)}</p>" for one in sentences))
     if film is not None:
@@ -167,7 +175,8 @@ def sureness_figure(lap: LapLook) -> Figure:
     )  # fmt: skip
     axes.set_xlabel("progress (% of the lap)", fontsize=11, color=QUIET)
     axes.set_xlim(0, 100)
-    axes.legend(frameon=False, fontsize=10, labelcolor=INK)
+    beside_title = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}  # never on the curve
+    axes.legend(frameon=False, fontsize=10, labelcolor=INK, **beside_title)
     return figure
 
 

@@ -117,7 +117,8 @@ def add(
     from racecraft.players.battlesnake.protocol import PlayerError
 
     if len(name or []) > len(who):
-        raise PlayerError(f"{len(name or [])} names for {len(who)} players; expected one player for every --name.")
+        players = "1 player" if len(who) == 1 else f"{len(who)} players"
+        raise PlayerError(f"{len(name or [])} names for {players}; expected one player for every --name.")
     store, told = ArenaStore(arena), []
     names = [*(name or []), *who[len(name or []) :]]
     entrants = [entrant_of(what, called) for what, called in zip(who, names, strict=True)]

@@ -38,7 +38,8 @@ def take_seats(who: list[str], names: list[str], seed: int, quiet: bool, memory_
     from racecraft.players.battlesnake.protocol import PlayerError
 
     if len(names) > len(who):
-        raise PlayerError(f"{len(names)} names for {len(who)} players; expected one --url for every --name.")
+        players = "1 player" if len(who) == 1 else f"{len(who)} players"
+        raise PlayerError(f"{len(names)} names for {players}; expected one --url for every --name.")
     if any(one in ("area_control", "search") or one.startswith(("search+", "search:")) for one in who):
         say("Getting the players ready …", quiet_stdout=quiet)
     given = names + who[len(names) :]

@@ -73,6 +73,7 @@ def _lap(
     from racecraft.analysis.video import film_path, small_film
     from racecraft.cli.output import say
     from racecraft.formats.checkpoint_ranking import split_source
+    from racecraft.players.deepracer.foreign_model import IMPORTED
     from racecraft.players.deepracer.trained_car import load_trained_car
     from racecraft.reporting.looking import look_at_lap
     from racecraft.tracks.catalogue import load_track
@@ -84,7 +85,8 @@ def _lap(
     lap = look_at_lap(car, load_track(track) if track else car.trained_on, question)
     title = f"{car.run.path.name}, checkpoint {car.checkpoint.iteration}"
     write_look_film(film, lap.look, title, lap.place)
-    write_look_page(page, lap, title, small_film(film), folder)
+    imported = IMPORTED in car.run.read_job()
+    write_look_page(page, lap, title, small_film(film), folder, imported)
     return {
         "run": folder,
         "checkpoint": car.checkpoint.iteration,
@@ -92,7 +94,7 @@ def _lap(
         "ticks": len(lap.look),
         "ended": lap.outcome,
         **_sureness(lap.look),
-        "findings": findings(lap.surfaces, lap.look, folder),
+        "findings": findings(lap.surfaces, lap.look, folder, imported),
         "surfaces": _surfaces(lap),
         "film": str(film),
         "page": str(page),

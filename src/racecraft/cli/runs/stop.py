@@ -15,5 +15,11 @@ def stop(run: Annotated[Path, typer.Argument(help="The run folder of a training 
     """
     from racecraft.formats.run_folder import RunFolder
 
-    RunFolder.open(run).ask_to_stop()
-    print(f"{run}: asked to stop; whatever was kept stays, and --run {run} --resume goes on from there")
+    folder = RunFolder.open(run)
+    folder.ask_to_stop()
+    if folder.is_training():
+        print(f"{run}: asked to stop; whatever was kept stays, and --run {run} --resume goes on from there")
+    else:
+        print(
+            f"{run}: no process of this machine trains there; one of another machine that writes this folder will stop"
+        )

@@ -36,6 +36,7 @@ from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionSpace, OwnActions
 from racecraft.envs.deepracer.camera import MOUNT_V1, MOUNT_V2, MOUNT_V3, Camera, CameraMount
 from racecraft.envs.deepracer.fidelity import habits
+from racecraft.envs.deepracer.kernels import lidar as lidar_kernels
 from racecraft.envs.deepracer.kernels import race as kernels
 from racecraft.envs.deepracer.kernels import sight
 from racecraft.envs.deepracer.kernels.eyes import join_eyes
@@ -138,7 +139,7 @@ class RaceWorld:
         """How each car answers steering and throttle, PROFILE (N, M); may be written to between ticks."""
         self.habits = habits(race_config.fidelity)
         """Which of the original's bugs this world has."""
-        self.lidar = self._mounted()
+        self.lidar = self._mounted(sensors)
         """The LiDAR as it sits on every car; without one on board it is never asked."""
         self._rules = rules_of(race_config, self.track.length, laps, start_ahead)
         asked = objects or objects_in(race_config.type)
@@ -237,7 +238,7 @@ class RaceWorld:
 
         Args:
             camera: Made with a scene of the same track.
-            sensors: Which camera that is; no LiDAR.
+            sensors: Which camera that is; of a LiDAR, see `look_around_with`.
             rows: Which cars, (R, 2): world and number in it.
         """
         frames = np.empty((len(rows), len(sensors.eyes_left_m), camera.height, camera.width), np.uint8)
@@ -249,6 +250,21 @@ class RaceWorld:
         both = np.empty((len(rows), 1, camera.height, camera.width, 2), np.uint8)
         join_eyes(frames[:, None], np.ones((len(rows), 1), bool), both.view(EYE_PAIR)[..., 0])
         return {STEREO: both[:, 0]}
+
+    def look_around_with(self, sensors: Sensors, rows: Array, ranges: Array) -> dict[str, Array]:
+        """Return what cars are told who carry another LiDAR than this world's, (R, L) float32; nothing without one.
+
+        Args:
+            sensors: Which LiDAR that is.
+            rows: Which cars, (R, 2): world and number in it.
+            ranges: Their newest readings, float64 (R, 64), m: the caller's, for they stand until the next is due.
+        """
+        if sensors.lidar is None:
+            return {}
+        told = np.zeros((len(rows), *sensors.lidar.spec.shape), np.float32)
+        scene, lidar = self.camera.scene, self._mounted(sensors)
+        lidar_kernels.look_around_with(lidar, scene, self._objects, self._cars, rows, self._keys, ranges, told)
+        return {sensors.lidar.name: told}
 
     def move_starts(self, start_shares: Sequence[float] | Array) -> None:
         """Let the next `reset` line the cars up elsewhere: shares of the lap, (N,)."""
@@ -425,9 +441,9 @@ class RaceWorld:
         if self.sensors.camera == STEREO:
             join_eyes(own, cars, observations[STEREO].view(EYE_PAIR)[..., 0])
 
-    def _mounted(self) -> MountedLidar:
+    def _mounted(self, sensors: Sensors) -> MountedLidar:
         return mounted_lidar(
-            self.sensors.lidar,
+            sensors.lidar,
             backward=self.habits.lidar_faces_backward,
             hertz=AWS_HERTZ if self.habits.lidar_is_slow else round(TICKS_PER_SECOND),
             noise=LIDAR_NOISE_M if self.habits.lidar_is_noisy else 0.0,

@@ -105,7 +105,7 @@ def _check(names: Sequence[str], at_a_board: int) -> None:
     if len(set(names)) < len(names):
         raise BoardError(f"players {', '.join(names)}; expected every name once.")
     if at_a_board < 2:
-        raise BoardError(f"{at_a_board} snakes a game; a tournament needs at least 2.")
+        raise BoardError(f"{at_a_board} snake a game; a tournament needs at least 2.")
     if len(names) < at_a_board:
         few = f"only {len(names)} player" + "s" * (len(names) != 1)
         raise BoardError(f"{at_a_board} snakes a game, but {few}; name at least {at_a_board}.")

@@ -22,7 +22,8 @@ from racecraft.formats.whole import write_whole
 _KIND = "lines of KEY=VALUE"
 _LINE = re.compile(r"\s*(?:export\s+)?([A-Za-z_][A-Za-z0-9_]*)\s*=\s*(.*?)\s*$")
 _VARIABLE = re.compile(r"\$(?:\{([A-Za-z_][A-Za-z0-9_]*)\}|([A-Za-z_][A-Za-z0-9_]*))")
-_PLACEHOLDER = re.compile(r"<[A-Z_]+>")
+_PLACEHOLDER = re.compile(r"<[A-Z_]+>|(?:not|to-be)-defined|found-\d+-buckets")
+"""What DeepRacer for Cloud's templates hold, and what its init.sh writes where it found no bucket, or several."""
 _QUOTES = {
     '"': '"',
     "'": "'",

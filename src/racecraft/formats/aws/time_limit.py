@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -68,9 +69,11 @@ class TimeLimit:
         """
         me = threading.get_ident()
         self._due[me] = time.monotonic() + (seconds or self.seconds)
-        if self._watcher is None:
-            self._watch()
         try:
+            if self._watcher is None:
+                self._due[me] = math.inf  # a thread may take its time to begin; nobody is late meanwhile
+                self._watch()
+                self._due[me] = time.monotonic() + (seconds or self.seconds)
             value = function(argument)
             del self._due[me]
             if me not in self._struck:

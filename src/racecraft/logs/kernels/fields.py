@@ -7,11 +7,14 @@ number takes. What these few ways do not cover is "not sure", and is read by `de
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from racecraft.kernels import inner_kernel, kernel
 from racecraft.kernels.bits import decimal_digits, is_plain_number, ones, same_bytes, trailing_zeros, word_at
 from racecraft.logs.kernels.decimals import number_of, product
+from racecraft.logs.limits import HIGHEST
 
 _U = np.uint64
 _0, _1, _8 = _U(0), _U(1), _U(8)
@@ -27,6 +30,8 @@ _MOST_LETTERS = 31
 _EXACT_LETTERS = 15
 """So many digits and their power of ten are exact in a float, and one division rounds them right."""
 _FLOAT_TENS = np.array([float(10**k) for k in range(_EXACT_LETTERS + 1)])
+_MOST_WHOLE_DIGITS = round(math.log10(HIGHEST))
+_POINTS = _U(0x2E2E2E2E2E2E2E2E)
 _COMMA, _NEW_LINE = np.uint8(ord(",")), np.uint8(ord("\n"))
 
 BYTES_BEFORE = 40
@@ -98,14 +103,23 @@ def float_between(text, start, stop):
     else:
         value, exact = product(number, places)
         sure &= exact
-    return value * (1.0 - 2.0 * negative), sure
+    return value * (1.0 - 2.0 * negative), sure & (value < HIGHEST)
 
 
 @inner_kernel
 def is_plain_float(text, start, stop):
     """Tell whether `float_between` or `decimals` could read the number that fills a field, without reading it."""
     start += (word_at(text, start) & _BYTE) == _MINUS
-    return 0 < stop - start <= _MOST_LETTERS and is_plain_number(text, start, stop)
+    length = stop - start
+    is_low = (length <= _MOST_WHOLE_DIGITS) | _has_point(text, start) | _has_point(text, start + 8)
+    return is_low and 0 < length <= _MOST_LETTERS and is_plain_number(text, start, stop)
+
+
+@inner_kernel
+def _has_point(text, at):
+    """Tell whether one of the eight bytes from here on is a point."""
+    bits = word_at(text, at) ^ _POINTS
+    return ((bits - _LOW_BITS) & ~bits & _HIGH_BITS) != _0
 
 
 @inner_kernel

@@ -11,6 +11,7 @@ from racecraft.kernels import inner_kernel, kernel
 from racecraft.kernels.bits import trailing_zeros, word_at
 from racecraft.logs.kernels.decimals import decimal_at, digits_at
 from racecraft.logs.kernels.fields import find_marks, float_between, is_plain_float, is_the_same, whole_between
+from racecraft.logs.limits import HIGHEST, HIGHEST_WHOLE
 
 SKIPPED, FLOAT, WHOLE, FLAG, STATUS, ACTION, CHECKED = range(7)
 """What a field is: passed over, a float, a whole number, True or False, a word of a list, an action, a float that
@@ -237,10 +238,10 @@ def _read_row(text, at, length, row, kinds, statuses, floats, wholes, flags, sta
         kind = kinds[field]
         sure = True
         if kind == FLOAT:
-            floats[float_count, row], at, sure = decimal_at(text, at)
+            floats[float_count, row], at, sure = _low_decimal_at(text, at)
             float_count += 1
         elif kind == CHECKED:
-            _, at, sure = decimal_at(text, at)
+            _, at, sure = _low_decimal_at(text, at)
         elif kind == WHOLE:
             wholes[whole_count, row], at, sure = _whole_number_at(text, at)
             whole_count += 1
@@ -265,6 +266,13 @@ def _read_row(text, at, length, row, kinds, statuses, floats, wholes, flags, sta
 
 
 @kernel
+def _low_decimal_at(text, at):
+    """Read a number as `decimal_at` does; one that no drive has is not sure."""
+    value, at, sure = decimal_at(text, at)
+    return value, at, sure and abs(value) < HIGHEST
+
+
+@kernel
 def _flag_at(text, at):
     if word_at(text, at) & _FOUR_BYTES == _TRUE:
         return True, at + 4, True
@@ -278,7 +286,7 @@ def _whole_number_at(text, at):
     if 0 < count < 8 and np.int64(word_at(text, at + count) & _BYTE) == _COMMA:
         return np.int32(digits), at + count, True
     value, at, sure = decimal_at(text, at)
-    sure = sure and abs(value) < 2147483648.0 and value == np.floor(value)
+    sure = sure and abs(value) < HIGHEST_WHOLE and value == np.floor(value)
     return np.int32(np.int64(value) if sure else 0), at, sure
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import RunFolderError
+from racecraft.contract.world import DiscreteActions
 from racecraft.envs.deepracer.actions import ActionSpace, action_space
 from racecraft.envs.deepracer.camera import CameraMount
 from racecraft.envs.deepracer.light import light_for
@@ -100,19 +101,32 @@ def load_trained_car(path: str | Path, which: str = "best") -> TrainedCar:
     run.read_job_of(KIND)
     policy = load_policy(run, which)
     told = policy.metadata
-    race_type = told["settings"]["race"].get("type", TIME_TRIAL)
+    try:
+        settings = settings_of(told)
+        actions, sensors = actions_of(told["model_metadata"]), sensors_of(told["model_metadata"])
+    except (KeyError, TypeError, AttributeError) as error:
+        raise RunFolderError(
+            f"{path}: checkpoint {policy.checkpoint.iteration} does not say what car it drives ({error!r}); expected "
+            "the metadata and settings that racecraft wrote into it. Take a checkpoint that is whole."
+        ) from error
+    _require_own_car(path, policy, actions, sensors, settings.camera)
     return TrainedCar(
         run=run,
         checkpoint=policy.checkpoint,
         policy=policy,
-        settings=from_dictionary(
-            Settings(race=RaceConfig(), camera=CameraConfig(), **race_groups(race_type)), told["settings"]
-        ),
-        actions=actions_of(told["model_metadata"]),
+        settings=settings,
+        actions=actions,
         version=told["model_metadata"]["version"],
-        sensors=sensors_of(told["model_metadata"]),
+        sensors=sensors,
         trained_on=track_of_run(run),
     )
+
+
+def settings_of(told: Mapping[str, Any]) -> Settings:
+    """Return a car's race, what is in its way and its camera, from what its checkpoint says of itself."""
+    race_type = told["settings"]["race"].get("type", TIME_TRIAL)
+    groups = Settings(race=RaceConfig(), camera=CameraConfig(), **race_groups(race_type))
+    return from_dictionary(groups, told["settings"])
 
 
 def sensors_of(metadata: Mapping[str, Any]) -> Sensors:
@@ -123,3 +137,34 @@ def sensors_of(metadata: Mapping[str, Any]) -> Sensors:
 def actions_of(metadata: Mapping[str, Any]) -> ActionSpace:
     """Return what a car can be told, from AWS's metadata as plain values."""
     return action_space(action_space_from_aws(metadata["action_space"]))
+
+
+def _require_own_car(
+    path: str | Path, policy: TrainedPolicy, actions: ActionSpace, sensors: Sensors, camera: CameraConfig
+) -> None:
+    """Refuse a network whose outputs are not its car's actions, or whose inputs are not what its car sees.
+
+    Raises:
+        RunFolderError: The letter names both.
+    """
+    decided, driven = _decisions(policy.spec.actions), _decisions(actions.spec)
+    if decided != driven:
+        raise RunFolderError(
+            f"{path}: its network decides by {decided}, and its car's metadata has {driven}; expected one output for "
+            "each action. Put back the model_metadata.json that it was trained with."
+        )
+    seen = {name: part.shape for name, part in policy.spec.visible.items()}
+    shown = {name: part.shape for name, part in sensors.specs(camera.width, camera.height).items()}
+    if any(shown.get(name) != shape for name, shape in seen.items()):
+        raise RunFolderError(
+            f"{path}: its network sees {_sights(seen)}, and its car {_sights(shown)}; expected the same. Put back the "
+            "model_metadata.json and camera settings that it was trained with."
+        )
+
+
+def _decisions(spec: Any) -> str:
+    return f"{spec.count} actions" if isinstance(spec, DiscreteActions) else "two ranges"
+
+
+def _sights(shapes: Mapping[str, tuple[int, ...]]) -> str:
+    return " and ".join(f"{name} of {'x'.join(map(str, shape))}" for name, shape in shapes.items())

@@ -214,12 +214,13 @@ class AgainstWorld:
         return self._own.episodes(self.inner.take_episodes())
 
     def save_state(self) -> dict[str, Array]:
-        """Return the races; past selves keep their own state."""
-        return self.inner.save_state()
+        """Return the races and what the chosen models' own LiDARs read; past selves keep their own state."""
+        return {**self.inner.save_state(), **self._seats.save_state()}
 
     def load_state(self, state: Mapping[str, Array], buffers: StepBuffers) -> None:
         """Go on from a saved state."""
         self.inner.load_state(state, self._buffers)
+        self._seats.load_state(state)
         self._seats.forget(np.ones_like(self._mine))
         self._show(buffers)
 

@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from racecraft.contract.errors import RunFolderError
+from racecraft.contract.world import Array
+from racecraft.envs.deepracer.race import CRITIC_OBJECT_NUMBERS
 from racecraft.envs.deepracer.sensors import Sensors
 from racecraft.formats.aws.model_metadata import as_aws_dict
 from racecraft.players.deepracer.trained_car import sensors_of
@@ -14,6 +18,8 @@ from racecraft.training.deepracer.plan import CarPlan
 
 MUST_MATCH = ("camera", "network")
 """Groups of settings that shape the weights."""
+CRITIC = "critic_body.trunk.0.weight"
+"""First layer of a critic of its own; the last columns are those of the objects (`kernels/sight.py`)."""
 
 
 def require_same_shape(plan: CarPlan, path: str, metadata: Mapping[str, Any]) -> tuple[str, ...]:
@@ -49,6 +55,28 @@ def require_same_shape(plan: CarPlan, path: str, metadata: Mapping[str, Any]) ->
             "run's model_metadata.json."
         )
     return _notes_on_ranges(here, there) if isinstance(here, dict) else _notes_on_actions(here, there)
+
+
+def fit_critic(weights: Mapping[str, Array], mine: Mapping[str, Array]) -> tuple[dict[str, Array], tuple[str, ...]]:
+    """Return weights whose critic is told of objects where the one here is, and what is worth saying about it.
+
+    Only a car among others has a critic that hears what is in its way. Where a car that knew the road comes among
+    others, the critic's columns for them begin at zero: it says at first what it said of the empty road. Where others
+    are gone, so are their columns. The policy sees with its sensors and is the same in either.
+    """
+    there, here = weights.get(CRITIC), mine.get(CRITIC)
+    if there is None or here is None or len(there) != len(here):
+        return dict(weights), ()
+    more = here.shape[1] - there.shape[1]
+    if abs(more) != CRITIC_OBJECT_NUMBERS:
+        return dict(weights), ()
+    if more > 0:
+        fitted = np.concatenate([there, np.zeros((len(there), more), there.dtype)], axis=1)
+        said = "the critic was not told of objects; what it makes of them begins at nothing"
+    else:
+        fitted = there[:, :more]
+        said = "nothing is in the way any more; what the critic made of objects is left out"
+    return {**weights, CRITIC: np.ascontiguousarray(fitted)}, (said,)
 
 
 def _require_same_sensors(plan: CarPlan, path: str, metadata: Mapping[str, Any]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,13 +12,14 @@ from racecraft.algorithms.weights import to_arrays
 from racecraft.contract.errors import SettingError
 from racecraft.envs.deepracer.settings import HEAD_TO_MODEL
 from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
-from racecraft.formats.checkpoint_ranking import load_weights, split_source
 from racecraft.players.deepracer.driver import Driver, league_in, load_driver
-from racecraft.players.deepracer.foreign_model import borrowed_run
+from racecraft.players.deepracer.run_track import KIND
 from racecraft.training.deepracer.against import AgainstWorld, deal, own_actions
+from racecraft.training.deepracer.cloning import fit_critic, require_same_shape
 from racecraft.training.deepracer.plan import ITSELF, CarPlan
 from racecraft.training.opponent_pool import OpponentPool
 from racecraft.training.processor import prepare_processor
+from racecraft.training.trainer import weights_to_begin_with
 
 
 def models_among(against: Sequence[str]) -> list[Driver]:
@@ -41,7 +41,7 @@ def against_world(
         reward: Makes a reward function for each of so many cars.
 
     Raises:
-        UserInputError: A chosen model cannot be used, or does not see in this company.
+        UserInputError: A chosen model cannot be used, or the weights to begin with do not fit.
     """
     settings, config = planned.settings, planned.settings.against
     chosen, itself = models_among(planned.against), ITSELF in planned.against
@@ -101,14 +101,23 @@ def require_racing(planned: CarPlan) -> None:
 
 
 def _pool(planned: CarPlan, world: AgainstWorld) -> OpponentPool:
-    """Return a pool that holds the self that the training begins with."""
+    """Return a pool that holds the self that the training begins with.
+
+    Raises:
+        UserInputError: The weights to begin with do not fit.
+    """
     config, runtime = planned.settings.against, planned.settings.runtime
     prepare_processor(runtime.threads, runtime.device)  # first weights are the learner's to the bit by as many threads
     learner = build_learner(planned.algorithm, world.spec, planned.settings, planned.seed)
     first = to_arrays(learner.state_dict())["network"]
     if planned.request.clone_from is not None:
-        path, which = split_source(planned.request.clone_from)
-        first = load_weights(borrowed_run(Path(path)), which)[0]
+        first, _ = weights_to_begin_with(
+            planned.request.clone_from,
+            first,
+            KIND,
+            lambda path, metadata: require_same_shape(planned, path, metadata),
+            fit_critic,
+        )
     return OpponentPool(learner.policy_spec, first, config.pool_size, config.pool_every, planned.seed)
 
 

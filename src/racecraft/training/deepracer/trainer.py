@@ -39,7 +39,7 @@ from racecraft.tracks.importer import route_file, travels
 from racecraft.training.deepracer.against import AgainstWorld
 from racecraft.training.deepracer.aws.files import AwsFiles
 from racecraft.training.deepracer.aws.setup import aws_setup
-from racecraft.training.deepracer.cloning import require_same_shape
+from racecraft.training.deepracer.cloning import fit_critic, require_same_shape
 from racecraft.training.deepracer.courses import both_ways, starts
 from racecraft.training.deepracer.evaluator import FLYING_LAPS, CarEvaluator, begins_where_training_does
 from racecraft.training.deepracer.live import LivePublisher
@@ -114,6 +114,7 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
         warm_up=lambda tell: warm_up((world, judged, *flying), tell),
         attend=lambda run, notes: attended(planned, reward, run, notes),
         same_shape=lambda path, metadata: require_same_shape(planned, path, metadata),
+        fitted=fit_critic,
         recorder=EpisodeRecorder,
         unpaid=None if planned.against else lambda share: driven_world(share, None),
         stays=AWS_STAYS if begins_where_training_does(judged) else "",

@@ -20,13 +20,13 @@ from racecraft.algorithms.registry import Algorithm, find_algorithm
 from racecraft.algorithms.reinforce import ReinforceConfig
 from racecraft.algorithms.sac import SacConfig
 from racecraft.contract.world import World
+from racecraft.evaluation.environments import open_world, reward_threshold
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.replay_settings import ReplayConfig
 from racecraft.rollout.settings import RolloutConfig
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, from_dictionary
-from racecraft.training.gymnasium.environments import open_world, reward_threshold
 from racecraft.training.gymnasium.evaluator import ReturnEvaluator
 from racecraft.training.loop import Outcome
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest

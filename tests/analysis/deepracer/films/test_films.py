@@ -16,6 +16,7 @@ from racecraft.analysis.deepracer.films.shells import COLOURS, F1_COLOURS, SHELL
 from racecraft.analysis.deepracer.films.solids import Eye, paint_car
 from racecraft.analysis.deepracer.films.standing import filmed_objects
 from racecraft.analysis.deepracer.films.top import TopMap
+from racecraft.analysis.deepracer.films.tower import Standings, Tower
 from racecraft.analysis.deepracer.films.views import CHASE, VIEWS, FilmedCar, Stage, _pose, widened
 from racecraft.contract.errors import UserInputError
 from racecraft.envs.deepracer.camera import MOUNT_V3
@@ -152,7 +153,7 @@ def test_a_car_hides_a_box_behind_it_and_is_hidden_by_one_before_it(track, drive
 def test_boxes_from_above_are_true_to_scale(track, drive):
     """0.4 by 0.3 m, enlarged as much as the car beside it."""
     boxes, kinds = box_beside(drive, 1.5)
-    view = TopMap(track, "2026", 800, 600)
+    view = TopMap(track, "2026", 800, 600, figures.strip_height(800, 600))
     brown = palette_under("2026", track.look, track.name, for_people=True)[MATERIALS.index("box_obstacle")]
     for name, size, inset in (("top", (800, 600), None), ("pip", (640, 480), (192, 144))):
         picture = painted(track, drive, name, (boxes, kinds), size)
@@ -195,6 +196,34 @@ def test_the_top_view_is_true_to_scale(track):
     view.paint_car(picture, shell_named(), tuple(pose))
     rows, columns = np.nonzero(np.abs(picture.astype(int) - view.picture).sum(-1) > 60)
     np.testing.assert_allclose((columns.mean(), rows.mean()), view.pixels(np.array([pose[:2]]))[0], atol=3)
+
+
+def test_the_top_view_stands_in_the_middle_of_what_the_figures_leave(track):
+    view, (x0, y0, x1, y1) = TopMap(track, "2026", 960, 540, foot=62), track.bounds
+    low, high = view.pixels(np.array([[x0, y0], [x1, y1]]))[:, 1]
+    assert high == pytest.approx(540 - 62 - low)
+    assert low < 540 - 62
+    pose = track.pose_at(3.0)
+    picture = view.picture.copy()
+    view.paint_car(picture, shell_named(), tuple(pose))
+    rows, columns = np.nonzero(np.abs(picture.astype(int) - view.picture).sum(-1) > 60)
+    np.testing.assert_allclose((columns.mean(), rows.mean()), view.pixels(np.array([pose[:2]]))[0], atol=3)
+
+
+def test_the_leader_stands_on_top_of_the_tower_beside_its_colour():
+    paints = tuple(COLOURS[name] for name in ("Purple", "Orange", "Blue"))
+    tower = Tower(Standings(np.array([[2, 1, 3], [1, 2, 2]]), ("own", "first", "last"), paints), 960, 540)
+    strip = figures.strip_height(960, 540)
+    row = round(0.36 * strip)
+    for tick, order in ((0, (1, 0, 2)), (1, (0, 1, 2)), (9, (0, 1, 2))):  # behind its end a race stays as it was
+        picture = np.full((540, 960, 3), 200, np.uint8)
+        tower.lay(tick, picture)
+        chips = [tuple(picture[2 * strip + k * row + row // 2, round(0.02 * 960) + 1].tolist()) for k in range(3)]
+        assert chips == [paints[car] for car in order]
+        assert (picture[: 2 * strip] == 200).all(), "a banner has its place above"
+        own = order.index(0)
+        inks = [picture[2 * strip + k * row : 2 * strip + (k + 1) * row, 60:200].max() for k in range(3)]
+        assert int(np.argmax(inks)) == own, "the filmed car's name is the bright one"
 
 
 def test_between_ticks_a_car_moves_evenly(drive):

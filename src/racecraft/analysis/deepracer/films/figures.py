@@ -16,6 +16,8 @@ from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
 STRIP_SHARE, STRIP_OF_WIDTH, VEIL = 0.115, 0.07, 0.68
 """Height of the strip at the foot, share of the picture's height, at most this share of its width; how dark it is."""
 
+STRIP_TOPS = 2
+"""Heights of the strip that a banner at the top takes, with what is free above and below it."""
 BANNER_SHARE = 0.66
 """Width of the banner, share of the picture's: the rest is the small picture's."""
 
@@ -34,7 +36,7 @@ class Overlay:
 
     def __init__(self, drive: Drive, name: str, width: int, height: int) -> None:
         self._drive, self._name, self._width = drive, name, width
-        self._strip = round(min(STRIP_SHARE * height, STRIP_OF_WIDTH * width))
+        self._strip = strip_height(width, height)
         self._share = 0.96 * width / (len(self.words(0)) + 1.6)
         self._small = font(max(9, round(0.24 * self._strip)))
         self._large = _bold_within(WIDEST, 0.94 * self._share, 0.42 * self._strip)
@@ -92,6 +94,11 @@ class Overlay:
         sheet = Image.new("RGB", (band.shape[1], band.shape[0]), colour)
         ImageDraw.Draw(sheet).text((band.shape[1] / 2, band.shape[0] / 2), words, WHITE, self._banner, anchor="mm")
         band[:] = np.asarray(sheet)
+
+
+def strip_height(width: int, height: int) -> int:
+    """Return how high the strip of figures at the foot of a picture is, pixels."""
+    return round(min(STRIP_SHARE * height, STRIP_OF_WIDTH * width))
 
 
 def _bold_within(text: str, width: float, most: float) -> Any:

@@ -13,6 +13,7 @@ from racecraft.analysis.deepracer.films.figures import Overlay
 from racecraft.analysis.deepracer.films.moments import LEAST_FPS, MOST_FPS, Moments, moments
 from racecraft.analysis.deepracer.films.shells import DEEPRACER, shell_named
 from racecraft.analysis.deepracer.films.standing import filmed_objects
+from racecraft.analysis.deepracer.films.tower import Standings, Tower
 from racecraft.analysis.deepracer.films.views import VIEWS, FilmedCar, Stage
 from racecraft.analysis.video import VideoError, encode_film, film_path
 from racecraft.contract.errors import SettingError, nearest
@@ -84,6 +85,7 @@ def write_film(
     title: str = "",
     objects: tuple[Array, Array] | None = None,
     count: PictureCount | None = None,
+    standings: Standings | None = None,
 ) -> tuple[Path, Path]:
     """Film a drive, and lay its stills on a strip.
 
@@ -98,6 +100,7 @@ def write_film(
         title: Kept in the file.
         objects: Boxes and bots in every tick, (T, K, 6) and their kinds (T, K), as `objects.Objects` has them.
         count: Hears how many pictures are painted, and of how many, after each.
+        standings: Who leads in every tick, told in every view but that from above; None: nobody races.
 
     Returns:
         The film, and its strip: the same name ending in -strip.png.
@@ -112,7 +115,7 @@ def write_film(
     cars += [FilmedCar(moments(one.drive, style.fps), shell_named(one.shell, one.colour)) for one in others]
     strip = Strip(len(taken), SIZES[style.size])
     stage = Stage(track, light, mount, cars, filmed_objects(objects, taken))
-    pictures = counted(_pictures(drive, taken, stage, style), len(taken), count)
+    pictures = counted(_pictures(drive, taken, stage, style, standings), len(taken), count)
     encode_film(path, strip.watch(pictures), style.fps, title)
     stills = path.with_name(f"{path.stem}-strip.png")
     strip.write(stills)
@@ -127,14 +130,20 @@ def counted(pictures: Iterator[Array], whole: int, count: PictureCount | None) -
             count(number, whole)
 
 
-def _pictures(drive: Drive, taken: Moments, stage: Stage, style: FilmStyle) -> Iterator[Array]:
+def _pictures(
+    drive: Drive, taken: Moments, stage: Stage, style: FilmStyle, standings: Standings | None
+) -> Iterator[Array]:
     """Yield the pictures one by one: the same array, painted anew."""
     width, height = SIZES[style.size]
     view, overlay = VIEWS[style.view](stage, width, height), Overlay(drive, style.name, width, height)
+    is_free = style.view != "top"  # from above the circuit fills the picture, and shows who leads
+    tower = Tower(standings, width, height) if standings is not None and is_free else None
     picture = np.empty((height, width, 3), np.uint8)
     for moment, tick in enumerate(taken.ticks.tolist()):
         view.paint(moment, picture)
         overlay.lay(tick, picture)
+        if tower is not None:
+            tower.lay(tick, picture)
         yield picture
 
 

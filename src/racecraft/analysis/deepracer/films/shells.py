@@ -67,15 +67,22 @@ def shell_named(name: str = DEEPRACER, colour: str = "Red") -> Shell:
     Raises:
         SettingError: There is no such shell, or no such colour.
     """
+    paint = paint_of(name, colour)
+    return _built(_deepracer(paint) if name.lower() == DEEPRACER else _formula_one(paint))
+
+
+def paint_of(name: str = DEEPRACER, colour: str = "Red") -> RGB:
+    """Return what a shell is painted with; both names in any case.
+
+    Raises:
+        SettingError: There is no such shell, or no such colour.
+    """
     by_letters = {known.lower(): paint for known, paint in COLOURS.items()}
-    written, name = name, name.lower()
-    if name not in SHELLS:
-        raise SettingError(f"there is no body shell '{written}'. {nearest(written, SHELLS)}")
+    if name.lower() not in SHELLS:
+        raise SettingError(f"there is no body shell '{name}'. {nearest(name, SHELLS)}")
     if colour.lower() not in by_letters:
         raise SettingError(f"there is no car colour '{colour}'. {nearest(colour, COLOURS)}")
-    if name == DEEPRACER:
-        return _built(_deepracer(by_letters[colour.lower()]))
-    return _built(_formula_one(F1_COLOURS[name]))
+    return F1_COLOURS.get(name.lower(), by_letters[colour.lower()])
 
 
 Part = tuple[list[Array], RGB]

@@ -30,12 +30,13 @@ class TopMap:
         track: The circuit.
         light: Year of the simulator whose light falls on it.
         width, height: Pixels.
+        foot: Pixels at the foot that something else lies over: the circuit stands in the middle of what is above them.
     """
 
-    def __init__(self, track: Track, light: str, width: int, height: int) -> None:
+    def __init__(self, track: Track, light: str, width: int, height: int, foot: int = 0) -> None:
         x0, y0, x1, y1 = track.bounds
         self._scale = min(width / ((1 + PADDING) * (x1 - x0)), height / ((1 + PADDING) * (y1 - y0)))
-        self._middle = (x0 + x1) / 2, (y0 + y1) / 2
+        self._middle = (x0 + x1) / 2, (y0 + y1) / 2 - 0.5 * foot / self._scale
         self._size = width, height
         self._enlarged = max(1.0, LEAST_CAR_PIXELS / (CAR_LENGTH_M * self._scale))
         self._colours = palette_under(light, track.look, track.name, for_people=True).round().astype(int)

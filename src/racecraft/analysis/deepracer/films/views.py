@@ -17,6 +17,7 @@ from typing import Protocol
 
 import numpy as np
 
+from racecraft.analysis.deepracer.films.figures import strip_height
 from racecraft.analysis.deepracer.films.moments import Moments
 from racecraft.analysis.deepracer.films.shells import Shell
 from racecraft.analysis.deepracer.films.solids import Eye, paint_car
@@ -110,9 +111,9 @@ class MountedView:
 class TopView:
     """The whole circuit from above."""
 
-    def __init__(self, stage: Stage, width: int, height: int) -> None:
+    def __init__(self, stage: Stage, width: int, height: int, foot: int = 0) -> None:
         self._stage = stage
-        self._map = TopMap(stage.track, stage.light, width, height)
+        self._map = TopMap(stage.track, stage.light, width, height, foot)
 
     def paint(self, moment: int, picture: Array) -> None:
         """Paint the circuit, what stands on it, and every car, the filmed one last."""
@@ -166,13 +167,18 @@ def chase_view(stage: Stage, width: int, height: int) -> View:
     return MountedView(stage, width, height, CHASE, is_chase=True)
 
 
+def top_view(stage: Stage, width: int, height: int) -> View:
+    """Return the circuit from above, clear of the figures at the picture's foot."""
+    return TopView(stage, width, height, strip_height(width, height))
+
+
 def pip_view(stage: Stage, width: int, height: int) -> View:
     """Return the camera behind the car, with the circuit from above in its corner."""
     small = round(INSET * width), round(INSET * width * 0.75)
     return PictureInPicture(chase_view(stage, width, height), TopView(stage, *small), width, small)
 
 
-VIEWS = {"car": car_view, "chase": chase_view, "top": TopView, "pip": pip_view}
+VIEWS = {"car": car_view, "chase": chase_view, "top": top_view, "pip": pip_view}
 """Every view by the name users type."""
 AWS_FOLDERS = {"pip": "camera-pip", "chase": "camera-45degree", "top": "camera-topview"}
 """Folders under mp4/ in which the original keeps its films (facts: deepracer.md 9.5)."""

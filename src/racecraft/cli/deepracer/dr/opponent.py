@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -32,12 +32,13 @@ def race_opponent(drfc: DrfcFolder, model: Path, asked: Mapping[str, Any]) -> No
     """
     from racecraft.cli.deepracer.race import print_standings
     from racecraft.evaluation.deepracer.head_to_head import HeadToHead, race_heads
-    from racecraft.players.deepracer.driver import driver_of
+    from racecraft.players.deepracer.driver import driver_of, load_car
     from racecraft.players.deepracer.trained_car import load_trained_car
     from racecraft.tracks.catalogue import load_track
 
     _require_race(drfc, asked)
-    cars = [load_trained_car(path, asked["checkpoint"]) for path in (model, drfc.opponent)]
+    which = asked["checkpoint"]
+    cars = [load_trained_car(model, which), load_car(f"{drfc.opponent}:{which}")]
     drivers = [driver_of(car, name) for car, name in zip(cars, _names(drfc), strict=True)]
     rules = HeadToHead(
         laps=asked["laps"],
@@ -53,7 +54,7 @@ def race_opponent(drfc: DrfcFolder, model: Path, asked: Mapping[str, Any]) -> No
     result = race_heads(drivers, circuit, rules, config)
     print(f"{rules.laps} laps on {circuit.title or circuit.name}:")
     print_standings(result)
-    _leave_files(cars, result, circuit.length)
+    _leave_files((model, drfc.opponent), result, circuit.length)
     if drfc.flag("DR_EVAL_SAVE_MP4"):
         track = circuit.reversed() if config.reverse else circuit
         _film(drfc, cars[0], drivers, result, track)
@@ -78,13 +79,13 @@ def _names(drfc: DrfcFolder) -> tuple[str, str]:
     return (own, opponent) if own != opponent else (f"{own} (1)", f"{opponent} (2)")
 
 
-def _leave_files(cars: list[TrainedCar], result: RaceResult, length_m: float) -> None:
-    """Write trace and metrics of both cars, each into its own run folder."""
+def _leave_files(models: Sequence[Path], result: RaceResult, length_m: float) -> None:
+    """Write trace and metrics of both cars, each into its own model's folder."""
     from racecraft.training.deepracer.aws.head_to_head_files import write_aws_heads
 
-    for number, car in enumerate(cars):
-        stamp = write_aws_heads(car.run.path, result.ticks[0][:, number], length_m)
-        print(f"{result.drivers[number]}: evaluation-{stamp} in {car.run.path}")
+    for number, model in enumerate(models):
+        stamp = write_aws_heads(model, result.ticks[0][:, number], length_m)
+        print(f"{result.drivers[number]}: evaluation-{stamp} in {model}")
 
 
 def _film(drfc: DrfcFolder, car: TrainedCar, drivers: list[Driver], result: RaceResult, track: Track) -> None:

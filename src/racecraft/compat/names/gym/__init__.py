@@ -170,6 +170,17 @@ class _Made(Env[Any, Any]):
         self._env.close()
 
 
+def with_old_manners(new: Any) -> type[Env[Any, Any]]:
+    """Return a class of Gymnasium's as the old gym had it."""
+
+    class Old(_Made):
+        def __init__(self, **words: Any) -> None:
+            super().__init__(new(**words))
+
+    Old.__name__ = Old.__qualname__ = new.__name__
+    return Old
+
+
 def make(id: str, **words: Any) -> Env[Any, Any]:
     """Make a registered Gymnasium environment and give it old manners."""
     return _Made(gymnasium.make(id, **words))

@@ -9,6 +9,7 @@ from typing import Any
 
 from racecraft.compat.pairs import PRIMARY, SECONDARY, carry_for_primary, role_of, spread_to_secondary
 from racecraft.compat.rllib_training import prepare_worlds, train_experiment
+from racecraft.compat.travelling_models import refuse_to_train
 from racecraft.contract.errors import SettingError
 from racecraft.jobs.hyperparameters import PREFIX, check_overrides
 
@@ -36,6 +37,7 @@ class SageMakerRayLauncher:
 
     def launch(self) -> None:
         """Train."""
+        refuse_to_train()
         words = _hyperparameters(sys.argv[1:])
         role = role_of(words)
         self.register_env_creator()

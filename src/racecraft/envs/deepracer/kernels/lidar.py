@@ -35,6 +35,14 @@ def scan_poses(lidar, scene, poses, boxes, ranges):
         add_boxes(lidar, poses[row, 0], poses[row, 1], poses[row, 2], boxes[row], ranges[row])
 
 
+@parallel_kernel
+def look_around_with(lidar, scene, objects, cars, rows, keys, ranges, views):
+    """Let cars (world, number), rows (R, 2), look round with a LiDAR that is not their world's; see `look_around`."""
+    for row in prange(rows.shape[0]):
+        n, m = rows[row, 0], rows[row, 1]
+        look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[row], views[row])
+
+
 @kernel
 def look_around(lidar, scene, objects, cars, n, m, key, ranges, view):
     """Take a reading for car m of world n where one is due, and tell the policy of the newest; nothing without LiDAR.

@@ -6,6 +6,7 @@ Either may say in `reward_threshold` at which mean return it counts as solved.
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import gymnasium
@@ -15,6 +16,8 @@ from racecraft.contract.errors import SettingError, UserInputError, nearest
 from racecraft.contract.world import World
 from racecraft.envs.adapters.from_gymnasium import GymnasiumWorld
 
+OF_SCRIPTS = ("from_script/", "racecraft.compat.script_worlds:")
+"""How environments of launcher scripts are called (`compat/rllib_training.py`, `compat/script_worlds.py`)."""
 WORLD_PARTS = ("spec", "reset", "step", "save_state", "load_state", "close")
 """What a `World` has."""
 
@@ -25,6 +28,7 @@ def open_world(environment: str, num_worlds: int) -> World:
     Raises:
         UserInputError: No such environment, a space that cannot be shown, or a class of another shape.
     """
+    _require_its_script(environment)
     own = own_class(environment)
     if own is None:
         return GymnasiumWorld(environment, num_worlds)
@@ -41,6 +45,22 @@ def open_world(environment: str, num_worlds: int) -> World:
             "`racecraft.contract.world.World` describes it."
         )
     return world
+
+
+def _require_its_script(environment: str) -> None:
+    """Refuse what a launcher script made, outside that script.
+
+    Raises:
+        SettingError: It is not made here.
+    """
+    module, _, name = environment.partition(":")
+    is_here = hasattr(sys.modules.get(module), name) if name else environment in gymnasium.registry
+    if environment.startswith(OF_SCRIPTS) and not is_here:
+        raise SettingError(
+            f"{environment}: a script made this environment (register_env), and it lives in that script only; expected "
+            "to be opened there: write `import racecraft as rc; print(rc.evaluate(RUN))` behind its train_main() and "
+            "begin it with `racecraft run`. The policy alone goes anywhere: `racecraft serve RUN`, rc.load_policy(RUN)."
+        )
 
 
 def own_class(environment: str) -> Any:

@@ -1,0 +1,1 @@
+"""`gym.envs`: the classic ones, as they used to be imported."""
