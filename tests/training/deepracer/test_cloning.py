@@ -75,3 +75,23 @@ def test_only_a_critics_columns_for_objects_come_and_go():
         assert (weights[CRITIC] == road[CRITIC]).all()
         assert said == ()
     assert fit_critic({"body": np.zeros(3)}, {CRITIC: np.zeros((5, 21))})[1] == ()
+
+
+def test_weights_of_another_network_are_refused_with_the_words_that_fit(alone, tmp_path):
+    other = ("network.separate_networks=true", "network.activation=relu")
+    with pytest.raises(RunFolderError) as refused:
+        trained(tmp_path / "other", *other, clone_from=f"{alone.path}:1", preset="aws")
+    letter = str(refused.value)
+    assert "separate_networks=false (here true)" in letter
+    assert "Say --preset fast" in letter
+    assert not (tmp_path / "other").exists()
+    words = letter.split("Say --preset fast ")[1].split(",")[0]
+    said = tuple(words.replace("--set ", "").split())
+    begun = first_weights(trained(tmp_path / "same", *said, clone_from=f"{alone.path}:1"))
+    assert begun.keys() == Checkpoints(alone.checkpoints).load_policy("1")[0].keys()
+
+
+def test_weights_are_taken_however_those_of_today_would_begin(alone, tmp_path):
+    begun = first_weights(trained(tmp_path / "r", "network.initialisation=glorot", clone_from=f"{alone.path}:1"))
+    for name, values in Checkpoints(alone.checkpoints).load_policy("1")[0].items():
+        np.testing.assert_array_equal(begun[name], values, name)

@@ -13,11 +13,17 @@ from racecraft.envs.deepracer.race import CRITIC_OBJECT_NUMBERS
 from racecraft.envs.deepracer.sensors import Sensors
 from racecraft.formats.aws.model_metadata import as_aws_dict
 from racecraft.players.deepracer.trained_car import sensors_of
-from racecraft.settings.overrides import as_dictionary, from_dictionary
+from racecraft.settings.composition import Settings
+from racecraft.settings.describe import value_text
+from racecraft.settings.overrides import from_dictionary
+from racecraft.settings.table import rows_of
 from racecraft.training.deepracer.plan import CarPlan
+from racecraft.training.deepracer.presets import PRESETS, preset_settings
 
 MUST_MATCH = ("camera", "network")
 """Groups of settings that shape the weights."""
+FREE = ("network.initialisation",)
+"""Settings of these that say only how weights begin that nobody has learned yet."""
 CRITIC = "critic_body.trunk.0.weight"
 """First layer of a critic of its own; the last columns are those of the objects (`kernels/sight.py`)."""
 
@@ -36,17 +42,7 @@ def require_same_shape(plan: CarPlan, path: str, metadata: Mapping[str, Any]) ->
         RunFolderError: A car of another shape; the letter says what may not change.
     """
     _require_same_sensors(plan, path, metadata["model_metadata"])
-    mine = as_dictionary(plan.settings)
-    theirs = as_dictionary(from_dictionary(plan.settings, metadata["settings"]))  # what an older one lacks is as here
-    for group in MUST_MATCH:
-        for name, value in mine[group].items():
-            if _plain(value) != _plain(theirs[group][name]):
-                raise RunFolderError(
-                    f"{path}: was trained with {group}.{name}={_plain(theirs[group][name])}, "
-                    f"now it is {_plain(value)}; expected the same, for weights fit only the shape they were trained "
-                    "in. "
-                    f"Leave {group}.{name} as it was, or train afresh."
-                )
+    _require_same_settings(plan, path, metadata["settings"])
     here, there = _action_space(plan), metadata["model_metadata"]["action_space"]
     if isinstance(here, dict) != isinstance(there, dict) or len(here) != len(there):
         raise RunFolderError(
@@ -55,6 +51,36 @@ def require_same_shape(plan: CarPlan, path: str, metadata: Mapping[str, Any]) ->
             "run's model_metadata.json."
         )
     return _notes_on_ranges(here, there) if isinstance(here, dict) else _notes_on_actions(here, there)
+
+
+def _require_same_settings(plan: CarPlan, path: str, settings: Mapping[str, Any]) -> None:
+    """Refuse weights of another network or camera; the letter says all that differs, and the words that mend it."""
+    theirs = from_dictionary(plan.settings, settings)  # what an older one lacks is as here
+    here, there = _shape(plan.settings), _shape(theirs)
+    differing = [name for name in there if here[name] != there[name]]
+    if not differing:
+        return
+    told = ", ".join(f"{name}={value_text(there[name])} (here {value_text(here[name])})" for name in differing)
+    raise RunFolderError(
+        f"{path}: was trained with {told}; expected the same, for weights fit only what they were trained in. Say "
+        f"{_words_for(plan, there)}, or train afresh."
+    )
+
+
+def _words_for(plan: CarPlan, shape: Mapping[str, Any]) -> str:
+    """Return the options that give a training that shape: those of the preset that leaves the fewest to be set."""
+    presets = {name: _shape(preset_settings(name, plan.model.metadata, plan.algorithm)[0]) for name in PRESETS}
+    left = {name: [key for key in shape if mine[key] != shape[key]] for name, mine in presets.items()}
+    preset = min(left, key=lambda name: (len(left[name]), name != plan.request.preset))
+    changed = () if preset == plan.request.preset else (f"--preset {preset}",)
+    return " ".join((*changed, *(f"--set {key}={value_text(shape[key])}" for key in left[preset])))
+
+
+def _shape(settings: Settings) -> dict[str, Any]:
+    """Return the settings that a network's weights hang on, by their full names."""
+    groups = ((group, getattr(settings, group)) for group in MUST_MATCH)
+    every = {f"{group}.{row.name}": getattr(values, row.name) for group, values in groups for row in rows_of(values)}
+    return {name: value for name, value in every.items() if name not in FREE}
 
 
 def fit_critic(weights: Mapping[str, Array], mine: Mapping[str, Array]) -> tuple[dict[str, Array], tuple[str, ...]]:
@@ -130,7 +156,3 @@ def _pair(action: dict[str, float]) -> tuple[float, float]:
 
 def _named(space: Any) -> str:
     return "two ranges" if isinstance(space, dict) else f"a list of {len(space)} actions"
-
-
-def _plain(value: Any) -> Any:
-    return list(value) if isinstance(value, tuple) else value
