@@ -98,7 +98,8 @@ def test_a_clone_begins_with_the_weights_of_its_parent(racecraft, tmp_path):
     assert json.loads(parent.out)["laps"] == json.loads(child.out)["laps"]
     refused = racecraft("train", "--from", "parent", "--run", "x", *TINY, "--set", "network.hidden_units=16")
     assert refused.code == 2
-    assert "Leave network.hidden_units as it was" in refused.err
+    assert "hidden_units=8 (here 16)" in refused.err
+    assert "Say --set network.hidden_units=8, or train afresh." in refused.err
 
 
 def curve(run):

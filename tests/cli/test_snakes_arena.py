@@ -54,7 +54,7 @@ def test_an_arena_from_its_first_day_to_an_exported_game(racecraft, arena, tmp_p
         (("new",), "something stands there"),
         (("add", "flod_fill"), "flood_fill"),
         (("add", "hungry"), "There is a player 'hungry' in this arena already"),
-        (("add", "hungry", "--name", "a", "--name", "b"), "2 names for 1 players"),
+        (("add", "hungry", "--name", "a", "--name", "b"), "2 names for 1 player;"),
         (("remove", "hungry"), "the scale hangs on it"),
         (("remove", "hungri"), "There is no player 'hungri'"),
         (("show", "--snakes", 4), "nobody plays that here"),

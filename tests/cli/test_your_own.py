@@ -116,7 +116,7 @@ def test_an_own_algorithm_trains_by_name_and_its_policy_needs_it_not(racecraft, 
     assert load_policy(summary["run"]).spec.algorithm == "reinforce"
 
 
-def test_an_own_network_is_remembered_and_missed_elsewhere(racecraft, folder, tmp_path_factory):
+def test_an_own_network_is_remembered_and_travels_with_its_run(racecraft, folder, tmp_path_factory):
     own = ("--set", "network.encoder=your_own_network:Waves")
     first, second = (told(racecraft("gym", "train", "CartPole-v1", *own, *SHORT)) for _ in range(2))
     one, two = load_policy(first["run"]), load_policy(second["run"])
@@ -126,7 +126,13 @@ def test_an_own_network_is_remembered_and_missed_elsewhere(racecraft, folder, tm
     assert all(same)
     assert type(one.policy.network.policy_body.own).__name__ == "Waves"
     elsewhere = tmp_path_factory.mktemp("elsewhere")
-    code = f"from racecraft.players.trained import load_policy; load_policy({str(folder / first['run'])!r})"
+    code = (
+        f"from racecraft.players.trained import load_policy; run = load_policy({str(folder / first['run'])!r});"
+        "print(type(run.policy.network.policy_body.own).__name__)"
+    )
+    ran = subprocess.run([sys.executable, "-c", code], cwd=elsewhere, capture_output=True, text=True, env=os.environ)
+    assert ran.stdout.strip() == "Waves", ran.stderr
+    (folder / first["run"] / "code" / "your_own_network.py").unlink()
     ran = subprocess.run([sys.executable, "-c", code], cwd=elsewhere, capture_output=True, text=True, env=os.environ)
     assert "there is no module 'your_own_network'" in ran.stderr
 

@@ -15,7 +15,7 @@ from racecraft.formats.aws.model_metadata import as_aws_dict
 from racecraft.players.deepracer.trained_car import sensors_of
 from racecraft.settings.composition import Settings
 from racecraft.settings.describe import value_text
-from racecraft.settings.overrides import from_dictionary
+from racecraft.settings.overrides import apply_overrides, from_dictionary
 from racecraft.settings.table import rows_of
 from racecraft.training.deepracer.plan import CarPlan
 from racecraft.training.deepracer.presets import PRESETS, preset_settings
@@ -68,9 +68,11 @@ def _require_same_settings(plan: CarPlan, path: str, settings: Mapping[str, Any]
 
 
 def _words_for(plan: CarPlan, shape: Mapping[str, Any]) -> str:
-    """Return the options that give a training that shape: those of the preset that leaves the fewest to be set."""
-    presets = {name: _shape(preset_settings(name, plan.model.metadata, plan.algorithm)[0]) for name in PRESETS}
-    left = {name: [key for key in shape if mine[key] != shape[key]] for name, mine in presets.items()}
+    """Return what makes a training of that shape: the preset that leaves the fewest to be set, and these."""
+    typed = [one for one in plan.request.overrides if one.split(".")[0].strip() in MUST_MATCH]
+    presets = {name: preset_settings(name, plan.model.metadata, plan.algorithm)[0] for name in PRESETS}
+    given = {name: _shape(apply_overrides(settings, typed)) for name, settings in presets.items()}
+    left = {name: [key for key in shape if mine[key] != shape[key]] for name, mine in given.items()}
     preset = min(left, key=lambda name: (len(left[name]), name != plan.request.preset))
     changed = () if preset == plan.request.preset else (f"--preset {preset}",)
     return " ".join((*changed, *(f"--set {key}={value_text(shape[key])}" for key in left[preset])))
