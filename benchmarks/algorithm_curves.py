@@ -1,7 +1,8 @@
-"""Curves of algorithms over seeds, on two worlds: the simple ones, or those that learn what choices are worth.
+"""Curves of algorithms over seeds, on two worlds: the simple ones, those that learn what choices are worth, or PPO.
 
     python benchmarks/algorithm_curves.py simple            REINFORCE, evolution strategies, behavioural cloning
     python benchmarks/algorithm_curves.py worths            DQN and Ape-X
+    python benchmarks/algorithm_curves.py ppo               PPO, and PPO with long rollouts
     python benchmarks/algorithm_curves.py simple --draw     draw again what was run
 
 Writes benchmarks/curves-GROUP.json and the group's picture, and prints the table of its docs page. Every run has the
@@ -28,12 +29,14 @@ from racecraft.training.progress import LineWatcher
 from racecraft.training.worlds import train
 
 HERE = Path(__file__).resolve().parent
-PICTURES = {"simple": "simple-algorithms.png", "worths": "worths.png"}
+PICTURES = {"simple": "simple-algorithms.png", "worths": "worths.png", "ppo": "ppo.png"}
 WORLDS = {"CartPole-v1": 475.0, "Acrobot-v1": -100.0}
 """Worlds, and the mean return that counts as solved."""
 BUDGET = 200_000
 """Steps of one run at most."""
 CLONES = "behavioural cloning"
+LONG = ("rollout.horizon=256", "ppo.epochs=10", "ppo.batch_size=128", "ppo.discount=0.99", "ppo.entropy_weight=0.01")
+"""What sees an end that comes late and seldom: longer rollouts, looked over less often, by a policy that stays open."""
 GROUPS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
     "simple": {
         "REINFORCE, value baseline": ("reinforce", ()),
@@ -42,6 +45,7 @@ GROUPS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
         CLONES: ("bc", ()),
     },
     "worths": {"DQN": ("dqn", ()), "Ape-X": ("apex", ())},
+    "ppo": {"PPO": ("ppo", ()), "PPO, long rollouts": ("ppo", LONG)},
 }
 """Of each group the kinds: what they are called, the algorithm, and settings that differ."""
 COLOURS = ("#1b6ca8", "#8fbcd4", "#d1622b")
