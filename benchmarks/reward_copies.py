@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from by_turns import microseconds
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.settings import CameraConfig
@@ -70,18 +71,6 @@ def stepper(pays: list[Callable] | None) -> Callable[[], None]:
     return step
 
 
-def microseconds(steps: dict[str, Callable[[], None]], turns: int) -> dict[str, list[float]]:
-    """Return µs of processor time that a tick of one car takes, turn by turn, for each of some worlds."""
-    spent: dict[str, list[float]] = {name: [] for name in steps}
-    for turn in range(turns + 2):
-        for name, step in steps.items():
-            began = time.process_time()
-            step()
-            if turn >= 2:
-                spent[name].append((time.process_time() - began) / TICKS / CARS * 1e6)
-    return spent
-
-
 def main() -> None:
     turns = int(sys.argv[1]) if len(sys.argv) > 1 else 60
     set_threads(1)
@@ -99,7 +88,7 @@ def main() -> None:
             "keeps state: one for all cars": stepper([keeps.call] * CARS),
             "keeps state: a copy for each car": stepper([one.call for one in own]),
         }
-        spent = microseconds(steps, turns)
+        spent = microseconds(steps, turns, TICKS * CARS)
     print(f"{CARS} cars, 40x30, {turns} turns of {TICKS} ticks, load {os.getloadavg()[0]:.1f}")
     for name, times in spent.items():
         low, middle, high = statistics.quantiles(times, n=4)

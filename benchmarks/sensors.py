@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import statistics
 import sys
-import time
 from collections.abc import Callable
 
 import numpy as np
 
+from by_turns import microseconds
 from racecraft.contract.world import Array, allocate
 from racecraft.envs.deepracer.actions import action_space
 from racecraft.envs.deepracer.sensors import car_sensors
@@ -64,24 +64,17 @@ def keep_to_the_road(told: Array) -> Array:
     return np.where(wanted > 0.1, 2, np.where(wanted < -0.1, 0, 1))
 
 
-def microseconds(width: int, height: int, turns: int = TURNS) -> dict[str, float]:
+def a_tick(width: int, height: int, turns: int = TURNS) -> dict[str, float]:
     """Return µs of processor time that a tick of one car takes in each of WORLDS."""
     set_threads(1)
     steps = {name: stepper(*world, width, height) for name, world in WORLDS.items()}
-    spent: dict[str, list[float]] = {name: [] for name in steps}
-    for turn in range(turns + 2):
-        for name, step in steps.items():
-            began = time.process_time()
-            step()
-            if turn >= 2:
-                spent[name].append((time.process_time() - began) / TICKS / CARS * 1e6)
-    return {name: statistics.median(times) for name, times in spent.items()}
+    return {name: statistics.median(times) for name, times in microseconds(steps, turns, TICKS * CARS).items()}
 
 
 def main() -> None:
     for size in sys.argv[1:] or ("40x30", "160x120"):
         width, height = (int(side) for side in size.split("x"))
-        measured = microseconds(width, height)
+        measured = a_tick(width, height)
         plain = measured["plain camera"]
         print(f"{size}, {TRACK}, {CARS} cars, one core")
         for name, spent in measured.items():

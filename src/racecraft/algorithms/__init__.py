@@ -4,6 +4,8 @@
     registry.py       algorithms by name, a user's own among them
     policy_spec.py    what a stranger needs to rebuild a policy from its weights
     ppo.py            proximal policy optimisation: act, then learn from what was collected
+    ppo_config.py     its settings
+    sharded_ppo.py    the same where what was collected lies in shards
     dqn.py            deep Q-learning: learn what each choice is worth from all that is remembered
     apex.py           DQN with many unlike actors and a learner beside them
     multi_policy.py   several learners, each with its own rows
@@ -11,7 +13,8 @@
     replay_sampler.py what a learner that eats a replay is fed
     returns.py        advantages and value targets; the two endings kept apart
     networks.py       from named observations to the parameters of actions and a value
-    convolution.py    a convolution that answers a few frames quickly
+    convolution.py    a convolution that goes no detours, for a few frames and in bfloat16
+    light_work.py     one thread for what is done in no time
     distributions.py  from those parameters to chosen actions and their likelihood
     actor_policy.py   the greedy policy of an actor network
     q_network.py      from named observations to what each choice is worth, and the policy that takes the best
