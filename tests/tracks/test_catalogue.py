@@ -99,6 +99,26 @@ def test_a_typo_is_answered_with_the_nearest_name():
         load_track("qqqqqq")
 
 
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        ("reinvent", "reinvent_base"),
+        ("reInvent2019", "reInvent2019_wide"),
+        ("Re:Inv", "re:Invent 2018"),
+        ("vega", "Vegas_track"),
+        ("2022_april", "2022_april_pro"),
+    ],
+)
+def test_the_beginning_of_names_is_answered_with_the_shortest_of_them(typed, meant):
+    with pytest.raises(TrackError, match=f"Did you mean '{meant}'"):
+        load_track(typed)
+
+
+def test_two_letters_begin_too_many_names_to_mean_one():
+    with pytest.raises(TrackError, match=r"racecraft tracks list"):
+        load_track("re")
+
+
 def test_listing_evaluates_no_curve(monkeypatch):
     monkeypatch.setattr("racecraft.tracks.shape_file.read_shape", lambda path: pytest.fail("a curve was read"))
     told = [summary(name).as_dictionary() for name in names()]

@@ -64,6 +64,9 @@ def parallel_kernel(function: Callable[..., Any]) -> Any:
     """Compile a function whose `prange` loop over worlds is shared among the threads.
 
     Each world must write only its own rows; then the bits do not depend on the number of threads.
+
+    The loop's number is signed while Numba looks at the types and unsigned in the shared body: every kernel that is
+    given it would be compiled for both. `n = np.int64(world)` at the head of the loop spares the user that.
     """
     return njit(cache=True, nogil=True, error_model="numpy", parallel=True)(function)
 

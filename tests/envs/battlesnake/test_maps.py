@@ -10,7 +10,7 @@ from tests.reference import DATA
 
 from racecraft.envs.battlesnake.board import Board, BoardError, Snake
 from racecraft.envs.battlesnake.dice import LoadedDice, StreamDice
-from racecraft.envs.battlesnake.hazard_plans import expand_box, expand_scatter, grow_box, spiral
+from racecraft.envs.battlesnake.hazard_plans import POOLS, expand_box, expand_scatter, grow_box, spiral
 from racecraft.envs.battlesnake.maps import MAPS, MapState, after_turn, move_hazards, set_up
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.solo_maze import build_level, level_of
@@ -258,3 +258,9 @@ def inside(point, board, level):
     side = min(7 + level, board.width, board.height - 2)
     left, bottom = (board.width - side) // 2, (board.height - side) // 2
     return left <= point[0] < left + side and bottom <= point[1] < bottom + side
+
+
+@pytest.mark.parametrize("side", [7, 11])
+def test_healing_pools_lie_opposite_each_other_across_the_middle(side):
+    for pools in POOLS[side]:
+        assert {(side - 1 - x, side - 1 - y) for x, y in pools} == set(pools)

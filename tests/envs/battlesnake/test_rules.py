@@ -220,6 +220,12 @@ def test_a_mirrored_board_plays_a_mirrored_turn():
         referee.turn({each.id: default_move(each.body, 11, 11) for each in referee.board.snakes})
 
 
+def test_who_says_no_move_goes_straight_on_with_two_squares_and_up_with_one():
+    board = Board(11, 11, 7, [snake("a", (3, 3), (2, 3)), snake("b", (8, 7))])
+    play(board, a="north", b="north")
+    assert [each.head for each in board.snakes] == [(4, 3), (8, 8)]
+
+
 def test_a_board_is_drawn_for_people():
     board = facing(3, 3)
     board.hazards[(0, 0)] = 2

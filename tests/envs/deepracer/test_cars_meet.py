@@ -12,10 +12,11 @@ from racecraft.envs.deepracer.actions import ActionBox, ActionTable, OwnActions
 from racecraft.envs.deepracer.camera import MOUNT_V3, Camera
 from racecraft.envs.deepracer.kernels.whereabouts import locate
 from racecraft.envs.deepracer.objects import BOT_CAR
+from racecraft.envs.deepracer.promise import CAMERA_NAME, CRITIC_NAME
 from racecraft.envs.deepracer.scene import build_scene
 from racecraft.envs.deepracer.sensors import FRONT_CAMERA, car_sensors
 from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig
-from racecraft.envs.deepracer.world import CAMERA_NAME, CRITIC_NAME, RaceWorld
+from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.tracks.catalogue import load_track
 from ray_caster import HEIGHT, LEVELS, WIDTH, cast
 

@@ -9,9 +9,9 @@ import pytest
 from scipy.optimize import least_squares
 
 from racecraft.envs.deepracer.actions import ActionTable
-from racecraft.envs.deepracer.camera import CameraMount, mounted_optics
+from racecraft.envs.deepracer.camera import CameraMount, mount_for_version, mounted_optics
 from racecraft.envs.deepracer.scene import road_rings
-from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
+from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.formats.aws.model_metadata import default_model_metadata
 from racecraft.tracks.catalogue import load_track
 

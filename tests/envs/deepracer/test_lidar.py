@@ -142,8 +142,8 @@ def looked(world):
     view = np.empty((len(world.cars), *world.sensors.lidar.spec.shape), np.float32)
     for n in range(len(view)):
         look_around(
-            world.lidar, world.camera.scene, world._objects, world._cars, n, 0, world._keys[n, 0], world._ranges[n, 0],
-            view[n],
+            world.lidar, world.camera.scene, world._objects, world._cars, n, 0, world._keys[n, 0],
+            world._seeing.ranges[n, 0], view[n],
         )  # fmt: skip
     return view
 

@@ -11,9 +11,10 @@ import pytest
 
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.promise import CRITIC_NAME
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.vehicle import FRONT_POINT_M
-from racecraft.envs.deepracer.world import CRITIC_NAME, RaceWorld
+from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.tracks.catalogue import load_track
 from racecraft.training.deepracer.recorder import EpisodeRecorder
 

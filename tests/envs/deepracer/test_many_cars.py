@@ -11,9 +11,10 @@ from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionBox, ActionTable
+from racecraft.envs.deepracer.promise import CAMERA_NAME
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.vehicle import PROFILES
-from racecraft.envs.deepracer.world import CAMERA_NAME, RaceWorld
+from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.tracks.catalogue import load_track
 from racecraft.training.deepracer.recorder import EpisodeRecorder
 

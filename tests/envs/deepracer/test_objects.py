@@ -22,8 +22,9 @@ from racecraft.envs.deepracer.objects import (
     OBJECT_STATE,
     no_objects,
 )
+from racecraft.envs.deepracer.promise import CRITIC_NAME
 from racecraft.envs.deepracer.settings import BoxesConfig, CameraConfig, RaceConfig
-from racecraft.envs.deepracer.world import CRITIC_NAME, RaceWorld
+from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.tracks.catalogue import load_track
 
 ACTIONS = ActionTable.of([(math.radians(angle), speed) for angle in (-30, 0, 30) for speed in (0.5, 1.0)])

@@ -10,8 +10,9 @@ from racecraft.contract.world import allocate
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.kernels.whereabouts import progress_percent
+from racecraft.envs.deepracer.promise import CAMERA_NAME, CRITIC_NAME
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
-from racecraft.envs.deepracer.world import CAMERA_NAME, CRITIC_NAME, RaceWorld
+from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.kernels import set_threads, threads
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.track import Track

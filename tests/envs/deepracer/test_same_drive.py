@@ -14,8 +14,9 @@ import pytest
 
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.promise import CAMERA_NAME, CRITIC_NAME
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
-from racecraft.envs.deepracer.world import CAMERA_NAME, CRITIC_NAME, RaceWorld
+from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.tracks.catalogue import load_track
 
 ACTIONS = ActionTable.of([(math.radians(angle), speed) for angle in (-30, 0, 30) for speed in (0.5, 1.0, 5.0)])

@@ -14,9 +14,10 @@ from racecraft.envs.deepracer.kernels.boxes import draw_boxes
 from racecraft.envs.deepracer.kernels.camera import render_frame
 from racecraft.envs.deepracer.kernels.eyes import join_eyes, render_pair
 from racecraft.envs.deepracer.scene import FIELD, ROAD, build_scene
+from racecraft.envs.deepracer.seeing import EYE_PAIR
 from racecraft.envs.deepracer.sensors import car_sensors
 from racecraft.envs.deepracer.settings import BoxesConfig, CameraConfig
-from racecraft.envs.deepracer.world import EYE_PAIR, RaceWorld
+from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.tracks.catalogue import load_track
 
 ACTIONS = ActionTable.of([(0.0, 1.0), (0.3, 1.0)])
@@ -40,9 +41,9 @@ def frames_over_a_line(left_m):
     scene = world.camera.scene._replace(
         vertices=ring, chunks=np.array([[0, 4, ROAD, FIELD]], np.int32), circles=np.array([[15.0, -15.0, 22.0]])
     )
-    world._sight = (scene, *world._sight[1:])
-    world._palettes[:] = 0.0
-    world._palettes[..., ROAD] = BRIGHT
+    world.camera.scene = scene
+    world._seeing.palettes[:] = 0.0
+    world._seeing.palettes[..., ROAD] = BRIGHT
     buffers = allocate(world.spec)
     world.reset(buffers, 0)
     state = world.save_state()
@@ -70,6 +71,19 @@ def test_a_known_point_is_as_far_apart_in_the_eyes_as_its_distance_says(left_m):
             assert edges[row, 1] == pytest.approx(in_right, abs=0.02)
             assert edges[row, 0] - edges[row, 1] == pytest.approx(focal * baseline / depth, abs=0.03)
     assert compared > 5
+
+
+def test_both_eyes_look_again_after_every_tick():
+    world = race("STEREO_CAMERAS", width=16, height=12)
+    buffers = allocate(world.spec)
+    world.reset(buffers, 0)
+    begun = buffers.observations["STEREO_CAMERAS"].copy()
+    for _ in range(6):
+        world.step(np.zeros((1, 1, 1), np.int64), buffers)
+    driven = buffers.observations["STEREO_CAMERAS"].copy()
+    assert (driven != begun).any(axis=(0, 1, 2, 3)).all(), "the left one and the right one"
+    world.load_state(world.save_state(), buffers)
+    np.testing.assert_array_equal(buffers.observations["STEREO_CAMERAS"], driven)
 
 
 def test_left_and_front_camera_and_the_oldest_cars_observation_see_the_same():
@@ -151,7 +165,7 @@ def test_a_stereo_eye_turns_colours_grey_as_the_original_does():
     """PIL's "L" is 0.299 R + 0.587 G + 0.114 B; a single camera's red counts 0.2989 (facts 2.4)."""
     scene = build_scene(load_track("reinvent_base"))
     for name, red in (("STEREO_CAMERAS", 0.299), ("FRONT_FACING_CAMERA", 0.2989)):
-        np.testing.assert_allclose(race(name)._palettes[0, 0], scene.palette @ [red, 0.587, 0.114])
+        np.testing.assert_allclose(race(name)._seeing.palettes[0, 0], scene.palette @ [red, 0.587, 0.114])
 
 
 @pytest.mark.parametrize(

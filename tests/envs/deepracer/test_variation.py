@@ -9,6 +9,7 @@ import pytest
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.promise import CAMERA_NAME
 from racecraft.envs.deepracer.scene import DASH, FIELD, LINE, MATERIALS, ROAD, SKY, START
 from racecraft.envs.deepracer.sensors import car_sensors
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
@@ -24,7 +25,7 @@ from racecraft.envs.deepracer.variation import (
 )
 from racecraft.envs.deepracer.varied_cars import light_of_lamps
 from racecraft.envs.deepracer.vehicle import PROFILES, TICK_SECONDS
-from racecraft.envs.deepracer.world import CAMERA_NAME, RaceWorld
+from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.kernels import set_threads, threads
 from racecraft.settings.table import rows_of
 from racecraft.tracks.catalogue import load_track
@@ -194,7 +195,7 @@ def start_frames(config, num_cars=6, bare=False, **options):
         buffers = allocate(world.spec)
         world.reset(buffers, 11)
         if bare:
-            world._palettes[..., [DASH, START]] = world._palettes[..., [ROAD]]
+            world._seeing.palettes[..., [DASH, START]] = world._seeing.palettes[..., [ROAD]]
             world._look_again(world._every_car, buffers)
         frames.append(buffers.observations[CAMERA_NAME][:, 0].copy())
     return *frames, world._varied.drawn[:, 0], world

@@ -49,6 +49,13 @@ MOUNT_V1 = CameraMount(x=0.2, z=0.1235, pitch=math.radians(15.1), horizontal_vie
 pixels from those of 23 of them."""
 
 
+def mount_for_version(version: str | None) -> CameraMount:
+    """Return where the camera sits on cars of a metadata version: 1 and 2 each carry a mount of their own."""
+    if version is None or float(version) >= 3:
+        return MOUNT_V3
+    return MOUNT_V2 if float(version) >= 2 else MOUNT_V1
+
+
 class Optics(NamedTuple):
     """A mounted camera as kernels take it: plain numbers, lengths in m, image measures in pixels."""
 

@@ -129,19 +129,19 @@ DEPARTURES = (
         "lidar_faces_backward",
         "The LiDAR is mounted with its nose to the car's tail: its blind 60 degrees lie straight ahead.",
         "Its nose points ahead; the blind 60 degrees lie behind.",
-        "envs/deepracer/world.py",
+        "envs/deepracer/seeing.py",
     ),
     Departure(
         "lidar_is_slow",
         "It reads 10 times a second: every third tick is told of what was read the tick before.",
         "It reads 15 times a second, once for every frame.",
-        "envs/deepracer/world.py",
+        "envs/deepracer/seeing.py",
     ),
     Departure(
         "lidar_is_noisy",
         "Readings stray by 1 cm (standard deviation).",
         "Readings are exact.",
-        "envs/deepracer/world.py",
+        "envs/deepracer/seeing.py",
     ),
     Departure(
         "box_distance_slips",

@@ -15,7 +15,8 @@ import numpy as np
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import Array, ArraySpec, EpisodeRecord, StepBuffers, WorldSpec
 from racecraft.envs.deepracer.fidelity import Habits
-from racecraft.envs.deepracer.world import CRITIC_NAME, RaceWorld, told_of_objects
+from racecraft.envs.deepracer.promise import CRITIC_NAME, told_of_objects
+from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.tracks.track import Track
 
 SEED_STEP = 7_919

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from racecraft.tracks.track import Track
 
 FOLDER = Path(__file__).parent
+SHORTEST_BEGINNING = 3
+"""Letters of a name that say what was meant by how it begins, where it is no name itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +103,7 @@ def resolve(name: str) -> str:
     """Return the catalogue's own spelling of a name, title or base name; of two directions, counter-clockwise.
 
     Raises:
-        TrackError: With the nearest known name.
+        TrackError: With the shortest name that begins so, else the nearest.
 
     >>> resolve("REINVENT_BASE"), resolve("Smile Speedway"), resolve("2024_reinvent_champ")
     ('reinvent_base', 'reInvent2019_track', '2024_reinvent_champ_ccw')
@@ -110,7 +112,9 @@ def resolve(name: str) -> str:
         return known
     from racecraft.tracks.library import own_names
 
-    hint = nearest(name, [*_index(), *(entry["title"] for entry in _index().values()), *own_names()])
+    every = [*_index(), *(entry["title"] for entry in _index().values()), *own_names()]
+    begun = [one for one in every if len(name) >= SHORTEST_BEGINNING and one.casefold().startswith(name.casefold())]
+    hint = f"Did you mean '{min(begun, key=len)}'?" if begun else nearest(name, every)
     if not hint.startswith("Did"):
         hint = "`racecraft tracks list` shows all names."
     expected = f"one of the catalogue's {len(_index())}, one of your own, or a .npy file"

@@ -34,7 +34,8 @@ def paint_boxes(optics, boxes, kinds, poses, palettes, frames):
     """Paint boxes (R, K, 6) of kinds (R, K) over R frames (R, H, W, C), as `camera.render_frames` has made them."""
     one_each = np.int64(palettes.shape[0] > 1)
     middle = np.zeros(1)
-    for row in prange(poses.shape[0]):
+    for place in prange(poses.shape[0]):
+        row = np.int64(place)
         palette = palettes[np.int64(row) * one_each]
         for channel in range(palettes.shape[2]):
             draw_boxes(

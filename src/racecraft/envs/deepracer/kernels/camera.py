@@ -38,7 +38,8 @@ WALL_NEAR_M = 0.02
 def render_frames(scene, optics, poses, palettes, frames):
     """Render R frames (R, H, W, C) uint8 from poses (R, 3), each with its palette (R or 1, M, C) of levels 0 to 255."""
     one_each = np.int64(palettes.shape[0] > 1)
-    for row in prange(poses.shape[0]):
+    for place in prange(poses.shape[0]):
+        row = np.int64(place)
         palette = palettes[np.int64(row) * one_each]
         for channel in range(palettes.shape[2]):
             render_frame(
@@ -51,7 +52,8 @@ def render_frames(scene, optics, poses, palettes, frames):
 def render_grey_frames(scene, optics, poses, palettes, frames):
     """Render R grey frames (R, H, W) uint8 from poses (R, 3), each with its palette (R or 1, M)."""
     one_each = np.int64(palettes.shape[0] > 1)
-    for row in prange(poses.shape[0]):
+    for place in prange(poses.shape[0]):
+        row = np.int64(place)
         palette = palettes[np.int64(row) * one_each]
         render_frame(scene, optics, poses[row, 0], poses[row, 1], poses[row, 2], palette, frames[row])
 

@@ -30,7 +30,8 @@ TICKS = round(TICKS_PER_SECOND)
 @parallel_kernel
 def scan_poses(lidar, scene, poses, boxes, ranges):
     """Cast the beams of R lone cars at poses (R, 3), each among boxes (R, K, 6), into ranges (R, 64), m."""
-    for row in prange(poses.shape[0]):
+    for place in prange(poses.shape[0]):
+        row = np.int64(place)
         begin_scan(lidar, scene, poses[row, 0], poses[row, 1], poses[row, 2], ranges[row])
         add_boxes(lidar, poses[row, 0], poses[row, 1], poses[row, 2], boxes[row], ranges[row])
 
@@ -38,7 +39,8 @@ def scan_poses(lidar, scene, poses, boxes, ranges):
 @parallel_kernel
 def look_around_with(lidar, scene, objects, cars, rows, keys, ranges, views):
     """Let cars (world, number), rows (R, 2), look round with a LiDAR that is not their world's; see `look_around`."""
-    for row in prange(rows.shape[0]):
+    for place in prange(rows.shape[0]):
+        row = np.int64(place)
         n, m = rows[row, 0], rows[row, 1]
         look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[row], views[row])
 

@@ -23,11 +23,11 @@ OTHER_CAR_MARGIN_M = 0.5
 
 
 @kernel
-def place_objects(track, plan, objects, cars, n, others_drive):
+def place_objects(track, plan, objects, cars, n, on_the_way):
     """Place world n's objects for the episode that its first car begins; that car's start is where it stands.
 
-    Whatever cars the world has besides stand behind it, and room is kept for them; or they are under way, and random
-    places are drawn anew until none falls on one of them.
+    Whatever cars the world has besides stand behind it, and room is kept for them; or the first `on_the_way` of all are
+    under way, and random places are drawn anew until none falls on one of them.
     """
     count = plan.kinds.shape[0]
     if count == 0:
@@ -41,7 +41,7 @@ def place_objects(track, plan, objects, cars, n, others_drive):
                 line_up_bot(track, plan, objects.boxes[n, k], objects.states[n, k], objects.keys[n, 1], k)
             else:
                 put_in_place(track, objects.boxes[n, k], objects.states[n, k])
-            for m in range(1, cars.shape[1] if others_drive else 1):
+            for m in range(1, on_the_way):
                 if car_touches(cars[n, m].x, cars[n, m].y, cars[n, m].yaw, OTHER_CAR_MARGIN_M, objects.boxes[n, k]):
                     is_clear = False
         if is_clear or not plan.is_random:

@@ -1,8 +1,10 @@
 """The bodies of one tick; the order of acts and their reasons are told in `envs/deepracer/race.py`.
 
 `car` is one CAR_STATE record, `report` one TICK_REPORT record, `profile` one PROFILE record; cars and reports are
-written in place. The acts of a world stand as loops over its cars in `tick` itself: to hand track and scene to a
-function of its own for each act of each world would cost a twentieth of the tick.
+written in place. The acts of a world stand as loops over its cars in `tick_world` itself: to hand track and scene to
+a function of its own for each act of each world would cost a twentieth of the tick.
+
+Only `tick` is shared among threads: one that is takes twice as long to compile, and the others run once an episode.
 """
 
 from __future__ import annotations
@@ -45,16 +47,16 @@ DRAWS_A_TICK = 3
 """What a car takes of its stream of chance in a tick: one draw for the length, two for the push on its wheels."""
 
 
-@parallel_kernel
+@kernel
 def line_up(
     track, plan, objects, around, scene, optics, eyes, lidar, palettes, keys,
     cars, ranges, frames, critic_views, lidar_views,
 ):  # fmt: skip
     """Put objects in their places and the cars at the start of their episode, clear of one another, and look."""
-    for n in prange(cars.shape[0]):
+    for n in range(cars.shape[0]):
         for m in range(cars.shape[1]):
             take_start(track, cars[n, m])
-        place_objects(track, plan, objects, cars, n, False)
+        place_objects(track, plan, objects, cars, n, np.int64(1))
         for m in range(cars.shape[1]):
             make_room(track, objects, cars, n, m, m)
         look_about(track, objects, cars, around, n)
@@ -63,7 +65,7 @@ def line_up(
             look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m])
 
 
-@parallel_kernel
+@kernel
 def look_again(
     track, objects, around, scene, optics, eyes, lidar, palettes, rows, cars, ranges, frames, critic_views, lidar_views
 ):  # fmt: skip
@@ -71,7 +73,7 @@ def look_again(
 
     A LiDAR's newest reading stands.
     """
-    for n in prange(cars.shape[0]):
+    for n in range(cars.shape[0]):
         look_about(track, objects, cars, around, n)
         for m in range(cars.shape[1]):
             if rows[n, m]:
@@ -113,50 +115,64 @@ def tick(
         last_critic_views: As `critic_views`, likewise.
         last_lidar_views: As `lidar_views`, likewise.
     """
-    for n in prange(cars.shape[0]):
-        for m in range(cars.shape[1]):
-            if parked[n, m]:
-                report_parked(reports[n, m])
-            else:
-                report_moment(track, cars[n, m], reports[n, m], numbers[n, m], chosen[n, m, 0], chosen[n, m, 1])
-                report_objects(track, plan, around, optics[n, m], cars[n, m], reports[n, m], n, m)
-                call_endings(rules, cars[n, m], reports[n, m])
-        for m in range(cars.shape[1]):
-            if cars[n, m].held > 0:
-                cars[n, m].held -= 1
-            elif not parked[n, m]:
-                seconds = tick_length(rules, cars[n, m], keys[n, m])
-                push_wheels(rules, cars[n, m], keys[n, m])
-                obey(profiles[n, m], cars[n, m], sent[n, m, 0], sent[n, m, 1], seconds)
-                locate(track, cars[n, m])
-        drive_bots(track, plan, objects, reports, n)
+    for world in prange(cars.shape[0]):
+        tick_world(
+            track, plan, objects, around, profiles, rules, scene, optics, eyes, lidar, palettes, numbers, chosen, sent,
+            parked, keys, cars, reports, ranges, frames, critic_views, lidar_views, last_frames, last_critic_views,
+            last_lidar_views, np.int64(world),
+        )  # fmt: skip
+
+
+@kernel
+def tick_world(
+    track, plan, objects, around, profiles, rules, scene, optics, eyes, lidar, palettes, numbers, chosen, sent, parked,
+    keys, cars, reports, ranges, frames, critic_views, lidar_views, last_frames, last_critic_views, last_lidar_views,
+    n,
+):  # fmt: skip
+    """Advance world n of them by one tick; the arguments are those of `tick`."""
+    for m in range(cars.shape[1]):
+        if parked[n, m]:
+            report_parked(reports[n, m])
+        else:
+            report_moment(track, cars[n, m], reports[n, m], numbers[n, m], chosen[n, m, 0], chosen[n, m, 1])
+            report_objects(track, plan, around, optics[n, m], cars[n, m], reports[n, m], n, m)
+            call_endings(rules, cars[n, m], reports[n, m])
+    for m in range(cars.shape[1]):
+        if cars[n, m].held > 0:
+            cars[n, m].held -= 1
+        elif not parked[n, m]:
+            seconds = tick_length(rules, cars[n, m], keys[n, m])
+            push_wheels(rules, cars[n, m], keys[n, m])
+            obey(profiles[n, m], cars[n, m], sent[n, m, 0], sent[n, m, 1], seconds)
+            locate(track, cars[n, m])
+    drive_bots(track, plan, objects, reports, n)
+    look_about(track, objects, cars, around, n)
+    is_anew = False
+    for m in range(cars.shape[1]):
+        if reports[n, m].terminated or reports[n, m].truncated:
+            look(
+                track, around, scene, optics, eyes, palettes, cars, n, m,
+                last_frames[n, m], last_critic_views[n, m],
+            )  # fmt: skip
+            look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], last_lidar_views[n, m])
+    for m in range(cars.shape[1]):
+        if reports[n, m].terminated or reports[n, m].truncated:
+            is_anew = True
+            restart(track, profiles, rules, cars, n, m)
+            if m == 0:
+                place_objects(track, plan, objects, cars, n, cars.shape[1])
+            make_room(track, objects, cars, n, m, cars.shape[1])
+    if is_anew:
         look_about(track, objects, cars, around, n)
-        is_anew = False
-        for m in range(cars.shape[1]):
-            if reports[n, m].terminated or reports[n, m].truncated:
-                look(
-                    track, around, scene, optics, eyes, palettes, cars, n, m,
-                    last_frames[n, m], last_critic_views[n, m],
-                )  # fmt: skip
-                look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], last_lidar_views[n, m])
-        for m in range(cars.shape[1]):
-            if reports[n, m].terminated or reports[n, m].truncated:
-                is_anew = True
-                restart(track, profiles, rules, cars, n, m)
-                if m == 0:
-                    place_objects(track, plan, objects, cars, n, True)
-                make_room(track, objects, cars, n, m, cars.shape[1])
-        if is_anew:
-            look_about(track, objects, cars, around, n)
-        for m in range(cars.shape[1]):
-            look(track, around, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m])
-            look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m])
+    for m in range(cars.shape[1]):
+        look(track, around, scene, optics, eyes, palettes, cars, n, m, frames[n, m], critic_views[n, m])
+        look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], lidar_views[n, m])
 
 
-@parallel_kernel
+@kernel
 def settle(track, objects, cars, around):
     """Write down anew what every car finds around it, as after cars were parked."""
-    for n in prange(cars.shape[0]):
+    for n in range(cars.shape[0]):
         look_about(track, objects, cars, around, n)
 
 

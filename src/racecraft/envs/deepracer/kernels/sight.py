@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from racecraft.envs.deepracer.camera import Optics
 from racecraft.envs.deepracer.kernels.boxes import draw_boxes
 from racecraft.envs.deepracer.kernels.camera import render_frame
@@ -22,7 +24,8 @@ from racecraft.tracks.kernels.geometry import pose_on_line
 @parallel_kernel
 def look_with(scene, optics, eyes, palette, around, cars, rows, frames):
     """Draw into frames (R, E, H, W) what cars (world, number), rows (R, 2), see with another camera."""
-    for row in prange(rows.shape[0]):
+    for place in prange(rows.shape[0]):
+        row = np.int64(place)
         draw_view(scene, optics, eyes, palette, around, around.kinds, cars, rows[row, 0], rows[row, 1], frames[row])
 
 
