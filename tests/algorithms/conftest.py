@@ -16,3 +16,9 @@ def _one_thread():
     torch.set_num_threads(1)
     yield
     torch.set_num_threads(before)
+
+
+@pytest.fixture
+def two_threads(_one_thread):
+    """Two of PyTorch's threads, as whoever asks for them needs to be seen to share or to give back."""
+    torch.set_num_threads(2)

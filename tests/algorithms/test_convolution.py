@@ -33,6 +33,20 @@ def test_maps_in_any_order_of_memory_are_convolved_alike():
         torch.testing.assert_close(layer(maps), layer(maps.contiguous(memory_format=torch.channels_last)))
 
 
+def test_a_kernel_as_large_as_its_map_learns_as_a_convolution_does():
+    torch.manual_seed(1)
+    layer, maps = Convolution(4, 6, 3, 1), torch.rand(5, 4, 3, 3, requires_grad=True)
+    found, common = layer(maps), nn.Conv2d.forward(layer, maps)
+    torch.testing.assert_close(found, common)
+    slope, wanted = torch.rand_like(common), [layer.weight, layer.bias, maps]
+    for mine, theirs in zip(
+        torch.autograd.grad(found, wanted, slope), torch.autograd.grad(common, wanted, slope), strict=True
+    ):
+        torch.testing.assert_close(mine, theirs)
+    # A map of that many pixels and another shape is none of it.
+    assert layer(torch.rand(5, 4, 3, 4)).shape == (5, 6, 1, 2)
+
+
 def test_many_frames_go_the_common_way(monkeypatch):
     seen = []
     common = nn.Conv2d.forward

@@ -10,14 +10,6 @@ from racecraft.algorithms.ppo import PpoConfig, PpoLearner
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
 
 
-@pytest.fixture
-def two_threads():
-    before = torch.get_num_threads()
-    torch.set_num_threads(2)
-    yield
-    torch.set_num_threads(before)
-
-
 @torch.no_grad()
 def test_a_light_look_takes_one_thread_and_gives_the_others_back(two_threads):
     with lightly(2, LIGHT // 2):

@@ -10,8 +10,8 @@ from racecraft.algorithms.networks import ActorCritic
 from racecraft.algorithms.plain_layers import policy_of
 from racecraft.algorithms.twin_critics import SoftActorCritic
 from racecraft.contract.world import ContinuousActions, DiscreteActions
+from racecraft.envs.deepracer.promise import CAMERA_NAME
 from racecraft.envs.deepracer.sensors import LIDAR, STEREO, car_sensors
-from racecraft.envs.deepracer.world import CAMERA_NAME
 from racecraft.formats.aws.policy_layers import PolicyLayers
 
 SENSORS = [(CAMERA_NAME,), (STEREO,), (CAMERA_NAME, LIDAR)]

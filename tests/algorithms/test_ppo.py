@@ -11,7 +11,8 @@ import torch
 from racecraft.algorithms.distributions import Categorical, DiagGaussian
 from racecraft.algorithms.learner import DivergedError
 from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
-from racecraft.algorithms.ppo import LOG_PROB, RAW_ACTION, VALUE, Minibatch, PpoConfig, PpoLearner, ppo_loss
+from racecraft.algorithms.ppo import LOG_PROB, RAW_ACTION, VALUE, PpoConfig, PpoLearner, ppo_loss
+from racecraft.algorithms.ppo_batch import Minibatch
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, WorldSpec

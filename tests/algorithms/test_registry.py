@@ -9,6 +9,7 @@ import pytest
 from racecraft.algorithms import registry
 from racecraft.algorithms.registry import (
     ALGORITHMS,
+    EVERYTHING,
     Algorithm,
     algorithm_of,
     all_algorithms,
@@ -151,3 +152,10 @@ def test_who_learns_by_search_fits_only_where_one_is_brought_along():
     require_fit(find_algorithm("alphazero"), DiscreteActions(4), "snakes", is_searched=True)
     with pytest.raises(SettingError, match="Algorithms that fit: .*, alphazero, bc.$"):
         require_fit(find_algorithm("sac"), DiscreteActions(4), "snakes", is_searched=True)
+
+
+def test_an_algorithm_says_in_words_what_it_decides():
+    some, every = find_algorithm("dqn"), find_algorithm("ppo")
+    assert some.acts_text == ", ".join(some.acts)
+    assert set(every.acts) == set(EVERYTHING)
+    assert every.acts_text == "any action"

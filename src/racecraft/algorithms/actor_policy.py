@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import torch
 from torch import Tensor
@@ -23,6 +24,9 @@ from racecraft.algorithms.recurrent_network import NONE, RecurrentActorCritic
 from racecraft.algorithms.recurrent_policy import RecurrentPolicy
 from racecraft.algorithms.transparent import Scores, as_floats, scores_of
 from racecraft.contract.world import Array
+
+if TYPE_CHECKING:
+    from racecraft.algorithms.plain_look import PlainLook
 
 
 class ActorPolicy:
@@ -75,6 +79,12 @@ class ActorPolicy:
 
     def forget(self, rows: Array) -> None:
         """Nothing is remembered from tick to tick."""
+
+    def plain_look(self, name: str, frame: tuple[int, ...]) -> PlainLook | None:
+        """Return its look at a frame for compiled code; see `LooksPlainly`."""
+        from racecraft.algorithms.plain_look import plain_look  # brings Numba along
+
+        return plain_look(self.network, self.distribution, name, frame)
 
     @property
     def eyes(self) -> Encoder | OwnEncoder | OwnPolicy:

@@ -8,7 +8,7 @@ functional door: the class of the same name brings PyTorch's compiler along when
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -55,9 +55,11 @@ class Adam:
         self._moments: dict[int, Moments] = {}
 
     @torch.no_grad()
-    def step(self) -> None:
-        """Take one step."""
-        due = [(index, one, one.grad) for index, one in enumerate(self._parameters) if one.grad is not None]
+    def step(self, part: Collection[int] | None = None) -> None:
+        """Take one step: of all parameters, or of those at some places among them."""
+        places = range(len(self._parameters)) if part is None else part
+        owned = [(index, self._parameters[index]) for index in places]
+        due = [(index, one, one.grad) for index, one in owned if one.grad is not None]
         if not due:
             return
         moments = [self._moments_of(index) for index, _, _ in due]
@@ -83,7 +85,7 @@ class Adam:
             half: The copy, laid in memory as the parameter is; it carries the gradient.
         """
         # Numba comes in where it is needed: whoever learns in float32 starts without.
-        from racecraft.algorithms.kernels.half_adam import step_weights
+        from racecraft.algorithms.kernels.half_adam import step_block, step_weights
 
         assert half.grad is not None, "only what carries a gradient is stepped"
         kept, epsilon = self._moments_of(index), self._epsilon_now(self._moments_of(index))
@@ -91,7 +93,8 @@ class Adam:
         count = int(kept.step)
         gradient = half.grad if half.grad.stride() == half.stride() else torch.empty_like(half).copy_(half.grad)
         scales = (BETA_1, BETA_2, 1.0 / math.sqrt(1.0 - BETA_2**count), epsilon)
-        step_weights(
+        taken = step_block if torch.get_num_threads() == 1 else step_weights
+        taken(
             *(_numbers(part) for part in (self._parameters[index], half, gradient, kept.exp_avg, kept.exp_avg_sq)),
             *(np.float32(scale) for scale in scales),
             np.float32(self.learning_rate / (1.0 - BETA_1**count)),

@@ -9,6 +9,9 @@ In bfloat16, oneDNN is made for kernels that read many channels at every pixel: 
 first layer's kernels took as long as all else of the layers. Where the stride s divides the kernel, frames are laid out
 in tiles of s x s pixels, each as one place of s * s times the channels; the kernel then steps from place to place, and
 the sums are the same again.
+
+A kernel as large as what it looks at, with which RLlib's networks end, is a dense layer: as one product it takes a
+fifth of the time, its gradients in (64 maps of 3 x 3 x 32 into 256: 0.27 ms for 1.25 there).
 """
 
 from __future__ import annotations
@@ -57,7 +60,14 @@ class Convolution(nn.Conv2d):
 
     def of_many(self, maps: Tensor) -> Tensor:
         """Return maps (R, filters, H', W') of maps (R, channels, H, W) as thousands of frames are best convolved."""
+        if tuple(maps.shape[1:]) == (self.in_channels, *self.kernel_size):
+            return self.over_all(maps)
         return self.over_tiles(maps) if self.reads_tiles else super().forward(maps)
+
+    def over_all(self, maps: Tensor) -> Tensor:
+        """Return maps (R, filters, 1, 1) of maps (R, channels, H, W) that are as large as the kernel."""
+        pixels, kernels = (part.permute(0, 2, 3, 1).flatten(1) for part in (maps, self.weight))
+        return functional.linear(pixels, kernels, self.bias)[:, :, None, None]
 
     @property
     def reads_tiles(self) -> bool:

@@ -8,7 +8,7 @@ too.
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import torch
@@ -60,10 +60,11 @@ class Bfloat16Copy:
         for _, whole, half in self._pairs:
             half.copy_(whole)
 
-    def step(self, optimiser: Adam) -> None:
+    def step(self, optimiser: Adam, part: Collection[int] | None = None) -> None:
         """Step the float32 weights by what the twin has found, and take them over: each in one pass over memory.
 
-        The same as `hand_over`, a step and `refresh`, which millions of weights would pass through four times.
+        The same as `hand_over`, a step and `refresh`, which millions of weights would pass through four times. With
+        `part` only the weights at those places among all are stepped.
         """
         if any(whole.device.type != "cpu" for _, whole, _ in self._pairs):
             self.hand_over()
@@ -71,10 +72,12 @@ class Bfloat16Copy:
             self.refresh()
             return
         for index, whole, half in self._pairs:
+            if part is not None and index not in part:
+                continue
             whole.grad = None  # or it would be stepped by that as well
             if half.grad is not None:
                 optimiser.step_by_half(index, half)
-        optimiser.step()
+        optimiser.step(part)
 
 
 def _with_half_encoders(network: ActorCritic) -> ActorCritic:

@@ -12,7 +12,7 @@ What it is fed, it says in `eats`:
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 import torch
 from torch import Tensor
@@ -22,6 +22,9 @@ from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import RacecraftError
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
+
+if TYPE_CHECKING:
+    from racecraft.algorithms.plain_look import PlainLook
 
 ROLLOUT, EPISODES, REPLAY = "rollout", "episodes", "replay"
 
@@ -141,6 +144,15 @@ class CountsDecisions(Protocol):
     """Decisions drawn so far."""
 
 
+@runtime_checkable
+class LooksPlainly(Protocol):
+    """A policy, or a learner, whose greedy choice compiled code may take in its place: drives of many ticks at once."""
+
+    def plain_look(self, name: str, frame: tuple[int, ...]) -> PlainLook | None:
+        """Return how it looks at frames (H, W) of that name and chooses, as it stands now; None: it has to be asked."""
+        ...
+
+
 def counting(learner: Learner) -> CountsDecisions | None:
     """Return whoever counts decisions among a learner and those that it is laid round; None: nobody does."""
     within: Any = learner
@@ -163,6 +175,10 @@ class LearnersChoice:
 
     def forget(self, rows: Array) -> None:
         """Nothing is remembered from tick to tick."""
+
+    def plain_look(self, name: str, frame: tuple[int, ...]) -> PlainLook | None:
+        """Return the learner's; see `LooksPlainly`."""
+        return self._learner.plain_look(name, frame) if isinstance(self._learner, LooksPlainly) else None
 
 
 def greedy_policy_of(learner: Learner) -> Policy:

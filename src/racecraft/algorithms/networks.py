@@ -28,6 +28,7 @@ from racecraft.algorithms.architecture import NetworkConfig as NetworkConfig
 from racecraft.algorithms.architecture import architecture_from as architecture_from
 from racecraft.algorithms.architecture import architecture_of as architecture_of
 from racecraft.algorithms.convolution import Convolution, in_tiles
+from racecraft.algorithms.dense import Dense
 from racecraft.algorithms.distributions import numbers_width, params_width
 from racecraft.algorithms.light_work import lightly
 from racecraft.algorithms.registry import load_class
@@ -455,7 +456,7 @@ def dense_stack(
 
 def dense(width: int, units: int, architecture: Architecture, generator: torch.Generator, gain: float) -> nn.Linear:
     """Return one dense layer with its first weights."""
-    layer = nn.Linear(width, units, device="meta")
+    layer = Dense(width, units, device="meta")
     make_room(layer)
     start_weights(layer, architecture, generator, gain)
     return layer

@@ -11,7 +11,7 @@ Results are bit-identical on the same machine, threads and versions: all chance 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -23,26 +23,35 @@ from torch.nn import functional
 from racecraft.algorithms.actor_policy import ActorPolicy, actor_critic_class, load_actor_policy
 from racecraft.algorithms.adam import Adam
 from racecraft.algorithms.distributions import Categorical, Distribution, distribution_for
+from racecraft.algorithms.gradient_norm import cut_to_norm
 from racecraft.algorithms.half_precision import Bfloat16Copy, settled
 from racecraft.algorithms.learner import ROLLOUT, Decision, DivergedError, StateDict
 from racecraft.algorithms.light_work import lightly
-from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
+from racecraft.algorithms.networks import ActorCritic, Architecture, Encoder, NetworkConfig, architecture_of
 from racecraft.algorithms.policy_spec import PolicySpec, architecture_values, spec_of_policy
+from racecraft.algorithms.ppo_batch import Judged, Minibatch
 from racecraft.algorithms.ppo_config import PpoConfig as PpoConfig
-from racecraft.algorithms.recurrent_network import RecurrentActorCritic, Sequences
+from racecraft.algorithms.recurrent_network import RecurrentActorCritic
 from racecraft.algorithms.recurrent_policy import RecurrentPolicy
 from racecraft.algorithms.returns import advantages, explained_variance
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.algorithms.saved_state import restore_state, saved_state
+from racecraft.algorithms.two_threads import one_by_one, side_by_side
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
 from racecraft.settings.composition import Settings
 
 if TYPE_CHECKING:
     from racecraft.algorithms.asynchronous_ppo import AsynchronousPpo
+    from racecraft.algorithms.plain_look import PlainLook
 
 ROWS_AT_ONCE = 256
 """How many rows a critic that is asked later values at once."""
+WORTH_A_THREAD = 10_000_000
+"""Rows of a minibatch times weights from which policy and critic are worth a thread each; AWS's networks have 70 times
+as much to do."""
+CRITIC_PARTS = "critic_body.", "value_head."
+"""How the names of the critic's own weights begin."""
 RAW_ACTION, LOG_PROB, VALUE = "raw_action", "log_prob", "value"
 """Columns: what was drawn, how likely it was, and what the critic expected."""
 
@@ -65,50 +74,6 @@ FIGURES = {
     "minibatches": "Gradient steps taken.",
 }
 """What an update tells: means over its minibatches, unless it says otherwise."""
-
-
-@dataclass(frozen=True)
-class Judged:
-    """How good every decision of a rollout was. Each float32 (T, R)."""
-
-    values: Array
-    """What the critic expected."""
-    advantages: Array
-    """How much better it came, not standardised."""
-    targets: Array
-    """What the critic should have expected."""
-    log_prob: Array
-    """How likely the decision was."""
-    weights: Array | None = None
-    """How much it counts, where older weights took it; None: all alike."""
-
-
-@dataclass
-class Minibatch:
-    """B transitions, as tensors on the learner's device."""
-
-    observations: dict[str, Tensor]
-    raw_actions: Tensor
-    log_prob: Tensor
-    advantages: Tensor
-    targets: Tensor
-    action_mask: Tensor | None = None
-    weights: Tensor | None = None
-    """How much each decision counts, where older weights took it; None: all alike."""
-    sequences: Sequences | None = None
-    """How the observations hang together, for a policy with a memory; there are more of them than of the rest then."""
-
-    def take(self, rows: Tensor) -> Minibatch:
-        """Return the chosen rows (int64 (B,))."""
-        return Minibatch(
-            observations={name: numbers.index_select(0, rows) for name, numbers in self.observations.items()},
-            raw_actions=self.raw_actions.index_select(0, rows),
-            log_prob=self.log_prob.index_select(0, rows),
-            advantages=self.advantages.index_select(0, rows),
-            targets=self.targets.index_select(0, rows),
-            action_mask=None if self.action_mask is None else self.action_mask.index_select(0, rows),
-            weights=None if self.weights is None else self.weights.index_select(0, rows),
-        )
 
 
 class PpoLearner:
@@ -166,6 +131,11 @@ class PpoLearner:
 
         self.mean_weight = 1.0
         """How much a transition of the latest rollout counted; below 1 where older weights decided it."""
+        names = [name for name, _ in self.network.named_parameters()]
+        self._critics = tuple(place for place, name in enumerate(names) if name.startswith(CRITIC_PARTS))
+        self._policys = tuple(place for place in range(len(names)) if place not in self._critics)
+        self.learns_apart = self._may_learn_apart()
+        """Whether policy and critic take their steps each in a thread of its own, side by side."""
         self.policy = ActorPolicy(self.network, self.distribution)
         self.columns = _columns(spec, self.values_later)
 
@@ -266,6 +236,10 @@ class PpoLearner:
         """Return greedy actions (R, *action shape) without asking the critic: needs no privileged observation."""
         return self.policy.act(observations, action_mask)
 
+    def plain_look(self, name: str, frame: tuple[int, ...]) -> PlainLook | None:
+        """Return what `choose` goes by for compiled code; see `LooksPlainly`."""
+        return self.policy.plain_look(name, frame)
+
     @torch.inference_mode()
     def values(self, observations: Mapping[str, Array]) -> Array:
         """Return what the critic expects from R rows, float32 (R,)."""
@@ -278,7 +252,10 @@ class PpoLearner:
             DivergedError: A loss is no longer a number.
         """
         whole, rows, facts = self._prepare(experience)
-        told = [self._step(self._taken(whole, picked)) for picked in self.drawn(rows)]
+        if self.learns_apart:
+            told = self._learn_apart(whole, list(self.drawn(rows)))
+        else:
+            told = [self._step(self._taken(whole, picked)) for picked in self.drawn(rows)]
         figures = self.told(told, facts, len(rows))
         if self.architecture.normalise:  # not before: what acted and what learns read observations alike
             self.network.observe({name: values[rows] for name, values in whole.observations.items()})
@@ -317,6 +294,17 @@ class PpoLearner:
             self.half.refresh()
         if "exploration" in state:
             self.explored = int(state["exploration"]["decisions"])
+
+    def _may_learn_apart(self) -> bool:
+        """Tell whether policy and critic have nothing to do with each other, and enough to do by themselves."""
+        bodies = self.network.policy_body, self.network.critic_body
+        return (
+            all(isinstance(body, Encoder) for body in bodies)
+            and not isinstance(self.network, RecurrentActorCritic)
+            and self.config.max_grad_norm is None  # a norm over both has them wait for each other
+            and self.device.type == "cpu"
+            and self.config.batch_size * self._size > WORTH_A_THREAD
+        )
 
     def _prepare(self, batch: RolloutBatch) -> tuple[Minibatch, Tensor, tuple[float, float]]:
         """Return all rows laid end to end, the numbers of the active ones, and two facts for the record."""
@@ -374,8 +362,15 @@ class PpoLearner:
         names = self.network.critic_body.names
         seen = {name: array.reshape(-1, *array.shape[2:]) for name in names for array in (batch.observations[name],)}
         found = np.zeros(len(active), np.float32)
-        for rows in np.array_split(np.flatnonzero(active), -(-int(active.sum()) // ROWS_AT_ONCE) or 1):
-            found[rows] = self.values({name: array[rows] for name, array in seen.items()}) if len(rows) else 0.0
+        parts = np.array_split(np.flatnonzero(active), -(-int(active.sum()) // ROWS_AT_ONCE) or 1)
+
+        def value(some: list[Array]) -> Iterator[None]:
+            for rows in some:
+                found[rows] = self.values({name: array[rows] for name, array in seen.items()}) if len(rows) else 0.0
+                yield
+
+        run_through = side_by_side if self.learns_apart else one_by_one
+        run_through(value(parts[::2]), value(parts[1::2]))
         return found.reshape(batch.active.shape)
 
     @torch.inference_mode()
@@ -434,6 +429,36 @@ class PpoLearner:
         figures = self.find_gradients(batch, self.now)
         return torch.cat([figures, self.descend().reshape(1)])
 
+    def _learn_apart(self, whole: Minibatch, drawn: list[Tensor]) -> list[Tensor]:
+        """Step policy and critic, which share no weights, through the minibatches, each in a thread; as `_step`."""
+        policy = (self._step_policy(self._taken(whole, picked)) for picked in drawn)
+        critic = (self._step_critic(self._taken(whole, picked)) for picked in drawn)
+        steps = zip(*side_by_side(policy, critic), strict=True)
+        return [torch.cat([one[:1], other[:1], one[1:], other.new_zeros(1)]) for one, other in steps]
+
+    def _step_policy(self, batch: Minibatch) -> Tensor:
+        """Take a step of the policy alone; return its figures (4,)."""
+        params = self.working.policy(batch.observations)
+        loss, figures = policy_objective(params, self.network.log_std, self.distribution, batch, self.now)
+        self._step_part(loss, self._policys)
+        return figures
+
+    def _step_critic(self, batch: Minibatch) -> Tensor:
+        """Take a step of the critic alone; return its loss (1,)."""
+        loss = value_error(self.working.value(batch.observations), batch, self.now)
+        self._step_part(self.now.value_weight * loss, self._critics)
+        return loss.detach().reshape(1)
+
+    def _step_part(self, loss: Tensor, part: tuple[int, ...]) -> None:
+        """Step some of the weights, by their places among all, along the gradients of a loss that is theirs alone."""
+        for place in part:
+            self._learned[place].grad = None
+        loss.backward()
+        if self.half is None:
+            self.optimiser.step(part)
+        else:
+            self.half.step(self.optimiser, part)
+
     def find_gradients(self, batch: Minibatch, config: PpoConfig, times: int | None = None) -> Tensor:
         """Leave with the weights the gradients of a minibatch's loss, so many times; return the loss's figures (5,)."""
         figures = self._go_back(batch, config, times)
@@ -453,7 +478,7 @@ class PpoLearner:
         """Step along the gradients that are with the weights; return their norm before they were cut, ()."""
         norm = torch.zeros((), device=self.device)
         if self.config.max_grad_norm is not None:
-            norm = torch.nn.utils.clip_grad_norm_(self._weights, self.config.max_grad_norm)
+            norm = cut_to_norm(self._weights, self.config.max_grad_norm)
         self.optimiser.step()
         if self.half is not None:
             self.half.refresh()
@@ -476,8 +501,24 @@ def ppo_loss(
     else:
         assert isinstance(network, RecurrentActorCritic), "only a memory asks for sequences"
         params, value = network.run(batch.observations, batch.sequences)
-    log_prob, entropy = distribution.log_prob_and_entropy(params, network.log_std, batch.action_mask, batch.raw_actions)
+    objective, (policy_loss, *others) = policy_objective(params, network.log_std, distribution, batch, config)
+    value_loss = value_error(value, batch, config)
+    return objective + config.value_weight * value_loss, torch.stack([policy_loss, value_loss.detach(), *others])
 
+
+def policy_objective(
+    params: Tensor, log_std: Tensor | None, distribution: Distribution, batch: Minibatch, config: PpoConfig
+) -> tuple[Tensor, Tensor]:
+    """Return what the policy lessens, and (4,) policy loss, entropy, approximate KL, clipped share.
+
+    Args:
+        params: What the policy says of the minibatch, (B, P).
+        log_std: How widely it draws numbers, if it draws any.
+        distribution: How it draws.
+        batch: What was decided, and how good it was.
+        config: The settings.
+    """
+    log_prob, entropy = distribution.log_prob_and_entropy(params, log_std, batch.action_mask, batch.raw_actions)
     advantage = batch.advantages
     if config.standardise == "minibatch" and len(advantage) > 1:
         advantage = (advantage - advantage.mean()) / (advantage.std() + 1e-8)
@@ -487,16 +528,19 @@ def ppo_loss(
     held = ratio.clamp(1.0 - config.clip, 1.0 + config.clip)
     gain = torch.min(ratio * advantage, held * advantage)
     policy_loss = -(gain if batch.weights is None else batch.weights * gain).mean()
-    error = functional.huber_loss if config.value_loss == "huber" else functional.mse_loss
-    value_loss = error(value, batch.targets)
     mean_entropy = entropy.mean()
-    loss = policy_loss + config.value_weight * value_loss - config.entropy_weight * mean_entropy
 
     with torch.no_grad():
         approx_kl = (ratio - 1.0 - log_ratio).mean()
         clipped = ((ratio - 1.0).abs() > config.clip).float().mean()
-        figures = torch.stack([policy_loss, value_loss, mean_entropy, approx_kl, clipped])
-    return loss, figures
+        figures = torch.stack([policy_loss, mean_entropy, approx_kl, clipped])
+    return policy_loss - config.entropy_weight * mean_entropy, figures
+
+
+def value_error(value: Tensor, batch: Minibatch, config: PpoConfig) -> Tensor:
+    """Return the critic's mean error, (), before its weight: `value` (B,) is what it expects."""
+    error = functional.huber_loss if config.value_loss == "huber" else functional.mse_loss
+    return error(value, batch.targets)
 
 
 def facts_of(values: Array, found: Array, targets: Array) -> tuple[float, float]:

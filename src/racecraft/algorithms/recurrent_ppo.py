@@ -22,7 +22,8 @@ from torch import Tensor
 from racecraft.algorithms.half_precision import settled
 from racecraft.algorithms.learner import StateDict
 from racecraft.algorithms.networks import Architecture, NetworkConfig
-from racecraft.algorithms.ppo import VALUE, Minibatch, PpoConfig, PpoLearner
+from racecraft.algorithms.ppo import VALUE, PpoConfig, PpoLearner
+from racecraft.algorithms.ppo_batch import Minibatch
 from racecraft.algorithms.recurrent_network import RecurrentActorCritic, RowStates, Sequences
 from racecraft.algorithms.recurrent_policy import RecurrentPolicy
 from racecraft.algorithms.rollout_batch import RolloutBatch

@@ -1,7 +1,7 @@
 """Adam for weights that are learned by copies of half the precision. Begin with `step_weights`.
 
 A network of millions of weights is stepped as fast as the memory gives them. PyTorch's way is four passes: the copies'
-gradients to float32, the moments, the weights, the weights to bfloat16. Here all of a block happens while it is near.
+gradients to float32, the moments, the weights, the weights to bfloat16. Here all of it is one pass.
 """
 
 import math
@@ -11,7 +11,7 @@ import numpy as np
 from racecraft.kernels.compile import kernel, parallel_kernel, prange
 
 BLOCK = 4096
-"""So many weights with their moments, gradients and copies stay in a core's nearest memory."""
+"""So many weights a thread takes at a time."""
 
 
 @parallel_kernel
@@ -32,30 +32,25 @@ def step_weights(weights, halves, gradients, means, squares, beta_1, beta_2, roo
     """
     for block in prange(-(-len(weights) // BLOCK)):
         part = slice(block * BLOCK, (block + 1) * BLOCK)
-        carry_on(gradients[part], means[part], squares[part], beta_1, beta_2)
-        move(weights[part], means[part], squares[part], root_scale, epsilon, step_size)
-        round_off(weights[part], halves[part])
+        step_block(
+            weights[part], halves[part], gradients[part], means[part], squares[part],
+            beta_1, beta_2, root_scale, epsilon, step_size,
+        )  # fmt: skip
 
 
 @kernel
-def carry_on(gradients, means, squares, beta_1, beta_2):
-    """Take a gradient into the running means."""
-    for at in range(len(gradients)):
+def step_block(weights, halves, gradients, means, squares, beta_1, beta_2, root_scale, epsilon, step_size):
+    """As `step_weights`, in the thread that calls: each weight is fetched once, stepped and laid back.
+
+    Another thread may do the same meanwhile with weights of its own.
+    """
+    one = np.float32(1.0)
+    for at in range(len(weights)):
         gradient = np.uint32(np.uint32(gradients[at]) << np.uint32(16)).view(np.float32)
-        means[at] += (gradient - means[at]) * (np.float32(1.0) - beta_1)
-        squares[at] = squares[at] * beta_2 + gradient * gradient * (np.float32(1.0) - beta_2)
-
-
-@kernel
-def move(weights, means, squares, root_scale, epsilon, step_size):
-    """Step along the means."""
-    for at in range(len(weights)):
-        weights[at] -= step_size * means[at] / (math.sqrt(squares[at]) * root_scale + epsilon)
-
-
-@kernel
-def round_off(weights, halves):
-    """Write the nearest bfloat16 of each weight, of two as near the even one."""
-    for at in range(len(weights)):
-        bits = np.float32(weights[at]).view(np.uint32)
+        mean = means[at] + (gradient - means[at]) * (one - beta_1)
+        square = squares[at] * beta_2 + gradient * gradient * (one - beta_2)
+        weight = weights[at] - step_size * mean / (math.sqrt(square) * root_scale + epsilon)
+        means[at], squares[at], weights[at] = mean, square, weight
+        # The nearest bfloat16; of two as near, the even one.
+        bits = np.float32(weight).view(np.uint32)
         halves[at] = (bits + np.uint32(0x7FFF) + ((bits >> np.uint32(16)) & np.uint32(1))) >> np.uint32(16)
