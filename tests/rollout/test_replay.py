@@ -297,3 +297,12 @@ def test_one_larger_than_the_memory_allowed_is_refused_with_what_fits():
 
 def test_what_lies_just_below_one_is_the_last_number_before_it():
     assert np.nextafter(1.0, 0.0) == sum_tree.BELOW_ONE
+
+
+def test_one_that_just_fits_into_a_checkpoint_is_kept():
+    whole = replay()
+    share = 5 / whole.ring.slots  # four ticks, and the one that is being written
+    for keep, kept in ((1.001, True), (0.999, False)):
+        memory = replay(keep_mib=keep * whole.bytes * share / 2**20)
+        memory.take(ticks(0, 4, 2))
+        assert memory.state()["kept"] is kept

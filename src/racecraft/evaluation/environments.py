@@ -6,7 +6,10 @@ Either may say in `reward_threshold` at which mean return it counts as solved.
 
 from __future__ import annotations
 
+import contextlib
+import importlib
 import sys
+from collections.abc import Iterator
 from typing import Any
 
 import gymnasium
@@ -15,9 +18,13 @@ from racecraft.algorithms.registry import load_class, see_present_folder
 from racecraft.contract.errors import SettingError, UserInputError, nearest
 from racecraft.contract.world import World
 from racecraft.envs.adapters.from_gymnasium import GymnasiumWorld
+from racecraft.formats.run_folder import CODE, RunFolder
+from racecraft.players.own_code import own_code_of
 
 OF_SCRIPTS = ("from_script/", "racecraft.compat.script_worlds:")
 """How environments of launcher scripts are called (`compat/rllib_training.py`, `compat/script_worlds.py`)."""
+REMADE_BY = "script_environment"
+"""The module in a run's `code/` that makes such an environment known elsewhere."""
 WORLD_PARTS = ("spec", "reset", "step", "save_state", "load_state", "close")
 """What a `World` has."""
 
@@ -47,19 +54,43 @@ def open_world(environment: str, num_worlds: int) -> World:
     return world
 
 
+@contextlib.contextmanager
+def opened_world(run: RunFolder, num_worlds: int) -> Iterator[World]:
+    """Open copies of the environment that a run was trained in, from the run's own code where it has some.
+
+    Raises:
+        UserInputError: There is no such environment here, or its script fails.
+    """
+    environment = run.read_job()["asked"]["environment"]
+    with own_code_of(run):
+        if not _is_known(environment) and (run.path / CODE / f"{REMADE_BY}.py").is_file():
+            importlib.import_module(REMADE_BY)
+        world = open_world(environment, num_worlds)
+        try:
+            yield world
+        finally:
+            world.close()
+
+
+def _is_known(environment: str) -> bool:
+    """Tell whether what a launcher script made was made in this process, or is none of it."""
+    module, _, name = environment.partition(":")
+    is_here = hasattr(sys.modules.get(module), name) if name else environment in gymnasium.registry
+    return is_here or not environment.startswith(OF_SCRIPTS)
+
+
 def _require_its_script(environment: str) -> None:
     """Refuse what a launcher script made, outside that script.
 
     Raises:
         SettingError: It is not made here.
     """
-    module, _, name = environment.partition(":")
-    is_here = hasattr(sys.modules.get(module), name) if name else environment in gymnasium.registry
-    if environment.startswith(OF_SCRIPTS) and not is_here:
+    if not _is_known(environment):
         raise SettingError(
-            f"{environment}: a script made this environment (register_env), and it lives in that script only; expected "
-            "to be opened there: write `import racecraft as rc; print(rc.evaluate(RUN))` behind its train_main() and "
-            "begin it with `racecraft run`. The policy alone goes anywhere: `racecraft serve RUN`, rc.load_policy(RUN)."
+            f"{environment}: a script made this environment (register_env), which is not in this run; expected to be "
+            "opened in that script: write `import racecraft as rc; print(rc.evaluate(RUN))` behind its train_main() "
+            "and begin it with `racecraft run`. The policy alone goes anywhere: `racecraft serve RUN`, "
+            "rc.load_policy(RUN)."
         )
 
 

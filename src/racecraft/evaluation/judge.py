@@ -107,14 +107,11 @@ def _judge_car(
 def _judge_gymnasium(
     run: RunFolder, which: str, episodes: int = EPISODES, seed: int = SEED_OF_JUDGING
 ) -> dict[str, Any]:
-    from racecraft.evaluation.environments import open_world
+    from racecraft.evaluation.environments import opened_world
 
     policy = load_policy(run, which)
-    world = open_world(run.read_job()["asked"]["environment"], min(episodes, JUDGING_WORLDS))
-    try:
+    with opened_world(run, min(episodes, JUDGING_WORLDS)) as world:
         return _facts(run, policy) | judge_episodes(policy, world, episodes, seed)
-    finally:
-        world.close()
 
 
 def _judge_unity(run: RunFolder, which: str, episodes: int = 20, seed: int = 0) -> dict[str, Any]:

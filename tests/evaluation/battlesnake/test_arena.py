@@ -439,3 +439,20 @@ def test_every_player_beats_the_one_before_it_surely():
         _, table = in_order([weaker, stronger], rounds=50)
         best = table.standings[0]
         assert (best.name, best.win_rate_low > 0.5) == (stronger, True), table
+
+
+def test_a_server_that_does_not_answer_a_start_is_hung_up_on():
+    class Deaf(Remote):
+        def __init__(self):
+            self.hung_up, self.woken = 0, threading.Event()
+
+        def start(self, message, seconds):
+            self.woken.wait(60)
+
+        def hang_up(self):
+            self.hung_up += 1
+
+    deaf = Deaf()
+    Seat("deaf", deaf).tell("start", {}, 0.01)
+    deaf.woken.set()
+    assert deaf.hung_up == 1

@@ -12,10 +12,10 @@ from tests.training.deepracer.test_run_env_effects import Silence
 from racecraft.contract.errors import SettingError
 from racecraft.envs.deepracer.actions import ActionBox, ActionTable
 from racecraft.envs.deepracer.camera import MOUNT_V2, MOUNT_V3
+from racecraft.envs.deepracer.promise import CAMERA_NAME, CRITIC_NAME
 from racecraft.envs.deepracer.race import CRASHED, IMMOBILISED, OFF_TRACK
 from racecraft.envs.deepracer.sensors import FRONT_CAMERA, car_sensors
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
-from racecraft.envs.deepracer.world import CAMERA_NAME, CRITIC_NAME
 from racecraft.evaluation.deepracer.head_to_head import HeadToHead, _Field, race_heads
 from racecraft.evaluation.rating import Result, rate, wilson
 from racecraft.players.deepracer.driver import Driver, load_driver

@@ -88,6 +88,7 @@ def test_a_mishap_costs_its_penalty_and_goes_on_where_it_was():
     assert half == pytest.approx(0.5, abs=0.12), "in a lane, half way to the border"
     assert math.hypot(off["x"] - back["x"], off["y"] - back["y"]) < back["track_width"], "in the nearer of the two"
     np.testing.assert_allclose(record.pause_seconds[waits], np.arange(59, -1, -1) / 15, atol=1e-9)
+    assert not np.delete(record.pause_seconds, waits).any(), "who drives has nothing left to wait"
     assert trial.seconds == pytest.approx((trial.end + 1) / 15), "penalties are in the lap's time"
     assert record.resets[-1] == 1
     assert record.penalty_seconds[-1] == 4.0

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.promise import CRITIC_NAME
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
-from racecraft.envs.deepracer.world import CRITIC_NAME, RaceWorld
+from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.evaluation.deepracer.laps import judge_laps
 from racecraft.tracks.catalogue import load_track
 from racecraft.training.deepracer.evaluator import CarEvaluator
