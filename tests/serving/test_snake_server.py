@@ -20,6 +20,7 @@ from racecraft.evaluation.battlesnake.seats import take_seat
 from racecraft.players.battlesnake.find import find_player, warm_up
 from racecraft.players.battlesnake.from_file import load_file_player
 from racecraft.players.battlesnake.messages import GameCard, message
+from racecraft.players.battlesnake.protocol import QuickPlayer
 from racecraft.players.battlesnake.sight import best_safe_move, safe_moves
 from racecraft.serving.http_service import MOST_BODY_BYTES
 from racecraft.serving.snake_server import SnakeServer, answer_before_thinking, settle
@@ -226,6 +227,98 @@ def test_a_player_that_fails_still_gets_a_safe_move_out_in_time(how, late, faile
     assert set(words) <= set(safe_moves(referee.board, referee.settings, "s0"))
     assert max(seconds) < 1.6
     assert (server.count.late, server.count.failed) == (late, failed)
+
+
+class Quick:
+    """A player that has its answer in a blink, and remembers in which thread it was asked."""
+
+    quick = True
+
+    def __init__(self):
+        self.asked_in = []
+
+    def choose(self, board, settings, snake_id, seconds):
+        self.asked_in.append(threading.current_thread())
+        return max(safe_moves(board, settings, snake_id))
+
+
+def test_a_quick_player_is_asked_on_the_spot_and_where_time_is_up_not_at_all(monkeypatch):
+    player, (sent, referee) = Quick(), letter(timeout_ms=10_000)
+    server = SnakeServer(player)
+
+    async def talk(port):
+        first = await exchange(port, post("/move", sent))
+        monkeypatch.setattr("racecraft.serving.snake_server.MOST_LAG_SHARE", 1.0)
+        server._lag.note(1e9)  # the request is thought to have waited for as long as there was
+        return first, await exchange(port, post("/move", sent))
+
+    first, second = serving(server, talk)
+    assert player.asked_in == [threading.main_thread()]
+    assert first == (200, {"move": max(safe_moves(referee.board, referee.settings, "s0"))})
+    assert second == (200, {"move": best_safe_move(referee.board, referee.settings, "s0")})
+    assert (server.count.moves, server.count.late) == (2, 1)
+
+
+def test_what_a_request_waited_before_it_was_read_is_taken_off_its_time_up_to_a_half(monkeypatch):
+    given = []
+
+    async def wait(act, seconds):
+        given.append(seconds)
+        return "up"
+
+    server = SnakeServer(Rogue("lies"))
+    monkeypatch.setattr(server, "_wait", wait)
+    monkeypatch.setattr("racecraft.serving.loop_lag.FADING", 1.0)
+    sent, _ = letter(timeout_ms=100_000)
+
+    async def talk(port):
+        for lag in (10.0, 1e9):
+            server._lag.note(lag)
+            await exchange(port, post("/move", sent))
+
+    serving(server, talk)
+    for seconds, expected in zip(given, (99.9 - 10, 99.9 / 2), strict=True):
+        assert expected - 9 < seconds <= expected  # what it took to come here went off, too
+
+
+def test_a_listening_server_watches_how_late_it_reads_and_a_closed_one_no_more():
+    server = SnakeServer(find_player("hungry"))
+
+    async def talk(port):
+        return server._lag._next
+
+    assert serving(server, talk) is not None
+    assert server._lag._next.cancelled()
+
+
+def test_where_requests_lastingly_wait_to_be_read_no_game_more_is_taken():
+    said = []
+    server = SnakeServer(find_player("hungry"), complain=said.append)
+
+    async def talk(port):
+        async def ask(path, game):
+            return (await exchange(port, post(path, letter(game, timeout_ms=500)[0])))[0]
+
+        server._lag.lasting_seconds = 1e9
+        alone = await ask("/start", "g0")
+        server._lag.lasting_seconds = 1e9
+        crowded = [
+            await ask("/start", "g1"),
+            await ask("/move", "g2"),
+            await ask("/move", "g0"),
+            await ask("/end", "g9"),
+        ]
+        server._lag.lasting_seconds = 0.01
+        return alone, crowded, await ask("/start", "g1")
+
+    assert serving(server, talk) == (200, [503, 503, 200, 200], 200)
+    assert "so busy" in said[0]
+
+
+@pytest.mark.parametrize("name", ["random_safe", "hungry", "flood_fill"])
+def test_the_simple_built_ins_are_quick(name):
+    assert isinstance(find_player(name), QuickPlayer)
+    assert not isinstance(find_player("search"), QuickPlayer)
 
 
 def test_boards_that_kernels_cannot_tell_are_answered_all_the_same():

@@ -246,7 +246,7 @@ class ArenaStore:
 def _connected(path: Path) -> Iterator[sqlite3.Connection]:
     """Open the file for a few statements, and turn what SQLite raises into letters."""
     try:
-        with contextlib.closing(sqlite3.connect(path, PATIENCE_SECONDS)) as database:
+        with contextlib.closing(sqlite3.connect(path, timeout=PATIENCE_SECONDS)) as database:
             yield database
     except sqlite3.Error as error:
         raise ArenaError(f"{path}: {_what_happened(str(error))}") from error

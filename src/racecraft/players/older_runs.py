@@ -80,8 +80,8 @@ def _spec(spec: WorldSpec, settings: Metadata) -> PolicySpec:
 
 
 def _of_car(metadata: Metadata) -> PolicySpec:
+    from racecraft.envs.deepracer.promise import world_spec
     from racecraft.envs.deepracer.settings import CameraConfig
-    from racecraft.envs.deepracer.world import world_spec
     from racecraft.players.deepracer.trained_car import actions_of
 
     settings = metadata["settings"]

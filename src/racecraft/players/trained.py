@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from racecraft.algorithms.learner import Learner, greedy_policy_of
+from racecraft.algorithms.learner import Learner, LooksPlainly, greedy_policy_of
 from racecraft.algorithms.multi_policy import MultiPolicy, of_member
 from racecraft.algorithms.policy_spec import MULTI_POLICY, PolicySpec
 from racecraft.algorithms.registry import find_algorithm
@@ -24,6 +24,9 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.players.deepracer.foreign_model import borrowed_run
 from racecraft.players.older_runs import older_spec, refuse_older_heads
 from racecraft.players.own_code import own_code_of
+
+if TYPE_CHECKING:
+    from racecraft.algorithms.plain_look import PlainLook
 
 SPEC = "policy_spec"
 """Where a checkpoint's metadata holds the spec."""
@@ -45,6 +48,10 @@ class GreedyPolicy:
     def forget(self, rows: Array) -> None:
         """Begin anew for the rows whose episode ended."""
         self._policy.forget(rows)
+
+    def plain_look(self, name: str, frame: tuple[int, ...]) -> PlainLook | None:
+        """Return the policy's; see `LooksPlainly`."""
+        return self._policy.plain_look(name, frame) if isinstance(self._policy, LooksPlainly) else None
 
 
 @dataclass(frozen=True)
@@ -68,6 +75,10 @@ class TrainedPolicy:
     def forget(self, rows: Array) -> None:
         """Begin anew for the rows (bool, (R,)) whose episode ended."""
         self.policy.forget(rows)
+
+    def plain_look(self, name: str, frame: tuple[int, ...]) -> PlainLook | None:
+        """Return the policy's; see `LooksPlainly`."""
+        return self.policy.plain_look(name, frame) if isinstance(self.policy, LooksPlainly) else None
 
     def probabilities(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
         """Return how likely each choice is, float32 (R, A); of policies over single choices."""

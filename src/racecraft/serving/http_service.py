@@ -10,10 +10,10 @@ from __future__ import annotations
 import asyncio
 import json
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, SupportsIndex
 from urllib.parse import parse_qsl
 
 from racecraft.serving.web_socket import GOING_AWAY, WebSocket, accept_key, is_key
@@ -57,7 +57,7 @@ class Request:
     path: str
     body: bytes
     arrived: float
-    """`time.monotonic()` when its first line was read."""
+    """`time.monotonic()` when its first bytes were read off the socket."""
     keep_open: bool
     headers: dict[str, str] = field(default_factory=dict)
     """Names in small letters."""
@@ -110,7 +110,11 @@ class HttpService:
 
     async def listen(self, host: str, port: int) -> int:
         """Begin to listen; return the port (a free one was chosen where 0 was asked for). Raises OSError."""
-        self._server = await asyncio.start_server(self._connected, host, port, limit=MOST_HEADER_BYTES, backlog=1024)
+        loop = asyncio.get_running_loop()
+        self._server = await loop.create_server(
+            lambda: asyncio.StreamReaderProtocol(_StampedReader(MOST_HEADER_BYTES, loop), self._connected, loop),
+            host, port, backlog=1024,
+        )  # fmt: skip
         return int(self._server.sockets[0].getsockname()[1])
 
     async def close(self) -> None:
@@ -169,6 +173,18 @@ class HttpService:
                 await _linger(reader, writer)
 
 
+class _StampedReader(asyncio.StreamReader):
+    """Knows when a request's first bytes were read off the socket: whoever takes it apart may wait long for a turn."""
+
+    first_bytes: float | None = None
+
+    def feed_data(self, data: Iterable[SupportsIndex]) -> None:
+        """Take bytes that came."""
+        if self.first_bytes is None:
+            self.first_bytes = time.monotonic()
+        super().feed_data(data)
+
+
 async def _read(reader: asyncio.StreamReader) -> Request | None:
     """Return the next request; None where the other end closed instead."""
     try:
@@ -180,7 +196,7 @@ async def _read(reader: asyncio.StreamReader) -> Request | None:
         raise HttpError(431, "headers_too_large", "the first line is too long.") from None
     if not line:
         return None
-    arrived = time.monotonic()
+    arrived = (isinstance(reader, _StampedReader) and reader.first_bytes) or time.monotonic()
     async with asyncio.timeout(SECONDS_FOR_A_REQUEST):
         try:
             method, target, version = line.decode("ascii").split()
@@ -188,6 +204,8 @@ async def _read(reader: asyncio.StreamReader) -> Request | None:
             raise HttpError(400, "bad_request", "this is no HTTP request.") from None
         headers = await _read_headers(reader)
         body = await _read_body(reader, headers, method)
+    if isinstance(reader, _StampedReader):
+        reader.first_bytes = None
     keep_open = version == "HTTP/1.1" and headers.get("connection", "").lower() != "close"
     path, _, query = target.partition("?")
     return Request(method, path, body, arrived, keep_open, headers, dict(parse_qsl(query)))

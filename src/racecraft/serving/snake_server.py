@@ -3,7 +3,10 @@
 Every `/move` is answered within the game's timeout less a margin: the player thinks in a thread; what it has not said
 when time runs out is not waited for, and a move that is at least safe, worked out in a blink, goes out instead. Many
 games run at once and share the threads; a player of many boards is asked for all that wait together
-(`batching_queue.py`). What is kept of a game is dropped at its end, or after a silence.
+(`batching_queue.py`), one that has its answer in a blink at once, without a thread. Where the machine is so busy that
+requests wait before they are read, that wait is taken off the time (`loop_lag.py`); where it lasts, a game more is
+refused (503), so that those under way are answered in time. What is kept of a game is dropped at its end, or after a
+silence.
 """
 
 from __future__ import annotations
@@ -23,12 +26,21 @@ from typing import Protocol
 
 from racecraft.envs.battlesnake.board import MOVES, BoardError
 from racecraft.players.battlesnake.messages import LOOKS, Letter, read_message
-from racecraft.players.battlesnake.protocol import JsonPlayer, ManyPlayer, Message, PlayerError, Question, SnakePlayer
+from racecraft.players.battlesnake.protocol import (
+    JsonPlayer,
+    ManyPlayer,
+    Message,
+    PlayerError,
+    Question,
+    QuickPlayer,
+    SnakePlayer,
+)
 from racecraft.players.battlesnake.sight import best_safe_move, find_snake
 from racecraft.players.battlesnake.time_budget import NETWORK_MARGIN_MS, THINKING_SHARE, seconds_to_answer
 from racecraft.players.battlesnake.worker_pool import WorkerPool
 from racecraft.serving.batching_queue import BatchingQueue
 from racecraft.serving.http_service import HttpError, HttpService, Request
+from racecraft.serving.loop_lag import LoopLag
 from racecraft.serving.port import port_error
 
 SILENCE_SECONDS = 600.0
@@ -40,6 +52,8 @@ CROWDED_SHARE = 0.75
 """Share of its fair time that a move gets where there are more games than threads: the way in and out takes its own."""
 OVERRUN_RATE = 0.1
 """How quickly it learns by how much players overrun their time, as they do where other programs want the cores."""
+MOST_LAG_SHARE = 0.5
+"""Share of a move's time that its request is thought to have waited before it was read; no game more where it lasts."""
 MOST_GAMES = 10_000
 LATENCIES_KEPT = 100_000
 
@@ -104,6 +118,7 @@ class SnakeServer:
         self._complain = complain or (lambda sentence: None)
         self._pool = WorkerPool(threads or os.cpu_count() or 1)
         self._queue = BatchingQueue(player.choose_many) if isinstance(player, ManyPlayer) else None
+        self._lag = LoopLag()
         self._thinking = 0
         self._overrun = 0.0
         self._heard: OrderedDict[tuple[str, str], float] = OrderedDict()
@@ -117,10 +132,12 @@ class SnakeServer:
 
     async def listen(self, host: str = "127.0.0.1", port: int = 8000) -> int:
         """Begin to listen, on this machine only unless told otherwise; return the port. Raises OSError."""
+        self._lag.watch()
         return await self._service.listen(host, port)
 
     async def close(self) -> None:
         """Stop; players that still think are left behind."""
+        self._lag.close()
         await self._service.close()
         self._pool.close()
         if self._queue is not None:
@@ -159,7 +176,9 @@ class SnakeServer:
         except PlayerError as error:
             raise HttpError(422, "bad_board", f"you: {error}") from error
         self._note(letter)
-        word = await self._think(letter, message, arrived + self._seconds(letter))
+        seconds = self._seconds(letter)
+        unread = min(self._lag.seconds, MOST_LAG_SHARE * seconds)
+        word = await self._think(letter, message, arrived + seconds - unread)
         if word is None:
             word = best_safe_move(letter.board, letter.settings, letter.you)
         self.count.moves += 1
@@ -173,6 +192,10 @@ class SnakeServer:
             if self._queue is not None:
                 question = Question(letter.board, letter.you, letter.settings)
                 word = await self._queue.ask(question, deadline)
+            elif isinstance(self._player, QuickPlayer):
+                if time.monotonic() >= deadline:
+                    raise TimeoutError
+                word = self._ask(letter, message, deadline)
             else:
                 word = await self._wait(lambda: self._ask(letter, message, deadline), deadline - time.monotonic())
             if word not in MOVES:
@@ -241,10 +264,20 @@ class SnakeServer:
         known = self._heard.pop(key, None) is not None
         if ended:
             return
+        if not known:
+            self._refuse_where_late(letter)
         if not known and len(self._heard) >= self._most_games:
             self._make_room()
         self.count.games += not known
         self._heard[key] = self._clock()
+
+    def _refuse_where_late(self, letter: Letter) -> None:
+        """Refuse a game more (503) where those under way already wait for half of their time before they are read."""
+        if self._heard and self._lag.lasting_seconds > MOST_LAG_SHARE * self._seconds(letter):
+            self._complain("a game was refused: the machine is so busy that answers to one more would be late.")
+            raise HttpError(
+                503, "too_busy", "this machine is too busy to answer one game more in time; try again later."
+            )
 
     def _make_room(self) -> None:
         """Give the place of a game that seems abandoned to a new one; without one, refuse (503)."""

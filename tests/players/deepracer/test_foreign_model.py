@@ -10,7 +10,7 @@ import pytest
 from tests.formats.tensorflow.policies import METADATA, layers_for, write_listed
 
 from racecraft.contract.errors import MetadataError, RunFolderError, TrackError, UserInputError
-from racecraft.envs.deepracer.world import CAMERA_NAME
+from racecraft.envs.deepracer.promise import CAMERA_NAME
 from racecraft.formats.aws.policy_graph import graph_of
 from racecraft.formats.aws.policy_weights import arrays_of
 from racecraft.formats.aws.trained_model import ForeignModelError

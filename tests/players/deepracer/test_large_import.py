@@ -7,8 +7,8 @@ import tarfile
 import pytest
 from tests.formats.tensorflow.policies import layers_for, two_eyed_layers, write_listed
 
+from racecraft.envs.deepracer.promise import CAMERA_NAME
 from racecraft.envs.deepracer.sensors import STEREO
-from racecraft.envs.deepracer.world import CAMERA_NAME
 from racecraft.formats.aws.policy_graph import graph_of
 from racecraft.formats.aws.policy_weights import arrays_of
 from racecraft.formats.checkpoint import Checkpoints

@@ -8,6 +8,7 @@ k places before the tail is gone after k + 1 turns.
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Literal
 
 from racecraft.envs.battlesnake.board import Board, Point
 from racecraft.envs.battlesnake.settings import GameSettings
@@ -19,6 +20,8 @@ HUNGRY_BELOW = 40
 
 class FloodFill:
     """Wants room for its whole body; then no stronger head nearby; then food, if hungry or shorter than another."""
+
+    quick: Literal[True] = True
 
     def choose(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
         """Return the move that comes first in that order."""

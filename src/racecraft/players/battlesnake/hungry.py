@@ -5,6 +5,8 @@ It never starves and soon is long, and then it dies in a corner of its own makin
 
 from __future__ import annotations
 
+from typing import Literal
+
 from racecraft.envs.battlesnake.board import Board, Point
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.players.battlesnake.sight import find_snake, is_wrapped, safe_moves, square_after
@@ -12,6 +14,8 @@ from racecraft.players.battlesnake.sight import find_snake, is_wrapped, safe_mov
 
 class Hungry:
     """Takes the safe move that ends nearest to a food."""
+
+    quick: Literal[True] = True
 
     def choose(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
         """Return that move; with no food on the board, the first safe one."""

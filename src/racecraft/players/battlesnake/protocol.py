@@ -7,7 +7,7 @@ is and how long it may think. It may keep nothing from move to move, and may be 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
 
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import Array
@@ -71,6 +71,16 @@ class ManyPlayer(SnakePlayer, Protocol):
             PlayerError: It has no moves; the server then moves for all of these snakes.
         """
         ...
+
+
+@runtime_checkable
+class QuickPlayer(SnakePlayer, Protocol):
+    """Whoever has its answer in less time than it takes to hand a question to a thread and back.
+
+    The server asks it on the spot. It never waits for anything and does not look at the time.
+    """
+
+    quick: Literal[True]
 
 
 @runtime_checkable

@@ -5,6 +5,8 @@ It has no plan at all, and still beats whoever runs into walls. Every other play
 
 from __future__ import annotations
 
+from typing import Literal
+
 from racecraft.envs.battlesnake.board import Board
 from racecraft.envs.battlesnake.dice import StreamDice
 from racecraft.envs.battlesnake.settings import GameSettings
@@ -17,6 +19,8 @@ class RandomSafe:
     Args:
         key: Stream key of its dice.
     """
+
+    quick: Literal[True] = True
 
     def __init__(self, key: int = 0) -> None:
         self._dice = StreamDice(key)

@@ -14,9 +14,9 @@ import numpy as np
 from racecraft.algorithms.plain_layers import ForeignPolicy, policy_of
 from racecraft.contract.world import Array, ArraySpec
 from racecraft.envs.deepracer.actions import action_space
+from racecraft.envs.deepracer.promise import world_spec
 from racecraft.envs.deepracer.sensors import STEREO, car_sensors
 from racecraft.envs.deepracer.settings import CameraConfig
-from racecraft.envs.deepracer.world import world_spec
 from racecraft.formats.aws.model_metadata import ModelMetadata
 from racecraft.formats.aws.policy_graph import (
     as_commands,

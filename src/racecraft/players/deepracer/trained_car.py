@@ -10,12 +10,12 @@ from typing import Any
 from racecraft.contract.errors import RunFolderError
 from racecraft.contract.world import DiscreteActions
 from racecraft.envs.deepracer.actions import ActionSpace, action_space
-from racecraft.envs.deepracer.camera import CameraMount
+from racecraft.envs.deepracer.camera import CameraMount, mount_for_version
 from racecraft.envs.deepracer.light import light_for
 from racecraft.envs.deepracer.sensors import Sensors, car_sensors
 from racecraft.envs.deepracer.settings import TIME_TRIAL, CameraConfig, RaceConfig, objects_of, race_groups
 from racecraft.envs.deepracer.variation import VariationConfig
-from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
+from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.formats.aws.model_metadata import action_space_from_aws
 from racecraft.formats.checkpoint import CheckpointEntry
 from racecraft.formats.run_folder import RunFolder
