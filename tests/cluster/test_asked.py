@@ -6,14 +6,19 @@ from types import ModuleType
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
+from typer.testing import CliRunner
 
 from racecraft.algorithms.rollout_batch import RolloutBatch, side_by_side
+from racecraft.cli.app import app
 from racecraft.cluster.asked import ClusterAsked, read_cluster
 from racecraft.cluster.shares import shares_of
 from racecraft.cluster.spreading import spread_over
 from racecraft.cluster.transport import ClusterError
 from racecraft.compat.foreign import foreign_names
 from racecraft.contract.errors import MissingExtraError, SettingError
+from racecraft.training.callbacks import Silent
+from racecraft.training.gymnasium.trainer import GymRequest
+from racecraft.training.worlds import train
 
 
 @pytest.mark.parametrize(
@@ -44,21 +49,43 @@ def test_shares_are_even_and_have_chance_of_their_own():
     assert len({share.seed for share in shares}) == 4
 
 
-def test_a_missing_ray_is_named_with_what_installs_it(monkeypatch):
+def train_over(cluster, run, *settings):
+    request = GymRequest("CartPole-v1", run=run, overrides=("rollout.num_worlds=2", *settings))
+    train(request, Silent(), lambda text: None, spread_over(cluster))
+
+
+def test_a_missing_ray_is_named_with_what_installs_it(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "ray", None)
     with pytest.raises(MissingExtraError, match=r"pip install 'racecraft\[cluster\]'"):
-        spread_over(2)
+        train_over(2, tmp_path / "run")
+    assert not (tmp_path / "run").exists()
 
 
-def test_a_name_that_is_lent_to_old_scripts_is_no_cluster():
+@pytest.mark.parametrize("wrong", ["cluster.send=nothing", "cluster.send=actions", "cluster.gradient=workers"])
+def test_a_wrong_setting_is_told_before_a_missing_ray(tmp_path, monkeypatch, wrong):
+    monkeypatch.setitem(sys.modules, "ray", None)
+    with pytest.raises(SettingError, match=r"cluster.send|gradient"):
+        train_over(2, tmp_path / "run", wrong)
+
+
+def test_a_job_that_would_miss_ray_is_not_begun(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "ray", None)
+    monkeypatch.setenv("RACECRAFT_JOBS", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    told = CliRunner().invoke(app, ["gym", "train", "CartPole-v1", "--cluster=2", "--detach"])
+    assert isinstance(told.exception, MissingExtraError)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_name_that_is_lent_to_old_scripts_is_no_cluster(tmp_path):
     with foreign_names(), pytest.raises(ClusterError, match="Inside `racecraft run`"):
-        spread_over(2)
+        train_over(2, tmp_path / "run")
 
 
-def test_a_module_that_only_is_called_ray_is_no_cluster(monkeypatch):
+def test_a_module_that_only_is_called_ray_is_no_cluster(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "ray", ModuleType("ray"))
     with pytest.raises(ClusterError):
-        spread_over("auto")
+        train_over("auto", tmp_path / "run")
 
 
 def a_batch(ticks, rows, cut=()):

@@ -93,24 +93,28 @@ def undisturbed(tmp_path):
     return run
 
 
-def test_workers_killed_at_random_moments_lose_no_update(tmp_path, undisturbed):
-    chance = random.Random(7)
-    run, killed, at = tmp_path / "run", 0, 0
-    training = begin(run, 2)
+def end_after_kills(training, run, moments, most_seconds, seed):
+    """Kill a worker a little after each of these iterations, and let the training come to its end."""
+    chance, killed = random.Random(seed), 0
     try:
-        for at in (3, 9, 16):
+        for at in moments:
             until(lambda at=at: iterations(run) >= at or training.poll() is not None, f"iteration {at}")
-            time.sleep(chance.uniform(0.0, 0.1))
+            time.sleep(chance.uniform(0.0, most_seconds))
             if theirs := workers(training.pid):
                 os.kill(chance.choice(theirs), signal.SIGKILL)
                 killed += 1
         assert training.wait(PATIENCE) == 0, run.with_suffix(".log").read_text()
     finally:
         training.kill()
-    assert killed == 3
+    assert killed == len(moments)
     assert run.with_suffix(".log").read_text().count("was lost") >= 1
-    assert_same(undisturbed, run)
     until(lambda: are_gone(training.pid), "the end of every process")
+
+
+def test_workers_killed_at_random_moments_lose_no_update(tmp_path, undisturbed):
+    run = tmp_path / "run"
+    end_after_kills(begin(run, 2), run, (3, 9, 16), most_seconds=0.1, seed=7)
+    assert_same(undisturbed, run)
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
@@ -163,24 +167,12 @@ def test_a_node_that_fails_is_made_up_for_by_the_others(tmp_path, undisturbed):
 
 def test_workers_killed_while_they_find_gradients_lose_no_update(tmp_path):
     more = ("cluster.gradients=workers", "ppo.epochs=10", "ppo.batch_size=128")
-    quiet, run, chance, killed = tmp_path / "quiet", tmp_path / "run", random.Random(3), 0
+    quiet, run = tmp_path / "quiet", tmp_path / "run"
     asked = GymRequest("CartPole-v1", run=quiet, stops=("iterations=12",), overrides=(*SMALL, *more))
     train(asked, Silent(), lambda text: None, spread_here(2)[0])
     training = begin(run, 2, 12, more)
-    try:
-        for at in (2, 5, 8):
-            until(lambda at=at: iterations(run) >= at or training.poll() is not None, f"iteration {at}")
-            time.sleep(chance.uniform(0.0, 1.0))  # an update of 80 minibatches takes longer than collecting
-            if theirs := workers(training.pid):
-                os.kill(chance.choice(theirs), signal.SIGKILL)
-                killed += 1
-        assert training.wait(PATIENCE) == 0, run.with_suffix(".log").read_text()
-    finally:
-        training.kill()
-    assert killed == 3
-    assert run.with_suffix(".log").read_text().count("was lost") >= 1
+    end_after_kills(training, run, (2, 5, 8), most_seconds=1.0, seed=3)  # an update takes longer than collecting
     assert_same(quiet, run)
-    until(lambda: are_gone(training.pid), "the end of every process")
 
 
 @pytest.mark.parametrize("more", [(), ("cluster.send=actions",), ("cluster.gradients=workers",)])

@@ -80,6 +80,25 @@ class Masked(gym.Env):
         self.t += 1
         return self.show(), 1.0, self.t == 9, {}
 """
+PLAIN = """
+import numpy as np, gym
+from gym.spaces import Box, Discrete
+
+
+class Plain(gym.Env):
+    '''Six ticks, whatever is done.'''
+
+    def __init__(self):
+        self.observation_space, self.action_space = Box(0.0, 9.0, (1,)), Discrete(2)
+
+    def reset(self):
+        self.t = 0
+        return np.zeros(1)
+
+    def step(self, action):
+        self.t += 1
+        return np.full(1, self.t), float(action), self.t == 6, {}
+"""
 TORCH_MODEL = """
 import torch
 from ray.rllib.models.torch.fcnet import FullyConnectedNetwork

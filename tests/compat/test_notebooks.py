@@ -69,7 +69,8 @@ def test_a_figure_that_was_open_before_is_no_cell_s(notebook, tmp_path, capsys):
 
 
 def test_what_a_cell_draws_is_kept(notebook, tmp_path):
-    pytest.importorskip("matplotlib")
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    pyplot.close("all")  # what another test left open would be drawn into
     run_script(notebook("%matplotlib inline\nimport matplotlib.pyplot as plt\nplt.plot([1, 2])\nplt.figure()"))
     assert sorted(path.name for path in tmp_path.glob("*.png")) == ["n-cell-2-2.png", "n-cell-2.png"]
 

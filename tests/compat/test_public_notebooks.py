@@ -10,7 +10,7 @@ Nothing of them is copied here, and no cell is changed but for two names: MY_SIM
 id of an evaluation in AWS's cloud. Four use deepracer-utils itself; that of 2019 uses `log_analysis` and `cw_utils` as
 `racecraft notebooks` writes them. Of that one are left out: what needs TensorFlow 1 or shapely 1, what Coach and S3
 left beside a model of that year, and its heat map in a picture of 5 by 8 m, out of which a car beside the road falls.
-`Visual_Analysis` needs TensorFlow throughout and is not run.
+`Visual_Analysis` needs TensorFlow throughout and is not run here; docs/racing/notebooks.md tells how it was by hand.
 """
 
 import json

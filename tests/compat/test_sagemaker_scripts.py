@@ -9,7 +9,7 @@ from tests.compat.articles import unity_script
 
 from racecraft.compat.foreign import run_script
 from racecraft.compat.old_gym import FromOldGym
-from racecraft.compat.rllib_words import WORDS, translated
+from racecraft.compat.rllib_words import translated, words_of
 from racecraft.contract.errors import SettingError
 from racecraft.formats.run_folder import RunFolder
 from racecraft.jobs.hyperparameters import CONFIG_WORDS
@@ -184,7 +184,12 @@ def experiment(**config):
     [
         (experiment(num_sgd_itr=3), "no 'num_sgd_itr' that is understood here. Did you mean 'num_sgd_iter'"),
         (experiment(model={"fcnet_hidden": [3]}), "Did you mean 'fcnet_hiddens'"),
-        ({**experiment(), "run": "APEX"}, "'APEX'; `racecraft run` understands PPO and APPO"),
+        ({**experiment(), "run": "IMPALA"}, "'IMPALA'; `racecraft run` understands PPO, APPO, DQN, APEX"),
+        ({**experiment(num_sgd_iter=3), "run": "APEX"}, "config of APEX has no 'num_sgd_iter'"),
+        ({**experiment(model={"custom_model": "mine"}), "run": "DQN"}, "expected PPO or APPO with a model"),
+        ({**experiment(exploration_config={"type": "SoftQ"}), "run": "DQN"}, "expected EpsilonGreedy"),
+        ({**experiment(exploration_config={"last_epsilon": 1}), "run": "DQN"}, "no 'last_epsilon'"),
+        ({**experiment(exploration_config={"final_epsilon": 1}), "run": "APEX"}, "each in their own degree"),
         ({**experiment(), "stop": {"timesteps": 3}}, "Did you mean 'timesteps_total'"),
         ({"run": "PPO", "config": {}}, "config.env is None"),
     ],
@@ -194,14 +199,38 @@ def test_what_is_not_understood_is_said(said, letter):
         translated(said)
 
 
-def test_every_word_is_one_that_an_estimator_lets_through_and_every_setting_is_ours():
-    assert set(WORDS) - set(CONFIG_WORDS) == set()
+@pytest.mark.parametrize("algorithm", ["ppo", "dqn", "apex"])
+def test_every_word_is_one_that_an_estimator_lets_through_and_every_setting_is_ours(algorithm):
+    assert set(words_of(algorithm)) - set(CONFIG_WORDS) == set()
     from racecraft.algorithms.registry import find_algorithm
 
-    groups = kind_named("gymnasium").default_settings(find_algorithm("ppo"))
-    for word in WORDS.values():
+    groups = kind_named("gymnasium").default_settings(find_algorithm(algorithm))
+    for word in words_of(algorithm).values():
         group, dot, name = word.setting.partition(".")
         assert not dot or hasattr(getattr(groups, group), name), word
+
+
+@pytest.mark.parametrize(("run", "algorithm"), [("DQN", "dqn"), ("APEX", "apex")])
+def test_a_script_that_asks_for_values_learns_them(tmp_path, monkeypatch, capsys, run, algorithm):
+    words = {"gamma": 0.9, "train_batch_size": 16, "learning_starts": 32, "target_network_update_freq": 64,
+             "rollout_fragment_length": 16, "buffer_size": 500, "n_step": 2, "hiddens": [8], "num_workers": 2,
+             "model": {"fcnet_hiddens": [16]}, "env_config": {"size": 3}}  # fmt: skip
+    before, _, rest = CART.replace('"run": "PPO"', f'"run": "{run}"').partition('"config": ')
+    text = f'{before}"config": {words!r}}}}}\n{rest[rest.index("if __name__") :]}'
+    (tmp_path / "train.py").write_text(text)
+    monkeypatch.setenv("SM_MODEL_DIR", str(tmp_path / "model"))
+    run_script("train.py", ["--rl.training.stop.training_iteration", "4"])
+    assert "episode_reward_mean: " in capsys.readouterr().out
+    trained = RunFolder.open(tmp_path / "model" / "run")
+    job = trained.read_job()
+    own, settings = job["settings"][algorithm], job["settings"]
+    every = {"dqn": 32, "apex": 16}[algorithm]
+    assert job["algorithm"] == algorithm
+    assert (own["discount"], own["batch_size"], own["n_step"], own["train_every"]) == (0.9, 16, 2, every)
+    assert own["target_every"] == 64 // every
+    assert (own["double"], own["dueling"], settings["replay"]["prioritised"]) == (True, True, True)
+    assert settings["network"]["hidden_units"] == [16, 8]
+    assert sum(row.get("gradient_steps", 0) for row in trained.read_metrics()) >= 2
 
 
 def test_stops_are_ours_in_our_units():

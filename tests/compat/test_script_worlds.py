@@ -5,9 +5,10 @@ import subprocess
 import sys
 import textwrap
 
+import gymnasium
 import numpy as np
 import pytest
-from tests.compat.guessing import GUESS, KERAS_MODEL, MASKED, TORCH_MODEL, TWO_POLICIES, script
+from tests.compat.guessing import GUESS, KERAS_MODEL, MASKED, PLAIN, TORCH_MODEL, TWO_POLICIES, script
 
 from racecraft.compat import script_worlds
 from racecraft.compat.foreign import foreign_names, run_script
@@ -15,6 +16,7 @@ from racecraft.compat.script_worlds import Described, PolicyWords, ScriptWorld, 
 from racecraft.contract.errors import SettingError
 from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import POLICY_ID, allocate
+from racecraft.evaluation.judge import judge_run
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import load_policy
@@ -173,23 +175,51 @@ def test_a_model_of_the_scripts_own_travels_with_its_run(ran, tmp_path, guard):
     )
     assert ran_there.returncode == 0, ran_there.stderr
     assert (away / "run" / "metrics.jsonl").read_bytes() == before
-    assert sorted(path.name for path in (away / "run" / "code").iterdir() if path.is_file())[0].startswith(
-        "script_model"
-    )
+    assert any(path.name.startswith("script_model") for path in (away / "run" / "code").iterdir())
     assert load_policy(away / "run").spec.network["policy"].endswith(":Model")
 
 
-def test_a_scripts_own_environment_is_judged_behind_its_training_and_named_elsewhere(ran):
+def forget_environments():
+    """Know as little of what scripts made as a process that never ran one."""
+    gymnasium.registry.pop("from_script/guess-v1-v0", None)
+    vars(script_worlds).pop("Script_guess_v1", None)
+
+
+@pytest.mark.parametrize(
+    ("env", "more", "steps"), [("Guess", TWO_POLICIES, 5.5), ("Masked", TORCH_MODEL, 9.0), ("Plain", "", 6.0)]
+)
+def test_a_scripts_own_environment_travels_with_its_run(ran, tmp_path, env, more, steps):
+    """Several agents, a mask and a network, and one that Gymnasium's own way carries; the script is gone."""
+    (tmp_path / "plain_world.py").write_text(PLAIN)
+    _, run = ran("from plain_world import Plain\n" + script(env, more))
+    (tmp_path / "train.py").unlink()
+    (tmp_path / "plain_world.py").unlink()
+    run.path.rename(tmp_path / "away")
+    before = {path.name for path in (tmp_path / "away").rglob("*")}
+    forget_environments()
+    told = judge_run(tmp_path / "away", episodes=4)
+    assert (told["episodes"], told["mean_steps"]) == (4, steps)
+    assert {path.name for path in (tmp_path / "away").rglob("*")} == before
+    assert "script_environment" not in sys.modules
+
+
+def test_a_script_that_comes_to_no_training_elsewhere_is_named(ran, tmp_path):
+    asks, go = 'if __name__ == "__main__":', tmp_path / "go"
+    go.touch()
+    _, run = ran(script("Masked").replace(asks, f"import os\nif os.path.exists({str(go)!r}):"))
+    go.unlink()
+    forget_environments()
+    with pytest.raises(SettingError, match="begun again for its environment, it came to no training"):
+        judge_run(run.path)
+    (run.path / "code" / "script_environment.py").unlink()
+    with pytest.raises(SettingError, match=r"a script made this environment .* behind its train_main\(\)"):
+        judge_run(run.path)
+
+
+def test_a_scripts_own_environment_is_judged_behind_its_training(ran):
     judging = "import os, racecraft as rc\nprint('told', rc.evaluate(os.environ['SM_MODEL_DIR'] + '/run', episodes=3))"
     said, run = ran(script(more=TWO_POLICIES) + textwrap.indent(judging, "    "))
     assert re.search(r"told .*'episodes': 3, 'mean_return': [1-8]", said)
-    elsewhere = subprocess.run(
-        [sys.executable, "-m", "racecraft", "evaluate", str(run.path)], capture_output=True, text=True, timeout=120,
-        check=False,
-    )  # fmt: skip
-    assert elsewhere.returncode == 2
-    assert "a script made this environment" in elsewhere.stderr
-    assert "behind its train_main()" in elsewhere.stderr
 
 
 def test_a_model_that_cannot_travel_is_named_with_the_cure(ran):
@@ -200,7 +230,7 @@ def test_a_model_that_cannot_travel_is_named_with_the_cure(ran):
     said, run = ran(script("Masked", within))
     assert "MaskModel cannot travel with the run, which is judged in this script only: it is made within" in said
     assert "write its class at the top of train.py" in said
-    assert not (run.path / "code").exists()
+    assert sorted(path.name for path in (run.path / "code").iterdir()) == ["script_environment.py", "train.py"]
 
 
 def test_a_tensorflow_model_is_refused_by_name_and_may_be_left_out(ran):

@@ -65,6 +65,10 @@ def test_two_rows_leave_table_chart_and_page_and_asked_again_nothing_is_trained_
     with open(tmp_path / "made" / "table.csv", newline="", encoding="utf-8") as file:
         lines = list(csv.DictReader(file))
     assert tuple(lines[0]) == COLUMNS
+    assert 0.0 < float(lines[-1]["processor_share"]) < 1.5
+    assert lines[0]["processor_share"] == ""
+    assert [one["row"] for one in told["best_over_old"]] == ["dqn-1-core", "masked-random"]
+    assert told["best_over_old"] == json.loads((tmp_path / "made" / "table.json").read_text())["best_over_old"]
     asked, rows = read_table(tmp_path / "made" / "table.json")
     assert asked == {"gym": "starter-pack", "minutes": 0.05, "games": 3, "seed": 1}
     trained = {row.row: curve for row, curve in rows if row.minutes is not None}
@@ -75,10 +79,11 @@ def test_two_rows_leave_table_chart_and_page_and_asked_again_nothing_is_trained_
     assert "racecraft gym train racecraft.envs.battlesnake.source_experiment:StarterPackGames" in page
     metrics = {name: (tmp_path / "made" / name / "metrics.jsonl").stat().st_mtime_ns for name in ("old", "dqn-1-core")}
     again = run(*words, cwd=tmp_path)
-    assert "masked-random" in again.stdout
+    assert "best over old, the source's rows: dqn-1-core" in again.stdout
     assert {name: (tmp_path / "made" / name / "metrics.jsonl").stat().st_mtime_ns for name in metrics} == metrics
 
 
+@pytest.mark.long
 def test_broken_off_it_keeps_what_is_finished_and_goes_on_with_the_rest(tmp_path):
     words = ("--games=3", "--minutes=0.1", "--row=old", "--run=made")
     process = subprocess.Popen([*REPRODUCE, *words], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)

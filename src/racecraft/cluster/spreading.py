@@ -82,16 +82,22 @@ def spread_over(cluster: str | int | None) -> Spread | None:
 
     Raises:
         SettingError: It is none of these.
+
+    What is returned raises, once it is asked to carry a training that can be spread:
         MissingExtraError: Ray is not installed.
-        ClusterError: Inside `racecraft run`.
+        ClusterError: The cluster is not there, or this is inside `racecraft run`.
     """
     if cluster is None:
         return None
     asked = read_cluster(str(cluster))
-    from racecraft.cluster.ray_transport import RayTransport, imported_ray
 
-    imported_ray()
-    return spread_by(lambda: RayTransport(asked), asked)
+    def reach() -> Transport:
+        # Not before the training is known to be one that can be spread: a wrong setting is told first.
+        from racecraft.cluster.ray_transport import RayTransport
+
+        return RayTransport(asked)
+
+    return spread_by(reach, asked)
 
 
 def spread_by(reach: Callable[[], Transport], asked: ClusterAsked, come_seconds: float = COME_SECONDS) -> Spread:

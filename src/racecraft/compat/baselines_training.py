@@ -21,6 +21,7 @@ from racecraft.compat.names.gym import Wrapper, make
 from racecraft.compat.old_gym import FromOldGym
 from racecraft.compat.rllib_training import register_env, registered
 from racecraft.compat.tally import Watched
+from racecraft.compat.travelling_environments import leave_if_begun_again, script_code
 from racecraft.contract.errors import RacecraftError, SettingError, UserInputError
 from racecraft.contract.world import Array
 from racecraft.evaluation.environments import reward_threshold
@@ -142,12 +143,15 @@ def train_ppo1(env: Any, output_path: str, words: Mapping[str, Any], tag: str = 
     episodes = Episodes(_room(output_path))
     register_env("environment", _watched(_copies_of(env), episodes))
     environment = registered("environment", {}, _longest(env))
+    leave_if_begun_again()
     lines, model = Ppo1Lines(episodes, tag), os.environ.get("SM_MODEL_DIR")
     run = Path(model, "run") if model else None
     if run is not None and (run / JOB).exists():
         trained = worlds.resume(run, (told.stop,), lines, print, "gymnasium")
     else:
-        trained = worlds.train(GymRequest(environment, stops=(told.stop,), run=run, overrides=told.settings), lines)
+        code = script_code(environment)
+        asked = GymRequest(environment, stops=(told.stop,), run=run, overrides=told.settings, environment_code=code)
+        trained = worlds.train(asked, lines)
     _film(env, trained, episodes.folder or trained.run.path)
     return trained
 

@@ -10,6 +10,7 @@ from typing import Any
 from racecraft.algorithms.registry import see_present_folder
 from racecraft.compat.coach_words import Part, Told, translated
 from racecraft.compat.rllib_training import register_env, registered
+from racecraft.compat.travelling_environments import leave_if_begun_again, script_code
 from racecraft.contract.errors import SettingError
 from racecraft.formats.run_folder import JOB, STOP
 from racecraft.training import worlds
@@ -66,13 +67,15 @@ def train_preset(graph: Part) -> Trained:
     for sentence in told.said:
         print(f"- {sentence}")
     environment = _environment(told)
+    leave_if_begun_again()
     model = os.environ.get("SM_MODEL_DIR")
     run = Path(model, "run") if model else None
     if run is not None and (run / JOB).exists():
         return worlds.resume(run, (told.stop,), CoachLines(told.episodes), print, "gymnasium")
     request = GymRequest(
-        environment, algorithm=told.algorithm, stops=(told.stop,), run=run, overrides=tuple(told.settings)
-    )
+        environment, algorithm=told.algorithm, stops=(told.stop,), run=run, overrides=tuple(told.settings),
+        environment_code=script_code(environment, by_name=True) if ":" in told.environment else None,
+    )  # fmt: skip
     return worlds.train(request, CoachLines(told.episodes), print)
 
 

@@ -70,7 +70,7 @@ def run_script(script: str | Path, args: Sequence[str] = (), goes_on: bool = Fal
     path = Path(script)
     if not path.is_file():
         raise InputFileError(path, "there is no such file", "a Python script, such as train-unity.py, or a notebook")
-    with foreign_names(), old_names(), _as_main(path, args):
+    with foreign_names(), old_names(), as_main(path, args):
         if path.suffix == SUFFIX:
             run_notebook(path, goes_on)
         else:
@@ -183,7 +183,7 @@ def _asked_by_script() -> bool:
 
 
 @contextlib.contextmanager
-def _as_main(path: Path, args: Sequence[str]) -> Iterator[None]:
+def as_main(path: Path, args: Sequence[str]) -> Iterator[None]:
     """Let the script see its own arguments, and find its neighbours first."""
     argv, search = sys.argv, list(sys.path)
     sys.argv = [str(path), *args]

@@ -23,6 +23,7 @@ from racecraft.compat.script_worlds import (
     shows_mask,
 )
 from racecraft.compat.tally import Tally, Told, Watched
+from racecraft.compat.travelling_environments import leave_if_begun_again, script_code
 from racecraft.compat.travelling_models import refuse_to_train
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.formats.run_folder import JOB
@@ -92,11 +93,21 @@ def train_experiment(experiment: Mapping[str, Any], spread: Spread | None = None
         print(f"- {sentence}")
     tally = Tally() if spread is None and told.environment in _creators else None
     environment = _environment(told, tally, is_here=spread is None)
+    leave_if_begun_again()
     lines, model = RllibLines(tally, lambda: agents_in(environment)), os.environ.get("SM_MODEL_DIR")
     run = Path(model, "run") if model else None
     if run is not None and (run / JOB).exists():
         return worlds.resume(run, told.stops, lines, print, "gymnasium", spread)
-    request = GymRequest(environment, stops=told.stops, run=run, seed=told.seed, overrides=told.settings)
+    code = script_code(environment) if told.environment in _creators else None
+    request = GymRequest(
+        environment,
+        algorithm=told.algorithm,
+        stops=told.stops,
+        run=run,
+        seed=told.seed,
+        overrides=told.settings,
+        environment_code=code,
+    )
     return worlds.train(request, lines, print, spread)
 
 
@@ -201,7 +212,7 @@ def _described(told: Translated, make: Callable[[], Any], tally: Tally | None) -
     Raises:
         SettingError: A policy of a class of its own, or that learns and is not there.
     """
-    policies = {name: _policy(name, said) for name, said in _named_policies(told.multiagent).items()}
+    policies = {name: _policy(name, said, told.algorithm) for name, said in _named_policies(told.multiagent).items()}
     mapping = told.multiagent.get("policy_mapping_fn")
     taught = told.multiagent.get("policies_to_train")
     taught = list(policies) if taught is None else list(taught)
@@ -230,7 +241,7 @@ def _named_policies(multiagent: Mapping[str, Any]) -> dict[str, Any]:
     return dict(said) if isinstance(said, Mapping) else dict.fromkeys(sorted(said))
 
 
-def _policy(name: str, said: Any) -> PolicyWords:
+def _policy(name: str, said: Any, algorithm: str) -> PolicyWords:
     """Return what is said of one policy: nothing, four things in a row, or RLlib's PolicySpec."""
     if said is None:
         return PolicyWords()
@@ -243,9 +254,9 @@ def _policy(name: str, said: Any) -> PolicyWords:
     if parts[0] is not None:
         raise SettingError(
             f"multiagent.policies['{name}'] is of the class {getattr(parts[0], '__name__', parts[0])}; expected None, "
-            "which is PPO: classes of RLlib's policies do not run here."
+            "which is that of `run`: classes of RLlib's policies do not run here."
         )
-    return PolicyWords(parts[1], parts[2], policy_settings(parts[3] or {}))
+    return PolicyWords(parts[1], parts[2], policy_settings(parts[3] or {}, algorithm))
 
 
 def _mapped(mapping: Callable[..., Any], agent: Any) -> str:

@@ -1,4 +1,4 @@
-"""RLlib's words for PPO and APPO (Ray 0.5 to 1.6), in ours. Begin with `WORDS`; docs and launcher read this table.
+"""RLlib's words for PPO, APPO, DQN and Ape-X (Ray 0.5 to 1.6), in ours. Begin with `WORDS`; docs and launcher read it.
 
 Three kinds of word: it has a setting of ours; it is taken into account in another way; it has no meaning here, and the
 launcher says why. A word that stands nowhere in the table is refused with the nearest one.
@@ -7,7 +7,7 @@ launcher says why. A word that stands nowhere in the table is refused with the n
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from racecraft.contract.errors import SettingError, nearest
@@ -75,8 +75,59 @@ WORDS: Mapping[str, Word] = {
     "simple_optimizer": Word("", "there is one optimiser"),
 }  # fmt: skip
 """Every word of a configuration that is understood."""
-RUNS: Mapping[str, tuple[str, ...]] = {"PPO": (), "APPO": ("ppo.asynchronous=true",)}
-"""RLlib's algorithms that are understood, with what asks for them here."""
+OF_PPO = (
+    "lambda", "num_sgd_iter", "sgd_minibatch_size", "clip_param", "entropy_coeff", "vf_loss_coeff", "kl_coeff",
+    "kl_target", "vf_clip_param", "vf_share_layers", "vtrace", "broadcast_interval", "learner_queue_size", "use_gae",
+    "shuffle_sequences", "simple_optimizer",
+)  # fmt: skip
+"""Words that DQN and Ape-X do not know."""
+OF_DQN = ("exploration_final_eps",)
+"""Words that Ape-X does not know either."""
+VALUE_WORDS: Mapping[str, Word] = {
+    **{name: word for name, word in WORDS.items() if name not in OF_PPO},
+    "gamma": Word("dqn.discount"),
+    "lr": Word("dqn.learning_rate"),
+    "train_batch_size": Word("dqn.batch_size"),
+    "grad_clip": Word("dqn.max_grad_norm"),
+    "n_step": Word("dqn.n_step"),
+    "double_q": Word("dqn.double"),
+    "dueling": Word("dqn.dueling"),
+    "adam_epsilon": Word("dqn.adam_epsilon"),
+    "buffer_size": Word("replay.capacity"),
+    "learning_starts": Word("replay.learning_starts"),
+    "prioritized_replay": Word("replay.prioritised"),
+    "prioritized_replay_alpha": Word("replay.priority_exponent"),
+    "prioritized_replay_beta": Word("replay.importance_exponent"),
+    "rollout_fragment_length": Word(ELSEWHERE, "rollout.horizon; DQN's step of learning comes once in as many ticks of "
+                                    "all worlds (dqn.train_every), Ape-X's once in 16 steps (apex.train_every)"),
+    "sample_batch_size": Word(ELSEWHERE, "the same (Ray before 0.8.4)"),
+    "target_network_update_freq": Word(ELSEWHERE, "dqn.target_every: over the steps between two of learning"),
+    "exploration_config": Word(ELSEWHERE, "initial_epsilon, final_epsilon, epsilon_timesteps: dqn.epsilon_first, "
+                               "epsilon_last, epsilon_steps"),
+    "exploration_final_eps": Word("dqn.epsilon_last"),
+    "hiddens": Word(ELSEWHERE, "layers behind those of the model, with network.hidden_units"),
+    "prioritized_replay_eps": Word("", "what is added to an error is fixed"),
+    "final_prioritized_replay_beta": Word("", "it always ends at 1"),
+    "per_worker_exploration": Word("", "Ape-X's worlds always explore each in their own degree, DQN's all alike"),
+    "worker_side_prioritization": Word("", "Ape-X's actors always note what they expected"),
+    "num_aggregation_workers": Word("", "there is one memory"),
+    "compress_observations": Word("", "what is remembered is kept once, in the environment's own types"),
+    "timesteps_per_iteration": Word("", "an iteration is a rollout"),
+    "min_iter_time_s": Word("", "an iteration is a rollout"),
+}  # fmt: skip
+"""Likewise, of DQN and Ape-X; where a setting begins with dqn., Ape-X's begins with apex."""
+RUNS: Mapping[str, tuple[str, ...]] = {
+    "PPO": (),
+    "APPO": ("ppo.asynchronous=true",),
+    "DQN": ("dqn.optimiser=adam", "dqn.double=true", "dqn.dueling=true", "replay.prioritised=true"),
+    "APEX": ("apex.optimiser=adam", "replay.prioritised=true"),
+}
+"""RLlib's algorithms that are understood, with what asks for them here: first what RLlib's own do by default."""
+ALGORITHMS = {"PPO": "ppo", "APPO": "ppo", "DQN": "dqn", "APEX": "apex"}
+"""What each of them is called here."""
+FRAGMENTS = {"DQN": 4, "APEX": 50}
+"""RLlib's rollout_fragment_length where a script says none."""
+EPSILONS = {"initial_epsilon": "first", "final_epsilon": "last", "epsilon_timesteps": "steps"}
 STOPS: Mapping[str, str] = {
     "timesteps_total": "steps",
     "training_iteration": "iterations",
@@ -84,6 +135,8 @@ STOPS: Mapping[str, str] = {
     "episode_reward_mean": "score",
 }
 """RLlib's stops, and ours; seconds become minutes."""
+APEX_EVERY = 16
+"""Ape-X's steps between two of learning; RLlib has no such number, the setting's own default."""
 LONGEST_EPISODE = 1000
 """Ticks; a greedy policy that has learned nothing yet may never end an episode by itself."""
 JUDGED_EPISODES = 4
@@ -125,6 +178,8 @@ NO_MODEL = ("", "none", "None", None)
 class Translated:
     """An experiment of RLlib's, in our words."""
 
+    algorithm: str
+    """As --algorithm takes it."""
     environment: str
     env_config: Mapping[str, Any]
     settings: tuple[str, ...]
@@ -159,37 +214,56 @@ def translated(experiment: Mapping[str, Any]) -> Translated:
     >>> told.said
     ('kl_coeff: this PPO clips and has no KL penalty beside it',)
     """
-    if experiment.get("run") not in RUNS:
-        raise SettingError(
-            f"run: {experiment.get('run')!r}; `racecraft run` understands {' and '.join(RUNS)} of RLlib's algorithms."
-        )
+    run = str(experiment.get("run"))
+    if run not in RUNS:
+        raise SettingError(f"run: {run!r}; `racecraft run` understands {', '.join(RUNS)} of RLlib's algorithms.")
+    algorithm = ALGORITHMS[run]
+    known = words_of(algorithm)
     config = dict(experiment.get("config", {}))
     environment = config.get("env") or experiment.get("env")
     if not isinstance(environment, str):
         raise SettingError(f"config.env is {environment!r}; expected a name given to register_env, or a Gymnasium id.")
-    settings = [*_worlds(config), f"evaluation.episodes={JUDGED_EPISODES}", *RUNS[experiment["run"]]]
+    settings = [*_worlds(run, config), f"evaluation.episodes={JUDGED_EPISODES}", *RUNS[run]]
     said: list[str] = []
     for name, value in config.items():
-        if name not in WORDS:
-            raise SettingError(f"config has no '{name}' that is understood here. {nearest(name, WORDS)}")
-        word = WORDS[name]
+        if name not in known:
+            raise SettingError(f"config of {run} has no '{name}' that is understood here. {nearest(name, known)}")
+        word = known[name]
         if not word.setting:
             said.append(f"{name}: {word.doc}")
         elif word.setting != ELSEWHERE:
             settings.append(f"{word.setting}={'none' if value is None else value}")
     model = {**config.get("model", {}), **{name: config[name] for name in ("vf_share_layers",) if name in config}}
+    if run in FRAGMENTS:
+        settings += _exploration(run, config)
+        model = _model_of_values(run, model, config)
     settings += _model(model, said)
     multiagent = dict(config.get("multiagent") or {})
     _require_multi_words(multiagent, said)
     horizon = int(config.get("horizon") or LONGEST_EPISODE)
     stops = tuple(_stop(name, amount) for name, amount in dict(experiment.get("stop", {})).items())
     return Translated(
-        environment, config.get("env_config", {}), tuple(settings), stops, config.get("seed"), multiagent,
+        algorithm, environment, config.get("env_config", {}), tuple(settings), stops, config.get("seed"), multiagent,
         model.get("custom_model") not in NO_MODEL, horizon, tuple(said),
     )  # fmt: skip
 
 
-def policy_settings(config: Mapping[str, Any]) -> tuple[str, ...]:
+def words_of(algorithm: str) -> Mapping[str, Word]:
+    """Return every word of a configuration that is understood with an algorithm of ours, with its settings.
+
+    >>> words_of("apex")["gamma"].setting
+    'apex.discount'
+    """
+    if algorithm == "ppo":
+        return WORDS
+    return {
+        name: replace(word, setting=word.setting.replace("dqn.", f"{algorithm}."))
+        for name, word in VALUE_WORDS.items()
+        if algorithm == "dqn" or name not in OF_DQN
+    }
+
+
+def policy_settings(config: Mapping[str, Any], algorithm: str = "ppo") -> tuple[str, ...]:
     """Return what one policy of several has otherwise, as after --set.
 
     Raises:
@@ -199,14 +273,15 @@ def policy_settings(config: Mapping[str, Any]) -> tuple[str, ...]:
     ('ppo.discount=0.9', 'network.hidden_units=8')
     """
     settings: list[str] = []
+    known = words_of(algorithm)
     for name, value in config.items():
-        word = WORDS.get(name, Word())
+        word = known.get(name, Word())
         if name == "model":
             settings += _model(value, [])
         elif word.setting not in ("", ELSEWHERE):
             settings.append(f"{word.setting}={'none' if value is None else value}")
-        elif name not in WORDS or word.setting == ELSEWHERE:
-            own = [known for known, one in WORDS.items() if one.setting not in ("", ELSEWHERE)]
+        elif name not in known or word.setting == ELSEWHERE:
+            own = [other for other, one in known.items() if one.setting not in ("", ELSEWHERE)]
             raise SettingError(
                 f"multiagent: a policy's config has '{name}', which is not one policy's own here. "
                 f"{nearest(name, [*own, 'model'])}"
@@ -226,10 +301,64 @@ def _require_multi_words(multiagent: Mapping[str, Any], said: list[str]) -> None
             said.append(f"multiagent.{name}: {MULTI_WORDS[name].removeprefix('nothing: ')}")
 
 
-def _worlds(config: Mapping[str, Any]) -> list[str]:
+def _worlds(run: str, config: Mapping[str, Any]) -> list[str]:
     worlds = max(1, int(config.get("num_workers", 2))) * int(config.get("num_envs_per_worker", 1))
+    if run in FRAGMENTS:
+        return [
+            f"rollout.num_worlds={worlds}",
+            f"rollout.horizon={_fragment(run, config)}",
+            *_pace(run, config, worlds),
+        ]
     horizon = max(1, round(int(config.get("train_batch_size", 4000)) / worlds))
     return [f"rollout.num_worlds={worlds}", f"rollout.horizon={horizon}"]
+
+
+def _fragment(run: str, config: Mapping[str, Any]) -> int:
+    return max(1, int(config.get("rollout_fragment_length") or config.get("sample_batch_size") or FRAGMENTS[run]))
+
+
+def _pace(run: str, config: Mapping[str, Any], worlds: int) -> list[str]:
+    """Return how often is learned, and how often the target network follows, in steps of learning.
+
+    RLlib's DQN takes one step of learning behind each round of its workers' fragments. Its Ape-X learns as fast as it
+    can; ours in a proportion to what is collected, which stays as it is.
+    """
+    algorithm = ALGORITHMS[run]
+    every = worlds * _fragment(run, config) if run == "DQN" else APEX_EVERY
+    told = [f"{algorithm}.train_every={every}"]
+    if frequency := config.get("target_network_update_freq"):
+        told.append(f"{algorithm}.target_every={max(1, round(int(frequency) / every))}")
+    return told
+
+
+def _exploration(run: str, config: Mapping[str, Any]) -> list[str]:
+    said = dict(config.get("exploration_config") or {})
+    kind = said.pop("type", "EpsilonGreedy")
+    if kind not in ("EpsilonGreedy", "PerWorkerEpsilonGreedy"):
+        raise SettingError(f"config.exploration_config is of type {kind!r}; expected EpsilonGreedy.")
+    for name in said:
+        if name not in EPSILONS:
+            raise SettingError(f"config.exploration_config has no '{name}'. {nearest(name, EPSILONS)}")
+    if run == "APEX":
+        if said:
+            raise SettingError(
+                "config.exploration_config: APEX's worlds explore each in their own degree; leave it out."
+            )
+        return []
+    return [f"dqn.epsilon_{EPSILONS[name]}={value}" for name, value in said.items()]
+
+
+def _model_of_values(run: str, model: Mapping[str, Any], config: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the model with the layers that RLlib lays behind it."""
+    if model.get("custom_model") not in NO_MODEL:
+        raise SettingError(
+            f"config.model.custom_model is {model['custom_model']!r}, and run is {run}; expected PPO or APPO with a "
+            'model of the script\'s own, or none (the hyperparameter rl.training.config.model.custom_model="").'
+        )
+    hiddens = config.get("hiddens")
+    if hiddens:
+        model = {**model, "fcnet_hiddens": [*model.get("fcnet_hiddens", ()), *hiddens]}
+    return {name: value for name, value in model.items() if name != "vf_share_layers"}
 
 
 def _model(model: Mapping[str, Any], said: list[str]) -> list[str]:

@@ -218,6 +218,7 @@ def test_options_of_the_other_kind_are_refused(home, tmp_path, monkeypatch, word
     assert not (tmp_path / "tunings").exists()
 
 
+@pytest.mark.long
 def test_from_python_populations_and_searches_are_begun_and_gone_on_with(home, tmp_path):  # noqa: F811
     words = "gym train CartPole-v1 --no-pictures --stop iterations=1 --set evaluation.every=1"
     words += " --set evaluation.episodes=1 --set rollout.horizon=16"

@@ -14,6 +14,7 @@ import json
 import os
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
@@ -28,7 +29,7 @@ from racecraft.contract.world import World
 from racecraft.evaluation.battlesnake.whole_games import RandomMoves, play_whole_games
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.job_spec import JobSpec
-from racecraft.formats.reproduction import Moment, RowResult
+from racecraft.formats.reproduction import MASKED_RANDOM, RANDOM, Moment, RowResult
 from racecraft.formats.run_folder import CHECKPOINTS, JOB, METRICS
 from racecraft.formats.whole import make_folder, write_whole
 from racecraft.jobs import children
@@ -40,7 +41,6 @@ MOMENTS = 8
 """Checkpoints of each row that are judged, the last one in."""
 SEED_OF_JUDGING = 1_000_000_007
 LOOK_SECONDS, SAY_SECONDS, PATIENCE_SECONDS = 0.2, 15.0, 60.0
-RANDOM, MASKED_RANDOM = "random", "masked-random"
 
 Result = tuple[RowResult, list[Moment]]
 Say = Callable[[str], None]
@@ -87,9 +87,9 @@ def compare(folder: Path, asked: Asked, rows: list[Row], say: Say, finished: Cal
     for number, row in enumerate(rows, 1):
         if not _kept(folder, row.name).is_file():
             say(f"[{number}/{len(rows)}] {row.name}: {row.title}, {asked.minutes:g} min")
-            _train(folder, asked, row, say)
+            share = _train(folder, asked, row, say)
             say(f"[{number}/{len(rows)}] {row.name}: judged over {asked.games} games at {MOMENTS} moments")
-            _judge(folder, asked, row)
+            _judge(folder, asked, row, share)
         results.append(_read(_kept(folder, row.name)))
         finished(results)
 
@@ -124,8 +124,12 @@ def _begin(folder: Path, asked: Asked) -> None:
         )
 
 
-def _train(folder: Path, asked: Asked, row: Row, say: Say) -> None:
-    """Train a row to its end, in a process of its own; go on with what lies there."""
+def _train(folder: Path, asked: Asked, row: Row, say: Say) -> float | None:
+    """Train a row to its end, in a process of its own; go on with what lies there.
+
+    Returns:
+        How much of its cores' time it had, 0 to 1; None where it goes on, or the system does not tell.
+    """
     run, log = folder / row.name, folder / LOGS / f"{row.name}.txt"
     make_folder(log.parent)
     spec = JobSpec(
@@ -135,6 +139,7 @@ def _train(folder: Path, asked: Asked, row: Row, say: Say) -> None:
         folder=str(Path.cwd()),
         cores=row.cores,
     )
+    goes_on, began, had = run.exists(), time.monotonic(), _processor_seconds()
     with _on_cores(row.cores):
         child = children.start(spec, log)
     try:
@@ -145,6 +150,19 @@ def _train(folder: Path, asked: Asked, row: Row, say: Say) -> None:
     if code or not (run / JOB).is_file():
         last = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()[-3:]
         raise ComparisonError(f"{row.name} ended with {code}; {log} says: {' '.join(last)}")
+    if goes_on or had is None:
+        return None
+    return ((_processor_seconds() or had) - had) / (time.monotonic() - began) / row.cores
+
+
+def _processor_seconds() -> float | None:
+    """Return what all children that have ended had of the processor; None where the system does not tell."""
+    if sys.platform == "win32":
+        return None
+    import resource
+
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def _wait(child: children.Child, run: Path, asked: Asked, say: Say) -> int:
@@ -184,7 +202,7 @@ def _on_cores(count: int) -> Iterator[None]:
         os.sched_setaffinity(0, before)
 
 
-def _judge(folder: Path, asked: Asked, row: Row) -> None:
+def _judge(folder: Path, asked: Asked, row: Row, share: float | None) -> None:
     """Let checkpoints from along the way play whole games, and keep what that came to."""
     run = folder / row.name
     lines = {int(one["iteration"]): one for one in _metrics(run)}
@@ -202,7 +220,7 @@ def _judge(folder: Path, asked: Asked, row: Row) -> None:
         row=row.name, title=row.title, algorithm=row.algorithm, cores=row.cores, minutes=last["seconds"] / 60,
         steps=int(last["steps"]), steps_per_second=last["steps"] / last["seconds"], games=asked.games,
         reward=end.reward, reward_error=end.reward_error, length=end.length, length_error=end.length_error,
-        run=row.name,
+        run=row.name, processor_share=None if share is None else round(share, 3),
     )  # fmt: skip
     _keep(folder, result, curve)
 
