@@ -53,6 +53,11 @@ RULES = {
     "forgetting, though there was little": (
         "It forgot", {"evaluation_score": FELL}, {"evaluation_score": FELL / 15.0}
     ),
+    "paid more for less": (
+        "was paid more for it",
+        {"evaluation_score": FELL, "mean_reward": np.linspace(50, 90, COUNT)},
+        {"evaluation_score": FELL, "mean_reward": np.linspace(90, 50, COUNT)},
+    ),
     "far steps": ("go too far", {"approx_kl": np.full(COUNT, 0.2)}, {"approx_kl": np.full(COUNT, 0.02)}),
     "blind critic, though it laps": (
         "critic learns nothing", {"explained_variance": np.full(COUNT, 0.05)},

@@ -77,3 +77,9 @@ def test_every_column_stands_in_the_documentation():
     text = episode_columns_markdown()
     assert all(f"| `{column.name}` | {column.dtype} |" in text for column in EPISODE_COLUMNS)
     assert all(column.doc.endswith(".") for column in EPISODE_COLUMNS)
+
+
+def test_a_file_says_what_it_is_and_of_which_version(tmp_path):
+    write_episodes(tmp_path / "e.parquet", table())
+    told = pl.read_parquet_metadata(tmp_path / "e.parquet")
+    assert (told["format"], told["version"]) == ("racecraft episodes", "1")

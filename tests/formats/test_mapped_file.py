@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from racecraft.formats import mapped_file
-from racecraft.formats.mapped_file import array_on_disk, let_go, map_file, pieces
+from racecraft.formats.mapped_file import array_on_disk, let_go, map_file, pieces, spans
 from racecraft.formats.tensor_file import digest, read_tensors, write_tensors
 from racecraft.formats.tensorflow.arithmetic import GraphFunction
 from racecraft.formats.tensorflow.graph import Graph, Node
@@ -46,6 +46,10 @@ def test_pieces_of_a_large_file_are_in_memory_one_at_a_time(tmp_path, monkeypatc
     assert 0 < most <= 2 * 2**20
     assert array.sum() == 0
     assert resident(path) > 4 * 2**20
+
+
+def test_rows_larger_than_a_piece_are_looked_at_one_by_one():
+    assert list(spans(3, 2 * mapped_file.PIECE_BYTES)) == [slice(0, 1), slice(1, 2), slice(2, 3)]
 
 
 def test_an_empty_file_is_an_empty_view(tmp_path):

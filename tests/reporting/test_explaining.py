@@ -12,8 +12,10 @@ from racecraft.analysis.deepracer.why_page import write_why_page
 from racecraft.contract.world import ArraySpec
 from racecraft.envs.deepracer.actions import ActionBox, ActionTable
 from racecraft.envs.deepracer.camera import MOUNT_V3
+from racecraft.envs.deepracer.promise import CRITIC_NAME
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
-from racecraft.envs.deepracer.world import CRITIC_NAME, RaceWorld
+from racecraft.envs.deepracer.world import RaceWorld
+from racecraft.reporting import comparing
 from racecraft.reporting.explaining import explain_failures
 from racecraft.tracks.catalogue import load_track
 
@@ -161,9 +163,20 @@ def test_what_was_known_and_is_lost_is_called_forgotten():
     told = Passages("runs/a", [0, 10, 20], ["1 straight", "2 left", "3 right"], reached, passed)
     assert told.forgotten == [(0, 1, 2)]
     assert np.isnan(told.share[2, 1])
-    (words,) = passages_words(told)
-    assert "Segment 1 straight" in words
-    assert "runs/a:10" in words
+    lost, what_to_do = passages_words(told)
+    assert "Segment 1 straight" in lost
+    assert what_to_do == (
+        "Go on from what knew the way, in smaller steps: racecraft train --from runs/a:10 --set ppo.learning_rate=1e-4"
+    )
+
+
+@pytest.mark.parametrize(("paid", "is_blamed"), [((5.0, 100.0, 231.0), True), ((5.0, 231.0, 100.0), False)])
+def test_a_reward_that_rises_while_a_place_is_forgotten_is_blamed(paid, is_blamed):
+    reached = np.full((1, 3), 8)
+    told = Passages("a", [0, 1, 2], ["1"], reached, np.array([[0, 8, 1]]), paid, "racecraft train fast --track Oval")
+    what_to_do = passages_words(told)[-1]
+    assert ("rose from 100 to 231" in what_to_do) is is_blamed
+    assert "racecraft train fast --track Oval --from a:1 " in what_to_do
 
 
 @pytest.mark.parametrize(("between_full", "over"), [(2, True), (6, False), (8, False)])
@@ -171,3 +184,34 @@ def test_over_fitting_is_told_from_chance(between_full, over):
     told = StartsCompared(8, 0.5, 8, 8, 8, between_full, 100.0, 50.0)
     assert told.is_over_fitted is over
     assert ("knows its starts" in starts_words(told)) is over
+
+
+def test_a_car_that_makes_no_lap_anywhere_is_not_said_to_know_the_track():
+    told = starts_words(StartsCompared(8, 0.5, 8, 0, 8, 0, 30.0, 20.0))
+    assert "either" in told
+    assert "does not hang" not in told
+
+
+class KnowsOneStart(WrongAtOnePlace):
+    """Follows the middle of the road if its episode began at the start line, else turns left at once."""
+
+    def __init__(self, actions):
+        super().__init__(actions, wrong=(-1.0, -1.0))
+
+    def act(self, observations, action_mask=None):
+        began = self.world.cars["start_share"][:, 0] * TRACK.length
+        knows = np.minimum(began, TRACK.length - began) < 0.2
+        return np.where(knows, super().act(observations, action_mask), 0)
+
+
+@pytest.mark.parametrize("knows_all", [False, True])
+def test_a_car_trained_from_one_start_is_told_whether_it_knows_more_than_that(tmp_path, monkeypatch, knows_all):
+    monkeypatch.setattr(comparing, "trained_starts", lambda run, track: np.zeros(1))
+    car = Car(tmp_path, wrong=(-1.0, -1.0))
+    if not knows_all:
+        car.policy = KnowsOneStart(TABLE)
+    told = comparing.compare_starts(car, most=6)
+    assert (told.trained_starts, told.trained, told.between) == (1, 6, 6)
+    assert (told.trained_full, told.between_full) == (6, 6 if knows_all else 0)
+    assert told.is_over_fitted is not knows_all
+    assert "From the place it was trained to start from, give or take 5 cm, 6 of 6 laps" in starts_words(told)

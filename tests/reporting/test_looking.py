@@ -16,9 +16,10 @@ from racecraft.analysis.deepracer.surfaces import SURFACES, SurfaceAttention, ey
 from racecraft.analysis.look import Look
 from racecraft.contract.world import ArraySpec, ContinuousActions, allocate
 from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.promise import CAMERA_NAME
 from racecraft.envs.deepracer.sensors import FRONT_CAMERA, STEREO, STEREO_GREY_WEIGHTS, car_sensors
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
-from racecraft.envs.deepracer.world import CAMERA_NAME, RaceWorld
+from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.reporting.looking import as_seen, look_at_lap, look_at_pictures
 from racecraft.tracks.catalogue import load_track
 
@@ -165,6 +166,30 @@ def test_two_eyes_are_painted_over_eye_by_eye(lidar):
     for eye, left in enumerate(world.sensors.eyes_left_m):
         drawn = world.camera.render_grey(eye_poses(pose, float(left)), palettes=levels)[0]
         assert np.abs(drawn.astype(int) - buffers.observations[STEREO][0, 0, ..., eye]).max() <= 1
+
+
+def test_a_car_that_goes_by_one_beam_of_its_lidar_is_told_so(tmp_path):
+    """Its weights read beam 40 of 64 and, a tenth as strongly, one pixel: nothing else can count."""
+    sees = {STEREO: ArraySpec((*SIGHT, 2), np.uint8), "LIDAR": ArraySpec((64,), np.float32)}
+    row = Architecture(convolutions=(), trunk_units=())
+    network = ActorCritic(sees, ACTIONS.spec, row, torch.Generator().manual_seed(0))
+    with torch.no_grad():
+        network.policy_head.weight[:] = 0.0
+        network.policy_head.bias[:] = 0.0
+        network.policy_head.weight[0, 40], network.policy_head.weight[0, -1] = 10.0, 1.0
+    car = Car(ActorPolicy(network, distribution_for(ACTIONS.spec)))
+    car.policy.spec.visible = sees
+    car.sensors = car_sensors([STEREO, "LIDAR"])
+    lap = look_at_lap(car, car.trained_on)
+    seen = lap.look.beside["LIDAR"]
+    assert seen.shape == (len(lap.look), 64)
+    assert seen.sum() > 0
+    assert np.delete(seen, 40, axis=1).sum() == 0
+    assert next(iter(lap.look.senses)) == "LIDAR"
+    assert sum(lap.look.senses.values()) == pytest.approx(1.0)
+    page = write_look_page(tmp_path / "look.html", lap, "a car").read_text(encoding="utf-8")
+    assert "By what it sees with" in page
+    assert f"{100 * lap.look.senses['LIDAR']:.1f} %" in page
 
 
 def test_pictures_and_folders_are_looked_at(tmp_path):

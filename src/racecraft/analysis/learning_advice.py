@@ -25,6 +25,8 @@ SOLVED = 0.9
 """Share of the best score there can be from which an early end of exploration is no loss."""
 FORGOTTEN, WORTH_TELLING = 0.2, 0.1
 """Share of the best score that is lost before it is called forgotten; and of the best there can be."""
+ROSE = 0.1
+"""A reward that grew by more than this share of itself while the score fell is told beside it."""
 BLIND, FAR = 0.2, 0.05
 """Explained variance below which a critic is blind; change of the policy, in nats, above which a step is far."""
 
@@ -80,12 +82,19 @@ def _forgetting(metrics: MetricRows, learner: Learner, top_score: float | None) 
     if top_score is not None and lost < WORTH_TELLING * top_score:
         return  # a car that never got far has little to forget
     if score[best] > 0 and lost > FORGOTTEN * score[best]:
+        paid = column(metrics, "mean_reward")
+        then, now = float(paid[best]), float(np.mean(paid[told[-2:]]))
+        pays_otherwise = top_score is not None and now - then > ROSE * abs(then)
+        command = f"racecraft train --from RUN:best{learner.smaller_steps()}"
         yield Advice(
             f"Iteration {metrics[best]['iteration']} scored {score[best]:.4g}, the last two evaluations {last:.4g} on "
-            "average.",
-            "It forgot what it could do: go on from the best checkpoint, with a smaller learning rate.",
+            f"average{f', while its mean reward rose from {then:.4g} to {now:.4g}' if pays_otherwise else ''}.",
+            "It forgot what it could do and was paid more for it: see whether the reward pays for something else than "
+            "getting round and change it, then go on from the best checkpoint."
+            if pays_otherwise
+            else "It forgot what it could do: go on from the best checkpoint, with a smaller learning rate.",
             _panel(metrics, Panel("score", figures.LEARNING.curves)),
-            f"racecraft train --from RUN:best{learner.smaller_steps()}",
+            command.replace("train", "train my-car", 1) if pays_otherwise else command,
         )
 
 

@@ -5,7 +5,8 @@ Begin with `look_at`. A lap, a film and a folder of pictures all end as a `Look`
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -40,9 +41,18 @@ class Look:
     """Of each picture."""
     actions: Any
     """What it decides."""
+    beside: Mapping[str, Array] = field(default_factory=dict)
+    """Of every other observation, a LiDAR's say, (T, L), never negative: integrated gradients of its numbers."""
 
     def __len__(self) -> int:
         return len(self.frames)
+
+    @property
+    def senses(self) -> dict[str, float]:
+        """How much of its decisions came of each observation, shares of 1 over all pictures, the largest first."""
+        counted = {self.name: float(self.heat.sum()), **{name: float(part.sum()) for name, part in self.beside.items()}}
+        total = sum(counted.values()) or 1.0
+        return {name: counted[name] / total for name in sorted(counted, key=lambda one: -counted[one])}
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -151,9 +161,9 @@ def look_at(
         )
     name = seen.pictures[0]
     told = attend(policy, seen, question, steps)
-    return Look(
-        name, grey(seen.fed[name].cpu().numpy()), told.heat(name), told.maps.get(name), told.confidence, actions
-    )
+    frames = grey(seen.fed[name].cpu().numpy())
+    beside = {one: np.abs(part).reshape(len(part), -1) for one, part in told.parts.items() if one not in seen.pictures}
+    return Look(name, frames, told.heat(name), told.maps.get(name), told.confidence, actions, beside)
 
 
 def grey(fed: Array) -> Array:

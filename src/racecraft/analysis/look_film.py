@@ -17,6 +17,7 @@ from racecraft.analysis.deepracer.track_map import TrackMap, dab
 from racecraft.analysis.look import Look, glowing, shining
 from racecraft.analysis.video import PICTURES_PER_SECOND, encode_film, film_path
 from racecraft.contract.world import Array
+from racecraft.envs.deepracer.sensors import STEREO
 from racecraft.tracks.track import Track
 
 WIDTH, HEIGHT = 960, 540
@@ -24,6 +25,8 @@ EYE = (312, 234)
 """Pixels of each of the three pictures, 4 : 3."""
 TOP, GAP = 40, 6
 EYES = ("the camera", "what counted (integrated gradients)", "where it found it (Grad-CAM)")
+PAIR = ("the right eye", "what counted, of both eyes (integrated gradients)", EYES[2])
+"""The same words where two eyes are told as one picture."""
 BELOW = TOP + EYE[1] + 28
 STILL_SECONDS = 2.0
 """How long a single picture stays where pictures do not follow each other."""
@@ -93,7 +96,8 @@ def _plain(look: Look, title: str) -> Any:
     picture = Image.new("RGB", (WIDTH, HEIGHT), GROUND)
     pen = ImageDraw.Draw(picture)
     pen.text((GAP + 2, 10), fitted(title, font(17, bold=True), WIDTH - 2 * GAP), WHITE, font(17, bold=True))
-    for number, words in enumerate(EYES[: 2 if look.cam is None else 3]):
+    told = PAIR if look.name == STEREO else EYES
+    for number, words in enumerate(told[: 2 if look.cam is None else 3]):
         pen.text((_left(number) + 2, TOP + EYE[1] + 4), words, QUIET, font(12))
     return picture
 

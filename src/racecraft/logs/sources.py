@@ -108,8 +108,8 @@ def _below(folder: Path) -> Iterator[str]:
     """Yield the files below a folder by their path in it, with forward slashes."""
     for place, folders, files in os.walk(folder):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
-        for name in files:
-            yield (Path(place) / name).relative_to(folder).as_posix()
+        below = Path(place).relative_to(folder).as_posix()
+        yield from files if below == "." else (f"{below}/{name}" for name in files)
 
 
 def _classified(name: str, file: Path | MemberFile) -> Source | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Collection, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from racecraft.formats.aws.sim_trace import NAMES, TRACE_COLUMNS
@@ -65,9 +66,14 @@ def _headed(pair: tuple[int, Source], damage: list[Damage]) -> tuple[tuple[str, 
         return f"cannot be read ({error.strerror}); left out", Text(place, source)
     if not line.strip():
         return "the file is empty", Text(place, source)
+    return _names_of(line), Text(place, source, begin=len(line), line=2)
+
+
+@lru_cache
+def _names_of(line: bytes) -> tuple[str, ...]:
+    """Return our names of the columns that a first line names; a training's files all begin with the same one."""
     words = line.decode("utf-8-sig", errors="replace").rstrip("\r\n").split(",")
-    header = tuple(_FOLDED.get(word.strip().casefold(), f"__{k}" if word else "") for k, word in enumerate(words))
-    return header, Text(place, source, begin=len(line), line=2)
+    return tuple(_FOLDED.get(word.strip().casefold(), f"__{k}" if word else "") for k, word in enumerate(words))
 
 
 def _first_line(source: Source) -> bytes:

@@ -17,8 +17,10 @@ from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.vehicle import FRONT_POINT_M
 from racecraft.evaluation.deepracer.kept_drives import KeptDrives, keep_drives
 from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.checkpoint_ranking import ranked
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.deepracer.trained_car import TrainedCar, load_trained_car
+from racecraft.reporting.account import TRAIN, as_asked
 from racecraft.tracks.track import Track
 
 STARTS = 24
@@ -27,6 +29,8 @@ SAME_START_M = 0.03
 """Starts that lie closer together are one."""
 WIDE_M = 0.10
 """Gaps between starts that are narrower leave nothing in between."""
+NEAR_M = 0.05
+"""Of few starts each is driven from several times, from so far behind it to so far ahead: one lap tells nothing."""
 READ_TICKS = 2_000_000
 """Of a longer log the latest ticks tell where training started."""
 
@@ -46,7 +50,8 @@ def compare_checkpoints(
     Returns:
         None where the run keeps fewer than two checkpoints.
     """
-    shelf = Checkpoints(RunFolder.open(path).checkpoints)
+    run = RunFolder.open(path)
+    shelf = Checkpoints(run.checkpoints)
     iterations = [entry.iteration for entry in shelf.entries()]
     wanted = spread(iterations, most, {shelf.find("best").iteration, shelf.find("last").iteration})
     if len(wanted) < 2:
@@ -54,7 +59,9 @@ def compare_checkpoints(
     counts = [_passages(load_trained_car(path, str(one)), track, starts) for one in wanted]
     names = counts[0][0]
     reached, passed = (np.column_stack([one[k] for one in counts]) for k in (1, 2))
-    return Passages(name, wanted, names, reached, passed)
+    paid = {one.entry.iteration: one.reward for one in ranked(run)}
+    typed = as_asked(TRAIN, run.read_job())
+    return Passages(name, wanted, names, reached, passed, [paid[one] for one in wanted], typed)
 
 
 def spread(iterations: list[int], most: int, kept: set[int]) -> list[int]:
@@ -90,11 +97,12 @@ def _passages(car: TrainedCar, track: Track | None, starts: int) -> tuple[list[s
 
 
 def compare_starts(car: TrainedCar, most: int = STARTS) -> StartsCompared | None:
-    """Drive a car from starts of its training and from the middles between them.
+    """Drive a car from starts of its training and from places between them, as often the one as the other.
 
     Args:
         car: Who drives, on the track it was trained on.
-        most: So many starts of each kind at most.
+        most: About so many laps of each kind. Of fewer starts there are several laps each, NEAR_M around it, and
+            several places in each gap.
 
     Returns:
         None where the run has no log of its training, or its starts leave no gap worth a name.
@@ -110,9 +118,25 @@ def compare_starts(car: TrainedCar, most: int = STARTS) -> StartsCompared | None
     if not len(wide):
         return None
     chosen = wide[np.unique(np.linspace(0, len(wide) - 1, min(len(wide), most)).round().astype(int))]
-    middles = (trained[chosen] + 0.5 * gaps[chosen] / track.length) % 1.0
-    own, other = (_laps(car, shares) for shares in (trained[chosen], middles))
-    return StartsCompared(len(trained), float(gaps.max()), *own[:2], *other[:2], own[2], other[2])
+    each = -(-most // len(chosen))
+    near = np.linspace(-NEAR_M, NEAR_M, each) if each > 1 else np.zeros(1)
+    starts = (trained[chosen, None] * track.length + near).ravel()
+    between = np.concatenate([_inside(trained[k] * track.length, gaps[k], each) for k in chosen])
+    own, other = (_laps(car, _shares(arcs, track)) for arcs in (starts, between))
+    near_m = NEAR_M if each > 1 else 0.0
+    return StartsCompared(len(trained), float(gaps.max()), *own[:2], *other[:2], own[2], other[2], near_m)
+
+
+def _inside(start: float, gap: float, count: int) -> Array:
+    """Return so many places evenly inside a gap behind a start, m, or fewer that lie WIDE_M apart."""
+    count = max(1, min(count, int(gap / WIDE_M)))
+    return start + gap * (np.arange(count) + 0.5) / count
+
+
+def _shares(arcs: Array, track: Track) -> Array:
+    """Return places, m along the centre line, as shares of the lap."""
+    shares = arcs / track.length
+    return np.asarray(shares % 1.0 if track.closed else np.maximum(shares, 0.0))
 
 
 def trained_starts(run: RunFolder, track: Track) -> Array:

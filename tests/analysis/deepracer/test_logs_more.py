@@ -7,7 +7,7 @@ import numpy as np
 import polars as pl
 import pytest
 from tests.logs import makers
-from tests.reference import TRACES
+from tests.reference import HAS_ALL, LARGE, TRACES
 
 from racecraft.analysis.deepracer import logs as analysis
 from racecraft.analysis.deepracer.logs.fitting import fit
@@ -60,6 +60,18 @@ def test_metrics_of_rounds_are_summed_up_iteration_by_iteration():
 @pytest.mark.parametrize("make", [analysis.completion_progress, analysis.lap_time_progress, analysis.lap_scatter])
 def test_charts_of_metrics_are_drawn(make, tmp_path):
     assert make(METRICS).save(tmp_path / "a.png").stat().st_size > 3000
+
+
+@pytest.mark.parametrize("make", [analysis.completion_progress, analysis.metrics_best_laps])
+def test_logs_without_metrics_are_told_which_file_is_missing(make):
+    with pytest.raises(PlotError, match=r"no metrics of a training here; expected TrainingMetrics\.json"):
+        make(METRICS.clear())
+
+
+def test_iterations_are_marked_by_whole_numbers():
+    axes = analysis.completion_progress(METRICS).figure.axes[0]
+    marks = axes.get_xticks()
+    assert (marks == marks.round()).all()
 
 
 def test_real_metrics_agree_with_real_ticks():
@@ -237,3 +249,17 @@ def test_a_plot_that_gives_something_else_is_refused(tmp_path, laps):
     (one,) = analysis.own_plots([tmp_path / "own.py"])
     with pytest.raises(OwnPlotError, match="gave int; expected a Plot"):
         one(laps, None)
+
+
+@pytest.mark.skipif(not HAS_ALL, reason=LARGE)
+def test_waypoints_are_counted_as_the_log_counts_them():
+    """Row 18 of this route file repeats row 17: AWS counts it, and so do the plots."""
+    ticks = read(TRACES / "droa-2026-discrete").training.collect()
+    track = analysis.find_track(ticks)
+    assert (track.name, len(track.centre)) == ("Spain_track", len(load_track("Spain_track").centre) + 1)
+    recorded = ticks["closest_waypoint"].to_numpy()
+    assert (analysis.on_track(ticks, track)["waypoint"].to_numpy() == recorded).mean() > 0.99
+    each_place_once = analysis.on_track(ticks, load_track("Spain_track"))["waypoint"].to_numpy()
+    assert (each_place_once == recorded).mean() < 0.9
+    once = ticks.with_columns(closest_waypoint=pl.Series(each_place_once))
+    assert len(analysis.find_track(once).centre) == len(load_track("Spain_track").centre)

@@ -12,8 +12,8 @@ from racecraft.algorithms.policy_spec import PolicySpec, architecture_values
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.algorithms.twin_critics import SoftActorCritic
 from racecraft.contract.world import ContinuousActions, DiscreteActions
+from racecraft.envs.deepracer.promise import CAMERA_NAME
 from racecraft.envs.deepracer.sensors import STEREO, car_sensors
-from racecraft.envs.deepracer.world import CAMERA_NAME
 from racecraft.formats.aws.policy_layers import Convolution, DenseLayer, NetworkLayers, PolicyLayers, SensorLayers
 
 LISTED = DiscreteActions(5)

@@ -8,6 +8,7 @@ import pytest
 
 from racecraft.contract.errors import UserInputError
 from racecraft.formats.aws.policy_graph import policy_in, read_policy_graph
+from racecraft.formats.tensorflow import arithmetic
 from racecraft.formats.tensorflow.arithmetic import GraphArithmeticError, GraphFunction
 from racecraft.formats.tensorflow.checkpoint import TensorFlowCheckpointError, read_checkpoint
 from racecraft.formats.tensorflow.graph import Graph, GraphError, Node, NumberType, Shape, read_graph, write_graph
@@ -162,6 +163,20 @@ def test_what_cannot_be_computed_is_refused_by_name(case):
     with pytest.raises(GraphArithmeticError) as caught:
         GraphFunction(graph, "y")({"x": np.zeros((1, 2), np.float32)})
     assert words in str(caught.value)
+
+
+def test_a_window_that_keeps_the_size_sees_as_far_to_every_side():
+    maps = np.arange(25, dtype=np.float32).reshape(1, 5, 5, 1)
+    seen = arithmetic._windows(node("w", "Conv2D", padding=b"SAME"), maps, (3, 3), (1, 1, 1, 1), -1.0)
+    assert seen.shape == (1, 5, 5, 1, 3, 3)
+    assert (seen[0, :, :, 0, 1, 1] == maps[0, :, :, 0]).all(), "its middle lies where it stands"
+    assert seen[0, 4, 4, 0].tolist() == [[18, 19, -1], [23, 24, -1], [-1, -1, -1]]
+
+
+def test_a_result_of_a_gigabyte_is_computed_and_a_larger_one_is_not():
+    arithmetic._require_room((2**28,))
+    with pytest.raises(ValueError, match="too large"):
+        arithmetic._require_room((2**28 + 1,))
 
 
 def _without(name):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tests.formats.tensorflow.policies import METADATA, RANGES
 
-from racecraft.envs.deepracer.world import CAMERA_NAME
+from racecraft.envs.deepracer.promise import CAMERA_NAME
 from racecraft.formats.aws.policy_graph import input_name, policy_output_in
 from racecraft.formats.tensorflow.arithmetic import GraphFunction
 from racecraft.formats.tensorflow.checkpoint import read_checkpoint

@@ -258,6 +258,14 @@ def test_curiosity_and_rnd_become_settings(read):
         read("behaviors: {A: {reward_signals: {rnd: {strenght: 1}}}}")
 
 
+@pytest.mark.parametrize("told", ["network_settings: {hidden_units: 1}", "encoding_size: 1"])
+def test_a_bonus_may_be_measured_by_a_single_unit(read, told):
+    behavior = read(f"behaviors: {{A: {{reward_signals: {{rnd: {{{told}}}}}}}}}").behavior("A")
+    assert "rnd.units=1" in besides_schedules(behavior)
+    with pytest.raises(TrainerConfigError, match="from 1"):
+        read(f"behaviors: {{A: {{reward_signals: {{rnd: {{{told.replace('1', '0')}}}}}}}}}")
+
+
 def test_what_ml_agents_does_where_the_file_is_silent_is_said(read):
     config = read("behaviors: {A: {hyperparameters: {batch_size: 64, beta_schedule: constant}}}")
     assert config.behavior("A").max_steps == 500_000

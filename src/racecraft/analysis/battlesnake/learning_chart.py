@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from racecraft.analysis.figures import BLUE, GREEN, ORANGE, RED, save_figure, small_axes
 from racecraft.analysis.page import card, details, escaped, page, photograph, source, table
-from racecraft.formats.reproduction import Moment, RowResult
+from racecraft.formats.reproduction import OLD, Moment, RowResult, best_over_old
 from racecraft.formats.whole import write_whole
 from racecraft.tracks.picture import INK, QUIET
 
@@ -19,7 +19,9 @@ LETTERS = 9.0
 COLOURS = ("#7a4a9e", ORANGE, GREEN, BLUE, "#56b4e9", RED)
 FLOORS = ((0, (1, 2)), (0, (5, 3)))
 """Line styles of what chance comes to."""
-OLD, OURS = "old", "ours"
+
+ALONE = 0.9
+"""A training on one core that had less of it shared it with other work: it waits for nothing itself."""
 
 Result = tuple[RowResult, Sequence[Moment]]
 
@@ -56,9 +58,28 @@ def write_chart(path: Path, results: Sequence[Result]) -> Path:
 
 def table_lines(results: Sequence[Result]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return heads and rows of the table as words; ratios stand over the old trainer's row, where both are positive."""
-    heads = ("row", "what", "cores", "minutes", "steps", "steps/s", "reward", "length", "reward × old", "length × old")
+    heads = (
+        "row", "what", "cores", "had of them", "minutes", "steps", "steps/s", "reward", "length", "reward × old",
+        "length × old",
+    )  # fmt: skip
     old = next((row for row, _ in results if row.row == OLD), None)
     return heads, [_line(row, old) for row, _ in results]
+
+
+def sentences(results: Sequence[Result]) -> list[str]:
+    """Return what the chart comes to: the best rows over the old one, and whether other work ran meanwhile."""
+    rows = [row for row, _ in results]
+    told = [
+        f"best over old, {one.among}: {one.row}, "
+        f"{'no ratio of' if one.reward is None else f'{one.reward:.1f} times the'} reward, "
+        f"{one.length:.1f} times the length"
+        for one in best_over_old(rows)
+    ]
+    shared = [row for row in rows if row.cores == 1 and (row.processor_share or 1.0) < ALONE]
+    if shared:
+        had = ", ".join(f"{row.row} {row.processor_share:.0%}" for row in shared)
+        told.append(f"other work ran meanwhile, of its one core a row had: {had}; compare rows of a machine at rest")
+    return told
 
 
 def write_page(path: Path, results: Sequence[Result], facts: Mapping[str, Any], commands: Mapping[str, str]) -> None:
@@ -93,6 +114,7 @@ def _line(row: RowResult, old: RowResult | None) -> tuple[str, ...]:
         row.row,
         row.title,
         str(row.cores) if trained else "-",
+        f"{row.processor_share:.0%}" if row.processor_share is not None else "-",
         f"{row.minutes:.2f}" if row.minutes is not None else "-",
         f"{row.steps:,}" if row.steps is not None else "-",
         f"{row.steps_per_second:,.0f}" if row.steps_per_second is not None else "-",
@@ -119,6 +141,8 @@ def _parts(results: Sequence[Result], facts: Mapping[str, Any], commands: Mappin
         yield card(photograph(chart_figure(results), "reward and length over minutes of training"))
     heads, lines = table_lines(results)
     yield "<h2>At the end of the training</h2>" + card(table(heads, lines, numbers=tuple(range(2, len(heads)))))
+    for sentence in sentences(results):
+        yield f"<p>{escaped(sentence)}</p>"
     yield "<h2>How to read it</h2>"
     for sentence in READING:
         yield f"<p>{escaped(sentence)}</p>"

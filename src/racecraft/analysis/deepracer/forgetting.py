@@ -23,6 +23,8 @@ KNOWN, LOST = 0.9, 0.6
 """Share of the cars that get through a place from which it is known, and below which it is not."""
 ENOUGH = 4
 """Cars that must have come to a place before anything is said of it."""
+ROSE = 0.1
+"""A reward that grew by more than this share of itself while places were forgotten is told beside them."""
 CHANCE = 0.05
 """A difference that chance alone makes more often than this is none."""
 
@@ -40,6 +42,10 @@ class Passages:
     """int64 (P, C)."""
     passed: Array
     """int64 (P, C)."""
+    rewards: Sequence[float | None] = ()
+    """What an episode was paid in the mean in each checkpoint's iteration, (C,); () or None: not known."""
+    typed: str = "racecraft train"
+    """How this training is asked for, folder and track included."""
 
     @property
     def share(self) -> Array:
@@ -60,16 +66,30 @@ class Passages:
 
 
 def passages_words(told: Passages) -> list[str]:
-    """Return what a training forgot, in sentences with the command that helps."""
+    """Return what a training forgot, in sentences, what it was paid meanwhile, and the command that helps."""
     share = told.share
     lines = [
         f"Segment {told.places[place]} was known and is forgotten: at iteration {told.iterations[then]} "
         f"{100 * share[place, then]:.0f} % got through, at iteration {told.iterations[now]} "
-        f"{100 * share[place, now]:.0f} %. Go on from there: racecraft train --from {told.run}:{told.iterations[then]} "
-        "--set ppo.learning_rate=1e-4."
+        f"{100 * share[place, now]:.0f} %."
         for place, then, now in told.forgotten
     ]
-    return lines or [f"Of {len(told.iterations)} checkpoints none forgot a place that an earlier one knew."]
+    if not lines:
+        return [f"Of {len(told.iterations)} checkpoints none forgot a place that an earlier one knew."]
+    then, now = min(then for _, then, _ in told.forgotten), max(now for _, _, now in told.forgotten)
+    go_on = f"{told.typed} --from {told.run}:{told.iterations[then]} --set ppo.learning_rate=1e-4"
+    return [*lines, f"{_why_forgotten(told, then, now)}: {go_on}"]
+
+
+def _why_forgotten(told: Passages, then: int, now: int) -> str:
+    """Return what to do about it, up to the command: a reward that rose meanwhile may pay for something else."""
+    paid = [told.rewards[k] if told.rewards else None for k in (then, now)]
+    if paid[0] is None or paid[1] is None or paid[1] - paid[0] <= ROSE * abs(paid[0]):
+        return "Go on from what knew the way, in smaller steps"
+    return (
+        f"Meanwhile the mean reward of an episode rose from {paid[0]:.4g} to {paid[1]:.4g}: see whether it pays for "
+        "something else than getting round and change it, then go on from what knew the way"
+    )
 
 
 def passages_part(told: Passages) -> Iterator[str]:
@@ -121,11 +141,13 @@ class StartsCompared:
     """Laps from such places."""
     trained_full: int
     between: int
-    """Laps from the middles of the gaps."""
+    """Laps from inside the gaps."""
     between_full: int
     trained_progress: float
     """Mean, per cent of a lap."""
     between_progress: float
+    near_m: float = 0.0
+    """Where starts are few each was driven from several times, so far around it, m."""
 
     @property
     def by_chance(self) -> float:
@@ -148,16 +170,22 @@ class StartsCompared:
 
 def starts_words(told: StartsCompared) -> str:
     """Return what the starts tell, in words."""
+    places = f"{told.trained} places it was trained to start from"
+    if told.near_m:
+        where = "the place" if told.trained_starts == 1 else f"the {told.trained_starts} places"
+        places = f"{where} it was trained to start from, give or take {100 * told.near_m:.0f} cm,"
     said = (
-        f"From {told.trained} places it was trained to start from {told.trained_full} laps were driven to the end "
-        f"({told.trained_progress:.0f} % of a lap in the mean), from {told.between} places in between "
-        f"{told.between_full} ({told.between_progress:.0f} %)."
+        f"From {places} {told.trained_full} of {told.trained} laps were driven to the end "
+        f"({told.trained_progress:.0f} % of a lap in the mean), from places in between {told.between_full} of "
+        f"{told.between} ({told.between_progress:.0f} %)."
     )
     if told.is_over_fitted:
         return (
             f"{said} It knows its starts, not the track: start from more places, with more worlds side by side "
             "(--set rollout.num_worlds=32) and race.change_start on."
         )
+    if not told.trained_full:
+        return f"{said} It does not lap from its own starts either, so that they are not what keeps it from lapping."
     return f"{said} It does not hang on where it starts."
 
 

@@ -17,6 +17,7 @@ from racecraft.analysis.deepracer.surfaces import SurfaceAttention
 from racecraft.analysis.figures import BLUE, DARK_RED, small_axes
 from racecraft.analysis.look import Look, glowing, shining
 from racecraft.analysis.look_film import Place
+from racecraft.envs.deepracer.sensors import LIDARS
 from racecraft.formats.whole import write_whole
 from racecraft.tracks.picture import INK, QUIET, PaintedPath, draw_track
 
@@ -126,6 +127,7 @@ def _parts(lap: LapLook, title: str, film: bytes | None, sentences: Sequence[str
     if film is not None:
         yield page.card(page.film(film, "The lap: camera, what counted in it, what was chosen"), "large")
     yield from _surfaces(lap.surfaces)
+    yield from _senses(lap.look)
     yield from _sureness(lap)
     yield (
         '<p class="quiet">Attention is the size of integrated gradients: what every pixel added to the decision, '
@@ -147,6 +149,29 @@ def _surfaces(surfaces: Sequence[SurfaceAttention]) -> Iterator[str]:
         for row in surfaces
     ]  # fmt: skip
     yield page.card(page.table(heads, rows, numbers=(1, 3, 4, 5)))
+
+
+def _senses(look: Look) -> Iterator[str]:
+    """Yield what a car with a LiDAR goes by: how much of it is the camera, and which beams or sectors count."""
+    if not look.beside:
+        return
+    yield "<h2>By what it sees with</h2>"
+    rows = [(name, f"{100 * share:.1f} %", page.Bar(share)) for name, share in look.senses.items()]
+    yield page.card(page.table(("observation", "attention", ""), rows, numbers=(1,)))
+    for name in look.beside:
+        yield page.card(page.drawing(beside_figure(look, name), f"Which of its numbers count: {name}"))
+
+
+def beside_figure(look: Look, name: str) -> Figure:
+    """Return how much each number of an observation that is no picture counts, over the whole lap."""
+    mean = look.beside[name].mean(axis=0)
+    figure, axes = small_axes(f"{name}: attention", 9.0, 2.4, 12)
+    axes.bar(np.arange(len(mean)), 100.0 * mean / (mean.sum() or 1.0), width=0.8, color=BLUE)
+    across = "from the right to the left of the LiDAR's nose" if name in LIDARS else "number"
+    axes.set_xlabel(across, fontsize=11, color=QUIET)
+    axes.set_ylabel("%", fontsize=11, color=QUIET)
+    axes.set_xticks([])
+    return figure
 
 
 def _sureness(lap: LapLook) -> Iterator[str]:

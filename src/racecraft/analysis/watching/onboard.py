@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from racecraft.contract.world import Array
-from racecraft.envs.deepracer.camera import Camera
+from racecraft.envs.deepracer.camera import Camera, mount_for_version
 from racecraft.envs.deepracer.fidelity import habits
 from racecraft.envs.deepracer.light import light_for
 from racecraft.envs.deepracer.objects import KINDS, ObjectPlan
@@ -16,7 +16,6 @@ from racecraft.envs.deepracer.placing import plan_objects
 from racecraft.envs.deepracer.scene import build_scene
 from racecraft.envs.deepracer.settings import CameraConfig, objects_of
 from racecraft.envs.deepracer.vehicle import FRONT_POINT_M
-from racecraft.envs.deepracer.world import mount_for_version
 from racecraft.players.deepracer.run_courses import LaidCourse
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import from_dictionary

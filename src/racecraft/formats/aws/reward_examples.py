@@ -20,14 +20,20 @@ def default_reward_source(has_objects: bool = False, has_rivals: bool = False) -
 
 
 def example_situations() -> dict[str, Params]:
-    """Return the parameters of a car on a round track, 8 m across, in some moments of a lap."""
+    """Return the parameters of a car on a round track, 8 m across, in some moments of a lap, one after another.
+
+    Steps, progress and time only grow, as in a race: a reward that keeps the last ones divides by what they grew by.
+    """
     return {
         "at the start": _situation(),
         "on the way": _situation(progress=35.0, steps=80.0, speed=2.0, steering_angle=-15.0),
         "near the border": _situation(offset=0.45, progress=50.0, steps=120.0, all_wheels_on_track=False),
-        "off the track": _situation(offset=0.7, progress=60.0, all_wheels_on_track=False, is_offtrack=True),
+        "off the track": _situation(
+            offset=0.7, progress=60.0, steps=150.0, all_wheels_on_track=False, is_offtrack=True
+        ),
         "an object ahead": _situation(
             progress=70.0,
+            steps=180.0,
             closest_objects=[0, 0],
             objects_location=[[0.0, 4.0]],
             objects_left_of_center=[True],
@@ -74,7 +80,7 @@ def _situation(offset: float = 0.1, **changes: Any) -> Params:
         "objects_heading": [],
         "objects_speed": [],
         "object_in_camera": False,
-        "sim_time": 1.0,
+        "sim_time": changes.get("steps", 2.0) / 15,
     }
     return {**params, **changes}
 

@@ -24,7 +24,7 @@ SAME_LENGTH_M = 0.1
 
 
 def find_track(ticks: pl.DataFrame | pl.LazyFrame, world: str | None = None) -> Track:
-    """Return the circuit of a log, turned the way it was driven.
+    """Return the circuit of a log, turned the way it was driven, its waypoints counted as the log counts them.
 
     Args:
         ticks: The ticks.
@@ -38,7 +38,7 @@ def find_track(ticks: pl.DataFrame | pl.LazyFrame, world: str | None = None) -> 
     length = float(frame["track_length_m"].drop_nulls().median() or 0.0)  # type: ignore[arg-type]
     sample = frame.gather_every(max(1, frame.height // SAMPLE))
     if world is not None:
-        return _turned(load_track(world), sample)
+        return _counted(_turned(load_track(world), sample), sample)
     near = [name for name in names() if abs(summary(name).length - length) < SAME_LENGTH_M]
     fits = sorted(((_misfit(track, sample), track.name, track) for track in map(load_track, near)), key=lambda f: f[:2])
     if not fits or fits[0][0] > 2.0 * fits[0][2].width_mean:
@@ -46,7 +46,7 @@ def find_track(ticks: pl.DataFrame | pl.LazyFrame, world: str | None = None) -> 
             f"No track of the catalogue is {length:.3f} m long and lies where the car drove; expected its name. "
             "Name it with --track, or bring its waypoint file (.npy)."
         )
-    return _turned(fits[0][2], sample)
+    return _counted(_turned(fits[0][2], sample), sample)
 
 
 def track_or_none(ticks: pl.DataFrame | pl.LazyFrame, world: str | None = None) -> Track | None:
@@ -72,6 +72,17 @@ def _turned(track: Track, sample: pl.DataFrame) -> Track:
     return track if _forward(track, sample, arc) >= 0.5 else track.reversed()
 
 
+def _counted(track: Track, sample: pl.DataFrame) -> Track:
+    """Return the circuit with all rows of its route file, as AWS's logs count them, or each place once if the log does.
+
+    In every other file of the catalogue one row repeats the one before; from there on the two differ by one.
+    """
+    if not track.repeated_rows:
+        return track
+    filed = track.as_filed()
+    return filed if _agreement(filed, sample, 0) >= _agreement(track, sample, 0) else track
+
+
 def _forward(track: Track, sample: pl.DataFrame, arc: np.ndarray) -> float:
     """Return the share of ticks that look along the circuit."""
     yaw = sample["yaw_rad"].to_numpy()
@@ -80,12 +91,12 @@ def _forward(track: Track, sample: pl.DataFrame, arc: np.ndarray) -> float:
     return float((along[:, 0] * np.cos(yaw) + along[:, 1] * np.sin(yaw) > 0).mean())
 
 
-def _agreement(track: Track, sample: pl.DataFrame) -> float:
-    """Return the share of ticks whose recorded waypoint is the circuit's own, or its neighbour."""
+def _agreement(track: Track, sample: pl.DataFrame, apart: int = 1) -> float:
+    """Return the share of ticks whose recorded waypoint is the circuit's own, or so many rows apart."""
     if "closest_waypoint" not in sample.columns or sample["closest_waypoint"].null_count():
         return 0.0
     found = track.locate(sample.select("x_m", "y_m").to_numpy()).nearer_waypoint
-    return float((np.abs(found - sample["closest_waypoint"].to_numpy()) <= 1).mean())
+    return float((np.abs(found - sample["closest_waypoint"].to_numpy()) <= apart).mean())
 
 
 def on_track(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> pl.DataFrame:

@@ -150,8 +150,16 @@ def sheet(rows: int, columns: int, titles: Sequence[str], size: tuple[float, flo
     return figure, axes
 
 
+COUNTED = ("iteration", "episode", "step", "waypoint")
+
+
 def name_axes(axes: Any, across: str, up: str) -> None:
-    """Write what the axes show, with units."""
+    """Write what the axes show, with units; where something is counted, in whole numbers."""
+    from matplotlib.ticker import MaxNLocator
+
+    marks = axes.xaxis.get_major_locator()
+    if across.startswith(COUNTED) and isinstance(marks, MaxNLocator):  # not where each mark has a word of its own
+        marks.set_params(integer=True)
     axes.set_xlabel(across, fontsize=9, color=QUIET)
     axes.set_ylabel(up, fontsize=9, color=QUIET)
 

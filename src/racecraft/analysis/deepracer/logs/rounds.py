@@ -29,6 +29,9 @@ METHODS = ("mean", "median", "min", "max", "std")
 FULL = 1.0
 
 
+NO_METRICS = "There are no metrics of a training here; expected TrainingMetrics.json of one."
+
+
 def metrics_summary(metrics: pl.DataFrame | pl.LazyFrame, method: str = "mean", rolling: int = 1) -> pl.DataFrame:
     """Return one row an iteration of each round, evaluation beside training.
 
@@ -103,7 +106,7 @@ def metrics_best_laps(metrics: pl.DataFrame | pl.LazyFrame, count: int = 10) -> 
     """Return the fastest full laps: `round`, `phase`, `worker`, `iteration`, `episode`, `seconds`, `reward`."""
     import polars as pl
 
-    full = require(metrics, "progress_share", "seconds").filter(pl.col("progress_share") >= FULL)
+    full = _rows(metrics, "progress_share", "seconds").filter(pl.col("progress_share") >= FULL)
     return (
         full.sort("seconds").head(count).select("round", "phase", "worker", "iteration", "episode", "seconds", "reward")
     )
@@ -123,11 +126,19 @@ def _of_trainings(metrics: pl.DataFrame | pl.LazyFrame) -> pl.DataFrame:
     """Return the rows of trainings, with the evaluations that stand between their iterations."""
     import polars as pl
 
-    frame = require(metrics, "round", "phase", "stream", "iteration", "progress_share", "seconds", "reward")
+    frame = _rows(metrics, "round", "phase", "stream", "iteration", "progress_share", "seconds", "reward")
     frame = frame.filter(pl.col("stream") == "")
     if not frame.height:
-        raise PlotError("There are no metrics of a training here; expected TrainingMetrics.json of one.")
+        raise PlotError(NO_METRICS)
     return frame
+
+
+def _rows(metrics: pl.DataFrame | pl.LazyFrame, *columns: str) -> pl.DataFrame:
+    """Return the metrics, as `require` does; of logs without a metrics file it is said which file there should be."""
+    frame = metrics.lazy().collect()
+    if not frame.height:
+        raise PlotError(NO_METRICS)
+    return require(frame, *columns)
 
 
 def _draw(data: pl.DataFrame, smooth: pl.DataFrame, columns: list[str], title: str, unit: str, scale: float) -> Any:
