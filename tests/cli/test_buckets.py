@@ -64,7 +64,7 @@ SMALL_BOARDS = (
     "--set", "evaluation.episodes=4", "--set", "snake.max_turns=40", "--set", "runtime.threads=1",
 )  # fmt: skip
 KINDS = {
-    "gym": ("gym", "train", "CartPole-v1"),
+    "gym": ("gym", "train", "CartPole-v1", "--set", "rollout.horizon=32"),
     "snakes": ("snakes", "train", *SMALL_BOARDS),
     "unity": ("unity", "train", "builtin:Basic", "--set", "rollout.horizon=16"),
 }

@@ -185,7 +185,8 @@ def test_settings_are_listed(racecraft):
 
 
 def test_a_gymnasium_environment_trains_on_the_same_loop(racecraft, tmp_path):
-    said = racecraft("gym", "train", "CartPole-v1", "--stop", "iterations=2", "--run", "r", "--json")
+    words = ("--stop", "iterations=2", "--set", "rollout.horizon=32", "--run", "r", "--json")
+    said = racecraft("gym", "train", "CartPole-v1", *words)
     assert said.code == 0, said.err
     assert json.loads(said.out)["env_steps"] == 2 * 8 * 32
     assert (tmp_path / "r" / "report.html").is_file()

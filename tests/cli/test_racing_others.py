@@ -62,7 +62,8 @@ WRONG = {
 
 
 def test_an_opponent_without_a_cars_actions_is_named_and_one_with_other_actions_races(racecraft, run, tmp_path):
-    said = racecraft("gym", "train", "CartPole-v1", "--run", "pole", "--stop", "iterations=1", "--no-pictures")
+    short = ("--stop", "iterations=1", "--set", "rollout.horizon=16", "--no-pictures")
+    said = racecraft("gym", "train", "CartPole-v1", "--run", "pole", *short)
     assert said.code == 0, said.err
     (tmp_path / "ranges").mkdir()
     (tmp_path / "ranges" / "model_metadata.json").write_text(RANGES)
@@ -162,7 +163,7 @@ def test_a_dr_race_is_filmed_with_the_original_s_cameras(racecraft, installation
 def test_a_dr_race_that_cannot_be_is_named(racecraft, installation, tmp_path, line, said):
     installation(line)
     if line.endswith("=pole"):
-        pole = ("--run", "bucket/pole", "--stop", "iterations=1", "--no-pictures")
+        pole = ("--run=bucket/pole", "--stop=iterations=1", "--set=rollout.horizon=16", "--no-pictures")
         assert racecraft("gym", "train", "CartPole-v1", *pole).code == 0
     told = racecraft("dr", "run-evaluation", tmp_path / "bucket" / "mine")
     assert told.code == 2

@@ -39,6 +39,8 @@ def test_a_game_is_played_written_and_drawn(racecraft, tmp_path):
     assert (tmp_path / "again.gif").read_bytes() == (tmp_path / "game.gif").read_bytes()
     again = racecraft("snakes", "play", "-u", "flood_fill", "-u", "hungry", "-W", 7, "-H", 7, "-r", 5)
     assert f"Turn {facts['turns']}:" in again.out
+    named = racecraft("snakes", "play", "flood_fill", "-u", "hungry", "-n", "Flo", "-W", 7, "-H", 7, "-r", 5, "--json")
+    assert json.loads(named.out) == {key: facts[key] for key in json.loads(named.out)}
 
 
 def test_a_game_is_watched_in_the_terminal(racecraft):

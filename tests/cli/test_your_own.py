@@ -12,7 +12,7 @@ import pytest
 from racecraft.players.trained import load_policy
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-SHORT = ("--no-pictures", "--stop", "iterations=2", "--set", "evaluation.episodes=2", "--json")
+SHORT = ("--no-pictures", "--stop=iterations=2", "--set=evaluation.episodes=2", "--set=rollout.horizon=32", "--json")
 
 
 @pytest.fixture

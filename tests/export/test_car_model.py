@@ -14,7 +14,7 @@ from racecraft.algorithms.policy_spec import PolicySpec, architecture_values
 from racecraft.algorithms.q_network import QNetwork
 from racecraft.contract.errors import SettingError, UserInputError
 from racecraft.contract.world import ArraySpec, DiscreteActions
-from racecraft.envs.deepracer.world import CAMERA_NAME
+from racecraft.envs.deepracer.promise import CAMERA_NAME
 from racecraft.export import car_model
 from racecraft.export.agreement import ExportError, averages
 from racecraft.export.aws_folder import export_to_aws

@@ -151,7 +151,7 @@ class Road:
         named = self.model if options.run is None else options.run.name
         shown = measured(shown, options.metrics_port, named, options.tell, options.detach)
         if options.detach:
-            return detach_training(context, options.run, asked, options.json)
+            return detach_training(context, options.run, asked, self.cluster, options.json)
         with self.beside(shown) as watching:  # a page stays behind what is told
             with mirrored(watching, place, options.tell, begun) as mirroring:
                 trained = self._carry_out(asked, begun, options, mirroring, spread)

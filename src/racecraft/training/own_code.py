@@ -9,7 +9,7 @@ from __future__ import annotations
 import ast
 import sys
 import sysconfig
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -37,9 +37,14 @@ class OwnCode:
 
 def own_code_in(spec: PolicySpec) -> OwnCode:
     """Return the files behind every class that a policy's spec names; of what is installed there are none."""
+    return own_code_of_names(_named(spec))
+
+
+def own_code_of_names(names: Iterable[str]) -> OwnCode:
+    """Return the files behind classes that are named "module:Class"; of any other name there are none."""
     texts: dict[str, str] = {}
     stays = []
-    for named in dict.fromkeys(_named(spec)):
+    for named in dict.fromkeys(name for name in names if ":" in name):
         module = sys.modules.get(named.partition(":")[0])
         told = {} if module is None else getattr(module, TRAVELS, None) or _texts_of(module)
         if isinstance(told, str):
@@ -72,7 +77,7 @@ def _named(spec: PolicySpec) -> Iterator[str]:
 def _texts_of(module: ModuleType) -> dict[str, str]:
     """Return a module's file and what lies beside it that it imports; nothing of an installed package."""
     file = getattr(module, "__file__", None)
-    if file is None or _is_installed(Path(file)):
+    if file is None or _is_installed(Path(file)) or module.__name__.partition(".")[0] == __name__.partition(".")[0]:
         return {}
     root = Path(file).resolve().parents[module.__name__.count(".") + (Path(file).name == "__init__.py")]
     return modules_beside(root / "_", ast.parse(f"import {module.__name__}"))

@@ -10,9 +10,10 @@ from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import allocate
 from racecraft.envs.deepracer.actions import ActionBox, ActionTable
 from racecraft.envs.deepracer.camera import MOUNT_V3
+from racecraft.envs.deepracer.promise import CAMERA_NAME
 from racecraft.envs.deepracer.sensors import FRONT_CAMERA
 from racecraft.envs.deepracer.settings import AgainstConfig, CameraConfig, RaceConfig
-from racecraft.envs.deepracer.world import CAMERA_NAME, RaceWorld
+from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.players.deepracer.driver import Driver, league_in, load_driver
 from racecraft.tracks.catalogue import load_track

@@ -18,6 +18,7 @@ from numpy.testing import assert_array_equal
 from racecraft.algorithms.ppo import PpoLearner
 from racecraft.evaluation.deepracer.drive import DriveKeeper
 from racecraft.evaluation.deepracer.laps import judge_laps
+from racecraft.formats.aws.hyperparameters import Hyperparameters
 from racecraft.formats.aws.model_folder import AwsModelFolder, read_checkpoint_marks
 from racecraft.formats.aws.sim_trace import read_sim_trace
 from racecraft.formats.aws.simulation_log import read_simulation_log
@@ -223,6 +224,17 @@ WHAT_RAN = {
     "START_POSITION_OFFSET": "0.25", "REVERSE_DIR": "True", "CHANGE_START_POSITION": "False",
     "ALTERNATE_DRIVING_DIRECTION": "False", "ENABLE_DOMAIN_RANDOMIZATION": "False",
 }  # fmt: skip
+
+
+def test_what_a_racers_own_file_says_of_exploration_stands_there_once():
+    """A folder whose hyperparameters.json names them all, as AWS's do."""
+    plan = plan_car(RaceRequest(overrides=("ppo.epsilon_steps=77",)))
+    given = Hyperparameters(
+        exploration_type="categorical", e_greedy_value=0.3, epsilon_steps=9, stack_size=1, term_cond_max_episodes=60
+    )
+    learned = aws_setup("oval", plan.settings, plan.model.metadata, given).hyperparameters
+    assert (learned.exploration_type, learned.epsilon_steps) == ("categorical", 77), "as used"
+    assert (learned.term_cond_max_episodes, learned.sac_alpha) == (60, 0.2), "as given, or the template's"
 
 
 def test_an_algorithm_without_a_setting_leaves_what_readers_look_for():

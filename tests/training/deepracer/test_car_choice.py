@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 
+from racecraft.envs.deepracer.camera import mount_for_version
 from racecraft.envs.deepracer.kernels.vehicle import drive
 from racecraft.envs.deepracer.vehicle import FRONT_POINT_M, PROFILES
-from racecraft.envs.deepracer.world import mount_for_version
 from racecraft.evaluation.deepracer.recorded_car import recorded_car
 from racecraft.formats.aws.model_metadata import as_aws_dict, default_model_metadata
 from racecraft.formats.aws.sim_trace import write_sim_trace

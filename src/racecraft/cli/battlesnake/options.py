@@ -39,7 +39,7 @@ def take_seats(who: list[str], names: list[str], seed: int, quiet: bool, memory_
 
     if len(names) > len(who):
         players = "1 player" if len(who) == 1 else f"{len(who)} players"
-        raise PlayerError(f"{len(names)} names for {players}; expected one --url for every --name.")
+        raise PlayerError(f"{len(names)} names for {players}; expected one player for every --name.")
     if any(one in ("area_control", "search") or one.startswith(("search+", "search:")) for one in who):
         say("Getting the players ready …", quiet_stdout=quiet)
     given = names + who[len(names) :]

@@ -35,6 +35,10 @@ if TYPE_CHECKING:
     from racecraft.evaluation.battlesnake.seats import Seat
     from racecraft.players.battlesnake.messages import GameCard
 
+Who = Annotated[
+    list[str] | None,
+    typer.Argument(help="Players: names, addresses, FILE.py, RUN; by default search and area_control."),
+]
 Sequential = Annotated[bool, typer.Option("--sequential", "-s", help="Ask one after another.")]
 View = Annotated[bool, typer.Option("--view", "--viewmap", "-v", help="Watch in the terminal.")]
 Colour = Annotated[
@@ -58,6 +62,7 @@ SHOWN_MS = 100
 
 
 def play(
+    who: Who = None,
     url: Urls = None,
     name: Names = None,
     width: Width = 11,
@@ -84,14 +89,16 @@ def play(
     verbose: Verbose = False,
     json: JSON = False,
 ) -> None:
-    """Play one game between servers, built-in players and files.
+    """Play one game between servers, built-in players, files and trained snakes.
 
-    Example: racecraft snakes play --url search --url flood_fill --browser --output game.jsonl
+    Example: racecraft snakes play search flood_fill --browser --output game.jsonl
+
+    Example: racecraft snakes play --url http://localhost:8000 --name mine --url runs/snakes-1
     """
     from racecraft.envs.battlesnake.settings import GameSettings
     from racecraft.evaluation.battlesnake.live import hold_game
 
-    who = url or ["search", "area_control"]
+    who = [*(who or []), *(url or [])] or ["search", "area_control"]
     settings = GameSettings(
         width, height, len(who), gametype, map_name, food_spawn_chance, minimum_food, hazard_damage, shrink_every,
         solo=True if len(who) < 2 else None,

@@ -109,9 +109,12 @@ def _facts(asked: Asked, cores: int, rows: int, done: int) -> dict[str, Any]:
 def _told(folder: Path, results: list[Result], asked: Asked) -> dict[str, Any]:
     from dataclasses import asdict
 
+    from racecraft.formats.reproduction import best_over_old
+
     return {
         "folder": str(folder),
         "asked": asdict(asked),
+        "best_over_old": [asdict(one) for one in best_over_old([row for row, _ in results])],
         "rows": [asdict(one) for one, _ in results],
         "chart": str(folder / CHART),
         "page": str(folder / PAGE),
@@ -121,7 +124,7 @@ def _told(folder: Path, results: list[Result], asked: Asked) -> dict[str, Any]:
 def _print(results: list[Result]) -> None:
     from rich.table import Table
 
-    from racecraft.analysis.battlesnake.learning_chart import table_lines
+    from racecraft.analysis.battlesnake.learning_chart import sentences, table_lines
     from racecraft.cli.output import print_table
 
     heads, lines = table_lines(results)
@@ -131,3 +134,5 @@ def _print(results: list[Result]) -> None:
     for line in lines:
         table.add_row(*line)
     print_table(table)
+    for sentence in sentences(results):
+        print(f"- {sentence}")

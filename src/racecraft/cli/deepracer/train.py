@@ -268,6 +268,20 @@ def _say_what_came_of_it(trained: Trained, files: dict[str, Any]) -> None:
     say_next(
         ("see every drive again, and each car's camera", f"racecraft watch {path}"),
         ("film three laps", f"racecraft evaluate {path} --laps 3 --video three-laps.mp4"),
-        ("write a reward function of your own", "racecraft new my-car"),
-        ("try another track", "racecraft train --track Oval_track"),
+        *next_trainings(trained.run.read_job()["asked"].get("folder")),
     )
+
+
+def next_trainings(folder: str | None) -> list[tuple[str, str]]:
+    """Return what to train next, purpose and command; whoever trained a folder has a reward of their own already.
+
+    >>> next_trainings("my-car")[0]
+    ('change the reward and train it again', 'racecraft train my-car')
+    """
+    if folder is None:
+        return [
+            ("write a reward function of your own", "racecraft new my-car"),
+            ("try another track", "racecraft train --track Oval_track"),
+        ]
+    again = f"racecraft train {word(folder)}"
+    return [("change the reward and train it again", again), ("try another track", f"{again} --track Oval_track")]

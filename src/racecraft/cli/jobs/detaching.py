@@ -17,13 +17,16 @@ NOT_FOR_THE_JOB = ("detach", "resume", "run", "json")
 KEPT_ON_RESUME = ("--stop", "--pictures", "--no-pictures", "--cluster")
 
 
-def detach_training(context: typer.Context, run: Path | None, request: TrainRequest | None, json: bool) -> None:
+def detach_training(
+    context: typer.Context, run: Path | None, request: TrainRequest | None, cluster: str | None, json: bool
+) -> None:
     """Begin a training, or go on with one, as a job; say how to look after it.
 
     Args:
         context: How the command was typed.
         run: What --run named.
         request: What is to be trained, read and checked here so that a letter comes now; None: `run` goes on.
+        cluster: What --cluster named; Ray is then asked for here, too.
         json: Whether standard output belongs to one JSON object.
 
     Raises:
@@ -35,6 +38,10 @@ def detach_training(context: typer.Context, run: Path | None, request: TrainRequ
     words = typed_words(context, NOT_FOR_THE_JOB)
     if request is not None:
         worlds.plan(request)
+    if cluster is not None:
+        from racecraft.cluster.ray_transport import imported_ray
+
+        imported_ray()
     job = submit_training(verb, words, run, goes_on=request is None)
     tell_submitted(job, json)
 

@@ -10,8 +10,9 @@ import numpy as np
 from racecraft.algorithms.building import build_learner
 from racecraft.algorithms.weights import to_arrays
 from racecraft.contract.errors import SettingError
+from racecraft.envs.deepracer.camera import mount_for_version
 from racecraft.envs.deepracer.settings import HEAD_TO_MODEL
-from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
+from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.players.deepracer.driver import Driver, league_in, load_driver
 from racecraft.players.deepracer.run_track import KIND
 from racecraft.training.deepracer.against import AgainstWorld, deal, own_actions

@@ -16,10 +16,12 @@ import numpy as np
 from racecraft.algorithms.learner import Learner
 from racecraft.contract.errors import RunFolderError
 from racecraft.contract.world import Array, allocate
+from racecraft.envs.deepracer.camera import mount_for_version
 from racecraft.envs.deepracer.settings import HEAD_TO_MODEL, TIME_TRIAL, objects_of
 from racecraft.envs.deepracer.side_by_side import SideBySide
-from racecraft.envs.deepracer.world import RaceWorld, mount_for_version
+from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.evaluation.deepracer.by_track import Judged, judged_course
+from racecraft.evaluation.deepracer.compiled_drive import compiled_drive
 from racecraft.formats.aws.hyperparameters import write_hyperparameters
 from racecraft.formats.aws.model_metadata import as_aws_dict, write_model_metadata
 from racecraft.formats.aws.reward_file import (
@@ -92,7 +94,11 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
 
     def evaluator(learner: Learner, run: RunFolder) -> CarEvaluator:
         by_track = judged_courses(planned)
-        return CarEvaluator(judged, GreedyPolicy(learner), world, settings.evaluation.best_by, flying, by_track)
+        policy = GreedyPolicy(learner)
+        for course in _courses_of((judged, *flying)):
+            if (drive := compiled_drive(policy, course)) is not None:
+                drive.compile()
+        return CarEvaluator(judged, policy, world, settings.evaluation.best_by, flying, by_track)
 
     yield Experiment(
         kind=KIND,
@@ -286,7 +292,7 @@ def open_log(run: RunFolder) -> TextIO:
 def warm_up(worlds: Sequence[RaceWorld | SideBySide | AgainstWorld], say: Say) -> None:
     """Compile the kernels before the clock starts; on the first run ever that takes a while and is said."""
     if not is_warm(KERNEL):
-        say("First run on this machine: compiling the simulator (once, under a minute) …")
+        say("First run on this machine: compiling the simulator (once, a minute or two) …")
     for one in _courses_of(worlds):
         reward, one.reward = one.reward, None
         buffers = allocate(one.spec)

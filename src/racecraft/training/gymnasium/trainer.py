@@ -29,6 +29,7 @@ from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, from_dictionary
 from racecraft.training.gymnasium.evaluator import ReturnEvaluator
 from racecraft.training.loop import Outcome
+from racecraft.training.own_code import OwnCode, lay_code, own_code_of_names
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
 from racecraft.training.resume import Say, open_to_resume
 from racecraft.training.settings import ClusterConfig, EvaluationConfig, RuntimeConfig, composed
@@ -50,7 +51,7 @@ WORLD_SETTINGS = Settings(
 )
 """Settings that serve small worlds of vectors. One thread: networks this small only wait for a second one."""
 TUNED: Mapping[str, Any] = {
-    "ppo": PpoConfig(learning_rate=1e-3, discount=0.98, gae_lambda=0.8, epochs=20, batch_size=256, entropy_weight=0.0),
+    "ppo": PpoConfig(learning_rate=1e-3, discount=0.99, gae_lambda=0.8, epochs=10, batch_size=128, entropy_weight=0.01),
     "dqn": DqnConfig(
         learning_rate=1e-3, batch_size=64, train_every=2, target_every=128, epsilon_last=0.04, epsilon_steps=8000,
         optimiser="adam", max_grad_norm=10.0, double=True, n_step=3,
@@ -66,6 +67,10 @@ TUNED: Mapping[str, Any] = {
 """What each algorithm learns small worlds with; one that is not here takes its own defaults."""
 VALUES = {"network": NetworkConfig(hidden_units=(128, 128), activation="relu")}
 TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {
+    "ppo": {
+        "rollout": RolloutConfig(num_worlds=8, horizon=256),
+        "evaluation": EvaluationConfig(every=4, episodes=20, stable_after=1),
+    },
     "dqn": VALUES,
     "apex": VALUES,
     "sac": {
@@ -89,6 +94,8 @@ class GymRequest(TrainRequest):
     kind: ClassVar[str] = KIND
     environment: str
     """A registered id, such as "CartPole-v1", or "module:Class"."""
+    environment_code: OwnCode | None = None
+    """What it is remade from elsewhere; None: the files of its own class, where it has one."""
 
 
 @dataclass(frozen=True)
@@ -145,6 +152,7 @@ def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> GymPlan:
 def opened(planned: GymPlan, say: Say) -> Iterator[Experiment]:
     """Open the copies that are learned and judged in."""
     environment, settings = planned.request.environment, planned.settings
+    code = planned.request.environment_code or own_code_of_names([environment])
     with contextlib.ExitStack() as worlds:
         world = open_world(environment, settings.rollout.num_worlds)
         worlds.callback(world.close)
@@ -164,7 +172,8 @@ def opened(planned: GymPlan, say: Say) -> Iterator[Experiment]:
             metadata={"environment": environment},
             title=environment,
             folder_name=environment.replace("/", "-").replace(":", "-"),
-            notes=planned.notes,
+            notes=(*planned.notes, *code.stays),
+            lay_files=lambda run: lay_code(code.texts, run),
             learner=(lambda: _learner_of_groups(planned, world)) if world.spec.groups else None,
             world_lasts=None,
         )

@@ -100,23 +100,21 @@ def used_hyperparameters(settings: Settings, given: Hyperparameters) -> Hyperpar
         fallback = getattr(given, theirs)
         return getattr(learner, ours, getattr(TEMPLATE, theirs) if fallback is None else fallback)
 
-    return replace(
-        TEMPLATE,
-        **other,
-        batch_size=used("batch_size", "batch_size"),
-        beta_entropy=used("entropy_weight", "beta_entropy"),
-        discount_factor=used("discount", "discount_factor"),
-        exploration_type=used("exploration", "exploration_type"),
-        e_greedy_value=used("epsilon_last", "e_greedy_value"),
-        epsilon_steps=used("epsilon_steps", "epsilon_steps"),
-        loss_type="huber" if getattr(learner, "value_loss", "huber") == "huber" else "mean squared error",
-        lr=used("learning_rate", "lr"),
-        num_episodes_between_training=settings.rollout.episodes_per_iteration
+    as_used = {
+        "batch_size": used("batch_size", "batch_size"),
+        "beta_entropy": used("entropy_weight", "beta_entropy"),
+        "discount_factor": used("discount", "discount_factor"),
+        "exploration_type": used("exploration", "exploration_type"),
+        "e_greedy_value": used("epsilon_last", "e_greedy_value"),
+        "epsilon_steps": used("epsilon_steps", "epsilon_steps"),
+        "loss_type": "huber" if getattr(learner, "value_loss", "huber") == "huber" else "mean squared error",
+        "lr": used("learning_rate", "lr"),
+        "num_episodes_between_training": settings.rollout.episodes_per_iteration
         or given.num_episodes_between_training
         or EPISODES_PER_ITERATION,
-        num_epochs=used("epochs", "num_epochs"),
-        unknown=given.unknown,
-    )
+        "num_epochs": used("epochs", "num_epochs"),
+    }
+    return replace(TEMPLATE, **(other | as_used), unknown=given.unknown)
 
 
 def training_params(world_name: str, settings: Settings, model_name: str, env: Mapping[str, str]) -> dict[str, str]:
