@@ -113,6 +113,17 @@ def measured(folder: Path, log: Path, repeats: int) -> dict[str, list[float]]:
         one.load(ignore_metadata=True)
         return one
 
+    def their_session() -> None:
+        """Read once, then ask what every notebook begins with."""
+        one = their_load()
+        AnalysisUtils.simulation_agg(one.df, secondgroup="unique_episode")
+        one.stability.analyze()
+
+    def our_session() -> None:
+        all_ticks = read(folder).ticks.collect()
+        analysis.simulation_agg(all_ticks)
+        analysis.stability(all_ticks)
+
     paid = pl.col("reward").sum()
 
     turns: dict[str, tuple[Callable[[], object], Callable[[], object]]] = {
@@ -130,6 +141,7 @@ def measured(folder: Path, log: Path, repeats: int) -> dict[str, list[float]]:
         "read a folder, stability table": (
             lambda: their_load().stability.analyze(), lambda: analysis.stability(read(folder).ticks).data,
         ),
+        "read a folder, and both tables of it": (their_session, our_session),
         "read a simulation log": (
             lambda: SimulationLogsIO.load_pandas(str(log)), lambda: read(log).ticks.collect(),
         ),

@@ -16,10 +16,11 @@ import numpy as np
 from by_turns import microseconds
 from racecraft.contract.world import Array, allocate
 from racecraft.envs.deepracer.actions import action_space
+from racecraft.envs.deepracer.promise import CRITIC_NAME
 from racecraft.envs.deepracer.sensors import car_sensors
 from racecraft.envs.deepracer.settings import BoxesConfig, CameraConfig
 from racecraft.envs.deepracer.variation import VariationConfig
-from racecraft.envs.deepracer.world import CRITIC_NAME, RaceWorld
+from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.formats.aws.model_metadata import action_space_from_aws
 from racecraft.kernels import set_threads
 from racecraft.tracks.catalogue import load_track

@@ -8,8 +8,10 @@ The server is `racecraft snakes serve`'s own, in this process; the games are pla
 position of an 11×11 game of four snakes under way, and waits for the answer; the timeout is 500 ms. After five seconds
 of warming up, figures are taken for the seconds asked for.
 
-Prints one JSON object: late answers (more than 500 ms at the client, or a move the server made because the player was
-not done), p50 and p99 measured at the server (from a request's first line to its answer) and at the clients.
+Prints one JSON object: late answers (more than 500 ms at the client, or a move that the server made because the player
+was not done), each of the two by itself, games that it refused because it was too busy, p50 and p99 measured at the
+server (from a request's first bytes to its answer) and at the clients, and how late the clients themselves looked at
+what came (the mean of the last second), which counts as the server's lateness too.
 """
 
 from __future__ import annotations
@@ -80,31 +82,41 @@ async def measure(name: str, games: int, seconds: float) -> dict[str, Any]:
     return {
         "games": games, "seconds": seconds, "cores": os.cpu_count(),
         "many_at_once": isinstance(player, ManyPlayer), "moves": count.moves - moves,
-        "late": max(count.late - late, at_clients["late"]), "failed": count.failed - failed,
+        "late": max(count.late - late, at_clients["late_at_clients"]), "made_by_server": count.late - late,
+        "failed": count.failed - failed,
         "p50_ms": round(count.within_ms(0.5), 1), "p99_ms": round(count.p99_ms(), 1), **at_clients,
     }  # fmt: skip
 
 
 async def play(port: int, games: int, seconds: float) -> dict[str, Any]:
     """Play all clients; return what they saw after warming up."""
-    requests = positions()
+    from racecraft.serving.loop_lag import LoopLag
+
+    requests, own_lag = positions(), LoopLag()
+    own_lag.watch()
     begin = time.perf_counter()
     counted, ends = begin + WARM_UP_SECONDS, begin + WARM_UP_SECONDS + seconds
     taken: list[float] = []
+    refused: list[int] = []
     asyncio.get_running_loop().call_later(WARM_UP_SECONDS, lambda: print("counting", flush=True))
-    await asyncio.gather(*(client(port, number, games, requests, counted, ends, taken) for number in range(games)))
+    await asyncio.gather(
+        *(client(port, number, games, requests, counted, ends, taken, refused) for number in range(games))
+    )
+    own_lag.close()
     cuts = quantiles(taken, n=100)
     return {
-        "moves_a_second": round(len(taken) / seconds), "late": sum(one > TIMEOUT_MS / 1000 for one in taken),
+        "moves_a_second": round(len(taken) / seconds), "late_at_clients": sum(one > TIMEOUT_MS / 1000 for one in taken),
         "client_p50_ms": round(1000 * cuts[49], 1), "client_p99_ms": round(1000 * cuts[98], 1),
-        "client_worst_ms": round(1000 * max(taken), 1),
+        "client_worst_ms": round(1000 * max(taken), 1), "games_refused": len(refused),
+        "clients_lag_ms": round(1000 * own_lag.lasting_seconds, 1),
     }  # fmt: skip
 
 
 async def client(
-    port: int, number: int, games: int, requests: list[bytes], counted: float, ends: float, taken: list[float]
-) -> None:
-    """Play one game: think, ask, wait, again."""
+    port: int, number: int, games: int, requests: list[bytes], counted: float, ends: float, taken: list[float],
+    refused: list[int],
+) -> None:  # fmt: skip
+    """Play one game: think, ask, wait, again; give it up where the server refuses it."""
     await asyncio.sleep(THINKING_SECONDS * number / games)
     reader, writer = await asyncio.open_connection("127.0.0.1", port)
     turn = number
@@ -112,6 +124,9 @@ async def client(
         writer.write(requests[turn % len(requests)].replace(b"GAME", b"%04d" % number))
         head = await reader.readuntil(b"\r\n\r\n")
         await reader.readexactly(int(head.split(b"Content-Length: ")[1].split(b"\r\n")[0]))
+        if head.startswith(b"HTTP/1.1 503"):
+            refused.append(number)
+            break
         assert head.startswith(b"HTTP/1.1 200"), head
         now = time.perf_counter()
         if counted <= now < ends:

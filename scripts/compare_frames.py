@@ -19,9 +19,8 @@ import numpy as np
 from PIL import Image
 from scipy.ndimage import binary_erosion, distance_transform_edt, gaussian_filter, zoom
 
-from racecraft.envs.deepracer.camera import Camera
+from racecraft.envs.deepracer.camera import Camera, mount_for_version
 from racecraft.envs.deepracer.scene import GREY_WEIGHTS, Scene, build_scene
-from racecraft.envs.deepracer.world import mount_for_version
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.track import Track
 

@@ -19,6 +19,7 @@ from pathlib import Path
 GUESTS = ("torch", "numba", "pytest", "gymnasium", "matplotlib.pyplot", "safetensors.torch", "av")
 """Polars is not among them, since it starts threads, nor Hypothesis: pytest wants to import that one itself."""
 MEMORY_BYTES = 8 << 30
+TOOK_TOO_LONG = (-signal.SIGXCPU, -signal.SIGKILL, -signal.SIGVTALRM)
 SLACK = 20
 """On a busy machine a fork may take so many times its processor seconds by the clock."""
 
@@ -49,7 +50,7 @@ def in_fork(act: Callable[[], int], folder: Path, log: Path, cpu_seconds: float)
             done, status = os.waitpid(child, os.WNOHANG)
             if done:
                 code = os.waitstatus_to_exitcode(status)
-                return None if code in (-signal.SIGXCPU, -signal.SIGKILL) else code
+                return None if code in TOOK_TOO_LONG else code
             if time.monotonic() > ends:
                 return None
             time.sleep(0.02)

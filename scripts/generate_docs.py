@@ -369,15 +369,26 @@ What PPO1 and its `MlpPolicy` do without being asked: {", ".join(f"`{one}`" for 
 
 def rllib_page() -> str:
     """Return what RLlib's words mean here."""
-    from racecraft.compat.rllib_words import ELSEWHERE, MODEL_WORDS, MULTI_WORDS, RUNS, STOPS, WORDS
+    from racecraft.compat.rllib_words import (
+        ALGORITHMS,
+        ELSEWHERE,
+        MODEL_WORDS,
+        MULTI_WORDS,
+        RUNS,
+        STOPS,
+        VALUE_WORDS,
+        WORDS,
+    )  # fmt: skip
 
-    rows = [
-        f"| `{name}` | {'' if word.setting in ('', ELSEWHERE) else f'`{word.setting}`'} | "
-        f"{word.doc if word.setting else f'nothing: {word.doc}'} |"
-        for name, word in WORDS.items()
-    ]
+    def row(name: str, word: Any) -> str:
+        setting = "" if word.setting in ("", ELSEWHERE) else f"`{word.setting}`"
+        return f"| `{name}` | {setting} | {word.doc if word.setting else f'nothing: {word.doc}'} |"
+
+    rows = [row(name, word) for name, word in WORDS.items()]
+    others = [row(name, word) for name, word in VALUE_WORDS.items() if WORDS.get(name) != word]
     runs = [
-        f"| `{name}` | `--algorithm ppo`{''.join(f' `--set {one}`' for one in more)} |" for name, more in RUNS.items()
+        f"| `{name}` | `--algorithm {ALGORITHMS[name]}`{''.join(f' `--set {one}`' for one in more)} |"
+        for name, more in RUNS.items()
     ]
     stops = [
         f"| `{name}` | `--stop {ours}=…`{', seconds become minutes' if ours == 'minutes' else ''} |"
@@ -393,6 +404,13 @@ def rllib_page() -> str:
             "| RLlib | setting | what it means here |",
             "|---|---|---|",
             *rows,
+            "",
+            "With DQN and APEX what is PPO's alone is not known, and these mean something else or something at all.",
+            "Where a setting begins with `dqn.`, it begins with `apex.` for APEX:",
+            "",
+            "| RLlib | setting | what it means here |",
+            "|---|---|---|",
+            *others,
             "",
             "Words of `model`:",
             "",

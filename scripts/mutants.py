@@ -4,6 +4,7 @@
     python scripts/mutants.py --count 300 --seed 2     another sample
     python scripts/mutants.py --count 300 --minutes 5  so long; the next call goes on where this one ended
     python scripts/mutants.py --count 300 --in rollout formats     of some rooms only
+    python scripts/mutants.py --count 300 --near --unmapped      a quick sieve, whose survivors are then asked again
     python scripts/mutants.py --only 17 203 --tests tests/training     those of two that live, with other tests
 
 A mutant is one change in one file: a comparison or a sum turned round, a constant moved, a condition negated, a
@@ -41,6 +42,8 @@ from mutations import Mutant, changed, mutants_in
 ROOT = Path(__file__).resolve().parents[1]
 HOUSE = Path("src/racecraft")
 ROOMS = ("contract", "envs", "algorithms", "rollout", "evaluation", "formats")
+SIEVE_SECONDS, SIEVE_FILES = 12, 4
+"""What tests asked without a map have for a mutant, processor seconds and files; not caught by then counts as alive."""
 BUDGET_SECONDS = 60
 """What the tests that are asked about one mutant may cost together, in processor seconds without it."""
 PATIENCE = 4
@@ -59,6 +62,7 @@ def main(words: list[str]) -> int:
     parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="of the sample only these")
     parser.add_argument("--tests", type=Path, nargs="+", help="ask these folders or files about survivors")
     parser.add_argument("--near", action="store_true", help="ask only tests that name the module; a quick sieve")
+    parser.add_argument("--unmapped", action="store_true", help="with --near: as they come, without a map; quicker yet")
     asked = parser.parse_args(words)
     every = [mutant for room in asked.rooms for mutant in mutants_in(HOUSE / room, ROOT)]
     if not every:
@@ -73,14 +77,14 @@ def main(words: list[str]) -> int:
     again = [
         number
         for number in asked.only or sample
-        if (told.lives(number) if asked.tests else told.unread(number, sample[number], asked.near))
+        if (told.lives(number) if asked.tests else told.unread(number, sample[number], asked.near or asked.unmapped))
     ]
     for number in sorted(again, key=lambda one: (bool(copy.read_by(sample[one].path)), one)):
         if time.monotonic() > ends:
             break
         mutant = sample[number]
-        noticed_by = copy.noticed(mutant, files, asked.near)
-        told.keep(number, mutant, noticed_by, asked.near)
+        noticed_by = copy.sieved(mutant, files) if asked.unmapped else copy.noticed(mutant, files, asked.near)
+        told.keep(number, mutant, noticed_by, asked.near or asked.unmapped)
         print(f"{number:4} {noticed_by or 'SURVIVES'}\n     {mutant.path}:{mutant.line}  {mutant.what}", flush=True)
     return told.summary()
 
@@ -128,11 +132,11 @@ class Copy:
         _mirror(ROOT, self._root)
         if (ROOT.parent / "shared").exists() and not (place / "shared").exists():
             (place / "shared").symlink_to((ROOT.parent / "shared").resolve())
-        self._compiled, self._tried = self.place / "compiled", self.place / "compiled-with-mutant"
         sys.path.insert(0, str(self._root / "src"))
         os.environ |= {"PYTHONPATH": str(self._root / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
         forks.warm_up()
         self._reads = self._read_by_kernels()
+        self._compiled, self._tried = self._kernels()
         self.map = CoverageMap(self._root, self.place / "map", functools.partial(_keep_kernels_in, self._compiled))
 
     def test_files(self, places: list[Path]) -> list[Path]:
@@ -158,12 +162,47 @@ class Copy:
             files: The test files that may be asked; first come those that name the module or bear its name.
             only_near: Ask no others, if there are such; else those of the folder that mirrors the module's come next.
         """
+        near, far = self._near_and_far(mutant, files)
+        asked = [*([one] for one in near), *([] if only_near and near else [far])]
+        return next(filter(None, (self._asked(mutant, some) for some in asked)), "")
+
+    def sieved(self, mutant: Mutant, files: list[Path]) -> str:
+        """Return which test noticed a mutant, of the first few near it, for `SIEVE_SECONDS`; "" for nobody.
+
+        Where most test files would be read for one mutant only, to map them first costs more than to ask them. Where
+        none names the module, those are asked that name or bear the name of who imports it, else those of its folder.
+        """
+        near, far = self._near_and_far(mutant, files)
+        if not near:
+            users = self._importing(_name(mutant.path))
+            near = [one for one in files if any(self._is_near(one, user) for user in users)]
+        near.sort(
+            key=lambda one: (one != self._root / mutant.path, not self._bears(one, mutant.path))
+        )  # examples first
+        asked = [one.relative_to(self._root).as_posix() for one in (near or far)[:SIEVE_FILES]]
+        unfit: list[str] = []
+        while asked:
+            allowed = SIEVE_SECONDS + (COMPILING[True] if self.read_by(mutant.path) else 0)
+            with self._living(mutant):
+                code, said = self._run([*asked, *(f"--deselect={one}" for one in unfit)], allowed, self._tried)
+            noticing = re.findall(r"^(?:FAILED|ERROR) (\S+?(?:::.+?)?)(?: - .*)?$", said, re.MULTILINE)
+            if code in (0, None, 5) or not noticing:
+                print(
+                    "" if code == 0 else f"     (the tests came to no end: {code})", end="\n" * (code != 0), flush=True
+                )
+                return ""
+            if self._run(noticing[:1], SIEVE_SECONDS + COMPILING[True], self._compiled)[0] == 0:
+                return str(noticing[0])
+            unfit.append(noticing[0])
+            asked = [one for one in asked if one != noticing[0]]
+        return ""
+
+    def _near_and_far(self, mutant: Mutant, files: list[Path]) -> tuple[list[Path], list[Path]]:
+        """Return the test files that name a mutant's module or bear its name, and the others of its own folder."""
         mirrored = self._mirrored(mutant.path)
         near = [one for one in files if self._is_near(one, mutant.path)]
         near.sort(key=lambda one: (not one.is_relative_to(mirrored), not self._bears(one, mutant.path), one))
-        far = [one for one in files if one not in near and one.is_relative_to(mirrored)]
-        asked = [*([one] for one in near), *([] if only_near and near else [far])]
-        return next(filter(None, (self._asked(mutant, some) for some in asked)), "")
+        return near, [one for one in files if one not in near and one.is_relative_to(mirrored)]
 
     def _asked(self, mutant: Mutant, files: list[Path]) -> str:
         self.map.read(files)
@@ -242,7 +281,7 @@ class Copy:
         """Put a mutant into the house for a while, with compiled kernels that know nothing of what it changes."""
         path = self._root / mutant.path
         source, told = path.read_text(encoding="utf-8"), path.stat()
-        self._compiled.mkdir(exist_ok=True)
+        self._compiled.mkdir(parents=True, exist_ok=True)
         shutil.rmtree(self._tried, ignore_errors=True)
         shutil.copytree(self._compiled, self._tried, copy_function=os.link)
         for kernel in self.read_by(mutant.path):
@@ -254,6 +293,19 @@ class Copy:
         finally:
             path.write_text(source, encoding="utf-8")
             os.utime(path, ns=(told.st_atime_ns, told.st_mtime_ns))  # by which Numba knows what it compiled
+
+    def _kernels(self) -> tuple[Path, Path]:
+        """Return the folders of compiled kernels, without a mutant and with one; what this machine has is taken over.
+
+        They bear one name, by which a kernel knows what it was made of; under another it would be compiled again.
+        """
+        from racecraft.kernels import compile as kernels
+
+        known = kernels.cache_folder()
+        compiled = self.place / "compiled" / known.name
+        if known.exists() and not compiled.exists():
+            shutil.copytree(known, compiled)
+        return compiled, self.place / "compiled-with-mutant" / known.name
 
     def _read_by_kernels(self) -> dict[Path, set[Path]]:
         from racecraft.kernels import compile as kernels
