@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import itertools
 import os
-import threading
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,6 +32,8 @@ MARK = "SIM_TRACE_LOG:"
 LITTLE_BYTES = 8 << 20
 """Text up to which Polars alone is sooner done than compiled code is loaded."""
 BLOCK_BYTES = 4 << 20
+SPARE = 1.05
+"""Room for so many times the rows that are to be expected."""
 LONGEST_LINE = 1 << 16
 """How far a block's last line may reach over its end; a row of a trace is some two hundred bytes."""
 
@@ -47,6 +49,11 @@ class Text:
     """Byte at which the first line begins."""
     line: int = 1
     """Number of that line."""
+
+    @cached_property
+    def size(self) -> int:
+        """Bytes of the file, asked once."""
+        return self.source.size
 
 
 @dataclass(frozen=True)
@@ -78,13 +85,13 @@ def read_rows(
         versions: How many values other versions of rows have → their columns, where texts mix them.
     """
     versions = versions or {}
-    if sum(text.source.size for text in texts) <= LITTLE_BYTES:
+    if sum(text.size for text in texts) <= LITTLE_BYTES:
         return _joined(NAMES, [_carefully(header, text, marked, versions) for text in texts])
-    reader = _Reader(header, marked, wanted)
+    stretches = list(_stretches(block for text in texts for block in _blocks(text)))
+    reader, table = _Reader(header, marked, wanted), _Table(sum(text.size for text in texts))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        found = list(pool.map(reader.read, [block for text in texts for block in _blocks(text)]))
-        _number_lines(found)
-        sound = Rows(_below_each_other(found, pool), [], b"".join(block.between for block in found))
+        found = list(itertools.chain.from_iterable(map(table.take, pool.map(reader.read, stretches))))
+    sound = Rows(table.frame(), [], b"".join(block.between for block in found))
     odd = itertools.groupby((block for block in found if block.odd), key=lambda block: block.block.text)
     unasked = set(header) - set(sound.frame.columns)
     asked = [name for name in NAMES if name not in unasked]
@@ -153,8 +160,22 @@ class _Block:
 
 
 def _blocks(text: Text) -> list[_Block]:
-    cuts = [*range(text.begin, text.source.size, BLOCK_BYTES), text.source.size]
+    cuts = [*range(text.begin, text.size, BLOCK_BYTES), text.size]
     return [_Block(text, begin, end) for begin, end in itertools.pairwise(cuts)]
+
+
+def _stretches(blocks: Iterable[_Block]) -> Iterator[list[_Block]]:
+    """Yield blocks by as many as have about BLOCK_BYTES together: what one thread reads at a time."""
+    stretch: list[_Block] = []
+    size = 0
+    for block in blocks:
+        stretch.append(block)
+        size += block.end - block.begin
+        if size >= BLOCK_BYTES:
+            yield stretch
+            stretch, size = [], 0
+    if stretch:
+        yield stretch
 
 
 @dataclass
@@ -162,41 +183,79 @@ class _Found:
     """What the compiled reader found in a block."""
 
     block: _Block
-    columns: dict[str, Array]
-    """Those of the sound rows and `line`."""
+    rows: int
+    """How many sound rows."""
     odd: list[tuple[int, str]]
     """Line and text of the rows that are not plainly sound."""
     between: bytes
     lines: int
     """How many lines there are."""
     first_line: int = 0
-    """Number of the first line; `line` and `odd` count from it until `_number_lines` told it."""
+    """Number of the first line; `odd` counts from it."""
 
 
-def _number_lines(found: Sequence[_Found]) -> None:
-    """Count the lines of blocks on from those before them."""
-    line = 0
-    for piece in found:
-        if piece.block.begin == piece.block.text.begin:
-            line = piece.block.text.line
-        piece.first_line = line
-        piece.columns["line"] += line
-        line += piece.lines
+@dataclass(frozen=True)
+class _Stretch:
+    """What the compiled reader found in several blocks that follow each other."""
+
+    found: list[_Found]
+    columns: dict[str, Array]
+    """Those of the sound rows, block by block, and `line`, which each block counts from its own first line."""
 
 
-def _below_each_other(found: Sequence[_Found], pool: ThreadPoolExecutor) -> pl.DataFrame:
-    """Return the sound rows of blocks as one table."""
-    import polars as pl
+class _Table:
+    """The sound rows of all blocks; each stretch is laid to its place while others are still read.
 
-    def column(name: str) -> pl.Series:
-        values = np.concatenate([piece.columns[name] for piece in found])
-        if name == "episode_status":
-            return pl.Series(name, STATUSES, pl.Enum(STATUSES)).gather(values)
-        return pl.Series(name, values)
+    Args:
+        size: Bytes of all texts.
+    """
 
-    places = np.array([piece.block.text.place for piece in found], np.uint32)
-    files = np.repeat(places, [len(piece.columns["line"]) for piece in found])
-    return pl.DataFrame([*pool.map(column, found[0].columns), pl.Series("file", files)])
+    def __init__(self, size: int) -> None:
+        self._size, self._seen, self._rows = size, 0, 0
+        self._columns: dict[str, Array] = {}
+        self._files: list[tuple[int, int]] = []
+        self._line = 0
+
+    def take(self, stretch: _Stretch) -> list[_Found]:
+        """Add the stretch that follows; return what was found in its blocks, their lines counted on."""
+        begin = self._rows
+        for piece in stretch.found:
+            text = piece.block.text
+            self._line = piece.first_line = text.line if piece.block.begin == text.begin else self._line
+            stretch.columns["line"][self._rows - begin :][: piece.rows] += self._line
+            self._line += piece.lines
+            self._rows += piece.rows
+            self._seen += piece.block.end - piece.block.begin
+            self._files.append((text.place, piece.rows))
+        self._make_room(stretch.columns)
+        for name, values in stretch.columns.items():
+            self._columns[name][begin : self._rows] = values
+        return stretch.found
+
+    def _make_room(self, like: Mapping[str, Array]) -> None:
+        """Have room for all rows that are there; for those to come, too, if they are as long as these."""
+        if self._columns and self._rows <= len(self._columns["line"]):
+            return
+        room = int(self._rows * max(1.0, self._size / max(self._seen, 1)) * SPARE) + 1
+        for name, values in like.items():
+            longer = np.empty(room, values.dtype)
+            before = self._columns.get(name, values[:0])
+            longer[: len(before)] = before
+            self._columns[name] = longer
+
+    def frame(self) -> pl.DataFrame:
+        """Return the rows, with `file`; its columns lie where they were laid."""
+        import polars as pl
+
+        def column(name: str) -> pl.Series:
+            values = self._columns[name][: self._rows]
+            if name == "episode_status":
+                return pl.Series(name, STATUSES, pl.Enum(STATUSES)).gather(values)
+            return pl.Series(name, values)
+
+        places, counts = zip(*self._files, strict=True)
+        files = np.repeat(np.array(places, np.uint32), counts)
+        return pl.DataFrame([*map(column, self._columns), pl.Series("file", files)])
 
 
 def _odd_rows(
@@ -219,7 +278,6 @@ class _Reader:
         unasked = [name for name, kind in kinds.items() if kind == rows.FLOAT and wanted is not None]
         kinds |= {name: rows.CHECKED for name in unasked if name not in (wanted or ())}
         self._kernels, self._bytes_before = rows, fields.BYTES_BEFORE
-        self._thread = threading.local()
         self._marked = marked
         self._kinds = np.array([kinds.get(name, rows.SKIPPED) for name in header])
         self._floats = [name for name in header if kinds.get(name) == rows.FLOAT]
@@ -230,37 +288,46 @@ class _Reader:
             [[rows.word(word[:8]), rows.word(word[8:]), np.uint64(len(word))] for word in STATUSES]
         )
 
-    def read(self, block: _Block) -> _Found:
-        """Read a block."""
-        before = int(block.begin > block.text.begin)  # where a block begins with a line, the byte before it tells
-        text = self._text(block.text.source, block.begin - before, block.end + LONGEST_LINE)
-        most = int(self._kernels.ends_of_lines(text)) + 1
-        floats, wholes = np.empty((len(self._floats), most)), np.empty((len(self._wholes), most), np.int32)
-        flags, status = np.empty((len(self._flags), most), bool), np.empty(most, np.uint8)
-        lines, gaps, odd = (np.empty(shape, np.int32) for shape in (most, (most, 2), (most, 3)))
-        rows, odds, gap_count, line_count = self._kernels.read_lines(
-            text, block.end - block.begin + before, not before, self._marked, self._kinds, self._statuses,
-            floats, wholes, flags, status, lines, odd, gaps,
-        )  # fmt: skip
+    def read(self, blocks: Sequence[_Block]) -> _Stretch:
+        """Read blocks that follow each other, BLOCK_BYTES each at most."""
+        texts = [self._text(block) for block in blocks]
+        room = sum(int(self._kernels.ends_of_lines(text)) + 1 for text in texts)
+        floats, wholes = np.empty((len(self._floats), room)), np.empty((len(self._wholes), room), np.int32)
+        flags, status = np.empty((len(self._flags), room), bool), np.empty(room, np.uint8)
+        lines, gaps, odd = (np.empty(shape, np.int32) for shape in (room, (room, 2), (room, 3)))
+        found, rows = [], 0
+        for block, text in zip(blocks, texts, strict=True):
+            before = _bytes_before(block)
+            count, odds, gap_count, line_count = self._kernels.read_lines(
+                text, block.end - block.begin + before, not before, self._marked, self._kinds, self._statuses,
+                rows, floats, wholes, flags, status, lines, odd, gaps,
+            )  # fmt: skip
+            left = [(int(line), _words_of(text[begin:end])) for begin, end, line in odd[:odds]]
+            between = b"".join(text[begin:end].tobytes() for begin, end in gaps[:gap_count])
+            found.append(_Found(block, count, left, between, line_count))
+            rows += count
         columns = dict(zip(self._floats, floats[:, :rows], strict=True))
         columns |= dict(zip(self._wholes, wholes[:, :rows], strict=True))
         columns |= dict(zip(self._flags, flags[:, :rows], strict=True))
         columns |= {"episode_status": status[:rows]} if self._has_status else {}
-        left = [(int(line), _words_of(text[begin:end])) for begin, end, line in odd[:odds]]
-        between = b"".join(text[begin:end].tobytes() for begin, end in gaps[:gap_count])
-        return _Found(block, columns | {"line": lines[:rows]}, left, between, line_count)
+        return _Stretch(found, columns | {"line": lines[:rows]})
 
-    def _text(self, source: Source, begin: int, end: int) -> Array:
-        """Return these bytes of a file, as far as it goes, with zeros behind."""
-        zeros, before = self._kernels.ZEROS_BEHIND, self._bytes_before
-        if not hasattr(self._thread, "text"):
-            self._thread.text = np.zeros(before + BLOCK_BYTES + LONGEST_LINE + zeros + 1, np.uint8)
-        text = self._thread.text[before : before + min(end, source.size) - begin + zeros]
-        with source.open() as file:
+    def _text(self, block: _Block) -> Array:
+        """Return the bytes of a block and LONGEST_LINE more, as far as the file goes, with zeros behind."""
+        begin = block.begin - _bytes_before(block)
+        length = min(block.end + LONGEST_LINE, block.text.size) - begin
+        bytes_of = np.empty(self._bytes_before + length + self._kernels.ZEROS_BEHIND, np.uint8)
+        text = bytes_of[self._bytes_before :]
+        with block.text.source.open() as file:
             file.seek(begin)
-            length = file.readinto(memoryview(text)[:-zeros])
+            length = file.readinto(memoryview(text)[:length])
         text[length:] = 0
-        return text[: length + zeros]
+        return text[: length + self._kernels.ZEROS_BEHIND]
+
+
+def _bytes_before(block: _Block) -> int:
+    """Return how many bytes before a block are read with it: where a line begins with it, the byte before it tells."""
+    return int(block.begin > block.text.begin)
 
 
 def _words_of(text: Array) -> str:

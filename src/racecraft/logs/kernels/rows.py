@@ -10,7 +10,15 @@ import numpy as np
 from racecraft.kernels import inner_kernel, kernel
 from racecraft.kernels.bits import trailing_zeros, word_at
 from racecraft.logs.kernels.decimals import decimal_at, digits_at
-from racecraft.logs.kernels.fields import find_marks, float_between, is_plain_float, is_the_same, whole_between
+from racecraft.logs.kernels.fields import (
+    find_marks,
+    float_between,
+    is_plain_float,
+    is_the_same,
+    no_numbers_yet,
+    short_float,
+    whole_between,
+)
 from racecraft.logs.limits import HIGHEST, HIGHEST_WHOLE
 
 SKIPPED, FLOAT, WHOLE, FLAG, STATUS, ACTION, CHECKED = range(7)
@@ -53,8 +61,10 @@ def ends_of_lines(data):
 
 
 @kernel
-def read_lines(data, end, begins_whole, marked, kinds, statuses, floats, wholes, flags, status, lines, odd, gaps):
-    """Read the lines of a text that begin before `end`; the columns have room for R of them.
+def read_lines(
+    data, end, begins_whole, marked, kinds, statuses, place, floats, wholes, flags, status, lines, odd, gaps
+):
+    """Read the lines of a text that begin before `end`; the columns have room for R of them behind `place`.
 
     Args:
         data: uint8, the text and ZEROS_BEHIND zeros behind it.
@@ -63,11 +73,12 @@ def read_lines(data, end, begins_whole, marked, kinds, statuses, floats, wholes,
         marked: Whether rows stand behind SIM_TRACE_LOG: among other lines; else every line is a row.
         kinds: int64 (C,), what each field of a row is; fields of a kind go to its columns in their order.
         statuses: uint64 (S, 3), words of at most sixteen bytes: the first eight, the others, how many there are.
-        floats: float64 (number of FLOAT, R), written.
-        wholes: int32 (number of WHOLE and ACTION, R), written; a continuous action is -1.
-        flags: bool (number of FLAG, R), written.
-        status: uint8 (R,), written.
-        lines: int32 (R,), written: the number of each row's line; the first line is 0.
+        place: How many rows of other texts stand in the columns.
+        floats: float64 (number of FLOAT, place + R), written.
+        wholes: int32 (number of WHOLE and ACTION, place + R), written; a continuous action is -1.
+        flags: bool (number of FLAG, place + R), written.
+        status: uint8 (place + R,), written.
+        lines: int32 (place + R,), written: the number of each row's line; the first line is 0.
         odd: int32 (R, 3), written: begin, end and line of the rows that were left out.
         gaps: int32 (R, 2), written: begin and end of the text between marked rows.
 
@@ -79,7 +90,7 @@ def read_lines(data, end, begins_whole, marked, kinds, statuses, floats, wholes,
     if at >= end:
         return 0, 0, 0, 0
     stop = _next_line(text, end - 1, length)
-    marks, line_marks = np.empty(stop - at + 1, np.int32), np.empty(len(lines) + 1, np.int32)
+    marks, line_marks = np.empty(stop - at + 1, np.int32), np.empty(len(lines) - place + 1, np.int32)
     mark_count, line_count = find_marks(text, at, stop, marks, line_marks)
     if word_at(text, stop - 1) & _BYTE != _U(_NEW_LINE):
         marks[mark_count], line_marks[line_count] = stop, mark_count
@@ -101,32 +112,39 @@ def read_lines(data, end, begins_whole, marked, kinds, statuses, floats, wholes,
             in_gap = False
             while marks[first] < start:
                 first += 1
-            starts[rows], first_marks[rows], lines[rows] = start, first, line
+            starts[rows], first_marks[rows], lines[place + rows] = start, first, line
             if last - first != len(kinds) - 1:
                 first_marks[rows] = _UNCOUNTED
             rows += 1
         at, first = after, last + 1
     left = np.zeros(rows, np.bool_)
+    short, values = no_numbers_yet(len(floats))
     for begin in range(0, rows, _ROWS_AT_ONCE):
         some = begin, min(begin + _ROWS_AT_ONCE, rows)
-        _read_columns(text, some, starts, first_marks, marks, kinds, statuses, floats, wholes, flags, status, left)
+        _read_columns(
+            text, some, starts, first_marks, marks, kinds, statuses, place, floats, wholes, flags, status[place:], left,
+            short, values,
+        )  # fmt: skip
     for row in range(rows):
         if left[row]:
-            left[row] = _read_row(text, starts[row], length, row, kinds, statuses, floats, wholes, flags, status) < 0
+            to = place + row
+            left[row] = _read_row(text, starts[row], length, to, kinds, statuses, floats, wholes, flags, status) < 0
             if left[row]:
                 odd[odds, 0], odd[odds, 1], odd[odds, 2] = (
                     starts[row],
                     _next_line(text, starts[row], length),
-                    lines[row],
+                    lines[to],
                 )
                 odds += 1
     if odds:
-        rows = _close_ranks(left, floats, wholes, flags, status, lines)
+        rows = _close_ranks(left, place, floats, wholes, flags, status, lines)
     return rows, odds, gap_count, line_count
 
 
 @kernel
-def _read_columns(text, some, starts, first_marks, marks, kinds, statuses, floats, wholes, flags, status, left):
+def _read_columns(
+    text, some, starts, first_marks, marks, kinds, statuses, place, floats, wholes, flags, status, left, short, values
+):
     """Read rows from one up to before another, column by column; `left` tells those that are not plainly sound."""
     float_count = whole_count = flag_count = 0
     last = len(kinds) - 1
@@ -135,16 +153,19 @@ def _read_columns(text, some, starts, first_marks, marks, kinds, statuses, float
     for field in range(len(kinds)):
         kind = kinds[field]
         if kind == FLOAT:
-            _float_column(text, field, last, some, starts, first_marks, marks, floats[float_count], left)
+            column = floats[float_count, place:]
+            kept = short[float_count], values[float_count]
+            _float_column(text, field, last, some, starts, first_marks, marks, column, left, *kept)
             float_count += 1
         elif kind == CHECKED:
             _check_column(text, field, last, some, starts, first_marks, marks, left)
         elif kind in (WHOLE, ACTION):
-            column = wholes[whole_count]
-            _whole_column(text, field, last, some, starts, first_marks, marks, column, left, kind == ACTION)
+            counts = wholes[whole_count, place:]
+            _whole_column(text, field, last, some, starts, first_marks, marks, counts, left, kind == ACTION)
             whole_count += 1
         elif kind == FLAG:
-            _flag_column(text, field, last, some, starts, first_marks, marks, flags[flag_count], left)
+            column_of_flags = flags[flag_count, place:]
+            _flag_column(text, field, last, some, starts, first_marks, marks, column_of_flags, left)
             flag_count += 1
         elif kind == STATUS:
             _status_column(text, field, last, some, starts, first_marks, marks, statuses, status, left)
@@ -162,10 +183,14 @@ def _ends_of(text, field, last, row, starts, first_marks, marks):
 
 
 @kernel
-def _float_column(text, field, last, some, starts, first_marks, marks, column, left):
+def _float_column(text, field, last, some, starts, first_marks, marks, column, left, short, values):
     value, sure, start_before, stop_before = 0.0, False, 0, 0
     for row in range(some[0], some[1]):
         start, stop = _ends_of(text, field, last, row, starts, first_marks, marks)
+        if 0 < stop - start <= 8:
+            column[row], is_number = short_float(text, start, stop, short, values)
+            left[row] |= not is_number
+            continue
         if not (sure and is_the_same(text, start, stop, start_before, stop_before)):  # such as the track's length
             value, sure = float_between(text, start, stop)
             start_before, stop_before = start, stop
@@ -213,20 +238,21 @@ def _status_column(text, field, last, some, starts, first_marks, marks, statuses
 
 
 @kernel
-def _close_ranks(left, floats, wholes, flags, status, lines):
-    """Move rows up to where others were left out; return how many stay."""
-    rows = 0
+def _close_ranks(left, place, floats, wholes, flags, status, lines):
+    """Move rows behind `place` up to where others were left out; return how many stay."""
+    to = place
     for row in range(len(left)):
         if not left[row]:
+            here = place + row
             for column in floats:
-                column[rows] = column[row]
+                column[to] = column[here]
             for column in wholes:
-                column[rows] = column[row]
+                column[to] = column[here]
             for column in flags:
-                column[rows] = column[row]
-            status[rows], lines[rows] = status[row], lines[row]
-            rows += 1
-    return rows
+                column[to] = column[here]
+            status[to], lines[to] = status[here], lines[here]
+            to += 1
+    return to - place
 
 
 @kernel
