@@ -5,7 +5,7 @@ Begin with `look_at`. A lap, a film and a folder of pictures all end as a `Look`
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,6 +23,20 @@ CAR_NUMBERS = ("steering", "speed")
 
 HEAT = "inferno"
 """Colours of what is looked at: they grow lighter with it, for every eye and on paper."""
+
+
+@dataclass(frozen=True, eq=False)
+class Along:
+    """A line along T pictures."""
+
+    values: Array
+    """(T,)."""
+    spread: Array | None
+    """(T,) how far values are spread around the line, where that is to be drawn."""
+    words: str
+    """What the line is."""
+    told: Sequence[str]
+    """Each value as it is said."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +90,21 @@ class Look:
         """Whether it is as sure at every picture: one that learned a single spread for all of them."""
         values, _ = self.sureness
         return bool(np.ptp(values) <= EQUAL * np.abs(values).max(initial=1e-12)) if len(values) else True
+
+    @property
+    def along(self) -> Along:
+        """What is worth a line along the pictures: how sure it was.
+
+        Of numbers of which it is as sure everywhere that line would be flat; there it is the first number itself.
+        """
+        if self.labels or not self.is_equally_sure:
+            values, words = self.sureness
+            return Along(values, None, words, [f"{value:.3g}" for value in values])
+        spread, name = self.confidence.deviations[:, 0], self.number_name(0)
+        up = ", up: left" if name == CAR_NUMBERS[0] else ""
+        words = f"{name}{up}; spread \u00b1{spread.mean():.2g} everywhere"
+        chosen = [self._number(row, 0)[2] for row in range(len(self))]
+        return Along(np.clip(self.confidence.numbers[:, 0], -1.0, 1.0), spread, words, chosen)
 
     @property
     def doubtful(self) -> Array:

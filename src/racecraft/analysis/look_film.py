@@ -120,27 +120,36 @@ def _tell(pen: Any, look: Look, row: int) -> None:
 
 
 class _Line:
-    """The line of sureness over all pictures, with a mark that moves."""
+    """What goes along all pictures, how sure it was or what it chose, with a mark that moves."""
 
     def __init__(self, look: Look) -> None:
-        values, self._words = look.sureness
+        self._along = along = look.along
+        spread = np.zeros(len(look)) if along.spread is None else along.spread
         self._left, self._right = _left(1), _left(1) + EYE[0]
         self._top, self._bottom = BELOW + 30, HEIGHT - 36
-        low, high = min(0.0, float(values.min())), float(values.max())
-        share = (values - low) / max(high - low, 1e-9)
+        self._low = min(0.0, float((along.values - spread).min()))
+        self._high = max(float((along.values + spread).max()), self._low + 1e-9)
         x = self._left + (self._right - self._left) * np.arange(len(look)) / max(1, len(look) - 1)
-        self._points = np.column_stack([x, self._bottom - share * (self._bottom - self._top)])
-        self._values, self._high = values, high
+        self._points = np.column_stack([x, self._height(along.values)])
+        upper, lower = (np.column_stack([x, self._height(along.values + side * spread)]) for side in (1, -1))
+        self._band = [] if along.spread is None else [tuple(point) for point in (*upper, *lower[::-1])]
+
+    def _height(self, values: Any) -> Any:
+        share = (values - self._low) / (self._high - self._low)
+        return self._bottom - share * (self._bottom - self._top)
 
     def mark(self, pen: Any, row: int) -> None:
         """Draw the line and where the film is."""
-        pen.text((self._left, BELOW + 6), self._words, QUIET, font(12))
-        pen.line((self._left, self._bottom, self._right, self._bottom), SLOT, 1)
+        pen.text((self._left, BELOW + 6), fitted(self._along.words, font(12), EYE[0]), QUIET, font(12))
+        if len(self._band) > 2:
+            pen.polygon(self._band, SLOT)
+        zero = float(self._height(0.0))
+        pen.line((self._left, zero, self._right, zero), SLOT if not self._band else GROUND, 1)
         pen.line([tuple(point) for point in self._points], QUIET, 1)
         x, y = self._points[row]
-        pen.line((x, self._top, x, self._bottom), SLOT, 1)
+        pen.line((x, self._top, x, self._bottom), SLOT if not self._band else QUIET, 1)
         pen.ellipse((x - 4, y - 4, x + 4, y + 4), WHITE)
-        pen.text((self._left, self._bottom + 6), f"{self._values[row]:.3g}", WHITE, font(14, bold=True))
+        pen.text((self._left, self._bottom + 6), self._along.told[row], WHITE, font(14, bold=True))
 
 
 class _Map:

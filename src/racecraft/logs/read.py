@@ -42,7 +42,7 @@ def read(what: str | Path | Iterable[str | Path], phase: str | None = None) -> L
             sources += sorted(found, key=lambda source: source.part is None)
             rounds = max(rounds, loose)
         else:
-            sources += [replace(source, round=source.round + rounds) for source in found]
+            sources += [source.placed(source.round + rounds, source.stream) for source in found]
             rounds = max(source.round for source in sources)
     return Logs(tuple(sources), phase)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import codecs
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
 from racecraft.logs.archive import MemberFile
@@ -32,7 +33,7 @@ def as_plain_text(source: Source, head: bytes) -> tuple[Source, str]:
     """
     is_wide = head.startswith(_WIDE)
     encoding = "utf-16" if is_wide else "utf-8-sig"
-    sign = _parting(_decoded(head[: len(head) // 2 * 2], encoding).split("\n", 1)[0])
+    sign = _parting(head, encoding)
     if not is_wide and not sign:
         return source, ""
     text = _decoded(source.read(), encoding)
@@ -53,6 +54,8 @@ def _decoded(data: bytes, encoding: str) -> str:
     return data.decode(encoding, errors="replace").replace("\r\n", "\n")
 
 
-def _parting(line: str) -> str:
+@lru_cache
+def _parting(head: bytes, encoding: str) -> str:
     """Return the sign that parts the columns of a header; "" where it is the comma."""
+    line = _decoded(head[: len(head) // 2 * 2], encoding).split("\n", 1)[0]
     return next((sign for sign in _SIGNS if line.count(sign) >= _FEWEST_SIGNS and "," not in line), "")

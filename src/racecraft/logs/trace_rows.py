@@ -77,5 +77,6 @@ def _names_of(line: bytes) -> tuple[str, ...]:
 
 
 def _first_line(source: Source) -> bytes:
-    with source.open() as file:
-        return file.readline(_MOST_HEADER_BYTES)
+    head = bytearray(_MOST_HEADER_BYTES)
+    count = source.read_into(memoryview(head))
+    return bytes(head[: head.find(b"\n", 0, count) + 1 or count])
