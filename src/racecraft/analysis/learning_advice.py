@@ -26,7 +26,7 @@ SOLVED = 0.9
 FORGOTTEN, WORTH_TELLING = 0.2, 0.1
 """Share of the best score that is lost before it is called forgotten; and of the best there can be."""
 ROSE = 0.1
-"""A reward that grew by more than this share of itself while the score fell is told beside it."""
+"""A reward that grew by more than this share of itself while what was learned got lost is told beside it."""
 BLIND, FAR = 0.2, 0.05
 """Explained variance below which a critic is blind; change of the policy, in nats, above which a step is far."""
 
@@ -72,6 +72,15 @@ def _entropy(metrics: MetricRows, learner: Learner, top_score: float | None) -> 
     )
 
 
+def rose(then: float, now: float) -> bool:
+    """Tell whether a reward grew by so much that it is worth a word.
+
+    >>> rose(100.0, 109.0), rose(100.0, 120.0), rose(-50.0, -40.0)
+    (False, True, True)
+    """
+    return now - then > ROSE * abs(then)
+
+
 def _forgetting(metrics: MetricRows, learner: Learner, top_score: float | None) -> Iterator[Advice]:
     score = column(metrics, "evaluation_score")
     told = np.flatnonzero(np.isfinite(score))
@@ -84,7 +93,7 @@ def _forgetting(metrics: MetricRows, learner: Learner, top_score: float | None) 
     if score[best] > 0 and lost > FORGOTTEN * score[best]:
         paid = column(metrics, "mean_reward")
         then, now = float(paid[best]), float(np.mean(paid[told[-2:]]))
-        pays_otherwise = top_score is not None and now - then > ROSE * abs(then)
+        pays_otherwise = top_score is not None and rose(then, now)
         command = f"racecraft train --from RUN:best{learner.smaller_steps()}"
         yield Advice(
             f"Iteration {metrics[best]['iteration']} scored {score[best]:.4g}, the last two evaluations {last:.4g} on "

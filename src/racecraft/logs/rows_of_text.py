@@ -318,7 +318,7 @@ class _Reader:
         length = min(block.end + LONGEST_LINE, block.text.size) - begin
         bytes_of = np.empty(self._bytes_before + length + self._kernels.ZEROS_BEHIND, np.uint8)
         text = bytes_of[self._bytes_before :]
-        length = block.text.source.read_into(memoryview(text)[:length], begin)
+        length = block.text.source.read_into(text[:length].data, begin)
         text[length:] = 0
         return text[: length + self._kernels.ZEROS_BEHIND]
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from racecraft.analysis import page
 from racecraft.analysis.deepracer.logs.plot import HEAT, QUIET
+from racecraft.analysis.learning_advice import rose
 from racecraft.contract.world import Array
 
 if TYPE_CHECKING:
@@ -23,8 +24,6 @@ KNOWN, LOST = 0.9, 0.6
 """Share of the cars that get through a place from which it is known, and below which it is not."""
 ENOUGH = 4
 """Cars that must have come to a place before anything is said of it."""
-ROSE = 0.1
-"""A reward that grew by more than this share of itself while places were forgotten is told beside them."""
 CHANCE = 0.05
 """A difference that chance alone makes more often than this is none."""
 
@@ -84,7 +83,7 @@ def passages_words(told: Passages) -> list[str]:
 def _why_forgotten(told: Passages, then: int, now: int) -> str:
     """Return what to do about it, up to the command: a reward that rose meanwhile may pay for something else."""
     paid = [told.rewards[k] if told.rewards else None for k in (then, now)]
-    if paid[0] is None or paid[1] is None or paid[1] - paid[0] <= ROSE * abs(paid[0]):
+    if paid[0] is None or paid[1] is None or not rose(paid[0], paid[1]):
         return "Go on from what knew the way, in smaller steps"
     return (
         f"Meanwhile the mean reward of an episode rose from {paid[0]:.4g} to {paid[1]:.4g}: see whether it pays for "
