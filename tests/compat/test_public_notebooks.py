@@ -10,7 +10,11 @@ Nothing of them is copied here, and no cell is changed but for two names: MY_SIM
 id of an evaluation in AWS's cloud. Four use deepracer-utils itself; that of 2019 uses `log_analysis` and `cw_utils` as
 `racecraft notebooks` writes them. Of that one are left out: what needs TensorFlow 1 or shapely 1, what Coach and S3
 left beside a model of that year, and its heat map in a picture of 5 by 8 m, out of which a car beside the road falls.
-`Visual_Analysis` needs TensorFlow throughout and is not run here; docs/racing/notebooks.md tells how it was by hand.
+`Visual_Analysis` needs TensorFlow throughout and runs with another interpreter:
+
+RACECRAFT_TENSORFLOW_PYTHON    one with tensorflow-cpu, deepracer-utils and opencv-python-headless
+
+It asks for AWS's storage as it stands, in a cell whose login is commented out: there `s3` becomes `example`.
 """
 
 import json
@@ -26,6 +30,7 @@ from racecraft.logs import local_streams
 
 ANALYSIS, WORKSHOP = (os.environ.get(f"RACECRAFT_{name}_NOTEBOOKS") for name in ("ANALYSIS", "WORKSHOP"))
 RUN = os.environ.get("RACECRAFT_LOGS_RUN")
+TENSORFLOW = os.environ.get("RACECRAFT_TENSORFLOW_PYTHON")
 HERE, HOME = Path(__file__).parent, Path(racecraft.__file__).parent.parent
 PHASES = ("training", "evaluation")
 SECONDS = 300
@@ -60,11 +65,11 @@ def environment(*paths):
     return {**known, "PYTHONPATH": os.pathsep.join(map(str, (*paths, HOME))), "AWS_DEFAULT_REGION": "us-east-1"}
 
 
-def ran(notebook, bucket=None, without=()):
+def ran(notebook, bucket=None, without=(), python=sys.executable):
     """Run a notebook where it lies; return the numbers of the cells that ran and of those left out."""
     options = [*(["--bucket", bucket] if bucket else []), *(f"--without={text}" for text in without)]
     told = subprocess.run(
-        [sys.executable, HERE / "notebook_runner.py", notebook.name, *options],
+        [python, HERE / "notebook_runner.py", notebook.name, *options],
         cwd=notebook.parent, env=environment(), capture_output=True, text=True, timeout=SECONDS,
     )  # fmt: skip
     assert told.returncode == 0, told.stderr[-3000:]
@@ -86,6 +91,32 @@ def test_the_communitys_notebooks_run_on_a_run_of_ours(tmp_path, run, name, cell
     told = ran(tmp_path / f"{name}.ipynb", bucket=run)
     assert told["left"] == []
     assert len(told["ran"]) >= cells
+
+
+@pytest.mark.skipif(not (ANALYSIS and TENSORFLOW), reason="needs RACECRAFT_TENSORFLOW_PYTHON beside the notebooks")
+def test_visual_analysis_sees_through_models_of_ours(tmp_path):
+    """All of its cells, over three checkpoints of a training of ours as `racecraft export` writes them."""
+    folder, models = tmp_path / "run", tmp_path / "logs" / "sample-model" / "model"
+    short = ("--set", "rollout.episodes_per_iteration=1", "--set", "race.max_episode_seconds=2")
+    commands = [["train", "--preset", "aws", *short, "--stop", "iterations=3", "--run", folder]]
+    commands += [["export", f"{folder}:{k}", "--to", "drfc", "--output", tmp_path / f"bucket-{k}"] for k in (1, 2, 3)]
+    for command in commands:
+        words = [sys.executable, "-m", "racecraft", *map(str, command)]
+        subprocess.run(words, check=True, capture_output=True, timeout=SECONDS, env=environment())
+    models.mkdir(parents=True)
+    for k in (1, 2, 3):
+        (graph,) = (tmp_path / f"bucket-{k}" / "model").glob("model_*.pb")
+        (models / f"model_{k}.pb").write_bytes(graph.read_bytes())
+    (models / "model_metadata.json").write_bytes((tmp_path / "bucket-1" / "model" / "model_metadata.json").read_bytes())
+    copy = Path(ANALYSIS).expanduser().resolve()
+    (tmp_path / "logs" / "sample-model" / "pictures").symlink_to(copy / "logs" / "sample-model" / "pictures")
+    text = (copy / "Visual_Analysis.ipynb").read_text(encoding="utf-8")
+    assert "model_type = 's3'" in text
+    notebook = tmp_path / "Visual_Analysis.ipynb"
+    notebook.write_text(text.replace("model_type = 's3'", "model_type = 'example'"), encoding="utf-8")
+    told = ran(notebook, python=TENSORFLOW)
+    assert told["left"] == []
+    assert len(told["ran"]) == 12
 
 
 @pytest.mark.skipif(not WORKSHOP, reason="RACECRAFT_WORKSHOP_NOTEBOOKS names no copy of aws-deepracer-workshops")

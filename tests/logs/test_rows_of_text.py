@@ -13,7 +13,7 @@ from racecraft.kernels import kernel
 from racecraft.logs import read, rows_of_text
 from racecraft.logs.kernels import rows
 from racecraft.logs.kernels.decimals import decimal_at
-from racecraft.logs.kernels.fields import find_marks, float_between, whole_between
+from racecraft.logs.kernels.fields import find_marks, float_between, no_numbers_yet, short_float, whole_between
 
 SPOILT = (
     "",
@@ -137,6 +137,26 @@ def test_a_field_that_is_no_plain_number_is_never_sure(letters):
     assert not field_as_float(*between_others(letters, "9"))[1]
 
 
+@kernel
+def short_field(data, start, stop, fields, values):
+    return short_float(data.ctypes.data, start, stop, fields, values)
+
+
+def test_a_short_field_that_was_read_before_is_the_number_it_was():
+    """One table for all, far fewer places than fields: none is taken for another, and what is no number never stays."""
+    draw = random.Random(4)
+    fields, values = (one[0] for one in no_numbers_yet(1))
+    letters = [f"{draw.uniform(-30, 30):.{draw.randint(0, 4)}f}"[:8] for _ in range(400)]
+    letters += ["0", "-0.0", "0.0", "00", "0000", "\0", "\0" * 8, "nan", "-", "1e3", "1 ", "x", "5", "05", "5\0"]
+    draw.shuffle(letters)
+    for one in letters * 3:
+        around = draw.choice("9.-")
+        value, sure = short_field(*between_others(one, around), fields, values)
+        expected, is_number = field_as_float(*between_others(one, around))
+        assert sure == is_number, one
+        assert not sure or struct.pack("d", value) == struct.pack("d", expected) == struct.pack("d", float(one)), one
+
+
 def test_whole_numbers_fill_their_field_or_are_left_to_another():
     for letters, expected in [("0", 0), ("7.0", 7), ("1234567", 1234567), ("1234567.0", 1234567), ("10.0", 10)]:
         assert field_as_whole(*between_others(letters, "9")) == (expected, True)
@@ -210,7 +230,10 @@ def test_a_log_among_other_lines_is_the_same_either_way(tmp_path, monkeypatch, b
     assert (said["world"], careful.height) == ("reinvent_base", len(written) - 1)
 
 
-def test_several_files_keep_their_places(tmp_path, monkeypatch):
+@pytest.mark.parametrize("spare", [0.01, 0.5, 2.0])
+def test_several_files_keep_their_places(tmp_path, monkeypatch, spare):
+    """Also where the table was made too small for those that follow."""
+    monkeypatch.setattr(rows_of_text, "SPARE", spare)
     for k in range(4):
         makers.write(tmp_path / "training-simtrace" / f"{k}-iteration.csv", makers.iteration(range(3 * k, 3 * k + 3)))
     (careful, _, _), (compiled, _, _) = both_ways(tmp_path, monkeypatch, 500)

@@ -236,7 +236,7 @@ class _Table:
         """Have room for all rows that are there; for those to come, too, if they are as long as these."""
         if self._columns and self._rows <= len(self._columns["line"]):
             return
-        room = int(self._rows * max(1.0, self._size / max(self._seen, 1)) * SPARE) + 1
+        room = max(self._rows, int(self._rows * self._size / max(self._seen, 1) * SPARE) + 1)
         for name, values in like.items():
             longer = np.empty(room, values.dtype)
             before = self._columns.get(name, values[:0])
