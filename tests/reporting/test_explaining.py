@@ -1,6 +1,7 @@
 """Why it fails: a driver that steers wrong at one known place is found there, with the right cure."""
 
 import math
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,6 +16,7 @@ from racecraft.envs.deepracer.camera import MOUNT_V3
 from racecraft.envs.deepracer.promise import CRITIC_NAME
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import RaceWorld
+from racecraft.players.deepracer.trained_car import load_trained_car
 from racecraft.reporting import comparing
 from racecraft.reporting.explaining import explain_failures
 from racecraft.tracks.catalogue import load_track
@@ -215,3 +217,15 @@ def test_a_car_trained_from_one_start_is_told_whether_it_knows_more_than_that(tm
     assert (told.trained_full, told.between_full) == (6, 6 if knows_all else 0)
     assert told.is_over_fitted is not knows_all
     assert "From the place it was trained to start from, give or take 5 cm, 6 of 6 laps" in starts_words(told)
+
+
+ONE_START = Path(__file__).with_name("one_start")
+
+
+def test_a_real_car_that_was_always_started_at_one_place_is_found_out():
+    """Its folder's README tells how it was trained."""
+    told = comparing.compare_starts(load_trained_car(ONE_START, "last"), most=60)
+    assert (told.trained_starts, told.trained, told.between) == (1, 60, 60)
+    assert told.trained_full - told.between_full >= 8
+    assert told.is_over_fitted
+    assert "It knows its starts, not the track: start from more places" in starts_words(told)

@@ -1,6 +1,7 @@
 """Metrics without ticks, sequences of actions, fitted lines, a racer's own plots: by hand on made-up laps."""
 
 import math
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -186,6 +187,35 @@ def test_own_plots_come_from_packages_too(monkeypatch, laps):
     (found,) = analysis.own_plots()
     assert found(laps, None).data.columns == ["speed_mps"]
     assert found(laps, None).title == "Speed of every step."
+
+
+def documented():
+    """The example on the page about logs, as it stands there."""
+    page = Path(__file__).resolve().parents[3] / "docs" / "racing" / "logs.md"
+    return next(code for code in page.read_text(encoding="utf-8").split("```python\n")[1:] if "def plot_" in code).split(
+        "```"
+    )[0]
+
+
+def test_the_documented_plot_comes_from_a_file_a_folder_and_a_package_that_is_installed(tmp_path, laps, monkeypatch):
+    """The package is one of a real installation: a module and its entry points on the path."""
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "mine.py").write_text(documented())
+    site, about = tmp_path / "site", tmp_path / "site" / "their_plots-1.0.dist-info"
+    about.mkdir(parents=True)
+    (site / "their_plots.py").write_text(documented())
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: their-plots\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[racecraft.plots]\nspeed = their_plots:plot_mean_speed\n")
+    monkeypatch.syspath_prepend(site)
+    in_file, in_folder = (tmp_path / "folder" / "mine.py"), tmp_path / "folder"
+    found = analysis.own_plots([in_file, in_folder])
+    assert [one.origin for one in found[:2]] == [str(in_file)] * 2
+    (installed,) = [one for one in found if "their_plots" in one.origin]
+    for one in (*found[:2], installed):
+        made = one(laps, None)
+        assert made.title == "Mean speed of each episode."
+        assert made.data.columns == ["unique_episode", "speed_mps"]
+        assert made.data.height == 3
 
 
 LATE = """
