@@ -192,9 +192,9 @@ def test_own_plots_come_from_packages_too(monkeypatch, laps):
 def documented():
     """The example on the page about logs, as it stands there."""
     page = Path(__file__).resolve().parents[3] / "docs" / "racing" / "logs.md"
-    return next(code for code in page.read_text(encoding="utf-8").split("```python\n")[1:] if "def plot_" in code).split(
-        "```"
-    )[0]
+    return next(
+        code for code in page.read_text(encoding="utf-8").split("```python\n")[1:] if "def plot_" in code
+    ).split("```")[0]
 
 
 def test_the_documented_plot_comes_from_a_file_a_folder_and_a_package_that_is_installed(tmp_path, laps, monkeypatch):
