@@ -11,7 +11,7 @@ from racecraft.analysis import learning_advice
 from racecraft.analysis.deepracer.logs import advice
 from racecraft.analysis.learner import Learner
 from racecraft.cli.app import app
-from racecraft.reporting.account import as_asked
+from racecraft.reporting.account import as_asked, of_one_mind
 from racecraft.settings.overrides import apply_overrides
 from racecraft.training.deepracer.presets import default_settings
 
@@ -79,3 +79,19 @@ def test_a_command_is_of_the_run_s_own_kind(kind):
     )
     assert parsed(goes_on)["resume"] is True
     assert as_asked("racecraft why RUN", job) == "racecraft why RUN"
+
+
+BACK, ON, WHY = "racecraft train --from RUN:best --set a=1", "racecraft train --run RUN --resume", "racecraft why RUN"
+
+
+@pytest.mark.parametrize(
+    ("learners", "logs", "left"),
+    [
+        ([BACK], [ON, WHY, BACK], [BACK, WHY, BACK]),
+        ([WHY], [ON, BACK], [WHY, ON, BACK]),
+        ([], [ON], [ON]),
+    ],
+)
+def test_nobody_is_told_to_go_back_and_on_at_once(learners, logs, left):
+    sides = ([advice.Advice("", "", None, command) for command in side] for side in (learners, logs))
+    assert [one.command for one in of_one_mind(*sides)] == left

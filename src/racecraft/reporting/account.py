@@ -47,8 +47,20 @@ def advice_of(run: RunFolder) -> list[Advice]:
     found = learning_advice(metrics, learner, WHOLE_LAP if is_car else None)
     told = _log_of(run) if is_car else None
     if told is not None:
-        found += advice(*told, learner, judged_in_run(metrics))
+        found = of_one_mind(found, advice(*told, learner, judged_in_run(metrics)))
     return [replace(one, command=as_asked(one.command, job)) for one in found]
+
+
+BACK, ON = "--from RUN:best", "--run RUN --resume"
+
+
+def of_one_mind(learners: list[Advice], logs: list[Advice]) -> list[Advice]:
+    """Return both sides' advice, without a log's to go on from the last checkpoint where the learner would go back.
+
+    Evaluations that fell while exploring drives rose tell both, and only one can be followed.
+    """
+    goes_back = any(BACK in one.command for one in learners)
+    return learners + [one for one in logs if not (goes_back and ON in one.command)]
 
 
 def as_asked(command: str, job: Mapping[str, Any]) -> str:
