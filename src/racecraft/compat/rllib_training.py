@@ -26,6 +26,7 @@ from racecraft.compat.tally import Tally, Told, Watched
 from racecraft.compat.travelling_environments import leave_if_begun_again, script_code
 from racecraft.compat.travelling_models import refuse_to_train
 from racecraft.contract.errors import SettingError, nearest
+from racecraft.envs.adapters.asking import made
 from racecraft.formats.run_folder import JOB
 from racecraft.training import worlds
 from racecraft.training.callbacks import IterationReport, Silent
@@ -198,7 +199,7 @@ def _of_one_agent(env: Any) -> FromOldGym:
 def _numbered(name: str, env_config: Mapping[str, Any]) -> Callable[[], Any]:
     """Return how a script's environments are made, each with a number of its own."""
     number, creator = itertools.count(1), _creators[name]
-    return lambda: creator(EnvContext(env_config, next(number)))
+    return lambda: made(creator, EnvContext(env_config, next(number)))
 
 
 def _num_worlds(told: Translated) -> int:

@@ -33,6 +33,7 @@ from racecraft.contract.world import (
     WorldSpec,
     mask_width,
 )
+from racecraft.envs.adapters.asking import asked, made, reward_given, unfit
 from racecraft.envs.adapters.from_gymnasium import action_spec, array_spec, parts_of
 
 MASK, ALL, SOLE_AGENT = "action_mask", "__all__", "agent_0"
@@ -119,7 +120,7 @@ class ScriptWorld:
         told = self.described
         self._tally = told.tally if self.worlds_made == 0 else None
         type(self).worlds_made += 1
-        self._envs = [told.make() for _ in range(num_worlds)]
+        self._envs = [made(told.make) for _ in range(num_worlds)]
         self._agents = _agents_of(self._envs[0])
         type(self).num_agents = len(self._agents)
         self._place = {agent: m for m, agent in enumerate(self._agents)}
@@ -198,7 +199,7 @@ class ScriptWorld:
             self._closed = True
             for env in self._envs:
                 if callable(getattr(env, "close", None)):
-                    env.close()
+                    asked(env, "close")
 
     def _set_seed(self, seed: int) -> None:
         self._seed, self._begun = seed, True
@@ -209,8 +210,8 @@ class ScriptWorld:
         env = self._envs[n]
         key = (int(self._keys[n]) + 0x9E3779B97F4A7C15 * int(self._episode[n])) % (1 << 64)
         if callable(getattr(env, "seed", None)):
-            env.seed(key >> 33)
-        seen = env.reset()
+            asked(env, "seed", key >> 33)
+        seen = asked(env, "reset")
         seen = seen[0] if isinstance(seen, tuple) else seen
         self._history[n], self._steps[n] = [], 0
         self._active[n], self._over[n], self._earned[n] = False, False, 0.0
@@ -226,14 +227,13 @@ class ScriptWorld:
             for m, agent in enumerate(self._agents)
             if self._active[n, m]
         }
-        seen, rewards, *ends, _ = self._envs[n].step(told)
-        terminated, truncated = ends if len(ends) == 2 else (ends[0], {})
+        seen, rewards, terminated, truncated = self._ask(self._envs[n], told)
         self._history[n].append(np.array(actions))
         self._steps[n] += 1
         is_over, is_cut = bool(terminated.get(ALL, False)), bool(truncated.get(ALL, False))
         is_cut = is_cut or (not is_over and self._steps[n] >= self.described.horizon)
         for m, agent in enumerate(self._agents):
-            reward = float(rewards.get(agent, 0.0))
+            reward = rewards.get(agent, 0.0)
             self._earned[n, m] += reward
             ended = not self._over[n, m] and (is_over or bool(terminated.get(agent, False)))
             cut = not self._over[n, m] and not ended and (is_cut or bool(truncated.get(agent, False)))
@@ -256,6 +256,18 @@ class ScriptWorld:
                    buffers.observations)  # fmt: skip
         return is_over or is_cut or bool(self._over[n].all())
 
+    def _ask(self, env: Any, actions: Mapping[Any, Any]) -> tuple[Any, Any, Any, Any]:
+        """Step an environment, old or new; return what is seen, what was earned, and whose end it is."""
+        told = asked(env, "step", actions)
+        try:
+            seen, rewards, *ends, _ = told
+            terminated, truncated = ends if len(ends) == 2 else (*ends, {})
+            rewards = {agent: reward_given(env, earned) for agent, earned in {**rewards}.items()}
+            return {**seen}, rewards, {**terminated}, {**truncated}
+        except (TypeError, ValueError) as error:
+            expected = "dictionaries by agent: (observations, rewards, terminated, truncated, infos)"
+            raise unfit(env, "step", "its answer", told, expected, error) from error
+
     def _show(
         self, n: int, seen: Mapping[Any, Any], buffers: StepBuffers, into: dict[str, Array], only: Array | None = None
     ) -> None:
@@ -265,7 +277,11 @@ class ScriptWorld:
             if m is None or (only is not None and not only[m]):
                 continue
             kind = self._kinds[self._policy[m]]
-            kind.show(value, into, (n, m), f"{kind.name}/" if self._spec.groups else "")
+            try:
+                kind.show(value, into, (n, m), f"{kind.name}/" if self._spec.groups else "")
+            except (LookupError, TypeError, ValueError) as error:
+                method = "step" if self._steps[n] else "reset"
+                raise unfit(self._envs[n], method, f"{agent}'s observation", value, kind.seen, error) from error
             if into is buffers.observations:
                 self._active[n, m] = True
                 if buffers.action_mask is not None:
@@ -294,7 +310,7 @@ class _Kind:
         seen = words.observation_space or _space_of(env, "observation_space", agent)
         does = words.action_space or _space_of(env, "action_space", agent)
         what = f"{told.name}, policy {name}"
-        self.name, self.is_dict = name, isinstance(seen, spaces.Dict)
+        self.name, self.seen, self.is_dict = name, seen, isinstance(seen, spaces.Dict)
         self.actions, self.first = action_spec(does, what)
         parts = parts_of(seen, what)
         mask = parts.get(MASK)
@@ -364,7 +380,7 @@ def shows_mask(env: Any) -> bool:
 
 def _agents_of(env: Any) -> list[Any]:
     """Return every agent, sorted by name; those of the first reset, and those that the environment names."""
-    seen = env.reset()
+    seen = asked(env, "reset")
     seen = seen[0] if isinstance(seen, tuple) else seen
     if not isinstance(seen, Mapping):
         raise SettingError(

@@ -11,6 +11,7 @@
     │   │   ├── HyperparameterError  hyperparameters.json
     │   │   └── RewardFileError    reward_function.py cannot be loaded
     │   ├── RewardError            the user's reward function failed while training
+    │   ├── EnvironmentFailedError the user's environment failed
     │   ├── RunFolderError         a run folder is missing, taken, foreign or damaged
     │   └── MissingExtraError      an optional package is not installed
     └── ContractError              a world or policy broke its promise: a programmer's error
@@ -85,6 +86,10 @@ class RewardFileError(InputFileError):
 
 class RewardError(UserInputError):
     """The user's reward function failed or returned something that is no reward."""
+
+
+class EnvironmentFailedError(UserInputError):
+    """The user's environment failed, or gave something that it did not promise."""
 
 
 class RunFolderError(UserInputError):

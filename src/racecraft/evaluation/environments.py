@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import inspect
 import sys
 from collections.abc import Iterator
 from typing import Any
@@ -17,6 +18,7 @@ import gymnasium
 from racecraft.algorithms.registry import load_class, see_present_folder
 from racecraft.contract.errors import SettingError, UserInputError, nearest
 from racecraft.contract.world import World
+from racecraft.envs.adapters.asking import made, telling
 from racecraft.envs.adapters.from_gymnasium import GymnasiumWorld
 from racecraft.formats.run_folder import CODE, RunFolder
 from racecraft.players.own_code import own_code_of
@@ -41,10 +43,8 @@ def open_world(environment: str, num_worlds: int) -> World:
         return GymnasiumWorld(environment, num_worlds)
     if issubclass(own, gymnasium.Env):
         return GymnasiumWorld(own, num_worlds)
-    try:
-        world: World = own(num_worlds=num_worlds)
-    except TypeError as error:
-        raise SettingError(f"{environment}: {error}; expected a World that is made with num_worlds=N.") from error
+    _require_num_worlds(own, environment)
+    world: World = made(telling(own), num_worlds=num_worlds)
     missing = [part for part in WORLD_PARTS if not hasattr(world, part)]
     if missing:
         raise SettingError(
@@ -52,6 +52,20 @@ def open_world(environment: str, num_worlds: int) -> World:
             "`racecraft.contract.world.World` describes it."
         )
     return world
+
+
+def _require_num_worlds(own: type, environment: str) -> None:
+    """Refuse a class that is not made as worlds are.
+
+    Raises:
+        SettingError: Its making takes no `num_worlds`, or wants more.
+    """
+    try:
+        inspect.signature(own).bind(num_worlds=1)
+    except TypeError as error:
+        raise SettingError(f"{environment}: {error}; expected a World that is made with num_worlds=N.") from error
+    except ValueError:
+        pass  # a compiled class hides its parameters; its making will tell
 
 
 @contextlib.contextmanager

@@ -30,6 +30,7 @@ from racecraft.contract.world import (
     StepBuffers,
     WorldSpec,
 )
+from racecraft.envs.adapters.asking import asked, asked_to_reset, asked_to_step, made, reward_given, unfit
 
 SOLE_NAME = "observation"
 """Name of the observation where the environment has only one and gives it none."""
@@ -89,9 +90,9 @@ class GymnasiumWorld:
                 self._stand(n, buffers)
                 continue
             action = self._told(actions[n, 0])
-            seen, reward, terminated, truncated, _ = env.step(action)
+            seen, reward, terminated, truncated, _ = asked_to_step(env, action)
             self._history[n].append(action)
-            buffers.reward[n, 0] = reward
+            buffers.reward[n, 0] = reward_given(env, reward)
             buffers.terminated[n, 0] = terminated
             buffers.truncated[n, 0] = truncated
             if terminated or truncated:
@@ -127,7 +128,7 @@ class GymnasiumWorld:
             seen = self._begin(n)
             for k in range(int(state["lengths"][n])):
                 action = self._told(state["actions"][n, k])
-                seen = env.step(action)[0]
+                seen = asked_to_step(env, action)[0]
                 self._history[n].append(action)
             self._show(seen, buffers.observations, n)
         buffers.active[:] = True
@@ -139,7 +140,7 @@ class GymnasiumWorld:
         if not self._closed:
             self._closed = True
             for env in self._envs:
-                env.close()
+                asked(env, "close")
 
     def _set_seed(self, seed: int) -> None:
         self._seed = seed
@@ -149,7 +150,7 @@ class GymnasiumWorld:
         """Begin the present episode of copy n and return what it shows."""
         self._history[n] = []
         key = (int(self._keys[n]) + 0x9E3779B97F4A7C15 * int(self._episode[n])) % (1 << 64)
-        seen, _ = self._envs[n].reset(seed=key >> 33)
+        seen, _ = asked_to_reset(self._envs[n], key >> 33)
         return seen
 
     def _stand(self, n: int, buffers: StepBuffers) -> None:
@@ -166,23 +167,30 @@ class GymnasiumWorld:
 
     def _show(self, seen: Any, named: dict[str, Array], n: int) -> None:
         self._seen[n] = seen
-        for name, space in self._parts.items():
-            value = seen[name] if self._is_dict else seen
-            if isinstance(space, spaces.Discrete):
-                named[name][n, 0] = 0.0
-                named[name][n, 0, int(value) - int(space.start)] = 1.0
-            else:
-                named[name][n, 0] = value
+        try:
+            for name, space in self._parts.items():
+                value = seen[name] if self._is_dict else seen
+                if isinstance(space, spaces.Discrete):
+                    named[name][n, 0] = 0.0
+                    named[name][n, 0, int(value) - int(space.start)] = 1.0
+                else:
+                    named[name][n, 0] = value
+        except (LookupError, TypeError, ValueError) as error:
+            env, method = self._envs[n], "step" if self._history[n] else "reset"
+            raise unfit(env, method, "observation", seen, env.observation_space, error) from error
 
 
 def _make(make: str | Callable[[], gymnasium.Env], settings: dict[str, Any]) -> gymnasium.Env:
-    if callable(make):
-        return make()
+    env: gymnasium.Env = made(make if callable(make) else lambda: _registered(make, settings))
+    return env
+
+
+def _registered(name: str, settings: dict[str, Any]) -> gymnasium.Env:
     try:
-        return gymnasium.make(make, disable_env_checker=True, **settings)
+        return gymnasium.make(name, disable_env_checker=True, **settings)
     except gymnasium.error.Error as error:
         raise UserInputError(
-            f"Gymnasium cannot make '{make}': {error}. Expected an id that is registered and whose packages are "
+            f"Gymnasium cannot make '{name}': {error}. Expected an id that is registered and whose packages are "
             "installed, such as CartPole-v1."
         ) from error
 

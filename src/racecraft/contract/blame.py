@@ -1,0 +1,41 @@
+"""Which line of the user's own files an error came from. Begin with `own_line`."""
+
+from __future__ import annotations
+
+import functools
+import os
+import sysconfig
+import traceback
+from pathlib import Path
+
+_OURS = str(Path(__file__).resolve().parents[1])
+
+
+def own_line(error: BaseException) -> str:
+    """Return "file:line" of the innermost line that is the user's own; "" where none is.
+
+    The user's own is what belongs neither to racecraft nor to Python nor to an installed package. Files in the present
+    folder are told as they are called there.
+    """
+    if isinstance(error, SyntaxError) and error.filename and error.lineno:
+        return f"{shown(error.filename)}:{error.lineno}"
+    for frame in reversed(traceback.extract_tb(error.__traceback__)):
+        if is_own(frame.filename):
+            return f"{shown(frame.filename)}:{frame.lineno}"
+    return ""
+
+
+def is_own(file: str) -> bool:
+    """Tell whether a file is the user's."""
+    return not file.startswith("<") and not os.path.realpath(file).startswith(_installed())
+
+
+def shown(file: str) -> str:
+    """Return a file's name as a person in the present folder would say it."""
+    return os.path.relpath(file) if Path(file).is_relative_to(Path.cwd()) else file
+
+
+@functools.cache
+def _installed() -> tuple[str, ...]:
+    places = {sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "platlib", "purelib")}
+    return (_OURS + os.sep, *(os.path.realpath(place) + os.sep for place in places))
