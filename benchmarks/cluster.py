@@ -4,8 +4,10 @@
     python benchmarks/cluster.py --page     write the page again from what was measured
 
 Cars and snakes are trained by their default settings, evaluations out, one thread a process: in one process, with one
-worker on one node, and with two. The three take turns. What is counted is collecting and learning (`seconds_collect`,
-`seconds_learn` of metrics.jsonl), from the third iteration on. Needs the extra `cluster`.
+worker on one node, with two that share its worlds, and with two that each have as many worlds as the one. All take
+turns. What is counted is collecting and learning (`seconds_collect`, `seconds_learn` of metrics.jsonl), from the third
+iteration on, and of collecting the processor time of the workers and of the process that waits for them, which tells
+the same where others are at work on the machine. Needs the extra `cluster`.
 """
 
 from __future__ import annotations
@@ -18,8 +20,8 @@ import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +30,8 @@ RESULTS = HERE / "cluster.json"
 PAGE = HERE / "cluster.md"
 ROUNDS, WARM_UP = 5, 2
 ITERATIONS = {"cars": 14, "snakes": 8}
+HANDS = {"none": (None, 1), "1": ("1", 1), "2": ("2", 1), "2 of as many": ("2", 2)}
+"""What is measured, by name: how many workers, and how many times the worlds of one process."""
 NODES = (1, 2, 10, 100, 1_000)
 CORES = 16
 """Cores of a node on paper, a worker each."""
@@ -48,6 +52,13 @@ class Measured:
     """Seconds."""
     busy: float = 0.0
     """Seconds that workers collected, added up; 0 in one process."""
+    processor: float = 0.0
+    """Seconds of the processor that workers collected, added up."""
+    here: float = 0.0
+    """Seconds of the processor that it took the training's own thread to ask and to take in."""
+    own: float = 0.0
+    """Seconds of the processor that the training's own process took for everything, files and `here` among it."""
+    workers: int = 1
     bytes_in: float = 0.0
     """For each step."""
     bytes_out: float = 0.0
@@ -57,6 +68,21 @@ class Measured:
     def rate(self) -> float:
         """Steps a second, collecting and learning."""
         return self.steps / (self.collect + self.learn)
+
+    @property
+    def rate_undisturbed(self) -> float:
+        """Steps a second, collecting and learning, were every process's core its own: by processor time."""
+        return self.steps / (self.processor / self.workers + self.own)
+
+    @property
+    def collecting(self) -> float:
+        """Steps a second of collecting alone."""
+        return self.steps / self.collect
+
+    @property
+    def collecting_undisturbed(self) -> float:
+        """Steps a second of collecting alone, were every worker's core its own: by processor time."""
+        return self.steps / (self.processor / self.workers + self.here)
 
 
 @dataclass(frozen=True)
@@ -131,21 +157,21 @@ def main(arguments: list[str]) -> int:
 
 def measure(rounds: int) -> dict[str, Any]:
     load = [os.getloadavg()[0]]
-    found: dict[str, Any] = {name: {"none": [], "1": [], "2": []} for name in ITERATIONS}
+    found: dict[str, Any] = {name: {hands: [] for hands in HANDS} for name in ITERATIONS}
     for turn in range(rounds):
         for name, by in found.items():
-            for workers, rows in by.items():
-                one = trained(name, None if workers == "none" else workers)
+            for hands, rows in by.items():
+                one = trained(name, *HANDS[hands])
                 rows.append(asdict(one))
                 load.append(os.getloadavg()[0])
-                print(f"{turn + 1}/{rounds} {name}, workers: {workers}: {one.rate:,.0f} steps/s", flush=True)
+                print(f"{turn + 1}/{rounds} {name}, workers: {hands}: {one.rate:,.0f} steps/s", flush=True)
     machine = {"processor": platform.machine(), "system": platform.system(), "cores": os.cpu_count()}
     told = {"machine": machine, "measured": time.strftime("%Y-%m-%d"), "load": [min(load), max(load)]}
     return {**told, "rounds": rounds, "worlds": found}
 
 
-def trained(name: str, workers: str | None) -> Measured:
-    """Train for some iterations and return what the later ones took."""
+def trained(name: str, workers: str | None, times: int) -> Measured:
+    """Train for some iterations with so many times the worlds, and return what the later ones took."""
     from racecraft.cluster.spreading import spread_over
     from racecraft.training.callbacks import Silent
     from racecraft.training.worlds import train
@@ -160,27 +186,46 @@ def trained(name: str, workers: str | None) -> Measured:
             gatherers.append(settled.gatherer)
             yield settled
 
+    before: list[Any] = []
+    worked: list[float] = []
+
+    class Warm(Silent):
+        def iteration(self, report: Any) -> None:
+            """Keep what passed until the clock starts."""
+            worked.append(time.process_time())
+            if report.iteration == WARM_UP and gatherers:
+                before.append(replace(gatherers[0].collecting.traffic))
+
     with tempfile.TemporaryDirectory() as place:
         run = Path(place) / "run"
-        train(request_for(name, run), Silent(), lambda text: None, None if spread is None else watched)
+        train(request_for(name, run, times), Warm(), lambda text: None, None if spread is None else watched)
         rows = [json.loads(line) for line in (run / "metrics.jsonl").read_text().splitlines()]
     rows = rows[: ITERATIONS[name]]
     later = rows[WARM_UP:]
     steps = later[-1]["steps"] - rows[WARM_UP - 1]["steps"]
     collect, learn = (sum(row[f"seconds_{phase}"] for row in later) for phase in ("collect", "learn"))
+    own = worked[ITERATIONS[name] - 1] - worked[WARM_UP - 1]
     if not gatherers:
-        return Measured(len(later), steps, collect, learn)
-    traffic = gatherers[0].collecting.traffic
-    busy = traffic.busy_seconds * steps / traffic.steps
-    asked = len(rows) * len(gatherers[0].crew.opened)
-    return Measured(
-        len(later), steps, collect, learn, busy, traffic.bytes_in / traffic.steps, traffic.bytes_out / asked
+        return Measured(len(later), steps, collect, learn, own=own)
+    traffic, count = gatherers[0].collecting.traffic, len(gatherers[0].crew.opened)
+    busy, processor, here = (
+        getattr(traffic, of) - getattr(before[0], of) for of in ("busy_seconds", "processor_seconds", "here_seconds")
     )
+    bytes_in, bytes_out = traffic.bytes_in / traffic.steps, traffic.bytes_out / (len(rows) * count)
+    return Measured(len(later), steps, collect, learn, busy, processor, here, own, count, bytes_in, bytes_out)
 
 
-def request_for(name: str, run: Path) -> Any:
-    """Return a training by default settings, one thread, judged only at its end, and by little."""
-    words = ("runtime.threads=1", "evaluation.every=1000", "evaluation.episodes=1")
+def request_for(name: str, run: Path, times: int = 1) -> Any:
+    """Return a training by default settings, one thread, judged only at its end, and by little.
+
+    Args:
+        name: "cars" or "snakes".
+        run: Where it lies.
+        times: Of the default number of worlds, and of steps between two updates with them.
+    """
+    words: tuple[str, ...] = ("runtime.threads=1", "evaluation.every=1000", "evaluation.episodes=1")
+    if times != 1:
+        words += (f"rollout.num_worlds={times * _default_worlds(name, run)}",)
     asked = {"run": run, "stops": (f"iterations={ITERATIONS[name]}",), "overrides": words}
     if name == "cars":
         from racecraft.training.deepracer.plan import RaceRequest
@@ -192,6 +237,12 @@ def request_for(name: str, run: Path) -> Any:
     return SnakeRequest(GameSettings(11, 11, 4, "standard", "standard"), **asked)
 
 
+def _default_worlds(name: str, run: Path) -> int:
+    from racecraft.training.worlds import plan
+
+    return int(plan(request_for(name, run)).settings.rollout.num_worlds)
+
+
 def costs_of(by: dict[str, list[dict[str, float]]]) -> Costs:
     """Return what a step costs, of the medians measured with one worker."""
 
@@ -199,9 +250,9 @@ def costs_of(by: dict[str, list[dict[str, float]]]) -> Costs:
         return statistics.median(per_step(Measured(**row)) for row in by[workers])
 
     return Costs(
-        collect=middle(lambda one: one.busy / one.steps),
-        take_in=max(0.0, middle(lambda one: (one.collect - one.busy) / one.steps)),
-        learn=middle(lambda one: one.learn / one.steps),
+        collect=middle(lambda one: one.processor / one.steps),
+        take_in=middle(lambda one: one.here / one.steps),
+        learn=middle(lambda one: (one.own - one.here) / one.steps),
         bytes_in=middle(lambda one: one.bytes_in),
         bytes_out=middle(lambda one: one.bytes_out),
         steps=middle(lambda one: one.steps / one.iterations),
@@ -220,25 +271,61 @@ def page(results: dict[str, Any]) -> str:
         f"{results['rounds']} rounds in turns; the machine's load was {load[0]:.1f} to {load[1]:.1f} meanwhile, and "
         f"above {machine['cores']} it had more to do than this.",
         "",
-        "| world | in one process | one worker | two workers | one-node cluster over none | two workers over one, "
-        "collecting | bytes a step | weights |",
-        "|---|---|---|---|---|---|---|---|",
+        "By the clock; and by the processor time of every process, each on a core of its own, which tells the same "
+        "where others are at work on the machine. The median, and from the lowest to the highest; ratios are of runs "
+        "beside each other in time.",
+        "",
+        "## Collecting and learning",
+        "",
+        "| world | steps/s | in one process | one worker | two sharing its worlds | two, each with as many | one-node "
+        "cluster over none |",
+        "|---|---|---|---|---|---|---|",
     ]
-    for name, by in results["worlds"].items():
-        every = {workers: [Measured(**row) for row in rows] for workers, rows in by.items()}
-        rates = {workers: _spread([one.rate for one in rows], ",.0f") for workers, rows in every.items()}
-        pairs = list(zip(every["none"], every["1"], every["2"], strict=True))
-        extra = _spread([100 * (none.rate / one.rate - 1) for none, one, _ in pairs], "+.0f", " %")
-        gain = _spread([(two.steps / two.collect) / (one.steps / one.collect) for _, one, two in pairs], ".2f", "×")
-        some = every["2"][0]
-        lines.append(
-            f"| {name} | {rates['none']} | {rates['1']} | {rates['2']} | {extra} | {gain} | {some.bytes_in:,.0f} | "
-            f"{some.bytes_out / 1e3:,.0f} kB |"
-        )
+    every = {
+        name: {hands: [Measured(**row) for row in rows] for hands, rows in by.items()}
+        for name, by in results["worlds"].items()
+    }
+    for name, by in every.items():
+        for clock, of in (("clock", "rate"), ("processor", "rate_undisturbed")):
+            rates = " | ".join(_spread([getattr(one, of) for one in by[hands]], ",.0f") for hands in HANDS)
+            pairs = [(getattr(none, of), getattr(one, of)) for none, one in zip(by["none"], by["1"], strict=True)]
+            extra = _spread([100 * (none / one - 1) for none, one in pairs], "+.0f", " %")
+            lines.append(f"| {name} | {clock} | {rates} | {extra} |")
     lines += [
         "",
-        "Steps a second of collecting and learning: the median, and from the lowest to the highest. Ratios are of runs "
-        "beside each other in time. Weights go to each worker once an iteration.",
+        "## Collecting alone: two workers over one",
+        "",
+        "| world | two over one | sharing its worlds | each with as many | bytes a step | weights |",
+        "|---|---|---|---|---|---|",
+    ]
+    for name, by in every.items():
+        some = by["2"][0]
+        sent = f"{some.bytes_in:,.0f} | {some.bytes_out / 1e3:,.0f} kB"
+        for clock, of in (("clock", "collecting"), ("processor", "collecting_undisturbed")):
+            gains = [
+                _spread([getattr(two, of) / getattr(one, of) for one, two in zip(by["1"], by[hands], strict=True)],
+                        ".2f", "×")
+                for hands in ("2", "2 of as many")
+            ]  # fmt: skip
+            lines.append(f"| {name} | {clock} | {' | '.join(gains)} | {sent} |")
+    lines += [
+        "",
+        "Weights go to each worker once an iteration. Half the worlds are not half the work, for every tick costs "
+        "something, however few worlds take part:",
+        "",
+        "| world | processor time a step: one worker | two sharing | two with as many | taken in: one | two sharing | "
+        "two with as many | cores that a worker takes |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for name, by in every.items():
+        costs = [
+            f"{1e6 * _middle(getattr(one, of) / one.steps for one in by[hands]):,.1f} µs"
+            for of in ("processor", "here")
+            for hands in list(HANDS)[1:]
+        ]
+        cores = _middle(one.processor / one.busy for hands in list(HANDS)[1:] for one in by[hands])
+        lines.append(f"| {name} | {' | '.join(costs)} | {cores:.2f} |")
+    lines += [
         "",
         "## On paper",
         "",
@@ -265,6 +352,10 @@ def page(results: dict[str, Any]) -> str:
             )
         lines.append("")
     return "\n".join(lines)
+
+
+def _middle(values: Iterable[float]) -> float:
+    return statistics.median(values)
 
 
 def _spread(values: list[float], form: str, unit: str = "") -> str:

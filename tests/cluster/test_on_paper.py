@@ -21,18 +21,43 @@ def bench():
 
 
 def test_the_page_says_what_was_measured(bench):
-    """Of figures made up here: one worker half as fast as one process, two twice as fast as one."""
+    """Of figures made up here: by the clock one worker is half as fast as one process, and two twice as fast as one.
 
-    def row(rate, **more):
-        return {"iterations": 2, "steps": 2_000, "collect": 1_000 / rate, "learn": 1_000 / rate, **more}
+    By processor time 2,000 steps take one process 2 s; one worker 1.9 s, and the learner 2.1 s, 0.1 s to take in.
+    """
 
-    told = {"busy": 0.5, "bytes_in": 120.0, "bytes_out": 5_000.0}
-    by = {"none": [row(1_000)], "1": [row(500, **told)], "2": [row(1_000, **told)]}
+    def row(rate, workers=1, times=1, **more):
+        seconds = 1_000 * times / rate
+        return {
+            "iterations": 2,
+            "steps": 2_000 * times,
+            "collect": seconds,
+            "learn": seconds,
+            "workers": workers,
+            **more,
+        }
+
+    told = {"busy": 2.0, "processor": 1.9, "here": 0.1, "own": 2.1, "bytes_in": 120.0, "bytes_out": 5_000.0}
+    twice = {**told, "processor": 3.8, "here": 0.2, "own": 4.2}
+    by = {
+        "none": [row(1_000, own=2.0)],
+        "1": [row(500, **told)],
+        "2": [row(1_000, 2, **told)],
+        "2 of as many": [row(1_000, 2, 2, **twice)],
+    }
     machine = {"processor": "x", "system": "y", "cores": 2}
     results = {"machine": machine, "measured": "2026-01-01", "load": [0.5, 9.0], "rounds": 1, "worlds": {"cars": by}}
     text = bench.page(json.loads(json.dumps(results)))
-    assert "| cars | 1,000 (1,000 – 1,000) | 500 (500 – 500) | 1,000 (1,000 – 1,000) |" in text
-    assert "+100 % (+100 – +100) | 2.00× (2.00 – 2.00) | 120 | 5 kB |" in text
+    clock, rates = "| cars | clock |", "1,000 (1,000 – 1,000)"
+    assert f"{clock} {rates} | 500 (500 – 500) | {rates} | {rates} | +100 % (+100 – +100) |" in text
+    assert "| cars | processor | 1,000 (1,000 – 1,000) | 500 (500 – 500) | 656 (656 – 656) | 656 (656 – 656) |" in text
+    assert f"{clock} 2.00× (2.00 – 2.00) | 2.00× (2.00 – 2.00) | 120 | 5 kB |" in text
+    shared, own = 2.0 / (0.95 + 0.1), 2 * 2.0 / (1.9 + 0.2)
+    assert (
+        f"| cars | processor | {shared:.2f}× ({shared:.2f} – {shared:.2f}) | {own:.2f}× ({own:.2f} – {own:.2f}) |"
+        in text
+    )
+    assert "| cars | 950.0 µs | 950.0 µs | 950.0 µs | 50.0 µs | 50.0 µs | 50.0 µs | 0.95 |" in text
     assert "| 1,000 | 16,000 |" in text
 
 

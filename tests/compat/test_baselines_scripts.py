@@ -7,16 +7,20 @@ import inspect
 import os
 import re
 import shutil
+import sys
 from pathlib import Path
 
+import gymnasium
 import numpy as np
 import pytest
+from tests.compat.test_coach_scripts import CART
 
 from racecraft.compat import baselines_training
 from racecraft.compat.baselines_words import WORDS, translated
 from racecraft.compat.foreign import run_script
 from racecraft.compat.names.sagemaker_rl.stable_baselines_launcher import SagemakerStableBaselinesPPO1Launcher
 from racecraft.contract.errors import InputFileError, SettingError
+from racecraft.evaluation.judge import judge_run
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import OutputFileError
 from racecraft.training.gymnasium.trainer import GymRequest, plan
@@ -95,6 +99,24 @@ def test_a_wrapped_environment_is_copied_with_its_wrapper(folder, capsys):
     told = re.findall(r"\| Ep(Len|Rew)Mean +\| (\S+)", capsys.readouterr().out)
     (_, length), (_, reward) = told
     assert float(reward) == pytest.approx(0.5 * float(length), rel=1e-6)
+
+
+@pytest.mark.parametrize("wrapped", ["env", "Cart()", "RewScale(env, 0.5)"])
+def test_its_environment_travels_with_its_run(folder, wrapped):
+    (folder / "cart.py").write_text(CART)
+    (folder / "preset-cart.py").write_text(
+        "from cart import Cart\n" + PRESET.format(env="CartPole-v1", wrapped=wrapped)
+    )
+    run_script(folder / "train.py", ["preset-cart.py"])
+    (run,) = (folder / "runs").iterdir()
+    run.rename(folder / "away")
+    for name in ("train.py", "preset-cart.py", "cart.py"):
+        (folder / name).unlink()
+    sys.modules.pop("cart")
+    gymnasium.registry.pop("from_script/environment-v0")
+    told = judge_run(folder / "away", episodes=4)
+    assert told["episodes"] == 4
+    assert told["mean_return"] == told["mean_steps"] * (0.5 if "RewScale" in wrapped else 1)
 
 
 def test_what_was_trained_is_filmed_where_it_can_be_shown(folder, monkeypatch):

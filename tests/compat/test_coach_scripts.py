@@ -9,12 +9,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import gymnasium
 import numpy as np
 import pytest
 
 from racecraft.compat.coach_words import AGENT_WORDS, Amount, Head, Layer, Line, Part, translated
 from racecraft.compat.foreign import run_script
 from racecraft.contract.errors import InputFileError, SettingError
+from racecraft.evaluation.judge import judge_run
 from racecraft.formats.run_folder import RunFolder
 from racecraft.training.gymnasium.trainer import GymRequest, plan
 
@@ -124,6 +126,20 @@ def test_words_that_mean_nothing_are_refused(folder, words, letter):
     (folder / "preset-cart.py").write_text(PRESET.format(agent="ClippedPPO", module="clipped_ppo_agent"))
     with pytest.raises(SettingError, match=letter):
         run_script(folder / "train.py", words)
+
+
+def test_a_presets_own_environment_travels_with_its_run(folder):
+    (folder / "preset-cart.py").write_text(PRESET.format(agent="ClippedPPO", module="clipped_ppo_agent"))
+    run_script(folder / "train.py", ["--rl.improve_steps:TrainingSteps", "2"])
+    (run,) = (folder / "runs").iterdir()
+    run.rename(folder / "away")
+    for name in ("train.py", "preset-cart.py", "cart.py"):
+        (folder / name).unlink()
+    sys.modules.pop("cart")
+    gymnasium.registry.pop("from_script/Cart-v0")
+    told = judge_run(folder / "away", episodes=4)
+    assert told["episodes"] == 4
+    assert told["mean_return"] == told["mean_steps"] > 5, "a cart's pole earns one a step"
 
 
 def test_a_preset_that_is_not_there_is_named_with_those_that_are(folder):

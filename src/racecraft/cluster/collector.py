@@ -37,6 +37,10 @@ class Traffic:
     """Of arrays that went to them, counted once a worker."""
     busy_seconds: float = 0.0
     """That workers spent collecting, added up."""
+    processor_seconds: float = 0.0
+    """Of the processor, by all threads of the workers meanwhile, added up."""
+    here_seconds: float = 0.0
+    """Of the processor, by the thread that asks, from asking to having what was collected."""
     twin_seconds: float = 0.0
     """Spent here on seeing again what workers saw."""
     minibatches: int = 0
@@ -56,6 +60,7 @@ class Traffic:
         self.bytes_in += sum(map(bytes_of, harvests))
         self.bytes_out += bytes_of(task) * len(harvests)
         self.busy_seconds += sum(harvest.seconds for harvest in harvests)
+        self.processor_seconds += sum(harvest.processor_seconds for harvest in harvests)
 
     def count_gradients(self, drawn: Drawn, parts: Sequence[Found], seconds: float) -> None:
         """Count one minibatch."""
@@ -202,6 +207,7 @@ class ClusterCollector:
             self._states = [state["workers"][str(place)] for place in range(here)]
 
     def _collect(self, quota: int | None) -> RolloutBatch:
+        worked = time.thread_time()
         self._begin()
         sent, self._under_way = self._under_way or self._send(quota), None
         starts = self._starts(sent.task, sent.parts)
@@ -216,7 +222,9 @@ class ClusterCollector:
         self._take_in(sent.task, harvests)
         if self._ahead:
             self._under_way = self._send(quota)
-        return side_by_side([harvest.batch for harvest in harvests if isinstance(harvest.batch, RolloutBatch)])
+        batch = side_by_side([harvest.batch for harvest in harvests if isinstance(harvest.batch, RolloutBatch)])
+        self.traffic.here_seconds += time.thread_time() - worked
+        return batch
 
     def _begin(self) -> None:
         if not self._begun:

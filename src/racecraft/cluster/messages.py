@@ -107,6 +107,8 @@ class Harvest:
     """Environment steps taken in this collecting."""
     seconds: float
     """Spent on it."""
+    processor_seconds: float
+    """Of the processor, by all threads of the worker; not much more than `seconds` where it keeps to one core."""
     state: dict[str, Any]
     """All that another worker needs to go on from here."""
 

@@ -118,7 +118,7 @@ class Worker:
             self._restore(start.state)
 
     def _collect(self, task: Task) -> Harvest:
-        began, before = time.perf_counter(), self._collector.steps_taken
+        began, worked, before = time.perf_counter(), time.process_time(), self._collector.steps_taken
         self._take_weights(task.weights)
         if task.version > self._version:
             self._experiment.after_update(self._learner)
@@ -134,6 +134,7 @@ class Worker:
             steps=collector.steps_taken - before,
             state=self._state(),
             seconds=time.perf_counter() - began,
+            processor_seconds=time.process_time() - worked,
         )
 
     def _sent(self, batch: RolloutBatch) -> RolloutBatch | Deeds:

@@ -19,7 +19,8 @@ from racecraft.envs.deepracer.reward_params import ObjectReports, RewardParams
 from racecraft.tracks.track import Track
 
 RewardFunction = Callable[[dict[str, Any]], float]
-UNPAID = (race.PREPARE, race.PARK, race.PAUSE)
+IS_PAID = np.array([status not in {race.PREPARE, race.PARK, race.PAUSE} for status in range(len(race.STATUSES))])
+"""Whether a car of each status earns something, bool (S,)."""
 
 
 class Paying:
@@ -63,7 +64,7 @@ class Paying:
             RewardError: A function failed; those of the cars before it were written.
         """
         flat, paid = reports.reshape(-1), rewards.flat
-        called = ~np.isin(flat["status"], UNPAID)
+        called = IS_PAID[flat["status"]]
         of_car = [reward] * called.size if callable(reward) else reward
         objects = self._object_reports() if self._around.kinds.size else None
         cars = np.flatnonzero(called)
