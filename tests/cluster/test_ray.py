@@ -200,3 +200,40 @@ def test_a_cluster_that_does_not_stand_is_named(tmp_path):
     assert told.returncode == 2
     assert "no Ray cluster answers at 127.0.0.1:1" in told.stderr
     assert not (tmp_path / "run").exists()
+
+
+FAILS = """\
+import gymnasium, numpy as np
+
+
+class Maze(gymnasium.Env):
+    observation_space = gymnasium.spaces.Box(-1, 1, (3,), np.float32)
+    action_space = gymnasium.spaces.Discrete(2)
+    ticks = 0
+
+    def reset(self, *, seed=None, options=None):
+        return np.zeros(3, np.float32), {}
+
+    def step(self, action):
+        Maze.ticks += 1
+        return np.zeros(3, np.float32), 1.0, self.ends[Maze.ticks], False, {}
+
+    ends = [True] * 2000
+"""
+
+
+def test_an_environment_that_raises_at_a_worker_is_told_with_its_line_and_nothing_goes_on(tmp_path):
+    (tmp_path / "maze_that_fails.py").write_text(FAILS)
+    asked = [word.replace("CartPole-v1", "maze_that_fails:Maze") for word in words(tmp_path / "run", 2)]
+    training = subprocess.Popen(
+        asked, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True
+    )
+    try:
+        said, _ = training.communicate(timeout=PATIENCE)
+    finally:
+        training.kill()
+    assert training.returncode == 2, said
+    assert "maze_that_fails.py:14: Maze.step raised IndexError: list index out of range" in said
+    assert "what was learned until then stands in" in said
+    assert iterations(tmp_path / "run") == 3
+    until(lambda: are_gone(training.pid), "the end of every process")

@@ -41,6 +41,19 @@ def test_a_detached_training_is_watched_stopped_resumed_and_forgotten(racecraft,
     assert not home.folder("gym-1").exists()
 
 
+def test_a_job_typed_with_values_behind_their_options_goes_on_after_a_kill(racecraft, home, tmp_path):  # noqa: F811
+    asked = ("gym", "train", "CartPole-v1", "--stop", "iterations=60", "--no-pictures", "--set", "rollout.horizon=64")
+    assert racecraft("jobs", "run", "--cores", "1", "--name", "cart", *asked).code == 0
+    metrics = tmp_path / "runs" / "cart" / "metrics.jsonl"
+    wait_until(lambda: metrics.exists() and metrics.read_text().count("\n") >= 3)
+    os.kill(json.loads((tmp_path / "runs" / "cart" / "run.lock").read_text())["pid"], signal.SIGKILL)
+    assert racecraft("jobs", "wait", "cart").out == "cart: Completed\n"
+    told = json.loads(racecraft("jobs", "show", "cart", "--json").out)
+    assert told["attempts"] == 2
+    rows = [json.loads(row)["iteration"] for row in metrics.read_text().splitlines()]
+    assert rows == list(range(1, 61))
+
+
 def test_what_cannot_be_trained_is_said_at_once_and_makes_no_job(racecraft, home):  # noqa: F811
     for words, letter in (
         (("gym", "train", "CartPole-v1", "--set", "ppo.learnin_rate=1"), "Did you mean 'learning_rate'"),

@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 
 NOT_FOR_THE_JOB = ("detach", "resume", "run", "json")
 """Parameters of a training command that its job is not told, or told otherwise."""
-KEPT_ON_RESUME = ("--stop", "--pictures", "--no-pictures", "--cluster")
+KEPT_ON_RESUME = ("--stop", "--cluster")
+"""Options of a training that it is told again when it goes on, each with a value."""
+FLAGS_ON_RESUME = ("--pictures", "--no-pictures")
+"""Those without."""
 
 
 def detach_training(
@@ -78,7 +81,7 @@ def submit_training(
         if run is None and place.exists():
             return None
         at = f"--run={place}"
-        again = (*verb, at, "--resume", *(word for word in words if word.partition("=")[0] in KEPT_ON_RESUME))
+        again = (*verb, at, "--resume", *told_again(words))
         return JobSpec(
             command=again if goes_on else (*verb, *words, at),
             name=name,
@@ -93,6 +96,21 @@ def submit_training(
     if name and (made := spec(name)) is not None:
         return submit(home, made)
     return submit_numbered(home, name or ("-".join(verb[:-1]) or "car"), spec)
+
+
+def told_again(words: Sequence[str]) -> list[str]:
+    """Return what a training that goes on is told of its words, values joined to their options or behind them.
+
+    >>> told_again(["CartPole-v1", "--stop", "score=475", "--seed", "2", "--stop=minutes=9", "--no-pictures"])
+    ['--stop=score=475', '--stop=minutes=9', '--no-pictures']
+    """
+    told, left = [], iter(words)
+    for word in left:
+        if word in KEPT_ON_RESUME:
+            told.append(f"{word}={next(left, '')}")
+        elif word.partition("=")[0] in KEPT_ON_RESUME or word in FLAGS_ON_RESUME:
+            told.append(word)
+    return told
 
 
 def tell_submitted(job: Job, json: bool) -> None:
