@@ -146,6 +146,7 @@ def test_names_of_both_versions_mean_the_same(source):
     ("words", "error", "letter"),
     [
         ({"train_instance_typ": "local"}, SettingError, "Did you mean 'train_instance_type'"),
+        ({"source_dirr": "src"}, SettingError, "Did you mean 'source_dir'"),
         ({"max_run": 1, "train_max_run": 2}, SettingError, "one word; give it once"),
         ({"max_run": 60, "max_wait": 30}, SettingError, "max_wait 30 is less than max_run 60"),
         ({"toolkit": None}, AttributeError, "toolkit missing"),

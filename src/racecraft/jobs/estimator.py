@@ -45,8 +45,9 @@ MOST_LETTERS = 63
 LENT = ("sagemaker_rl",)
 """Dependencies that need not be there: `racecraft run` lends them."""
 _OWN_WORDS = (
-    "base_job_name", "max_run", "max_wait", "use_spot_instances", "metric_definitions", "environment", "dependencies",
-    "cores", "memory_mib",
+    "entry_point", "toolkit", "toolkit_version", "framework", "source_dir", "hyperparameters", "base_job_name",
+    "max_run", "max_wait", "use_spot_instances", "metric_definitions", "environment", "dependencies", "cores",
+    "memory_mib",
 )  # fmt: skip
 
 
