@@ -15,7 +15,7 @@ long as `BUDGET_SECONDS`, up to the first that fails. That one is asked again wi
 there as well, it is no judge. Lines that run at import, or in a compiled kernel, no test is seen to run: there all
 tests are asked that run the module, or whoever imports it. Each mutant lives in a fork of one process that has imported
 the large guests, and of kernels only those are compiled again that read what was changed: of cars a minute or two, so
-they come last. To let Python run them as they are written would be quicker, but their records are no Python objects.
+they come last. With --unmapped nothing is compiled: Python runs the kernels as they are written (`interpreted.py`).
 
 docs/decisions/0009-mutants.md says why this is a script of ours, and which survivors were read.
 """
@@ -37,6 +37,7 @@ from pathlib import Path
 
 import forks
 from coverage_map import CoverageMap
+from interpreted import Hurry, interpret
 from mutations import Mutant, changed, mutants_in
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -44,6 +45,8 @@ HOUSE = Path("src/racecraft")
 ROOMS = ("contract", "envs", "algorithms", "rollout", "evaluation", "formats")
 SIEVE_SECONDS, SIEVE_FILES = 12, 4
 """What tests asked without a map have for a mutant, processor seconds and files; not caught by then counts as alive."""
+INTERPRETED_SECONDS = 30
+"""The same where Python runs the kernels: compiled they would want a minute or two before the first test."""
 BUDGET_SECONDS = 60
 """What the tests that are asked about one mutant may cost together, in processor seconds without it."""
 PATIENCE = 4
@@ -181,17 +184,18 @@ class Copy:
         )  # examples first
         asked = [one.relative_to(self._root).as_posix() for one in (near or far)[:SIEVE_FILES]]
         unfit: list[str] = []
+        plainly = bool(self.read_by(mutant.path))
+        allowed = INTERPRETED_SECONDS if plainly else SIEVE_SECONDS
         while asked:
-            allowed = SIEVE_SECONDS + (COMPILING[True] if self.read_by(mutant.path) else 0)
             with self._living(mutant):
-                code, said = self._run([*asked, *(f"--deselect={one}" for one in unfit)], allowed, self._tried)
+                code, said = self._run([*asked, *(f"--deselect={one}" for one in unfit)], allowed, self._tried, plainly)
             noticing = re.findall(r"^(?:FAILED|ERROR) (\S+?(?:::.+?)?)(?: - .*)?$", said, re.MULTILINE)
             if code in (0, None, 5) or not noticing:
                 print(
                     "" if code == 0 else f"     (the tests came to no end: {code})", end="\n" * (code != 0), flush=True
                 )
                 return ""
-            if self._run(noticing[:1], SIEVE_SECONDS + COMPILING[True], self._compiled)[0] == 0:
+            if self._judges(mutant, noticing[0], allowed, plainly=plainly):
                 return str(noticing[0])
             unfit.append(noticing[0])
             asked = [one for one in asked if one != noticing[0]]
@@ -215,10 +219,18 @@ class Copy:
                 return ""
             noticing = re.findall(r"^(?:FAILED|ERROR) (\S+::.+?)(?: - .*)?$", said, re.MULTILINE)
             judge = next((one for one in noticing if one in self.map.costs), tests[0])
-            if self._run([judge], PATIENCE * self.map.costs[judge] + COMPILING[True], self._compiled)[0] == 0:
+            if self._judges(mutant, judge, PATIENCE * self.map.costs[judge] + COMPILING[True], late=code is None):
                 return f"late: {judge}" if code is None else judge
             tests = [one for one in tests if one != judge]
         return ""
+
+    def _judges(self, mutant: Mutant, test: str, seconds: float, late: bool = False, plainly: bool = False) -> bool:
+        """Tell whether a test passes without a mutant and fails with it once more: a slow machine kills nobody."""
+        if self._run([test], seconds, self._compiled, plainly)[0] != 0:
+            return False
+        with self._living(mutant):
+            code = self._run([test], seconds, self._tried, plainly)[0]
+        return code != 0 and (late or code is not None)
 
     def _is_near(self, file: Path, path: Path) -> bool:
         """Tell whether a test file names a module or bears its name."""
@@ -262,16 +274,20 @@ class Copy:
         every = (self._root / HOUSE).rglob("*.py")
         return [one.relative_to(self._root) for one in every if imports.search(one.read_text("utf-8"))]
 
-    def _run(self, tests: list[str], cpu_seconds: float, compiled: Path) -> tuple[int | None, str]:
-        """Ask tests; return pytest's exit status, None where they were late, and what was said."""
+    def _run(
+        self, tests: list[str], cpu_seconds: float, compiled: Path, plainly: bool = False
+    ) -> tuple[int | None, str]:
+        """Ask tests, kernels compiled or run by Python; return pytest's exit status, None if late, and its words."""
         log = self.place / "said.log"
 
         def act() -> int:
             import pytest
 
             _keep_kernels_in(compiled)
-            options = ("-q", "-x", "-rfE", "--tb=line", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "timeout=300")
-            return int(pytest.main([*options, *tests]))
+            if plainly:
+                interpret()
+            options = ("-q", "-x", "-rfE", "--tb=line", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "timeout=0")
+            return int(pytest.main([*options, *tests], plugins=[Hurry(self.place / "too-long.txt")] if plainly else []))
 
         code = forks.in_fork(act, self._root, log, cpu_seconds)
         return code, log.read_text(errors="replace")

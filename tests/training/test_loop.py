@@ -232,6 +232,68 @@ def shown(kind, score_name, *reports):
     return stream.getvalue()
 
 
+class Clock:
+    """A clock that only moves when it is told to, s."""
+
+    now = 100.0
+
+    def perf_counter(self):
+        return self.now
+
+
+class LongCollector(Collector):
+    """Collects for so many ticks of a second, and lets who wants to look after each."""
+
+    def __init__(self, clock, ticks):
+        super().__init__()
+        self.clock, self.ticks = clock, ticks
+
+    def look_meanwhile(self, look):
+        self.look = look
+
+    def collect(self):
+        for _ in range(self.ticks):
+            self.clock.now += 1.0
+            self.look()
+        return super().collect()
+
+
+@pytest.mark.parametrize(
+    ("ticks", "iterations", "seconds"),
+    [
+        (10_000, 0, 69.0),  # a minute, a tenth of it and two seconds; then it is broken off
+        (68, 1, 68.0),  # within that it is finished
+        (34, 2, 68.0),
+        (59, 1, 69.0),  # the second one is broken off where the first would have been
+    ],
+)
+def test_minutes_end_within_an_iteration(monkeypatch, ticks, iterations, seconds):
+    clock = Clock()
+    monkeypatch.setattr("racecraft.training.loop.time", clock)
+    outcome = looked_at(LongCollector(clock, ticks), "minutes=1", clock)
+    assert (outcome.reason, outcome.iterations, clock.now - 100.0) == ("minutes=1", iterations, seconds)
+
+
+def test_who_asks_it_to_stop_is_heard_within_an_iteration(monkeypatch):
+    clock = Clock()
+    monkeypatch.setattr("racecraft.training.loop.time", clock)
+    collector = LongCollector(clock, 10_000)
+    outcome = looked_at(collector, "iterations=9", clock, asked_at=105.0)
+    assert (outcome.reason, outcome.iterations, clock.now) == ("asked to stop", 0, 105.0)
+
+
+def looked_at(collector, stop, clock, asked_at=float("inf")):
+    """Train with a collector that lets the loop look meanwhile; somebody asks it to stop at some second."""
+    notes = Notes()
+    notes.stop_asked = lambda: clock.now >= asked_at
+    loop = TrainingLoop(
+        collector, SimpleNamespace(eats="rollout", update=lambda batch: {}), ScriptedJudge([lap(1, None)] * 3),
+        notes, notes, RolloutConfig(num_worlds=1, horizon=1), EvaluationConfig(every=100), parse_stops([stop]),
+        SimpleNamespace(take=lambda batch: batch),
+    )  # fmt: skip
+    return loop.run("scripted")
+
+
 def test_a_training_that_fails_says_so_where_it_would_say_why_it_stopped():
     def fails(batch):
         raise DivergedError("the losses are no numbers")
