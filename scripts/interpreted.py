@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-LONGEST_TEST_SECONDS = 2
+LONGEST_TEST_SECONDS = 3
 """The processor seconds after which a test is skipped."""
 
 _within = threading.local()

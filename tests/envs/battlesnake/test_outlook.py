@@ -35,6 +35,7 @@ def test_a_pocket_is_told_from_the_open():
     assert seen[LEFT, ROOM] == pytest.approx(3 / 49), "(0, 0), (0, 1), (0, 2); segment (0, 3) opens in 8 turns"
     assert seen[RIGHT, ROOM] > 0.3
     assert seen[LEFT, SPACE] == pytest.approx(3 / 12)
+    assert seen[LEFT, OWN_SPACE] == pytest.approx(3 / 12), "nobody else comes there"
     assert (seen[[UP, DOWN]] == 0).all(), "a body and a wall"
 
 

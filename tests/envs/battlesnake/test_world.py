@@ -7,8 +7,11 @@ import pytest
 
 from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import allocate
-from racecraft.envs.battlesnake.board import Board, BoardError, Snake
+from racecraft.envs.battlesnake.board import MOVES, STEPS, Board, BoardError, Snake
+from racecraft.envs.battlesnake.dice import StreamDice
 from racecraft.envs.battlesnake.observation import PLANES, observe_board
+from racecraft.envs.battlesnake.reference import Referee, apply_rules
+from racecraft.envs.battlesnake.rulesets import is_over
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.solo_maze import level_of
 from racecraft.envs.battlesnake.world import BattlesnakeWorld, Prizes, WorldSettings
@@ -118,6 +121,32 @@ def test_the_mask_frees_a_leaving_tail_and_all_moves_where_all_are_fatal():
     assert mask.all()
 
 
+def not_surely_fatal(board, snake, wrapped):
+    """Say of the four moves what a person would: on the board, and no body there but a tail that moves away."""
+    ways = []
+    for dx, dy in STEPS:
+        x, y = snake.head[0] + dx, snake.head[1] + dy
+        x, y = (x % board.width, y % board.height) if wrapped else (x, y)
+        lying = [other for other in board.alive() if (x, y) in other.body]
+        leaving = [other.body.index((x, y)) == len(other.body) - 1 for other in lying]
+        ways.append(board.holds((x, y)) and all(leaving))
+    return ways if any(ways) else [True] * 4
+
+
+@pytest.mark.parametrize("ruleset", ["standard", "wrapped"])
+def test_the_mask_is_what_a_person_would_say(ruleset):
+    edges = 0
+    for world, buffers, _ in stepped(WorldSettings(GameSettings(7, 5, 4, ruleset), 8), 60):
+        for number in range(8):
+            board = world.board(number)
+            for m, snake in enumerate(board.snakes):
+                if snake.alive:
+                    expected = not_surely_fatal(board, snake, ruleset == "wrapped")
+                    assert buffers.action_mask[number, m].tolist() == expected
+                    edges += snake.head[1] == 4 and expected[0] and not all(expected)
+    assert (edges > 10) == (ruleset == "wrapped")
+
+
 def test_overlapping_snakes_and_strangers_are_refused():
     board = Board(7, 7, 0, [Snake("a", [(1, 1), (1, 2)]), Snake("b", [(1, 2), (2, 2)])])
     with pytest.raises(BoardError, match="on another living snake"):
@@ -155,6 +184,48 @@ def test_rewards_are_paid_once_for_the_win_and_once_for_the_loss():
             losses += record.status != "won"
         assert not (buffers.truncated & buffers.terminated).any()
     assert losses > wins > 20
+
+
+def test_episodes_tell_what_the_referee_counts():
+    """Length, food, kills, turns, cause and pay of every episode, by the readable rules from the same positions."""
+    game, prizes = GameSettings(7, 7, 4, minimum_food=3), Prizes(turn=0.125, food=0.5, kill=0.25, win=8.0, loss=-4.0)
+    world = BattlesnakeWorld(WorldSettings(game, 8, max_turns=40, prizes=prizes))
+    buffers, rng, referee = allocate(world.spec), np.random.default_rng(1), Referee(game, StreamDice(0))
+    world.reset(buffers, 1)
+    counted, kills = np.zeros((8, 4, 3)), 0
+    for _ in range(250):
+        actions = (rng.random(buffers.action_mask.shape) * buffers.action_mask).argmax(axis=-1)
+        boards = [world.board(number) for number in range(8)]
+        world.step(actions, buffers)
+        told = {(one.world, one.agent): one for one in world.take_episodes()}
+        for number, before in enumerate(boards):
+            after, alive = before.copy(), [snake.alive for snake in before.snakes]
+            moves = {snake.id: MOVES[actions[number, m]] for m, snake in enumerate(before.snakes) if snake.alive}
+            apply_rules(referee.rules, after, moves, referee.table)
+            over = is_over(after, game)
+            for m in np.flatnonzero(alive):
+                snake = after.snakes[m]
+                ate = len(snake.body) - len(before.snakes[m].body)
+                slain = sum(
+                    alive[n] and other.by == snake.id != other.id and "collision" in other.cause
+                    for n, other in enumerate(after.snakes)
+                )
+                pay = prizes.loss if snake.cause else prizes.win if over else prizes.turn
+                counted[number, m] += (pay + prizes.food * ate + prizes.kill * slain, ate, slain)
+                kills += slain
+                if (record := told.pop((number, m), None)) is not None:
+                    status = snake.cause or ("won" if over else "truncated")
+                    assert (record.status, record.steps) == (status, before.turn + 1)
+                    reward, ate, slain = counted[number, m]
+                    assert record.facts == {"length": len(snake.body), "food_eaten": ate, "kills": slain}
+                    assert record.reward == reward
+                    counted[number, m] = 0
+                else:
+                    assert not snake.cause
+                    assert not over
+                    assert before.turn + 1 < 40
+        assert not told
+    assert kills > 20
 
 
 def test_the_dead_wait_for_the_next_game():
