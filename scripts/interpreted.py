@@ -44,6 +44,7 @@ def _left_alone(**_options: Any) -> Callable[[Callable[..., Any]], Callable[...,
             finally:
                 _within.kernel = False
 
+        vars(entered)["py_func"] = function  # as a compiled one has it
         return entered
 
     return decorate
@@ -88,12 +89,16 @@ class Hurry:
         def skip(*_: Any) -> None:
             import pytest
 
-            with self._kept.open("a") as file:
-                file.write(f"{item.nodeid}\n")
+            self.leave_out(item.nodeid)
             pytest.skip("too long without being compiled")
 
         signal.signal(signal.SIGVTALRM, skip)
         signal.setitimer(signal.ITIMER_VIRTUAL, LONGEST_TEST_SECONDS)
+
+    def leave_out(self, test: str) -> None:
+        """Leave a test out from now on."""
+        with self._kept.open("a") as file:
+            file.write(f"{test}\n")
 
     def pytest_runtest_teardown(self) -> None:
         """Leave it the time to tidy up."""

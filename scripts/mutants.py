@@ -227,6 +227,8 @@ class Copy:
     def _judges(self, mutant: Mutant, test: str, seconds: float, late: bool = False, plainly: bool = False) -> bool:
         """Tell whether a test passes without a mutant and fails with it once more: a slow machine kills nobody."""
         if self._run([test], seconds, self._compiled, plainly)[0] != 0:
+            if plainly:
+                Hurry(self.place / "unfit.txt").leave_out(test)
             return False
         with self._living(mutant):
             code = self._run([test], seconds, self._tried, plainly)[0]
@@ -287,7 +289,7 @@ class Copy:
             if plainly:
                 interpret()
             options = ("-q", "-x", "-rfE", "--tb=line", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "timeout=0")
-            return int(pytest.main([*options, *tests], plugins=[Hurry(self.place / "too-long.txt")] if plainly else []))
+            return int(pytest.main([*options, *tests], plugins=[Hurry(self.place / "unfit.txt")] if plainly else []))
 
         code = forks.in_fork(act, self._root, log, cpu_seconds)
         return code, log.read_text(errors="replace")

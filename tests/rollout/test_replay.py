@@ -188,6 +188,11 @@ def test_it_waits_until_enough_is_remembered_and_counts_what_is_new():
     assert (len(one), one.new_transitions) == (14, 6)
 
 
+def test_it_begins_with_exactly_as_many_as_were_asked_for():
+    assert replay().take(ticks(0, 5, 2)) is not None
+    assert replay().take(ticks(0, 5, 2, inactive=[(3, 1)])) is None
+
+
 @pytest.mark.parametrize("prioritised", [False, True])
 def test_only_ticks_to_learn_from_are_drawn_each_as_likely_and_none_whose_steps_are_not_all_seen(prioritised):
     one = replay(n_step=3, prioritised=prioritised)

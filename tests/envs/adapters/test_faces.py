@@ -160,6 +160,23 @@ def test_stable_baselines3_is_told_of_cuts_and_shown_the_end():
     assert len(env.env_method("action_masks")) == 2
 
 
+def test_an_end_in_the_last_tick_of_the_time_is_an_end_to_stable_baselines3():
+    """Value follows a cut and not an end; where both fall together nothing follows."""
+    pytest.importorskip("stable_baselines3")
+
+    class EndsWhereItIsCut(Walk):
+        def step(self, actions, buffers):
+            super().step(actions, buffers)
+            buffers.terminated |= buffers.truncated
+
+    env = sb3_vec_env(EndsWhereItIsCut(2, masked=True), seed=1)
+    env.reset()
+    for _ in range(LIMIT):
+        _, _, ended, infos = env.step(np.array([2, 2]))
+    assert ended.all()
+    assert not infos[1]["TimeLimit.truncated"]
+
+
 def test_pettingzoos_own_checker_accepts_our_parallel_env():
     pytest.importorskip("pettingzoo")
     from pettingzoo.test import parallel_api_test, parallel_seed_test

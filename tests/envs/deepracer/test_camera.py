@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from racecraft.envs.deepracer.camera import MOUNT_V2, MOUNT_V3, Camera, CameraError
-from racecraft.envs.deepracer.scene import DASH, FIELD, LINE, MATERIALS, ROAD, SKY, START, build_scene, set_in
+from racecraft.envs.deepracer.scene import DASH, FIELD, LINE, MATERIALS, ROAD, SKY, START, build_scene, set_in, start_rings
 from racecraft.kernels import set_threads, threads
 from racecraft.tracks.look import TrackLook
 from racecraft.tracks.track import Track
@@ -202,6 +202,14 @@ def test_the_start_strip_lies_where_it_is_told():
     _, _, v = pinhole(camera.optics, pose, np.array([[start.x, start.y], [start.x + 0.2, start.y]]))
     assert abs(rows.max() + 1 - v[0]) <= 1
     assert abs(rows.min() - v[1]) <= 1
+
+
+@pytest.mark.parametrize(("side", "wide"), [("inside", 0.7), ("outside", 0.8), ("none", 0.8)])
+def test_the_start_strip_lies_between_the_lines(side, wide):
+    """0.1 m long on a road of 0.8 m with lines of 0.05: they lie on the strip's ends or beside the road."""
+    ((corners, _, under),) = start_rings(oval(look=TrackLook(start_strip=0.1, line_width=0.05, line_side=side)))
+    assert np.ptp(corners, axis=0) == pytest.approx([0.1, wide], abs=5e-3)
+    assert under == ROAD
 
 
 def test_an_odd_size_or_array_is_refused_with_a_letter(scene):

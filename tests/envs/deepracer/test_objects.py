@@ -13,7 +13,13 @@ from racecraft.contract.world import allocate
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.kernels import sight
-from racecraft.envs.deepracer.kernels.objects import corner_inside, is_to_blame, objects_around, rectangles_touch
+from racecraft.envs.deepracer.kernels.objects import (
+    corner_inside,
+    hits,
+    is_to_blame,
+    objects_around,
+    rectangles_touch,
+)
 from racecraft.envs.deepracer.objects import (
     CLEAR_AHEAD_M,
     CLEAR_BEHIND_M,
@@ -95,6 +101,19 @@ def test_a_corner_is_inside_where_shapely_says_so(pairs):
     expected = shapely.intersects(corners, others[:, None]).any(axis=1)
     assert (told_by(corner_inside, pairs) == expected).all()
     assert (expected != shapely.intersects(shapes, others)).mean() > 0.02  # what the original does not feel
+
+
+@pytest.mark.parametrize(("speed", "spare"), [(0.0, 0.05), (1.0, 0.0)])
+def test_at_aws_a_box_that_stands_is_felt_five_centimetres_before_its_sides(speed, spare):
+    """A box of 0.4 by 0.3 m is one of 0.5 by 0.4 to a corner of the car (facts 3.5); one that drives is as it is."""
+    chance = np.random.default_rng(5)
+    places = np.column_stack([chance.uniform(-0.5, 0.5, (4000, 2)), chance.uniform(-9, 9, 4000)])
+    cars = shapely.get_coordinates(polygons(places, np.tile(CAR_HALVES, (4000, 1)))).reshape(-1, 5, 2)[:, :4]
+    felt = polygons(np.array([[0.1, -0.1, 0.4]]), np.array([[0.2 + spare, 0.15 + spare]]))[0]
+    expected = shapely.intersects(shapely.points(cars), felt).any(axis=1)
+    plan = no_objects()._replace(kinds=np.zeros(1, np.int64), corners_only=True, speed=speed)
+    boxes = np.array([[0.1, -0.1, 0.4, 0.2, 0.15, 0.33]])
+    assert [hits.py_func(plan, boxes, None, 0, *place) for place in places.tolist()] == expected.tolist()
 
 
 def test_random_places_keep_their_distance_and_every_start_clear():
