@@ -168,6 +168,17 @@ def test_best_last_and_numbers_are_found_and_only_two_states_are_kept(tmp_path):
     assert shelf.find("best").steps == 100
 
 
+def test_what_an_evaluation_changes_takes_the_place_of_what_was_saved_and_nothing_else(tmp_path):
+    shelf = Checkpoints(tmp_path)
+    for iteration in (1, 2, 3):
+        shelf.save(iteration, 0, WEIGHTS, {}, {"loop": {"at": 1}, "learner": {"n": iteration}})
+    shelf.mark(3, 0.5, state={"loop": {"at": 2}})
+    assert shelf.load_state("3") == {"loop": {"at": 2}, "learner": {"n": 3}}
+    shelf.mark(1, 0.25, state={"loop": {"at": 2}})
+    assert shelf.find("1").score == 0.25, "its state is gone, which is no error"
+    assert shelf.load_state("2")["loop"] == {"at": 1}
+
+
 def test_saving_an_iteration_again_replaces_it(tmp_path):
     shelf = Checkpoints(tmp_path)
     for value in (1, 2):

@@ -241,9 +241,10 @@ class FrameStack:
 def stacked_specs(observations: Mapping[str, ArraySpec], size: int) -> dict[str, ArraySpec]:
     """Return what is seen where k observations are laid on each other.
 
-    >>> seen = {"camera": ArraySpec((30, 40), np.uint8), "speed": ArraySpec((2,), np.float32)}
+    >>> shapes = {"grey": (30, 40), "colour": (30, 40, 3), "speed": (2,)}
+    >>> seen = {name: ArraySpec(shape, np.uint8 if len(shape) > 1 else np.float32) for name, shape in shapes.items()}
     >>> {name: part.shape for name, part in stacked_specs(seen, 4).items()}
-    {'camera': (30, 40, 4), 'speed': (8,)}
+    {'grey': (30, 40, 4), 'colour': (30, 40, 12), 'speed': (8,)}
     """
     return {name: part if part.privileged else _stacked(part, size) for name, part in observations.items()}
 

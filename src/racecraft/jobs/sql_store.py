@@ -51,10 +51,15 @@ class SqlStore:
         self.url = url
         with self._letters():
             self._engine = _engine(url)
-            _tables.create_all(self._engine)
-            with self._engine.connect() as connection, contextlib.suppress(IntegrityError):
-                connection.execute(_about.insert().values(name="version", value=str(VERSION)))
-        self._require_version()
+        try:
+            with self._letters():
+                _tables.create_all(self._engine)
+                with self._engine.connect() as connection, contextlib.suppress(IntegrityError):
+                    connection.execute(_about.insert().values(name="version", value=str(VERSION)))
+            self._require_version()
+        except JobStoreError:
+            self.close()
+            raise
 
     def add(self, job: Job) -> None:
         """Take a new job."""

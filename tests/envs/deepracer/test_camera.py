@@ -6,7 +6,18 @@ import numpy as np
 import pytest
 
 from racecraft.envs.deepracer.camera import MOUNT_V2, MOUNT_V3, Camera, CameraError
-from racecraft.envs.deepracer.scene import DASH, FIELD, LINE, MATERIALS, ROAD, SKY, START, build_scene, set_in, start_rings
+from racecraft.envs.deepracer.scene import (
+    DASH,
+    FIELD,
+    LINE,
+    MATERIALS,
+    ROAD,
+    SKY,
+    START,
+    build_scene,
+    set_in,
+    start_rings,
+)
 from racecraft.kernels import set_threads, threads
 from racecraft.tracks.look import TrackLook
 from racecraft.tracks.track import Track

@@ -75,6 +75,7 @@ def test_leaving_the_road_ends_the_episode_and_the_next_begins_further_round():
     after = reports[ends[0] + 1, 0]
     assert after["start_share"] == pytest.approx(0.05)
     assert (after["steps"], after["episode"]) == (1.0, 1)
+    assert world.next_start_share == pytest.approx(0.05 * len(ends))
     records = world.take_episodes()
     assert records[0].status == "off_track"
     assert records[0].facts["progress_percent"] == pytest.approx(reports[ends[0], 0]["progress"])

@@ -5,6 +5,7 @@ import itertools
 import json
 import os
 import random
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -19,7 +20,7 @@ from racecraft.envs.battlesnake.records import read_games
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.evaluation.battlesnake.game_files import games_of, verify_file
 from racecraft.evaluation.battlesnake.match import Played, play
-from racecraft.evaluation.battlesnake.record import verdict, write_record
+from racecraft.evaluation.battlesnake.record import read_record, verdict, write_record
 from racecraft.evaluation.battlesnake.seats import take_seat
 from racecraft.players.battlesnake.messages import GameCard, message
 
@@ -85,6 +86,15 @@ def test_a_game_is_verified_from_every_form_it_is_kept_in(played, tmp_path, form
     assert lasted - 1 <= report.steps <= lasted
     assert report.steps > 20
     assert report.agrees, "\n".join(report.examples)
+
+
+def test_a_game_of_which_one_turn_was_written_is_that_turn(played, tmp_path):
+    path = tmp_path / "game.jsonl"
+    write_record(played, path)
+    path.write_text("".join(path.read_text().splitlines(keepends=True)[:2]))
+    read = read_record(path)
+    assert read.boards == played.boards[:1]
+    assert read.card == replace(played.card, latencies_ms={})
 
 
 def test_our_own_output_tells_how_they_died_and_is_held_to_it(played, tmp_path):

@@ -24,6 +24,16 @@ def test_what_is_just_being_written_stays_behind(tmp_path):
     assert not (copy / "run.lock").exists()
 
 
+def test_what_a_link_leads_to_comes_along(tmp_path):
+    """A copy that is e-mailed evaluates: nothing in it leads back to this machine."""
+    source, weights = trained(tmp_path / "a"), tmp_path / "elsewhere"
+    weights.write_text("weights")
+    (source.path / "linked").symlink_to(weights)
+    model_copy.copy_model(source, tmp_path / "b")
+    assert not (tmp_path / "b" / "linked").is_symlink()
+    assert (tmp_path / "b" / "linked").read_text() == "weights"
+
+
 def test_what_is_taken_away_meanwhile_is_not_missed(tmp_path, monkeypatch):
     source, passed_over = trained(tmp_path / "a"), model_copy._passed_over
 

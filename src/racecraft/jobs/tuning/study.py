@@ -130,7 +130,7 @@ class Study:
             _grid(self.parameters)  # a letter comes before a file
         direction = "maximize" if maximise else "minimize"
         self._study = optuna.create_study(
-            storage=f"sqlite:///{folder / FILE}",
+            storage=_storage(optuna, folder),
             sampler=_sampler(optuna, sampler, seed),
             pruner=_pruner(optuna, pruner),
             study_name=NAME,
@@ -199,7 +199,7 @@ class Study:
         """
         optuna = _optuna()
         require_search(folder)
-        earlier = optuna.load_study(study_name=NAME, storage=f"sqlite:///{folder / FILE}")
+        earlier = optuna.load_study(study_name=NAME, storage=_storage(optuna, folder))
         taken = 0
         for one in earlier.get_trials(deepcopy=False, states=(optuna.trial.TrialState.COMPLETE,)):
             if set(one.params) != set(self._spaces):
@@ -244,6 +244,13 @@ def _distribution(optuna: Any, one: Parameter) -> Any:
         return spaces.CategoricalDistribution(one.values)
     kind = spaces.IntDistribution if isinstance(one, IntegerParameter) else spaces.FloatDistribution
     return kind(one.min_value, one.max_value, log=one.is_log)
+
+
+def _storage(optuna: Any, folder: Path) -> Any:
+    """Return Optuna's tables in a folder; no connection outlives what it was opened for, so that nobody must close."""
+    from sqlalchemy.pool import NullPool
+
+    return optuna.storages.RDBStorage(f"sqlite:///{folder / FILE}", engine_kwargs={"poolclass": NullPool})
 
 
 def _sampler(optuna: Any, name: str, seed: int) -> Any:
