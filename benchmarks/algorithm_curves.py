@@ -38,8 +38,8 @@ BUDGET = 200_000
 """Steps of one run at most."""
 CLONES = "behavioural cloning"
 SHORT = (
-    "rollout.horizon=32", "ppo.epochs=20", "ppo.batch_size=256", "ppo.discount=0.98",
-    "ppo.entropy_weight=0", "evaluation.every=8",
+    "rollout.horizon=32", "ppo.epochs=20", "ppo.batch_size=256", "ppo.discount=0.98", "ppo.gae_lambda=0.8",
+    "ppo.entropy_weight=0", "network.separate_networks=false", "evaluation.every=8",
 )  # fmt: skip
 """What was tuned for poles: little is collected, and looked over often, by a policy that nothing keeps open."""
 GROUPS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {

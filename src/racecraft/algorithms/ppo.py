@@ -22,6 +22,7 @@ from torch.nn import functional
 
 from racecraft.algorithms.actor_policy import ActorPolicy, actor_critic_class, load_actor_policy
 from racecraft.algorithms.adam import Adam
+from racecraft.algorithms.closed_form import closed_form_of
 from racecraft.algorithms.distributions import Categorical, Distribution, distribution_for
 from racecraft.algorithms.gradient_norm import cut_to_norm
 from racecraft.algorithms.half_precision import Bfloat16Copy, settled
@@ -136,6 +137,8 @@ class PpoLearner:
         self._policys = tuple(place for place in range(len(names)) if place not in self._critics)
         self.learns_apart = self._may_learn_apart()
         """Whether policy and critic take their steps each in a thread of its own, side by side."""
+        self.written_out = closed_form_of(self.network, self.distribution) if self.half is None else None
+        """The way back through a small network, or None: autograd finds it."""
         self.policy = ActorPolicy(self.network, self.distribution)
         self.columns = _columns(spec, self.values_later)
 
@@ -468,6 +471,8 @@ class PpoLearner:
 
     def _go_back(self, batch: Minibatch, config: PpoConfig, times: int | None = None) -> Tensor:
         """As `find_gradients`, with them left where they were found: with the weights of half precision, if any."""
+        if self.written_out is not None and times is None:
+            return self.written_out.find_gradients(batch, config)
         loss, figures = ppo_loss(self.working, self.distribution, batch, config)
         for one in self._learned:
             one.grad = None

@@ -51,7 +51,7 @@ WORLD_SETTINGS = Settings(
 )
 """Settings that serve small worlds of vectors. One thread: networks this small only wait for a second one."""
 TUNED: Mapping[str, Any] = {
-    "ppo": PpoConfig(learning_rate=1e-3, discount=0.99, gae_lambda=0.8, epochs=10, batch_size=128, entropy_weight=0.01),
+    "ppo": PpoConfig(learning_rate=1e-3, discount=0.99, gae_lambda=0.9, epochs=10, batch_size=64, entropy_weight=0.01),
     "dqn": DqnConfig(
         learning_rate=1e-3, batch_size=64, train_every=2, target_every=128, epsilon_last=0.04, epsilon_steps=8000,
         optimiser="adam", max_grad_norm=10.0, double=True, n_step=3,
@@ -68,8 +68,9 @@ TUNED: Mapping[str, Any] = {
 VALUES = {"network": NetworkConfig(hidden_units=(128, 128), activation="relu")}
 TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {
     "ppo": {
-        "rollout": RolloutConfig(num_worlds=8, horizon=256),
-        "evaluation": EvaluationConfig(every=4, episodes=20, stable_after=1),
+        "rollout": RolloutConfig(num_worlds=8, horizon=128),
+        "network": NetworkConfig(hidden_units=(64, 64), activation="tanh", separate_networks=True),
+        "evaluation": EvaluationConfig(every=2, episodes=20, stable_after=1),
     },
     "dqn": VALUES,
     "apex": VALUES,
