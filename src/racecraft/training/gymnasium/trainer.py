@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -66,10 +66,12 @@ TUNED: Mapping[str, Any] = {
 }  # fmt: skip
 """What each algorithm learns small worlds with; one that is not here takes its own defaults."""
 VALUES = {"network": NetworkConfig(hidden_units=(128, 128), activation="relu")}
+APART = NetworkConfig(hidden_units=(64, 64), activation="tanh", separate_networks=True)
+"""Of -100 points an episode the critic's error is so large that layers it shared would learn little of the policy."""
 TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {
     "ppo": {
         "rollout": RolloutConfig(num_worlds=8, horizon=128),
-        "network": NetworkConfig(hidden_units=(64, 64), activation="tanh", separate_networks=True),
+        "network": APART,
         "evaluation": EvaluationConfig(every=2, episodes=20, stable_after=1),
     },
     "dqn": VALUES,
@@ -79,11 +81,13 @@ TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {
         "network": NetworkConfig(hidden_units=(64, 64), activation="relu"),
         "replay": ReplayConfig(learning_starts=500),
     },
-    "reinforce": {
-        "network": NetworkConfig(hidden_units=(64, 64), activation="tanh", separate_networks=True),
-    },
+    "reinforce": {"network": APART},
     "es": {"rollout": RolloutConfig(num_worlds=32)},
-    "bc": {"rollout": RolloutConfig(num_worlds=1, horizon=1), "evaluation": EvaluationConfig(episodes=20, every=1)},
+    "bc": {
+        "rollout": RolloutConfig(num_worlds=1, horizon=1),
+        "network": APART,  # as PPO's, which goes on from it
+        "evaluation": EvaluationConfig(episodes=20, every=1),
+    },
 }
 """Groups of WORLD_SETTINGS that an algorithm wants otherwise."""
 
@@ -123,7 +127,7 @@ def plan(request: GymRequest) -> GymPlan:
         UserInputError: No such environment, a setting or a stop that is not legal.
     """
     algorithm = find_algorithm(request.algorithm or DEFAULT_ALGORITHM)
-    settings = fit_worlds_to_episodes(apply_overrides(default_settings(algorithm), request.overrides))
+    settings = fit_worlds_to_episodes(overridden(default_settings(algorithm), request.overrides))
     threshold = reward_threshold(request.environment)
     default_stops = ((f"score={threshold:g}",) if threshold is not None else ()) + ("minutes=30",)
     stops = parse_stops(request.stops or default_stops, SCORE)
@@ -189,7 +193,7 @@ def _learner_of_groups(planned: GymPlan, world: World) -> Learner:
     spec, said = world.spec, getattr(world, "group_settings", {})
     members = {}
     for number, (name, group) in enumerate(spec.groups.items()):
-        settings = apply_overrides(planned.settings, said.get(name, ()))
+        settings = overridden(planned.settings, said.get(name, ()))
         rows = group_spec(name, group, spec.num_worlds * spec.num_agents)
         members[name] = build_learner(planned.algorithm, rows, settings, planned.seed + SEEDS_APART * number)
     return MultiPolicyLearner(spec, members, getattr(world, "still_groups", frozenset()))
@@ -206,6 +210,14 @@ def default_settings(algorithm: Algorithm) -> Settings:
     for name, group in TUNED_WORLDS.get(algorithm.name, {}).items():
         settings = settings.with_group(name, group)
     return composed(settings, algorithm, TUNED.get(algorithm.name))
+
+
+def overridden(settings: Settings, overrides: Sequence[str]) -> Settings:
+    """Return settings with what was said otherwise; a policy of the user's own brings its critic unless told so."""
+    told = apply_overrides(settings, overrides)
+    if told.network.policy is None or any(one.startswith("network.separate_networks=") for one in overrides):
+        return told
+    return told.with_group("network", replace(told.network, separate_networks=False))
 
 
 def fit_worlds_to_episodes(settings: Settings) -> Settings:
