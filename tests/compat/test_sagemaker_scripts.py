@@ -25,7 +25,7 @@ class Cart(gym.Env):
     def __init__(self, env_config):
         self.cart = gymnasium.make("CartPole-v1")
         self.action_space, self.observation_space = self.cart.action_space, self.cart.observation_space
-        print("cart", env_config.worker_index, env_config["size"])
+        print(f"cart {env_config.worker_index} {env_config['size']}\\n", end="")
 
     def seed(self, seed=None):
         self.next_seed = seed

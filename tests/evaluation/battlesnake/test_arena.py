@@ -1,6 +1,7 @@
 """The arena: games, forfeits, ratings, tournaments, the official output file."""
 
 import asyncio
+import contextlib
 import itertools
 import json
 import math
@@ -157,18 +158,15 @@ class FakeServer:
             threading.Thread(target=self._converse, args=(connection,), daemon=True).start()
 
     def _converse(self, connection):
-        try:
+        with connection, contextlib.suppress(OSError):  # one that came while the server closed, too
             while data := connection.recv(65536):
                 if self._then_close:
-                    connection.close()
                     return
                 for byte in self._answer if self._trickles else b"":
                     connection.sendall(bytes([byte]))
                     time.sleep(0.02)
                 if self._answer and not self._trickles and (b"/move" in data or b"/start" in data or b"/end" in data):
                     connection.sendall(self._answer)
-        except OSError:
-            pass
 
     def close(self):
         for connection in self._open:
