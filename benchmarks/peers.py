@@ -6,7 +6,8 @@
 Every run is a process of its own, from its start to its end, on one thread; who runs first changes from seed to seed.
 Each learns with the settings its own house tuned: `racecraft gym train ID --algorithm NAME` as it begins (MountainCar's
 are those of `sac_curves.py`), Stable-Baselines3 with its zoo's (`peer_sb3.py`), RLlib with its tuned examples'
-(`peer_rllib.py`; PYTHON is that of an environment of its own, and a world without an example is left out).
+(`peer_rllib.py`; PYTHON is that of an environment of its own, and a world without an example is left out). Ours draws
+no pictures of its run, for the others draw none.
 
 All are judged alike: after so many steps 20 greedy episodes, and where Gymnasium itself says when a world is solved,
 100 more to confirm it. Judging is in the seconds. Seconds of the processor are told beside those of the clock: other
@@ -61,7 +62,7 @@ def command(peer: str, python: str, world: str, seed: int, minutes: float, folde
         settings = [word for one in contest.settings for word in ("--set", one)]
         stops = ["--stop", f"score={contest.goal:g}", "--stop", f"minutes={minutes:g}"]
         words = ["gym", "train", world, "--algorithm", contest.algorithm, "--seed", str(seed)]
-        return [python, "-m", "racecraft", *words, *stops, *settings, "--run", f"{folder}/run", "--json"]
+        return [python, "-m", "racecraft", *words, *stops, *settings, "--run", f"{folder}/run", "--no-pictures", "--json"]
     script = HERE / {SB3: "peer_sb3.py", RLLIB: "peer_rllib.py"}[peer]
     return [python, str(script), world, str(seed), "--goal", f"{contest.goal:g}", "--minutes", f"{minutes:g}"]
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
@@ -22,9 +22,11 @@ from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.algorithms.stacking import AGE
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array, ArraySpec, WorldSpec
-from racecraft.rollout.priorities import Priorities
 from racecraft.rollout.replay_settings import ReplayConfig
 from racecraft.rollout.transition_ring import COLUMN, NOBODY, TransitionRing, ring_bytes
+
+if TYPE_CHECKING:
+    from racecraft.rollout.priorities import Priorities
 
 GIB, MIB = 2**30, 2**20
 TREE_BYTES = 18
@@ -75,7 +77,9 @@ class Replay:
         self._lock = threading.RLock()
         self.prioritised = config.prioritised
         self.priorities: Priorities | None = None
-        if config.prioritised:
+        if config.prioritised:  # whoever draws all alike starts without compiled kernels
+            from racecraft.rollout.priorities import Priorities
+
             self.priorities = Priorities(self.ring.slots * self.rows, config.priority_exponent)
         self.new_transitions, self.collected = 0, 0
         self.begins_anew = False

@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import torch
 
@@ -28,12 +28,11 @@ from racecraft.contract.world import Array, World, WorldSpec
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.checkpoint_ranking import load_weights, split_source
 from racecraft.formats.run_folder import RunFolder
-from racecraft.players.deepracer.foreign_model import IMPORTED, borrowed_run
+from racecraft.players.borrowed import IMPORTED, borrowed_run
 from racecraft.players.own_code import own_code_of
 from racecraft.players.trained import SPEC
 from racecraft.rollout.collector import Collector, Collects
 from racecraft.rollout.episodes import StepObserver
-from racecraft.rollout.replay import Replay
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import as_dictionary
 from racecraft.settings.table import rows_of
@@ -49,6 +48,9 @@ from racecraft.training.run_writer import EpisodeFiles, RunWriter, Stateful, Tic
 from racecraft.training.stopping import StopCondition, parse_stops
 from racecraft.training.tensorboard import FOLDER, TensorBoard, summary_writer
 from racecraft.training.versions import machine, versions
+
+if TYPE_CHECKING:
+    from racecraft.rollout.replay import Replay
 
 SameShape = Callable[[str, Mapping[str, Any]], tuple[str, ...]]
 Fitted = Callable[[Mapping[str, Array], Mapping[str, Array]], tuple[dict[str, Array], tuple[str, ...]]]
@@ -301,6 +303,8 @@ def feed_for(learner: Learner, experiment: Experiment) -> Replay | None:
     """
     if learner.eats != REPLAY:
         return None
+    from racecraft.rollout.replay import Replay  # with its kernels, which whoever remembers nothing starts without
+
     eater = cast(ReplayLearner, learner)
     settings = experiment.settings.replay
     stack_size = experiment.settings.network.stack_size

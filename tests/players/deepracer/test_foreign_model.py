@@ -17,7 +17,8 @@ from racecraft.formats.aws.trained_model import ForeignModelError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.tensorflow.checkpoint import write_checkpoint
 from racecraft.formats.tensorflow.graph import Graph, GraphError, Node, write_graph, write_meta_graph
-from racecraft.players.deepracer.foreign_model import borrowed_run, import_model, is_foreign
+from racecraft.players.borrowed import borrowed_run, is_foreign
+from racecraft.players.deepracer.foreign_model import import_model
 from racecraft.players.deepracer.trained_car import load_trained_car
 from racecraft.players.trained import load_policy
 from racecraft.training.deepracer.plan import plan_resume

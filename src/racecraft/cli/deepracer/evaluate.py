@@ -207,7 +207,8 @@ def _tell(run: Path, drive: Drive, stamp: str, files: Mapping[str, Path], json: 
 def _imported(run: Path, json: bool) -> Path:
     """Return a run folder as it is, and a new one for a model of AWS's."""
     from racecraft.cli.output import say
-    from racecraft.players.deepracer.foreign_model import import_model, is_foreign
+    from racecraft.players.borrowed import is_foreign
+    from racecraft.players.deepracer.foreign_model import import_model
 
     if not is_foreign(run):
         return run

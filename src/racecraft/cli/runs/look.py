@@ -73,7 +73,7 @@ def _lap(
     from racecraft.analysis.video import film_path, small_film
     from racecraft.cli.output import say
     from racecraft.formats.checkpoint_ranking import split_source
-    from racecraft.players.deepracer.foreign_model import IMPORTED
+    from racecraft.players.borrowed import IMPORTED
     from racecraft.players.deepracer.trained_car import load_trained_car
     from racecraft.reporting.looking import look_at_lap
     from racecraft.tracks.catalogue import load_track

@@ -15,7 +15,7 @@ from racecraft.envs.deepracer.sensors import Sensors
 from racecraft.envs.deepracer.settings import CameraConfig
 from racecraft.formats.checkpoint_ranking import split_source
 from racecraft.formats.run_folder import JOB, RunFolder
-from racecraft.players.deepracer.foreign_model import borrowed_run
+from racecraft.players.borrowed import borrowed_run
 from racecraft.players.deepracer.trained_car import KIND, TrainedCar, load_trained_car
 from racecraft.tracks.track import Track
 

@@ -6,7 +6,6 @@ its trainer's state is in its files; a new training begins from it with `--from`
 
 from __future__ import annotations
 
-import atexit
 import os
 import shutil
 import tempfile
@@ -32,12 +31,12 @@ from racecraft.formats.aws.trained_model import (
     ForeignModelError,
     ForeignWeights,
     find_model,
-    looks_foreign,
 )
 from racecraft.formats.aws.training_params import ParamsFileError, read_params
 from racecraft.formats.checkpoint import Checkpoints
-from racecraft.formats.run_folder import JOB, RunFolder
+from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import OutputFileError, output_letter, write_whole
+from racecraft.players.borrowed import IMPORTED
 from racecraft.players.deepracer.foreign_policy import read_foreign_policy
 from racecraft.tracks.catalogue import load_track
 from racecraft.tracks.importer import route_file, travels
@@ -45,8 +44,6 @@ from racecraft.tracks.track import Track
 
 KIND = "deepracer"
 DEFAULT_TRACK = "reinvent_base"
-IMPORTED = "imported"
-"""What job.json holds of a run that was imported: where from."""
 
 
 @dataclass(frozen=True)
@@ -58,12 +55,6 @@ class Import:
     best: int
     notes: tuple[str, ...]
     """What is worth saying, a clause each."""
-
-
-def is_foreign(path: str | Path) -> bool:
-    """Tell whether a path is no run of ours but may be a model of AWS's: archive, folder, graph or checkpoint."""
-    path = Path(path)
-    return not (path / JOB).is_file() and (is_archive(path) or looks_foreign(path))
 
 
 def import_model(
@@ -101,19 +92,6 @@ def import_model(
             raise UserInputError(named) from error
 
 
-def borrowed_run(source: str | Path) -> RunFolder:
-    """Return a model of AWS's as a run folder that lives as long as this process; a run of ours is opened as it is.
-
-    Raises:
-        UserInputError: Whatever cannot be used, as a letter.
-    """
-    if not is_foreign(source):
-        return RunFolder.open(source)
-    folder = tempfile.mkdtemp(prefix="racecraft-model-")
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return import_model(source, Path(folder) / _name_of(Path(source))).run
-
-
 def _import(model: ForeignModel, source: Path, place: str | Path | None, track: str | None) -> Import:
     car = read_model_metadata(model.metadata)
     circuit, notes = _track_of(model, track)
@@ -143,7 +121,7 @@ def _import(model: ForeignModel, source: Path, place: str | Path | None, track: 
         }  # fmt: skip
         fill = _filler(model, car, circuit, Path(folder))
         if place is None:
-            run = RunFolder.create_numbered(Path("runs"), _name_of(source), job, fill)
+            run = RunFolder.create_numbered(Path("runs"), name_of(source), job, fill)
         else:
             run = RunFolder.create(place, job, fill)
     return Import(run, tuple(one.iteration for one in model.weights), _best_of(model), tuple(notes))
@@ -232,7 +210,7 @@ def _filler(model: ForeignModel, car: ModelMetadata, circuit: Track, shelf: Path
     return fill
 
 
-def _name_of(source: Path) -> str:
+def name_of(source: Path) -> str:
     """Return a model's name, from that of its file or folder."""
     name = source.resolve().name
     for end in (".tar.gz", ".tgz", ".tar", ".zip", ".pb", ".ckpt.index", ".ckpt"):

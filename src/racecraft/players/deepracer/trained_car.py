@@ -19,7 +19,7 @@ from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.formats.aws.model_metadata import action_space_from_aws
 from racecraft.formats.checkpoint import CheckpointEntry
 from racecraft.formats.run_folder import RunFolder
-from racecraft.players.deepracer.foreign_model import is_foreign
+from racecraft.players.borrowed import is_foreign
 from racecraft.players.deepracer.run_track import KIND, track_of_run
 from racecraft.players.trained import TrainedPolicy, load_policy
 from racecraft.settings.composition import Settings

@@ -22,7 +22,7 @@ from racecraft.formats.aws.run_env import RunEnv
 from racecraft.formats.checkpoint_ranking import split_source
 from racecraft.formats.run_folder import TRACK as RUN_TRACK
 from racecraft.formats.run_folder import RunFolder
-from racecraft.players.deepracer.foreign_model import IMPORTED
+from racecraft.players.borrowed import IMPORTED
 from racecraft.players.deepracer.run_courses import LaidCourse, cars_on, courses_of_job, held_out_of_job, of_race
 from racecraft.players.deepracer.trained_car import KIND, track_of_run
 from racecraft.settings.composition import Settings

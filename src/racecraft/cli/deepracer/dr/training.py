@@ -175,7 +175,7 @@ def _request(drfc: DrfcFolder) -> Any:
 def _require_trainable(drfc: DrfcFolder, planned: Any) -> None:
     """Refuse what only comes to light when a training begins: what cannot be trained wipes nothing."""
     from racecraft.formats.checkpoint_ranking import load_weights, split_source
-    from racecraft.players.deepracer.foreign_model import borrowed_run
+    from racecraft.players.borrowed import borrowed_run
     from racecraft.training.deepracer.cloning import require_same_shape
     from racecraft.training.deepracer.trainer import KIND, load_reward
 
