@@ -62,7 +62,8 @@ def command(peer: str, python: str, world: str, seed: int, minutes: float, folde
         settings = [word for one in contest.settings for word in ("--set", one)]
         stops = ["--stop", f"score={contest.goal:g}", "--stop", f"minutes={minutes:g}"]
         words = ["gym", "train", world, "--algorithm", contest.algorithm, "--seed", str(seed)]
-        return [python, "-m", "racecraft", *words, *stops, *settings, "--run", f"{folder}/run", "--no-pictures", "--json"]
+        told = ["--run", f"{folder}/run", "--no-pictures", "--json"]
+        return [python, "-m", "racecraft", *words, *stops, *settings, *told]
     script = HERE / {SB3: "peer_sb3.py", RLLIB: "peer_rllib.py"}[peer]
     return [python, str(script), world, str(seed), "--goal", f"{contest.goal:g}", "--minutes", f"{minutes:g}"]
 
