@@ -1,7 +1,6 @@
 """Ours beside other libraries, process against process: seconds until a world is solved.
 
-    python benchmarks/peers.py [--worlds CartPole-v1,Pendulum-v1] [--seeds 5] [--minutes 10] [--output peers.json]
-                               [--rllib PYTHON]
+    python benchmarks/peers.py [--worlds CartPole-v1,Pendulum-v1] [--seeds 5] [--minutes 10] [--keep] [--rllib PYTHON]
 
 Every run is a process of its own, from its start to its end, on one thread; who runs first changes from seed to seed.
 Each learns with the settings its own house tuned: `racecraft gym train ID --algorithm NAME` as it begins (MountainCar's
@@ -26,10 +25,16 @@ import sys
 import tempfile
 import time
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 from typing import Any
 
 HERE = Path(__file__).resolve().parent
+RESULTS, PAGE = HERE / "peers.json", HERE / "peers.md"
+TITLE = "# Seconds until a world is solved, ours beside others"
+BEGINS = """Whole processes on one thread, from start to end, in turns, each with the settings its own house tuned: ours
+as `racecraft gym train` begins, Stable-Baselines3 with its zoo's, RLlib with its tuned examples'. Who is judged as
+solved, and how, stands in `peers.py`. A run that ended unsolved counts as endless."""
 NEVER = float("inf")
 
 
@@ -124,22 +129,52 @@ def table(found: dict[str, dict[str, list[dict[str, Any]]]]) -> str:
     return "\n".join(lines)
 
 
+def kept(results: Path) -> dict[str, Any]:
+    """Return what was kept of earlier races, world by world."""
+    return json.loads(results.read_text("utf-8")) if results.exists() else {}
+
+
+def keep(found: dict[str, dict[str, list[dict[str, Any]]]], load: float) -> None:
+    """Keep these races beside those on other worlds, and write the page of all."""
+    when = f"{date.today()}, {os.cpu_count()} cores, load at the beginning {load:.1f}"
+    worlds = kept(RESULTS) | {world: {"when": when, "runs": runs} for world, runs in found.items()}
+    RESULTS.write_text(json.dumps(worlds, indent=1) + "\n", encoding="utf-8")
+    measured = [f"* {world}: {told['when']}" for world, told in worlds.items()]
+    races = table({world: told["runs"] for world, told in worlds.items()})
+    lines = [
+        TITLE,
+        "",
+        f"<!-- Written by benchmarks/{Path(__file__).name}. -->",
+        "",
+        BEGINS,
+        "",
+        races,
+        "",
+        *measured,
+        "",
+    ]
+    PAGE.write_text("\n".join(lines), encoding="utf-8")
+
+
 def main() -> None:
     """Race, write the numbers, print the table."""
     options = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else "")
     options.add_argument("--worlds", default=",".join(CONTESTS), help="names with commas between")
     options.add_argument("--seeds", type=int, default=5)
     options.add_argument("--minutes", type=float, default=10.0, help="of each run; who needs longer has not solved it")
-    options.add_argument("--output", type=Path, help="where every number is written as JSON")
+    options.add_argument(
+        "--keep", action="store_true", help="write peers.json and peers.md, other worlds left as they are"
+    )
     options.add_argument("--rllib", metavar="PYTHON", help="of an environment with ray[rllib]; RLlib races as well")
     asked = options.parse_args()
     worlds = asked.worlds.split(",")
     if unknown := [world for world in worlds if world not in CONTESTS]:
         options.error(f"no contest on {', '.join(unknown)}; there are {', '.join(CONTESTS)}")
     pythons = {OURS: sys.executable, SB3: sys.executable} | ({RLLIB: asked.rllib} if asked.rllib else {})
+    load = os.getloadavg()[0]
     found = race(pythons, worlds, asked.seeds, asked.minutes)
-    if asked.output is not None:
-        asked.output.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    if asked.keep:
+        keep(found, load)
     print(table(found))
 
 

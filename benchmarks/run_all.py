@@ -98,8 +98,9 @@ def page(results: dict[str, Any]) -> str:
             "[aws-curve.md](aws-curve.md), made by `python benchmarks/aws_curve.py`; so has one model that learns 20 "
             "tracks and is judged on ten others, [many-tracks.md](many-tracks.md), by `benchmarks/many_tracks.py`, and "
             "so have cars among boxes, bots and each other, [cars-among-others.md](cars-among-others.md), workers "
-            "of a Ray cluster, [cluster.md](cluster.md), and duels against public snakes, "
-            "[snake-opponents.md](snake-opponents.md).",
+            "of a Ray cluster, [cluster.md](cluster.md), duels against public snakes, "
+            "[snake-opponents.md](snake-opponents.md), and how soon others solve Gymnasium's worlds, "
+            "[peers.md](peers.md).",
             "",
         ]
     )
