@@ -10,7 +10,7 @@ from tests.logs import makers
 
 from racecraft.formats.aws.simulation_log import trace_lines
 from racecraft.kernels import kernel
-from racecraft.logs import read, rows_of_text
+from racecraft.logs import compiled_rows, read, rows_of_text, stretches
 from racecraft.logs.kernels import rows
 from racecraft.logs.kernels.decimals import decimal_at
 from racecraft.logs.kernels.fields import find_marks, float_between, no_numbers_yet, short_float, whole_between
@@ -191,7 +191,7 @@ def both_ways(path, monkeypatch, block_bytes):
     """Return what the careful reader makes of a file, and the compiled one in blocks of so many bytes."""
     for little, block in ((1 << 30, 1 << 22), (0, block_bytes)):
         monkeypatch.setattr(rows_of_text, "LITTLE_BYTES", little)
-        monkeypatch.setattr(rows_of_text, "BLOCK_BYTES", block)
+        monkeypatch.setattr(stretches, "STRETCH_BYTES", block)
         logs = read(path)
         yield logs.ticks.collect(), logs.damaged, logs.about
 
@@ -233,10 +233,43 @@ def test_a_log_among_other_lines_is_the_same_either_way(tmp_path, monkeypatch, b
 @pytest.mark.parametrize("spare", [0.01, 0.5, 2.0])
 def test_several_files_keep_their_places(tmp_path, monkeypatch, spare):
     """Also where the table was made too small for those that follow."""
-    monkeypatch.setattr(rows_of_text, "SPARE", spare)
+    monkeypatch.setattr(compiled_rows, "SPARE", spare)
     for k in range(4):
         makers.write(tmp_path / "training-simtrace" / f"{k}-iteration.csv", makers.iteration(range(3 * k, 3 * k + 3)))
     (careful, _, _), (compiled, _, _) = both_ways(tmp_path, monkeypatch, 500)
     assert compiled.equals(careful)
     assert compiled["file"].unique(maintain_order=True).to_list() == [0, 1, 2, 3]
     assert (compiled.group_by("file").agg(pl.col("line").min())["line"] == 2).all()
+
+
+def test_damage_in_many_files_that_are_read_at_once_is_told_of_the_right_one(tmp_path, monkeypatch):
+    for k in range(5):
+        lines = makers.csv_text(makers.iteration(range(3 * k, 3 * k + 3))).rstrip("\n").split("\n")
+        for spoilt in (1, k + 2, -1):
+            lines[spoilt] = lines[spoilt].replace("True", "Treu").replace("False", "Flase")
+        path = tmp_path / "training-simtrace" / f"{k}-iteration.csv"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("\n".join(lines) + ("\n" if k % 2 else ""))
+    (careful, damage, _), (compiled, compiled_damage, _) = both_ways(tmp_path, monkeypatch, 1 << 22)
+    assert compiled.equals(careful)
+    assert compiled_damage == damage
+    assert [one.line for one in damage[:2]] == [2, 3]
+    assert len(damage) == 15
+
+
+def test_a_file_that_fails_meanwhile_does_not_keep_the_others_waiting(tmp_path, monkeypatch):
+    """Stretches get their places by turns; one that cannot be loaded has its turn too."""
+    for k in range(4):
+        makers.write(tmp_path / "training-simtrace" / f"{k}-iteration.csv", makers.iteration(range(3 * k, 3 * k + 3)))
+    load = stretches.Stretch.load
+
+    def taken_away(stretch):
+        if stretch.pieces[0].text.place == 1:
+            raise OSError(5, "Input/output error")
+        return load(stretch)
+
+    monkeypatch.setattr(rows_of_text, "LITTLE_BYTES", 0)
+    monkeypatch.setattr(stretches, "STRETCH_BYTES", 500)
+    monkeypatch.setattr(stretches.Stretch, "load", taken_away)
+    with pytest.raises(OSError, match="Input/output"):
+        read(tmp_path).ticks.collect()

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 from racecraft.formats.aws.sim_trace import NAMES, TRACE_COLUMNS
 from racecraft.logs.errors import Damage
-from racecraft.logs.rows_of_text import MARK, Text, read_rows
+from racecraft.logs.rows_of_text import MARK, read_rows
 from racecraft.logs.sources import Source
 from racecraft.logs.spreadsheets import as_plain_text
+from racecraft.logs.texts import Text
 
 if TYPE_CHECKING:
     import polars as pl

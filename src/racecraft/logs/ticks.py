@@ -115,8 +115,12 @@ def _placed(trace: pl.DataFrame, pairs: list[tuple[int, Source]], phase: str | N
 
 def _repeated(values: pl.Series, counts: pl.Series) -> pl.Series:
     """Return each value so many times."""
+    import polars as pl
+
     if values.n_unique() == 1:
         return values.new_from_index(0, int(counts.sum()))
+    if values.dtype.is_integer() and not values.null_count():
+        return pl.Series(values.name, np.repeat(values.to_numpy(), counts.to_numpy()))
     return values.gather(np.repeat(np.arange(len(values), dtype=np.uint32), counts.to_numpy()))
 
 
