@@ -1,12 +1,14 @@
 """Ours beside other libraries, process against process: seconds until a world is solved.
 
-    python benchmarks/peers.py [--worlds CartPole-v1,Pendulum-v1] [--seeds 5] [--minutes 10] [--keep] [--rllib PYTHON]
+    python benchmarks/peers.py [--worlds CartPole-v1,Pendulum-v1] [--seeds 5] [--minutes 10] [--keep]
+                               [--rllib PYTHON] [--cleanrl PYTHON FOLDER]
 
 Every run is a process of its own, from its start to its end, on one thread; who runs first changes from seed to seed.
 Each learns with the settings its own house tuned: `racecraft gym train ID --algorithm NAME` as it begins (MountainCar's
 are those of `sac_curves.py`), Stable-Baselines3 with its zoo's (`peer_sb3.py`), RLlib with its tuned examples'
-(`peer_rllib.py`; PYTHON is that of an environment of its own, and a world without an example is left out). Ours draws
-no pictures of its run, for the others draw none.
+(`peer_rllib.py`), CleanRL's single files as they begin (`peer_cleanrl.py`; FOLDER is its repository). PYTHON is that of
+an environment of its own, and a world that a house shows no settings for is left out. Ours draws no pictures of its run,
+for the others draw none.
 
 All are judged alike: after so many steps 20 greedy episodes, and where Gymnasium itself says when a world is solved,
 100 more to confirm it. Judging is in the seconds. Seconds of the processor are told beside those of the clock: other
@@ -33,8 +35,9 @@ HERE = Path(__file__).resolve().parent
 RESULTS, PAGE = HERE / "peers.json", HERE / "peers.md"
 TITLE = "# Seconds until a world is solved, ours beside others"
 BEGINS = """Whole processes on one thread, from start to end, in turns, each with the settings its own house tuned: ours
-as `racecraft gym train` begins, Stable-Baselines3 with its zoo's, RLlib with its tuned examples'. Who is judged as
-solved, and how, stands in `peers.py`. A run that ended unsolved counts as endless."""
+as `racecraft gym train` begins, Stable-Baselines3 with its zoo's, RLlib with its tuned examples', CleanRL's single
+files as they begin. Who is judged as solved, and how, stands in `peers.py`. A run that ended unsolved counts as
+endless."""
 NEVER = float("inf")
 
 
@@ -55,55 +58,73 @@ CONTESTS = {
     "Pendulum-v1": Contest(-200.0, "sac"),
     "MountainCarContinuous-v0": Contest(90.0, "sac", ("sac.noise_correlation=0.95", "sac.gradient_steps_per_step=0.5")),
 }
-OURS, SB3, RLLIB = "racecraft", "stable-baselines3", "rllib"
-RLLIB_WORLDS = ("CartPole-v1", "Pendulum-v1")
-"""Worlds that Ray tuned an example for."""
+OURS, SB3, RLLIB, CLEANRL = "racecraft", "stable-baselines3", "rllib", "cleanrl"
+SCRIPTS = {SB3: "peer_sb3.py", RLLIB: "peer_rllib.py", CLEANRL: "peer_cleanrl.py"}
+WORLDS_OF = {
+    OURS: tuple(CONTESTS),
+    SB3: tuple(CONTESTS),
+    RLLIB: ("CartPole-v1", "Pendulum-v1"),
+    CLEANRL: ("CartPole-v1", "Acrobot-v1", "Pendulum-v1"),
+}
+"""Worlds that each house shows settings for."""
 
 
-def command(peer: str, python: str, world: str, seed: int, minutes: float, folder: str) -> list[str]:
+@dataclass(frozen=True)
+class Peer:
+    """Who races: its name, its Python, and what its script is told besides."""
+
+    name: str
+    python: str
+    words: tuple[str, ...] = ()
+
+
+def command(peer: Peer, world: str, seed: int, minutes: float, folder: str) -> list[str]:
     """Return what is typed for one run."""
     contest = CONTESTS[world]
-    if peer == OURS:
+    if peer.name == OURS:
         settings = [word for one in contest.settings for word in ("--set", one)]
         stops = ["--stop", f"score={contest.goal:g}", "--stop", f"minutes={minutes:g}"]
         words = ["gym", "train", world, "--algorithm", contest.algorithm, "--seed", str(seed)]
         told = ["--run", f"{folder}/run", "--no-pictures", "--json"]
-        return [python, "-m", "racecraft", *words, *stops, *settings, *told]
-    script = HERE / {SB3: "peer_sb3.py", RLLIB: "peer_rllib.py"}[peer]
-    return [python, str(script), world, str(seed), "--goal", f"{contest.goal:g}", "--minutes", f"{minutes:g}"]
+        return [peer.python, "-m", "racecraft", *words, *stops, *settings, *told]
+    script = str(HERE / SCRIPTS[peer.name])
+    until = ["--goal", f"{contest.goal:g}", "--minutes", f"{minutes:g}"]
+    return [peer.python, script, world, str(seed), *until, *peer.words]
 
 
-def run(peer: str, python: str, world: str, seed: int, minutes: float) -> dict[str, Any]:
+def run(peer: Peer, world: str, seed: int, minutes: float) -> dict[str, Any]:
     """Run once; seconds are None where the world was not solved in time."""
     with tempfile.TemporaryDirectory() as folder:
         before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
         environment = {**os.environ, "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-        words = command(peer, python, world, seed, minutes, folder)
+        words = command(peer, world, seed, minutes, folder)
         done = subprocess.run(words, capture_output=True, text=True, env=environment)
         wall, after = time.perf_counter() - began, resource.getrusage(resource.RUSAGE_CHILDREN)
     if not done.stdout.strip():
-        raise SystemExit(f"{peer} on {world}, seed {seed}, failed:\n{done.stderr}")
+        raise SystemExit(f"{peer.name} on {world}, seed {seed}, failed:\n{done.stderr}")
     told = json.loads(done.stdout.strip().splitlines()[-1])
-    solved = str(told["stopped_by"]).startswith("score=") if peer == OURS else told["solved"]
+    solved = str(told["stopped_by"]).startswith("score=") if peer.name == OURS else told["solved"]
     spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return {
         "seconds": round(wall, 2) if solved else None,
         "processor_seconds": round(spent, 2) if solved else None,
-        "steps": told["env_steps" if peer == OURS else "steps"],
+        "steps": told["env_steps" if peer.name == OURS else "steps"],
     }
 
 
 def race(
-    pythons: dict[str, str], worlds: list[str], seeds: int, minutes: float
+    peers: list[Peer], worlds: list[str], seeds: int, minutes: float
 ) -> dict[str, dict[str, list[dict[str, Any]]]]:
     """Run everybody on every world, seed by seed, in turns; say how it goes on standard error."""
-    who = {world: [one for one in pythons if one != RLLIB or world in RLLIB_WORLDS] for world in worlds}
-    found: dict[str, dict[str, list[dict[str, Any]]]] = {world: {peer: [] for peer in who[world]} for world in worlds}
+    who = {world: [peer for peer in peers if world in WORLDS_OF[peer.name]] for world in worlds}
+    found: dict[str, dict[str, list[dict[str, Any]]]]
+    found = {world: {peer.name: [] for peer in who[world]} for world in worlds}
     for seed in range(1, seeds + 1):
         for world in worlds:
             for peer in who[world] if seed % 2 else reversed(who[world]):
-                found[world][peer].append(run(peer, pythons[peer], world, seed, minutes))
-                print(f"{world}, seed {seed}, {peer}: {found[world][peer][-1]}", file=sys.stderr, flush=True)
+                runs = found[world][peer.name]
+                runs.append(run(peer, world, seed, minutes))
+                print(f"{world}, seed {seed}, {peer.name}: {runs[-1]}", file=sys.stderr, flush=True)
     return found
 
 
@@ -166,13 +187,16 @@ def main() -> None:
         "--keep", action="store_true", help="write peers.json and peers.md, other worlds left as they are"
     )
     options.add_argument("--rllib", metavar="PYTHON", help="of an environment with ray[rllib]; RLlib races as well")
+    options.add_argument("--cleanrl", nargs=2, metavar=("PYTHON", "FOLDER"), help="CleanRL's single files race as well")
     asked = options.parse_args()
     worlds = asked.worlds.split(",")
     if unknown := [world for world in worlds if world not in CONTESTS]:
         options.error(f"no contest on {', '.join(unknown)}; there are {', '.join(CONTESTS)}")
-    pythons = {OURS: sys.executable, SB3: sys.executable} | ({RLLIB: asked.rllib} if asked.rllib else {})
+    peers = [Peer(OURS, sys.executable), Peer(SB3, sys.executable)]
+    peers += [Peer(RLLIB, asked.rllib)] if asked.rllib else []
+    peers += [Peer(CLEANRL, asked.cleanrl[0], ("--folder", asked.cleanrl[1]))] if asked.cleanrl else []
     load = os.getloadavg()[0]
-    found = race(pythons, worlds, asked.seeds, asked.minutes)
+    found = race(peers, worlds, asked.seeds, asked.minutes)
     if asked.keep:
         keep(found, load)
     print(table(found))

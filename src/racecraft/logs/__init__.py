@@ -12,6 +12,7 @@
     archive.py     downloads, read without unpacking
     asked.py       the table, read when it is asked for: the columns of a question, or all
     ticks.py       from files to one table: trace_rows, log_rows, our own episodes
+    rows_of_text.py  rows out of text: compiled_rows over stretches, the rest line by line
     careful.py     damaged rows, line by line
     numbering.py   episodes told apart over files, workers and rounds
     clocks.py      time that runs back or leaps
