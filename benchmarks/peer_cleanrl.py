@@ -1,4 +1,4 @@
-"""CleanRL's single files on one world until it is solved: `peer_cleanrl.py WORLD SEED --folder CLEANRL`; for `peers.py`.
+"""CleanRL's files on one world until it is solved: `peer_cleanrl.py WORLD SEED --folder CLEANRL`; for `peers.py`.
 
 CLEANRL is a folder with CleanRL's repository, whose `ppo.py` and `sac_continuous_action.py` run as they are, with the
 settings that they begin with. They want an environment of its own (`pip install torch gymnasium==0.29.1 "numpy<2" tyro

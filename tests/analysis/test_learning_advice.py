@@ -16,6 +16,7 @@ from racecraft.analysis.learner import Learner, learner_of_job, learner_of_log
 from racecraft.analysis.learning_advice import learning_advice
 from racecraft.analysis.report import write_report
 from racecraft.analysis.run_facts import read_facts
+from racecraft.formats.episodes import STATUSES
 from racecraft.formats.run_folder import RunFolder
 from racecraft.logs import read
 from racecraft.reporting.account import advice_of, as_asked
@@ -141,6 +142,20 @@ def test_a_corner_that_takes_half_of_the_exits(tmp_path):
     assert "takes" in found.found
     evenly = ticks_of(tmp_path / "b", spread)
     assert not told(evenly.filter(pl.col("status") != "off_track"), "Pay for the right line")
+
+
+def test_a_car_that_runs_into_boxes_is_not_told_of_the_road(tmp_path):
+    ended = pl.col("status").cast(pl.String).replace("off_track", "crashed").cast(pl.Enum(STATUSES))
+    left = ticks_of(tmp_path, [makers.episode(k, 0.3, ticks=20) for k in range(24)])
+    crashed = left.with_columns(ended.alias("status"))
+    (found,) = told(crashed, "Pay for keeping clear of what stands in the way or less speed in")
+    assert re.search(
+        r"takes (\d+) of \1 exits of the last two fifths, \1 of them crashes; .* where they crash\.", found.found
+    )
+    assert not told(crashed, "the right line")
+    many = pl.concat([crashed.with_columns(pl.col("unique_episode", "episode") + 24 * k) for k in range(50)])
+    assert told(many, "where it crashes")
+    assert not told(many, "leaves the road")
 
 
 ROUND, SHORT = Judged((0.3, 1.0, 1.0), 21.5), Judged((0.3, 1.0, 0.9), 21.5)

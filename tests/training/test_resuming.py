@@ -14,10 +14,13 @@ import typer
 from gymnasium import spaces
 from typer.testing import CliRunner
 
+from racecraft.analysis.account_words import asked_words
+from racecraft.analysis.run_facts import read_facts
 from racecraft.cli.gym import gym as gym_command
 from racecraft.cli.unity import unity as unity_command
 from racecraft.contract.errors import RunFolderError, SettingError
 from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.run_folder import RunFolder
 
 APP = typer.Typer()
 APP.add_typer(unity_command.app, name="unity")
@@ -142,6 +145,13 @@ def test_an_environment_without_a_memory_begins_its_episodes_anew_and_that_is_sa
     racecraft("gym", "train", forgetful, "--run", run, "--stop", "iterations=2", *SMALL)
     said = racecraft("gym", "train", "--run", run, "--resume", "--stop", "iterations=4")
     assert "goes on after iteration 2; the world's inner state cannot be kept" in said
+    job = json.loads((run / "job.json").read_text())
+    assert (job["asked"]["stops"], job["resumed"]) == (
+        ["iterations=2"], [{"after_iteration": 2, "stops": ["iterations=4"]}]
+    )  # fmt: skip
+    assert "It was resumed once, after iteration 2, until 4 iterations are done." in asked_words(
+        read_facts(RunFolder.open(run))
+    )
     assert [row["iteration"] for row in curve(run)] == [1, 2, 3, 4]
     assert curve(run)[-1]["steps"] == 4 * 2 * 16
 

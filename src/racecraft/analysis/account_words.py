@@ -28,7 +28,7 @@ def asked_words(facts: RunFacts) -> str:
     asked = facts.job.get("asked", {})
     who = str(facts.job.get("algorithm", "a learner")).upper()
     what = f"to drive {facts.title}" if facts.is_race else f"to play {facts.title}"
-    told = [f"{who} was asked {what}{_until(asked)}."]
+    told = [f"{who} was asked {what}{_until(asked.get('stops') or asked.get('stop') or ())}."]
     if facts.is_race:
         told += _car(facts.job.get("model_metadata", {}))
         told += _paid(facts)
@@ -36,16 +36,28 @@ def asked_words(facts: RunFacts) -> str:
         told.append(f"It began with the weights of {asked['from']}.")
     if asked.get("set"):
         told.append(f"Set by hand: {', '.join(map(str, asked['set']))}.")
+    told += _resumed(facts.job.get("resumed", ()))
     return " ".join(told)
 
 
-def _until(asked: Mapping[str, Any]) -> str:
+def _resumed(times: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """Yield how the training was resumed, if it was.
+
+    >>> list(_resumed([{"after_iteration": 3, "stops": []}, {"after_iteration": 9, "stops": ["minutes=15"]}]))
+    ['It was resumed 2 times, the last time after iteration 9, until 15 min are over.']
+    """
+    if times:
+        how_often = f"{len(times)} times, the last time" if len(times) > 1 else "once,"
+        until = _until(times[-1].get("stops", ()))
+        yield f"It was resumed {how_often} after iteration {times[-1]['after_iteration']}{until and ','}{until}."
+
+
+def _until(stops: str | Sequence[str]) -> str:
     """Return what ends the training.
 
-    >>> _until({"stops": ["laps", "minutes=7"]}), _until({})
+    >>> _until(["laps", "minutes=7"]), _until(())
     (' until it laps or 7 min are over', '')
     """
-    stops = asked.get("stops") or asked.get("stop") or ()
     told = []
     for stop in [stops] if isinstance(stops, str) else stops:
         kind, _, amount = str(stop).partition("=")

@@ -125,7 +125,7 @@ def _account(facts: RunFacts) -> Iterator[str]:
         picture = ""
         if one.plot is not None:
             plot = one.plot()
-            picture = page.details(plot.title, page.photograph(plot.figure, plot.title, dpi=90))
+            picture = page.details(plot.title, page.photograph(plot.without_title(), plot.title, dpi=90))
         lines = one.command.replace("RUN", facts.path).splitlines()
         command = f"<p>{'<br>'.join(f'<code>{page.escaped(line)}</code>' for line in lines)}</p>" if lines else ""
         yield page.card(f"<b>{page.escaped(one.try_)}</b><p>{page.escaped(one.found)}</p>{command}{picture}")
@@ -139,7 +139,7 @@ def _own(facts: RunFacts) -> Iterator[str]:
         if isinstance(one, NoPlot):
             shown = f"<p>{page.escaped(one.why)}</p>"
         else:
-            shown = page.photograph(one.figure, one.title, dpi=100)
+            shown = page.photograph(one.without_title(), one.title, dpi=100)
         yield page.card(f"<b>{page.escaped(one.title)}</b>{shown}")
 
 

@@ -32,7 +32,7 @@ import json
 import math
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -281,6 +281,16 @@ class RunFolder:
             )
         return job
 
+    def note_resumed(self, iteration: int, stops: Sequence[str]) -> None:
+        """Write beside what was asked that the run goes on behind an iteration, and until when.
+
+        Raises:
+            RunFolderError: As `read_job` and `write_job`.
+        """
+        job = self.read_job()
+        again = {"after_iteration": iteration, "stops": list(stops)}
+        self.write_job({**job, "resumed": [*job.get("resumed", ()), again]})
+
     def append_metrics(self, row: Mapping[str, Any]) -> None:
         """Add one line to the metrics; what is no finite number becomes null. A torn last line is cut off first.
 
@@ -357,6 +367,16 @@ class RunFolder:
             RunFolderError: Another training holds it; the letter says which process, and since when.
         """
         return RunLock(self.path)
+
+
+def last_stops(job: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return what ends the training of a job file, as typed; of one that was resumed what ends it now.
+
+    >>> last_stops({"asked": {"stops": ["minutes=7"]}, "resumed": [{"after_iteration": 3, "stops": ["laps"]}]})
+    ('laps',)
+    """
+    again = job.get("resumed")
+    return tuple(map(str, (again[-1] if again else job.get("asked", {})).get("stops") or ()))
 
 
 def _require_free(path: Path) -> None:

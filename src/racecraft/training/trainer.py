@@ -200,7 +200,7 @@ def resume(experiment: Experiment, run: RunFolder, callback: TrainingCallback, s
     _say_notes(experiment, say)
     with run.lock(), experiment.attend(run, experiment.notes) as attendants:
         session = TrainingSession(experiment, run, learner, feed, callback, attendants, say)
-        session.restore()
+        run.note_resumed(session.restore(), [str(stop) for stop in experiment.stops])
         return session.run()
 
 
@@ -255,18 +255,17 @@ class TrainingSession:
             lambda: experiment.after_update(learner),
         )
 
-    def restore(self) -> None:
-        """Take up the last whole iteration, and say so."""
-        experiment = self._experiment
-        tell_resumed(
-            *restore_run(self._run, self._learner, self._collector, self._loop, self._writer, experiment.world_lasts),
-            self._say,
-        )
+    def restore(self) -> int:
+        """Take up the last whole iteration, and say so; return its number, 0 where none was saved."""
+        lasts = self._experiment.world_lasts
+        last, why_anew = restore_run(self._run, self._learner, self._collector, self._loop, self._writer, lasts)
+        tell_resumed(last, why_anew, self._say)
         if self._replay is not None and self._replay.begins_anew:
             self._say(
                 "what it remembered was too large to be kept (replay.keep_mib), so its memory begins anew and the "
                 "curve is not bit by bit that of an unbroken run"
             )
+        return last
 
     def run(self) -> Outcome:
         """Train; where that fails, say what is left of it."""

@@ -90,6 +90,17 @@ def test_sectors_of_a_lap_add_up_to_its_time(laps):
     assert even["seconds"].to_list() == pytest.approx([1.0, 1.0, 1.0], abs=0.08)
 
 
+def test_under_a_heading_a_plot_does_not_say_its_title_again(laps):
+    track = load_track("reinvent_base")
+    alone = analysis.exits_by_segment_plot(laps, track)
+    assert [axes.get_title(loc="left") for axes in alone.figure.axes] == ["Exits in each segment"]
+    assert [axes.get_title(loc="left") for axes in alone.without_title().axes] == [""]
+    several = analysis.training_progress(laps)
+    before = [axes.get_title(loc="left") for axes in several.figure.axes]
+    assert [axes.get_title(loc="left") for axes in several.without_title().axes] == before
+    assert before[0] == "Mean reward"
+
+
 def test_slides_of_a_car_that_goes_where_it_looks_and_of_one_that_drifts(tmp_path):
     columns = makers.episode(0, 0.1, ticks=40)
     straight = analysis.with_motion(logs_of(tmp_path, columns))
@@ -113,7 +124,7 @@ def test_exits_are_where_episodes_ended(laps):
     assert plot.data["unique_episode"].to_list() == [2, 3]
     assert plot.data["lap_share"].to_numpy() == pytest.approx(0.3, abs=0.01)
     worst = analysis.exits_by_segment(laps, track).row(0, named=True)
-    assert (worst["exits"], worst["share"], worst["passed_share"]) == (2, 1.0, 0.5)
+    assert (worst["exits"], worst["crashes"], worst["share"], worst["passed_share"]) == (2, 0, 1.0, 0.5)
     with pytest.raises(PlotError, match="No car left the road"):
         analysis.exit_points(laps.filter(pl.col("unique_episode") < 2), track)
 

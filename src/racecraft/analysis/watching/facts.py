@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from racecraft.formats.checkpoint import Checkpoints
-from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.run_folder import RunFolder, last_stops
 from racecraft.formats.tensor_file import CheckpointError
 
 CAR = "deepracer"
@@ -30,14 +30,13 @@ def run_facts(run: RunFolder, job: dict[str, Any]) -> dict[str, Any]:
         job: What `RunFolder.read_job` told.
     """
     kind = str(job.get("kind"))
-    asked = job.get("asked", {})
     return {
         "path": str(run.path),
         "name": run.path.name,
         "title": str(job.get("title", run.path.name)),
         "kind": kind,
         "algorithm": str(job.get("algorithm", "")),
-        "stops": [str(stop) for stop in asked.get("stops", ())],
+        "stops": list(last_stops(job)),
         "started": str(job.get("started", "")),
         "seed": job.get("seed"),
         "score_name": SCORES.get(kind, "score"),

@@ -164,12 +164,21 @@ def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame, learner: Learner, jud
         try_ += f"{ticks.height:,}. Train on before you change anything."
         command = "racecraft train --run RUN --resume --stop minutes=10"
     elif full < 0.5:
-        try_ = "It stands still below full laps: change the reward or the actions where it leaves the road."
+        where = "it crashes" if _mostly_crashes(episodes) else "it leaves the road"
+        try_ = f"It stands still below full laps: change the reward or the actions where {where}."
         command = "racecraft why RUN"
     else:
         try_ = "It stands still and finishes: ask for more speed, in the reward or in the actions."
         command = ANEW
     yield Advice(words, try_, lambda: training_progress(ticks), command)
+
+
+def _mostly_crashes(episodes: pl.DataFrame) -> bool:
+    """Tell whether most of the last fifth's failures ran into something."""
+    import polars as pl
+
+    ends = episodes.filter(~pl.col("complete") & (pl.col("quintile") == QUINTILES[4]))["status"].cast(pl.String)
+    return bool((ends == "crashed").sum() > len(ends) / 2)
 
 
 def _unrelated(ticks: pl.DataFrame, episodes: pl.DataFrame) -> Iterator[Advice]:
@@ -201,11 +210,14 @@ def _exits(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
     table = exits_by_segment(ticks, track)
     worst = table.row(0, named=True)
     if worst["exits"] >= FEWEST_EXITS and (worst["share"] * table.height > 1.5 or worst["share"] >= 0.25):
+        crashes, place = worst["crashes"] > worst["exits"] / 2, worst["name"]
+        of_them = f", {worst['crashes']} of them crashes" if crashes else ""
+        end, cure = ("crash", "keeping clear of what stands in the way") if crashes else ("leave", "the right line")
         yield Advice(
-            f"Segment {_place(track, worst['name'])} takes {worst['exits']} of {table['exits'].sum()} exits of the "
-            "last two fifths; "
-            f"{100 * worst['passed_share']:.0f} % get through it, at {worst['speed_mps']:.2f} m/s where they leave.",
-            f"Pay for the right line or less speed in {worst['name']}, and start more episodes before it.",
+            f"Segment {_place(track, place)} takes {worst['exits']} of {table['exits'].sum()} exits of the last two "
+            f"fifths{of_them}; {100 * worst['passed_share']:.0f} % get through it, at {worst['speed_mps']:.2f} m/s "
+            f"where they {end}.",
+            f"Pay for {cure} or less speed in {place}, and start more episodes before it.",
             lambda: exit_points(ticks, track),
             "racecraft why RUN",
         )

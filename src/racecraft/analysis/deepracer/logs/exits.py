@@ -42,8 +42,9 @@ def exit_points(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> Plot:
 
 
 def exits_by_segment(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> pl.DataFrame:
-    """Return the segments with most exits first: `segment`, `name`, `exits`, `share` of all exits, `speed_mps` (mean),
-    `passed_share` (share of the episodes that reached the segment and did not leave the road there).
+    """Return the segments with most exits first: `segment`, `name`, `exits`, `crashes` (exits that ran into
+    something), `share` of all exits, `speed_mps` (mean), `passed_share` (share of the episodes that reached the segment
+    and did not end there).
     """  # noqa: D205
     import polars as pl
 
@@ -52,7 +53,9 @@ def exits_by_segment(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> pl.Dat
     reached = in_segments(ticks, track).group_by((pl.col("segment") + 1).alias("segment")).agg(
         pl.col("unique_episode").n_unique().alias("reached")
     )  # fmt: skip
-    counted = points.group_by("segment").agg(pl.len().alias("exits"), pl.col("speed_mps").mean())
+    counted = points.group_by("segment").agg(
+        pl.len().alias("exits"), (pl.col("status") == "crashed").sum().alias("crashes"), pl.col("speed_mps").mean()
+    )
     return (
         counted.join(reached, on="segment")
         .with_columns(
@@ -61,7 +64,7 @@ def exits_by_segment(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> pl.Dat
             (1.0 - pl.col("exits") / pl.col("reached")).clip(0.0).alias("passed_share"),
         )
         .sort("exits", "segment", descending=[True, False])
-        .select("segment", "name", "exits", "share", "speed_mps", "passed_share")
+        .select("segment", "name", "exits", "crashes", "share", "speed_mps", "passed_share")
     )
 
 

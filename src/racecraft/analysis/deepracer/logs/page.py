@@ -317,7 +317,7 @@ def _fastest_of_metrics(metrics: pl.DataFrame | None) -> Iterator[str]:
 
 def _picture(plot: Plot) -> str:
     """Return the figure; on a narrow screen it keeps a width at which it can be read, and is pushed sideways."""
-    return f'<div class="plot">{page.photograph(plot.figure, plot.title, dpi=100)}</div>'
+    return f'<div class="plot">{page.photograph(plot.without_title(), plot.title, dpi=100)}</div>'
 
 
 def _data(plot: Plot) -> str:
