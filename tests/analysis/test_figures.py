@@ -1,11 +1,13 @@
 """Pictures are written, show what they should, and bad input is answered in letters."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PIL import Image
 
-from racecraft.analysis.deepracer.drive import Drive
-from racecraft.analysis.figures import FigureError, draw_curves, draw_path, has_values
+from racecraft.analysis.deepracer.drive import Drive, as_drive
+from racecraft.analysis.figures import FigureError, draw_curves, draw_path, has_values, path_figure
 from racecraft.analysis.metrics import METRICS, metrics_markdown
 from racecraft.envs.deepracer import race
 from racecraft.formats.whole import OutputFileError
@@ -39,6 +41,17 @@ def test_a_path_is_coloured_by_driven_speed_and_exits_are_marked(tmp_path, track
     picture = np.asarray(Image.open(tmp_path / "path.png").convert("RGB"))
     assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 100
     assert [entry.name for entry in tmp_path.iterdir()] == ["path.png"]
+
+
+def test_boxes_stand_on_the_picture_of_a_drive(track, reports_along):
+    from matplotlib.patches import Rectangle
+
+    drive = replace(as_drive(reports_along(40)), boxes=np.array([[1.5, 2.0, 0.0, 0.25, 0.125, 0.38]]))
+    assert drive.of_lap(1).boxes is drive.boxes
+    for shown, drawn in ((drive, [(1.25, 1.875, 0.5, 0.25)]), (replace(drive, boxes=None), [])):
+        patches = path_figure(track, shown, "").axes[0].patches
+        boxes = [one for one in patches if isinstance(one, Rectangle) and one.get_zorder() == 9]
+        assert [(*one.get_xy(), one.get_width(), one.get_height()) for one in boxes] == drawn
 
 
 def test_several_laps_are_laid_over_each_other_and_the_best_is_named(tmp_path, track, reports_along):

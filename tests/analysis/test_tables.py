@@ -96,6 +96,8 @@ def test_endings_and_exits_are_counted(ticks):
         ("time_up", 2, pytest.approx(1 / 3)),
     ]
     assert exits_table(laps).rows() == [(31, 2, 3.0)]
+    hit = laps.with_columns(pl.col("status").cast(pl.String).replace("time_up", "crashed"))
+    assert exits_table(hit)["count"].sum() == 4
 
 
 def test_tables_leave_their_ticks_alone_and_name_what_is_missing(ticks, tmp_path):

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from racecraft.analysis.deepracer.drive import CRASHED, LAP_COMPLETE, OFF_TRACK, Drive, as_drive
+from racecraft.analysis.deepracer.drive import CRASHED, GRIEF, LAP_COMPLETE, Drive, as_drive, what_befell
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import Array
 from racecraft.formats.whole import whole_file
@@ -109,10 +109,9 @@ def draw_path(
         OutputFileError: The file cannot be written.
     """
     drive = as_drive(drive)
+    drive = drive if objects is None else replace(drive, boxes=objects[0][-1])
     words = title if title is not None else story(track.title or track.name, drive)
     figure = path_figure(track, drive, words)
-    if objects is not None:
-        draw_boxes(figure, objects[0][-1])
     save_figure(figure, path, dpi)
     return figure
 
@@ -123,9 +122,9 @@ def path_figure(track: Track, drive: Drive, title: str) -> Figure:
     limits = speed_limits(drive)
     painted = [PaintedPath(lap.xy, lap.driven_mps, "driven speed (m/s)", limits) for lap in laps if len(lap) > 1]
     figure = draw_track(track, paths=painted, number_every=0, title=title)
-    ways = {OFF_TRACK: "left the road", CRASHED: "crashed"}
-    words = " or ".join(way for status, way in ways.items() if (drive.status == status).any())
-    mark_exits(figure, drive.xy[np.isin(drive.status, tuple(ways))], words=words)
+    mark_exits(figure, drive.xy[np.isin(drive.status, tuple(GRIEF))], words=what_befell(drive.status))
+    if drive.boxes is not None:
+        draw_boxes(figure, drive.boxes)
     return figure
 
 
@@ -148,15 +147,16 @@ def speed_limits(drive: Drive) -> tuple[float, float]:
 
 
 def mark_exits(figure: Figure, xy: Array, in_all: int | None = None, words: str = "left the road") -> None:
-    """Put a cross where cars left the road, (E, 2) m, and say in a corner what it means and how many there were."""
+    """Put a cross where cars came to grief, (E, 2) m, and say in a corner what it means and how many there were."""
     if not len(xy):
         return
     axes = figure.axes[0]
     few = len(xy) <= 60
+    far = not few and CRASHED not in words  # from the road: dark crosses are seen on grass, not on tar
     if few:
         axes.scatter(xy[:, 0], xy[:, 1], s=95, c="#ffffff", marker="X", linewidths=0, zorder=9)
     crosses = axes.scatter(
-        xy[:, 0], xy[:, 1], s=48 if few else 26, c=RED if few else DARK_RED, marker="X", linewidths=0,
+        xy[:, 0], xy[:, 1], s=48 if few else 26, c=DARK_RED if far else RED, marker="X", linewidths=0,
         alpha=1.0 if few else 0.6, zorder=9.1,
     )  # fmt: skip
     places = words if len(xy) == 1 else f"{words}, {len(xy):,} times"

@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from racecraft.analysis.deepracer.drive import LAP_COMPLETE, OFF_TRACK, STILL_DRIVING
+from racecraft.analysis.deepracer.drive import GRIEF, LAP_COMPLETE, STILL_DRIVING
 from racecraft.contract.errors import UserInputError
 from racecraft.envs.deepracer.vehicle import TICK_SECONDS
 from racecraft.formats.episodes import read_episodes
@@ -167,10 +167,13 @@ def endings_table(laps: pl.DataFrame) -> pl.DataFrame:
 
 
 def exits_table(laps: pl.DataFrame) -> pl.DataFrame:
-    """Return where cars left the road, worst place first: `waypoint`, `count`, `mean_speed_mps` of those episodes."""
+    """Return where cars left the road or crashed, worst place first.
+
+    Columns: `waypoint`, `count`, `mean_speed_mps` of those episodes.
+    """
     import polars as pl
 
-    off = laps.filter(pl.col("status") == OFF_TRACK)
+    off = laps.filter(pl.col("status").cast(pl.String).is_in(list(GRIEF)))
     counted = off.group_by("waypoint").agg(pl.len().alias("count"), pl.col("mean_speed_mps").mean())
     return counted.sort("count", "waypoint", descending=[True, False])
 

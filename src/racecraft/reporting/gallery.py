@@ -47,7 +47,7 @@ class Drive:
     @property
     def shown(self) -> CarDrive:
         """What the car did, as films take it; of a judged race with its trials, resets and penalties."""
-        drive = as_drive(self.ticks)
+        drive = replace(as_drive(self.ticks), boxes=None if self.objects is None else self.objects[0][-1])
         if isinstance(self.report, LapReport):
             return drive
         race = self.report
@@ -98,7 +98,7 @@ def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
     show_drive(drive, video=files["video"], picture=files["picture"])
     draw_curves(files["curves"], run.read_metrics())
     why = explain_failures(car, car.trained_on, str(run.path), **WHY)
-    write_report(run, files["report"], drive.ticks, small_film(files["video"]), advice_of(run), why=why)
+    write_report(run, files["report"], drive.shown, small_film(files["video"]), advice_of(run), why=why)
     return files
 
 
@@ -121,7 +121,7 @@ def report_run(path: Path, page: Path, plots: Sequence[Path] = ()) -> Path:
         return write_report(run, page, advice=advice_of(run))
     own = own_plots_of(run, plots)
     car = load_trained_car(path, "best")
-    drive = drive_laps(car, car.trained_on, laps=1).ticks
+    drive = drive_laps(car, car.trained_on, laps=1).shown
     why = explain_failures(car, car.trained_on, str(path), **WHY)
     return write_report(run, page, drive, _film_of(run, car), advice_of(run), own, why)
 
@@ -155,7 +155,7 @@ def show_drive(
     """
     files = {}
     if picture is not None:
-        draw_path(picture, drive.track, drive.shown, objects=drive.objects)
+        draw_path(picture, drive.track, drive.shown)
         files["picture"] = picture
     if video is not None and style is None:
         write_video(

@@ -125,6 +125,9 @@ def test_exits_are_where_episodes_ended(laps):
     assert plot.data["lap_share"].to_numpy() == pytest.approx(0.3, abs=0.01)
     worst = analysis.exits_by_segment(laps, track).row(0, named=True)
     assert (worst["exits"], worst["crashes"], worst["share"], worst["passed_share"]) == (2, 0, 1.0, 0.5)
+    assert plot.title == "Where cars left the road, 2 times"
+    hit = laps.with_columns(pl.col("status").cast(pl.String).replace("off_track", "crashed"))
+    assert analysis.exit_points(hit, track).title == "Where cars crashed, 2 times"
     with pytest.raises(PlotError, match="No car left the road"):
         analysis.exit_points(laps.filter(pl.col("unique_episode") < 2), track)
 

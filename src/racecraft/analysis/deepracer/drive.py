@@ -5,6 +5,7 @@ Begin with `as_drive`, which takes what a race world wrote down or rows of an ep
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +33,10 @@ WORDS = {
     "truncated": "out of time",
 }
 """How people say the words of `status` that end something."""
+
+
+GRIEF = {OFF_TRACK: "left the road", CRASHED: "crashed"}
+"""Ways to come to grief, as people say them."""
 
 
 class DriveError(UserInputError):
@@ -68,6 +73,8 @@ class Drive:
     """(T,) how often the car was set back so far in this trial."""
     penalty_seconds: Array | None = None
     """(T,) what that has cost so far."""
+    boxes: Array | None = None
+    """(K, 6) boxes as the last lap met them and bots where it ended: x, y, yaw, half length, half width, height."""
 
     @classmethod
     def from_reports(cls, reports: Array) -> Drive:
@@ -167,9 +174,9 @@ class Drive:
         """
         rows = self.lap == number
         _require(bool(rows.any()), f"no lap {number} among {int(self.lap.max())}")
-        columns: dict[str, Any] = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        columns = {name: getattr(self, name) for name in self.__dataclass_fields__ if name != "boxes"}
         cut: dict[str, Any] = {name: None if column is None else column[rows] for name, column in columns.items()}
-        return Drive(**cut)
+        return Drive(**cut, boxes=self.boxes)
 
     def outcome(self, row: int) -> str:
         """Say how the drive stood at a row that ended something: "lap complete 22.47 s", "off track at 45 %"."""
@@ -177,6 +184,15 @@ class Drive:
         if self.status[row] == LAP_COMPLETE:
             return f"{words} {self.lap_seconds[row]:.2f} s"
         return f"{words} at {self.progress_percent[row]:.0f} %"
+
+
+def what_befell(statuses: Iterable[str]) -> str:
+    """Return how cars came to grief, of the words of `status` that there are.
+
+    >>> what_befell([CRASHED, OFF_TRACK, OFF_TRACK]), what_befell([CRASHED])
+    ('left the road or crashed', 'crashed')
+    """
+    return " or ".join(way for status, way in GRIEF.items() if status in set(statuses))
 
 
 def as_drive(rows: Drive | Array | pl.DataFrame) -> Drive:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from racecraft.analysis import figures, page, tables
-from racecraft.analysis.deepracer.drive import LAP_COMPLETE, OFF_TRACK, WORDS, Drive, DriveError
+from racecraft.analysis.deepracer.drive import GRIEF, LAP_COMPLETE, WORDS, Drive, DriveError, what_befell
 from racecraft.analysis.deepracer.why_page import failure_parts
 from racecraft.analysis.run_facts import RunFacts
 from racecraft.tracks.picture import draw_track
@@ -123,15 +123,17 @@ def best_drive(ticks: pl.DataFrame, laps: pl.DataFrame) -> Drive | None:
 
 
 def _exits_and_endings(track: Track, laps: pl.DataFrame) -> Iterator[str]:
-    exits = laps.filter(laps["status"] == OFF_TRACK)
+    exits = laps.filter(laps["status"].cast(str).is_in(list(GRIEF)))
+    where = f"Where cars {what_befell(exits['status'].unique())}"
     if exits.height:
         shown = exits.tail(MOST_EXITS)
-        figure = draw_track(track, number_every=10, title="Where cars left the road in training")
-        figures.mark_exits(figure, shown.select("x_m", "y_m").to_numpy(), exits.height)
+        figure = draw_track(track, number_every=10, title="")
+        words = what_befell(exits["status"].unique())
+        figures.mark_exits(figure, shown.select("x_m", "y_m").to_numpy(), exits.height, words)
         times = "once" if exits.height == 1 else f"{exits.height:,} times"
-        words = f"<p><b>Where cars left the road in training</b>: {times}, a cross each"
+        words = f"<p><b>{where} in training</b>: {times}, a cross each"
         words += "." if shown.height == exits.height else f"; the latest {shown.height:,} are drawn."
-        yield page.card(f"{words}</p>{page.photograph(figure, 'Map of the places where cars left the road')}")
+        yield page.card(f"{words}</p>{page.photograph(figure, f'Map: {where.lower()}')}")
     endings = [
         (
             WORDS.get(row["status"], row["status"]), f"{row['count']:,}", f"{100 * row['share']:.1f} %",
@@ -149,7 +151,7 @@ def _exits_and_endings(track: Track, laps: pl.DataFrame) -> Iterator[str]:
     )
     if worst:
         heads = ("waypoint", "exits", "mean speed (m/s)")
-        cards += page.card("<b>Where cars left the road most</b>" + page.table(heads, worst, (1, 2)))
+        cards += page.card(f"<b>{where} most</b>" + page.table(heads, worst, (1, 2)))
     yield f'<div class="grid" style="margin-top:12px">{cards}</div>'
     first = laps["iteration"].min()
     if isinstance(first, int) and first > 1:

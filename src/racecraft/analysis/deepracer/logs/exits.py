@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from racecraft.analysis.deepracer.drive import what_befell
 from racecraft.analysis.deepracer.logs.circuit import on_track
 from racecraft.analysis.deepracer.logs.episodes import simulation_agg
 from racecraft.analysis.deepracer.logs.plot import RED, Plot, PlotError, map_sheet, name_axes, sheet, values
@@ -37,7 +38,8 @@ def exit_points(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> Plot:
     bad = in_segments(bad, track, segments)
     data = bad.select("unique_episode", "iteration", "status", "x_m", "y_m", "waypoint", "lap_share",
                       (pl.col("segment") + 1).alias("segment"), "speed_mps", "steering_rad")  # fmt: skip
-    title = f"Where cars left the road, {data.height} times"
+    grief = what_befell(data["status"].unique()) or "came to grief"
+    title = f"Where cars {grief}, {data.height} times"
     return Plot("exit_points", title, data, lambda: _draw(data, track))
 
 
