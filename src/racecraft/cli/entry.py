@@ -1,7 +1,7 @@
 """The way into the command line, and all that is done before a command is imported. Begin with `main`.
 
-To import every command takes a quarter of a second. The process of a training may import before it knows its words;
-the dr- commands, which racers type all day, come without the others; and the one that trains says so first of all.
+The process of a training may import before it knows its words, a command that is named comes without the others
+(`table.py`), and the dr- command that trains says so first of all.
 """
 
 from __future__ import annotations
@@ -26,14 +26,9 @@ def main() -> None:
         _become_a_job()
     words = sys.argv[1:]
     with _head_start(words):
-        if words[:1] == ["dr"]:
-            from racecraft.cli.deepracer.dr.group import app as dr
+        from racecraft.cli.table import app_for
 
-            say_letters(lambda: dr(words[1:], prog_name="racecraft dr"))
-        else:
-            from racecraft.cli import app
-
-            app.main()
+        say_letters(app_for(words))
 
 
 def say_letters(command: Callable[[], object]) -> None:
