@@ -14,12 +14,14 @@ from collections.abc import Iterator
 from typing import Any
 
 import gymnasium
+from gymnasium.envs.registration import EnvSpec
 
 from racecraft.algorithms.registry import load_class, see_present_folder
 from racecraft.contract.errors import SettingError, UserInputError, nearest
 from racecraft.contract.world import World
 from racecraft.envs.adapters.asking import made, telling
 from racecraft.envs.adapters.from_gymnasium import GymnasiumWorld
+from racecraft.envs.adapters.from_vector_env import VectorEnvWorld, fits, has_vector_version
 from racecraft.formats.run_folder import CODE, RunFolder
 from racecraft.players.own_code import own_code_of
 
@@ -54,6 +56,20 @@ def open_world(environment: str, num_worlds: int) -> World:
     return world
 
 
+def open_judging_world(environment: str, num_worlds: int) -> World:
+    """Return so many copies to judge in: rows of the environment's own vector version where it registers one.
+
+    Raises:
+        UserInputError: As `open_world`.
+    """
+    if own_class(environment) is None and _is_known(environment) and has_vector_version(_spec_of(environment)):
+        envs = made(gymnasium.make_vec, environment, num_worlds, vectorization_mode="vector_entry_point")
+        if fits(envs):
+            return VectorEnvWorld(environment, envs)
+        envs.close()
+    return open_world(environment, num_worlds)
+
+
 def _require_num_worlds(own: type, environment: str) -> None:
     """Refuse a class that is not made as worlds are.
 
@@ -69,8 +85,8 @@ def _require_num_worlds(own: type, environment: str) -> None:
 
 
 @contextlib.contextmanager
-def opened_world(run: RunFolder, num_worlds: int) -> Iterator[World]:
-    """Open copies of the environment that a run was trained in, from the run's own code where it has some.
+def opened_judging_world(run: RunFolder, num_worlds: int) -> Iterator[World]:
+    """Open the environment that a run was trained in to judge in it, with the run's own code where it has some.
 
     Raises:
         UserInputError: There is no such environment here, or its script fails.
@@ -79,7 +95,7 @@ def opened_world(run: RunFolder, num_worlds: int) -> Iterator[World]:
     with own_code_of(run):
         if not _is_known(environment) and (run.path / CODE / f"{REMADE_BY}.py").is_file():
             importlib.import_module(REMADE_BY)
-        world = open_world(environment, num_worlds)
+        world = open_judging_world(environment, num_worlds)
         try:
             yield world
         finally:
@@ -136,11 +152,20 @@ def reward_threshold(environment: str) -> float | None:
     if own is not None:
         threshold = getattr(own, "reward_threshold", None)
         return None if threshold is None else float(threshold)
+    return _spec_of(environment).reward_threshold
+
+
+def _spec_of(environment: str) -> EnvSpec:
+    """Return how an id is registered.
+
+    Raises:
+        UserInputError: It is not.
+    """
     module, _, name = environment.rpartition(":")
     try:
         if module:
             __import__(module)
-        return gymnasium.spec(name).reward_threshold
+        return gymnasium.spec(name)
     except ModuleNotFoundError as error:
         raise SettingError(
             f"{environment}: there is no module '{error.name}'; expected the package that registers the environment, "

@@ -107,10 +107,10 @@ def _judge_car(
 def _judge_gymnasium(
     run: RunFolder, which: str, episodes: int = EPISODES, seed: int = SEED_OF_JUDGING
 ) -> dict[str, Any]:
-    from racecraft.evaluation.environments import opened_world
+    from racecraft.evaluation.environments import opened_judging_world
 
     policy = load_policy(run, which)
-    with opened_world(run, min(episodes, JUDGING_WORLDS)) as world:
+    with opened_judging_world(run, min(episodes, JUDGING_WORLDS)) as world:
         return _facts(run, policy) | judge_episodes(policy, world, episodes, seed)
 
 

@@ -9,8 +9,10 @@ import sys
 import torch
 
 from racecraft.contract.errors import SettingError
-from racecraft.kernels.compile import set_threads
 
+KERNELS = "racecraft.kernels.compile"
+"""The door to compiled code. A world is open before the cores are shared: one without kernels has not passed it, and is
+spared what it costs, 0.2 s."""
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
 """Names of `mallopt`, as <malloc.h> has them."""
 KEPT_BYTES = 1 << 30
@@ -32,7 +34,8 @@ def prepare_processor(count: int | None, device: str = "cpu") -> None:
     if device == "cuda" and not torch.cuda.is_available():
         raise SettingError("runtime.device is cuda, but this PyTorch sees no CUDA device; expected cpu here.")
     wanted = count or os.cpu_count() or 1
-    set_threads(wanted)
+    if kernels := sys.modules.get(KERNELS):
+        kernels.set_threads(wanted)
     torch.set_num_threads(wanted)
     torch.set_flush_denormal(True)
     keep_freed_memory()

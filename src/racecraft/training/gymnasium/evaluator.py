@@ -21,6 +21,7 @@ class ReturnEvaluator:
 
     Args:
         world: Copies that are judged in.
+        confirming: Copies that a score is confirmed in; the same, or more of them where more cost no more.
         policy: The judged policy.
         episodes: How many episodes count.
         threshold: The mean return that counts as solved; None where none does.
@@ -29,8 +30,9 @@ class ReturnEvaluator:
     score_name = "return"
     stop_kinds = SCORE
 
-    def __init__(self, world: World, policy: Policy, episodes: int, threshold: float | None) -> None:
-        self._world, self._policy, self._episodes, self._threshold = world, policy, episodes, threshold
+    def __init__(self, world: World, confirming: World, policy: Policy, episodes: int, threshold: float | None) -> None:
+        self._world, self._confirming, self._policy = world, confirming, policy
+        self._episodes, self._threshold = episodes, threshold
 
     def score(self, episode: EpisodeRecord) -> float:
         """Return an episode's return."""
@@ -45,9 +47,9 @@ class ReturnEvaluator:
 
     def evaluate(self) -> EvaluationResult:
         """Play; a mean that meets the threshold is confirmed over CONFIRMING_EPISODES."""
-        episodes = self._play(self._episodes, SEED_OF_JUDGING)
+        episodes = self._play(self._world, self._episodes, SEED_OF_JUDGING)
         if self._meets(episodes) and len(episodes) < CONFIRMING_EPISODES:
-            episodes += self._play(CONFIRMING_EPISODES - len(episodes), SEED_OF_JUDGING + 1)
+            episodes += self._play(self._confirming, CONFIRMING_EPISODES - len(episodes), SEED_OF_JUDGING + 1)
         summary = summarise(episodes)
         details = {
             "episodes": summary.episodes,
@@ -64,9 +66,9 @@ class ReturnEvaluator:
         """An evaluation that meets the threshold is confirmed already."""
         return True
 
-    def _play(self, count: int, seed: int) -> list[EpisodeRecord]:
-        each = -(-count // self._world.spec.num_worlds)
-        return play_episodes(self._policy, self._world, episodes_each=each, seed=seed)[:count]
+    def _play(self, world: World, count: int, seed: int) -> list[EpisodeRecord]:
+        each = -(-count // world.spec.num_worlds)
+        return play_episodes(self._policy, world, episodes_each=each, seed=seed)[:count]
 
     def _meets(self, episodes: list[EpisodeRecord]) -> bool:
         return self._threshold is not None and summarise(episodes).mean_reward >= self._threshold

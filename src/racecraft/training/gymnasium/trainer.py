@@ -20,14 +20,15 @@ from racecraft.algorithms.registry import Algorithm, find_algorithm
 from racecraft.algorithms.reinforce import ReinforceConfig
 from racecraft.algorithms.sac import SacConfig
 from racecraft.contract.world import World
-from racecraft.evaluation.environments import open_world, reward_threshold
+from racecraft.envs.adapters.from_vector_env import VectorEnvWorld
+from racecraft.evaluation.environments import open_judging_world, open_world, reward_threshold
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.replay_settings import ReplayConfig
 from racecraft.rollout.settings import RolloutConfig
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, from_dictionary
-from racecraft.training.gymnasium.evaluator import ReturnEvaluator
+from racecraft.training.gymnasium.evaluator import CONFIRMING_EPISODES, ReturnEvaluator
 from racecraft.training.loop import Outcome
 from racecraft.training.own_code import OwnCode, lay_code, own_code_of_names
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
@@ -161,8 +162,11 @@ def opened(planned: GymPlan, say: Say) -> Iterator[Experiment]:
     with contextlib.ExitStack() as worlds:
         world = open_world(environment, settings.rollout.num_worlds)
         worlds.callback(world.close)
-        judged = open_world(environment, min(settings.evaluation.episodes, JUDGING_WORLDS))
+        judged = open_judging_world(environment, min(settings.evaluation.episodes, JUDGING_WORLDS))
         worlds.callback(judged.close)
+        has_rows = isinstance(judged, VectorEnvWorld)
+        confirming = open_judging_world(environment, CONFIRMING_EPISODES) if has_rows else judged
+        worlds.callback(confirming.close)
         yield Experiment(
             kind=KIND,
             world=world,
@@ -171,7 +175,7 @@ def opened(planned: GymPlan, say: Say) -> Iterator[Experiment]:
             seed=planned.seed,
             stops=planned.stops,
             evaluator=lambda learner, _: ReturnEvaluator(
-                judged, GreedyPolicy(learner), settings.evaluation.episodes, planned.threshold
+                judged, confirming, GreedyPolicy(learner), settings.evaluation.episodes, planned.threshold
             ),
             asked={"environment": environment},
             metadata={"environment": environment},
