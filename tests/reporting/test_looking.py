@@ -12,13 +12,13 @@ from racecraft.algorithms.distributions import distribution_for
 from racecraft.algorithms.networks import ActorCritic, Architecture
 from racecraft.analysis.attention import AttentionError
 from racecraft.analysis.deepracer.look_page import findings, write_look_page
-from racecraft.analysis.deepracer.surfaces import SURFACES, SurfaceAttention, eye_poses, surface_shares
+from racecraft.analysis.deepracer.surfaces import OBSTACLE, SURFACES, SurfaceAttention, eye_poses, surface_shares
 from racecraft.analysis.look import Look
 from racecraft.contract.world import ArraySpec, ContinuousActions, allocate
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.promise import CAMERA_NAME
 from racecraft.envs.deepracer.sensors import FRONT_CAMERA, STEREO, STEREO_GREY_WEIGHTS, car_sensors
-from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
+from racecraft.envs.deepracer.settings import BoxesConfig, CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.reporting.looking import as_seen, look_at_lap, look_at_pictures
 from racecraft.tracks.catalogue import load_track
@@ -93,6 +93,34 @@ def test_a_car_that_goes_by_the_road_is_not_accused(wall_rows):
     told = {row.surface: row for row in lap.surfaces}
     assert told["wall"].attention < 0.01
     assert "what is not the track" not in " ".join(findings(lap.surfaces, lap.look))
+
+
+class CarAmongBoxes(Car):
+    """Two boxes ahead of it on the first straight, one in each lane."""
+
+    def world(self, track, num_cars, start_shares, laps):
+        return RaceWorld(
+            track, ACTIONS, num_cars=num_cars, start_shares=start_shares, laps=laps,
+            race_config=RaceConfig(type="OBJECT_AVOIDANCE", max_episode_seconds=2.0),
+            camera_config=CameraConfig(*SIGHT[::-1]), objects=BoxesConfig(positions="0.1,1;0.14,-1"),
+        )  # fmt: skip
+
+
+def test_whether_boxes_turn_a_car_s_decisions_is_told(wall_rows):
+    """One that reads the rows at the horizon, which a near box covers, and one that reads the sky above it."""
+    found = []
+    for rows in (slice(wall_rows.stop - 1, wall_rows.stop + 2), slice(0, 1)):
+        lap = look_at_lap(CarAmongBoxes(policy_reading(rows)), Car.trained_on)
+        (box,) = [row for row in lap.surfaces if row.surface == OBSTACLE]
+        assert box.area > 0.01
+        found.append((box.changed, " ".join(findings(lap.surfaces, lap.look))))
+        (dashes,) = [row for row in lap.surfaces if row.surface == "centre line"]
+        assert dashes.changed == 0.0, "boxes stand where they stood while something else is painted over"
+    (reads, told), (blind, told_of_blind) = found
+    assert reads > 0.2
+    assert f"with a box or bot in sight {100 * reads:.0f} % of its decisions are others without it" in told
+    assert blind == 0.0
+    assert "What stands on the road hardly matters to it" in told_of_blind
 
 
 def rows_of(wall, road):

@@ -11,7 +11,14 @@ import numpy as np
 from racecraft.analysis.attention import TAKEN, AttentionError, Question, SeeingPolicy, Seen, changed, confidence
 from racecraft.analysis.deepracer.drive import Drive
 from racecraft.analysis.deepracer.look_page import LapLook
-from racecraft.analysis.deepracer.surfaces import SurfaceAttention, by_surface, eye_poses, painted_over, surface_shares
+from racecraft.analysis.deepracer.surfaces import (
+    SURFACES,
+    SurfaceAttention,
+    by_surface,
+    eye_poses,
+    painted_over,
+    surface_shares,
+)
 from racecraft.analysis.look import Look, look_at
 from racecraft.analysis.look_film import Place
 from racecraft.analysis.video import HEIGHT as FILM_HEIGHT
@@ -26,6 +33,8 @@ from racecraft.players.deepracer.trained_car import TrainedCar
 from racecraft.players.trained import TrainedPolicy
 from racecraft.tracks.track import Track
 
+IN_SIGHT = 0.002
+"""Share of the picture from which a surface counts as seen in a tick."""
 PICTURES = (".png", ".jpg", ".jpeg")
 FILMS = (".mp4", ".mkv", ".mov", ".avi", ".webm")
 GREY = (0.2989, 0.587, 0.114)
@@ -48,25 +57,25 @@ def look_at_lap(car: TrainedCar, track: Track, question: Question = TAKEN) -> La
     judge_laps(eyes, world, 1, [keeper])
     drive = Drive.from_reports(keeper.drive)
     look = look_at(car.policy, eyes.seen, car.policy.spec.actions, question)
-    surfaces = _surfaces(car.policy, world, look, eyes.seen, keeper.drive)
+    surfaces = _surfaces(car.policy, world, look, eyes.seen, keeper)
     last = len(drive) - 1
     return LapLook(look, Place(world.track, drive.xy), drive.progress_percent, surfaces, drive.outcome(last))
 
 
 def _surfaces(
-    policy: TrainedPolicy, world: RaceWorld, look: Look, seen: Seen, reports: Array
+    policy: TrainedPolicy, world: RaceWorld, look: Look, seen: Seen, keeper: DriveKeeper
 ) -> list[SurfaceAttention]:
     """Return what each surface gets, and what painting it over changes; nothing where the frames are not the camera's.
 
     Both sides of a comparison are rendered here, in daylight: what chance did to the light of the lap is no surface.
-    Boxes and bots are no surface either: what lies behind them stands for them.
     """
     camera = world.camera
     if look.frames.shape[1:] != (camera.height, camera.width):
         return []
+    reports, objects = keeper.drive, keeper.objects
     poses = np.column_stack([reports["x"], reports["y"], reports["yaw"]])
     eyes = [eye_poses(poses, float(left)) for left in world.sensors.eyes_left_m]
-    shares = np.mean([surface_shares(camera, eye) for eye in eyes], axis=0)
+    shares = np.mean([surface_shares(camera, eye, objects) for eye in eyes], axis=0)
     rows = by_surface(look.heat, shares)
     if policy.spec.stack_size > 1:
         return rows  # one moment of a stack cannot be repainted without those before it
@@ -78,11 +87,14 @@ def _surfaces(
         return {look.name: np.stack(shown, axis=-1) if is_pair else shown[0].reshape(-1, *shape)}
 
     shape = policy.spec.visible[look.name].shape
-    as_driven = confidence(policy, seen.instead(policy, frames(lambda eye: camera.render_grey(eye, palettes=levels))))
+    plain = frames(lambda eye: camera.render_grey(eye, palettes=levels, boxes=objects))
+    as_driven = confidence(policy, seen.instead(policy, plain))
     found = []
     for row in rows:
-        painted = frames(lambda eye, surface=row.surface: painted_over(camera, eye, surface, levels))  # type: ignore[misc]
-        share = float(changed(as_driven, confidence(policy, seen.instead(policy, painted))).mean())
+        painted = frames(lambda eye, surface=row.surface: painted_over(camera, eye, surface, levels, objects))  # type: ignore[misc]
+        others = changed(as_driven, confidence(policy, seen.instead(policy, painted)))
+        in_sight = shares[:, SURFACES.index(row.surface)].mean(axis=(1, 2)) > IN_SIGHT
+        share = float(others[in_sight].mean()) if in_sight.any() else 0.0
         found.append(SurfaceAttention(row.surface, row.area, row.attention, share))
     return found
 

@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from racecraft.analysis.deepracer.surfaces import (
+    OBSTACLE,
     SURFACES,
     by_surface,
     painted_over,
@@ -66,3 +67,30 @@ def test_a_track_whose_file_repeats_a_row_looks_as_it_is():
     poses = np.array([track.pose_at(0.0), track.pose_at(0.5 * track.length)])
     frames = [Camera(build_scene(one), 40, 30).render_grey(poses) for one in (track, track.as_filed())]
     assert np.abs(frames[0].astype(int) - frames[1]).max() <= 1
+
+
+def box_ahead(poses, metres):
+    """Return a box in the middle of the road so far ahead of every pose, and its kind."""
+    boxes = np.zeros((len(poses), 1, 6))
+    boxes[:, 0, 0] = poses[:, 0] + metres * np.cos(poses[:, 2])
+    boxes[:, 0, 1] = poses[:, 1] + metres * np.sin(poses[:, 2])
+    boxes[:, 0, 2:] = np.column_stack([poses[:, 2], *np.tile([[0.2], [0.15], [0.25]], (1, len(poses)))])
+    return boxes, np.zeros((len(poses), 1), np.int64)
+
+
+def test_boxes_are_a_surface_of_their_own(track, poses):
+    """Where the camera itself shows a difference with and without them, and nowhere else."""
+    camera, objects = Camera(build_scene(track), 40, 30), box_ahead(poses, 1.0)
+    bare, shares = surface_shares(camera, poses), surface_shares(camera, poses, objects)
+    place = SURFACES.index(OBSTACLE)
+    assert not bare[:, place].any()
+    assert_allclose(shares.sum(axis=1), 1.0, atol=0.03)
+    with_them, without = (camera.render_grey(poses, boxes=boxes).astype(int) for boxes in (objects, None))
+    differs = np.abs(with_them - without) > 12
+    assert differs.mean() > 0.01
+    assert (shares[:, place][differs] > 0.05).all()
+    assert not differs[shares[:, place] == 0.0].any()
+    assert (shares[:, place] > 0.95).any()
+    np.testing.assert_array_equal(painted_over(camera, poses, OBSTACLE, objects=objects), without)
+    grass = painted_over(camera, poses, "grass", objects=objects)
+    assert (np.abs(grass.astype(int) - with_them)[shares[:, place] > 0.99] <= 2).all(), "the box stands as it stood"

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from racecraft.analysis import page
-from racecraft.analysis.deepracer.surfaces import SurfaceAttention
+from racecraft.analysis.deepracer.surfaces import OBSTACLE, SurfaceAttention
 from racecraft.analysis.figures import BLUE, DARK_RED, small_axes
 from racecraft.analysis.look import Look, glowing, shining
 from racecraft.analysis.look_film import Place
@@ -91,6 +91,17 @@ def findings(surfaces: Sequence[SurfaceAttention], look: Look, run: str = "RUN",
     edge = max(tried.get(name, 0.0) for name in ("border line", "grass"))
     if edge >= MANY and is_decided:
         told.append(f"It goes by the edge of the road: without it {100 * edge:.0f} % of its decisions are others.")
+    if (obstacles := tried.get(OBSTACLE)) is not None and is_decided:
+        if obstacles <= FEW:
+            told.append(
+                "What stands on the road hardly matters to it: with a box or bot in sight at most one decision of "
+                "twenty is another without it. It does not drive round them by sight: give it more episodes among them."
+            )
+        else:
+            told.append(
+                f"It sees what stands on the road: with a box or bot in sight {100 * obstacles:.0f} % of its decisions "
+                "are others without it."
+            )
     keen = max(surfaces, key=lambda row: row.times_its_area)
     told.append(
         f"For its size the {keen.surface} gets most attention: {100 * keen.attention:.0f} % on {100 * keen.area:.1f} % "

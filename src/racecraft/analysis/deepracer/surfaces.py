@@ -12,23 +12,32 @@ import numpy as np
 
 from racecraft.contract.world import Array
 from racecraft.envs.deepracer.camera import Camera
+from racecraft.envs.deepracer.objects import KINDS
 from racecraft.envs.deepracer.scene import MATERIALS
 
-NAMES = {"field": "grass", "line": "border line", "dash": "centre line", "start": "start line"}
-"""What racers call materials whose name in the scene is another; all walls are one surface."""
+OBSTACLE = "obstacle"
+NAMES = {
+    "field": "grass", "line": "border line", "dash": "centre line", "start": "start line",
+    **dict.fromkeys((kind.name for kind in KINDS), OBSTACLE),
+}  # fmt: skip
+"""What racers call materials whose name in the scene is another; all walls are one surface, all boxes and bots too."""
+Objects = tuple[Array, Array]
+"""Boxes and bots of T moments, (T, K, 6) and their kinds (T, K), as `objects.Objects` has them."""
 
 
 def surface_of(material: str) -> str:
     """Return the surface that a material of the scene belongs to.
 
-    >>> surface_of("field"), surface_of("wall south"), surface_of("sky")
-    ('grass', 'wall', 'sky')
+    >>> surface_of("field"), surface_of("wall south"), surface_of("bot_car")
+    ('grass', 'wall', 'obstacle')
     """
     return "wall" if material.startswith("wall") else NAMES.get(material, material)
 
 
 SURFACES = tuple(dict.fromkeys(surface_of(material) for material in MATERIALS))
 """In the order of the scene's materials."""
+ROUNDED = 0.01
+"""Shares of a pixel that is wholly told add up to 1 within this: each is a whole number of 255ths."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +50,8 @@ class SurfaceAttention:
     attention: float
     """Share of all attention, 0 to 1."""
     changed: float | None = None
-    """Share of ticks on which the decision is another where this surface is painted over; None: not tried."""
+    """Share of the ticks with it in sight on which the decision is another where it is painted over; None: not
+    tried."""
 
     @property
     def times_its_area(self) -> float:
@@ -49,12 +59,13 @@ class SurfaceAttention:
         return self.attention / self.area if self.area > 0 else 0.0
 
 
-def surface_shares(camera: Camera, poses: Array) -> Array:
+def surface_shares(camera: Camera, poses: Array, objects: Objects | None = None) -> Array:
     """Return how much of each pixel each surface fills.
 
     Args:
         camera: Of the size and mount the policy sees through.
         poses: (T, 3): x, y in m and yaw in rad of base_link.
+        objects: What stood on the road then; None: nothing.
 
     Returns:
         float32 (T, S, H, W), 0 to 1, over S = len(SURFACES); they add up to 1 within a hundredth.
@@ -62,8 +73,10 @@ def surface_shares(camera: Camera, poses: Array) -> Array:
     plain = Camera(camera.scene._replace(grass=0.0), camera.width, camera.height, camera.mount)
     found = np.empty((len(poses), len(SURFACES), camera.height, camera.width), np.float32)
     for number, surface in enumerate(SURFACES):
-        white = np.array([255.0 * (surface_of(material) == surface) for material in MATERIALS])
-        found[:, number] = plain.render_grey(poses, palettes=white) / np.float32(255.0)
+        white = np.array([255.0 * (surface_of(material) == surface != OBSTACLE) for material in MATERIALS])
+        found[:, number] = plain.render_grey(poses, palettes=white, boxes=objects) / np.float32(255.0)
+    if objects is not None:  # what nothing else fills: a box's sides are shaded, so its own white is none
+        found[:, SURFACES.index(OBSTACLE)] = np.maximum(1.0 - found.sum(axis=1) - ROUNDED, 0.0)
     return found
 
 
@@ -87,23 +100,29 @@ def by_surface(heat: Array, shares: Array) -> list[SurfaceAttention]:
     return sorted(rows, key=lambda row: -row.attention)
 
 
-def painted_over(camera: Camera, poses: Array, surface: str, levels: Array | None = None) -> Array:
+def painted_over(
+    camera: Camera, poses: Array, surface: str, levels: Array | None = None, objects: Objects | None = None
+) -> Array:
     """Return what the car would see were a surface not told from its surroundings, uint8 (T, H, W).
 
-    Grass, lines and the start take the road's grey, the road the grass's; walls and sky change places.
+    Grass, lines and the start take the road's grey, the road the grass's; walls and sky change places; obstacles are
+    taken away.
 
     Args:
         camera: Of the size and mount the policy sees through.
         poses: (T, 3): x, y in m and yaw in rad of base_link.
         surface: One of SURFACES.
         levels: Grey level of each material as this camera tells it; None: one eye's.
+        objects: What stood on the road then; None: nothing.
     """
+    if surface == OBSTACLE:
+        return camera.render_grey(poses, palettes=levels)
     levels = np.array(camera.scene.grey_palette if levels is None else levels, float)
     by_name = dict(zip(MATERIALS, levels, strict=True))
     for k, material in enumerate(MATERIALS):
         if surface_of(material) == surface:
             levels[k] = by_name[_instead(surface)]
-    return camera.render_grey(poses, palettes=levels)
+    return camera.render_grey(poses, palettes=levels, boxes=objects)
 
 
 def _instead(surface: str) -> str:
