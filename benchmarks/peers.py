@@ -4,11 +4,12 @@
                                [--rllib PYTHON] [--cleanrl PYTHON FOLDER]
 
 Every run is a process of its own, from its start to its end, on one thread; who runs first changes from seed to seed.
-Each learns with the settings its own house tuned: `racecraft gym train ID --algorithm NAME` as it begins (MountainCar's
-are those of `sac_curves.py`), Stable-Baselines3 with its zoo's (`peer_sb3.py`), RLlib with its tuned examples'
-(`peer_rllib.py`), CleanRL's single files as they begin (`peer_cleanrl.py`; FOLDER is its repository). PYTHON is that
-of an environment of its own, and a world that a house shows no settings for is left out. Ours draws no pictures of its
-run, for the others draw none.
+Each learns with the settings its own house tuned: `racecraft gym train ID --algorithm NAME` as it begins, with what
+`CONTESTS` sets for a world (MountainCar's are those of `sac_curves.py`; CartPole bears larger batches and steps than
+Acrobot, for which `gym train`'s are a mean), Stable-Baselines3 with its zoo's (`peer_sb3.py`), RLlib with its tuned
+examples' (`peer_rllib.py`), CleanRL's single files as they begin (`peer_cleanrl.py`; FOLDER is its repository). PYTHON
+is that of an environment of its own, and a world that a house shows no settings for is left out. Ours draws no pictures
+of its run, for the others draw none.
 
 All are judged alike: after so many steps 20 greedy episodes, and where Gymnasium itself says when a world is solved,
 100 more to confirm it. Judging is in the seconds. Seconds of the processor are told beside those of the clock: other
@@ -35,9 +36,9 @@ HERE = Path(__file__).resolve().parent
 RESULTS, PAGE = HERE / "peers.json", HERE / "peers.md"
 TITLE = "# Seconds until a world is solved, ours beside others"
 BEGINS = """Whole processes on one thread, from start to end, in turns, each with the settings its own house tuned: ours
-as `racecraft gym train` begins, Stable-Baselines3 with its zoo's, RLlib with its tuned examples', CleanRL's single
-files as they begin. Who is judged as solved, and how, stands in `peers.py`. A run that ended unsolved counts as
-endless."""
+as `racecraft gym train` begins, two worlds with settings of their own (`CONTESTS` in `peers.py`), Stable-Baselines3
+with its zoo's, RLlib with its tuned examples', CleanRL's single files as they begin. Who is judged as solved, and how,
+stands in `peers.py`. A run that ended unsolved counts as endless."""
 NEVER = float("inf")
 
 
@@ -53,7 +54,7 @@ class Contest:
 
 
 CONTESTS = {
-    "CartPole-v1": Contest(475.0, "ppo"),
+    "CartPole-v1": Contest(475.0, "ppo", ("ppo.batch_size=256", "ppo.learning_rate=3e-3")),
     "Acrobot-v1": Contest(-100.0, "ppo"),
     "Pendulum-v1": Contest(-200.0, "sac"),
     "MountainCarContinuous-v0": Contest(90.0, "sac", ("sac.noise_correlation=0.95", "sac.gradient_steps_per_step=0.5")),
