@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from racecraft.envs.deepracer.camera import MOUNT_V2, MOUNT_V3, Camera, CameraError
+from racecraft.envs.deepracer.camera import MOUNT_V2, MOUNT_V3, Camera, CameraError, mounted_optics
+from racecraft.envs.deepracer.kernels.camera import add_points
 from racecraft.envs.deepracer.scene import (
     DASH,
     FIELD,
@@ -221,6 +222,27 @@ def test_the_start_strip_lies_between_the_lines(side, wide):
     ((corners, _, under),) = start_rings(oval(look=TrackLook(start_strip=0.1, line_width=0.05, line_side=side)))
     assert np.ptp(corners, axis=0) == pytest.approx([0.1, wide], abs=5e-3)
     assert under == ROAD
+
+
+@pytest.mark.parametrize("corner", range(4))
+def test_a_corner_at_the_nearest_depth_is_as_one_a_hair_beyond(corner):
+    """A square of ground, of whose corners one lies where the ground begins, two beyond and one behind the eye."""
+    optics = mounted_optics(40, 30, MOUNT_V3)
+    near = optics.ground_near
+    told = []
+    for hair in (0.0, 1e-9):
+        depth = np.roll([near + hair, 2.0, 2.0, -0.5], corner)
+        left = np.roll([0.3, 0.3, -0.3, -0.3], corner)
+        down = np.full(4, 0.1)
+        scale = optics.focal / depth
+        points = np.column_stack(
+            [depth, left, down, optics.middle_x - left * scale, optics.middle_y + down * scale, scale]
+        )
+        sheet = np.zeros((1, 31, 40), np.int16)
+        add_points((sheet[0],), np.vstack([points, points[:1]]), optics, 0.0, (64,))
+        told.append(sheet)
+    assert told[0].any()
+    np.testing.assert_allclose(*told, atol=1)  # of 64 parts of a level; half of one may round either way
 
 
 def test_an_odd_size_or_array_is_refused_with_a_letter(scene):

@@ -57,6 +57,8 @@ def test_every_behavior_of_a_scene_plays_in_a_parallel_env(program):
     assert seen[strikers[2]].tolist() == [1.0, 0.0, 0.5]
     assert infos[referee]["action_mask"].tolist() == [False, True, True, True]
     assert env.action_space(referee).nvec.tolist() == [2, 2]
+    steers = env.action_space(strikers[0])
+    assert (steers.low.tolist(), steers.high.tolist()) == ([-1.0, -1.0], [1.0, 1.0])
     for _ in range(3):
         actions = {name: env.action_space(name).sample() for name in env.agents}
         actions[referee] = np.array([1, 0])

@@ -8,6 +8,7 @@ import math
 import socket
 import threading
 import time
+from dataclasses import asdict
 
 import pytest
 
@@ -363,6 +364,17 @@ def test_another_file_is_not_gone_on_with(tmp_path, change, words):
     with pytest.raises(InputFileError, match=words):
         TournamentFile(*asked)
     assert path.read_bytes() == before
+
+
+def test_a_tournament_of_an_earlier_day_goes_on(tmp_path):
+    """The lines as they were written by the version that first kept them."""
+    path = tmp_path / "games.jsonl"
+    head = {"tournament": 1, "players": ["a", "b"], "game": asdict(SMALL), "timeout_ms": 100, "seed": 4,
+            "most_turns": 1000}  # fmt: skip
+    game = '{"number":1,"players":[0,1],"places":[0,1],"turns":87,"timeouts":[0,2],"crashes":[0,0]}'
+    path.write_text(f"{json.dumps(head)}\n{game}\n")
+    (read,) = TournamentFile(path, ["a", "b"], SMALL, 100, 4, 1000).games
+    assert (read.players, read.places, read.turns, read.timeouts) == ((0, 1), (0, 1), 87, (0, 2))
 
 
 class Thinker:

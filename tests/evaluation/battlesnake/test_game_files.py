@@ -171,6 +171,18 @@ def test_frames_without_rules_are_played_by_the_usual_ones(played, tmp_path):
     assert game.settings == GameSettings(width=11, height=11, players=3)
 
 
+def test_frames_that_do_not_say_when_a_snake_died_are_verified_all_the_same(played, tmp_path):
+    frames = engine_frames(played)
+    dead = [snake for frame in frames["Frames"] for snake in frame["Snakes"] if snake.get("Death")]
+    for snake in dead:
+        snake["Death"]["Turn"] = None
+    assert dead
+    report = verified(tmp_path / "frames.json", frames)
+    assert report.agrees, "\n".join(report.examples)
+    (game,) = games_of(tmp_path / "frames.json")
+    assert game.over_turn == played.turns
+
+
 SPOILT = {
     "health": lambda board: board["snakes"][0].update(health=board["snakes"][0]["health"] - 1),
     "a body": lambda board: board["snakes"][0]["body"].append(board["snakes"][0]["body"][-1]),

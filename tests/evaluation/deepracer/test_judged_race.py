@@ -179,6 +179,24 @@ def test_what_no_race_can_be_is_refused(wrong):
         JudgedRace(**wrong)
 
 
+@pytest.mark.parametrize(
+    ("name", "least", "most"),
+    [
+        ("number_of_trials", 1, 1000),
+        ("max_resets", 0, 10_000),
+        ("off_track_penalty", 0, 600),
+        ("collision_penalty", 0, 600),
+        ("reset_behind_dist", 0, 10),
+    ],
+)
+def test_each_number_of_a_race_has_a_least_and_a_most(name, least, most):
+    for taken in (least, most):
+        JudgedRace(**{name: taken})
+    for refused in (least - 1, most + 1):
+        with pytest.raises(UserInputError, match=rf"{name} is {refused:g}; expected {least:g} to {most:g}\."):
+            JudgedRace(**{name: refused})
+
+
 def test_codes_of_mishaps_are_the_worlds():
     from racecraft.evaluation.deepracer.judged_race import MISHAPS
 

@@ -305,3 +305,11 @@ def test_a_car_among_cars_is_paid_for_speed_in_the_lane_that_is_free(tmp_path):
     passed = {"projection_distance": 6.3 + 0.3}
     assert paid(-0.25, **passed) > paid(0.0, **passed), "beside the other, until it is passed"
     assert paid(0.0, projection_distance=6.3 + 0.5) > paid(-0.25, projection_distance=6.3 + 0.5)
+
+
+@pytest.mark.parametrize(("letters", "told"), [(198, "'" + "a" * 198 + "'"), (199, "'" + "a" * 199 + "...")])
+def test_of_a_long_answer_a_letter_shows_200_letters(tmp_path, letters, told):
+    with pytest.raises(RewardError) as refused:
+        loaded(tmp_path, f"def reward_function(params):\n    return 'a' * {letters}\n").call({})
+    assert told in str(refused.value)
+    assert told + "a" not in str(refused.value)
