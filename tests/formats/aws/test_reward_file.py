@@ -192,6 +192,13 @@ def test_a_reward_that_hangs_is_ended_with_the_line_it_was_in(tmp_path):
     assert str(caught.value).partition(": ")[0] in [f"{tmp_path / 'reward_function.py'}:{line}" for line in (3, 4)]
 
 
+def test_a_reward_that_catches_its_end_and_answers_late_is_ended_all_the_same(tmp_path):
+    body = "    try:\n        while True:\n            pass\n    except:\n        pass\n    return 1.0\n"
+    reward = load_reward_function(written(tmp_path, f"def reward_function(params):\n{body}"), seconds=0.05)
+    with pytest.raises(RewardError, match=r"reward_function\.py:\d: reward_function had not returned after 0.05 s"):
+        reward.call({})
+
+
 def test_a_file_that_hangs_while_it_is_imported_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("racecraft.formats.aws.reward_file.IMPORT_SECONDS", 0.1)
     with pytest.raises(RewardFileError, match=r"had not returned after 0\.1 s while it was imported"):
