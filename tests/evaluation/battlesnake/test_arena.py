@@ -237,6 +237,12 @@ def test_a_server_that_is_not_there_is_refused_at_set_up():
 # Ratings
 
 
+def test_ten_games_of_eleven_are_400_points():
+    won, lost = Result((0, 1), (0, 1)), Result((0, 1), (1, 0))
+    best, other = rate(2, [won] * 10_000 + [lost] * 1_000)
+    assert best.points - other.points == pytest.approx(400.0, abs=0.3)
+
+
 def test_ratings_find_the_strengths_the_results_came_from():
     # 10 to 1 is 400 points; a mean of 1500.
     results = [Result((0, 1), (0, 1))] * 1000 + [Result((1, 0), (0, 1))] * 100

@@ -320,3 +320,9 @@ def test_of_a_long_answer_a_letter_shows_200_letters(tmp_path, letters, told):
         loaded(tmp_path, f"def reward_function(params):\n    return 'a' * {letters}\n").call({})
     assert told in str(refused.value)
     assert told + "a" not in str(refused.value)
+
+
+def test_a_helper_of_nearly_the_name_is_none_to_rename(tmp_path):
+    with pytest.raises(RewardFileError) as refused:
+        loaded(tmp_path, "reward_functions = 3\ndef _reward_function(params):\n    return 1.0\n")
+    assert "Rename it" not in str(refused.value)

@@ -12,6 +12,7 @@ from racecraft.formats.tensorflow import arithmetic
 from racecraft.formats.tensorflow.arithmetic import GraphArithmeticError, GraphFunction
 from racecraft.formats.tensorflow.checkpoint import TensorFlowCheckpointError, read_checkpoint
 from racecraft.formats.tensorflow.graph import Graph, GraphError, Node, NumberType, Shape, read_graph, write_graph
+from racecraft.formats.tensorflow.table import write_table
 from racecraft.formats.tensorflow.wire import bytes_field, read_varint, varint, varint_field
 
 SPECIMENS = Path(__file__).with_name("specimens") / "discrete"
@@ -254,3 +255,10 @@ def test_any_bytes_at_all_end_in_a_letter_or_in_a_graph(tmp_path):
         except UserInputError:
             refused += 1
     assert refused > 50
+
+
+def test_a_checkpoint_of_a_big_endian_machine_is_refused(tmp_path):
+    head = varint_field(1, 1) + varint_field(2, 1)
+    (tmp_path / "m.ckpt.index").write_bytes(write_table({b"": head}))
+    with pytest.raises(TensorFlowCheckpointError, match="big-endian"):
+        read_checkpoint(tmp_path / "m.ckpt")
