@@ -165,5 +165,5 @@ def test_packages_and_folders_without_init_beside_the_file_are_imported_from_the
 
 
 def test_a_wait_for_what_is_no_number_is_not_spoken_of():
-    text = "def reward_function(params):\n    if params['steps'] == params['progress']:\n        return 9.0\n    return 1.0\n"
-    assert told(text).remarks == ()
+    text = "def reward_function(params):\n    if params['steps'] == params['progress']:\n        return 9.0\n"
+    assert told(text + "    return 1.0\n").remarks == ()
