@@ -19,7 +19,7 @@ from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.evaluation.battlesnake.match import play
 from racecraft.evaluation.battlesnake.record import read_record, write_record
 from racecraft.evaluation.battlesnake.remote import Remote
-from racecraft.evaluation.battlesnake.seats import Seat, take_seat
+from racecraft.evaluation.battlesnake.seats import Failures, Seat, take_seat
 from racecraft.evaluation.battlesnake.skill import skills
 from racecraft.evaluation.battlesnake.standings import GameResult, table_of
 from racecraft.evaluation.battlesnake.tournament import Tournament, tournament
@@ -415,6 +415,15 @@ def test_a_player_thinks_as_long_beside_the_board_as_behind_a_server_of_ours(tim
     asyncio.run(served())
     assert max(there.told) <= seconds
     assert max(there.told) > 0.5 * seconds, "less only what reading the request took, at its quickest"
+
+
+def test_of_failures_without_end_the_first_thousand_turns_are_kept():
+    failures = Failures()
+    for turn in range(1200):
+        failures.note_late(turn, "late")
+        failures.note_crash(turn, "crashed")
+    assert (failures.timeouts, failures.crashes) == (1200, 1200)
+    assert failures.late_turns == failures.failed_turns == [*range(1000)]
 
 
 def test_who_fails_is_told_with_its_turns():

@@ -12,7 +12,7 @@ from racecraft.contract.errors import UserInputError
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.settings import BoxesConfig
 from racecraft.envs.deepracer.world import RaceWorld
-from racecraft.evaluation.deepracer.judged_race import JudgedRace, _Marshal, _place, judge_race
+from racecraft.evaluation.deepracer.judged_race import JudgedRace, Trial, _Marshal, _place, judge_race
 from racecraft.tracks.catalogue import load_track
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
@@ -246,3 +246,8 @@ def test_the_trace_counts_crashes_within_each_episode(tmp_path):
     for one in (0, 1):
         crashed = np.asarray(trace["episode_status"])[episode == one] == "crashed"
         np.testing.assert_array_equal(counted[episode == one], np.cumsum(crashed))
+
+
+def test_resets_of_every_kind_are_counted_together():
+    trial = Trial(1, None, 10.0, "off_track", 0, 9, 1, 10, 100, 1000, 5.0)
+    assert trial.reset_count == 1111

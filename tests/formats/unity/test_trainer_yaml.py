@@ -329,6 +329,10 @@ def test_a_file_that_says_everything_gets_no_note(read):
             "behaviors:\n  A:\n    hyperparameters:\n      batchsize: 3",
             r":4: behaviors.A.hyperparameters.batchsize: .*batch_size",
         ),
+        (
+            "behaviors: {A: {behavioral_cloning: {demo_path: a.demo, strenght: 1}}}",
+            r":1: behaviors.A.behavioral_cloning.strenght: .*strength",
+        ),
         ("behaviors:\n  A:\n    max_steps: many", r":3: behaviors.A.max_steps: 'many'; expected a number"),
         ("behaviors: {A: {hyperparameters: {beta_schedule: cosine}}}", "'cosine'; expected linear or constant"),
         ("behaviors: {A: {network_settings: {normalize: 3}}}", "true or false"),
