@@ -44,8 +44,9 @@ def test_a_policy_of_two_ranges_comes_back_with_how_widely_it_explores():
     np.testing.assert_array_equal(back.network.head.kernel, network.head.kernel)
 
 
-def test_a_convolution_that_moves_by_one_pixel_is_read(name="FRONT_FACING_CAMERA"):
+def test_a_convolution_that_moves_by_one_pixel_is_read():
     """Two cameras' network begins with one; a graph that says so, and the table of what AWS had."""
+    name = "FRONT_FACING_CAMERA"
     filters, kernels, strides = zip(*NETWORKS["two cameras, all but shallow"], strict=True)
     arrays, scope, channels = {}, f"main_level/agent/main/online/network_1/{name}", 2
     for number, (filter_, kernel) in enumerate(zip(filters, kernels, strict=True)):
