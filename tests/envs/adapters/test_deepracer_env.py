@@ -81,6 +81,8 @@ def test_two_ranges_make_a_car_with_continuous_actions():
     [
         ({"speed": (1, 2)}, "expected {"),
         ({**RANGES, "speed": (2, 1)}, "each low below its high"),
+        ({**RANGES, "speed": (2, 2)}, "each low below its high"),
+        ({**RANGES, "steering_angle": (10, 10)}, "each low below its high"),
         ({**RANGES, "steering_angle": (-45, 0)}, r"the low end of actions is \(-45, 0.5\)"),
         ({**RANGES, "steering_angle": (-30, 30.1)}, r"the high end of actions is \(30.1, "),
     ],

@@ -2,10 +2,12 @@
 
 import shutil
 
+import numpy as np
 import pytest
 
 from racecraft.contract.errors import RunFolderError
 from racecraft.formats.aws import model_copy
+from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 
 
@@ -83,3 +85,14 @@ def test_a_models_folder_is_wiped_and_nothing_else_is(tmp_path):
     assert file.read_text() == "mine"
     model_copy.wipe_model(run.path)
     assert not run.path.exists()
+
+
+def test_a_copy_holds_every_checkpoint_or_the_one_that_was_chosen(tmp_path):
+    source = trained(tmp_path / "a")
+    for iteration in (1, 2, 3):
+        Checkpoints(source.checkpoints).save(iteration, iteration, {"w": np.ones(2)}, {}, score=float(iteration == 2))
+    for which, kept in ((None, [1, 2, 3]), ("2", [2]), ("last", [3])):
+        model_copy.copy_model(source, tmp_path / f"copy {which}", which)
+        shelf = Checkpoints(tmp_path / f"copy {which}" / "checkpoints")
+        assert [entry.iteration for entry in shelf.entries()] == kept
+        assert [shelf.load_policy(str(one))[0]["w"].sum() for one in kept] == [2.0] * len(kept)

@@ -262,3 +262,13 @@ def test_a_checkpoint_of_a_big_endian_machine_is_refused(tmp_path):
     (tmp_path / "m.ckpt.index").write_bytes(write_table({b"": head}))
     with pytest.raises(TensorFlowCheckpointError, match="big-endian"):
         read_checkpoint(tmp_path / "m.ckpt")
+
+
+def test_a_graph_of_as_many_nodes_as_there_may_be_is_read_and_of_more_is_not(tmp_path, monkeypatch):
+    monkeypatch.setattr("racecraft.formats.tensorflow.graph.MOST_NODES", 2)
+    nodes = [Node(name, "NoOp", (), {}) for name in "abc"]
+    (tmp_path / "two.pb").write_bytes(write_graph(Graph(nodes[:2])))
+    assert [*read_graph(tmp_path / "two.pb").nodes] == ["a", "b"]
+    (tmp_path / "three.pb").write_bytes(write_graph(Graph(nodes)))
+    with pytest.raises(GraphError, match="more than 2 nodes"):
+        read_graph(tmp_path / "three.pb")
