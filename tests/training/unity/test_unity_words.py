@@ -13,6 +13,7 @@ from racecraft.algorithms.ppo import PpoLearner
 from racecraft.cli.unity import unity as unity_command
 from racecraft.contract.errors import RunFolderError, SettingError, UserInputError
 from racecraft.envs.unity.errors import PortTakenError
+from racecraft.evaluation.judge import judge_run
 from racecraft.export.unity_run import export_to_unity
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
@@ -114,6 +115,17 @@ def test_a_policy_plays_without_learning(run):
     told = json.loads(result.stdout)
     assert (told["checkpoint"], told["stopped_by"]) == (1, "steps=200")
     assert len(Checkpoints(run / "checkpoints").entries()) == 2, "nothing was written"
+
+
+def test_who_never_comes_to_an_end_is_cut_where_its_training_cut_it(run):
+    """Basic knows no end: a policy that turns about for ever is judged by as many steps as it was while it trained."""
+    (path,) = (run / "evaluations").glob("*.json")
+    told = json.loads(path.read_text())
+    assert told["most_steps"] == 200, "and no training episode was near a third of it"
+    found = judge_run(run)
+    for name in ("episodes", "mean_return", "mean_steps", "cut"):
+        assert found[name] == pytest.approx(told[name]), name
+    assert found["cut"] > 0
 
 
 def test_what_cannot_be_played_is_refused(run, tmp_path):
