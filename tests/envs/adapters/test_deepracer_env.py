@@ -39,6 +39,10 @@ def test_many_cars_come_as_one_vector_environment():
     envs.close()
 
 
+def test_a_frame_is_as_large_as_the_simulators_where_nothing_is_said():
+    assert race_world().spec.observations["FRONT_FACING_CAMERA"].shape[:2] == (120, 160)
+
+
 def test_stable_baselines_sees_frames_and_rewards():
     envs = sb3_vec_env(race_world(num_cars=3, width=16, height=12))
     envs.reset()

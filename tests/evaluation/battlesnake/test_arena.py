@@ -417,6 +417,27 @@ def test_a_player_thinks_as_long_beside_the_board_as_behind_a_server_of_ours(tim
     assert max(there.told) > 0.5 * seconds, "less only what reading the request took, at its quickest"
 
 
+@pytest.mark.parametrize("sequential", [False, True])
+def test_a_player_that_reads_messages_plays_asked_one_by_one_or_all_at_once(sequential):
+    class Upwards:
+        name = "upwards"
+
+        def move(self, message, seconds):
+            return "up"
+
+        def start(self, message, seconds):
+            pass
+
+        end = start
+
+    played = play(
+        GameSettings(7, 7, 2), [Seat("upwards", Upwards()), *seats_of("random_safe")], StreamDice(3), timeout_ms=1000,
+        sequential=sequential, most_turns=2,
+    )  # fmt: skip
+    begins, later = (board.snakes[0].head for board in (played.boards[0], played.boards[1]))
+    assert later == (begins[0], begins[1] + 1)
+
+
 def test_of_failures_without_end_the_first_thousand_turns_are_kept():
     failures = Failures()
     for turn in range(1200):
