@@ -63,6 +63,18 @@ def test_what_was_typed_reaches_the_players_and_is_remembered(run):
     assert plan_resume(run).words(for_judge=True)["num_players"] == 1
 
 
+def test_agents_are_shared_out_among_the_players_and_as_many_when_it_goes_on(tmp_path):
+    several = ("rollout.num_worlds=8", "rollout.horizon=8", "evaluation.every=9", "evaluation.episodes=4")
+    train(
+        UnityRequest("builtin:Basic", num_envs=2, overrides=several, stops=("iterations=1",), run=tmp_path / "run"),
+        Silence(), str,
+    )  # fmt: skip
+    run = RunFolder.open(tmp_path / "run")
+    assert run.read_job()["settings"]["rollout"]["num_worlds"] == 8
+    resume(run.path, ("iterations=2",), Silence(), str)
+    assert [row["steps"] for row in run.read_metrics()] == [64, 128]
+
+
 def test_words_that_follow_env_args_are_the_players_own(monkeypatch):
     heard = []
 
