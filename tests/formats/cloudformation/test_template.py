@@ -131,7 +131,15 @@ def test_one_name_may_stand_for_a_parameter_and_a_condition_as_in_the_workshops_
 
 
 @pytest.mark.parametrize(
-    "value", ["!Bar x", "{'Fn::Joint': [a, [b]]}", "!Join [a]", "!Select [9, [a]]", "!If [Small, 1]"]
+    "value",
+    [
+        "!Bar x",
+        "{'Fn::Joint': [a, [b]]}",
+        "!Join [a]",
+        "!Select [9, [a]]",
+        "!If [Small, 1]",
+        "!FindInMap [!Join ['', [Pri, ses]], Tokyo, day]",
+    ],
 )
 def test_a_function_that_is_given_what_it_cannot_use_is_refused(tmp_path, value):
     def worked_out():
