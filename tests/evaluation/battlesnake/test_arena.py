@@ -419,11 +419,11 @@ def test_a_player_thinks_as_long_beside_the_board_as_behind_a_server_of_ours(tim
 
 @pytest.mark.parametrize("sequential", [False, True])
 def test_a_player_that_reads_messages_plays_asked_one_by_one_or_all_at_once(sequential):
-    class Upwards:
-        name = "upwards"
+    class Leftwards:
+        name = "leftwards"
 
         def move(self, message, seconds):
-            return "up"
+            return "left"
 
         def start(self, message, seconds):
             pass
@@ -431,11 +431,11 @@ def test_a_player_that_reads_messages_plays_asked_one_by_one_or_all_at_once(sequ
         end = start
 
     played = play(
-        GameSettings(7, 7, 2), [Seat("upwards", Upwards()), *seats_of("random_safe")], StreamDice(3), timeout_ms=1000,
+        GameSettings(7, 7, 2), [Seat("leftwards", Leftwards()), *seats_of("random_safe")], StreamDice(3), timeout_ms=1000,
         sequential=sequential, most_turns=2,
     )  # fmt: skip
     begins, later = (board.snakes[0].head for board in (played.boards[0], played.boards[1]))
-    assert later == (begins[0], begins[1] + 1)
+    assert later == (begins[0] - 1, begins[1])
 
 
 def test_of_failures_without_end_the_first_thousand_turns_are_kept():
