@@ -431,8 +431,8 @@ def test_a_player_that_reads_messages_plays_asked_one_by_one_or_all_at_once(sequ
         end = start
 
     played = play(
-        GameSettings(7, 7, 2), [Seat("leftwards", Leftwards()), *seats_of("random_safe")], StreamDice(3), timeout_ms=1000,
-        sequential=sequential, most_turns=2,
+        GameSettings(7, 7, 2), [Seat("leftwards", Leftwards()), *seats_of("random_safe")], StreamDice(3),
+        timeout_ms=1000, sequential=sequential, most_turns=2,
     )  # fmt: skip
     begins, later = (board.snakes[0].head for board in (played.boards[0], played.boards[1]))
     assert later == (begins[0] - 1, begins[1])
