@@ -138,6 +138,13 @@ def test_what_a_snake_sees_can_be_read_off_the_board():
     assert seen["numbers"][:4].tolist() == pytest.approx([0.8, 3 / 49, -0.1, 1 / 16])
 
 
+@pytest.mark.parametrize(("damage", "told"), [(14, 0.14), (-30, -0.3), (100, 1.0)])
+def test_what_a_hazard_takes_is_told_as_a_share_of_all_health(damage, told):
+    board = Board(7, 7, 3, [Snake("s0", [(3, 3), (3, 2), (3, 1)], 80)], [(5, 5)])
+    numbers = observe_board(board, GameSettings(7, 7, 1, "solo", hazard_damage=damage), "s0")[0]["numbers"]
+    assert numbers[4:].tolist() == pytest.approx([1 / 16, told])
+
+
 def test_the_mask_frees_a_leaving_tail_and_all_moves_where_all_are_fatal():
     corner = Snake("a", [(0, 0), (0, 1), (1, 1), (1, 0)])
     board = Board(7, 7, 3, [corner])
