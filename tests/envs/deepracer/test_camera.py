@@ -16,6 +16,7 @@ from racecraft.envs.deepracer.scene import (
     SKY,
     START,
     build_scene,
+    dash_rings,
     set_in,
     start_rings,
 )
@@ -214,6 +215,17 @@ def test_the_start_strip_lies_where_it_is_told():
     _, _, v = pinhole(camera.optics, pose, np.array([[start.x, start.y], [start.x + 0.2, start.y]]))
     assert abs(rows.max() + 1 - v[0]) <= 1
     assert abs(rows.min() - v[1]) <= 1
+
+
+def test_dashes_are_rectangles_that_lie_along_the_road_in_its_curves_too():
+    rings = dash_rings(oval(look=TrackLook(dash_length=0.2, dash_gap=0.2, dash_width=0.05)))
+    assert len(rings) > 20
+    for corners, _, _ in rings:
+        sides = np.roll(corners, -1, axis=0) - corners
+        lengths = np.hypot(*sides.T)
+        assert np.sort(lengths)[:2] == pytest.approx([0.05, 0.05], abs=1e-6)
+        assert np.sort(lengths)[2:] == pytest.approx([0.2, 0.2], abs=5e-3)
+        assert abs((sides * np.roll(sides, -1, axis=0)).sum(axis=1)).max() < 1e-9, "right angles"
 
 
 @pytest.mark.parametrize(("side", "wide"), [("inside", 0.7), ("outside", 0.8), ("none", 0.8)])
