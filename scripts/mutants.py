@@ -172,6 +172,8 @@ class Copy:
     def sieved(self, mutant: Mutant, files: list[Path]) -> str:
         """Return which test noticed a mutant, of the first few near it, for `SIEVE_SECONDS`; "" for nobody.
 
+        "late" with a name where they come to an end within it without the mutant only.
+
         Where most test files would be read for one mutant only, to map them first costs more than to ask them. Where
         none names the module, those are asked that name or bear the name of who imports it, else those of its folder.
         """
@@ -190,6 +192,8 @@ class Copy:
             with self._living(mutant):
                 code, said = self._run([*asked, *(f"--deselect={one}" for one in unfit)], allowed, self._tried, plainly)
             noticing = re.findall(r"^(?:FAILED|ERROR) (\S+?(?:::.+?)?)(?: - .*)?$", said, re.MULTILINE)
+            if code is None and self._run(asked, allowed, self._compiled, plainly)[0] == 0:
+                return f"late: {asked[0]}"
             if code in (0, None, 5) or not noticing:
                 print(
                     "" if code == 0 else f"     (the tests came to no end: {code})", end="\n" * (code != 0), flush=True

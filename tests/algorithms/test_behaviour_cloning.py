@@ -13,7 +13,7 @@ from racecraft.algorithms.learner import Learner
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ContinuousActions, DiscreteActions, HybridActions, MultiDiscreteActions
-from racecraft.formats.demonstrations import KIND, read_demonstrations, write_demonstrations
+from racecraft.formats.demonstrations import KIND, Demonstrations, read_demonstrations, write_demonstrations
 from racecraft.formats.tensor_file import CheckpointError, write_tensors
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.demonstrate import demonstrate
@@ -162,3 +162,11 @@ def test_what_is_restored_goes_on_bit_for_bit():
     two.load_state_dict(one.state_dict())
     assert one.update(None) == two.update(None)
     assert isinstance(one, Learner)
+
+
+def test_an_episode_of_one_tick_is_one_too():
+    one = np.zeros((3, 1), np.float32)
+    shown = Demonstrations({"x": one}, np.zeros(3, np.int64), np.float32([1, 2, 4]), np.int32([0, 0, 1]), {})
+    assert (shown.num_episodes, shown.returns.tolist()) == (2, [3.0, 4.0])
+    nothing = Demonstrations({"x": one[:0]}, np.zeros(0, np.int64), np.float32([]), np.int32([]), {})
+    assert (nothing.num_episodes, nothing.returns.tolist()) == (0, [])

@@ -150,3 +150,12 @@ def test_missing_and_foreign_demonstrations_are_refused(tmp_path):
 
 def test_strength_nought_builds_nothing_and_reads_nothing(tmp_path):
     assert not hasattr(learner(tmp_path / "nowhere", CopyTheNumber(4), strength=0.0), "model")
+
+
+def test_what_is_laid_on_a_reward_is_the_bonus_times_its_strength(tmp_path):
+    """A judge's bonus has a scale of its own: minus the log of being found out, for a judge that knows nothing."""
+    path = tmp_path / "shown.safetensors"
+    write_demonstrations(path, demonstrate(Expert(), CopyTheNumber(4), 4, seed=1))
+    pupil = learner(path, CopyTheNumber(4), strength=0.5)
+    pupil.model.bonus = lambda before, actions, after: np.full(len(actions), 3.0, np.float32)
+    assert pupil.update(Collector(CopyTheNumber(4), pupil, 8, seed=1).collect())["gail_reward"] == pytest.approx(1.5)

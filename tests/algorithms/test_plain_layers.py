@@ -49,3 +49,12 @@ def test_begun_weights_are_named_shaped_and_spread_as_torch_begins_them(kind, ne
             assert abs(ours).max() == pytest.approx(abs(theirs).max(), rel=0.02)
             assert ours.std() == pytest.approx(theirs.std(), rel=0.1)
             assert ours.mean() == pytest.approx(0.0, abs=0.1 * float(ours.std()))
+
+
+def test_what_a_file_does_not_tell_is_said(kind):
+    told, _ = layers_for(kind, "tiny", (CAMERA_NAME,))
+    actions = DiscreteActions(5) if kind == "discrete" else ContinuousActions((-0.5, 0.5), (0.5, 2.0))
+    seen = car_sensors((CAMERA_NAME,)).specs(160, 120)
+    notes = policy_of(PolicyLayers(told.kind, told.network), seen, actions).notes
+    assert any("how widely it explores begins anew" in note for note in notes) == (kind != "discrete")
+    assert any("critic begins anew" in note or "critics begin anew" in note for note in notes)

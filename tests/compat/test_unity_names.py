@@ -141,6 +141,7 @@ def test_unknown_scenes_are_refused_with_the_nearest_known(tmp_path, monkeypatch
             default_registry["Walker"]
         assert "Basic" in default_registry
         assert "Walker" not in default_registry
+        assert default_registry["Basic"].expected_reward == 0.0, "nothing tells"
         monkeypatch.setenv("RACECRAFT_UNITY_MANIFEST", str(manifest))
         assert default_registry["Tennis"].expected_reward == 1.5
         with pytest.raises(KeyError, match="Did you mean 'Tennis'"):

@@ -5,7 +5,7 @@ import pytest
 from toy_world import Walk
 
 from racecraft.contract.exam import WorldExam, legal_actions
-from racecraft.contract.world import ContinuousActions
+from racecraft.contract.world import ContinuousActions, MultiDiscreteActions
 
 
 class TestWalk(WorldExam):
@@ -162,3 +162,12 @@ def test_numbers_without_bounds_are_drawn_from_a_thousand_on_either_side():
     assert -1000 <= drawn[..., 0].min() < -990
     assert -2 <= drawn[..., 1].min() < -1.9
     assert 2.9 < drawn[..., 1].max() <= 3
+
+
+def test_of_several_choices_each_is_one_that_its_own_mask_allows():
+    mask = np.zeros((50, 2, 6), bool)
+    mask[..., [1, 2, 5]] = True  # of two the second, of four the first and the last
+    drawn = legal_actions(MultiDiscreteActions((2, 4)), (50, 2), mask, np.random.default_rng(0))
+    assert drawn.shape == (50, 2, 2)
+    assert (drawn[..., 0] == 1).all()
+    assert set(drawn[..., 1].ravel().tolist()) == {0, 3}

@@ -1,5 +1,8 @@
 """Checkpoints: what is saved comes back, what is damaged is refused."""
 
+import json
+import struct
+
 import numpy as np
 import pytest
 
@@ -208,3 +211,14 @@ def test_arrays_that_lie_otherwise_come_back_row_by_row(tmp_path, monkeypatch):
     assert (tmp_path / "views").read_bytes() == (tmp_path / "copies").read_bytes()
     for name, array in load_policy(tmp_path / "views")[0].items():
         np.testing.assert_array_equal(array, arrays[name])
+
+
+def test_no_array_begins_at_an_odd_place(tmp_path):
+    """Whoever maps the file looks at numbers where they lie, so each begins at a multiple of its own size."""
+    arrays = {"a": np.ones(3, np.int8), "b": np.ones(5, np.float64), "c": np.ones(1, np.float32)}
+    save_policy(tmp_path / "w.safetensors", arrays, {})
+    data = (tmp_path / "w.safetensors").read_bytes()
+    (length,) = struct.unpack_from("<Q", data)
+    header = json.loads(data[8 : 8 + length])
+    for name, array in arrays.items():
+        assert (8 + length + header[name]["data_offsets"][0]) % array.itemsize == 0, name

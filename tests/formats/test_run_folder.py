@@ -219,3 +219,13 @@ def test_of_two_that_make_one_folder_at_once_one_is_refused(tmp_path):
 
     with pytest.raises(RunFolderError, match="another training holds it"):
         RunFolder.create(tmp_path / "r", {}, quicker)
+
+
+def test_what_was_told_after_the_checkpoint_that_a_run_goes_on_from_is_cut(tmp_path):
+    run = RunFolder.create(tmp_path / "r")
+    run.cut_metrics(3)
+    assert not run.metrics.exists(), "nothing was told, nothing is written"
+    for iteration in range(4):
+        run.append_metrics({"iteration": iteration, "reward": 0.5 * iteration})
+    run.cut_metrics(2)
+    assert [row["iteration"] for row in run.read_metrics()] == [0, 1, 2]

@@ -1,5 +1,6 @@
 """An interpreter that imports before its job comes: the job cannot tell, and nobody is left behind where none comes."""
 
+import json
 import os
 import signal
 import subprocess
@@ -10,7 +11,7 @@ import pytest
 from tests.jobs.makers import home_in, turn_until, wait_until
 
 from racecraft.formats.job_spec import JobSpec
-from racecraft.jobs.ahead import NOTE, Spare, is_awaited
+from racecraft.jobs.ahead import NOTE, VARIABLE, Spare, is_awaited
 from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.job import new_job
 from racecraft.jobs.states import State
@@ -73,6 +74,18 @@ def test_a_job_that_was_announced_gets_the_process_that_waits_and_cannot_tell(ho
     )  # fmt: skip
     assert "run id        7" in plain.stdout
     assert home.log("asks").read_text() == plain.stdout
+
+
+def test_what_cannot_be_imported_ahead_is_left_to_the_job(here):
+    """Without PyTorch a job that needs none ran all the same, if only its own interpreter began it."""
+    log = here / "log"
+    told = {"words": ["dr", "summary"], "folder": str(here), "environment": {**os.environ}, "log": str(log)}
+    code = "import sys; from racecraft.jobs.ahead import await_words; await_words(['no_such_guest']); print(sys.argv)"
+    subprocess.run(
+        [sys.executable, "-c", code], input=json.dumps(told) + "\n", text=True, check=True,
+        env={**os.environ, VARIABLE: "1"},
+    )  # fmt: skip
+    assert log.read_text() == "['-c', 'dr', 'summary']\n"
 
 
 def test_who_announces_and_brings_nothing_leaves_nobody_waiting(home):

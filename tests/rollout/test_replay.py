@@ -311,3 +311,11 @@ def test_one_that_just_fits_into_a_checkpoint_is_kept():
         memory = replay(keep_mib=keep * whole.bytes * share / 2**20)
         memory.take(ticks(0, 4, 2))
         assert memory.state()["kept"] is kept
+
+
+def test_of_sixteen_children_the_one_is_drawn_in_whose_share_the_mass_falls():
+    """Running sums 1, 2 … 16: a mass that is just one of them belongs to the next child."""
+    running = np.concatenate([[99.0], np.arange(1.0, 17.0)])
+    for child in range(16):
+        for mass in (float(child), child + 0.5):
+            assert sum_tree._child_at(running, np.uint64(1), mass) == child

@@ -5,6 +5,8 @@ Cars are judged by laps, everything else by whole episodes; a snake by its ratin
 
 from __future__ import annotations
 
+import contextlib
+import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -24,6 +26,8 @@ EPISODES = 100
 JUDGING_WORLDS = 20
 MOST_TICKS = 100_000
 """A policy that never comes to an end is cut."""
+MOST_STEPS = "most_steps"
+"""What an evaluation of a training calls the ticks that it gave an episode before it was cut."""
 SEED_OF_JUDGING = 1_000_000_007
 
 
@@ -58,7 +62,9 @@ def judge_run(run: str | Path, which: str = "", **words: Any) -> dict[str, Any]:
     return judges[kind](folder, which or named, **words)
 
 
-def judge_episodes(policy: TrainedPolicy, world: World, episodes: int, seed: int, spare: int = 0) -> dict[str, Any]:
+def judge_episodes(
+    policy: TrainedPolicy, world: World, episodes: int, seed: int, spare: int = 0, most_steps: int | None = None
+) -> dict[str, Any]:
     """Play so many whole episodes and return what they came to.
 
     Args:
@@ -67,9 +73,11 @@ def judge_episodes(policy: TrainedPolicy, world: World, episodes: int, seed: int
         episodes: How many count, all agents together.
         seed: Of the world.
         spare: Episodes of each agent that are played before those that count.
+        most_steps: Ticks that an episode may last, on average; None: MOST_TICKS in all.
     """
     each = -(-episodes // (world.spec.num_worlds * world.spec.num_agents))
-    told = play_episodes(policy, world, episodes_each=each, seed=seed, spare=spare, max_ticks=MOST_TICKS)[:episodes]
+    ticks = (each + spare) * most_steps if most_steps else MOST_TICKS
+    told = play_episodes(policy, world, episodes_each=each, seed=seed, spare=spare, max_ticks=ticks)[:episodes]
     summary = summarise(told)
     return {
         "episodes": summary.episodes,
@@ -130,9 +138,23 @@ def _judge_unity(run: RunFolder, which: str, episodes: int = 20, seed: int = 0) 
         find_build(asked["build"]), behavior=named if several else named[0], several=several, seed=seed, **arguments
     )
     try:
-        return _facts(run, policy) | judge_episodes(policy, world, episodes, seed)
+        return _facts(run, policy) | judge_episodes(policy, world, episodes, seed, most_steps=_patience_of(run))
     finally:
         world.close()
+
+
+def _patience_of(run: RunFolder) -> int | None:
+    """Return how long the latest evaluation of a training let an episode last; None where none tells.
+
+    A greedy policy may stand still for ever in a scene that knows no end; what is told of it afterwards is then what
+    the training told.
+    """
+    for path in sorted(run.evaluations.glob("*.json"), key=lambda one: one.stat().st_mtime, reverse=True):
+        with contextlib.suppress(ValueError, AttributeError, OSError):
+            told = json.loads(path.read_text(encoding="utf-8")).get(MOST_STEPS)
+            if isinstance(told, int) and told > 0:
+                return told
+    return None
 
 
 def _judge_snake(run: RunFolder, which: str, episodes: int = 50, seed: int = SEED_OF_JUDGING) -> dict[str, Any]:

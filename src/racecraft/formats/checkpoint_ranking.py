@@ -40,8 +40,11 @@ class RankedCheckpoint:
 
 
 MERITS: dict[str, tuple[str, Callable[[RankedCheckpoint], tuple[float, ...]]]] = {
-    "progress": ("mean progress, or score; of equals the newer", lambda one: (_high(one.score),)),
-    "reward": ("mean reward; of equals the newer", lambda one: (_high(one.reward),)),
+    "progress": (
+        "mean progress, or score; of equals the faster",
+        lambda one: (_high(one.score), _low(one.best_lap_seconds)),
+    ),
+    "reward": ("mean reward; of equals the faster", lambda one: (_high(one.reward), _low(one.best_lap_seconds))),
     "laptime": ("fastest full lap", lambda one: (_low(one.best_lap_seconds), _high(one.score))),
     "steadiness": (
         "progress from the worst start; where all lap, the spread between laps",

@@ -39,6 +39,10 @@ def test_many_cars_come_as_one_vector_environment():
     envs.close()
 
 
+def test_a_frame_is_as_large_as_the_simulators_where_nothing_is_said():
+    assert race_world().spec.observations["FRONT_FACING_CAMERA"].shape[:2] == (120, 160)
+
+
 def test_stable_baselines_sees_frames_and_rewards():
     envs = sb3_vec_env(race_world(num_cars=3, width=16, height=12))
     envs.reset()
@@ -81,6 +85,8 @@ def test_two_ranges_make_a_car_with_continuous_actions():
     [
         ({"speed": (1, 2)}, "expected {"),
         ({**RANGES, "speed": (2, 1)}, "each low below its high"),
+        ({**RANGES, "speed": (2, 2)}, "each low below its high"),
+        ({**RANGES, "steering_angle": (10, 10)}, "each low below its high"),
         ({**RANGES, "steering_angle": (-45, 0)}, r"the low end of actions is \(-45, 0.5\)"),
         ({**RANGES, "steering_angle": (-30, 30.1)}, r"the high end of actions is \(30.1, "),
     ],

@@ -185,6 +185,9 @@ def test_pettingzoos_own_checker_accepts_our_parallel_env():
     parallel_seed_test(lambda: pettingzoo_parallel(Walk(1, 2)), num_cycles=20)
     with pytest.raises(ContractError, match="ParallelEnv is for one"):
         pettingzoo_parallel(Walk(2, 2))
+    world = Walk(1, 2)
+    pettingzoo_parallel(world).close()
+    assert world.closed == 1
 
 
 def test_a_parked_copy_stands_until_the_next_reset():

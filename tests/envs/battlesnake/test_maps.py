@@ -10,7 +10,7 @@ from tests.reference import DATA
 
 from racecraft.envs.battlesnake.board import Board, BoardError, Snake
 from racecraft.envs.battlesnake.dice import LoadedDice, StreamDice
-from racecraft.envs.battlesnake.hazard_plans import POOLS, expand_box, expand_scatter, grow_box, spiral
+from racecraft.envs.battlesnake.hazard_plans import POOLS, expand_box, expand_scatter, grow_box, royale_sides, spiral
 from racecraft.envs.battlesnake.maps import MAPS, MapState, after_turn, move_hazards, set_up
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.solo_maze import build_level, level_of
@@ -264,3 +264,11 @@ def inside(point, board, level):
 def test_healing_pools_lie_opposite_each_other_across_the_middle(side):
     for pools in POOLS[side]:
         assert {(side - 1 - x, side - 1 - y) for x, y in pools} == set(pools)
+
+
+def test_royale_draws_sides_until_nothing_is_left_of_one_length():
+    """Of 7 x 11 squares seven columns go, from the left and from the right, or eleven rows."""
+    settings = GameSettings(7, 11, 2)
+    assert royale_sides(settings, LoadedDice([0, 1, 2, 3] * 9)) == [0, 1, 2, 3] * 3 + [0]
+    assert royale_sides(settings, LoadedDice([1] * 20)) == [1] * 7
+    assert royale_sides(settings, LoadedDice([2] * 20)) == [2] * 11

@@ -46,6 +46,11 @@ def test_food_is_as_near_as_its_steps():
     assert seen[LEFT, FOOD] == pytest.approx(1 / 6), "(2, 3), (2, 4), (3, 4), (4, 4), (5, 4), (5, 3)"
 
 
+def test_food_on_the_very_next_square_is_one_step_away_and_the_own():
+    seen = outlook([(3, 3), (3, 2), (3, 1)], food=[(4, 3)])
+    assert (seen[RIGHT, FOOD], seen[RIGHT, OWN_FOOD]) == (1.0, 1.0)
+
+
 def test_territory_is_the_share_reached_first_and_falls_with_distance():
     seen = outlook([(1, 3), (0, 3), (0, 2)], [(5, 3), (6, 3), (6, 2)])
     assert seen[RIGHT, TERRITORY] > seen[UP, TERRITORY] > 0.3

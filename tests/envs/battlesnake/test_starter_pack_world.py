@@ -174,3 +174,17 @@ def test_the_experiments_worlds_have_masks_where_their_names_say_so():
 def test_impossible_games_are_refused(words):
     with pytest.raises(BoardError, match="expected at least 1"):
         StarterPackWorld(1, **words)
+
+
+def test_no_two_snakes_begin_on_one_square_however_many_games_were_played_before():
+    world = StarterPackWorld(40, side=7, max_turns=3)
+    buffers, rng = allocate(world.spec), np.random.default_rng(1)
+    world.reset(buffers, 4)
+    begun = 0
+    for _ in range(30):
+        world.step(rng.integers(0, 4, buffers.reward.shape), buffers)
+        for game in np.flatnonzero(world.turns == 0):
+            squares = world.bodies[game, :, 0].tolist()
+            assert len({tuple(square) for square in squares}) == len(squares)
+            begun += 1
+    assert begun > 200

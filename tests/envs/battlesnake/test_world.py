@@ -59,6 +59,33 @@ def test_a_solo_maze_grows_in_a_world_of_training_too():
     assert {0, 1} <= levels
 
 
+def test_a_solo_maze_in_training_is_the_referees_roll_for_roll():
+    """Games side by side, each with dice of its own, until they end; some come to a second level."""
+    game = GameSettings(11, 11, 1, "solo", "solo_maze", hazard_damage=100)
+    world = BattlesnakeWorld(WorldSettings(game, 8))
+    buffers, rng = allocate(world.spec), np.random.default_rng(1)
+    world.reset(buffers, 5)
+    referees = [Referee(game, StreamDice(int(key))) for key in world.games.chance[:, 0]]
+    levels, going = set(), [True] * 8
+    for _ in range(100):
+        actions = np.zeros((8, 1), np.int64)
+        for g in range(8):  # mostly the allowed way that ends nearest to the food
+            board = world.board(g)
+            (x, y), (food_x, food_y) = board.snakes[0].head, board.food[0]
+            far = [abs(x + dx - food_x) + abs(y + dy - food_y) for dx, dy in STEPS]
+            unlike = np.array(far) + 3.0 * rng.random(4) + 99.0 * ~buffers.action_mask[g, 0]
+            actions[g, 0] = unlike.argmin()
+        world.step(actions, buffers)
+        for g, referee in enumerate(referees):
+            referee.turn({"s0": MOVES[int(actions[g, 0])]})
+            going[g] &= not referee.over
+            if going[g]:
+                assert world.board(g).food == referee.board.food
+                assert world.board(g).hazards == referee.board.hazards
+                levels.add(level_of(referee.board))
+    assert {0, 1} <= levels
+
+
 @pytest.mark.parametrize("ruleset", ["standard", "wrapped", "constrictor"])
 def test_one_board_shows_the_same_as_the_world_of_training(ruleset):
     settings = WorldSettings(GameSettings(11, 11, 4, ruleset, "hz_columns"), 4)
@@ -109,6 +136,13 @@ def test_what_a_snake_sees_can_be_read_off_the_board():
     assert plane["walls"][:4, 1:].sum() == 0
     assert mask.tolist() == [True, False, True, True]  # its neck is below
     assert seen["numbers"][:4].tolist() == pytest.approx([0.8, 3 / 49, -0.1, 1 / 16])
+
+
+@pytest.mark.parametrize(("damage", "told"), [(14, 0.14), (-30, -0.3), (100, 1.0)])
+def test_what_a_hazard_takes_is_told_as_a_share_of_all_health(damage, told):
+    board = Board(7, 7, 3, [Snake("s0", [(3, 3), (3, 2), (3, 1)], 80)], [(5, 5)])
+    numbers = observe_board(board, GameSettings(7, 7, 1, "solo", hazard_damage=damage), "s0")[0]["numbers"]
+    assert numbers[4:].tolist() == pytest.approx([1 / 16, told])
 
 
 def test_the_mask_frees_a_leaving_tail_and_all_moves_where_all_are_fatal():

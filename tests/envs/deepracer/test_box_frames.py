@@ -85,3 +85,10 @@ def test_a_long_box_beside_the_eye_is_seen_though_its_middle_lies_behind():
 def test_a_box_is_in_the_frame_where_a_corner_or_its_middle_is(ahead, left, height, is_seen):
     optics = mounted_optics(WIDTH, HEIGHT, CameraMount(0.0, 0.1, 0.0))
     assert is_in_frame(optics, np.array([ahead, left, 0.0, 0.2, 0.2, height]), 0.0, 0.0, 0.0) == is_seen
+
+
+def test_a_box_wider_than_the_frame_is_in_it_by_its_middle():
+    optics = mounted_optics(WIDTH, HEIGHT, CameraMount(0.0, 0.1, 0.0))
+    for half_length, half_width in ((0.05, 1.5), (0.95, 1.5)):
+        box = np.array([1.0, 0.0, 0.0, half_length, half_width, 0.25])
+        assert is_in_frame(optics, box, 0.0, 0.0, 0.0)

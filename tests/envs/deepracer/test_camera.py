@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from racecraft.envs.deepracer.camera import MOUNT_V2, MOUNT_V3, Camera, CameraError
+from racecraft.envs.deepracer.camera import MOUNT_V2, MOUNT_V3, Camera, CameraError, mounted_optics
+from racecraft.envs.deepracer.kernels.camera import add_points
 from racecraft.envs.deepracer.scene import (
     DASH,
     FIELD,
@@ -15,6 +16,7 @@ from racecraft.envs.deepracer.scene import (
     SKY,
     START,
     build_scene,
+    dash_rings,
     set_in,
     start_rings,
 )
@@ -215,12 +217,44 @@ def test_the_start_strip_lies_where_it_is_told():
     assert abs(rows.min() - v[1]) <= 1
 
 
+def test_dashes_are_rectangles_that_lie_along_the_road_in_its_curves_too():
+    rings = dash_rings(oval(look=TrackLook(dash_length=0.2, dash_gap=0.2, dash_width=0.05)))
+    assert len(rings) > 20
+    for corners, _, _ in rings:
+        sides = np.roll(corners, -1, axis=0) - corners
+        lengths = np.hypot(*sides.T)
+        assert np.sort(lengths)[:2] == pytest.approx([0.05, 0.05], abs=1e-6)
+        assert np.sort(lengths)[2:] == pytest.approx([0.2, 0.2], abs=5e-3)
+        assert abs((sides * np.roll(sides, -1, axis=0)).sum(axis=1)).max() < 1e-9, "right angles"
+
+
 @pytest.mark.parametrize(("side", "wide"), [("inside", 0.7), ("outside", 0.8), ("none", 0.8)])
 def test_the_start_strip_lies_between_the_lines(side, wide):
     """0.1 m long on a road of 0.8 m with lines of 0.05: they lie on the strip's ends or beside the road."""
     ((corners, _, under),) = start_rings(oval(look=TrackLook(start_strip=0.1, line_width=0.05, line_side=side)))
     assert np.ptp(corners, axis=0) == pytest.approx([0.1, wide], abs=5e-3)
     assert under == ROAD
+
+
+@pytest.mark.parametrize("corner", range(4))
+def test_a_corner_at_the_nearest_depth_is_as_one_a_hair_beyond(corner):
+    """A square of ground, of whose corners one lies where the ground begins, two beyond and one behind the eye."""
+    optics = mounted_optics(40, 30, MOUNT_V3)
+    near = optics.ground_near
+    told = []
+    for hair in (0.0, 1e-9):
+        depth = np.roll([near + hair, 2.0, 2.0, -0.5], corner)
+        left = np.roll([0.3, 0.3, -0.3, -0.3], corner)
+        down = np.full(4, 0.1)
+        scale = optics.focal / depth
+        points = np.column_stack(
+            [depth, left, down, optics.middle_x - left * scale, optics.middle_y + down * scale, scale]
+        )
+        sheet = np.zeros((1, 31, 40), np.int16)
+        add_points((sheet[0],), np.vstack([points, points[:1]]), optics, 0.0, (64,))
+        told.append(sheet)
+    assert told[0].any()
+    np.testing.assert_allclose(*told, atol=1)  # of 64 parts of a level; half of one may round either way
 
 
 def test_an_odd_size_or_array_is_refused_with_a_letter(scene):

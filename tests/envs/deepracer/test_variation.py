@@ -549,3 +549,9 @@ def test_what_may_stray_either_way_does(name, middle):
     drawn = world.variation[name].reshape(-1)
     assert 6 < (drawn > middle).sum() < 26
     assert 6 < (drawn < middle).sum() < 26
+
+
+def test_what_shows_in_a_frame_is_told_apart_from_what_moves_the_car():
+    assert {name for name, one in DISTURBANCES.items() if not one.is_seen} == {
+        "latency", "steering-gain", "steering-offset", "steering-lag", "speed-gain", "grip", "action-noise"
+    }  # fmt: skip

@@ -147,3 +147,12 @@ def test_classic_cars_brake_harder_than_they_speed_up(profile):
     assert up / seconds == pytest.approx(PROFILES[profile].max_acceleration, rel=1e-6)
     assert down / seconds == pytest.approx(PROFILES[profile].max_braking, rel=1e-6)
     assert down > 1.15 * up
+
+
+@pytest.mark.parametrize(("profile", "speeds_up", "brakes"), [("v4", 3.15, 3.86), ("v5-classic", 3.14, 4.27)])
+def test_classic_cars_speed_up_and_brake_as_hard_as_their_logs_say(profile, speeds_up, brakes):
+    """m/s² of a full command from rest, and of none at 4 m/s (fitted to the logs of both generations)."""
+    faster = drive(PROFILES[profile], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.0, 0.0, 4.0)[3]
+    slower = drive(PROFILES[profile], 0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 0.0, 0.0)[3]
+    assert faster / TICK_SECONDS == pytest.approx(speeds_up)
+    assert (4.0 - slower) / TICK_SECONDS == pytest.approx(brakes)

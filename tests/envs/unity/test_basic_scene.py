@@ -28,3 +28,12 @@ def test_it_moves_and_pays_as_unitys_does(choices, rows):
     for choice in choices:
         scene.act({BEHAVIOR: [Act([], [choice])]})
     assert told(scene) == [(place, pytest.approx(reward), done) for place, reward, done in rows]
+
+
+def test_an_end_that_nobody_has_heard_of_is_forgotten_at_a_reset():
+    scene = BasicScene()
+    scene.reset()
+    for _ in range(3):
+        scene.act({BEHAVIOR: [Act([], [LEFT])]})
+    scene.reset()
+    assert told(scene) == [(10, -0.01, False)]

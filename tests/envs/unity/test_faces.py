@@ -57,6 +57,8 @@ def test_every_behavior_of_a_scene_plays_in_a_parallel_env(program):
     assert seen[strikers[2]].tolist() == [1.0, 0.0, 0.5]
     assert infos[referee]["action_mask"].tolist() == [False, True, True, True]
     assert env.action_space(referee).nvec.tolist() == [2, 2]
+    steers = env.action_space(strikers[0])
+    assert (steers.low.tolist(), steers.high.tolist()) == ([-1.0, -1.0], [1.0, 1.0])
     for _ in range(3):
         actions = {name: env.action_space(name).sample() for name in env.agents}
         actions[referee] = np.array([1, 0])
@@ -92,4 +94,20 @@ def test_a_game_of_one_behavior_ends_when_everybody_has_left():
     assert env.agents == []
     env.reset()
     assert env.agents == [a, b]
+    env.close()
+
+
+@pytest.mark.parametrize(("scene", "seen"), [("dot-sign-raw", 2), ("copy", 1)])
+def test_what_two_sensors_see_is_told_by_their_names(program, scene, seen):
+    pytest.importorskip("pettingzoo")
+    from gymnasium import spaces
+
+    from racecraft.envs.unity.parallel import unity_parallel
+
+    env = unity_parallel(program(scene))
+    told, _ = env.reset()
+    space = env.observation_space(env.agents[0])
+    assert isinstance(space, spaces.Dict) == (seen == 2)
+    assert len(space.spaces if seen == 2 else [space]) == seen
+    assert space.contains(told[env.agents[0]])
     env.close()

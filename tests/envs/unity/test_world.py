@@ -4,6 +4,7 @@ import contextlib
 import os
 import signal
 import socket
+import struct
 import sys
 from collections import Counter
 
@@ -28,7 +29,7 @@ from racecraft.envs.unity.errors import BuildError, PlayerDiedError, UnityError,
 from racecraft.envs.unity.process import wait_until_gone
 from racecraft.envs.unity.rows import Seats
 from racecraft.envs.unity.session import Moment, Session
-from racecraft.envs.unity.side_channels import SideChannels, Uniform
+from racecraft.envs.unity.side_channels import STATISTICS, SideChannels, Statistic, Uniform, pack_string
 from racecraft.envs.unity.world import UnityWorld
 
 
@@ -130,6 +131,15 @@ def test_a_first_reset_with_the_seed_of_the_start_needs_no_new_start(opened):
     world.reset(buffers, 6)
     assert world.sessions[0].pid != pid
     assert wait_until_gone(pid)
+
+
+def test_what_a_scene_recorded_is_told_though_its_player_has_ended_since(opened):
+    world, buffers = opened("builtin:Basic", seed=5)
+    told = pack_string("score") + struct.pack("<fi", 2.5, 2)
+    world.sessions[0].channels.receive(STATISTICS.bytes_le + struct.pack("<i", len(told)) + told)
+    world.reset(buffers, 6)  # in a new player
+    assert world.take_statistics() == [Statistic("score", 2.5, "sum")]
+    assert world.take_statistics() == []
 
 
 def test_going_on_from_a_saved_state_begins_new_episodes(opened):

@@ -8,6 +8,7 @@ import math
 import socket
 import threading
 import time
+from dataclasses import asdict
 
 import pytest
 
@@ -18,7 +19,7 @@ from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.evaluation.battlesnake.match import play
 from racecraft.evaluation.battlesnake.record import read_record, write_record
 from racecraft.evaluation.battlesnake.remote import Remote
-from racecraft.evaluation.battlesnake.seats import Seat, take_seat
+from racecraft.evaluation.battlesnake.seats import Failures, Seat, take_seat
 from racecraft.evaluation.battlesnake.skill import skills
 from racecraft.evaluation.battlesnake.standings import GameResult, table_of
 from racecraft.evaluation.battlesnake.tournament import Tournament, tournament
@@ -236,6 +237,12 @@ def test_a_server_that_is_not_there_is_refused_at_set_up():
 # Ratings
 
 
+def test_ten_games_of_eleven_are_400_points():
+    won, lost = Result((0, 1), (0, 1)), Result((0, 1), (1, 0))
+    best, other = rate(2, [won] * 10_000 + [lost] * 1_000)
+    assert best.points - other.points == pytest.approx(400.0, abs=0.3)
+
+
 def test_ratings_find_the_strengths_the_results_came_from():
     # 10 to 1 is 400 points; a mean of 1500.
     results = [Result((0, 1), (0, 1))] * 1000 + [Result((1, 0), (0, 1))] * 100
@@ -365,6 +372,17 @@ def test_another_file_is_not_gone_on_with(tmp_path, change, words):
     assert path.read_bytes() == before
 
 
+def test_a_tournament_of_an_earlier_day_goes_on(tmp_path):
+    """The lines as they were written by the version that first kept them."""
+    path = tmp_path / "games.jsonl"
+    head = {"tournament": 1, "players": ["a", "b"], "game": asdict(SMALL), "timeout_ms": 100, "seed": 4,
+            "most_turns": 1000}  # fmt: skip
+    game = '{"number":1,"players":[0,1],"places":[0,1],"turns":87,"timeouts":[0,2],"crashes":[0,0]}'
+    path.write_text(f"{json.dumps(head)}\n{game}\n")
+    (read,) = TournamentFile(path, ["a", "b"], SMALL, 100, 4, 1000).games
+    assert (read.players, read.places, read.turns, read.timeouts) == ((0, 1), (0, 1), 87, (0, 2))
+
+
 class Thinker:
     """Notes how long it may think."""
 
@@ -397,6 +415,36 @@ def test_a_player_thinks_as_long_beside_the_board_as_behind_a_server_of_ours(tim
     asyncio.run(served())
     assert max(there.told) <= seconds
     assert max(there.told) > 0.5 * seconds, "less only what reading the request took, at its quickest"
+
+
+@pytest.mark.parametrize("sequential", [False, True])
+def test_a_player_that_reads_messages_plays_asked_one_by_one_or_all_at_once(sequential):
+    class Leftwards:
+        name = "leftwards"
+
+        def move(self, message, seconds):
+            return "left"
+
+        def start(self, message, seconds):
+            pass
+
+        end = start
+
+    played = play(
+        GameSettings(7, 7, 2), [Seat("leftwards", Leftwards()), *seats_of("random_safe")], StreamDice(3),
+        timeout_ms=1000, sequential=sequential, most_turns=2,
+    )  # fmt: skip
+    begins, later = (board.snakes[0].head for board in (played.boards[0], played.boards[1]))
+    assert later == (begins[0] - 1, begins[1])
+
+
+def test_of_failures_without_end_the_first_thousand_turns_are_kept():
+    failures = Failures()
+    for turn in range(1200):
+        failures.note_late(turn, "late")
+        failures.note_crash(turn, "crashed")
+    assert (failures.timeouts, failures.crashes) == (1200, 1200)
+    assert failures.late_turns == failures.failed_turns == [*range(1000)]
 
 
 def test_who_fails_is_told_with_its_turns():

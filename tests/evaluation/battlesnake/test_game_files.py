@@ -171,6 +171,29 @@ def test_frames_without_rules_are_played_by_the_usual_ones(played, tmp_path):
     assert game.settings == GameSettings(width=11, height=11, players=3)
 
 
+@pytest.mark.parametrize("health", [0, 100])
+def test_any_health_from_0_to_100_is_read_and_held_against_the_rules(played, tmp_path, health):
+    frames = engine_frames(played)
+    living = [snake for snake in frames["Frames"][3]["Snakes"] if not snake.get("Death")]
+    assert living[0]["Health"] not in (0, 100)
+    living[0]["Health"] = health
+    report = verified(tmp_path / "frames.json", frames)
+    assert not report.agrees
+    assert "turn 2: referee" in report.examples[0]
+
+
+def test_frames_that_do_not_say_when_a_snake_died_are_verified_all_the_same(played, tmp_path):
+    frames = engine_frames(played)
+    dead = [snake for frame in frames["Frames"] for snake in frame["Snakes"] if snake.get("Death")]
+    for snake in dead:
+        snake["Death"]["Turn"] = None
+    assert dead
+    report = verified(tmp_path / "frames.json", frames)
+    assert report.agrees, "\n".join(report.examples)
+    (game,) = games_of(tmp_path / "frames.json")
+    assert game.over_turn == played.turns
+
+
 SPOILT = {
     "health": lambda board: board["snakes"][0].update(health=board["snakes"][0]["health"] - 1),
     "a body": lambda board: board["snakes"][0]["body"].append(board["snakes"][0]["body"][-1]),

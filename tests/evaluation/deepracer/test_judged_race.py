@@ -12,7 +12,7 @@ from racecraft.contract.errors import UserInputError
 from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.settings import BoxesConfig
 from racecraft.envs.deepracer.world import RaceWorld
-from racecraft.evaluation.deepracer.judged_race import JudgedRace, _Marshal, _place, judge_race
+from racecraft.evaluation.deepracer.judged_race import JudgedRace, Trial, _Marshal, _place, judge_race
 from racecraft.tracks.catalogue import load_track
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
@@ -179,6 +179,24 @@ def test_what_no_race_can_be_is_refused(wrong):
         JudgedRace(**wrong)
 
 
+@pytest.mark.parametrize(
+    ("name", "least", "most"),
+    [
+        ("number_of_trials", 1, 1000),
+        ("max_resets", 0, 10_000),
+        ("off_track_penalty", 0, 600),
+        ("collision_penalty", 0, 600),
+        ("reset_behind_dist", 0, 10),
+    ],
+)
+def test_each_number_of_a_race_has_a_least_and_a_most(name, least, most):
+    for taken in (least, most):
+        JudgedRace(**{name: taken})
+    for refused in (least - 1, most + 1):
+        with pytest.raises(UserInputError, match=rf"{name} is {refused:g}; expected {least:g} to {most:g}\."):
+            JudgedRace(**{name: refused})
+
+
 def test_codes_of_mishaps_are_the_worlds():
     from racecraft.evaluation.deepracer.judged_race import MISHAPS
 
@@ -228,3 +246,8 @@ def test_the_trace_counts_crashes_within_each_episode(tmp_path):
     for one in (0, 1):
         crashed = np.asarray(trace["episode_status"])[episode == one] == "crashed"
         np.testing.assert_array_equal(counted[episode == one], np.cumsum(crashed))
+
+
+def test_resets_of_every_kind_are_counted_together():
+    trial = Trial(1, None, 10.0, "off_track", 0, 9, 1, 10, 100, 1000, 5.0)
+    assert trial.reset_count == 1111

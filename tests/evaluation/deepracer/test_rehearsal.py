@@ -9,8 +9,9 @@ from racecraft.contract.world import allocate
 from racecraft.envs.deepracer.actions import ActionBox, ActionTable
 from racecraft.envs.deepracer.sensors import car_sensors
 from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig
+from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
 from racecraft.envs.deepracer.world import RaceWorld
-from racecraft.evaluation.deepracer.cures import Options, try_cures
+from racecraft.evaluation.deepracer.cures import HOLDS, MOMENTS, Options, try_cures
 from racecraft.evaluation.deepracer.kept_drives import keep_drives
 from racecraft.evaluation.deepracer.places import APART_M, LONGEST_M, same_places
 from racecraft.evaluation.deepracer.rehearsal import Change, rehearse, states_of
@@ -126,6 +127,12 @@ def test_options_of_a_table_and_of_ranges():
     assert grid.actions.shape == (15, 2)
     assert grid.commands[:, 1].min() == 1.0
     assert grid.commands[:, 0].max() == 0.5
+
+
+def test_changes_are_tried_at_the_moments_that_the_page_names():
+    """Eleven, within two seconds of fifteen ticks each; held for a tick, 0.2 and 0.6 s."""
+    assert (len(set(MOMENTS)), max(MOMENTS)) == (11, 2 * TICKS_PER_SECOND)
+    assert [hold / TICKS_PER_SECOND for hold in HOLDS] == pytest.approx([1 / 15, 0.2, 0.6])
 
 
 def test_what_it_did_anyway_is_not_tried():

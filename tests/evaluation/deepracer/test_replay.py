@@ -218,6 +218,15 @@ def test_an_episode_driven_backwards_is_recognised():
     assert not retold.waypoint_wrong.any()
 
 
+def test_progress_that_fits_neither_direction_turns_no_car_round():
+    """A column of any numbers lies about as far from what one direction tells as from what the other does."""
+    columns = told_by(straight_on, episodes=1)
+    columns["progress"] = np.random.default_rng(2).uniform(0.0, 100.0, len(columns["progress"]))
+    retold = recompute(SimTrace(columns), TRACK)
+    assert retold.progress_wrong.mean() > 0.9
+    assert not retold.reversed.any()
+
+
 def test_repeated_rows_of_a_route_file_may_be_counted(tmp_path, trace_file):
     """The builds of 2026 number a repeated row: every waypoint behind it is one further on."""
     rows = np.insert(TRACK.rows, 10, TRACK.rows[9], axis=0)

@@ -4,12 +4,20 @@ import gzip
 import io
 import tarfile
 import zipfile
+from pathlib import Path
 
 import pytest
 
 from racecraft.formats.aws import model_archive
 from racecraft.formats.aws.car_archive import GRAPH, METADATA, write_car_archive
-from racecraft.formats.aws.model_archive import ArchiveError, is_archive, unpack_model
+from racecraft.formats.aws.model_archive import (
+    FREE_BYTES,
+    MOST_BYTES,
+    ArchiveError,
+    is_archive,
+    require_sane_size,
+    unpack_model,
+)
 
 GOOD = {"model_metadata.json": b"{}", "agent/model.pb": b"weights"}
 
@@ -156,3 +164,16 @@ def test_an_archive_is_known_by_its_first_bytes_and_nothing_else_is_one(tmp_path
     (tmp_path / "empty.zip").write_bytes(b"")
     assert [is_archive(tmp_path / name) for name in ("model.txt", "model")] == [True, True]
     assert [is_archive(tmp_path / name) for name in ("model.tar.gz", "empty.zip", "nowhere", ".")] == [False] * 4
+
+
+@pytest.mark.parametrize(
+    ("unpacked", "packed", "refused"),
+    [(FREE_BYTES, 1, ""), (FREE_BYTES + 1, 1, "more than 100 times"), (FREE_BYTES + 1, FREE_BYTES // 2, ""),
+     (1000, 1, ""), (MOST_BYTES, MOST_BYTES, ""), (MOST_BYTES + 1, MOST_BYTES, "more than 16 GiB")],
+)  # fmt: skip
+def test_what_is_small_or_shrinks_little_is_no_bomb(unpacked, packed, refused):
+    if not refused:
+        require_sane_size(Path("model.tar.gz"), unpacked, packed)
+    else:
+        with pytest.raises(ArchiveError, match=refused):
+            require_sane_size(Path("model.tar.gz"), unpacked, packed)

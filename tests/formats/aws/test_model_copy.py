@@ -2,10 +2,12 @@
 
 import shutil
 
+import numpy as np
 import pytest
 
 from racecraft.contract.errors import RunFolderError
 from racecraft.formats.aws import model_copy
+from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 
 
@@ -66,3 +68,31 @@ def test_what_cannot_be_copied_at_all_is_a_letter_and_leaves_nothing(tmp_path, m
         model_copy.copy_model(source, tmp_path / "b")
     assert len(tried) == 3
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
+
+
+def test_a_models_folder_is_wiped_and_nothing_else_is(tmp_path):
+    """What is a file or a link is somebody's, and stays; where nothing is, there is nothing to do."""
+    run = trained(tmp_path / "a")
+    (run.path / "run.lock").unlink()
+    model_copy.wipe_model(tmp_path / "nowhere")
+    file, link = tmp_path / "file", tmp_path / "link"
+    file.write_text("mine")
+    link.symlink_to(run.path)
+    for other in (file, link):
+        with pytest.raises(RunFolderError, match="is no folder; expected the folder of a model"):
+            model_copy.wipe_model(other)
+    assert run.path.is_dir()
+    assert file.read_text() == "mine"
+    model_copy.wipe_model(run.path)
+    assert not run.path.exists()
+
+
+def test_a_copy_holds_every_checkpoint_or_the_one_that_was_chosen(tmp_path):
+    source = trained(tmp_path / "a")
+    for iteration in (1, 2, 3):
+        Checkpoints(source.checkpoints).save(iteration, iteration, {"w": np.ones(2)}, {}, score=float(iteration == 2))
+    for which, kept in ((None, [1, 2, 3]), ("2", [2]), ("last", [3])):
+        model_copy.copy_model(source, tmp_path / f"copy {which}", which)
+        shelf = Checkpoints(tmp_path / f"copy {which}" / "checkpoints")
+        assert [entry.iteration for entry in shelf.entries()] == kept
+        assert [shelf.load_policy(str(one))[0]["w"].sum() for one in kept] == [2.0] * len(kept)

@@ -155,6 +155,14 @@ def test_what_aws_took_is_taken_and_said_once(tmp_path):
     assert not read_model_metadata(car_file(tmp_path)).notes
 
 
+@pytest.mark.parametrize(("count", "noted"), [(30, False), (31, True)])
+def test_more_actions_than_a_console_takes_are_taken_and_said(tmp_path, count, noted):
+    space = [{"steering_angle": float(number - 15), "speed": 1.0} for number in range(count)]
+    metadata = read_model_metadata(car_file(tmp_path, action_space=space))
+    assert len(metadata.actions) == count
+    assert any("AWS consoles take at most 30" in note for note in metadata.notes) == noted
+
+
 @pytest.mark.parametrize(
     ("angles", "speeds", "noted"),
     [((-25, 25), (1, 2), False), ((-30, 30), (0.1, 4), False), ((-31, 30), (1, 2), True), ((-5, 5), (0, 2), True)],

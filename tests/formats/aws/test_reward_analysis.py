@@ -162,3 +162,8 @@ def test_packages_and_folders_without_init_beside_the_file_are_imported_from_the
     left = {name for name in set(sys.modules) - before[0] if not name.startswith("racecraft_reward_")}
     assert (left, sys.path, sys.meta_path) == (set(), *before[1:])
     assert not list(tmp_path.rglob("__pycache__"))
+
+
+def test_a_wait_for_what_is_no_number_is_not_spoken_of():
+    text = "def reward_function(params):\n    if params['steps'] == params['progress']:\n        return 9.0\n"
+    assert told(text + "    return 1.0\n").remarks == ()

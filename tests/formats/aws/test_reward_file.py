@@ -192,6 +192,13 @@ def test_a_reward_that_hangs_is_ended_with_the_line_it_was_in(tmp_path):
     assert str(caught.value).partition(": ")[0] in [f"{tmp_path / 'reward_function.py'}:{line}" for line in (3, 4)]
 
 
+def test_a_reward_that_catches_its_end_and_answers_late_is_ended_all_the_same(tmp_path):
+    body = "    try:\n        while True:\n            pass\n    except:\n        pass\n    return 1.0\n"
+    reward = load_reward_function(written(tmp_path, f"def reward_function(params):\n{body}"), seconds=0.05)
+    with pytest.raises(RewardError, match=r"reward_function\.py:\d: reward_function had not returned after 0.05 s"):
+        reward.call({})
+
+
 def test_a_file_that_hangs_while_it_is_imported_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("racecraft.formats.aws.reward_file.IMPORT_SECONDS", 0.1)
     with pytest.raises(RewardFileError, match=r"had not returned after 0\.1 s while it was imported"):
@@ -305,3 +312,17 @@ def test_a_car_among_cars_is_paid_for_speed_in_the_lane_that_is_free(tmp_path):
     passed = {"projection_distance": 6.3 + 0.3}
     assert paid(-0.25, **passed) > paid(0.0, **passed), "beside the other, until it is passed"
     assert paid(0.0, projection_distance=6.3 + 0.5) > paid(-0.25, projection_distance=6.3 + 0.5)
+
+
+@pytest.mark.parametrize(("letters", "told"), [(198, "'" + "a" * 198 + "'"), (199, "'" + "a" * 199 + "...")])
+def test_of_a_long_answer_a_letter_shows_200_letters(tmp_path, letters, told):
+    with pytest.raises(RewardError) as refused:
+        loaded(tmp_path, f"def reward_function(params):\n    return 'a' * {letters}\n").call({})
+    assert told in str(refused.value)
+    assert told + "a" not in str(refused.value)
+
+
+def test_a_helper_of_nearly_the_name_is_none_to_rename(tmp_path):
+    with pytest.raises(RewardFileError) as refused:
+        loaded(tmp_path, "reward_functions = 3\ndef _reward_function(params):\n    return 1.0\n")
+    assert "Rename it" not in str(refused.value)

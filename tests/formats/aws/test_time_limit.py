@@ -132,6 +132,24 @@ def test_calls_that_end_in_the_very_moment_answer_or_are_ended_and_nothing_strik
     assert came.count("ended") > 0
 
 
+def test_an_answer_that_comes_late_since_the_end_was_caught_is_none():
+    """One except: round the whole loop; the call then goes on to its return, some strikes later."""
+
+    def catches(_):
+        try:
+            while True:
+                pass
+        except:  # noqa: E722
+            pass
+        return "answer"
+
+    limit = TimeLimit(0.05)
+    for _ in range(10):
+        with pytest.raises(CallTooLongError):
+            limit.call(catches, None)
+    assert limit.call(len, "abc") == 3
+
+
 def test_what_the_user_raised_comes_through_as_it_is():
     error = KeyError("x")
 

@@ -110,6 +110,7 @@ def test_what_only_the_cloud_knows_is_said_to_be_so(tmp_path):
             r"t\.yaml:6: Resources\.B\.Properties\.X\.Ref: points to 'Bux'.*Did you mean 'Box'",
         ),
         ("Resources:\n  A:\n    Type: T\n    DependsOn: [C]", r"t\.yaml:4: .*DependsOn: points to 'C'"),
+        ("Resources:\n  Conditions: {Type: T, DependsOn: C}", r"t\.yaml:2: .*DependsOn: points to 'C'"),
         ("Resources:\n  A: {Type: T, Condition: Warm}", r"t\.yaml:2: .*points to 'Warm'.*a condition"),
         ("Resources:\n  A: {Type: T, Properties: {X: !Sub 'a${B.C}'}}", "points to 'B'"),
         ("Resources:\n  A: {Type: T, Properties: {X: !FindInMap [M, a, b]}}", "points to 'M'.*a mapping"),
@@ -131,7 +132,15 @@ def test_one_name_may_stand_for_a_parameter_and_a_condition_as_in_the_workshops_
 
 
 @pytest.mark.parametrize(
-    "value", ["!Bar x", "{'Fn::Joint': [a, [b]]}", "!Join [a]", "!Select [9, [a]]", "!If [Small, 1]"]
+    "value",
+    [
+        "!Bar x",
+        "{'Fn::Joint': [a, [b]]}",
+        "!Join [a]",
+        "!Select [9, [a]]",
+        "!If [Small, 1]",
+        "!FindInMap [!Join ['', [Pri, ses]], Tokyo, day]",
+    ],
 )
 def test_a_function_that_is_given_what_it_cannot_use_is_refused(tmp_path, value):
     def worked_out():

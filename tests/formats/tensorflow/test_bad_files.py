@@ -12,7 +12,8 @@ from racecraft.formats.tensorflow import arithmetic
 from racecraft.formats.tensorflow.arithmetic import GraphArithmeticError, GraphFunction
 from racecraft.formats.tensorflow.checkpoint import TensorFlowCheckpointError, read_checkpoint
 from racecraft.formats.tensorflow.graph import Graph, GraphError, Node, NumberType, Shape, read_graph, write_graph
-from racecraft.formats.tensorflow.wire import bytes_field, read_varint, varint, varint_field
+from racecraft.formats.tensorflow.table import _block, write_table
+from racecraft.formats.tensorflow.wire import WireError, bytes_field, read_varint, varint, varint_field
 
 SPECIMENS = Path(__file__).with_name("specimens") / "discrete"
 PLACEHOLDER = Node("x", "Placeholder", (), {"dtype": NumberType(1), "shape": Shape((-1, 2))})
@@ -254,3 +255,26 @@ def test_any_bytes_at_all_end_in_a_letter_or_in_a_graph(tmp_path):
         except UserInputError:
             refused += 1
     assert refused > 50
+
+
+def test_a_checkpoint_of_a_big_endian_machine_is_refused(tmp_path):
+    head = varint_field(1, 1) + varint_field(2, 1)
+    (tmp_path / "m.ckpt.index").write_bytes(write_table({b"": head}))
+    with pytest.raises(TensorFlowCheckpointError, match="big-endian"):
+        read_checkpoint(tmp_path / "m.ckpt")
+
+
+def test_a_graph_of_as_many_nodes_as_there_may_be_is_read_and_of_more_is_not(tmp_path, monkeypatch):
+    monkeypatch.setattr("racecraft.formats.tensorflow.graph.MOST_NODES", 2)
+    nodes = [Node(name, "NoOp", (), {}) for name in "abc"]
+    (tmp_path / "two.pb").write_bytes(write_graph(Graph(nodes[:2])))
+    assert [*read_graph(tmp_path / "two.pb").nodes] == ["a", "b"]
+    (tmp_path / "three.pb").write_bytes(write_graph(Graph(nodes)))
+    with pytest.raises(GraphError, match="more than 2 nodes"):
+        read_graph(tmp_path / "three.pb")
+
+
+@pytest.mark.parametrize("handle", [(60, 60), (0, 1000), (1000, 0), (95, 1)])
+def test_a_block_that_reaches_beyond_the_end_is_refused(handle):
+    with pytest.raises(WireError, match="reaches beyond the end"):
+        _block(bytes(148), memoryview(varint(handle[0]) + varint(handle[1])))

@@ -321,6 +321,9 @@ def test_a_file_that_says_everything_gets_no_note(read):
     assert read(text).notes == ()
 
 
+SAMPLER = "environment_parameters: {x: {sampler_type: multirangeuniform, sampler_parameters: {intervals: EDGES}}}"
+
+
 @pytest.mark.parametrize(
     ("text", "letter"),
     [
@@ -328,6 +331,10 @@ def test_a_file_that_says_everything_gets_no_note(read):
         (
             "behaviors:\n  A:\n    hyperparameters:\n      batchsize: 3",
             r":4: behaviors.A.hyperparameters.batchsize: .*batch_size",
+        ),
+        (
+            "behaviors: {A: {behavioral_cloning: {demo_path: a.demo, strenght: 1}}}",
+            r":1: behaviors.A.behavioral_cloning.strenght: .*strength",
         ),
         ("behaviors:\n  A:\n    max_steps: many", r":3: behaviors.A.max_steps: 'many'; expected a number"),
         ("behaviors: {A: {hyperparameters: {beta_schedule: cosine}}}", "'cosine'; expected linear or constant"),
@@ -347,6 +354,8 @@ def test_a_file_that_says_everything_gets_no_note(read):
         ("a: !!python/object/apply:os.system ['true']", "not YAML"),
         ("engine_settings: {width: 84}", "both, or neither"),
         ("environment_parameters: {x: {sampler_type: dice}}", "uniform, gaussian"),
+        (SAMPLER.replace("EDGES", "[1, 2]"), "intervals: .*a list.*expected a number"),
+        (SAMPLER.replace("EDGES", "[[1, 2, 3]]"), "intervals: .*a list.*expected a number"),
         ("environment_parameters: {x: {sampler_type: uniform, sampler_parameters: {min_value: 0}}}", "max_value"),
         ("torch_settings: {device: tpu}", "cpu or cuda"),
         ("behaviors: {A: {network_settings: {vis_encode_type: eyes}}}", "nature_cnn"),

@@ -22,7 +22,7 @@ NEAR = {
     "reward_function.py": [
         "reward.py", "reward_function (1).py", "reward-function.py", "Reward_Function.py", "rewardfunction.py",
         "reward_function - Copy.py", "reward_function_v2.py", "reward_function.py.txt", "reward function.py",
-        "reward_funtion.py", "my_fast_idea.py",
+        "reward_funtion.py", "my_fast_idea.py", "reward_function", "reward_function.txt",
     ],
     "model_metadata.json": [
         "model_metadata (1).json", "model-metadata.json", "metadata.json", "Model_Metadata.JSON",
@@ -56,7 +56,10 @@ def test_a_file_of_nearly_the_right_name_is_taken_and_told_of(tmp_path, right, n
     assert got[right]
 
 
-@pytest.mark.parametrize("other", ["helper.py", "waypoints.json", "notes.txt", "README.md", "training_params.yaml"])
+@pytest.mark.parametrize(
+    "other", ["helper.py", "waypoints.json", "notes.txt", "README.md", "training_params.yaml", "reward_function.md",
+             "hyperparameters.yaml"],
+)  # fmt: skip
 def test_a_folder_without_any_of_the_three_is_refused(tmp_path, other):
     (tmp_path / other).write_text("x = 1\n")
     with pytest.raises(

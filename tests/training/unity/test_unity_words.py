@@ -13,6 +13,7 @@ from racecraft.algorithms.ppo import PpoLearner
 from racecraft.cli.unity import unity as unity_command
 from racecraft.contract.errors import RunFolderError, SettingError, UserInputError
 from racecraft.envs.unity.errors import PortTakenError
+from racecraft.evaluation.judge import judge_run
 from racecraft.export.unity_run import export_to_unity
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
@@ -60,6 +61,18 @@ def test_what_was_typed_reaches_the_players_and_is_remembered(run):
     words = plan_resume(run).words()
     assert (words["num_players"], words["time_scale"], words["args"]) == (2, 5.0, ("--agents", "6"))
     assert plan_resume(run).words(for_judge=True)["num_players"] == 1
+
+
+def test_agents_are_shared_out_among_the_players_and_as_many_when_it_goes_on(tmp_path):
+    several = ("rollout.num_worlds=8", "rollout.horizon=8", "evaluation.every=9", "evaluation.episodes=4")
+    train(
+        UnityRequest("builtin:Basic", num_envs=2, overrides=several, stops=("iterations=1",), run=tmp_path / "run"),
+        Silence(), str,
+    )  # fmt: skip
+    run = RunFolder.open(tmp_path / "run")
+    assert run.read_job()["settings"]["rollout"]["num_worlds"] == 8
+    resume(run.path, ("iterations=2",), Silence(), str)
+    assert [row["steps"] for row in run.read_metrics()] == [64, 128]
 
 
 def test_words_that_follow_env_args_are_the_players_own(monkeypatch):
@@ -114,6 +127,17 @@ def test_a_policy_plays_without_learning(run):
     told = json.loads(result.stdout)
     assert (told["checkpoint"], told["stopped_by"]) == (1, "steps=200")
     assert len(Checkpoints(run / "checkpoints").entries()) == 2, "nothing was written"
+
+
+def test_who_never_comes_to_an_end_is_cut_where_its_training_cut_it(run):
+    """Basic knows no end: a policy that turns about for ever is judged by as many steps as it was while it trained."""
+    (path,) = (run / "evaluations").glob("*.json")
+    told = json.loads(path.read_text())
+    assert told["most_steps"] == 200, "and no training episode was near a third of it"
+    found = judge_run(run)
+    for name in ("episodes", "mean_return", "mean_steps", "cut"):
+        assert found[name] == pytest.approx(told[name]), name
+    assert found["cut"] > 0
 
 
 def test_what_cannot_be_played_is_refused(run, tmp_path):

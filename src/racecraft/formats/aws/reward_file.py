@@ -273,7 +273,8 @@ def _how_to_name(module: types.ModuleType) -> str:
 def _what_was_raised(error: BaseException, seconds: float) -> tuple[BaseException, str]:
     """Return the user's own exception, and what happened as a clause."""
     if isinstance(error, CallTooLongError):
-        return error.__cause__ or error, f"had not returned after {seconds:g} s"
+        late = "" if error.__cause__ else " (an `except` in it caught what was to end it)"
+        return error.__cause__ or error, f"had not returned after {seconds:g} s{late}"
     said = str(error)
     return error, f"raised {type(error).__name__}{': ' * bool(said)}{said}"
 

@@ -41,7 +41,7 @@ _take_back = ctypes.PYFUNCTYPE(None, ctypes.c_ulong, ctypes.c_void_p)(("PyThread
 
 
 class CallTooLongError(Exception):
-    """A call lasted longer than it may; its cause is the exception that ended it."""
+    """A call lasted longer than it may; its cause is the exception that ended it, none where it caught them all."""
 
 
 class TimeLimit:
@@ -65,7 +65,7 @@ class TimeLimit:
         """Return function(argument); `seconds`, where given, stands in for the limit.
 
         Raises:
-            CallTooLongError: It had not returned in time.
+            CallTooLongError: It had not returned in time, or did so late, having caught what should have ended it.
         """
         me = threading.get_ident()
         self._due[me] = time.monotonic() + (seconds or self.seconds)
@@ -87,10 +87,10 @@ class TimeLimit:
             _lower_the_flag(me)
             del self._struck[me]
             raise CallTooLongError(f"no answer after {seconds or self.seconds:g} s") from error
-        _take_back(me, None)  # it answered in the very moment in which it was struck
+        _take_back(me, None)  # it caught what was to end it, or answered in the very moment in which it was struck
         _lower_the_flag(me)
         del self._struck[me]
-        return value
+        raise CallTooLongError(f"an answer after more than {seconds or self.seconds:g} s")
 
     def _watch(self) -> None:
         self._watcher = threading.Thread(target=self._look_on, name="time limit of a user's code", daemon=True)

@@ -17,6 +17,7 @@ import numpy as np
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array, EpisodeRecord, StepBuffers, World
 from racecraft.envs.unity.world import UnityWorld
+from racecraft.evaluation.judge import MOST_STEPS
 from racecraft.formats.checkpoint import save_state
 from racecraft.rollout.episodes import CUT, play_episodes
 from racecraft.rollout.statistics import summarise
@@ -68,20 +69,25 @@ class SceneEvaluator:
         """Play; keep what was seen. A policy that never comes to an end is cut, or it would be judged for ever."""
         rows = self._world.spec.num_worlds
         each, spare = -(-self._episodes // rows), int(self._judgements > 0)
+        patience = max(SHORTEST_PATIENCE, PATIENCE * self._longest)
         recorder = Recorder(self._world.rows_of)
         counted = play_episodes(
             self._policy,
             self._world,
             episodes_each=each,
             spare=spare,
-            max_ticks=(each + spare) * max(SHORTEST_PATIENCE, PATIENCE * self._longest),
+            max_ticks=(each + spare) * patience,
             seed=self._judgements,
             observers=[recorder],
         )
         self._judgements += 1
         save_state(self._file, recorder.rows())
         result = result_of(counted, self._threshold, self._world.rows_of)
-        return replace(result, steps=sum(episode.steps for episode in counted))
+        return replace(
+            result,
+            steps=sum(episode.steps for episode in counted),
+            details={**result.details, MOST_STEPS: patience},
+        )
 
 
 class TrainingEpisodesEvaluator:

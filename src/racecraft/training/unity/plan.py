@@ -6,6 +6,7 @@ goes on from there.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -135,8 +136,8 @@ class UnityPlan:
         if inference:  # somebody watches, and closes the window when he has seen enough
             words = {"graphics": True, "max_lifetime_restarts": 0} | words
         if self.build_name == BASIC and "args" not in words:  # a real scene has as many agents as it has
-            agents = self.settings.evaluation.episodes if for_judge else self.settings.rollout.num_worlds
-            words["args"] = ("--agents", str(agents))
+            each = math.ceil(self.settings.rollout.num_worlds / words.get("num_players", 1))
+            words["args"] = ("--agents", str(self.settings.evaluation.episodes if for_judge else each))
         return words
 
     def asked(self, behaviors: Sequence[Behavior]) -> dict[str, Any]:

@@ -185,12 +185,7 @@ def _observe(g, bodies, snakes, games, cells, params, squares, marks, sheet, wal
 def random_safe_play(
     turns, bodies, snakes, games, cells, sides, events, chance, params, food_squares, start_hazards, moves, mask
 ):
-    """Let one game after the other play `turns` turns of random safe moves, beginning anew at each end.
-
-    Returns:
-        How many games were finished.
-    """
-    finished = 0
+    """Let one game after the other play `turns` turns of random safe moves, beginning anew at each end."""
     for g in range(bodies.shape[0]):
         for _ in range(turns):
             for m in range(snakes.shape[1]):
@@ -204,8 +199,6 @@ def random_safe_play(
             play_turn(g, moves, bodies, snakes, games, cells, sides, events, chance, params, food_squares)
             if games[g, ALIVE] <= (0 if params[SOLO] else 1):
                 begin_standard(g, bodies, snakes, games, cells, sides, chance, params, start_hazards)
-                finished += 1
-    return finished
 
 
 @inner_kernel
