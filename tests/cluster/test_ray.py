@@ -37,16 +37,18 @@ ITERATIONS = 30
 RAYS_OWN = ("raylet", "gcs_server", "ray::", "ray._private", "ray/_private")
 
 
-def words(run, cluster, iterations=ITERATIONS, more=()):
-    asked = [f"--cluster={cluster}", f"--run={run}", f"--stop=iterations={iterations}"]
+def words(run, cluster, iterations=ITERATIONS, more=(), algorithm="ppo"):
+    asked = [f"--algorithm={algorithm}", f"--cluster={cluster}", f"--run={run}", f"--stop=iterations={iterations}"]
     settings = [word for one in (*SMALL, *more) for word in ("--set", one)]
     return [sys.executable, "-m", "racecraft", "gym", "train", "CartPole-v1", *asked, *settings]
 
 
-def begin(run, cluster, iterations=ITERATIONS, more=()):
+def begin(run, cluster, iterations=ITERATIONS, more=(), algorithm="ppo"):
     """Start `racecraft gym train --cluster` in a session of its own; what it says goes beside the run."""
     with run.with_suffix(".log").open("w") as log:
-        return subprocess.Popen(words(run, cluster, iterations, more), stdout=log, stderr=log, start_new_session=True)
+        return subprocess.Popen(
+            words(run, cluster, iterations, more, algorithm), stdout=log, stderr=log, start_new_session=True
+        )
 
 
 def until(holds, what):
@@ -140,6 +142,20 @@ def assert_same_but_for_the_last_look(one, other):
     assert [[row[name] for name in learned] for row in curve(one)] == [
         [row[name] for name in learned] for row in curve(other)
     ]
+
+
+@pytest.mark.long
+def test_apex_learns_on_when_its_workers_are_killed(tmp_path):
+    """Its learner works beside the worlds, so no curve is the same twice; but it goes on, and beats chance."""
+    run = tmp_path / "run"
+    apex = ("rollout.num_worlds=8", "rollout.horizon=32", "network.hidden_units=128,128", "evaluation.episodes=10")
+    training = begin(run, 2, 60, ("evaluation.every=10", *apex), "apex")
+    end_after_kills(training, run, (10, 25, 40), most_seconds=0.5, seed=5)
+    rows = curve(run)
+    assert [row["iteration"] for row in rows] == list(range(1, 61))
+    assert [row["steps"] for row in rows] == [256 * row["iteration"] for row in rows], "nothing is lost or doubled"
+    late = [row["evaluation_score"] for row in rows[19:] if row["evaluation_score"] is not None]
+    assert max(late) > 40.0, "chance stands for some 20 ticks, and a policy of no choice for 10"
 
 
 def test_a_node_that_fails_is_made_up_for_by_the_others(tmp_path, undisturbed):

@@ -142,20 +142,6 @@ def test_the_low_level_words_drive_many_agents(tmp_path, capsys):
     ]
 
 
-def test_what_is_not_offered_is_named(tmp_path):
-    with pytest.raises(ImportError, match="Nothing") as caught:
-        play(tmp_path, "from mlagents_envs.environment import Nothing")
-    assert caught.value.__notes__ == ["`racecraft run` offers of mlagents_envs.environment: UnityEnvironment."]
-    with pytest.raises(AttributeError, match="Monitor") as absent:
-        play(tmp_path, "import gym; gym.Monitor")
-    assert "offers of gym: ActionWrapper, Env," in absent.value.__notes__[0]
-    with pytest.raises(ModuleNotFoundError, match=r"mlagents_envs.trainers.*offers .*mlagents_envs.registry"):
-        play(tmp_path, "import mlagents_envs.trainers")
-    with pytest.raises(ImportError) as foreign:
-        play(tmp_path, "from json import nothing")
-    assert not hasattr(foreign.value, "__notes__")
-
-
 def test_outside_a_script_the_names_are_nobodys():
     for name in ("mlagents_envs", "gym_unity"):
         with foreign_names():

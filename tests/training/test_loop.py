@@ -64,6 +64,7 @@ class Notes:
     def write(self, report, loop_state):
         self.reports.append(report)
 
+    def collected(self): ...
     def write_evaluation(self, report, loop_state):
         self.reports[-1] = report
 

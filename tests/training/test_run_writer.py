@@ -38,9 +38,9 @@ def report(iteration):
 
 
 class Training:
-    def __init__(self, folder):
+    def __init__(self, folder, **more):
         self.run, self.learner = RunFolder.create(folder, {"kind": "test"}), Learner()
-        self.writer = RunWriter(self.run, self.learner, Collector(), {})
+        self.writer = RunWriter(self.run, self.learner, Collector(), {}, **more)
         self.checkpoints = Checkpoints(self.run.checkpoints)
         self.writer.write_start()
 
@@ -108,3 +108,37 @@ def test_closing_twice_is_closing_once(training):
     training.writer.close()
     training.writer.close()
     assert training.checkpoints.find("last").iteration == 1
+
+
+def test_while_workers_collect_the_disk_waits_and_while_the_learner_learns_it_does_not(tmp_path, monkeypatch):
+    monkeypatch.setattr(run_writer, "HELD_SECONDS", 60.0)
+    training = Training(tmp_path / "run", by_workers=True)
+    for iteration in (1, 2):
+        training.keep(iteration)
+        time.sleep(0.1)
+        assert training.checkpoints.find("last").iteration == iteration - 1, "workers have every core"
+        training.writer.collected()
+        assert soon(lambda at=iteration: training.checkpoints.find("last").iteration == at)
+    training.keep(3)
+    began = time.monotonic()
+    training.writer.close()
+    assert training.checkpoints.find("last").iteration == 3
+    assert time.monotonic() - began < 30, "the end waits for nobody"
+
+
+def test_where_collecting_takes_long_the_disk_does_not_wait_for_its_end(tmp_path, monkeypatch):
+    monkeypatch.setattr(run_writer, "HELD_SECONDS", 0.05)
+    training = Training(tmp_path / "run", by_workers=True)
+    training.keep(1)
+    assert soon(lambda: training.checkpoints.find("last").iteration == 1)
+    training.writer.close()
+
+
+def soon(holds, seconds=20.0):
+    """Tell whether something holds before the seconds are over."""
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        if holds():
+            return True
+        time.sleep(0.01)
+    return False

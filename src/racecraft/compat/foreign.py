@@ -26,10 +26,10 @@ from typing import Any
 
 from racecraft.compat.notebooks import SUFFIX, run_notebook
 from racecraft.compat.old_numpy import old_names
-from racecraft.compat.slips import HINTS, told, unset_names
+from racecraft.compat.slips import told, unset_names
+from racecraft.compat.unknown_names import HOME, letter_about, told_by_letter
 from racecraft.contract.errors import InputFileError
 
-HOME = "racecraft.compat.names"
 NAMES = (
     "mlagents_envs",
     "gym_unity",
@@ -66,13 +66,15 @@ def run_script(script: str | Path, args: Sequence[str] = (), goes_on: bool = Fal
 
     Raises:
         InputFileError: There is no such file.
+        UnknownNameError: It asks for what nobody has.
     """
     path = Path(script)
     if not path.is_file():
         raise InputFileError(path, "there is no such file", "a Python script, such as train-unity.py, or a notebook")
-    with foreign_names(), old_names(), as_main(path, args):
+    lent = [name for top in _lent() for name in _offered(top)]
+    with told_by_letter(lent), foreign_names(), old_names(), as_main(path, args):
         if path.suffix == SUFFIX:
-            run_notebook(path, goes_on)
+            run_notebook(path, goes_on, lambda error: letter_about(error, lent))
         else:
             for _, name in unset_names([path.read_bytes()]):
                 print(f"- {path.name}: {told(name)}", flush=True)
@@ -91,13 +93,6 @@ def foreign_names() -> Iterator[None]:
     sys.path[:] = [_BEFORE, *search, _BEHIND]
     try:
         yield
-    except (ImportError, AttributeError) as error:
-        _explain(error)
-        raise
-    except NameError as error:
-        if error.name in HINTS:
-            error.add_note(told(error.name))
-        raise
     finally:
         sys.meta_path.remove(finder)
         sys.path[:] = search
@@ -115,22 +110,6 @@ def take_over(name: str) -> None:
     if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
         sys.meta_path.insert(0, _Finder(_lent()))
     sys.modules[name] = importlib.import_module(f"{HOME}.{name}")
-
-
-def offered_by(module: ModuleType) -> list[str]:
-    """Return what a lent module offers."""
-    return sorted(getattr(module, "__all__", None) or [name for name in vars(module) if not name.startswith("_")])
-
-
-def _explain(error: ImportError | AttributeError) -> None:
-    """Add to an error what the lent module does offer."""
-    if isinstance(error, AttributeError):
-        module = error.obj if isinstance(error.obj, ModuleType) else None
-    else:
-        module = sys.modules.get(error.name or "")
-    if module is not None and module.__name__.startswith(f"{HOME}."):
-        name = module.__name__.removeprefix(f"{HOME}.")
-        error.add_note(f"`racecraft run` offers of {name}: {', '.join(offered_by(module)) or 'its modules only'}.")
 
 
 class _Finder(MetaPathFinder):

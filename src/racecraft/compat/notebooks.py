@@ -15,7 +15,7 @@ import os
 import re
 import sys
 import types
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,7 @@ ASKS_A_SHELL = "_asks_a_shell"
 SHELL_CELLS = ("bash", "sh", "script", "system", "sx", "html", "javascript", "js", "svg", "latex", "perl", "ruby")
 """Cells of another language, behind %%."""
 PYPLOT = "matplotlib.pyplot"
+LetterAbout = Callable[[BaseException], str]
 _SHELL = re.compile(r"^(?P<before>\s*(?:[\w.,\s]+=\s*)?)!(?P<command>.*)$")
 _MAGIC = re.compile(r"^(?P<before>\s*)(?:%|\?)\S.*$")
 
@@ -43,12 +44,13 @@ class Cell:
     source: str
 
 
-def run_notebook(path: Path, goes_on: bool = False) -> None:
+def run_notebook(path: Path, goes_on: bool = False, letter_about: LetterAbout = lambda error: "") -> None:
     """Run every cell of Python's in one module, `__main__`.
 
     Args:
         path: The notebook.
         goes_on: Whether a cell that fails is told of, and the next one run.
+        letter_about: Tells of an error in words of ours, where there are any.
 
     Raises:
         SettingError: Cells failed, and the others were run.
@@ -64,7 +66,7 @@ def run_notebook(path: Path, goes_on: bool = False) -> None:
         cells = list(cells_of(path))
         for index, name in unset_names([cell.source for cell in cells], module.__dict__):
             print(f"- cell {cells[index].number}: {told(name)}", flush=True)
-        failed = [cell.number for cell in cells if not _ran(cell, path, module.__dict__, goes_on)]
+        failed = [cell.number for cell in cells if not _ran(cell, path, module.__dict__, goes_on, letter_about)]
     finally:
         if before is not None:
             sys.modules["__main__"] = before
@@ -120,7 +122,7 @@ def _line(line: str) -> str:
     return f"{magic['before']}pass" if magic["before"] else ""
 
 
-def _ran(cell: Cell, path: Path, names: dict[str, Any], goes_on: bool) -> bool:
+def _ran(cell: Cell, path: Path, names: dict[str, Any], goes_on: bool, letter_about: LetterAbout) -> bool:
     """Run a cell; tell whether it came to its end."""
     try:
         _run(cell, path, names)
@@ -128,7 +130,7 @@ def _ran(cell: Cell, path: Path, names: dict[str, Any], goes_on: bool) -> bool:
         if not goes_on:
             raise
         notes = "".join(f"\n  {note}" for note in getattr(error, "__notes__", ()))
-        print(f"- {type(error).__name__}: {error}{notes}", flush=True)
+        print(f"- {letter_about(error) or f'{type(error).__name__}: {error}{notes}'}", flush=True)
         return False
     return True
 

@@ -8,6 +8,8 @@ import sysconfig
 import traceback
 from pathlib import Path
 
+PACKAGES = {"site-packages", "dist-packages"}
+"""Where packages lie: those of this Python, of the user and of another environment that this one looks into."""
 _OURS = str(Path(__file__).resolve().parents[1])
 
 
@@ -27,7 +29,8 @@ def own_line(error: BaseException) -> str:
 
 def is_own(file: str) -> bool:
     """Tell whether a file is the user's."""
-    return not file.startswith("<") and not os.path.realpath(file).startswith(_installed())
+    real = os.path.realpath(file)
+    return not file.startswith("<") and not real.startswith(_installed()) and not PACKAGES & set(Path(real).parts)
 
 
 def shown(file: str) -> str:

@@ -6,6 +6,8 @@ waits here is not on the disk yet; `Background.settle` tells what has arrived, a
 
 from __future__ import annotations
 
+import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -13,15 +15,44 @@ from concurrent.futures import Future, ThreadPoolExecutor
 Done = Callable[[], None]
 
 
+class Gate:
+    """Holds jobs until there is a core for them; whoever waits for a job opens it.
+
+    Args:
+        seconds: How long it holds at most, from each `close` on.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds, self._until = seconds, 0.0
+        self._opened = threading.Event()
+
+    def close(self) -> None:
+        """Hold what comes."""
+        self._until = time.monotonic() + self._seconds
+        self._opened.clear()
+
+    def open(self) -> None:
+        """Hold nothing."""
+        self._opened.set()
+
+    def wait(self) -> None:
+        """Wait until it is open, or has been closed for long enough."""
+        self._opened.wait(max(0.0, self._until - time.monotonic()))
+
+
 class Background:
     """Jobs in the order in which they were given.
 
     Args:
         patience: With so many jobs waiting, `give` waits for the oldest: a slow disk slows the training down.
+
+    Attributes:
+        gate: Every job passes it; None: there is none.
     """
 
     def __init__(self, patience: int = 16) -> None:
         self._patience = patience
+        self.gate: Gate | None = None
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="racecraft-files")
         self._waiting: deque[tuple[Future[None], Done]] = deque()
 
@@ -31,8 +62,9 @@ class Background:
         Raises:
             OutputFileError: An earlier job failed.
         """
-        self._waiting.append((self._thread.submit(job), done))
+        self._waiting.append((self._thread.submit(self._in_its_time, job), done))
         while len(self._waiting) > self._patience:
+            self._hurry()
             self._take()
 
     def settle(self, *, wait: bool = False) -> None:
@@ -41,6 +73,8 @@ class Background:
         Raises:
             OutputFileError: A job failed: the disk is full, or the place cannot be written.
         """
+        if wait:
+            self._hurry()
         while self._waiting and (wait or self._waiting[0][0].done()):
             self._take()
 
@@ -50,6 +84,15 @@ class Background:
             self.settle(wait=True)
         finally:
             self._thread.shutdown()
+
+    def _in_its_time(self, job: Callable[[], None]) -> None:
+        if self.gate is not None:
+            self.gate.wait()
+        job()
+
+    def _hurry(self) -> None:
+        if self.gate is not None:
+            self.gate.open()
 
     def _take(self) -> None:
         future, done = self._waiting.popleft()

@@ -73,6 +73,10 @@ class Writer(Protocol):
         """Write an iteration: episodes, evaluation, checkpoint with the loop's own state, metrics."""
         ...
 
+    def collected(self) -> None:
+        """Hear that the next iteration is collected."""
+        ...
+
     def write_evaluation(self, report: IterationReport, loop_state: Callable[[], dict[str, Any]]) -> None:
         """Write an evaluation of an iteration that was written without one."""
         ...
@@ -256,6 +260,7 @@ class TrainingLoop:
         """Take one turn."""
         steps_before, marks = self._collector.steps_taken, [time.perf_counter()]
         batch = self._collect()
+        self._writer.collected()
         episodes = self._collector.take_episodes()
         self._evaluator.watch(episodes)
         self._note_first_goal(any(map(self._evaluator.goal_reached, episodes)))

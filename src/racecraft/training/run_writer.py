@@ -3,6 +3,9 @@
 A state of large networks is a hundred megabytes, and a disk takes seconds for it. So an iteration is copied in memory,
 and a thread writes the copy while the next one is collected: never two at once, in the order of the iterations, the
 checkpoint last. A training that is killed meanwhile goes on from the last one that stands. `close` waits.
+
+Where the next one is collected by workers, who have use for every core of theirs, it is written when they have done so
+and the learner learns; but no later than `HELD_SECONDS` from now.
 """
 
 from __future__ import annotations
@@ -20,8 +23,11 @@ from racecraft.formats.generalisation import write_generalisation
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import write_whole
 from racecraft.rollout.collector import Collects
-from racecraft.training.background import Background
+from racecraft.training.background import Background, Gate
 from racecraft.training.callbacks import IterationReport
+
+HELD_SECONDS = 1.0
+"""Where collecting takes longer than so, what writing takes of it is not worth speaking of."""
 
 Columns = dict[str, Array]
 """Ticks, as `formats/episodes.py` holds them."""
@@ -51,6 +57,10 @@ class TickRecorder(Protocol):
 class EpisodeFiles(Stateful, Protocol):
     """Writes the ticks in some other program's form beside ours."""
 
+    def pass_through(self, gate: Gate) -> None:
+        """Write what is written beside the training when a gate opens."""
+        ...
+
     def begin(self) -> None:
         """Write what is said once."""
         ...
@@ -79,6 +89,7 @@ class RunWriter:
         episode_files: Writes them in another form, too; needs a recorder.
         parts: Further parts of the training whose state is kept, by name.
         checkpoints: Where they are put, and which of them stay; None: on the run's own shelf, all of them.
+        by_workers: Whether worlds are carried by workers of their own.
     """
 
     def __init__(
@@ -91,12 +102,18 @@ class RunWriter:
         episode_files: EpisodeFiles | None = None,
         parts: Mapping[str, Stateful] | None = None,
         checkpoints: Checkpoints | None = None,
+        by_workers: bool = False,
     ) -> None:
         self._run, self._learner, self._collector = run, learner, collector
         self._metadata, self._recorder, self._episode_files = metadata, recorder, episode_files
         self._parts = dict(parts or {})
         self._checkpoints = checkpoints or Checkpoints(run.checkpoints)
         self._background = Background()
+        self._gate = Gate(HELD_SECONDS) if by_workers else None
+        if self._gate is not None:
+            self._background.gate = self._gate
+            if episode_files is not None:
+                episode_files.pass_through(self._gate)
 
     def write_start(self) -> None:
         """Write the untrained policy, as checkpoint 0."""
@@ -111,6 +128,8 @@ class RunWriter:
             OutputFileError: The iteration before could not be written.
         """
         self._background.settle(wait=True)
+        if self._gate is not None:
+            self._gate.close()
         columns = self._recorder.take(report.iteration) if self._recorder is not None else None
         if self._episode_files is not None and columns is not None:
             self._episode_files.keep(columns, report)
@@ -122,6 +141,11 @@ class RunWriter:
         if self._parts:
             state["parts"] = {name: part.state() for name, part in self._parts.items()}
         self._background.give(lambda: self._write(report, columns, weights, state), lambda: None)
+
+    def collected(self) -> None:
+        """Hear that the next iteration is collected."""
+        if self._gate is not None:
+            self._gate.open()
 
     def write_evaluation(self, report: IterationReport, loop_state: Callable[[], dict[str, Any]]) -> None:
         """Write an evaluation of the iteration that was written last, which then had none.

@@ -239,6 +239,7 @@ class TrainingSession:
             attendants.episode_files if recorder is not None else None,
             parts,
             Checkpoints(run.checkpoints, settings.runtime.keep_mib * 2**20, settings.runtime.keep_every),
+            by_workers=experiment.gatherer is not None,
         )
         evaluator = experiment.evaluator(learner, run)
         parse_stops(map(str, experiment.stops), evaluator.stop_kinds)

@@ -6,6 +6,7 @@ import json
 import logging
 import re
 import shutil
+import time
 import warnings
 from pathlib import Path
 from types import SimpleNamespace
@@ -29,6 +30,7 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import OutputFileError
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.collector import Collector
+from racecraft.training import run_writer
 from racecraft.training.callbacks import EvaluationResult, IterationReport
 from racecraft.training.deepracer.aws.episodes import STATUSES, TICK, EpisodeCutter
 from racecraft.training.deepracer.aws.files import AwsFiles
@@ -59,7 +61,7 @@ class Silence:
 class TinyTraining:
     """A real training of a tiny car, put together by hand."""
 
-    def __init__(self, folder, iterations, whole_episodes=False, every=1):
+    def __init__(self, folder, iterations, whole_episodes=False, every=1, callback=None, **more):
         sets = (*TINY, f"rollout.episodes_per_iteration={2 * 6}") if whole_episodes else TINY
         sets = (*sets, f"evaluation.every={every}")
         plan = plan_car(RaceRequest(overrides=sets, stops=(f"iterations={iterations}",)))
@@ -72,12 +74,12 @@ class TinyTraining:
         given = type(given)(num_episodes_between_training=EPISODES)
         setup = aws_setup(plan.track.name, plan.settings, plan.model.metadata, given, env={"DR_CAR_COLOR": "Blue"})
         self.aws = AwsFiles(folder, setup)
-        self.keeper = RunWriter(self.run, self.learner, self.collector, {}, recorder, self.aws)
+        self.keeper = RunWriter(self.run, self.learner, self.collector, {}, recorder, self.aws, **more)
         judge = CarEvaluator(judged, GreedyPolicy(self.learner))
         settings = plan.settings
         self.loop = TrainingLoop(
-            self.collector, self.learner, judge, self.keeper, Silence(), settings.rollout, settings.evaluation,
-            plan.stops,
+            self.collector, self.learner, judge, self.keeper, callback or Silence(), settings.rollout,
+            settings.evaluation, plan.stops,
         )  # fmt: skip
 
     def train(self):
@@ -118,6 +120,21 @@ def trained(tmp_path_factory):
 
 def rows_of(place, phase):
     return [row for row in read_metrics_file(place.training_metrics).rows if row.phase == phase]
+
+
+def test_they_too_wait_while_workers_collect(tmp_path, monkeypatch):
+    """Were they written at once, some would stand after so long; at the end all of them do."""
+    monkeypatch.setattr(run_writer, "HELD_SECONDS", 60.0)
+    place, standing = AwsModelFolder(tmp_path / "run"), []
+
+    class Looks(Silence):
+        def iteration(self, report):
+            time.sleep(0.3)
+            standing.append(place.checkpoint_marks.exists())
+
+    TinyTraining(tmp_path / "run", 2, callback=Looks(), by_workers=True).train()
+    assert standing == [False, True], "those of the first iteration were written while the second was learned from"
+    assert read_checkpoint_marks(place.checkpoint_marks)[1].iteration == 2
 
 
 def test_traces_hold_whole_episodes_numbered_without_gaps_on_one_clock(trained):

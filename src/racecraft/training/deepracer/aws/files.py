@@ -39,7 +39,7 @@ from racecraft.formats.aws.training_metrics import (
 )
 from racecraft.formats.aws.training_params import write_params
 from racecraft.formats.whole import make_folder, write_on, write_whole
-from racecraft.training.background import Background
+from racecraft.training.background import Background, Gate
 from racecraft.training.callbacks import EvaluationResult, IterationReport
 from racecraft.training.deepracer.aws.block import Block
 from racecraft.training.deepracer.aws.episodes import STATUSES, EpisodeCutter
@@ -74,6 +74,10 @@ class AwsFiles:
         self._marks: dict[str, CheckpointMark] = {}
         self._busy: set[str] = set()
         self._track_length_m = 0.0
+
+    def pass_through(self, gate: Gate) -> None:
+        """Write what is written beside the training when a gate opens."""
+        self._background.gate = gate
 
     def begin(self) -> None:
         """Write what is said once; files of a training that stood here and was begun anew are taken away.
