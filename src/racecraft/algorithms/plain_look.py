@@ -36,12 +36,15 @@ class PlainLook(NamedTuple):
     """Numbers in its widest map, and in its widest kernel."""
 
 
-class _Layer(NamedTuple):
+class Layer(NamedTuple):
+    """A convolution, or a dense layer as one of 1 x 1, with what is behind it."""
+
     weight: Array
     """float32 (rows, columns, channels, filters)."""
     bias: Array
     stride: int
     bend: int
+    """NO_BEND, RELU or TANH."""
 
 
 def plain_look(network: ActorCritic, distribution: Distribution, name: str, frame: tuple[int, ...]) -> PlainLook | None:
@@ -65,12 +68,12 @@ def plain_look(network: ActorCritic, distribution: Distribution, name: str, fram
         return None
     with torch.no_grad():
         layers = [*_layers([*eyes, *body.trunk, network.policy_head])]
-    return _end_to_end(layers, (*frame, 1))
+    return end_to_end(layers, (*frame, 1))
 
 
-def _layers(modules: Iterable[nn.Module]) -> Iterator[_Layer]:
+def _layers(modules: Iterable[nn.Module]) -> Iterator[Layer]:
     """Yield the layers of a row of modules, each with what is behind it."""
-    kept: _Layer | None = None
+    kept: Layer | None = None
     for module in modules:
         if isinstance(module, (nn.ReLU, nn.Tanh)):
             assert kept is not None, "something bends what no layer gave"
@@ -85,18 +88,21 @@ def _layers(modules: Iterable[nn.Module]) -> Iterator[_Layer]:
     yield kept
 
 
-def _laid(module: Convolution | nn.Linear) -> _Layer:
+def _laid(module: Convolution | nn.Linear) -> Layer:
     weight, bias = module.weight.detach().float(), module.bias
     assert bias is not None
     if isinstance(module, nn.Linear):
         weight, stride = weight[:, :, None, None], 1
     else:
         stride = module.stride[0]
-    return _Layer(weight.permute(2, 3, 1, 0).numpy(), bias.detach().float().numpy(), stride, NO_BEND)
+    return Layer(weight.permute(2, 3, 1, 0).numpy(), bias.detach().float().numpy(), stride, NO_BEND)
 
 
-def _end_to_end(layers: Iterable[_Layer], shape: tuple[int, int, int]) -> PlainLook | None:
-    """Lay layers end to end; None where they multiply too much."""
+def end_to_end(layers: Iterable[Layer], shape: tuple[int, int, int]) -> PlainLook | None:
+    """Lay layers end to end over a frame (rows, columns, channels); None where they multiply too much.
+
+    A dense layer behind a convolution takes its map row by row, column by column, the channels of a place together.
+    """
     rows, parts, first, products, room = [], [], 0, 0, shape[0] * shape[1]
     height, width, channels = shape
     for layer in layers:
