@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from racecraft.compat.foreign import run_script
-from racecraft.contract.errors import SettingError
+from racecraft.contract.errors import UserInputError
 
 
 @pytest.fixture
@@ -45,7 +45,7 @@ def test_a_stream_of_chance_is_numpys_old_one(ran):
 def test_a_script_may_import_tensorflow_and_ask_nothing_of_it(ran):
     beside = "import tensorflow as tf\nfound = hasattr(tf, 'io')"
     assert ran("import beside\nprint(beside.found)", beside=beside) == "False\n"
-    with pytest.raises(SettingError, match="tensorflow.keras: TensorFlow is not installed, and networks are PyTorch's"):
+    with pytest.raises(UserInputError, match=r"script\.py:2: tensorflow\.keras: TensorFlow is not installed"):
         ran("import tensorflow as tf\ntf.keras.Model()")
     assert "tensorflow" not in sys.modules
 

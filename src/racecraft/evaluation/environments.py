@@ -62,7 +62,8 @@ def open_judging_world(environment: str, num_worlds: int) -> World:
     Raises:
         UserInputError: As `open_world`.
     """
-    if own_class(environment) is None and _is_known(environment) and has_vector_version(_spec_of(environment)):
+    _require_its_script(environment)
+    if own_class(environment) is None and has_vector_version(_spec_of(environment)):
         envs = made(gymnasium.make_vec, environment, num_worlds, vectorization_mode="vector_entry_point")
         if fits(envs):
             return VectorEnvWorld(environment, envs)
