@@ -63,7 +63,7 @@ def laps_rows(figures: dict[str, Any]) -> list[Row]:
     """Return the row of seconds to stable laps."""
     spread = ", ".join("not reached" if value is None else f"{value:g}" for value in figures["seconds_to_stable_laps"])
     what = f"`train --stop laps` on reinvent_base, median of {len(figures['seeds'])} seeds"
-    return [(what, f"{figures['median_seconds']:g} s", "12 s", "6 s", spread)]
+    return [(what, f"{figures['median_seconds']:g} s", "3 s", "1.5 s", spread)]
 
 
 def sb3_rows(figures: dict[str, Any]) -> list[Row]:
@@ -74,7 +74,7 @@ def sb3_rows(figures: dict[str, Any]) -> list[Row]:
     median = figures["median_sb3_seconds"] / figures["median_ours_seconds"]
     what = "Stable-Baselines3 PPO on our world over ours"
     return [
-        (f"{what}: median seconds to stable laps", f"{median:.2f}×", "1.2×", "2×", f"ours {ours}; theirs {theirs}"),
+        (f"{what}: median seconds to stable laps", f"{median:.2f}×", "1.5×", "3×", f"ours {ours}; theirs {theirs}"),
         (f"{what}: mean seconds to stable laps", f"{mean:.2f}×", "-", "-", "the same runs"),
         ("training steps a second, evaluations in, ours over Stable-Baselines3", f"{speed:.2f}×", "-", "-",
          f"{figures['median_ours_steps_per_second']:,} over {figures['median_sb3_steps_per_second']:,}"),
