@@ -19,12 +19,10 @@ from pathlib import Path
 from typing import Any
 
 import gymnasium
-import numpy as np
 import torch
 from torch.utils import tensorboard
 
-JUDGED, CONFIRMED = 20, 100
-"""Greedy episodes of a judgement, and of the one that confirms it."""
+from greedy_returns import CONFIRMED, JUDGED, mean_return
 
 
 def likeliest(script: dict[str, Any], seen: torch.Tensor) -> torch.Tensor:
@@ -78,18 +76,13 @@ class Judge:
             self.end(False)
 
     def mean(self, script: dict[str, Any], episodes: int) -> float:
-        """Return the mean return of that many episodes, as many of each world."""
-        total, returns = np.zeros(JUDGED), [list[float]() for _ in range(JUDGED)]
-        seen, _ = self.worlds.reset(seed=self.seed)
-        while min(map(len, returns)) < episodes // JUDGED:
+        """Return the mean return of that many episodes."""
+
+        def act(seen: Any) -> Any:
             with torch.no_grad():
-                actions = self.act(script, torch.from_numpy(np.asarray(seen, np.float32))).numpy()
-            seen, reward, terminated, truncated, _ = self.worlds.step(actions)
-            total += reward
-            for row in np.flatnonzero(terminated | truncated):
-                returns[row].append(float(total[row]))
-                total[row] = 0.0
-        return float(np.mean([one[: episodes // JUDGED] for one in returns]))
+                return self.act(script, torch.from_numpy(seen)).numpy()
+
+        return mean_return(self.worlds, act, episodes, self.seed)
 
     def end(self, solved: bool) -> None:
         """Print what came of it as one JSON object, and end."""

@@ -25,8 +25,7 @@ from ray.rllib.algorithms.sac import SACConfig
 from ray.rllib.core.columns import Columns
 from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
 
-JUDGED, CONFIRMED = 20, 100
-"""Greedy episodes of a judgement, and of the one that confirms it."""
+from greedy_returns import CONFIRMED, JUDGED, mean_return
 
 
 def cartpole() -> AlgorithmConfig:
@@ -67,22 +66,18 @@ class Judge:
         self.seed, self.actions = seed, self.worlds.single_action_space
 
     def mean(self, learner: Algorithm, episodes: int) -> float:
-        """Return the mean return of that many episodes, as many of each world."""
+        """Return the mean return of that many episodes."""
         module = learner.get_module()
         assert module is not None
-        total, returns = np.zeros(JUDGED), [list[float]() for _ in range(JUDGED)]
-        seen, _ = self.worlds.reset(seed=self.seed)
-        while min(map(len, returns)) < episodes // JUDGED:
+
+        def act(seen: Any) -> Any:
             with torch.no_grad():
-                told = module.forward_inference({Columns.OBS: torch.from_numpy(seen.astype(np.float32))})
+                told = module.forward_inference({Columns.OBS: torch.from_numpy(seen)})
             inputs = told[Columns.ACTION_DIST_INPUTS]
             greedy = module.get_inference_action_dist_cls().from_logits(inputs).to_deterministic().sample().numpy()
-            seen, reward, terminated, truncated, _ = self.worlds.step(self._obeyed(greedy))
-            total += reward
-            for row in np.flatnonzero(terminated | truncated):
-                returns[row].append(float(total[row]))
-                total[row] = 0.0
-        return float(np.mean([one[: episodes // JUDGED] for one in returns]))
+            return self._obeyed(greedy)
+
+        return mean_return(self.worlds, act, episodes, self.seed)
 
     def _obeyed(self, actions: Any) -> Any:
         """Return actions as the world obeys them: RLlib learns numbers in [-1, 1] units."""

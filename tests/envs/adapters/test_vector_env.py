@@ -7,6 +7,7 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv
 
 from racecraft.contract.errors import ContractError, EnvironmentFailedError
+from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import allocate
 from racecraft.envs.adapters.from_gymnasium import GymnasiumWorld
 from racecraft.envs.adapters.from_vector_env import VectorEnvWorld
@@ -18,6 +19,15 @@ def cartpole(rows):
     world = open_judging_world("CartPole-v1", rows)
     assert isinstance(world, VectorEnvWorld)
     return world, allocate(world.spec)
+
+
+class TestAVectorVersionSitsTheExam(WorldExam):
+    """All but one question: its rows share one stream of chance, so a row is another beside fewer. It only judges."""
+
+    ticks = 120
+
+    def make_world(self, num_worlds):
+        return open_judging_world("CartPole-v1", self.num_worlds)
 
 
 class Countdown(VectorEnv):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from racecraft.analysis.deepracer.drive import CRASHED
 from racecraft.analysis.deepracer.logs.actions import action_histogram, action_table
 from racecraft.analysis.deepracer.logs.episodes import QUINTILES, simulation_agg
 from racecraft.analysis.deepracer.logs.exits import exit_points, exits_by_segment
@@ -178,7 +179,7 @@ def _mostly_crashes(episodes: pl.DataFrame) -> bool:
     import polars as pl
 
     ends = episodes.filter(~pl.col("complete") & (pl.col("quintile") == QUINTILES[4]))["status"].cast(pl.String)
-    return bool((ends == "crashed").sum() > len(ends) / 2)
+    return bool((ends == CRASHED).sum() > len(ends) / 2)
 
 
 def _unrelated(ticks: pl.DataFrame, episodes: pl.DataFrame) -> Iterator[Advice]:

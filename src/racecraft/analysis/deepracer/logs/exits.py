@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from racecraft.analysis.deepracer.drive import what_befell
+from racecraft.analysis.deepracer.drive import CRASHED, what_befell
 from racecraft.analysis.deepracer.logs.circuit import on_track
 from racecraft.analysis.deepracer.logs.episodes import simulation_agg
 from racecraft.analysis.deepracer.logs.plot import RED, Plot, PlotError, map_sheet, name_axes, sheet, values
@@ -56,7 +56,7 @@ def exits_by_segment(ticks: pl.DataFrame | pl.LazyFrame, track: Track) -> pl.Dat
         pl.col("unique_episode").n_unique().alias("reached")
     )  # fmt: skip
     counted = points.group_by("segment").agg(
-        pl.len().alias("exits"), (pl.col("status") == "crashed").sum().alias("crashes"), pl.col("speed_mps").mean()
+        pl.len().alias("exits"), (pl.col("status") == CRASHED).sum().alias("crashes"), pl.col("speed_mps").mean()
     )
     return (
         counted.join(reached, on="segment")
