@@ -95,6 +95,7 @@ def test_under_a_heading_a_plot_does_not_say_its_title_again(laps):
     alone = analysis.exits_by_segment_plot(laps, track)
     assert [axes.get_title(loc="left") for axes in alone.figure.axes] == ["Exits in each segment"]
     assert [axes.get_title(loc="left") for axes in alone.without_title().axes] == [""]
+    assert [axes.get_title(loc="left") for axes in alone.figure.axes] == ["Exits in each segment"], "what is saved"
     several = analysis.training_progress(laps)
     before = [axes.get_title(loc="left") for axes in several.figure.axes]
     assert [axes.get_title(loc="left") for axes in several.without_title().axes] == before

@@ -86,11 +86,12 @@ class Plot:
         return save_figure(self.figure, path, dpi)
 
     def without_title(self) -> Figure:
-        """Return the figure for a place whose heading says its title already; several plots in one keep theirs."""
-        if len(drawn := [axes for axes in self.figure.axes if axes.get_title(loc="left") or axes.get_title()]) == 1:
-            drawn[0].set_title("", loc="left")
-            drawn[0].set_title("")
-        return self.figure
+        """Return a figure of its own for a place whose heading says the title; several plots in one keep theirs."""
+        figure = self.draw()
+        if len(named := [axes for axes in figure.axes if axes.get_title(loc="left") or axes.get_title()]) == 1:
+            named[0].set_title("", loc="left")
+            named[0].set_title("")
+        return figure
 
     def _repr_png_(self) -> bytes:
         """Return the picture that a notebook shows for the last value of a cell."""
