@@ -135,7 +135,6 @@ class Road:
         from racecraft.cli.buckets.training import mirrored, place_of_mirror
         from racecraft.cli.jobs.detaching import detach_training
         from racecraft.cli.output import print_json
-        from racecraft.cluster.spreading import spread_over
         from racecraft.jobs.tuning.rehearsal import PLAN_ONLY
         from racecraft.training import worlds
         from racecraft.training.progress import watcher
@@ -143,7 +142,7 @@ class Road:
         if os.environ.get(PLAN_ONLY):
             worlds.plan(request())
             return
-        spread = spread_over(self.cluster)
+        spread = self._spread()
         begun = self._begun(context, options)
         place = place_of_mirror(options.mirror, self.folder, begun, options.tell)
         asked = None if begun is not None else request()
@@ -160,6 +159,14 @@ class Road:
                 print_json({**trained.summary(), **left})
             else:
                 told(trained, left)
+
+    def _spread(self) -> Spread | None:
+        """Return what carries the worlds to a cluster; None without one, whose code is then not brought along."""
+        if self.cluster is None:
+            return None
+        from racecraft.cluster.spreading import spread_over
+
+        return spread_over(self.cluster)
 
     def _begun(self, context: typer.Context, options: TrainingOptions) -> Path | None:
         """Return the run that is gone on with; None: a new one."""

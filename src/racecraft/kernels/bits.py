@@ -47,10 +47,10 @@ def leading_zeros(_context: Any, _number: Any) -> Any:
 
 @_instruction
 def trailing_zeros(_context: Any, _number: Any) -> Any:
-    """Return how many bits stand below the lowest that is set in a uint64 other than 0."""
+    """Return how many bits stand below the lowest that is set in a uint64; 64 where none is."""
 
     def code(_, builder, __, arguments):
-        return builder.cttz(arguments[0], _BIT(1))
+        return builder.cttz(arguments[0], _BIT(0))
 
     return types.int64(types.uint64), code
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from racecraft.logs.columns import PHASES
 
 if TYPE_CHECKING:
@@ -28,7 +30,9 @@ def number(ticks: pl.DataFrame) -> pl.DataFrame:
 
     changed = [pl.col(name).ne_missing(pl.col(name).shift()) for name in (*STREAM, "episode")]
     begins = pl.any_horizontal(*changed, pl.col("tick") <= pl.col("tick").shift()).fill_null(True)
-    return ticks.with_columns((begins.cum_sum() - 1).cast(pl.Int32).set_sorted().alias("unique_episode"))
+    first_rows = ticks.select(begins.arg_true()).to_series().to_numpy()
+    numbers = np.repeat(np.arange(len(first_rows), dtype=np.int32), np.diff(first_rows, append=ticks.height))
+    return ticks.with_columns(pl.Series("unique_episode", numbers).set_sorted())
 
 
 def phase_of_rows(trace: pl.DataFrame) -> str:

@@ -17,7 +17,7 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from io import BufferedReader, BytesIO
+from io import BufferedReader, BytesIO, FileIO
 from pathlib import Path
 from typing import Any
 
@@ -85,8 +85,9 @@ class Source:
             found = self.file.data[begin : begin + len(room)]
             room[: len(found)] = found
             return len(found)
-        with open(self.file, "rb", buffering=0) as file:
-            file.seek(begin)
+        with FileIO(self.file) as file:
+            if begin:
+                file.seek(begin)
             count = 0
             while count < len(room) and (more := file.readinto(room[count:])):
                 count += more

@@ -67,8 +67,9 @@ def play_episodes(
     counter.begin()
     policy.forget(np.ones(rows, bool))
     present = buffers.active.reshape(-1).copy() if max_ticks is not None else np.ones(rows, bool)
+    unfinished = np.ones(rows, bool)
     tick = 0
-    while any(len(done[row]) < wanted for row in np.flatnonzero(present)) and tick != max_ticks:
+    while (unfinished & present).any() and tick != max_ticks:
         seen = {name: part.reshape(rows, *part.shape[2:]) for name, part in buffers.observations.items()}
         mask = None if buffers.action_mask is None else buffers.action_mask.reshape(rows, -1)
         actions = policy.act(seen, mask).reshape(spec.num_worlds, spec.num_agents, *spec.actions.shape)
@@ -81,13 +82,15 @@ def play_episodes(
         counter.count(buffers)
         ended_now = counter.take()
         for record in ended_now:
-            done[record.world * spec.num_agents + record.agent].append(record)
+            row = record.world * spec.num_agents + record.agent
+            done[row].append(record)
+            unfinished[row] = len(done[row]) < wanted
         if resting is not None and ended_now:
-            full = np.array([len(told) >= wanted for told in done])
-            resting.rest(full.reshape(spec.num_worlds, spec.num_agents))
+            resting.rest(~unfinished.reshape(spec.num_worlds, spec.num_agents))
         ended = buffers.ended.reshape(rows)
-        earned[ended], steps[ended] = 0.0, 0
-        policy.forget(ended)
+        if ended.any():
+            earned[ended], steps[ended] = 0.0, 0
+            policy.forget(ended)
         tick += 1
     for row in np.flatnonzero(present):
         if len(done[row]) < wanted and (steps[row] or not done[row]):

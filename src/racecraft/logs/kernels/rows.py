@@ -11,6 +11,7 @@ from racecraft.kernels import inner_kernel, kernel
 from racecraft.kernels.bits import trailing_zeros, word_at
 from racecraft.logs.kernels.decimals import decimal_at, digits_at
 from racecraft.logs.kernels.fields import (
+    SPARE_MARKS,
     find_marks,
     float_between,
     is_plain_float,
@@ -27,10 +28,8 @@ nobody asks for: a row in which it is none is damaged all the same."""
 
 ZEROS_BEHIND = 64
 """Bytes of zeros that must stand behind a text, so that a word may be looked at wherever it ends."""
-_ROWS_AT_ONCE = 256
-"""Rows that are read column by column: so many stay in a core's own memory meanwhile."""
-_UNCOUNTED = -1
-"""Stands for the first comma of a row that has not as many as it should."""
+_BLOCK_BYTES = 1 << 15
+"""Text that is read column by column: its lines, and what is found in them, stay in a core's nearest memory meanwhile."""
 
 _U = np.uint64
 _0 = _U(0)
@@ -90,102 +89,108 @@ def read_lines(
     if at >= end:
         return 0, 0, 0, 0
     stop = _next_line(text, end - 1, length)
-    marks, line_marks = np.empty(stop - at + 1, np.int32), np.empty(len(lines) - place + 1, np.int32)
-    mark_count, line_count = find_marks(text, at, stop, marks, line_marks)
-    if word_at(text, stop - 1) & _BYTE != _U(_NEW_LINE):
-        marks[mark_count], line_marks[line_count] = stop, mark_count
-        line_count += 1
-    first_marks, starts = np.empty(line_count, np.int32), np.empty(line_count, np.int32)
-    rows = odds = gap_count = first = 0
-    in_gap = False
-    for line in range(line_count):
-        last = line_marks[line]
-        after = min(np.int64(marks[last]) + 1, length)
-        start = _behind_mark(text, at, length) if marked else at
-        if start < 0:
-            if not in_gap:
-                gaps[gap_count, 0] = at
-                gap_count += 1
-            in_gap = True
-            gaps[gap_count - 1, 1] = after
-        else:
-            in_gap = False
-            while marks[first] < start:
-                first += 1
-            starts[rows], first_marks[rows], lines[place + rows] = start, first, line
-            if last - first != len(kinds) - 1:
-                first_marks[rows] = _UNCOUNTED
-            rows += 1
-        at, first = after, last + 1
-    left = np.zeros(rows, np.bool_)
+    marks, line_marks = np.zeros(2 * _BLOCK_BYTES, np.int32), np.empty(2 * _BLOCK_BYTES, np.int32)
+    starts, first_marks = np.empty(2 * _BLOCK_BYTES, np.int32), np.empty(2 * _BLOCK_BYTES, np.int32)
     short, values = no_numbers_yet(len(floats))
-    for begin in range(0, rows, _ROWS_AT_ONCE):
-        some = begin, min(begin + _ROWS_AT_ONCE, rows)
+    left = np.zeros(len(odd), np.bool_)
+    rows = odds = gap_count = line_count = 0
+    in_gap = False
+    while at < stop:
+        behind = _next_line(text, min(at + _BLOCK_BYTES, stop) - 1, length)
+        room = behind - at + 1 + SPARE_MARKS
+        if room > len(marks):
+            marks, line_marks = np.zeros(room, np.int32), np.empty(room, np.int32)
+            starts, first_marks = np.empty(room, np.int32), np.empty(room, np.int32)
+        mark_count, lines_here = find_marks(text, at, behind, marks, line_marks)
+        if word_at(text, behind - 1) & _BYTE != _U(_NEW_LINE):
+            marks[mark_count], line_marks[lines_here] = behind, mark_count
+            lines_here += 1
+        count = first = 0
+        for line in range(lines_here):
+            last = line_marks[line]
+            after = min(np.int64(marks[last]) + 1, length)
+            start = _behind_mark(text, at, length) if marked else at
+            if start < 0:
+                if not in_gap:
+                    gaps[gap_count, 0] = at
+                    gap_count += 1
+                in_gap = True
+                gaps[gap_count - 1, 1] = after
+            else:
+                in_gap = False
+                while marks[first] < start:
+                    first += 1
+                counted = last - first == len(kinds) - 1
+                starts[count], first_marks[count] = start, first if counted else 0
+                lines[place + rows + count], left[rows + count] = line_count + line, not counted
+                count += 1
+            at, first = after, last + 1
+        to = place + rows
+        left_here = left[rows : rows + count]
         _read_columns(
-            text, some, starts, first_marks, marks, kinds, statuses, place, floats, wholes, flags, status[place:], left,
-            short, values,
+            text, count, starts, first_marks, marks.ctypes.data, kinds, statuses, to, floats, wholes, flags, status[to:],
+            left_here, short, values,
         )  # fmt: skip
-    for row in range(rows):
-        if left[row]:
-            to = place + row
-            left[row] = _read_row(text, starts[row], length, to, kinds, statuses, floats, wholes, flags, status) < 0
-            if left[row]:
-                odd[odds, 0], odd[odds, 1], odd[odds, 2] = (
-                    starts[row],
-                    _next_line(text, starts[row], length),
-                    lines[to],
-                )
-                odds += 1
+        for row in range(count):
+            if left_here[row]:
+                sound = _read_row(text, starts[row], length, to + row, kinds, statuses, floats, wholes, flags, status)
+                left_here[row] = sound < 0
+                if left_here[row]:
+                    odd[odds, 0], odd[odds, 1] = starts[row], _next_line(text, starts[row], length)
+                    odd[odds, 2] = lines[to + row]
+                    odds += 1
+        rows, line_count = rows + count, line_count + lines_here
     if odds:
-        rows = _close_ranks(left, place, floats, wholes, flags, status, lines)
+        rows = _close_ranks(left[:rows], place, floats, wholes, flags, status, lines)
     return rows, odds, gap_count, line_count
 
 
 @kernel
 def _read_columns(
-    text, some, starts, first_marks, marks, kinds, statuses, place, floats, wholes, flags, status, left, short, values
+    text, count, starts, first_marks, marks, kinds, statuses, place, floats, wholes, flags, status, left, short, values
 ):
-    """Read rows from one up to before another, column by column; `left` tells those that are not plainly sound."""
+    """Read so many rows, column by column, so that a processor guesses right; `left` tells the not plainly sound."""
     float_count = whole_count = flag_count = 0
     last = len(kinds) - 1
-    for row in range(some[0], some[1]):
-        left[row] = first_marks[row] == _UNCOUNTED
     for field in range(len(kinds)):
         kind = kinds[field]
         if kind == FLOAT:
             column = floats[float_count, place:]
             kept = short[float_count], values[float_count]
-            _float_column(text, field, last, some, starts, first_marks, marks, column, left, *kept)
+            _float_column(text, field, last, count, starts, first_marks, marks, column, left, *kept)
             float_count += 1
         elif kind == CHECKED:
-            _check_column(text, field, last, some, starts, first_marks, marks, left)
+            _check_column(text, field, last, count, starts, first_marks, marks, left)
         elif kind in (WHOLE, ACTION):
             counts = wholes[whole_count, place:]
-            _whole_column(text, field, last, some, starts, first_marks, marks, counts, left, kind == ACTION)
+            _whole_column(text, field, last, count, starts, first_marks, marks, counts, left, kind == ACTION)
             whole_count += 1
         elif kind == FLAG:
             column_of_flags = flags[flag_count, place:]
-            _flag_column(text, field, last, some, starts, first_marks, marks, column_of_flags, left)
+            _flag_column(text, field, last, count, starts, first_marks, marks, column_of_flags, left)
             flag_count += 1
         elif kind == STATUS:
-            _status_column(text, field, last, some, starts, first_marks, marks, statuses, status, left)
+            _status_column(text, field, last, count, starts, first_marks, marks, statuses, status, left)
 
 
 @inner_kernel
 def _ends_of(text, field, last, row, starts, first_marks, marks):
     """Return where a field of a row begins and ends; the last one ends before a carriage return."""
-    first = max(first_marks[row], 0)
-    start = np.int64(marks[first + field - 1]) + 1 if field else np.int64(starts[row])
-    stop = np.int64(marks[first + field])
+    before = np.int64(first_marks[row]) + field - 1
+    if field:
+        both = word_at(marks, 4 * before)
+        start, stop = np.int64(both & _FOUR_BYTES) + 1, np.int64(both >> _U(32))
+    else:
+        start, stop = np.int64(starts[row]), np.int64(word_at(marks, 4 * before + 4) & _FOUR_BYTES)
     if field == last and word_at(text, stop - 1) & _BYTE == _U(_RETURN):
         stop -= 1
     return start, stop
 
 
 @kernel
-def _float_column(text, field, last, some, starts, first_marks, marks, column, left, short, values):
+def _float_column(text, field, last, count, starts, first_marks, marks, column, left, short, values):
     value, sure, start_before, stop_before = 0.0, False, 0, 0
-    for row in range(some[0], some[1]):
+    for row in range(count):
         start, stop = _ends_of(text, field, last, row, starts, first_marks, marks)
         if 0 < stop - start <= 8:
             column[row], is_number = short_float(text, start, stop, short, values)
@@ -199,15 +204,15 @@ def _float_column(text, field, last, some, starts, first_marks, marks, column, l
 
 
 @kernel
-def _check_column(text, field, last, some, starts, first_marks, marks, left):
-    for row in range(some[0], some[1]):
+def _check_column(text, field, last, count, starts, first_marks, marks, left):
+    for row in range(count):
         start, stop = _ends_of(text, field, last, row, starts, first_marks, marks)
         left[row] |= not is_plain_float(text, start, stop)
 
 
 @kernel
-def _whole_column(text, field, last, some, starts, first_marks, marks, column, left, may_be_two):
-    for row in range(some[0], some[1]):
+def _whole_column(text, field, last, count, starts, first_marks, marks, column, left, may_be_two):
+    for row in range(count):
         start, stop = _ends_of(text, field, last, row, starts, first_marks, marks)
         column[row], sure = whole_between(text, start, stop)
         if not sure and may_be_two:
@@ -217,8 +222,8 @@ def _whole_column(text, field, last, some, starts, first_marks, marks, column, l
 
 
 @kernel
-def _flag_column(text, field, last, some, starts, first_marks, marks, column, left):
-    for row in range(some[0], some[1]):
+def _flag_column(text, field, last, count, starts, first_marks, marks, column, left):
+    for row in range(count):
         start, stop = _ends_of(text, field, last, row, starts, first_marks, marks)
         word = word_at(text, start)
         true = (word & _FOUR_BYTES == _TRUE) & (stop - start == 4)
@@ -228,9 +233,9 @@ def _flag_column(text, field, last, some, starts, first_marks, marks, column, le
 
 
 @kernel
-def _status_column(text, field, last, some, starts, first_marks, marks, statuses, column, left):
+def _status_column(text, field, last, count, starts, first_marks, marks, statuses, column, left):
     usual = np.uint8(0)
-    for row in range(some[0], some[1]):
+    for row in range(count):
         start, stop = _ends_of(text, field, last, row, starts, first_marks, marks)
         column[row], behind = _status_at(text, start, statuses, usual)
         usual = column[row]
