@@ -54,7 +54,9 @@ class Contest:
 
 
 CONTESTS = {
-    "CartPole-v1": Contest(475.0, "ppo", ("ppo.batch_size=256", "ppo.learning_rate=3e-3")),
+    "CartPole-v1": Contest(
+        475.0, "ppo", ("ppo.batch_size=512", "ppo.learning_rate=8e-3", "ppo.clip=0.3", "ppo.gae_lambda=0.95")
+    ),
     "Acrobot-v1": Contest(-100.0, "ppo"),
     "Pendulum-v1": Contest(-200.0, "sac"),
     "MountainCarContinuous-v0": Contest(90.0, "sac", ("sac.noise_correlation=0.95", "sac.gradient_steps_per_step=0.5")),

@@ -20,6 +20,7 @@ from racecraft.algorithms.networks import (
     architecture_from,
 )
 from racecraft.algorithms.policy_spec import PolicySpec
+from racecraft.algorithms.quick_look import quick_look
 from racecraft.algorithms.recurrent_network import NONE, RecurrentActorCritic
 from racecraft.algorithms.recurrent_policy import RecurrentPolicy
 from racecraft.algorithms.transparent import Scores, as_floats, scores_of
@@ -41,6 +42,7 @@ class ActorPolicy:
         self.network, self.distribution = network, distribution
         self._any_weight = next(network.parameters())
         self._weights = sum(one.numel() for one in network.parameters())
+        self._quick = quick_look(network)
 
     @torch.inference_mode()
     def act(self, observations: Mapping[str, Array], action_mask: Array | None = None) -> Array:
@@ -103,9 +105,14 @@ class ActorPolicy:
     def _device(self) -> torch.device:
         return self._any_weight.device
 
+    def params(self, seen: Mapping[str, Tensor]) -> Tensor:
+        """Return the numbers (R, P) that a decision is drawn by; no gradient leads back through them."""
+        quickly = None if self._quick is None else self._quick.params(seen[self._quick.name])
+        return self.network.policy(seen) if quickly is None else quickly
+
     def _params(self, observations: Mapping[str, Array]) -> Tensor:
         names = self.network.policy_body.names
-        return self.network.policy({name: torch.from_numpy(observations[name]).to(self._device) for name in names})
+        return self.params({name: torch.from_numpy(observations[name]).to(self._device) for name in names})
 
     def _mask(self, action_mask: Array | None) -> Tensor | None:
         return None if action_mask is None else torch.from_numpy(action_mask).to(self._device)

@@ -14,6 +14,7 @@ from itertools import pairwise
 import torch
 from torch import Tensor, nn
 
+from racecraft.algorithms.dense_layers import DenseLayers, dense_layers
 from racecraft.algorithms.distributions import (
     FORBIDDEN_LOGIT,
     HALF_LOG_TAU,
@@ -22,7 +23,7 @@ from racecraft.algorithms.distributions import (
     DiagGaussian,
     Distribution,
 )
-from racecraft.algorithms.networks import ActorCritic, Encoder, OwnActorCritic, Vector
+from racecraft.algorithms.networks import ActorCritic, OwnActorCritic
 from racecraft.algorithms.ppo_batch import Minibatch
 from racecraft.algorithms.ppo_config import PpoConfig
 from racecraft.algorithms.recurrent_network import RecurrentActorCritic
@@ -44,20 +45,18 @@ def closed_form_of(network: ActorCritic, distribution: Distribution) -> ClosedFo
     if size > MOST_WEIGHTS or first.device.type != "cpu" or first.dtype != torch.float32:
         return None
     draws = type(distribution) is DiagGaussian or (isinstance(distribution, Categorical) and distribution.floor == 0.0)
-    bodies = (network.policy_body, network.critic_body or network.policy_body)
-    if not draws or not all(isinstance(body, Encoder) and _is_dense(body) for body in bodies):
+    policy, critic = dense_layers(network.policy_body), dense_layers(network.critic_body)
+    if not draws or policy is None or (critic is None and network.critic_body is not None):
         return None
-    return ClosedForm(network)
+    return ClosedForm(network, policy, critic)
 
 
 class ClosedForm:
     """How PPO's loss changes with the weights of a network; made by `closed_form_of`."""
 
-    def __init__(self, network: ActorCritic) -> None:
-        assert isinstance(network.policy_body, Encoder), "only layers of ours have a way back that is known"
+    def __init__(self, network: ActorCritic, policy: DenseLayers, critic: DenseLayers | None) -> None:
         self.policy_head, self.value_head, self.log_std = network.policy_head, network.value_head, network.log_std
-        self.body = Body(network.policy_body)
-        self.critic = Body(network.critic_body) if isinstance(network.critic_body, Encoder) else None
+        self.body, self.critic = Body(policy), None if critic is None else Body(critic)
 
     @torch.no_grad()
     def find_gradients(self, batch: Minibatch, config: PpoConfig) -> Tensor:
@@ -86,11 +85,8 @@ class ClosedForm:
 class Body:
     """Dense layers over one vector, each with the same non-linearity behind it."""
 
-    def __init__(self, encoder: Encoder) -> None:
-        (self.name,) = encoder.names
-        self.vector, *layers = _layers_of(encoder)
-        self.layers = [one for one in layers if isinstance(one, nn.Linear)]
-        self.is_tanh = isinstance(layers[1], nn.Tanh)
+    def __init__(self, layers: DenseLayers) -> None:
+        self.name, self.vector, self.layers, self.is_tanh = layers
 
     def forward(self, batch: Minibatch) -> list[Tensor]:
         """Return what went into each layer, (B, width); the last is what came out."""
@@ -190,25 +186,6 @@ def way_back_of_values(value: Tensor, batch: Minibatch, config: PpoConfig) -> tu
     else:
         back, error = away * (2.0 * weight), away.square().mean()
     return back.unsqueeze(1), error
-
-
-def _layers_of(encoder: Encoder) -> list[nn.Module]:
-    """Return what a vector passes, one after the other."""
-    embedder = encoder.embedders[0]
-    return [*(embedder if isinstance(embedder, nn.Sequential) else [embedder]), *encoder.trunk]
-
-
-def _is_dense(encoder: Encoder) -> bool:
-    """Tell whether a body is one vector and dense layers, each with the same non-linearity behind it."""
-    vector, *layers = _layers_of(encoder)
-    bends = {type(one) for one in layers[1::2]}
-    return (
-        len(encoder.names) == 1
-        and isinstance(vector, Vector)
-        and len(layers) > 0
-        and all(isinstance(one, nn.Linear) for one in layers[::2])
-        and (bends in ({nn.Tanh}, {nn.ReLU}))
-    )
 
 
 def _leave(layer: nn.Linear, back: Tensor, went_in: Tensor) -> None:

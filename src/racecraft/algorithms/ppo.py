@@ -228,7 +228,7 @@ class PpoLearner:
     def _look(self, seen: dict[str, Tensor], rows: Array | None) -> tuple[Tensor, dict[str, Array]]:
         """Return the policy's parameters (R, P), and the columns that come with them."""
         if self.values_later:
-            return self.working.policy(seen), {}
+            return (self.policy.params(seen) if self.half is None else self.working.policy(seen)), {}
         params, value = self.working(seen)
         return params, {VALUE: value.cpu().numpy()}
 

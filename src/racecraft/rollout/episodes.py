@@ -92,8 +92,8 @@ def play_episodes(
             earned[ended], steps[ended] = 0.0, 0
             policy.forget(ended)
         tick += 1
-    for row in np.flatnonzero(present):
+    for row in np.flatnonzero(present).tolist():
         if len(done[row]) < wanted and (steps[row] or not done[row]):
-            n, m = divmod(int(row), spec.num_agents)
+            n, m = divmod(row, spec.num_agents)
             done[row].append(EpisodeRecord(n, m, int(steps[row]), float(earned[row]), CUT))
     return [record for told in done for record in told[min(spare, max(len(told) - 1, 0)) : wanted]]

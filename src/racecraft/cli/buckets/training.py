@@ -114,6 +114,8 @@ def place_of_mirror(mirror: str | None, folder: Path | None, run: Path | None, t
     Raises:
         UserInputError: An address or a variable cannot be used.
     """
+    if mirror is None and folder is None and run is None:
+        return None  # nothing names a bucket: its code is not brought along
     from racecraft.storage.address import Address
     from racecraft.storage.drfc_buckets import local_bucket, place_of
     from racecraft.storage.mirror_note import Place, noted_place

@@ -88,13 +88,17 @@ class VectorEnvWorld:
         if not np.isfinite(reward).all():
             raise unfit(self._envs, "step", "reward", reward, "numbers", "nothing is learned from it")
         plays = ~self._ended
-        buffers.reward[:, 0] = np.where(plays, reward, 0.0)
+        buffers.reward[:, 0] = reward
+        buffers.reward[self._ended, 0] = 0.0
         buffers.terminated[:, 0], buffers.truncated[:, 0] = terminated & plays, truncated & plays
         self._ended = (terminated | truncated) & plays
         self._show(seen, buffers.observations, slice(None))
-        self._show(seen[self._ended], buffers.final_observations, self._ended)
         buffers.active[:, 0] = ~self._ended
-        self._count(plays, buffers)
+        self._earned += buffers.reward[:, 0]
+        self._steps += plays
+        if self._ended.any():
+            self._show(seen[self._ended], buffers.final_observations, self._ended)
+            self._finish(buffers)
 
     def take_episodes(self) -> list[EpisodeRecord]:
         """Return the episodes that ended since the last call, oldest first."""
@@ -124,9 +128,8 @@ class VectorEnvWorld:
         self._earned[:], self._steps[:] = 0.0, 0
         self._finished.clear()
 
-    def _count(self, plays: Array, buffers: StepBuffers) -> None:
-        self._earned += buffers.reward[:, 0]
-        self._steps += plays
+    def _finish(self, buffers: StepBuffers) -> None:
+        """Note the episodes that ended in this tick."""
         for n in np.flatnonzero(self._ended).tolist():
             status = "terminated" if buffers.terminated[n, 0] else "truncated"
             self._finished.append(EpisodeRecord(n, 0, int(self._steps[n]), float(self._earned[n]), status))

@@ -29,7 +29,7 @@ nobody asks for: a row in which it is none is damaged all the same."""
 ZEROS_BEHIND = 64
 """Bytes of zeros that must stand behind a text, so that a word may be looked at wherever it ends."""
 _BLOCK_BYTES = 1 << 15
-"""Text that is read column by column: its lines, and what is found in them, stay in a core's nearest memory meanwhile."""
+"""Text that is read column by column: its lines and what is found in them stay in a core's nearest memory."""
 
 _U = np.uint64
 _0 = _U(0)
@@ -128,8 +128,8 @@ def read_lines(
         to = place + rows
         left_here = left[rows : rows + count]
         _read_columns(
-            text, count, starts, first_marks, marks.ctypes.data, kinds, statuses, to, floats, wholes, flags, status[to:],
-            left_here, short, values,
+            text, count, starts, first_marks, marks.ctypes.data, kinds, statuses, to, floats, wholes, flags,
+            status[to:], left_here, short, values,
         )  # fmt: skip
         for row in range(count):
             if left_here[row]:
