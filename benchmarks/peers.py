@@ -6,10 +6,10 @@
 Every run is a process of its own, from its start to its end, on one thread; who runs first changes from seed to seed.
 Each learns with the settings its own house tuned: `racecraft gym train ID --algorithm NAME` as it begins, with what
 `CONTESTS` sets for a world (MountainCar's are those of `sac_curves.py`; CartPole bears larger batches and steps than
-Acrobot, for which `gym train`'s are a mean; they were chosen on seeds above 100), Stable-Baselines3 with its zoo's (`peer_sb3.py`), RLlib with its tuned
-examples' (`peer_rllib.py`), CleanRL's single files as they begin (`peer_cleanrl.py`; FOLDER is its repository). PYTHON
-is that of an environment of its own, and a world that a house shows no settings for is left out. Ours draws no pictures
-of its run, for the others draw none.
+Acrobot, for which `gym train`'s are a mean; they were chosen on seeds above 100), Stable-Baselines3 with its zoo's
+(`peer_sb3.py`), RLlib with its tuned examples' (`peer_rllib.py`), CleanRL's single files as they begin
+(`peer_cleanrl.py`; FOLDER is its repository). PYTHON is that of an environment of its own, and a world that a house
+shows no settings for is left out. Ours draws no pictures of its run, for the others draw none.
 
 All are judged alike: after so many steps 20 greedy episodes, and where Gymnasium itself says when a world is solved,
 100 more to confirm it. Judging is in the seconds. Seconds of the processor are told beside those of the clock: other
