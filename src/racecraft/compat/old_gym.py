@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import Any
 
 import gymnasium
@@ -21,9 +22,7 @@ class FromOldGym(gymnasium.Env[Any, Any]):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode."""
         super().reset(seed=seed)
-        if seed is not None and callable(getattr(self.env, "seed", None)):
-            self.env.seed(seed)
-        first = self.env.reset()
+        first = begun(self.env, seed)
         is_new = isinstance(first, tuple) and len(first) == 2 and isinstance(first[1], dict)
         return first if is_new else (first, {})
 
@@ -40,3 +39,21 @@ class FromOldGym(gymnasium.Env[Any, Any]):
         """Let go of it."""
         if hasattr(self.env, "close"):
             self.env.close()
+
+
+def begun(env: Any, seed: int | None) -> Any:
+    """Begin an episode of an environment and fix its chance in the manner that it has: `seed`, or `reset(seed=…)`."""
+    if seed is None:
+        return env.reset()
+    if callable(getattr(env, "seed", None)):
+        env.seed(seed)
+        return env.reset()
+    return env.reset(seed=seed) if takes_seed(env) else env.reset()
+
+
+def takes_seed(env: Any) -> bool:
+    """Tell whether an environment's `reset` is told a seed."""
+    try:
+        return "seed" in inspect.signature(env.reset).parameters
+    except (TypeError, ValueError):
+        return False
