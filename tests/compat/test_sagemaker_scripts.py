@@ -11,7 +11,7 @@ from racecraft.compat.foreign import run_script
 from racecraft.compat.old_gym import FromOldGym
 from racecraft.compat.rllib_words import EXPERIMENT_WORDS, LATER_NAMES, LATER_STOPS, STOPS, translated, words_of
 from racecraft.compat.unknown_names import UnknownNameError
-from racecraft.contract.errors import SettingError
+from racecraft.contract.errors import EnvironmentFailedError, SettingError
 from racecraft.formats.run_folder import RunFolder
 from racecraft.jobs import hyperparameters
 from racecraft.jobs.hyperparameters import CONFIG_WORDS
@@ -341,6 +341,24 @@ def test_an_episode_that_a_limit_of_ticks_cut_is_told_of(tmp_path, capsys):
     said = capsys.readouterr().out
     assert "episode_len_mean: 4\n" in said
     assert "episodes_this_iter: 16\n" in said
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "letter"),
+    [
+        ("self.action_space, ", "_, ", r"Cart has no action_space; expected one of gym's spaces"),
+        (
+            "terminated or truncated, info",
+            "terminated or truncated",
+            r"Cart\.step gave .* \(3 things\); expected \(obs",
+        ),
+        ("return seen, reward", "return seen, 'much'", r"Cart\.step gave 'much' as reward .* expected a number"),
+    ],
+)
+def test_an_environment_that_is_not_whole_is_told_by_its_line(tmp_path, before, after, letter):
+    (tmp_path / "train.py").write_text(CART.replace(before, after))
+    with pytest.raises(EnvironmentFailedError, match=rf"^train\.py:\d+: .*{letter}"):
+        run_script("train.py")
 
 
 NEW_MANNERS = """

@@ -7,16 +7,24 @@ from typing import Any
 
 import gymnasium
 
+from racecraft.envs.adapters.asking import lacking, reward_given, unfit
+
 
 class FromOldGym(gymnasium.Env[Any, Any]):
     """One environment, old or new.
 
     Args:
         env: With `reset` and `step`, in either form.
+
+    Raises:
+        EnvironmentFailedError: It does not say what it shows, or what may be done.
     """
 
     def __init__(self, env: Any) -> None:
         self.env = env
+        for name in ("observation_space", "action_space"):
+            if not hasattr(env, name):
+                raise lacking(env, name)
         self.observation_space, self.action_space = env.observation_space, env.action_space
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
@@ -29,11 +37,14 @@ class FromOldGym(gymnasium.Env[Any, Any]):
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Act once; an episode that a time limit cut was truncated."""
         told = self.env.step(action)
+        if not isinstance(told, tuple) or len(told) not in (4, 5):
+            things = f"{len(told)} things" if isinstance(told, tuple) else "one thing"
+            raise unfit(self.env, "step", "its answer", told, "(observation, reward, done, info)", things)
         if len(told) == 5:
             return told
         seen, reward, done, info = told
-        cut = bool(done and info.get("TimeLimit.truncated", False))
-        return seen, float(reward), bool(done) and not cut, cut, info
+        cut = bool(done and (info or {}).get("TimeLimit.truncated", False))
+        return seen, reward_given(self.env, reward), bool(done) and not cut, cut, info
 
     def close(self) -> None:
         """Let go of it."""

@@ -389,7 +389,7 @@ def is_multi_agent(env: Any) -> bool:
 
 def shows_mask(env: Any) -> bool:
     """Tell whether an environment of one agent shows which of its choices are allowed."""
-    seen, does = env.observation_space, env.action_space
+    seen, does = getattr(env, "observation_space", None), getattr(env, "action_space", None)
     if not isinstance(seen, spaces.Dict) or not isinstance(does, spaces.Discrete):
         return False
     mask = seen.spaces.get(MASK)
