@@ -247,7 +247,9 @@ class RLEstimator:
         told = job.describe()["Recorded"].get("estimator")
         if told is None:
             raise SettingError(f"Job {training_job_name} was not begun by an estimator; expected one that was.")
-        found = cls(**told)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what is worth saying was said when the job began
+            found = cls(**told)
         found.latest_training_job = job
         return found
 
