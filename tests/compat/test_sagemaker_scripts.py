@@ -9,10 +9,11 @@ from tests.compat.articles import unity_script
 
 from racecraft.compat.foreign import run_script
 from racecraft.compat.old_gym import FromOldGym
-from racecraft.compat.rllib_words import translated, words_of
+from racecraft.compat.rllib_words import EXPERIMENT_WORDS, LATER_NAMES, LATER_STOPS, STOPS, translated, words_of
 from racecraft.compat.unknown_names import UnknownNameError
-from racecraft.contract.errors import SettingError
+from racecraft.contract.errors import EnvironmentFailedError, SettingError
 from racecraft.formats.run_folder import RunFolder
+from racecraft.jobs import hyperparameters
 from racecraft.jobs.hyperparameters import CONFIG_WORDS
 from racecraft.training.worlds import kind_named
 
@@ -193,6 +194,14 @@ def experiment(**config):
         ({**experiment(exploration_config={"final_epsilon": 1}), "run": "APEX"}, "each in their own degree"),
         ({**experiment(), "stop": {"timesteps": 3}}, "Did you mean 'timesteps_total'"),
         ({"run": "PPO", "config": {}}, "config.env is None"),
+        ({**experiment(), "stopp": {"training_iteration": 3}}, "an experiment has no 'stopp' .* mean 'stop'"),
+        ({**experiment(), "num_samples": 4}, "'num_samples' is 4, which is refused .* `racecraft tune`"),
+        ({**experiment(), "stop": {"training_iteration": "ten"}}, "'training_iteration' is 'ten'; expected a number"),
+        ({**experiment(), "stop": 3}, "'stop' is 3; expected words and their values"),
+        (experiment(num_workers="two"), "'num_workers' is 'two'; expected a whole number"),
+        (experiment(num_workers=1.5), "'num_workers' is 1.5; expected a whole number"),
+        (experiment(num_sgd_iter=3, num_epochs=4), "'num_epochs' and num_sgd_iter, which are one word"),
+        (experiment(num_epoch=4), "Did you mean 'num_epochs'"),
     ],
 )
 def test_what_is_not_understood_is_said(said, letter):
@@ -292,3 +301,90 @@ def test_the_first_cells_of_the_notebooks_run(tmp_path, monkeypatch, capsys):
         "episode_reward_mean",
     ]
     assert "sagemaker" not in sys.modules, "lent for the script only"
+
+
+def test_what_ray_2_calls_otherwise_means_the_same():
+    first = experiment(num_workers=3, num_sgd_iter=4, sgd_minibatch_size=50, train_batch_size=600, **{"lambda": 0.9})
+    later = experiment(
+        num_env_runners=3, num_epochs=4, minibatch_size=50, train_batch_size_per_learner=600, lambda_=0.9
+    )
+    assert translated(later) == translated(first)
+    first["stop"], later["stop"] = {"episode_reward_mean": 90}, {"env_runners/episode_return_mean": 90}
+    assert translated(later).stops == translated(first).stops == ("score=90",)
+
+
+def test_words_of_the_tables_are_known_to_the_estimator_too():
+    assert set(LATER_NAMES) - {"callbacks_class"} <= set(CONFIG_WORDS)
+    assert set(LATER_NAMES.values()) <= {*words_of("ppo"), *words_of("dqn")}
+    assert set(EXPERIMENT_WORDS) <= set(hyperparameters.EXPERIMENT_WORDS)
+    assert {*STOPS, *LATER_STOPS} <= set(hyperparameters.STOP_WORDS)
+
+
+def test_an_environment_of_gymnasium_s_is_told_its_env_config(tmp_path, monkeypatch, capsys):
+    (tmp_path / "train.py").write_text(
+        "from ray import tune\n"
+        "config = dict(env='CartPole-v1', env_config={'sutton_barto_reward': True}, train_batch_size=128)\n"
+        "trained = tune.run('PPO', stop={'training_iteration': 1}, config=config, checkpoint_freq=5)\n"
+        "print(trained.run)\n"
+    )
+    monkeypatch.setenv("SM_MODEL_DIR", str(tmp_path / "model"))
+    run_script("train.py")
+    said = capsys.readouterr().out
+    assert "- checkpoint_freq: every iteration is kept" in said
+    assert "episode_reward_mean: -1\n" in said, "Sutton's and Barto's CartPole pays -1 where it ends, and else nothing"
+    assert "episodes_total: " in said
+
+
+def test_an_episode_that_a_limit_of_ticks_cut_is_told_of(tmp_path, capsys):
+    (tmp_path / "train.py").write_text(CART.replace('"num_workers": 2,', '"num_workers": 2, "horizon": 4,'))
+    run_script("train.py", ["--rl.training.stop.training_iteration", "1"])
+    said = capsys.readouterr().out
+    assert "episode_len_mean: 4\n" in said
+    assert "episodes_this_iter: 16\n" in said
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "letter"),
+    [
+        ("self.action_space, ", "_, ", r"Cart has no action_space; expected one of gym's spaces"),
+        (
+            "terminated or truncated, info",
+            "terminated or truncated",
+            r"Cart\.step gave .* \(3 things\); expected \(obs",
+        ),
+        ("return seen, reward", "return seen, 'much'", r"Cart\.step gave 'much' as reward .* expected a number"),
+    ],
+)
+def test_an_environment_that_is_not_whole_is_told_by_its_line(tmp_path, before, after, letter):
+    (tmp_path / "train.py").write_text(CART.replace(before, after))
+    with pytest.raises(EnvironmentFailedError, match=rf"^train\.py:\d+: .*{letter}"):
+        run_script("train.py")
+
+
+NEW_MANNERS = """
+import gymnasium
+from ray.tune.registry import register_env
+from ray import tune
+
+class Cart(gymnasium.Env):
+    seeds = []
+    def __init__(self, config):
+        self.cart = gymnasium.make("CartPole-v1")
+        self.action_space, self.observation_space = self.cart.action_space, self.cart.observation_space
+    def reset(self, *, seed=None, options=None):
+        self.seeds.append(seed)
+        return self.cart.reset(seed=seed, options=options)
+    def step(self, action):
+        return self.cart.step(action)
+
+register_env("cart", Cart)
+tune.run("PPO", stop={"training_iteration": 1}, config=dict(env="cart", num_workers=2, train_batch_size=64))
+print("unseeded", sum(seed is None for seed in Cart.seeds), "of", len(Cart.seeds))
+"""
+
+
+def test_an_environment_of_new_manners_is_told_its_seed(tmp_path, capsys):
+    """Without it no run would be the same twice, nor go on as it was."""
+    (tmp_path / "train.py").write_text(NEW_MANNERS)
+    run_script("train.py")
+    assert "unseeded 0 of " in capsys.readouterr().out

@@ -121,6 +121,20 @@ def test_an_interrupted_script_of_several_agents_goes_on_as_if_it_never_stopped(
     assert all(np.array_equal(broken[name], unbroken[name]) for name in unbroken)
 
 
+def test_one_that_is_interrupted_within_its_episodes_goes_on_there(ran, tmp_path):
+    """One of two agents rests then, and what its row holds is not what it held a rollout ago."""
+    more = "config['train_batch_size'] = 52"
+    stop = "--rl.training.stop.training_iteration"
+    ran(script(more=more), stop, "2")
+    said, run = ran(script(more=more), stop, "3")
+    assert "goes on after iteration 2\n" in said
+    broken, _ = Checkpoints(run.checkpoints).load_policy("3")
+    run.path.rename(tmp_path / "first")
+    _, whole = ran(script(more=more), stop, "3")
+    unbroken, _ = Checkpoints(whole.checkpoints).load_policy("3")
+    assert all(np.array_equal(broken[name], unbroken[name]) for name in unbroken)
+
+
 def test_a_policy_that_is_not_to_be_trained_stays_as_it_was(ran):
     more = TWO_POLICIES + "config['multiagent']['policies_to_train'] = ['policy_0']\n"
     _, run = ran(script(more=more))

@@ -16,12 +16,15 @@ PYTHONPATH = str(Path(__file__).resolve().parents[2] / "src")
 LENDS = "`racecraft run` lends no "
 UNKNOWN = [
     ("from sagemaker.rl import RLEstimater", LENDS + "sagemaker.rl.RLEstimater. Did you mean 'RLEstimator'?"),
-    ("import ray.rllib.agents.dream", LENDS + "module ray.rllib.agents.dream. Of ray.rllib.agents: Known: ppo."),
+    (
+        "import ray.rllib.agents.dream",
+        LENDS + "module ray.rllib.agents.dream. Of ray.rllib.agents: Known: cal",
+    ),
     ("import sagemaker_rl.ray_launchr", "Of sagemaker_rl: Did you mean 'ray_launcher'?"),
     ("import sagemaker.rl.deeper.still", LENDS + "module sagemaker.rl.deeper. sagemaker.rl is no package here."),
     (
         "from ray import tune\ntune.runn('PPO')",
-        LENDS + "ray.tune.runn. Known: register_env, registry, run_exp",
+        LENDS + "ray.tune.runn. Did you mean 'run'?",
     ),
     ("import sagemaker\nsagemaker.get_execution_rolle()", "Did you mean 'get_execution_role'?"),
     ("import sagemaker\nsagemaker.session.Session().default_buckett()", "Did you mean 'default_bucket'?"),

@@ -31,6 +31,9 @@ def test_a_detached_training_is_watched_stopped_resumed_and_forgotten(racecraft,
     assert told["spec"]["command"][:2] == ["gym", "train"]
     assert "gym-1  Completed" in racecraft("jobs", "list").out
 
+    refused = racecraft("jobs", "resume", "gym-1", "--stop", "iterashuns=5")
+    assert (refused.code, "Did you mean 'iterations'?" in refused.err) == (2, True)
+    assert racecraft("jobs", "list").out.count("Completed") == 1, "what has ended well stays so"
     assert racecraft("jobs", "resume", "gym-1", "--stop", "iterations=5").code == 0
     assert racecraft("jobs", "wait", "gym-1").code == 0
     rows = (tmp_path / "runs" / "gym-1" / "metrics.jsonl").read_text().splitlines()
@@ -64,16 +67,22 @@ def test_what_cannot_be_trained_is_said_at_once_and_makes_no_job(racecraft, home
     ):
         said = racecraft(*words, "--detach")
         assert (said.code, letter in said.err) == (2, True), said.err
+        said = racecraft("jobs", "run", *words)
+        assert (said.code, letter in said.err) == (2, True), said.err
     assert home.store().jobs() == []
     assert supervisor_of(home) == []
 
 
 def test_letters_of_the_jobs_commands(racecraft, home, tmp_path):  # noqa: F811
     (tmp_path / "job.json").write_text('{"format": "racecraft job", "version": 1, "comand": ["gym"]}')
+    (tmp_path / "some.py").touch()
     for words, letter in (
         (("jobs", "show", "gym-1"), "There is no job 'gym-1'"),
         (("jobs", "stop", "gym-1"), "There is no job 'gym-1'"),
         (("jobs", "run", "gmy", "train"), "Did you mean 'gym'"),
+        (("jobs", "run", "gym", "train", "CartPole-v1", "--stopp", "minutes=1"), "No such option: --stopp"),
+        (("jobs", "run", "run", "nothing.py"), "nothing.py: there is no such file; expected a Python script"),
+        (("jobs", "run", "--max-run=9", "--max-wait=5", "run", "some.py"), "expected at least as much to wait"),
         (("jobs", "run", "job.json"), "job.json:1: comand: an unknown field; expected one of a job's"),
         (("jobs", "run", "--name", "no_good", "gym", "train", "CartPole-v1"), "is no name of a job"),
         (("jobs", "run", "--cores", "4096", "gym", "train", "CartPole-v1"), "takes 4096 cores"),

@@ -149,7 +149,7 @@ def question(body, kind="application/json"):
             "application/json",
             "forbids every choice",
         ),
-        (b"junk", "application/x-npy", "no NumPy array"),
+        (b"junk", "application/x-npy", "it does not begin with"),
         (npy(np.array([1, 2, 3], object)), "application/x-npy", "no NumPy array"),
         (b"junk", "application/x-npz", "no NumPy arrays"),
         (b"junk", "image/png", "no picture; expected application/json"),

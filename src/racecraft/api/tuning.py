@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 import sys
 from collections.abc import Mapping, Sequence
@@ -13,6 +12,7 @@ from racecraft.contract.errors import SettingError
 from racecraft.formats.population import PopulationRecord
 from racecraft.formats.tuning import TuningRecord
 from racecraft.formats.whole import make_folder
+from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.home import JobHome
 from racecraft.jobs.tuning.population import check_population, train
 from racecraft.jobs.tuning.population_trials import PopulationTrials, check_round
@@ -132,7 +132,7 @@ def _parameters(parameters: Mapping[str, str]) -> dict[str, Any]:
 
 def _share(parallel: int | None) -> tuple[int, int]:
     """Return how many train at a time, and the cores of each."""
-    cores = os.cpu_count() or 1
+    cores = Capacity.of_machine().cores
     at_a_time = parallel or max(1, cores // 2)
     return at_a_time, max(1, cores // at_a_time)
 

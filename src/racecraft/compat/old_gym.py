@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import Any
 
 import gymnasium
+
+from racecraft.envs.adapters.asking import lacking, reward_given, unfit
 
 
 class FromOldGym(gymnasium.Env[Any, Any]):
@@ -12,31 +15,56 @@ class FromOldGym(gymnasium.Env[Any, Any]):
 
     Args:
         env: With `reset` and `step`, in either form.
+
+    Raises:
+        EnvironmentFailedError: It does not say what it shows, or what may be done.
     """
 
     def __init__(self, env: Any) -> None:
         self.env = env
+        for name in ("observation_space", "action_space"):
+            if not hasattr(env, name):
+                raise lacking(env, name)
         self.observation_space, self.action_space = env.observation_space, env.action_space
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode."""
         super().reset(seed=seed)
-        if seed is not None and callable(getattr(self.env, "seed", None)):
-            self.env.seed(seed)
-        first = self.env.reset()
+        first = begun(self.env, seed)
         is_new = isinstance(first, tuple) and len(first) == 2 and isinstance(first[1], dict)
         return first if is_new else (first, {})
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Act once; an episode that a time limit cut was truncated."""
         told = self.env.step(action)
+        if not isinstance(told, tuple) or len(told) not in (4, 5):
+            things = f"{len(told)} things" if isinstance(told, tuple) else "one thing"
+            raise unfit(self.env, "step", "its answer", told, "(observation, reward, done, info)", things)
         if len(told) == 5:
             return told
         seen, reward, done, info = told
-        cut = bool(done and info.get("TimeLimit.truncated", False))
-        return seen, float(reward), bool(done) and not cut, cut, info
+        cut = bool(done and (info or {}).get("TimeLimit.truncated", False))
+        return seen, reward_given(self.env, reward), bool(done) and not cut, cut, info
 
     def close(self) -> None:
         """Let go of it."""
         if hasattr(self.env, "close"):
             self.env.close()
+
+
+def begun(env: Any, seed: int | None) -> Any:
+    """Begin an episode of an environment and fix its chance in the manner that it has: `seed`, or `reset(seed=…)`."""
+    if seed is None:
+        return env.reset()
+    if callable(getattr(env, "seed", None)):
+        env.seed(seed)
+        return env.reset()
+    return env.reset(seed=seed) if takes_seed(env) else env.reset()
+
+
+def takes_seed(env: Any) -> bool:
+    """Tell whether an environment's `reset` is told a seed."""
+    try:
+        return "seed" in inspect.signature(env.reset).parameters
+    except (TypeError, ValueError):
+        return False

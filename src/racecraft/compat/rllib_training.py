@@ -12,6 +12,8 @@ from typing import Any
 import gymnasium
 
 from racecraft.compat.old_gym import FromOldGym
+from racecraft.compat.rllib_callbacks import Callbacks, callbacks_of
+from racecraft.compat.rllib_results import RllibLines
 from racecraft.compat.rllib_words import Translated, policy_settings, translated
 from racecraft.compat.script_worlds import (
     Described,
@@ -22,14 +24,13 @@ from racecraft.compat.script_worlds import (
     offered,
     shows_mask,
 )
-from racecraft.compat.tally import Tally, Told, Watched
+from racecraft.compat.tally import Tally, Watched
 from racecraft.compat.travelling_environments import leave_if_begun_again, script_code
 from racecraft.compat.travelling_models import refuse_to_train
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.envs.adapters.asking import made
-from racecraft.formats.run_folder import JOB
+from racecraft.formats.run_folder import JOB, RunFolder
 from racecraft.training import worlds
-from racecraft.training.callbacks import IterationReport, Silent
 from racecraft.training.gathering import Spread
 from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.trainer import Trained
@@ -44,33 +45,6 @@ class EnvContext(dict[str, Any]):
     def __init__(self, env_config: Mapping[str, Any], worker_index: int) -> None:
         super().__init__(env_config)
         self.worker_index, self.vector_index, self.remote = worker_index, 0, False
-
-
-class RllibLines(Silent):
-    """Says after each iteration what RLlib said, in its names, so that metric definitions go on finding it.
-
-    Args:
-        tally: Knows the episodes; None: worlds are elsewhere, and only the mean of an agent is known.
-        agents: Says how many agents an episode has; their rewards are added up.
-    """
-
-    def __init__(self, tally: Tally | None = None, agents: Callable[[], int] = lambda: 1) -> None:
-        self._told, self._tally, self._agents = 0, tally, agents
-
-    def iteration(self, report: IterationReport) -> None:
-        """Print an iteration; one that is judged afterwards is not said twice."""
-        if report.iteration == self._told:
-            return
-        self._told = report.iteration
-        told = self._tally.take() if self._tally is not None else []
-        if told:
-            _print_episodes(told)
-        elif self._tally is None and report.mean_reward is not None:
-            print(f"  episode_reward_mean: {report.mean_reward * self._agents():.6g}")
-        print(f"  episodes_this_iter: {report.episodes if self._tally is None else len(told)}")
-        print(f"  time_total_s: {report.seconds:.3f}")
-        print(f"  timesteps_total: {report.steps}")
-        print(f"  training_iteration: {report.iteration}", flush=True)
 
 
 def register_env(name: str, creator: Callable[[Any], Any]) -> None:
@@ -90,13 +64,19 @@ def train_experiment(experiment: Mapping[str, Any], spread: Spread | None = None
     """
     refuse_to_train()
     told = translated(experiment)
-    for sentence in told.said:
+    calls, uncalled = callbacks_of(told.callbacks, experiment.get("config", {}))
+    if spread is not None and calls is not None:
+        calls, uncalled = None, (*uncalled, "callbacks: none is called where another job carries the worlds")
+    for sentence in (*told.said, *uncalled):
         print(f"- {sentence}")
+    if told.environment not in _creators and (told.env_config or calls is not None):
+        _creators[told.environment] = _maker_of(told.environment)
     tally = Tally() if spread is None and told.environment in _creators else None
-    environment = _environment(told, tally, is_here=spread is None)
+    environment = _environment(told, tally, is_here=spread is None, calls=calls)
     leave_if_begun_again()
-    lines, model = RllibLines(tally, lambda: agents_in(environment)), os.environ.get("SM_MODEL_DIR")
+    model = os.environ.get("SM_MODEL_DIR")
     run = Path(model, "run") if model else None
+    lines = RllibLines(tally, lambda: agents_in(environment), calls, _episodes_of(run))
     if run is not None and (run / JOB).exists():
         return worlds.resume(run, told.stops, lines, print, "gymnasium", spread)
     code = script_code(environment) if told.environment in _creators else None
@@ -146,7 +126,19 @@ def registered(name: str, env_config: Mapping[str, Any], horizon: int, make: Cal
     return known
 
 
-def _environment(told: Translated, tally: Tally | None, is_here: bool) -> str:
+def _maker_of(name: str) -> Callable[[Any], Any]:
+    """Return what makes an environment of Gymnasium's that is told an env_config."""
+    return lambda env_config: gymnasium.make(name, **env_config)
+
+
+def _episodes_of(run: Path | None) -> int:
+    """Return how many episodes a run has had; none where it is not yet there."""
+    if run is None or not (run / JOB).exists():
+        return 0
+    return sum(int(row.get("episodes") or 0) for row in RunFolder.open(run).read_metrics())
+
+
+def _environment(told: Translated, tally: Tally | None, is_here: bool, calls: Callbacks | None = None) -> str:
     """Return what a training calls the environment: Gymnasium's id, or a world of the script's own.
 
     Args:
@@ -154,6 +146,7 @@ def _environment(told: Translated, tally: Tally | None, is_here: bool) -> str:
         tally: Hears of training episodes.
         is_here: Whether the worlds live in this process; the first is made then to see what it is, and is the first
             that is trained in.
+        calls: Hears of them tick by tick.
     """
     if told.environment not in _creators:
         if told.multiagent:
@@ -170,19 +163,21 @@ def _environment(told: Translated, tally: Tally | None, is_here: bool) -> str:
     first = make()
     kept = itertools.chain([first], iter(make, None))
     if is_multi_agent(first):
-        return offered(_described(told, lambda: next(kept), tally))
+        return offered(_described(told, lambda: next(kept), tally, calls))
     if told.multiagent:
         raise SettingError(
             f"config.multiagent stands beside env {told.environment!r}, which makes a {type(first).__name__}; expected "
             "a MultiAgentEnv."
         )
     if shows_mask(first) and not told.has_own_model:
-        return offered(_described(told, lambda: SoleAgent(next(kept)), tally))
+        return offered(_described(told, lambda: SoleAgent(next(kept)), tally, calls))
     number, trained_in = itertools.count(), _num_worlds(told)
 
     def watched() -> Any:
-        env = FromOldGym(next(kept))
-        return Watched(env, tally.ended) if tally is not None and next(number) < trained_in else env
+        own = next(kept)
+        if tally is None or next(number) >= trained_in:
+            return FromOldGym(own)
+        return Watched(FromOldGym(own), tally.ended, calls, own)
 
     return registered(told.environment, told.env_config, told.horizon, watched)
 
@@ -207,7 +202,9 @@ def _num_worlds(told: Translated) -> int:
     return int(count)
 
 
-def _described(told: Translated, make: Callable[[], Any], tally: Tally | None) -> Described:
+def _described(
+    told: Translated, make: Callable[[], Any], tally: Tally | None, calls: Callbacks | None = None
+) -> Described:
     """Return what a script says of its environment and its policies.
 
     Raises:
@@ -234,6 +231,7 @@ def _described(told: Translated, make: Callable[[], Any], tally: Tally | None) -
         frozenset(policies) - frozenset(taught),
         takes_mask=not told.has_own_model,
         tally=tally,
+        onlooker=calls,
     )
 
 
@@ -267,19 +265,3 @@ def _mapped(mapping: Callable[..., Any], agent: Any) -> str:
     except TypeError:
         several = True
     return str(mapping(agent, None) if several else mapping(agent))
-
-
-def _print_episodes(told: list[Told]) -> None:
-    rewards, steps = [one.reward for one in told], [one.steps for one in told]
-    print(f"  episode_len_mean: {sum(steps) / len(steps):.6g}")
-    print(f"  episode_reward_max: {max(rewards):.6g}")
-    print(f"  episode_reward_mean: {sum(rewards) / len(rewards):.6g}")
-    print(f"  episode_reward_min: {min(rewards):.6g}")
-    by_policy: dict[str, list[float]] = {}
-    for one in told:
-        for name, earned in one.by_policy.items():
-            by_policy.setdefault(name, []).extend(earned)
-    if by_policy:
-        print("  policy_reward_mean:")
-        for name, earned in by_policy.items():
-            print(f"    {name}: {sum(earned) / len(earned):.6g}")

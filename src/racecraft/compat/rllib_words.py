@@ -1,4 +1,6 @@
-"""RLlib's words for PPO, APPO, DQN and Ape-X (Ray 0.5 to 1.6), in ours. Begin with `WORDS`; docs and launcher read it.
+"""RLlib's words for PPO, APPO, DQN and Ape-X, in ours. Begin with `WORDS`; docs and launcher read it.
+
+The tables speak as Ray 0.5 to 1.6 did, when scripts were written; `LATER_NAMES` has what Ray 2 calls the same.
 
 Three kinds of word: it has a setting of ours; it is taken into account in another way; it has no meaning here, and the
 launcher says why. A word that stands nowhere in the table is refused with the nearest one.
@@ -45,7 +47,7 @@ WORDS: Mapping[str, Word] = {
     "horizon": Word(ELSEWHERE, "ticks after which an episode of the script's environment is cut; 1,000 unless said"),
     "model": Word(ELSEWHERE, "see the table of its words"),
     "multiagent": Word(ELSEWHERE, "see the table of its words"),
-    "callbacks": Word("", "RLlib's own; none is called"),
+    "callbacks": Word(ELSEWHERE, "see the table of its words"),
     "kl_coeff": Word("", "this PPO clips and has no KL penalty beside it"),
     "kl_target": Word("", "this PPO clips and has no KL penalty beside it"),
     "vf_clip_param": Word("", "the value loss is not clipped here"),
@@ -128,6 +130,57 @@ ALGORITHMS = {"PPO": "ppo", "APPO": "ppo", "DQN": "dqn", "APEX": "apex"}
 FRAGMENTS = {"DQN": 4, "APEX": 50}
 """RLlib's rollout_fragment_length where a script says none."""
 EPSILONS = {"initial_epsilon": "first", "final_epsilon": "last", "epsilon_timesteps": "steps"}
+LATER_NAMES: Mapping[str, str] = {
+    "lambda_": "lambda",
+    "num_epochs": "num_sgd_iter",
+    "minibatch_size": "sgd_minibatch_size",
+    "train_batch_size_per_learner": "train_batch_size",
+    "num_rollout_workers": "num_workers",
+    "num_env_runners": "num_workers",
+    "num_envs_per_env_runner": "num_envs_per_worker",
+    "num_cpus_per_env_runner": "num_cpus_per_worker",
+    "num_gpus_per_env_runner": "num_gpus_per_worker",
+    "create_env_on_local_worker": "create_env_on_driver",
+    "ignore_env_runner_failures": "ignore_worker_failures",
+    "callbacks_class": "callbacks",
+    "framework_str": "framework",
+    "num_steps_sampled_before_learning_starts": "learning_starts",
+    "min_time_s_per_iteration": "min_iter_time_s",
+    "min_sample_timesteps_per_iteration": "timesteps_per_iteration",
+}
+"""Words of Ray 2's configuration, and what they were called before."""
+LATER_STOPS: Mapping[str, str] = {
+    "env_runners/episode_return_mean": "episode_reward_mean",
+    "sampler_results/episode_reward_mean": "episode_reward_mean",
+    "episode_return_mean": "episode_reward_mean",
+    "num_env_steps_sampled": "timesteps_total",
+    "num_env_steps_sampled_lifetime": "timesteps_total",
+}
+"""The same of stops."""
+EXPERIMENT_WORDS: Mapping[str, str] = {
+    "run": "see the table of its words",
+    "env": "as config.env, which goes before it",
+    "stop": "see the table of its words",
+    "config": "see the tables above",
+    "name": "nothing: the run folder has its environment's name",
+    "local_dir": "nothing: in a job the run folder stands in its model, else among the runs",
+    "checkpoint_freq": "nothing: every iteration is kept, the oldest go when they take 4 GB",
+    "checkpoint_at_end": "nothing: every iteration is kept",
+    "keep_checkpoints_num": "nothing: every iteration is kept, the oldest go when they take 4 GB",
+    "checkpoint_score_attr": "nothing: the best is known by its evaluation",
+    "num_samples": "refused where more than one is asked: `racecraft tune` trains many times",
+    "restore": "refused: the same job, or --resume, goes on from its last iteration",
+    "max_failures": "nothing: a job that a signal ended is begun again",
+    "resources_per_trial": "nothing: a job says its cores",
+    "verbose": "nothing: every iteration is told in a line",
+    "loggers": "nothing: every run has its metrics in files",
+    "export_formats": "nothing: `racecraft export` makes them",
+    "sync_config": "nothing: nothing is copied elsewhere",
+    "sync_function": "nothing: nothing is copied elsewhere",
+    "upload_dir": "nothing: nothing is copied elsewhere",
+    "trial_name_creator": "nothing: there are no trials",
+}
+"""Words of one experiment, and what they are here."""
 STOPS: Mapping[str, str] = {
     "timesteps_total": "steps",
     "training_iteration": "iterations",
@@ -171,6 +224,21 @@ MULTI_WORDS: Mapping[str, str] = {
     "count_steps_by": "nothing: a step is one agent's",
 }
 """Words of config.multiagent, and what they are here."""
+CALLBACK_WORDS: Mapping[str, str] = {
+    "on_episode_start": "called in the worlds that are learned in, with episode, worker, base_env, policies, env_index",
+    "on_episode_step": "the same, behind every tick",
+    "on_episode_end": "the same; the episode's custom_metrics are told as NAME_mean, NAME_min and NAME_max",
+    "on_train_result": "called behind every iteration once an episode has ended, with trainer and result; what it lays "
+    "into the result is told with it",
+} | dict.fromkeys(
+    (
+        "on_sample_end", "on_postprocess_traj", "on_postprocess_trajectory", "on_learn_on_batch", "on_trainer_init",
+        "on_algorithm_init", "on_create_policy", "on_sub_environment_created", "on_environment_created",
+        "on_episode_created", "on_evaluate_start", "on_evaluate_end", "on_workers_recreated", "on_checkpoint_loaded",
+    ),
+    "not called: batches, policies and workers have another shape here",
+)  # fmt: skip
+"""RLlib's callbacks, and what they are here."""
 NO_MODEL = ("", "none", "None", None)
 
 
@@ -194,6 +262,8 @@ class Translated:
     """Ticks after which an episode is cut; its value still follows."""
     said: tuple[str, ...] = field(default_factory=tuple)
     """What has no meaning here, a sentence each."""
+    callbacks: Any = None
+    """As the script said it: a class of RLlib's callbacks, or functions by name; None: none."""
 
 
 def translated(experiment: Mapping[str, Any]) -> Translated:
@@ -214,37 +284,40 @@ def translated(experiment: Mapping[str, Any]) -> Translated:
     >>> told.said
     ('kl_coeff: this PPO clips and has no KL penalty beside it',)
     """
+    said: list[str] = []
+    _require_experiment_words(experiment, said)
     run = str(experiment.get("run"))
     if run not in RUNS:
         raise SettingError(f"run: {run!r}; `racecraft run` understands {', '.join(RUNS)} of RLlib's algorithms.")
     algorithm = ALGORITHMS[run]
     known = words_of(algorithm)
-    config = dict(experiment.get("config", {}))
+    config = _by_first_names("config", _part(experiment, "config"), LATER_NAMES)
     environment = config.get("env") or experiment.get("env")
     if not isinstance(environment, str):
         raise SettingError(f"config.env is {environment!r}; expected a name given to register_env, or a Gymnasium id.")
     settings = [*_worlds(run, config), f"evaluation.episodes={JUDGED_EPISODES}", *RUNS[run]]
-    said: list[str] = []
     for name, value in config.items():
         if name not in known:
-            raise SettingError(f"config of {run} has no '{name}' that is understood here. {nearest(name, known)}")
+            near = nearest(name, [*known, *LATER_NAMES])
+            raise SettingError(f"config of {run} has no '{name}' that is understood here. {near}")
         word = known[name]
         if not word.setting:
             said.append(f"{name}: {word.doc}")
         elif word.setting != ELSEWHERE:
             settings.append(f"{word.setting}={'none' if value is None else value}")
-    model = {**config.get("model", {}), **{name: config[name] for name in ("vf_share_layers",) if name in config}}
+    model = {**_part(config, "model"), **{name: config[name] for name in ("vf_share_layers",) if name in config}}
     if run in FRAGMENTS:
         settings += _exploration(run, config)
         model = _model_of_values(run, model, config)
     settings += _model(model, said)
-    multiagent = dict(config.get("multiagent") or {})
+    multiagent = _part(config, "multiagent")
     _require_multi_words(multiagent, said)
-    horizon = int(config.get("horizon") or LONGEST_EPISODE)
-    stops = tuple(_stop(name, amount) for name, amount in dict(experiment.get("stop", {})).items())
+    horizon = _whole(config, "horizon", LONGEST_EPISODE)
+    asked_stops = _by_first_names("stop", _part(experiment, "stop"), LATER_STOPS)
+    stops = tuple(_stop(name, amount) for name, amount in asked_stops.items())
     return Translated(
-        algorithm, environment, config.get("env_config", {}), tuple(settings), stops, config.get("seed"), multiagent,
-        model.get("custom_model") not in NO_MODEL, horizon, tuple(said),
+        algorithm, environment, _part(config, "env_config"), tuple(settings), stops, config.get("seed"), multiagent,
+        model.get("custom_model") not in NO_MODEL, horizon, tuple(said), config.get("callbacks"),
     )  # fmt: skip
 
 
@@ -274,7 +347,7 @@ def policy_settings(config: Mapping[str, Any], algorithm: str = "ppo") -> tuple[
     """
     settings: list[str] = []
     known = words_of(algorithm)
-    for name, value in config.items():
+    for name, value in _by_first_names("a policy's config", config, LATER_NAMES).items():
         word = known.get(name, Word())
         if name == "model":
             settings += _model(value, [])
@@ -287,6 +360,51 @@ def policy_settings(config: Mapping[str, Any], algorithm: str = "ppo") -> tuple[
                 f"{nearest(name, [*own, 'model'])}"
             )
     return tuple(settings)
+
+
+def _part(whole: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """Return what stands under a word, as words and values; none where it is absent."""
+    found = whole.get(name)
+    if found is not None and not isinstance(found, Mapping):
+        raise SettingError(f"'{name}' is {found!r}; expected words and their values, {{'word': value}}.")
+    return dict(found or {})
+
+
+def _by_first_names(place: str, words: Mapping[str, Any], later: Mapping[str, str]) -> dict[str, Any]:
+    """Return words by the names that the tables have."""
+    found: dict[str, Any] = {}
+    for name, value in words.items():
+        first = later.get(name, name)
+        if first in found:
+            raise SettingError(f"{place} says '{name}' and {first}, which are one word; give it once.")
+        found[first] = value
+    return found
+
+
+def _whole(config: Mapping[str, Any], name: str, otherwise: int) -> int:
+    """Return a whole number of a configuration; what stands there where it says none."""
+    value = config.get(name)
+    try:
+        number = otherwise if value is None else int(value)
+        if value is not None and number != float(value):
+            raise ValueError
+    except (TypeError, ValueError):
+        raise SettingError(f"'{name}' is {value!r}; expected a whole number.") from None
+    return number
+
+
+def _require_experiment_words(experiment: Mapping[str, Any], said: list[str]) -> None:
+    """Refuse words that no experiment has; what has no meaning here is said."""
+    for name, value in experiment.items():
+        if name not in EXPERIMENT_WORDS:
+            raise SettingError(
+                f"an experiment has no '{name}' that is understood here. {nearest(name, EXPERIMENT_WORDS)}"
+            )
+        meaning = EXPERIMENT_WORDS[name]
+        if meaning.startswith("refused") and value not in (None, 1, ""):
+            raise SettingError(f"'{name}' is {value!r}, which is {meaning}.")
+        if meaning.startswith("nothing"):
+            said.append(f"{name}: {meaning.removeprefix('nothing: ')}")
 
 
 def _require_multi_words(multiagent: Mapping[str, Any], said: list[str]) -> None:
@@ -302,19 +420,21 @@ def _require_multi_words(multiagent: Mapping[str, Any], said: list[str]) -> None
 
 
 def _worlds(run: str, config: Mapping[str, Any]) -> list[str]:
-    worlds = max(1, int(config.get("num_workers", 2))) * int(config.get("num_envs_per_worker", 1))
+    worlds = max(1, _whole(config, "num_workers", 2)) * max(1, _whole(config, "num_envs_per_worker", 1))
     if run in FRAGMENTS:
         return [
             f"rollout.num_worlds={worlds}",
             f"rollout.horizon={_fragment(run, config)}",
             *_pace(run, config, worlds),
         ]
-    horizon = max(1, round(int(config.get("train_batch_size", 4000)) / worlds))
+    horizon = max(1, round(_whole(config, "train_batch_size", 4000) / worlds))
     return [f"rollout.num_worlds={worlds}", f"rollout.horizon={horizon}"]
 
 
 def _fragment(run: str, config: Mapping[str, Any]) -> int:
-    return max(1, int(config.get("rollout_fragment_length") or config.get("sample_batch_size") or FRAGMENTS[run]))
+    said = config.get("rollout_fragment_length")
+    word = "sample_batch_size" if said in (None, 0, "auto") else "rollout_fragment_length"
+    return max(1, _whole(config, word, FRAGMENTS[run]) or FRAGMENTS[run])
 
 
 def _pace(run: str, config: Mapping[str, Any], worlds: int) -> list[str]:
@@ -326,8 +446,8 @@ def _pace(run: str, config: Mapping[str, Any], worlds: int) -> list[str]:
     algorithm = ALGORITHMS[run]
     every = worlds * _fragment(run, config) if run == "DQN" else APEX_EVERY
     told = [f"{algorithm}.train_every={every}"]
-    if frequency := config.get("target_network_update_freq"):
-        told.append(f"{algorithm}.target_every={max(1, round(int(frequency) / every))}")
+    if frequency := _whole(config, "target_network_update_freq", 0):
+        told.append(f"{algorithm}.target_every={max(1, round(frequency / every))}")
     return told
 
 
@@ -407,6 +527,10 @@ def _convolutions(filters: Any) -> list[str]:
 
 def _stop(name: str, amount: Any) -> str:
     if name not in STOPS:
-        raise SettingError(f"stop has no '{name}' that is understood here. {nearest(name, STOPS)}")
-    value = float(amount) / 60.0 if name == "time_total_s" else float(amount)
+        near = nearest(name, [*STOPS, *LATER_STOPS])
+        raise SettingError(f"stop has no '{name}' that is understood here. {near}")
+    try:
+        value = float(amount) / (60.0 if name == "time_total_s" else 1.0)
+    except (TypeError, ValueError):
+        raise SettingError(f"stop: '{name}' is {amount!r}; expected a number.") from None
     return f"{STOPS[name]}={value:.12g}"

@@ -19,7 +19,8 @@ import numpy as np
 from gymnasium import spaces
 
 from racecraft.algorithms.multi_policy import group_spec, narrow
-from racecraft.compat.tally import Tally, Told
+from racecraft.compat.old_gym import begun, takes_seed
+from racecraft.compat.tally import Onlooker, Tally, Told
 from racecraft.contract.errors import ContractError, SettingError
 from racecraft.contract.random_streams import stream_keys
 from racecraft.contract.world import (
@@ -31,6 +32,7 @@ from racecraft.contract.world import (
     GroupedActions,
     StepBuffers,
     WorldSpec,
+    allocate,
     mask_width,
 )
 from racecraft.envs.adapters.asking import asked, made, reward_given, unfit
@@ -68,6 +70,8 @@ class Described:
     """Whether an observation `action_mask` is one; a model of the script's own reads it itself."""
     tally: Tally | None = field(default_factory=Tally)
     """Hears of training episodes."""
+    onlooker: Onlooker | None = None
+    """Hears of them tick by tick."""
 
 
 class SoleAgent:
@@ -77,22 +81,17 @@ class SoleAgent:
         self.env = env
         self.observation_space, self.action_space = env.observation_space, env.action_space
 
-    def seed(self, seed: int) -> None:
-        """Fix chance where the environment takes a seed."""
-        if callable(getattr(self.env, "seed", None)):
-            self.env.seed(seed)
-
-    def reset(self) -> dict[str, Any]:
+    def reset(self, seed: int | None = None) -> dict[str, Any]:
         """Begin an episode."""
-        first = self.env.reset()
+        first = begun(self.env, seed)
         is_new = isinstance(first, tuple) and len(first) == 2 and isinstance(first[1], dict)
         return {SOLE_AGENT: first[0] if is_new else first}
 
     def step(self, actions: Mapping[str, Any]) -> tuple[dict[str, Any], ...]:
         """Act once."""
-        seen, reward, *ends, _ = self.env.step(actions[SOLE_AGENT])
+        seen, reward, *ends, info = self.env.step(actions[SOLE_AGENT])
         over = [{ALL: bool(one)} for one in ends]
-        return {SOLE_AGENT: seen}, {SOLE_AGENT: reward}, *over, {}
+        return {SOLE_AGENT: seen}, {SOLE_AGENT: reward}, *over, {SOLE_AGENT: info}
 
     def close(self) -> None:
         """Let go of it."""
@@ -117,12 +116,16 @@ class ScriptWorld:
     """How many the last one that was made has."""
 
     def __init__(self, num_worlds: int) -> None:
-        told = self.described
-        self._tally = told.tally if self.worlds_made == 0 else None
-        type(self).worlds_made += 1
+        told, offered_as = self.described, _class_with(type(self), "described")
+        self._tally = told.tally if offered_as.worlds_made == 0 else None
+        self._onlooker = told.onlooker if offered_as.worlds_made == 0 else None
+        offered_as.worlds_made += 1
         self._envs = [made(told.make) for _ in range(num_worlds)]
+        if self._onlooker is not None:
+            for env in self._envs:
+                self._onlooker.joins(getattr(env, "env", env) if isinstance(env, SoleAgent) else env)
         self._agents = _agents_of(self._envs[0])
-        type(self).num_agents = len(self._agents)
+        offered_as.num_agents = len(self._agents)
         self._place = {agent: m for m, agent in enumerate(self._agents)}
         self._policy = [_policy_of(told, agent) for agent in self._agents]
         used = [name for name in told.policies if name in self._policy]
@@ -135,6 +138,7 @@ class ScriptWorld:
         self._active, self._over = np.zeros(rows, bool), np.zeros(rows, bool)
         self._earned = np.zeros(rows)
         self._history: list[list[Array]] = [[] for _ in range(num_worlds)]
+        self._shown = allocate(self._spec)
         self._begun = self._closed = False
 
     @property
@@ -157,8 +161,8 @@ class ScriptWorld:
         self._set_seed(seed)
         self._episode[:] = 0
         for n in range(self._spec.num_worlds):
-            self._begin(n, buffers)
-        self._write_active(buffers)
+            self._begin(n)
+        self._write_shown(buffers)
 
     def step(self, actions: Array, buffers: StepBuffers) -> None:
         """Advance every copy by one tick; ended ones begin again at once."""
@@ -168,8 +172,8 @@ class ScriptWorld:
             if self._advance(n, actions[n], buffers):
                 self._tell(n)
                 self._episode[n] += 1
-                self._begin(n, buffers)
-        self._write_active(buffers)
+                self._begin(n)
+        self._write_shown(buffers)
 
     def save_state(self) -> dict[str, Array]:
         """Return the seed, each copy's episode and the actions taken in it."""
@@ -188,10 +192,10 @@ class ScriptWorld:
         self._set_seed(int(state["seed"]))
         self._episode[:] = state["episode"]
         for n in range(self._spec.num_worlds):
-            self._begin(n, buffers)
+            self._begin(n)
             for k in range(int(state["lengths"][n])):
                 self._advance(n, state["actions"][n, k], buffers)
-        self._write_active(buffers)
+        self._write_shown(buffers)
 
     def close(self) -> None:
         """Close every copy; closing twice is closing once."""
@@ -205,20 +209,19 @@ class ScriptWorld:
         self._seed, self._begun = seed, True
         self._keys = stream_keys(seed, "script episodes", self._spec.num_worlds)
 
-    def _begin(self, n: int, buffers: StepBuffers) -> None:
+    def _begin(self, n: int) -> None:
         """Begin the present episode of copy n and show it."""
-        env = self._envs[n]
         key = (int(self._keys[n]) + 0x9E3779B97F4A7C15 * int(self._episode[n])) % (1 << 64)
-        if callable(getattr(env, "seed", None)):
-            asked(env, "seed", key >> 33)
-        seen = asked(env, "reset")
+        seen = asked_to_begin(self._envs[n], key >> 33)
         seen = seen[0] if isinstance(seen, tuple) else seen
         self._history[n], self._steps[n] = [], 0
         self._active[n], self._over[n], self._earned[n] = False, False, 0.0
         for m, number in enumerate(self._number):
-            if POLICY_ID in buffers.observations:
-                buffers.observations[POLICY_ID][n, m] = number
-        self._show(n, seen, buffers, buffers.observations)
+            if POLICY_ID in self._shown.observations:
+                self._shown.observations[POLICY_ID][n, m] = number
+        self._show(n, seen, self._shown.observations)
+        if self._onlooker is not None:
+            self._onlooker.begins(n, dict(zip(self._agents, self._policy, strict=True)), seen)
 
     def _advance(self, n: int, actions: Array, buffers: StepBuffers) -> bool:
         """Advance copy n by one tick; tell whether its episode is over."""
@@ -227,7 +230,7 @@ class ScriptWorld:
             for m, agent in enumerate(self._agents)
             if self._active[n, m]
         }
-        seen, rewards, terminated, truncated = self._ask(self._envs[n], told)
+        seen, rewards, terminated, truncated, infos = self._ask(self._envs[n], told)
         self._history[n].append(np.array(actions))
         self._steps[n] += 1
         is_over, is_cut = bool(terminated.get(ALL, False)), bool(truncated.get(ALL, False))
@@ -240,11 +243,11 @@ class ScriptWorld:
             buffers.reward[n, m] = reward
             buffers.terminated[n, m], buffers.truncated[n, m] = ended, cut
             if ended or cut:
-                for name in buffers.observations:
-                    buffers.final_observations[name][n, m] = buffers.observations[name][n, m]
+                for name, last in self._shown.observations.items():
+                    buffers.final_observations[name][n, m] = last[n, m]
             self._over[n, m] |= ended or cut
         shown = {agent: seen[agent] for agent in seen if agent in self._place}
-        self._show(n, shown, buffers, buffers.final_observations, only=buffers.ended[n])
+        self._show(n, shown, buffers.final_observations, only=buffers.ended[n])
         self._active[n] = False
         if set(seen) - set(self._place) - {ALL}:
             new = ", ".join(map(repr, sorted(map(str, set(seen) - set(self._place)))))
@@ -252,26 +255,26 @@ class ScriptWorld:
                 f"{self._spec.name}: step shows agent {new}, which the first reset did not; expected every agent in "
                 "the first reset, or named by the environment's possible_agents."
             )
-        self._show(n, {one: seen[one] for one in shown if not self._over[n, self._place[one]]}, buffers,
-                   buffers.observations)  # fmt: skip
+        going_on = {one: seen[one] for one in shown if not self._over[n, self._place[one]]}
+        self._show(n, going_on, self._shown.observations)
+        if self._onlooker is not None:
+            self._onlooker.steps(n, told, seen, rewards, infos)
         return is_over or is_cut or bool(self._over[n].all())
 
-    def _ask(self, env: Any, actions: Mapping[Any, Any]) -> tuple[Any, Any, Any, Any]:
-        """Step an environment, old or new; return what is seen, what was earned, and whose end it is."""
+    def _ask(self, env: Any, actions: Mapping[Any, Any]) -> tuple[Any, Any, Any, Any, Any]:
+        """Step an environment, old or new; return what is seen, what was earned, whose end it is, and what is said."""
         told = asked(env, "step", actions)
         try:
-            seen, rewards, *ends, _ = told
+            seen, rewards, *ends, infos = told
             terminated, truncated = ends if len(ends) == 2 else (*ends, {})
             rewards = {agent: reward_given(env, earned) for agent, earned in {**rewards}.items()}
-            return {**seen}, rewards, {**terminated}, {**truncated}
+            return {**seen}, rewards, {**terminated}, {**truncated}, dict(infos) if isinstance(infos, Mapping) else {}
         except (TypeError, ValueError) as error:
             expected = "dictionaries by agent: (observations, rewards, terminated, truncated, infos)"
             raise unfit(env, "step", "its answer", told, expected, error) from error
 
-    def _show(
-        self, n: int, seen: Mapping[Any, Any], buffers: StepBuffers, into: dict[str, Array], only: Array | None = None
-    ) -> None:
-        """Write what agents see; into the coming tick's observations, they are active then."""
+    def _show(self, n: int, seen: Mapping[Any, Any], into: dict[str, Array], only: Array | None = None) -> None:
+        """Write what agents see; into what is shown next, they are active then."""
         for agent, value in seen.items():
             m = self._place.get(agent)
             if m is None or (only is not None and not only[m]):
@@ -282,15 +285,22 @@ class ScriptWorld:
             except (LookupError, TypeError, ValueError) as error:
                 method = "step" if self._steps[n] else "reset"
                 raise unfit(self._envs[n], method, f"{agent}'s observation", value, kind.seen, error) from error
-            if into is buffers.observations:
+            if into is self._shown.observations:
                 self._active[n, m] = True
-                if buffers.action_mask is not None:
-                    kind.show_mask(value, buffers.action_mask[n, m])
+                if self._shown.action_mask is not None:
+                    kind.show_mask(value, self._shown.action_mask[n, m])
 
-    def _write_active(self, buffers: StepBuffers) -> None:
+    def _write_shown(self, buffers: StepBuffers) -> None:
+        """Show every agent what it saw last, those that rest, too: a row is never what it was a rollout ago."""
+        for name, shown in self._shown.observations.items():
+            buffers.observations[name][:] = shown
+        if buffers.action_mask is not None:
+            buffers.action_mask[:] = self._shown.action_mask
         buffers.active[:] = self._active
 
     def _tell(self, n: int) -> None:
+        if self._onlooker is not None:
+            self._onlooker.ends(n)
         if self._tally is not None:
             by_policy: dict[str, list[float]] = {}
             for name, earned in zip(self._policy, self._earned[n].tolist(), strict=True):
@@ -364,6 +374,14 @@ def agents_in(environment: str) -> int:
     return int(globals()[name].num_agents) if place == PLACE else 1
 
 
+def asked_to_begin(env: Any, seed: int) -> Any:
+    """Begin an episode of a script's environment and return what it shows."""
+    if callable(getattr(env, "seed", None)):
+        asked(env, "seed", seed)
+        return asked(env, "reset")
+    return asked(env, "reset", seed=seed) if takes_seed(env) else asked(env, "reset")
+
+
 def is_multi_agent(env: Any) -> bool:
     """Tell whether an environment is one of RLlib's for several agents."""
     return any(kind.__name__ == "MultiAgentEnv" for kind in type(env).__mro__)
@@ -371,7 +389,7 @@ def is_multi_agent(env: Any) -> bool:
 
 def shows_mask(env: Any) -> bool:
     """Tell whether an environment of one agent shows which of its choices are allowed."""
-    seen, does = env.observation_space, env.action_space
+    seen, does = getattr(env, "observation_space", None), getattr(env, "action_space", None)
     if not isinstance(seen, spaces.Dict) or not isinstance(does, spaces.Discrete):
         return False
     mask = seen.spaces.get(MASK)
@@ -391,6 +409,11 @@ def _agents_of(env: Any) -> list[Any]:
     if not named and callable(getattr(env, "get_agent_ids", None)):
         named = list(env.get_agent_ids() or ())
     return sorted({*seen, *named}, key=lambda one: (len(str(one)), str(one)))
+
+
+def _class_with(kind: type, name: str) -> Any:
+    """Return the class that has a name of its own, among those that were derived from it to tell its errors."""
+    return next(one for one in kind.__mro__ if name in vars(one))
 
 
 def _policy_of(told: Described, agent: Any) -> str:

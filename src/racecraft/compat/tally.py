@@ -1,36 +1,83 @@
-"""Training episodes of a script's environment as they end: what foreign metric lines are told from."""
+"""Training episodes of a script's environment as they go on: what foreign metric lines and callbacks are told from."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import gymnasium
 
 Ended = Callable[[float, int], None]
 """Hears of an episode's sum of rewards and of its steps."""
+SOLE, SOLE_POLICY = "agent0", "default_policy"
+"""What RLlib calls the one agent of an environment that names none, and its policy."""
+
+
+class Onlooker(Protocol):
+    """Hears of every episode of the worlds that are learned in, tick by tick."""
+
+    def joins(self, env: Any) -> int:
+        """Hear of an environment, as its maker gave it; return its number."""
+        ...
+
+    def begins(self, world: int, policies: Mapping[Any, str], seen: Mapping[Any, Any]) -> None:
+        """Hear that an episode begins: each agent's policy, and what it sees, by agent."""
+        ...
+
+    def steps(
+        self, world: int, done: Mapping[Any, Any], seen: Mapping[Any, Any], earned: Mapping[Any, float],
+        infos: Mapping[Any, Any],
+    ) -> None:  # fmt: skip
+        """Hear of a tick: what was done, seen, earned and said, by agent."""
+        ...
+
+    def ends(self, world: int) -> None:
+        """Hear that an episode is over."""
+        ...
 
 
 class Watched(gymnasium.Wrapper[Any, Any, Any, Any]):
-    """An environment of one agent whose episodes are told of."""
+    """An environment of one agent whose episodes are told of.
 
-    def __init__(self, env: gymnasium.Env[Any, Any], ended: Ended) -> None:
+    Args:
+        env: Of Gymnasium's manners.
+        ended: Hears of each episode.
+        onlooker: Hears of each tick; None: nobody does.
+        own: The environment as the script made it.
+    """
+
+    def __init__(
+        self, env: gymnasium.Env[Any, Any], ended: Ended, onlooker: Onlooker | None = None, own: Any = None
+    ) -> None:
         super().__init__(env)
         self._ended, self._reward, self._steps = ended, 0.0, 0
+        self._onlooker, self._number = onlooker, onlooker.joins(own) if onlooker else 0
 
     def reset(self, **words: Any) -> tuple[Any, dict[str, Any]]:
-        """Begin an episode."""
-        self._reward, self._steps = 0.0, 0
-        return self.env.reset(**words)
+        """Begin an episode; one that was not over was cut from outside, by a limit of ticks."""
+        if self._steps:
+            self._end()
+        begun = self.env.reset(**words)
+        if self._onlooker is not None:
+            self._onlooker.begins(self._number, {SOLE: SOLE_POLICY}, {SOLE: begun[0]})
+        return begun
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Act once."""
         seen, reward, terminated, truncated, info = self.env.step(action)
         self._reward, self._steps = self._reward + float(reward), self._steps + 1
+        if self._onlooker is not None:
+            self._onlooker.steps(self._number, {SOLE: action}, {SOLE: seen}, {SOLE: float(reward)}, {SOLE: info})
         if terminated or truncated:
-            self._ended(self._reward, self._steps)
+            self._end()
         return seen, float(reward), terminated, truncated, info
+
+    def _end(self) -> None:
+        self._ended(self._reward, self._steps)
+        if self._onlooker is not None:
+            self._onlooker.ends(self._number)
+        self._reward, self._steps = 0.0, 0
 
 
 @dataclass(frozen=True)

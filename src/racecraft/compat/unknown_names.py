@@ -17,6 +17,8 @@ from types import ModuleType
 from typing import Any
 
 from racecraft.compat.slips import HINTS, told
+from racecraft.compat.word_places import placed
+from racecraft.compat.wrong_calls import about_call
 from racecraft.contract.blame import is_own, own_line
 from racecraft.contract.errors import RacecraftError, UserInputError, nearest
 
@@ -34,7 +36,9 @@ class UnknownNameError(UserInputError):
 
 @contextlib.contextmanager
 def told_by_letter(lent: Sequence[str]) -> Iterator[None]:
-    """Tell what a script asks for and nobody has by a letter; all other errors go through as they are.
+    """Tell what a script asks for and nobody has by a letter, and lay its own line before letters of ours.
+
+    All other errors go through as they are.
 
     Args:
         lent: Modules that are lent, by their foreign names.
@@ -45,19 +49,24 @@ def told_by_letter(lent: Sequence[str]) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        if letter := letter_about(error, lent):
+        letter = letter_about(error, lent)
+        if letter and isinstance(error, UserInputError):
+            error.args = (letter,)
+        elif letter:
             raise UnknownNameError(letter) from error
         raise
 
 
 def letter_about(error: BaseException, lent: Sequence[str]) -> str:
-    """Return the letter about a name that the user's own code asked for; "" where an error is about none.
+    """Return the letter about what the user's own code asked for, with its line; "" where Python tells it better.
 
     Args:
         error: As Python raised it.
         lent: Modules that are lent, by their foreign names.
     """
     said = ""
+    if isinstance(error, UserInputError):
+        return placed(error)
     if isinstance(error, RacecraftError):
         said = str(error) if isinstance(error, AttributeError) else ""
     elif any(kind.__name__ == UNREGISTERED for kind in type(error).__mro__):
@@ -73,6 +82,8 @@ def letter_about(error: BaseException, lent: Sequence[str]) -> str:
         said = _about_name(imported[1], error.name or "", _offered_by_module(error.name)) if imported else ""
     elif isinstance(error, AttributeError) and error.obj is not None:
         said = _about_attribute(error.name or str(error), error.obj)
+    elif isinstance(error, TypeError):
+        said = about_call(error)
     return f"{own_line(error)}: {said}" if said else ""
 
 

@@ -194,7 +194,7 @@ class Checkpoints:
         for entry in index["checkpoints"]:
             if str(entry["iteration"]) == wanted:
                 return CheckpointEntry(**entry)
-        there = ", ".join(str(entry["iteration"]) for entry in index["checkpoints"]) or "none yet"
+        there = _in_rows([int(entry["iteration"]) for entry in index["checkpoints"]]) or "none yet"
         raise CheckpointError(
             self.folder, f"there is no checkpoint '{which}'", f"best, last, or one of the iterations: {there}"
         )
@@ -215,7 +215,7 @@ class Checkpoints:
         """
         entry = self.find(which)
         if entry.state is None:
-            kept = ", ".join(str(other.iteration) for other in self.entries() if other.state) or "none"
+            kept = _in_rows([other.iteration for other in self.entries() if other.state]) or "none"
             raise CheckpointError(
                 self.folder,
                 f"the state of checkpoint {entry.iteration} was not kept",
@@ -315,3 +315,19 @@ def _unfolded(tree: Any, arrays: Mapping[str, Array]) -> Any:
     if "$pairs" in tree:
         return {_unfolded(key, arrays): _unfolded(part, arrays) for key, part in tree["$pairs"]}
     return {key: _unfolded(part, arrays) for key, part in tree.items()}
+
+
+def _in_rows(numbers: list[int]) -> str:
+    """Return numbers as people write them, those that follow each other as one row.
+
+    >>> _in_rows([0, 1, 2, 3, 7, 9, 10])
+    '0 to 3, 7, 9, 10'
+    """
+    rows: list[list[int]] = []
+    for number in numbers:
+        if rows and number == rows[-1][-1] + 1:
+            rows[-1].append(number)
+        else:
+            rows.append([number])
+    told = [f"{row[0]} to {row[-1]}" if len(row) > 2 else ", ".join(map(str, row)) for row in rows]
+    return ", ".join(told)

@@ -15,12 +15,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from racecraft.contract.arguments import require_arguments
 from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.job_spec import JobSpec, require_legal_name
 from racecraft.formats.run_folder import CHECKPOINTS, FORMAT, JOB
 from racecraft.jobs import submit
 from racecraft.jobs.container import container_in
+from racecraft.jobs.estimator_words import PREDICT_ARGUMENTS
 from racecraft.jobs.home import JobHome
 from racecraft.jobs.store import JobStore, get
 
@@ -114,13 +116,15 @@ class Predictor:
         """
         return _address(self._home, self.endpoint_name)
 
-    def predict(self, data: Any, initial_args: Any = None, **_: Any) -> Any:
+    def predict(self, data: Any, initial_args: Any = None, **recorded: Any) -> Any:
         """Return what the policy does.
 
         Raises:
+            SettingError: An argument that no version of the SDK has.
             EndpointAnswer: What was asked is not what it sees; the letter says what is.
             EndpointError: There is no such endpoint, or it does not answer.
         """
+        require_arguments("predict", recorded, ("data", "initial_args", *PREDICT_ARGUMENTS))
         body, kind = _serialized(self.serializer, data)
         headers = {"Content-Type": kind, "Accept": ", ".join(getattr(self.deserializer, "ACCEPT", ()))}
         request = urllib.request.Request(f"{self.url}/invocations", body, headers, method="POST")

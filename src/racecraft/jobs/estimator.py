@@ -14,11 +14,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from racecraft.contract.arguments import names_of, require_arguments
 from racecraft.contract.errors import MissingExtraError, RacecraftError, SettingError
 from racecraft.formats.job_spec import JobSpec, require_legal_name
 from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.container import channels_of, check_code, container_in, lay_out
 from racecraft.jobs.estimator_words import (
+    ANALYTICS_ARGUMENTS,
+    DEPLOY_ARGUMENTS,
     ONLY_RECORDED,
     RLToolkit,
     check_image,
@@ -137,6 +140,7 @@ class TrainingJobAnalytics:
     """A job's metrics as a table, as `sagemaker.analytics` has it."""
 
     def __init__(self, training_job_name: str, metric_names: Sequence[str] | None = None, **recorded: Any) -> None:
+        require_arguments("TrainingJobAnalytics", recorded, (*ANALYTICS_ARGUMENTS, *names_of(TrainingJobAnalytics)))
         self._job, self._names = TrainingJob(training_job_name, JobHome.of_user()), metric_names
 
     def rows(self) -> list[dict[str, Any]]:
@@ -243,7 +247,9 @@ class RLEstimator:
         told = job.describe()["Recorded"].get("estimator")
         if told is None:
             raise SettingError(f"Job {training_job_name} was not begun by an estimator; expected one that was.")
-        found = cls(**told)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what is worth saying was said when the job began
+            found = cls(**told)
         found.latest_training_job = job
         return found
 
@@ -342,7 +348,9 @@ class RLEstimator:
 
         Raises:
             EndpointError: Nothing that racecraft trained lies in the job's model, or the name is taken.
+            SettingError: An argument that no version of the SDK has.
         """
+        require_arguments("deploy", recorded, (*DEPLOY_ARGUMENTS, *names_of(self.deploy)))
         from racecraft.jobs.endpoint import deploy, trained_run_in
 
         run = trained_run_in(container_in(self._home.folder(self._latest().name)).model)

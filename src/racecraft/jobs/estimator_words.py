@@ -53,6 +53,32 @@ ONLY_RECORDED = (
     "profiler_config", "disable_profiler", "max_retry_attempts",
 )  # fmt: skip
 """Words that are accepted and written down; on one machine they change nothing."""
+DEPLOY_ARGUMENTS = (
+    "accelerator_type", "use_compiled_model", "model_name", "kms_key", "data_capture_config", "tags", "volume_size",
+    "async_inference_config", "serverless_inference_config", "model_data_download_timeout", "explainer_config",
+    "container_startup_health_check_timeout", "inference_recommendation_id", "update_endpoint", "role", "image",
+    "image_uri", "entry_point", "source_dir", "dependencies", "code_location", "model_server_workers", "env", "name",
+    "enable_network_isolation", "predictor_cls", "vpc_config", "vpc_config_override", "container_log_level",
+    "framework_version", "py_version", "managed_instance_scaling", "inference_component_name", "routing_config",
+    "resources", "endpoint_type", "endpoint_logging", "accept_eula", "model_reference_arn",
+)  # fmt: skip
+"""What any version of the SDK's `deploy` takes beside ours; written down nowhere, for a policy is served as it is."""
+MODEL_ARGUMENTS = (
+    "image", "image_uri", "entry_point", "source_dir", "dependencies", "framework_version", "py_version", "env",
+    "container_log_level", "predictor_cls", "vpc_config", "sagemaker_session", "code_location", "git_config",
+    "model_kms_key", "enable_network_isolation", "image_config", "model_server_workers",
+)  # fmt: skip
+"""The same of its models."""
+ANALYTICS_ARGUMENTS = ("sagemaker_session", "start_time", "end_time", "period")
+PREDICT_ARGUMENTS = ("target_model", "target_variant", "inference_id", "custom_attributes", "component_name")
+SESSION_ARGUMENTS = (
+    "sagemaker_client", "sagemaker_runtime_client", "sagemaker_featurestore_runtime_client", "settings",
+    "sagemaker_metrics_client", "sagemaker_config", "default_bucket_prefix",
+)  # fmt: skip
+TUNER_ARGUMENTS = (
+    "tags", "warm_start_config", "completion_criteria_config", "strategy_config", "estimator_name", "autotune",
+    "max_runtime_in_seconds", "hyperparameters_to_keep_static", "training_input_mode",
+)  # fmt: skip
 FLOAT = r"[-+]?[0-9]*[.]?[0-9]+(?:[eE][-+]?[0-9]+)?"
 
 

@@ -16,12 +16,15 @@ from racecraft.contract.errors import SettingError, nearest
 PREFIX = "rl."
 EXPERIMENT_WORDS = (
     "run", "env", "stop", "config", "checkpoint_freq", "checkpoint_at_end", "local_dir", "num_samples", "restore",
-    "max_failures", "keep_checkpoints_num", "resources_per_trial", "verbose", "name",
+    "max_failures", "keep_checkpoints_num", "checkpoint_score_attr", "resources_per_trial", "verbose", "name",
+    "loggers", "export_formats", "sync_config", "sync_function", "upload_dir", "trial_name_creator",
 )  # fmt: skip
 """Words of one experiment, `rl.training.WORD`."""
 STOP_WORDS = (
     "time_total_s", "timesteps_total", "episodes_total", "training_iteration", "episode_reward_mean",
-    "episode_reward_max", "episode_reward_min", "episode_len_mean",
+    "episode_reward_max", "episode_reward_min", "episode_len_mean", "env_runners/episode_return_mean",
+    "sampler_results/episode_reward_mean", "episode_return_mean", "num_env_steps_sampled",
+    "num_env_steps_sampled_lifetime",
 )  # fmt: skip
 """Words behind `rl.training.stop.`"""
 CONFIG_WORDS = (
@@ -39,9 +42,12 @@ CONFIG_WORDS = (
     "exploration_fraction", "exploration_final_eps", "final_prioritized_replay_beta", "per_worker_exploration",
     "worker_side_prioritization", "min_iter_time_s", "timesteps_per_iteration", "optimizer", "adam_epsilon",
     "input", "output", "preprocessor_pref", "num_aggregation_workers", "create_env_on_driver", "vtrace",
-    "broadcast_interval", "learner_queue_size",
+    "broadcast_interval", "learner_queue_size", "lambda_", "num_epochs", "minibatch_size", "num_rollout_workers",
+    "train_batch_size_per_learner", "num_env_runners", "num_envs_per_env_runner", "num_cpus_per_env_runner",
+    "num_gpus_per_env_runner", "create_env_on_local_worker", "ignore_env_runner_failures", "framework_str",
+    "num_steps_sampled_before_learning_starts", "min_time_s_per_iteration", "min_sample_timesteps_per_iteration",
 )  # fmt: skip
-"""Words of RLlib's configuration, `rl.training.config.WORD` (Ray 0.5 to 1.6)."""
+"""Words of RLlib's configuration, `rl.training.config.WORD` (Ray 0.5 to 1.6, and what Ray 2 calls the same)."""
 OWN_KEYS = (
     "sagemaker_program", "sagemaker_submit_directory", "sagemaker_job_name", "sagemaker_region",
     "sagemaker_container_log_level", "sagemaker_estimator",

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from racecraft.contract.arguments import require_arguments
 from racecraft.contract.errors import InputFileError
 from racecraft.formats.whole import make_folder
 from racecraft.jobs.container import local_path
+from racecraft.jobs.estimator_words import SESSION_ARGUMENTS
 from racecraft.jobs.home import JobHome
 
 BUCKET = "racecraft-local"
@@ -48,22 +50,25 @@ class Session:
 
     boto_region_name = REGION
 
-    def __init__(self, boto_session: Any = None, **recorded: Any) -> None:
+    def __init__(self, boto_session: Any = None, default_bucket: str | None = None, **recorded: Any) -> None:
+        require_arguments("Session", recorded, ("boto_session", "default_bucket", *SESSION_ARGUMENTS))
+        self._bucket = default_bucket or BUCKET
         self.boto_session, self.recorded = boto_session, recorded
         self.config: dict[str, Any] = {}
         self._home = JobHome.of_user()
 
     def default_bucket(self) -> str:
         """Return the name of the bucket, and make its folder."""
-        make_folder(buckets_of(self._home) / BUCKET)
-        return BUCKET
+        make_folder(buckets_of(self._home) / self._bucket)
+        return self._bucket
 
-    def upload_data(self, path: str, bucket: str | None = None, key_prefix: str = "data", **_: Any) -> str:
+    def upload_data(self, path: str, bucket: str | None = None, key_prefix: str = "data", **recorded: Any) -> str:
         """Copy a file, or what a folder holds, into a bucket's folder; return its address.
 
         Raises:
             UploadError: There is no such file or folder.
         """
+        require_arguments("upload_data", recorded, ("path", "bucket", "key_prefix", "extra_args", "callback"))
         source = Path(path)
         address = f"s3://{bucket or self.default_bucket()}/{key_prefix}"
         target = local_path(address, buckets_of(self._home))
@@ -76,12 +81,13 @@ class Session:
         shutil.copy2(source, target)
         return f"{address}/{source.name}"
 
-    def download_data(self, path: str, bucket: str, key_prefix: str = "", **_: Any) -> None:
+    def download_data(self, path: str, bucket: str, key_prefix: str = "", **recorded: Any) -> None:
         """Copy what a bucket's folder holds to a path.
 
         Raises:
             UploadError: There is no such thing in the bucket.
         """
+        require_arguments("download_data", recorded, ("path", "bucket", "key_prefix", "extra_args"))
         source = local_path(f"s3://{bucket}/{key_prefix}", buckets_of(self._home))
         if not source.exists():
             raise UploadError(f"s3://{bucket}/{key_prefix}", f"there is no {source}", "what was uploaded")

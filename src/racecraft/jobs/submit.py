@@ -18,6 +18,7 @@ from racecraft.jobs.job import Job, new_job
 from racecraft.jobs.states import JobError
 from racecraft.jobs.store import JobStore, NameTakenError, change, get
 from racecraft.jobs.waking import ensure_supervisor, is_supervised
+from racecraft.training.stopping import parse_stops
 
 TOLD_FROM_HERE = ("PYTHONPATH", "OMP_NUM_THREADS", "CUDA_VISIBLE_DEVICES")
 """Variables that a job takes along from where it was begun, beside those named RACECRAFT_… and DR_…"""
@@ -31,10 +32,11 @@ def submit(home: JobHome, spec: JobSpec) -> Job:
 
     Raises:
         NameTakenError: There is a job of that name.
-        JobError: This machine could never start it.
+        JobError: This machine could never start it, or it may wait for less time than it may run.
         JobStoreError: The store cannot be opened or written.
     """
     require_legal_name(spec.name)
+    _require_time_to_run(spec)
     if not home.is_shared:
         Capacity.of_machine().require(spec)
     store = home.store()
@@ -44,6 +46,15 @@ def submit(home: JobHome, spec: JobSpec) -> Job:
     ensure_supervisor(home)
     withdraw(home)
     return get(store, spec.name)
+
+
+def _require_time_to_run(spec: JobSpec) -> None:
+    run, wait = spec.max_run_seconds, spec.max_wait_seconds
+    if run is not None and wait is not None and wait < run:
+        raise JobError(
+            f"Job {spec.name} may run for {run} s and must be over {wait} s from now; expected at least as much to "
+            "wait as to run, for the time that it runs counts, too."
+        )
 
 
 def submit_numbered(home: JobHome, base: str, spec: Callable[[str], JobSpec | None]) -> Job:
@@ -92,8 +103,10 @@ def resume(home: JobHome, store: JobStore, name: str, stops: tuple[str, ...] = (
         stops: New stop conditions for its training; none: those it has.
 
     Raises:
+        SettingError: One of them is none.
         JobError: It has not ended, or new stops are given and it has no training to go on with.
     """
+    parse_stops(stops)
 
     def again(job: Job) -> Job:
         spec = job.spec

@@ -27,6 +27,7 @@ from racecraft.contract.world import Array, ArraySpec, DiscreteActions
 from racecraft.serving.http_service import HttpError, Reply, Request
 
 JSON, NPY, NPZ = "application/json", "application/x-npy", "application/x-npz"
+NPY_BEGINS = b"\x93NUMPY"
 IMAGES = ("image/png", "image/jpeg")
 MOST_ROWS = 4096
 """Observations in one request."""
@@ -213,7 +214,8 @@ def _npy(body: bytes) -> Array:
     try:
         array: Array = np.load(io.BytesIO(body), allow_pickle=False)
     except (ValueError, EOFError, OSError) as error:
-        raise _bad(f"no NumPy array ({error}); expected what numpy.save writes, numbers only.") from None
+        why = error if body.startswith(NPY_BEGINS) else f"it does not begin with {NPY_BEGINS!r}"
+        raise _bad(f"no NumPy array ({why}); expected what numpy.save writes, numbers only.") from None
     return array
 
 

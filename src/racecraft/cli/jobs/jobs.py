@@ -115,7 +115,8 @@ def show(name: Name, json: Json = False) -> None:
     print(f"  folder   {job.spec.folder}")
     print(f"  run      {job.spec.run or '-'}")
     print(f"  log      {home.log(name)}")
-    print(f"  started  {job.attempts} times, {_clock(job.training_seconds(time.time()))} of work")
+    times = f"{job.attempts} time{'s' * (job.attempts != 1)}"
+    print(f"  started  {times}, {_clock(job.training_seconds(time.time()))} of work")
     for step in job.transitions:
         when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(step.time))
         print(f"  {when}  {step.state:12}  {step.message}".rstrip())
@@ -241,6 +242,7 @@ def _submit_words(words: tuple[str, ...], name: str, limits: dict[str, Any]) -> 
     from racecraft.formats.job_spec import COMMANDS, JobSpec
     from racecraft.jobs.home import JobHome
     from racecraft.jobs.submit import environment_here, submit, submit_numbered
+    from racecraft.jobs.tuning.rehearsal import require_can_begin
 
     if words[0] not in COMMANDS or words[0] == "jobs":
         known = nearest(words[0], COMMANDS[:-1])
@@ -250,13 +252,26 @@ def _submit_words(words: tuple[str, ...], name: str, limits: dict[str, Any]) -> 
         rest, run = _without_run(words[behind:])
         again = "--resume" in rest
         rest = [word for word in rest if word not in ("--resume", "--detach")]
+        if not again:
+            require_can_begin((*words[:behind], *rest))
         return submit_training(words[:behind], rest, run, goes_on=again, name=name, **limits)
+    if words[0] == "run":
+        _require_script(words[1:])
     home, here = JobHome.of_user(), str(Path.cwd())
     if name:
         return submit(home, JobSpec(words, name, folder=here, environment=environment_here(), **limits))
     return submit_numbered(
         home, words[0], lambda name: JobSpec(words, name, folder=here, environment=environment_here(), **limits)
     )
+
+
+def _require_script(words: tuple[str, ...]) -> None:
+    """Refuse to run later what is not there now."""
+    from racecraft.contract.errors import InputFileError
+
+    script = next((word for word in words if not word.startswith("-")), "")
+    if not Path(script).is_file():
+        raise InputFileError(script or "run", "there is no such file", "a Python script, or a notebook (.ipynb)")
 
 
 def _without_run(words: tuple[str, ...]) -> tuple[list[str], Path | None]:

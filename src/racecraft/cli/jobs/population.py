@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,6 +23,7 @@ def train_population(
     from racecraft.cli.output import print_json, say
     from racecraft.formats.population import FILE, read_population
     from racecraft.formats.whole import make_folder
+    from racecraft.jobs.capacity import Capacity
     from racecraft.jobs.home import JobHome
     from racecraft.jobs.tuning.population import check_population, train
     from racecraft.jobs.tuning.population_trials import PopulationTrials, check_round
@@ -34,7 +34,7 @@ def train_population(
     check_round(record.command, parameters)
     require_understood(record.command, parameters)
     aim = Objective(record.objective, record.maximise, take_last=True)
-    cores = os.cpu_count() or 1
+    cores = Capacity.of_machine().cores
     at_a_time = min(parallel or max(1, cores // 2), record.size)
     make_folder(folder)
     launch = PopulationTrials(folder, record.command, aim, max(1, cores // at_a_time), JobHome.of_user())

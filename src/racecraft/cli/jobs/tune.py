@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
@@ -177,6 +176,7 @@ def _search(
     from racecraft.cli.jobs.population import PBT
     from racecraft.cli.output import say
     from racecraft.formats.whole import make_folder
+    from racecraft.jobs.capacity import Capacity
     from racecraft.jobs.home import JobHome
     from racecraft.jobs.tuning.rehearsal import require_understood
     from racecraft.jobs.tuning.search import search
@@ -195,7 +195,7 @@ def _search(
             with database_letters(place.from_):
                 taken = study.take_over(place.from_)
             say(f"begins with {taken} trials of {place.from_}", quiet_stdout=json)
-        cores = os.cpu_count() or 1
+        cores = Capacity.of_machine().cores
         at_a_time = extent.at_a_time(cores)
         launch = TrainingTrials(folder, command, objective, max(1, cores // at_a_time), JobHome.of_user())
         say(f"{folder}: {extent.trials} trials, {at_a_time} at a time", quiet_stdout=json)

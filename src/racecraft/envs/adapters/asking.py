@@ -107,6 +107,13 @@ def unfit(env: Any, method: str, what: str, value: Any, space: Any, why: object)
     )
 
 
+def lacking(env: Any, name: str) -> EnvironmentFailedError:
+    """Return the letter about something that an environment has not."""
+    return EnvironmentFailedError(
+        f"{_place(env, '__init__')}{_name(env)} has no {name}; expected one of gym's spaces, set as it is made."
+    )
+
+
 def telling(own: type) -> type:
     """Return a user's class of worlds with what its methods raise told as letters, and all else of it its own."""
 

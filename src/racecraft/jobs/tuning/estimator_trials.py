@@ -14,10 +14,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from racecraft.contract.arguments import names_of, require_arguments
 from racecraft.contract.errors import MissingExtraError, SettingError, nearest
 from racecraft.formats.tuning import COMPLETE, TrialRecord
 from racecraft.formats.whole import make_folder
 from racecraft.jobs.estimator import RLEstimator, TrainingJob
+from racecraft.jobs.estimator_words import TUNER_ARGUMENTS
 from racecraft.jobs.home import JobHome
 from racecraft.jobs.metrics import check_definitions
 from racecraft.jobs.tuning.search import Standing, search
@@ -73,6 +75,8 @@ class HyperparameterTuner:
         random_seed: int = 0,
         **recorded: Any,
     ) -> None:
+        known = (*TUNER_ARGUMENTS, *names_of(HyperparameterTuner))
+        require_arguments("HyperparameterTuner", recorded, known)
         self.estimator, self.objective_metric_name = estimator, objective_metric_name
         definitions = check_definitions(metric_definitions) if metric_definitions else estimator.metric_definitions
         names = [one["Name"] for one in definitions]

@@ -1,4 +1,4 @@
-"""A trial's command read through once before any trial is begun, so that what no trial understands is said at once.
+"""A training command read through before it becomes a job, so that what it does not understand is said at once.
 
 The command itself reads it, in a process of its own that plans and trains nothing (`PLAN_ONLY`). Two corners of what is
 varied are planned, all least values and all greatest: where one of them can be trained, a search has something to find,
@@ -8,6 +8,7 @@ and what the other one does wrong is a trial's own failure.
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -19,6 +20,23 @@ from racecraft.jobs.tuning.space import CategoricalParameter, Parameter, as_text
 
 PLAN_ONLY = "RACECRAFT_PLAN_ONLY"
 """Set, it makes a training command read everything, write nothing and leave."""
+
+
+_BOX = re.compile(r"^\W*Error\W*$\n(.*)\n", re.MULTILINE)
+"""How a word that no command has is told: in a frame."""
+
+
+def require_can_begin(words: Sequence[str]) -> None:
+    """Refuse a training command that would be refused as it began.
+
+    Args:
+        words: What stands behind `racecraft`.
+
+    Raises:
+        SettingError: It is refused, in the command's own words.
+    """
+    if letter := _refusal(words, {}):
+        raise SettingError(letter)
 
 
 def require_understood(words: Sequence[str], parameters: Mapping[str, Parameter]) -> None:
@@ -44,11 +62,14 @@ def _ends(parameter: Parameter) -> tuple[Any, Any]:
 
 
 def _refusal(words: Sequence[str], values: Mapping[str, Any]) -> str:
-    """Return the letter with which a command refuses some values; "" where it does not, or ends without a letter."""
+    """Return what a command refuses some values with; "" where it does not, or ends otherwise."""
     sets = [f"--set={name}={as_text(value)}" for name, value in values.items()]
     planned = subprocess.run(
         [sys.executable, "-m", "racecraft", *words, *sets],
         env={**os.environ, PLAN_ONLY: "1"}, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False,
     )  # fmt: skip
+    if not planned.returncode:
+        return ""
     _, sign, letter = planned.stderr.rpartition(LETTER)
-    return letter.strip() if planned.returncode and sign else ""
+    framed = _BOX.search(planned.stderr)
+    return letter.strip() if sign else framed[1].strip(" \u2502") if framed else ""

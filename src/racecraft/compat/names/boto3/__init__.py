@@ -5,12 +5,17 @@ from __future__ import annotations
 from typing import Any
 
 from racecraft.compat.local_buckets import Buckets, Resource
+from racecraft.contract.arguments import require_arguments
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.jobs.estimator import TrainingJob
 from racecraft.jobs.home import JobHome
 from racecraft.jobs.sandbox.making import recorded_stacks
 from racecraft.jobs.session import ACCOUNT, REGION, ROLE, buckets_of
 
+ACCOUNT_ARGUMENTS = ("aws_access_key_id", "aws_secret_access_key", "aws_session_token", "region_name")
+SESSION_ARGUMENTS = (*ACCOUNT_ARGUMENTS, "botocore_session", "profile_name", "aws_account_id")
+CLIENT_ARGUMENTS = (*ACCOUNT_ARGUMENTS, "api_version", "use_ssl", "verify", "endpoint_url", "config", "aws_account_id")
+"""What boto3 takes to know whom to ask; here nobody is asked."""
 SERVICES = ("sagemaker", "sts", "s3", "cloudformation")
 
 
@@ -18,46 +23,49 @@ class Session:
     """Says where we are: on this machine."""
 
     def __init__(self, region_name: str = REGION, **recorded: Any) -> None:
+        require_arguments("boto3.Session", recorded, SESSION_ARGUMENTS)
         self.region_name = region_name
 
-    def client(self, service: str, **recorded: Any) -> Any:
+    def client(self, service_name: str, **recorded: Any) -> Any:
         """Return the client of a service."""
-        return client(service, **recorded)
+        return client(service_name, **recorded)
 
-    def resource(self, service: str, **recorded: Any) -> Resource:
+    def resource(self, service_name: str, **recorded: Any) -> Resource:
         """Return the resources of a service."""
-        return resource(service, **recorded)
+        return resource(service_name, **recorded)
 
 
-def resource(service: str, **recorded: Any) -> Resource:
+def resource(service_name: str, **recorded: Any) -> Resource:
     """Return the resources of a service.
 
     Raises:
-        SettingError: Of a service that is not here.
+        SettingError: Of a service that is not here, or an argument that boto3 has not.
     """
-    if service != "s3":
+    require_arguments("boto3.resource", recorded, CLIENT_ARGUMENTS)
+    if service_name != "s3":
         raise SettingError(
-            f"boto3.resource('{service}'): `racecraft run` offers s3 of AWS's. Where AWS itself is meant, install "
+            f"boto3.resource('{service_name}'): `racecraft run` offers s3 of AWS's. Where AWS itself is meant, install "
             "boto3 and give it credentials."
         )
-    return Resource(client(service))
+    return Resource(client(service_name))
 
 
-def client(service: str, **recorded: Any) -> Any:
+def client(service_name: str, **recorded: Any) -> Any:
     """Return the client of a service.
 
     Raises:
-        SettingError: Of a service that is not here.
+        SettingError: Of a service that is not here, or an argument that boto3 has not.
     """
-    if service not in SERVICES:
+    require_arguments("boto3.client", recorded, CLIENT_ARGUMENTS)
+    if service_name not in SERVICES:
         raise SettingError(
-            f"boto3.client('{service}'): `racecraft run` offers {', '.join(SERVICES)} of AWS's services. "
-            f"{nearest(service, SERVICES)} Where AWS itself is meant, install boto3 and give it credentials."
+            f"boto3.client('{service_name}'): `racecraft run` offers {', '.join(SERVICES)} of AWS's services. "
+            f"{nearest(service_name, SERVICES)} Where AWS itself is meant, install boto3 and give it credentials."
         )
-    if service == "s3":
+    if service_name == "s3":
         home = JobHome.of_user()
         return Buckets(buckets_of(home), home.path)
-    return {"sagemaker": _SageMaker, "sts": _Sts, "cloudformation": _CloudFormation}[service]()
+    return {"sagemaker": _SageMaker, "sts": _Sts, "cloudformation": _CloudFormation}[service_name]()
 
 
 class _SageMaker:

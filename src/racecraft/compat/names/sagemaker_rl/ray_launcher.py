@@ -11,6 +11,7 @@ from racecraft.compat.pairs import PRIMARY, SECONDARY, carry_for_primary, role_o
 from racecraft.compat.rllib_training import prepare_worlds, train_experiment
 from racecraft.compat.travelling_models import refuse_to_train
 from racecraft.contract.errors import SettingError
+from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.hyperparameters import PREFIX, check_overrides
 
 
@@ -18,7 +19,7 @@ class SageMakerRayLauncher:
     """Trains what a script describes; a script derives its own from it."""
 
     def __init__(self) -> None:
-        self.num_cpus = int(os.environ.get("SM_NUM_CPUS") or os.cpu_count() or 1)
+        self.num_cpus = int(os.environ.get("SM_NUM_CPUS") or Capacity.of_machine().cores)
         self.num_gpus = int(os.environ.get("SM_NUM_GPUS", 0))
         self.hosts_info = {os.environ.get("SM_CURRENT_HOST", "algo-1"): True}
         self.num_total_gpus = self.num_gpus

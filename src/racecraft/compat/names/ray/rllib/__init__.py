@@ -1,1 +1,7 @@
-"""`ray.rllib`, as far as launcher scripts import it: environments of several agents, models by registration, names."""
+"""`ray.rllib`."""
+
+from racecraft.compat.rllib_callbacks import Policy
+from racecraft.compat.rllib_callbacks import Worlds as BaseEnv
+from racecraft.compat.rllib_callbacks import Worlds as RolloutWorker
+
+__all__ = ["BaseEnv", "Policy", "RolloutWorker"]

@@ -6,7 +6,9 @@ import time
 from pathlib import Path
 from typing import Any
 
+from racecraft.contract.arguments import names_of, require_arguments
 from racecraft.jobs.endpoint import Predictor, deploy, trained_run_in, unpacked_model
+from racecraft.jobs.estimator_words import DEPLOY_ARGUMENTS, MODEL_ARGUMENTS
 from racecraft.jobs.home import JobHome
 
 NAME = "model"
@@ -22,6 +24,7 @@ class TensorFlowModel:
     """
 
     def __init__(self, model_data: str, role: str | None = None, name: str | None = None, **recorded: Any) -> None:
+        require_arguments("TensorFlowModel", recorded, (*MODEL_ARGUMENTS, "model_data", "role", "name"))
         self.model_data, self.name = model_data, name
 
     def deploy(
@@ -39,7 +42,9 @@ class TensorFlowModel:
 
         Raises:
             EndpointError: Nothing that racecraft trained lies in the model, or the name is taken.
+            SettingError: An argument that no version of the SDK has.
         """
+        require_arguments("deploy", recorded, (*DEPLOY_ARGUMENTS, *names_of(self.deploy)))
         run = trained_run_in(unpacked_model(Path(self.model_data.removeprefix("file://"))))
         name = endpoint_name or self.name or f"{NAME}-{time.strftime('%Y-%m-%d-%H-%M-%S')}"
         return deploy(JobHome.of_user(), run, name, serializer, deserializer, wait, policy)

@@ -10,7 +10,7 @@ class ModelV2:
 
     def __init__(
         self, obs_space: Any, action_space: Any, num_outputs: int, model_config: dict[str, Any], name: str,
-        framework: str = "torch", **words: Any,
+        framework: str = "torch",
     ) -> None:  # fmt: skip
         self.obs_space, self.action_space, self.num_outputs = obs_space, action_space, num_outputs
         self.model_config, self.name, self.framework = model_config, name, framework

@@ -1,1 +1,5 @@
 """`ray.rllib.policy`."""
+
+from racecraft.compat.names.ray.rllib.policy.policy import Policy, PolicySpec
+
+__all__ = ["Policy", "PolicySpec"]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from racecraft.compat.rllib_callbacks import Policy
+
 
 class PolicySpec(NamedTuple):
     """One policy: None leaves a thing to the environment."""
@@ -14,4 +16,4 @@ class PolicySpec(NamedTuple):
     config: Any = None
 
 
-__all__ = ["PolicySpec"]
+__all__ = ["Policy", "PolicySpec"]

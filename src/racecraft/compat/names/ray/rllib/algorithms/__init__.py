@@ -1,0 +1,1 @@
+"""`ray.rllib.algorithms`, as Ray 2 calls what were agents."""

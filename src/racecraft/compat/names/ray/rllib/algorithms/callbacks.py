@@ -1,0 +1,5 @@
+"""`ray.rllib.algorithms.callbacks`: the base of a script's own callbacks."""
+
+from racecraft.compat.rllib_callbacks import DefaultCallbacks
+
+__all__ = ["DefaultCallbacks"]

@@ -1,0 +1,133 @@
+"""What a lent function is given and nobody knows is refused with the nearest name and the script's line."""
+
+import inspect
+from pathlib import Path
+
+import pytest
+from tests.jobs.conftest import home  # noqa: F401
+
+from racecraft.compat.foreign import foreign_names, run_script
+from racecraft.compat.word_places import line_of_word
+from racecraft.contract.errors import UserInputError
+
+ESTIMATOR = """from sagemaker.rl import RLEstimator
+words = dict(
+    toolkit="ray",
+    toolkit_version="1.6.0",
+    framework="pytorch",
+)
+e = RLEstimator("train.py", **words)
+"""
+TYPED_WRONG = [
+    ("import ray\nray.init(num_cpuss=2)", 2, "ray.init has no argument 'num_cpuss'. Did you mean 'num_cpus'?"),
+    ("from ray import tune\ntune.run('PPO', stopp={})", 2, "tune.run has no argument 'stopp'."),
+    ("from ray.tune import run_experiments\nrun_experiments({}, verbos=1)", 2, "Did you mean 'verbose'?"),
+    ("from ray.tune import run_experiments\nrun_experiments(['PPO'])", 2, "is given a list; expected {name: {'run'"),
+    ("import ray\nray.shutdown(now=True)", 2, "shutdown has no argument 'now' here. Known: _exiting_interpreter."),
+    ("import boto3\nboto3.client('s3', region='x')", 2, "Did you mean 'region_name'?"),
+    ("import boto3\nboto3.Session(profile='x')", 2, "Did you mean 'profile_name'?"),
+    ("import boto3\nboto3.resource('s3', endpoint='x')", 2, "Did you mean 'endpoint_url'?"),
+    (
+        "import boto3\nc = boto3.client(service_name='sagemaker')\nc.describe_training_job(\n  JobName='x')",
+        3,
+        "describe_training_job has no argument 'JobName' here. Did you mean 'TrainingJobName'?",
+    ),
+    ("import sagemaker\nsagemaker.Session(default_buckt='x')", 2, "Did you mean 'default_bucket'?"),
+    ("import sagemaker\nsagemaker.Session().upload_data('.', prefix='x')", 2, "Did you mean 'key_prefix'?"),
+    ("import sagemaker\nsagemaker.Session().upload_data(bukket='x')", 2, "upload_data missing 1 required positional"),
+    (
+        "from sagemaker.analytics import TrainingJobAnalytics as A\nA('j', metrics=[])",
+        2,
+        "Did you mean 'metric_names'?",
+    ),
+    ("from sagemaker.predictor import Predictor\nPredictor('e').predict([], target='m')", 2, "Did you mean 'target_m"),
+    ("from sagemaker.tensorflow import TensorFlowModel\nTensorFlowModel('m', entrypoint='x')", 2, "'entry_point'?"),
+    ("from sagemaker.rl import RLEstimator\nRLEstimator(source_dir='.')", 2, "missing 1 required positional argument"),
+    (ESTIMATOR + "e.fit(waits=False)", 8, "fit has no argument 'waits' here. Did you mean 'wait'?"),
+    (
+        ESTIMATOR + "e.deploy(1, 'local', endpont_name='x')",
+        8,
+        "Did you mean 'endpoint_name'?",
+    ),
+    (ESTIMATOR.replace("toolkit=", "tolkit="), 3, "RLEstimator has no 'tolkit'. Did you mean 'toolkit'?"),
+    (ESTIMATOR.replace("1.6.0", "1.6.1"), 7, "there was no ray 1.6.1 at SageMaker; expected 0.5.3"),
+    (
+        ESTIMATOR.replace(")\ne", "    hyperparameters={\n        'rl.training.config.lrr': 1},\n)\ne"),
+        7,
+        "hyperparameter 'rl.training.config.lrr': RLlib's configuration has no 'lrr'. Did you mean 'lr'?",
+    ),
+]
+OWN = [
+    ("def init(a): pass\ninit(b=1)", TypeError),
+    ("import json\njson.dumps(1, indnt=2)", TypeError),
+    ("class A:\n    def f(self): pass\nA().f(x=1)", TypeError),
+    ("'a' + 1", TypeError),
+    ("import sagemaker\nlen(sagemaker)", TypeError),
+]
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, home, monkeypatch):  # noqa: F811
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.parametrize(("code", "line", "said"), TYPED_WRONG)
+def test_an_argument_typed_wrong_is_told_with_the_nearest_and_the_script_s_line(code, line, said):
+    Path("train.py").write_text(code)
+    with pytest.raises(UserInputError) as told:
+        run_script("train.py")
+    assert str(told.value).startswith(f"train.py:{line}: "), str(told.value)
+    assert said in str(told.value)
+
+
+@pytest.mark.parametrize(("code", "raised"), OWN)
+def test_a_call_of_the_script_s_own_is_left_as_python_tells_it(code, raised):
+    Path("train.py").write_text(code)
+    with pytest.raises(raised):
+        run_script("train.py")
+
+
+def test_what_the_original_takes_is_taken_and_what_it_would_have_changed_is_said(capsys):
+    Path("train.py").write_text(
+        "import boto3, ray, sagemaker\n"
+        "ray.init(address='10.0.0.5:6379', num_cpus=2, include_webui=False, _memory=3)\nray.init('local')\n"
+        "s = sagemaker.Session(boto3.Session(region_name='eu-west-1'), default_bucket='snakes')\n"
+        "print(s.default_bucket(), boto3.client('s3', verify=False).list_buckets()['Buckets'])\n"
+    )
+    run_script("train.py")
+    said = capsys.readouterr().out
+    assert said.count("- ray.init: no cluster is joined at 10.0.0.5:6379") == 1
+    assert "at local" not in said
+    assert "snakes [{'Name': 'snakes'}]" in said
+
+
+def test_no_lent_function_swallows_what_it_does_not_know():
+    """Whoever takes any argument refuses by a table; `gym.make` hands them on, and what is shown is shown anyhow."""
+    with foreign_names():
+        import boto3
+        import ray
+        import sagemaker.tensorflow
+        import sagemaker.tuner
+
+        modules = (boto3, ray, ray.tune, sagemaker, sagemaker.analytics, sagemaker.tensorflow, sagemaker.tuner)
+        takers = {
+            name: one
+            for module in modules
+            for name, one in vars(module).items()
+            if getattr(one, "__module__", "").startswith(("racecraft.compat.names", "racecraft.jobs"))
+            and callable(one)
+            and not (isinstance(one, type) and issubclass(one, Exception))
+            and any(part.kind is part.VAR_KEYWORD for part in inspect.signature(one).parameters.values())
+        }
+        for one in takers.values():
+            asks = inspect.signature(one).parameters.values()
+            needed = [part for part in asks if part.default is part.empty and part.kind is not part.VAR_KEYWORD]
+            with pytest.raises(UserInputError, match="has no argument 'nobody_knows'"):
+                one(*["s3"] * len(needed), nobody_knows=1)
+    assert set(takers) >= {"init", "run", "run_experiments", "client", "resource", "Session", "TensorFlowModel"}
+
+
+def test_a_word_s_line_is_told_only_where_it_stands_once(tmp_path):
+    file = tmp_path / "words.py"
+    file.write_text("a = 'lr'\nb = dict(gamma=1)\nc = 'twice'\nd = 'twice'\n")
+    assert [line_of_word(str(file), word) for word in ("lr", "gamma", "twice", "none")] == [1, 2, None, None]
