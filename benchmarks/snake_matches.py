@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from racecraft.players.battlesnake.protocol import Message, SnakePlayer
 
 SEED_OF_MATCHES, MOST_TURNS = 3_000_017, 1000
-PATIENCE = 60.0
+PATIENCE = 3600.0
 """Seconds that an answer is waited for where the clock does not decide."""
 
 
@@ -86,7 +86,7 @@ class Told:
 
 
 class Patient:
-    """A seat whose answers are waited for: a minute, whatever the game's timeout."""
+    """A seat whose answers are waited for: an hour, whatever the game's timeout."""
 
     def __init__(self, seat: Seat) -> None:
         self._seat = seat
@@ -176,7 +176,7 @@ def games_by_the_clock(
             yield {
                 "worth": worth,
                 "turns": played.turns,
-                "late": [sum(pair) for pair in zip(given_up, waited_for, strict=True)],
+                "late": given_up if think is None else waited_for,
                 "failed": failed,
                 "mean_ms": [round(fmean(took), 1) for took in watch.took],
                 "most_ms": [max(took) for took in watch.took],
