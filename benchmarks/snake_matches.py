@@ -16,7 +16,11 @@ stand there: a hundred games against a slow server need not be one sitting.
 Where an address is among the two, time is that of the clock: `--milliseconds` is the game's timeout, as the official
 program has it, players of ours keep their margin within it (`players/battlesnake/time_budget.py`), and one thinks after
 the other, so that both have the machine to themselves. Answers that came late, and that failed otherwise, are counted
-for each side; nothing else should run meanwhile.
+for each side; nothing else should run meanwhile. With `--think MS` both sides have so much of the *processor* for a
+move, for a machine that does much else: players of ours look at their thread's seconds, servers at what whoever started
+them lets them see; every answer is waited for, and those that took longer than the timeout are counted as late. How
+long answers took by the clock stands in every game. With `--lost FOLDER` games that the first did not win are written
+there, for `racecraft snakes study`.
 """
 
 from __future__ import annotations
@@ -27,14 +31,20 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
+from statistics import fmean
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from racecraft.envs.battlesnake.board import Board
+    from racecraft.envs.battlesnake.settings import GameSettings
     from racecraft.evaluation.battlesnake.seats import Seat
+    from racecraft.players.battlesnake.messages import GameCard
+    from racecraft.players.battlesnake.protocol import Message, SnakePlayer
 
 SEED_OF_MATCHES, MOST_TURNS = 3_000_017, 1000
+PATIENCE = 3600.0
+"""Seconds that an answer is waited for where the clock does not decide."""
 
 
 def pair_of_games(first: str, second: str, size: int, snakes: int, milliseconds: float, pair: int) -> list[dict]:
@@ -64,14 +74,75 @@ def pair_of_games(first: str, second: str, size: int, snakes: int, milliseconds:
     return told
 
 
+class Told:
+    """A player that thinks for as long as it is told here, whatever it is told at the board."""
+
+    def __init__(self, player: SnakePlayer, seconds: float) -> None:
+        self._player, self._seconds = player, seconds
+
+    def choose(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
+        """Return the player's move."""
+        return self._player.choose(board, settings, snake_id, self._seconds)
+
+
+class Patient:
+    """A seat whose answers are waited for: an hour, whatever the game's timeout."""
+
+    def __init__(self, seat: Seat) -> None:
+        self._seat = seat
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._seat, name)
+
+    def ask_ahead(self, message: Message, seconds: float) -> None:
+        """Send a server its question."""
+        self._seat.ask_ahead(message, PATIENCE)
+
+    def answer(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
+        """Return this turn's move."""
+        return self._seat.answer(board, settings, snake_id, PATIENCE)
+
+
+class Stopwatch:
+    """How long the answers of two sides took, by the game's turns.
+
+    Args:
+        game: Its number; the sides swap seats from game to game.
+    """
+
+    def __init__(self, game: int) -> None:
+        self._game, self._asked = game, list[str]()
+        self.took: tuple[list[int], list[int]] = ([], [])
+        """Milliseconds of every answer, of either side."""
+
+    def look(self, board: Board, card: GameCard) -> None:
+        """Note what the answers took that led to a position."""
+        for one in self._asked:
+            self.took[(int(one[1:]) + self._game) % 2].append(card.latencies_ms[one])
+        self._asked = [snake.id for snake in board.alive()]
+
+
 def games_by_the_clock(
-    first: str, second: str, size: int, snakes: int, milliseconds: float, games: range
-) -> Iterator[dict[str, Any]]:
-    """Play games in which servers take part, one after another; each tells late and failed answers of either side."""
+    first: str, second: str, size: int, snakes: int, milliseconds: float, games: range,
+    think: float | None = None, lost: Path | None = None,
+) -> Iterator[dict[str, Any]]:  # fmt: skip
+    """Play games in which servers take part, one after another; each tells late and failed answers of either side.
+
+    Args:
+        first: A player or an address.
+        second: Likewise.
+        size: Squares of the board's side.
+        snakes: At the board; every other one is the first's.
+        milliseconds: The game's timeout.
+        games: Which ones.
+        think: Milliseconds of the processor that players of ours think; None: of the clock, what the timeout leaves.
+        lost: A folder for the games that the first did not win.
+    """
     from racecraft.contract.random_streams import stream_keys
     from racecraft.envs.battlesnake.dice import StreamDice
     from racecraft.envs.battlesnake.settings import GameSettings
     from racecraft.evaluation.battlesnake.match import play
+    from racecraft.evaluation.battlesnake.record import write_record
     from racecraft.evaluation.battlesnake.seats import take_seat
 
     def left(board: Board, game: int) -> set[bool]:
@@ -80,21 +151,36 @@ def games_by_the_clock(
 
     keys = stream_keys(SEED_OF_MATCHES, "matches", games.stop // 2 + 1)
     sides = [[take_seat(name) for _ in range(snakes // 2)] for name in (first, second)]
+    if think is not None:
+        _count_own_time()
+        sides = [[_by_the_processor(seat, think / 1000) for seat in side] for side in sides]
     try:
         for game in games:
             order = sides if game % 2 == 0 else sides[::-1]
             seats = [order[number % 2][number // 2] for number in range(snakes)]
-            before = [_failures(side) for side in sides]
+            before, watch = [_failures(side) for side in sides], Stopwatch(game)
             played = play(
                 GameSettings(size, size, snakes), seats, StreamDice(int(keys[game // 2])), f"match-{game + 1}",
-                round(milliseconds), sequential=True, most_turns=MOST_TURNS,
+                round(milliseconds), sequential=True, most_turns=MOST_TURNS, watch=watch.look,
                 until=lambda board, game=game: len(left(board, game)) < 2,
             )  # fmt: skip
             last = left(played.boards[-1], game)
             after = [_failures(side) for side in sides]
-            late, failed = ([now[what] - was[what] for was, now in zip(before, after, strict=True)] for what in (0, 1))
+            given_up, failed = (
+                [now[what] - was[what] for was, now in zip(before, after, strict=True)] for what in (0, 1)
+            )
+            waited_for = [sum(ms > milliseconds for ms in took) for took in watch.took]
             worth = float(last.pop()) if len(last) == 1 else 0.5
-            yield {"worth": worth, "turns": played.turns, "late": late, "failed": failed}
+            if lost is not None and worth < 1:
+                write_record(played, lost / f"game-{game + 1}.jsonl")
+            yield {
+                "worth": worth,
+                "turns": played.turns,
+                "late": given_up if think is None else waited_for,
+                "failed": failed,
+                "mean_ms": [round(fmean(took), 1) for took in watch.took],
+                "most_ms": [max(took) for took in watch.took],
+            }
     finally:
         for seat in (*sides[0], *sides[1]):
             seat.leave()
@@ -130,6 +216,15 @@ class Keeper:
                 file.write("".join(json.dumps(game) + "\n" for game in games))
 
 
+def _by_the_processor(seat: Seat, seconds: float) -> Any:
+    """Let a player of ours think for so long, and wait for whoever sits there."""
+    from racecraft.players.battlesnake.protocol import SnakePlayer
+
+    if isinstance(seat.player, SnakePlayer):
+        seat.player = Told(seat.player, seconds)
+    return Patient(seat)
+
+
 def _failures(side: list[Seat]) -> tuple[int, int]:
     return sum(seat.failures.timeouts for seat in side), sum(seat.failures.crashes for seat in side)
 
@@ -145,15 +240,20 @@ def main() -> None:
     parser.add_argument("--milliseconds", type=float, default=25.0, help="for a move")
     parser.add_argument("--cores", type=int, default=1)
     parser.add_argument("--keep", type=Path, metavar="FILE", help="of games that are over; the same command goes on")
+    parser.add_argument("--think", type=float, metavar="MS", help="of the processor, against a server")
+    parser.add_argument("--lost", type=Path, metavar="FOLDER", help="for games with a server that were not won")
     asked = parser.parse_args()
     from racecraft.evaluation.rating import wilson
 
     setting = (asked.first, asked.second, asked.size, asked.snakes, asked.milliseconds)
     by_the_clock = any("://" in name for name in (asked.first, asked.second))
-    keeper = Keeper(asked.keep, dict(zip(("first", "second", "size", "snakes", "milliseconds"), setting, strict=True)))
+    match = dict(zip(("first", "second", "size", "snakes", "milliseconds"), setting, strict=True))
+    keeper = Keeper(asked.keep, match | ({} if asked.think is None else {"think": asked.think}))
+    if asked.lost is not None:
+        asked.lost.mkdir(parents=True, exist_ok=True)
     begun, asked_for = len(keeper.games), asked.games // 2 * 2
     if by_the_clock:
-        for game in games_by_the_clock(*setting, range(begun, asked_for)):
+        for game in games_by_the_clock(*setting, range(begun, asked_for), asked.think, asked.lost):
             keeper.add(game)
     else:
         with ProcessPoolExecutor(asked.cores, initializer=_count_own_time) as cores:

@@ -5,6 +5,7 @@ import json
 import re
 import sys
 import threading
+import time
 from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -130,7 +131,7 @@ def test_a_match_that_was_broken_off_goes_on_with_the_next_dice(run_all, tmp_pat
     matches = importlib.import_module("snake_matches")
     played, kept = [], tmp_path / "games.jsonl"
 
-    def games(first, second, size, snakes, milliseconds, which):
+    def games(first, second, size, snakes, milliseconds, which, think, lost):
         for game in which:
             played.append(game)
             yield {"worth": 1.0, "turns": 10 + game, "late": [0, game], "failed": [0, 0]}
@@ -152,3 +153,77 @@ def test_a_match_that_was_broken_off_goes_on_with_the_next_dice(run_all, tmp_pat
     kept.write_text('{"first": "hun', encoding="utf-8")
     with pytest.raises(SystemExit, match="no file of a match"):
         matches.main()
+
+
+@pytest.fixture
+def slow_server():
+    """A snake that moves upwards after 30 ms, whatever the timeout."""
+
+    class Slow(_Dreamer):
+        def do_POST(self):  # noqa: N802
+            time.sleep(0.03 * (self.path == "/move"))
+            super().do_POST()
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Slow) as server:
+        server.wakes = threading.Event()
+        server.wakes.set()
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        try:
+            yield f"http://127.0.0.1:{server.server_address[1]}"
+        finally:
+            server.shutdown()
+
+
+def test_by_the_processor_a_late_answer_is_waited_for_and_still_counted(run_all, slow_server, tmp_path, monkeypatch):
+    """Upwards from the start is the wall after some turns: each answer of the server comes 30 ms late, none is lost."""
+    matches = importlib.import_module("snake_matches")
+    from racecraft.players.battlesnake import certainty, search
+
+    asked = []
+    choose = search.Search.choose
+    monkeypatch.setattr(
+        search.Search, "choose", lambda self, *question: asked.append(question[3]) or choose(self, *question)
+    )
+    monkeypatch.setattr("torch.set_num_threads", lambda count: None)
+    monkeypatch.setattr(certainty, "time", certainty.time)
+    monkeypatch.setattr(search, "time", search.time)
+    (game,) = matches.games_by_the_clock("search", slow_server, 7, 2, 10, range(1), 4.0, tmp_path)
+    assert search.time.monotonic is time.thread_time
+    assert set(asked) == {0.0, 0.004}  # 0 before the game, to have everything compiled
+    assert game["worth"] == 1.0
+    assert game["late"][1] == game["turns"] > 1
+    assert game["failed"] == [0, 0]
+    assert 30 <= game["mean_ms"][1] <= game["most_ms"][1]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_game_that_was_not_won_is_kept_to_be_studied(run_all, slow_server, tmp_path):
+    from racecraft.evaluation.battlesnake.record import read_record
+
+    matches = importlib.import_module("snake_matches")
+    (game,) = matches.games_by_the_clock(slow_server, "hungry", 7, 2, 500, range(1), None, tmp_path)
+    assert game["worth"] == 0.0
+    assert read_record(tmp_path / "game-1.jsonl").turns == game["turns"]
+
+
+def test_the_table_of_public_snakes_is_made_of_the_games_beside_it(run_all):
+    opponents = importlib.import_module("snake_opponents")
+    page = opponents.PAGE.read_text(encoding="utf-8")
+    matches = json.loads(opponents.FIGURES.read_text(encoding="utf-8"))["matches"]
+    assert opponents.page(page, matches) == page
+    assert matches
+    for match in matches:
+        assert len({len(match[what]) for what in ("worth", "turns", "late", "failed")}) == 1
+
+
+def test_games_that_were_kept_become_a_line_of_the_table(run_all, tmp_path):
+    """By hand: 2.5 of 4 games are 62.5 %, and Wilson's interval of that is 21.9 to 90.9 %."""
+    opponents = importlib.import_module("snake_opponents")
+    lines = [{"first": "search", "second": "http://localhost:1", "size": 11, "snakes": 2, "milliseconds": 500.0}]
+    for worth, turns, late in ((1.0, 100, [0, 1]), (1.0, 200, [0, 0]), (0.5, 301, [2, 0]), (0.0, 1, [0, 0])):
+        lines.append({"worth": worth, "turns": turns, "late": late, "failed": [0, 3]})
+    (tmp_path / "worm.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
+    (match,) = json.loads(opponents.told_by(opponents.gathered(tmp_path)))["matches"]
+    assert match["against"] == "worm"
+    assert "second" not in match  # an address of the machine that measured tells nothing
+    assert opponents.row(match) == "| worm | 2 | 4 | 2 | 1 | 1 | 62 % (22 – 91 %) | 150 | 2, 1 | 0, 12 |\n"

@@ -1,0 +1,81 @@
+"""Gather matches against public snakes into a table: `python benchmarks/snake_opponents.py FOLDER`.
+
+FOLDER holds what `snake_matches.py --keep` wrote, a file a match, called after the other snake (`spaceheater.jsonl`;
+`spaceheater-4.jsonl` for four at a board). Every game of it goes into `snake_opponents.json`, and the table that comes
+of them between the two marks in `snake-opponents.md`. Without FOLDER the table is made again from the figures.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import json
+from pathlib import Path
+from typing import Any
+
+from racecraft.evaluation.rating import wilson
+from racecraft.formats.whole import write_whole
+from run_all import machine
+
+HERE = Path(__file__).parent
+FIGURES, PAGE = HERE / "snake_opponents.json", HERE / "snake-opponents.md"
+BEGIN, END = "<!-- table of snake_opponents.json -->\n", "<!-- end of the table -->\n"
+HEAD = """\
+| against | at a board | games | won | drawn | lost | share, 95 % interval | turns a game | late, ours and theirs | no move, likewise |
+|---|---|---|---|---|---|---|---|---|---|
+"""  # fmt: skip  # noqa: E501
+
+
+def main() -> None:
+    """Gather and write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("folder", type=Path, nargs="?", help="of files that --keep wrote")
+    asked = parser.parse_args()
+    if asked.folder is not None:
+        write_whole(FIGURES, told_by(gathered(asked.folder)))
+    matches = json.loads(FIGURES.read_text(encoding="utf-8"))["matches"]
+    write_whole(PAGE, page(PAGE.read_text(encoding="utf-8"), matches))
+
+
+def gathered(folder: Path) -> list[dict[str, Any]]:
+    """Return the matches of a folder: what each was, and a list for everything that its games tell."""
+    matches = []
+    for path in sorted(folder.glob("*.jsonl"), key=lambda path: (path.stem.endswith("-4"), path.stem)):
+        match, *games = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+        told = {what: [game[what] for game in games] for what in (games[0] if games else ())}
+        known = {"against": path.stem.removesuffix("-4"), "ours": match["first"]}
+        matches.append(known | {what: match[what] for what in match if what not in ("first", "second")} | told)
+    return matches
+
+
+def told_by(matches: list[dict[str, Any]]) -> str:
+    """Return the file of figures: one line a list."""
+    head = {"machine": machine(), "date": datetime.date.today().isoformat()}
+    lines = [json.dumps(head)[:-1] + ', "matches": [']
+    for number, match in enumerate(matches, 1):
+        parts = ",\n  ".join(f"{json.dumps(what)}: {json.dumps(match[what])}" for what in match)
+        lines.append(" {" + parts + "}" + "," * (number < len(matches)))
+    return "\n".join([*lines, "]}"]) + "\n"
+
+
+def page(text: str, matches: list[dict[str, Any]]) -> str:
+    """Return the page with the table of these matches between its marks."""
+    before, rest = text.split(BEGIN)
+    return before + BEGIN + HEAD + "".join(row(match) for match in matches) + END + rest.split(END)[1]
+
+
+def row(match: dict[str, Any]) -> str:
+    """Return a match's line of the table."""
+    worths, count = match["worth"], len(match["worth"])
+    low, high = wilson(sum(worths), count)
+    fates = " | ".join(str(worths.count(worth)) for worth in (1.0, 0.5, 0.0))
+    share = f"{sum(worths) / count:.0%} ({low * 100:.0f} – {high:.0%})".replace("%", " %")
+    turns = sum(match["turns"]) / count
+    misses = " | ".join(
+        ", ".join(str(sum(game[side] for game in match[what])) for side in (0, 1)) for what in ("late", "failed")
+    )
+    return f"| {match['against']} | {match['snakes']} | {count} | {fates} | {share} | {turns:.0f} | {misses} |\n"
+
+
+if __name__ == "__main__":
+    main()
