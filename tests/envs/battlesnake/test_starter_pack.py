@@ -99,6 +99,18 @@ def test_won_and_died_are_paid_when_the_game_ends():
     assert rewards == {0: 1 + 5, 1: -1 - 2}
 
 
+@pytest.mark.parametrize(
+    ("side", "snakes", "is_told"),
+    [(3, 1, False), (2, 1, True), (19, 16, False), (19, 17, True), (19, 0, True), (21, 2, False), (22, 2, True)],
+)
+def test_boards_and_numbers_of_snakes_that_cannot_be_are_refused(side, snakes, is_told):
+    if is_told:
+        with pytest.raises(BoardError, match=f"{snakes} snakes on .{side}, {side}.; expected 1 to 16 on 3 to 21"):
+            StarterPackGym("flat-51s", (side, side), snakes)
+    else:
+        assert len(StarterPackGym("flat-51s", (side, side), snakes).reset()[2]) == snakes
+
+
 def test_unknown_names_are_refused():
     with pytest.raises(BoardError, match="Did you mean 'starved'"):
         StarterPackGym(rewards={"starve": 1})

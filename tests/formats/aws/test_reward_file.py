@@ -288,6 +288,12 @@ def test_a_byte_order_mark_and_windows_line_ends_are_read(tmp_path):
         load_reward_function(path).call({})
 
 
+def test_what_python_only_warns_of_is_not_told(tmp_path):
+    """A racer's file of Python 3.6: an escape that is none, a comparison with a number by `is`."""
+    text = 'def reward_function(params):\n    "Pays \\d."\n    return 2.0 if params["x"] is 1 else 1.0\n'
+    assert loaded(tmp_path, text).call({"x": 3}) == 1.0
+
+
 def test_what_numpy_returns_is_no_surprise(tmp_path):
     reward = loaded(tmp_path, "import numpy as np\ndef reward_function(p):\n    return np.exp(-p['d'])\n")
     assert reward.call({"d": 0.0}) == 1.0
@@ -318,8 +324,7 @@ def test_a_car_among_cars_is_paid_for_speed_in_the_lane_that_is_free(tmp_path):
 def test_of_a_long_answer_a_letter_shows_200_letters(tmp_path, letters, told):
     with pytest.raises(RewardError) as refused:
         loaded(tmp_path, f"def reward_function(params):\n    return 'a' * {letters}\n").call({})
-    assert told in str(refused.value)
-    assert told + "a" not in str(refused.value)
+    assert f"returned {told}, of type str" in str(refused.value)
 
 
 def test_a_helper_of_nearly_the_name_is_none_to_rename(tmp_path):
