@@ -20,10 +20,8 @@ def test_the_world_that_is_measured_is_64_cars_of_160_by_120_pixels_and_ten_acti
     with pytest.raises(KeyboardInterrupt):
         bench_world.bench_world(lambda params: 1.0)
     assert (made["cars"], made["size"]) == (64, (160, 120))
-    told = [
-        (round(float(np.degrees(a)), 6), float(v))
-        for a, v in zip(made["actions"].steering, made["actions"].speed, strict=True)
-    ]
+    actions = made["actions"]
+    told = list(zip(np.degrees(actions.steering).round(6), actions.speed, strict=True))
     assert told == [(angle, speed) for angle in (-30, -15, 0, 15, 30) for speed in (0.5, 1.0)]
 
 
