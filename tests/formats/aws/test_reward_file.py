@@ -238,6 +238,16 @@ def test_the_letter_holds_the_line_itself_and_the_traceback_the_users_file(tmp_p
     assert linecache.getline(str(path), 2).strip() == "return 1 / params['x']"
 
 
+def test_a_fault_in_a_module_beside_it_is_told_with_both_lines(tmp_path):
+    written(tmp_path, "def far(x):\n    return part(x)\n\ndef part(x):\n    return 1 / x\n", "helper.py")
+    reward = loaded(tmp_path, "import helper\ndef reward_function(params):\n    return helper.far(params['x'])\n")
+    with pytest.raises(RewardError) as caught:
+        reward.call({"x": 0})
+    line, *_ = str(caught.value).splitlines()
+    assert line.startswith(f"{tmp_path / 'reward_function.py'}:3: reward_function raised ZeroDivisionError")
+    assert f"(raised in {tmp_path / 'helper.py'}:5)" in line
+
+
 UNLOADABLE = [  # text, line, found, helped by
     ("", None, "the file is empty", "racecraft new"),
     ("\n\n", None, "the file is empty", "racecraft new"),
