@@ -32,6 +32,7 @@ def test_the_ladder_is_the_paper_s():
     found = ladder(0.4, 7.0, 8)
     np.testing.assert_allclose(found, [0.4 ** (1 + i / 7 * 7) for i in range(8)], rtol=1e-5)
     assert ladder(0.4, 7.0, 1).tolist() == pytest.approx([0.4])
+    assert ladder(0.4, 7.0, 2).tolist() == pytest.approx([0.4, 0.4**8]), "the first and the last rung"
 
 
 def test_each_row_wanders_as_often_as_its_rung_says():

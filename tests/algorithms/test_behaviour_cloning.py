@@ -124,6 +124,15 @@ def test_files_that_hold_no_demonstrations_are_named(tmp_path):
         read_demonstrations(path)
 
 
+@pytest.mark.parametrize(("actions", "rewards"), [(3, 2), (0, 0)])
+def test_columns_that_do_not_go_together_are_refused_with_their_lengths(tmp_path, actions, rewards):
+    path = tmp_path / "odd.safetensors"
+    columns = {"actions": np.zeros(actions), "reward": np.zeros(rewards), "episode": np.zeros(rewards)}
+    write_tensors(path, KIND, columns, {"spec": {}})
+    with pytest.raises(CheckpointError, match=f"the lengths .*'actions': {actions}.*expected one length, 1 or more"):
+        read_demonstrations(path)
+
+
 def test_a_clone_copies_the_number_as_its_expert_does():
     shown = demonstrate(Expert(), CopyTheNumber(4), 20, seed=1)
     learner = BcLearner(CopyTheNumber(4).spec, NETWORK, BcConfig(learning_rate=1e-2, batch_size=16), shown, seed=1)

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 import torch
 
-from racecraft.algorithms.distributions import Categorical, DiagGaussian
+from racecraft.algorithms.distributions import Categorical, DiagGaussian, MultiCategorical
 from racecraft.algorithms.learner import DivergedError
 from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
 from racecraft.algorithms.ppo import LOG_PROB, RAW_ACTION, VALUE, PpoConfig, PpoLearner, ppo_loss
 from racecraft.algorithms.ppo_batch import Minibatch
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
-from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, WorldSpec
+from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, MultiDiscreteActions, WorldSpec
 
 FRAME = ArraySpec((30, 40), np.uint8, 0, 255)
 STATE = ArraySpec((5,), np.float32)
@@ -127,6 +127,20 @@ def test_a_lone_allowed_action_is_certain_and_leaves_nothing_to_decide():
     )
     assert log_prob.item() == 0.0
     assert entropy.item() == 0.0
+
+
+def test_branches_are_chosen_each_by_its_own_part_of_the_mask():
+    """Even logits: two of three are allowed, then one of two, then all of two, so each answer has chance 1/2 x 1/2."""
+    several = MultiCategorical(MultiDiscreteActions((3, 2, 2)))
+    mask = torch.tensor([[True, False, True, False, True, True, True]]).expand(400, 7)
+    even = torch.zeros(400, 7)
+    drawn, log_prob = several.sample(even, None, mask, torch.Generator().manual_seed(1))
+    assert [set(branch.tolist()) for branch in drawn.T] == [{0, 2}, {1}, {0, 1}]
+    torch.testing.assert_close(log_prob, torch.full((400,), math.log(0.25)))
+    told, entropy = several.log_prob_and_entropy(even, None, mask, drawn)
+    torch.testing.assert_close((told, entropy), (log_prob, -log_prob))
+    likeliest, _ = several.mode(torch.tensor([[1.0, 9.0, 2.0, 9.0, 1.0, 1.0, 2.0]]), None, mask[:1])
+    assert likeliest.tolist() == [[2, 1, 1]]
 
 
 def test_continuous_samples_are_stretched_linearly_and_cut_at_the_bounds():

@@ -216,10 +216,11 @@ def test_an_episode_that_a_quota_broke_off_is_not_counted_in_the_next():
             self._show(buffers.observations)
             self._allow(buffers)
 
-    collector = Collector(Beginning(2), Always(2), horizon=7, seed=1)
-    collector.collect()
-    collector.collect_episodes(1)
-    assert [told.steps for told in collector.take_episodes()] == [LIMIT, LIMIT]
+    for world in (Beginning(2), Walk(2)):  # the second is reset
+        collector = Collector(world, Always(2), horizon=7, seed=1)
+        collector.collect()
+        collector.collect_episodes(1)
+        assert [told.steps for told in collector.take_episodes()] == [LIMIT, LIMIT]
 
 
 def test_a_world_that_shows_not_a_number_is_restored_all_the_same():

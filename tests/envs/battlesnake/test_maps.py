@@ -15,6 +15,7 @@ from racecraft.envs.battlesnake.maps import MAPS, MapState, after_turn, move_haz
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.solo_maze import build_level, level_of
 from racecraft.envs.battlesnake.stages import outside_safe_zone
+from racecraft.envs.battlesnake.starts import standard_heads
 
 RECORD = DATA / "battlesnake" / "maps.jsonl.gz"
 
@@ -174,6 +175,13 @@ def test_starts_and_first_food_stand_where_they_were_recorded():
         assert food <= our_food, place
         assert counts == our_counts, place
     assert len(chosen) > 15
+
+
+@pytest.mark.parametrize(("width", "height"), [(5, 9), (6, 6), (7, 4)])
+def test_on_a_board_without_fixed_starts_snakes_begin_on_squares_of_one_colour_and_not_in_the_middle(width, height):
+    board = Board(width, height)
+    drawn = {head for seed in range(400) for head in standard_heads(board, 2, StreamDice(seed))}
+    assert drawn == {p for p in board.squares() if sum(p) % 2 == 0} - {board.centre()}
 
 
 def test_food_falls_as_often_and_where_it_was_recorded():

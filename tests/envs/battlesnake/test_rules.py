@@ -2,7 +2,7 @@
 
 import pytest
 
-from racecraft.envs.battlesnake.board import Board, BoardError, Snake, draw
+from racecraft.envs.battlesnake.board import MOVES, STEPS, Board, BoardError, Snake, draw
 from racecraft.envs.battlesnake.dice import LoadedDice, StreamDice
 from racecraft.envs.battlesnake.hazard_plans import Plan
 from racecraft.envs.battlesnake.maps import MapState, after_turn, standard_food_rule
@@ -27,6 +27,16 @@ def facing(length_a, length_b):
     a = snake("a", *[(3 - i, 5) for i in range(length_a)])
     b = snake("b", *[(5 + i, 5) for i in range(length_b)])
     return Board(11, 11, 7, [a, b])
+
+
+@pytest.mark.parametrize("side", [3, 4, 11])
+@pytest.mark.parametrize("move", MOVES)
+def test_a_snake_that_gives_no_move_goes_straight_on_across_every_edge(side, move):
+    dx, dy = STEPS[MOVES.index(move)]
+    for x in range(side):
+        for y in range(side):
+            assert default_move([((x + dx) % side, (y + dy) % side), (x, y)], side, side) == move
+            assert default_move([(x, y), (x, y)], side, side) == "up"
 
 
 def test_the_longer_head_wins_and_equal_heads_both_die():

@@ -1,5 +1,7 @@
 """The starter pack's gym: its surface, its habits, and the figures measured in the original (facts D.3)."""
 
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 
@@ -92,11 +94,39 @@ def test_heads_that_swap_fight_by_length():
     assert (rewards[0], rewards[1]) == (1 + 3, -3), "its own body is where the other's head went: that is what is paid"
 
 
+def test_what_is_paid_is_what_the_pack_paid_at_each_date():
+    """Its history, February to May 2020 (facts: rewards of the starter pack)."""
+    for rewards, paid in (
+        (REWARDS_FEBRUARY_2020, {"another_turn": 1, "won": 2, "died": -3, "forbidden_move": -1}),
+        (REWARDS_APRIL_2020, {"another_turn": 0.05, "won": 5, "died": -1, "forbidden_move": -1}),
+        (REWARDS_MAY_2020, {"another_turn": 1}),
+    ):
+        assert {name: price for name, price in asdict(rewards).items() if price} == paid
+
+
+def test_turns_that_were_survived_are_counted_from_none():
+    gym, (*_, info) = stepped(request([(3, 3), (3, 2)], [(6, 0), (6, 1)]), UP, RIGHT)
+    assert info["snake_max_len"] == {0: 1, 1: 0}
+    assert gym.reset()[3]["snake_max_len"] == {0: 0, 1: 0}
+
+
 def test_won_and_died_are_paid_when_the_game_ends():
     start = request([(3, 3), (3, 2)], [(0, 0), (0, 1)])
     gym, (_, rewards, _, _) = stepped(start, UP, LEFT, rewards={"won": 5, "died": -2, "hit_wall": -1})
     assert gym.over
     assert rewards == {0: 1 + 5, 1: -1 - 2}
+
+
+@pytest.mark.parametrize(
+    ("side", "snakes", "is_told"),
+    [(3, 1, False), (2, 1, True), (19, 16, False), (19, 17, True), (19, 0, True), (21, 2, False), (22, 2, True)],
+)
+def test_boards_and_numbers_of_snakes_that_cannot_be_are_refused(side, snakes, is_told):
+    if is_told:
+        with pytest.raises(BoardError, match=f"{snakes} snakes on .{side}, {side}.; expected 1 to 16 on 3 to 21"):
+            StarterPackGym("flat-51s", (side, side), snakes)
+    else:
+        assert len(StarterPackGym("flat-51s", (side, side), snakes).reset()[2]) == snakes
 
 
 def test_unknown_names_are_refused():

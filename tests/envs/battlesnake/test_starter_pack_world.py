@@ -170,6 +170,11 @@ def test_the_experiments_worlds_have_masks_where_their_names_say_so():
     assert not StarterPackWorld(1).spec.has_action_mask
 
 
+def test_what_learns_by_the_official_rules_is_shown_the_outlook_where_it_has_a_mask():
+    assert "outlook" in MaskedExactGames(1).spec.observations
+    assert "outlook" not in ExactGames(1).spec.observations
+
+
 @pytest.mark.parametrize("words", [{"side": 2}, {"side": 22}, {"snakes": 1}, {"snakes": 17}, {"max_turns": -1}])
 def test_impossible_games_are_refused(words):
     with pytest.raises(BoardError, match="expected at least 1"):

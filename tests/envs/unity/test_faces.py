@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
-from racecraft.envs.unity.errors import BuildError
+from racecraft.envs.unity.errors import BuildError, SessionClosedError
 from racecraft.envs.unity.gymnasium_env import unity_env, unity_vector_env
 
 
@@ -95,6 +95,8 @@ def test_a_game_of_one_behavior_ends_when_everybody_has_left():
     env.reset()
     assert env.agents == [a, b]
     env.close()
+    with pytest.raises(SessionClosedError):
+        env.reset()
 
 
 @pytest.mark.parametrize(("scene", "seen"), [("dot-sign-raw", 2), ("copy", 1)])

@@ -6,6 +6,7 @@ import pytest
 from racecraft.envs.unity import messages
 from racecraft.envs.unity.behaviors import UnityActions
 from racecraft.envs.unity.errors import (
+    PlayerDiedError,
     PlayerLeftError,
     PlayerTimeoutError,
     SessionClosedError,
@@ -261,6 +262,17 @@ def test_every_lie_is_a_named_error_and_no_hang(talk, scenes, lie, when):
     session = talk(scenes.BasicScene(), player=Bent)
     with pytest.raises(WireError):
         reset_and_step(session, 3)
+
+
+def test_an_editor_that_hangs_up_is_told_though_there_is_no_process_to_ask(talk, scenes, monkeypatch):
+    def broken(*_):
+        raise PlayerDiedError("the player hung up")
+
+    session = talk(scenes.BasicScene())
+    session.reset()
+    monkeypatch.setattr(session._wire, "hear", broken)
+    with pytest.raises(PlayerDiedError, match="hung up"):
+        session.step({BASIC: Choice(discrete=[[2]])})
 
 
 @pytest.mark.parametrize("scene", ["BasicScene", "PictureScene", "GameScene"])

@@ -23,6 +23,7 @@ def test_each_behavior_sees_acts_and_earns_in_its_own_rows(program):
     assert world.rows_of == {"Dot": slice(0, 8), "Teller": slice(8, 20)}
     assert [behavior.name for behavior in world.behaviors] == ["Dot?team=0", "Teller?team=0"]
     assert set(world.spec.observations) == {POLICY_ID, "Dot/eye", "Teller/sight"}
+    assert (world.spec.observations[POLICY_ID].low, world.spec.observations[POLICY_ID].high) == (0, 1)
     assert world.spec.actions == GroupedActions(2)  # a number and a choice; a dot's choice is the first of them
     buffers = allocate(world.spec)
     world.reset(buffers, 0)

@@ -7,6 +7,7 @@ import socket
 import struct
 import sys
 from collections import Counter
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -30,7 +31,7 @@ from racecraft.envs.unity.process import wait_until_gone
 from racecraft.envs.unity.rows import Seats
 from racecraft.envs.unity.session import Moment, Session
 from racecraft.envs.unity.side_channels import STATISTICS, SideChannels, Statistic, Uniform, pack_string
-from racecraft.envs.unity.world import UnityWorld
+from racecraft.envs.unity.world import UnityWorld, _spec_of
 
 
 @pytest.fixture
@@ -54,6 +55,34 @@ def story(world, buffers, seed, actions):
         world.step(row, buffers)
         moments.append((buffers.observations["Basic"].copy(), buffers.reward.copy(), buffers.ended.copy()))
     return moments
+
+
+def test_where_one_of_several_players_does_not_start_the_others_are_ended(monkeypatch):
+    ended = []
+
+    def opening(self, index, seed):
+        if index == 1:
+            raise BuildError("it does not start")
+        return SimpleNamespace(session=SimpleNamespace(close=lambda: ended.append(index)))
+
+    monkeypatch.setattr(UnityWorld, "_open", opening)
+    with pytest.raises(BuildError, match="it does not start"):
+        UnityWorld("builtin:Basic", num_players=3)
+    assert ended == [0, 2]
+
+
+@pytest.mark.parametrize(
+    ("shape", "is_png", "told"),
+    [
+        ((5,), False, (np.float32, -np.inf, np.inf, "Unity sensor 'eye'")),
+        ((4, 2), False, (np.float32, -np.inf, np.inf, "Unity sensor 'eye' entities, absent ones zero")),
+        ((6, 8, 3), False, (np.float32, -np.inf, np.inf, "Unity sensor 'eye' picture (H, W, C)")),
+        ((6, 8, 3), True, (np.uint8, 0, 255, "Unity sensor 'eye' picture (H, W, C)")),
+    ],
+)
+def test_what_a_sensor_shows_is_told_by_its_shape(shape, is_png, told):
+    spec = _spec_of(Sensor("eye", shape, shape, compressed=is_png))
+    assert (spec.shape, spec.dtype, spec.low, spec.high, spec.doc) == (shape, *told)
 
 
 def test_agents_of_several_processes_are_one_batch(opened):

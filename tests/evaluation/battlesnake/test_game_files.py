@@ -95,6 +95,9 @@ def test_a_game_of_which_one_turn_was_written_is_that_turn(played, tmp_path):
     read = read_record(path)
     assert read.boards == played.boards[:1]
     assert read.card == replace(played.card, latencies_ms={})
+    path.write_text("".join(json.dumps(line) + "\n" for line in official(played)[:2]))
+    (game,) = games_of(path)
+    assert game.settings == played.settings
 
 
 def test_our_own_output_tells_how_they_died_and_is_held_to_it(played, tmp_path):

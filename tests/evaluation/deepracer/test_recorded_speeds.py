@@ -5,6 +5,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from racecraft.evaluation.deepracer import recorded_car, replay_report
 from racecraft.evaluation.deepracer.open_loop import real_speeds
@@ -30,6 +31,15 @@ def test_the_page_tells_the_limits_a_car_is_called_the_same_by():
     assert list(zip(cm[:3], cm[3:], strict=True)) == limits
     assert replay_report.FAST_MPS == 2.0
     assert replay_report.FEWEST_WINDOWS == recorded_car.FEWEST_WINDOWS == 20
+
+
+@pytest.mark.parametrize("car", ["v4", "v5-classic", "v6"])
+@pytest.mark.parametrize(("speed", "band"), [(0.5, 0), (1.999, 0), (2.0, 1), (4.0, 1)])
+def test_a_car_is_the_same_up_to_its_limit_and_two_metres_a_second_are_fast(car, speed, band):
+    limit = replay_report.SAME_CAR_M.get(car, replay_report.OTHER_SAME_CAR_M)[band]
+    for strayed, is_same in ((limit, True), (limit + 0.01, False)):
+        told = SimpleNamespace(car=car, _by_speed=lambda _, far=strayed: (np.full(20, far), np.full(20, speed)))
+        assert replay_report.ReplayReport.is_same_car.fget(told) is is_same
 
 
 def test_a_median_of_medians_stays_within_the_aims_on_recordings_that_were_not_fitted_to():

@@ -11,7 +11,7 @@ from racecraft.envs.deepracer.sensors import car_sensors
 from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig
 from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
 from racecraft.envs.deepracer.world import RaceWorld
-from racecraft.evaluation.deepracer.cures import HOLDS, MOMENTS, Options, try_cures
+from racecraft.evaluation.deepracer.cures import HOLDS, MOMENTS, Options, Trials, try_cures
 from racecraft.evaluation.deepracer.kept_drives import keep_drives
 from racecraft.evaluation.deepracer.places import APART_M, LONGEST_M, same_places
 from racecraft.evaluation.deepracer.rehearsal import Change, rehearse, states_of
@@ -133,6 +133,24 @@ def test_changes_are_tried_at_the_moments_that_the_page_names():
     """Eleven, within two seconds of fifteen ticks each; held for a tick, 0.2 and 0.6 s."""
     assert (len(set(MOMENTS)), max(MOMENTS)) == (11, 2 * TICKS_PER_SECOND)
     assert [hold / TICKS_PER_SECOND for hold in HOLDS] == pytest.approx([1 / 15, 0.2, 0.6])
+
+
+@pytest.mark.parametrize(
+    ("saves", "first"),
+    [
+        ([[1, 0, 0], [0, 0, 0]], [(0, LEFT)]),  # of five failures one is enough where none saves more
+        ([[5, 0, 4], [0, 3, 0]], [(0, LEFT), (0, RIGHT), (1, STRAIGHT)]),  # 4 is nearly 5 (a fifth less), 3 is not
+        ([[5, 0, 0], [0, 4, 0]], [(1, STRAIGHT), (0, LEFT)]),  # nearly as many, and later
+        ([[2, 0, 2], [0, 0, 0]], [(0, RIGHT), (0, LEFT)]),  # as many: what is nearer to what was done
+    ],
+)
+def test_the_latest_of_the_best_changes_comes_first(saves, first):
+    """By hand: five failures, changes 9 and 3 ticks before, of three options, held for a tick."""
+    saved = np.arange(5)[:, None, None, None] < np.array(saves)[None, :, :, None]
+    trials = Trials(np.arange(5), np.array([9, 3]), np.array([1]), Options.of(ACTIONS), saved)
+    ranked = trials.ranked(np.tile([math.radians(-20), 1.5], (2, 1)))
+    assert [(moment, option) for moment, option, _ in ranked[: len(first)]] == first
+    assert trials.best_share.tolist() == [[max(row) / 5] for row in saves]
 
 
 def test_what_it_did_anyway_is_not_tried():

@@ -66,6 +66,8 @@ def functions(tmp_path, output):
         ("!Length [a, b]", "2"),
         ("2012-10-17", "2012-10-17"),
         ("!ToJsonString {a: !Ref Size}", '{"a":"007"}'),
+        ("{Condition: {StringEquals: {a: !Ref Size}}}", {"Condition": {"StringEquals": {"a": "007"}}}),
+        ("{Effect: Allow}", {"Effect": "Allow"}),
     ],
 )
 def test_functions_come_to_what_the_reference_says(tmp_path, asked, expected):
@@ -132,23 +134,55 @@ def test_one_name_may_stand_for_a_parameter_and_a_condition_as_in_the_workshops_
 
 
 @pytest.mark.parametrize(
-    "value",
+    ("value", "expected"),
     [
-        "!Bar x",
-        "{'Fn::Joint': [a, [b]]}",
-        "!Join [a]",
-        "!Select [9, [a]]",
-        "!If [Small, 1]",
-        "!FindInMap [!Join ['', [Pri, ses]], Tokyo, day]",
+        ("!Bar x", "a function of CloudFormation"),
+        ("{'Fn::Joint': [a, [b]]}", "a function of CloudFormation.*Did you mean 'Fn::Join'"),
+        ("!Ref [a]", "a name"),
+        ("!GetAtt [Box]", "a resource and an attribute"),
+        ("!GetAtt [Box, a, b]", "a resource and an attribute"),
+        ("!Sub {a: b}", "a text, or a text and a group of names"),
+        ("!Sub ['x', [a]]", "a text, or a text and a group of names"),
+        ("!Sub ['x']", "a list of 2"),
+        ("!Join [a]", "a list of 2"),
+        ("!Join [a, b]", "a list of words"),
+        ("!Join [a, [{b: c}]]", "a list of words"),
+        ("!Split ['', 'a b']", "what stands between the parts"),
+        ("!Select [9, [a]]", "a place in the list"),
+        ("!Select [1, [a]]", "a place in the list"),
+        ("!Select [-1, [a]]", "a place in the list"),
+        ("!Select [0, a]", "place 0 of 0"),
+        ("!If [Small, 1]", "a list of 3"),
+        ("!FindInMap [!Join ['', [Pri, ses]], Tokyo, day]", "a mapping"),
+        ("!FindInMap [Prices, !Join ['', [To, kio]], day]", "a row of Prices.*Did you mean 'Tokyo'"),
+        ("!FindInMap [Prices, Tokyo, night]", "a column of Prices"),
+        ("!Not [!Ref Size]", "Fn::Equals, Fn::And, Fn::Or, Fn::Not or Condition"),
+        ("!And [!Condition Small]", "two to ten conditions"),
+        (f"!Or [{', '.join(['!Condition Small'] * 11)}]", "two to ten conditions"),
+        ("!And {a: b}", "two to ten conditions"),
+        ("!Length x", "a list"),
     ],
 )
-def test_a_function_that_is_given_what_it_cannot_use_is_refused(tmp_path, value):
+def test_a_function_that_is_given_what_it_cannot_use_is_refused(tmp_path, value, expected):
     def worked_out():
         worker, told = functions(tmp_path, value)
         return worker.value(told, ("Outputs", "It", "Value"))
 
-    with pytest.raises(TemplateError, match=r"t\.yaml:14: "):
+    with pytest.raises(TemplateError, match=rf"t\.yaml:14: .*{expected}"):
         worked_out()
+
+
+def test_two_and_ten_conditions_are_taken(tmp_path):
+    for count in (2, 10):
+        worker, value = functions(tmp_path, f"!And [{', '.join(['!Condition Small'] * count)}]")
+        assert worker.value(value, ("Outputs", "It", "Value")) is True
+
+
+def test_a_parameter_that_is_no_word_or_of_no_type_is_refused_with_its_line(tmp_path):
+    for said, letter in (("{Default: a}", r"t\.yaml:2: .*no `Type`"), ("{Type: String, Default: [a]}", "no word")):
+        template = read_template(written(tmp_path, f"Parameters:\n  Make: {said}\nResources: {{A: {{Type: T}}}}\n"))
+        with pytest.raises(TemplateError, match=letter):
+            settled(template, {})
 
 
 def test_json_is_read_too(tmp_path):

@@ -13,6 +13,7 @@ from racecraft.formats.tensorflow.arithmetic import GraphArithmeticError, GraphF
 from racecraft.formats.tensorflow.checkpoint import TensorFlowCheckpointError, read_checkpoint
 from racecraft.formats.tensorflow.graph import Graph, GraphError, Node, NumberType, Shape, read_graph, write_graph
 from racecraft.formats.tensorflow.table import _block, write_table
+from racecraft.formats.tensorflow.tensors import read_shape
 from racecraft.formats.tensorflow.wire import WireError, bytes_field, read_varint, varint, varint_field
 
 SPECIMENS = Path(__file__).with_name("specimens") / "discrete"
@@ -262,6 +263,12 @@ def test_a_checkpoint_of_a_big_endian_machine_is_refused(tmp_path):
     (tmp_path / "m.ckpt.index").write_bytes(write_table({b"": head}))
     with pytest.raises(TensorFlowCheckpointError, match="big-endian"):
         read_checkpoint(tmp_path / "m.ckpt")
+
+
+def test_a_dimension_whose_size_is_left_out_is_none_and_an_open_one_is_open():
+    """Protocol buffers leave a number out that is 0."""
+    dims = bytes_field(2, b"") + bytes_field(2, varint_field(1, 3)) + bytes_field(2, varint_field(1, -1))
+    assert read_shape(memoryview(dims)) == (0, 3, -1)
 
 
 def test_a_graph_of_as_many_nodes_as_there_may_be_is_read_and_of_more_is_not(tmp_path, monkeypatch):

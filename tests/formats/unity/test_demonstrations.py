@@ -49,7 +49,9 @@ def write(protos, tmp_path):
             head, size = head + bytes([size & 0x7F | 0x80]), size >> 7
         return head + bytes([size]) + data
 
-    def write_file(records, name="play.demo", picture=None, promised=None, spoil=lambda message: None, is_old=False):
+    def write_file(
+        records, name="play.demo", picture=None, promised=None, spoil=lambda message: None, is_old=False, more=()
+    ):
         header, behavior = protos("DemonstrationMetaProto"), protos("BrainParametersProto")
         header.api_version, header.demonstration_name = 1, "play"
         header.number_steps = len(records) if promised is None else promised
@@ -63,8 +65,8 @@ def write(protos, tmp_path):
             info, act = pair.agent_info, pair.action_info
             info.reward, info.done, info.max_step_reached, info.id = reward, done, interrupted, episode
             info.action_mask.extend([False, row == 1, False])
-            seen = info.observations.add(name="place", shape=[3])
-            seen.float_data.data.extend([row, row + 0.5, -row])
+            seen = info.observations.add(name="place", shape=[3 + len(more)])
+            seen.float_data.data.extend([row, row + 0.5, -row, *more])
             if picture is not None:
                 shown = info.observations.add(name="eye", compression_type=1)
                 shown.shape.extend((picture.shape[2], *picture.shape[:2]))
@@ -139,6 +141,9 @@ def test_a_folder_is_read_in_the_order_of_names_and_must_be_of_one_kind(write, t
     assert [len(one) for one in read_demonstrations(tmp_path)] == [3, 5]
     write(TWO_EPISODES, name="c.demo", picture=np.zeros((4, 6, 3), np.uint8))
     with pytest.raises(DemonstrationError, match=r"c\.demo: sees and does .*'eye'.* Keep demonstrations of one"):
+        read_demonstrations(tmp_path)
+    write(TWO_EPISODES, name="c.demo", more=(0.0,))
+    with pytest.raises(DemonstrationError, match=r"c\.demo: sees and does .*\(4,\).*what a\.demo has.*\(3,\)"):
         read_demonstrations(tmp_path)
     (tmp_path / "empty").mkdir()
     with pytest.raises(DemonstrationError, match=r"holds no \.demo file"):
