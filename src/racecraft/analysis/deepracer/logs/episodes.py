@@ -35,14 +35,14 @@ def simulation_agg(ticks: pl.DataFrame | pl.LazyFrame) -> pl.DataFrame:
         "closest_waypoint",
     )  # fmt: skip
     held = (pl.col("status") == "prepare").fill_null(False)
-    stream = pl.struct("round", "phase", "stream", "worker").rle_id()
-    fresh = (held | (stream != stream.shift())).fill_null(True)
+    elsewhere = (pl.col(name).ne_missing(pl.col(name).shift()) for name in ("round", "phase", "stream", "worker"))
+    fresh = pl.any_horizontal(held, *elsewhere)
     begun = pl.col("unique_episode") != pl.col("unique_episode").shift()
     fresh = fresh | (begun & (pl.col("phase") == "training")).fill_null(True)
     steps = pl.when(fresh).then(0.0)
     dx, dy = (pl.col(name) - pl.col(name).shift() for name in ("x_m", "y_m"))
     moved = frame.with_columns(
-        (dx * dx + dy * dy).sqrt().alias("_metres"),
+        pl.when(~fresh).then((dx * dx + dy * dy).sqrt()).alias("_metres"),
         steps.otherwise(pl.col("time_s") - pl.col("time_s").shift()).alias("_seconds"),
         fresh.alias("_fresh"),
     )
