@@ -40,7 +40,7 @@ svg { display: block; width: 100%; height: auto; overflow: visible; }
 .large svg { max-width: 640px; margin: 0 auto; }
 img, video { display: block; width: 100%; height: auto; border-radius: 8px; background: #fff; }
 video { max-width: 760px; background: #11161b; }
-.scroll { overflow: auto; max-height: 420px; }
+.scroll { overflow: auto; max-height: 620px; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; font-size: .95rem; }
 th { text-align: left; color: var(--quiet); font-weight: 500; position: sticky; top: 0; background: var(--card); }
 th, td { padding: 5px 12px 5px 0; border-bottom: 1px solid var(--line); vertical-align: top; }
