@@ -66,6 +66,25 @@ def laps_rows(figures: dict[str, Any]) -> list[Row]:
     return [(what, f"{figures['median_seconds']:g} s", "3 s", "1.5 s", spread)]
 
 
+def car_goals_rows(figures: dict[str, Any]) -> list[Row]:
+    """Return the rows of other tracks, other learners and AWS's networks."""
+
+    def seconds(what: str, name: str, floor: str, aim: str) -> Row:
+        each = figures[name]["seconds"]
+        spread = ", ".join("not reached" if value is None else f"{value:g}" for value in each)
+        told = f"{what}, median of {len(each)} seeds"
+        return (told, f"{figures[name]['median_seconds']:g} s", floor, aim, spread)
+
+    aws = figures["aws"]
+    return [
+        seconds("stable laps on July_2020 (60 m)", "july", "90 s", "40 s"),
+        seconds("SAC, continuous car, front camera: stable laps on reinvent_base", "sac", "360 s", "120 s"),
+        (f"preset `aws`, exact networks, training steps a second, evaluations in, {aws['minutes']:g} minutes",
+         f"{aws['steps_per_second']:,} steps/s", "300", "400",
+         f"{aws['steps_per_second_judging_out']:,} with evaluations out"),
+    ]  # fmt: skip
+
+
 def sb3_rows(figures: dict[str, Any]) -> list[Row]:
     """Return the rows beside Stable-Baselines3."""
     ours, theirs = (", ".join(f"{value:g}" for value in figures[key]) for key in ("ours_seconds", "sb3_seconds"))
@@ -198,6 +217,7 @@ def snakes_training_rows(figures: dict[str, Any]) -> list[Row]:
 ROWS = {
     "world": world_rows,
     "laps": laps_rows,
+    "car_goals": car_goals_rows,
     "sb3": sb3_rows,
     "start_up": start_up_rows,
     "cartpole": cartpole_rows,
