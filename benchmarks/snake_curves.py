@@ -56,7 +56,7 @@ def table(curves: dict[str, list[list[float]]]) -> str:
 
 
 def draw(curves: dict[str, list[list[float]]]) -> None:
-    """Draw every evaluation, and the mean of three of them as a line."""
+    """Draw every evaluation."""
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -65,14 +65,13 @@ def draw(curves: dict[str, list[list[float]]]) -> None:
     figure, axis = plt.subplots(figsize=(7.5, 3.8), dpi=110)
     for (seed, curve), colour in zip(curves.items(), COLOURS, strict=False):
         steps, ratings = [at / 1e6 for at, *_ in curve], [rating for *_, rating in curve]
-        smooth = [statistics.fmean(ratings[max(0, k - 1) : k + 2]) for k in range(len(ratings))]
-        axis.plot(steps, ratings, ".", color=colour, alpha=0.35, ms=4)
-        axis.plot(steps, smooth, color=colour, lw=1.6, label=f"seed {seed}")
+        axis.plot(steps, ratings, "o-", color=colour, lw=1.6, ms=3.5, label=f"seed {seed}")
     axis.axhline(1500, color="#777777", lw=0.8, ls=":")
-    axis.annotate("mean of the anchors", (0.99, 1500), xycoords=("axes fraction", "data"), ha="right", va="bottom")
+    axis.annotate("mean of the anchors", (0.99, 1505), xycoords=("axes fraction", "data"), ha="right", va="bottom")
+    axis.set_xlim(left=0.0)
     axis.set_xlabel("million steps")
     axis.set_ylabel("rating, Elo points")
-    axis.legend(frameon=False, loc="lower right")
+    axis.legend(frameon=False, loc="upper left")
     axis.spines[["top", "right"]].set_visible(False)
     figure.tight_layout()
     figure.savefig(PICTURE)
