@@ -2,7 +2,8 @@
 
 FOLDER holds what `snake_matches.py --keep` wrote, a file a match, called after the other snake (`spaceheater.jsonl`;
 `spaceheater-4.jsonl` for four at a board). Every game of it goes into `snake_opponents.json`, and the table that comes
-of them between the two marks in `snake-opponents.md`. Without FOLDER the table is made again from the figures.
+of them between the two marks in `snake-opponents.md`. Without FOLDER the table is made again from the figures. With
+`--back` they are laid into FOLDER as the files that they came from, and `snake_matches.py --keep` goes on with them.
 """
 
 from __future__ import annotations
@@ -30,7 +31,14 @@ def main() -> None:
     """Gather and write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("folder", type=Path, nargs="?", help="of files that --keep wrote")
+    parser.add_argument("--back", action="store_true", help="lay the games into the folder instead")
     asked = parser.parse_args()
+    if asked.back:
+        if asked.folder is None:
+            raise SystemExit("--back needs a FOLDER to lay the games into.")
+        asked.folder.mkdir(parents=True, exist_ok=True)
+        lay_back(json.loads(FIGURES.read_text(encoding="utf-8"))["matches"], asked.folder)
+        return
     if asked.folder is not None:
         write_whole(FIGURES, told_by(gathered(asked.folder)))
     matches = json.loads(FIGURES.read_text(encoding="utf-8"))["matches"]
@@ -43,9 +51,19 @@ def gathered(folder: Path) -> list[dict[str, Any]]:
     for path in sorted(folder.glob("*.jsonl"), key=lambda path: (path.stem.endswith("-4"), path.stem)):
         match, *games = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
         told = {what: [game[what] for game in games] for what in (games[0] if games else ())}
-        known = {"against": path.stem.removesuffix("-4"), "ours": match["first"]}
-        matches.append(known | {what: match[what] for what in match if what not in ("first", "second")} | told)
+        matches.append({"against": path.stem.removesuffix("-4")} | match | told)
     return matches
+
+
+def lay_back(matches: list[dict[str, Any]], folder: Path) -> None:
+    """Write the files that `gathered` would read these matches from."""
+    for match in matches:
+        whole = {what: value for what, value in match.items() if not isinstance(value, list) and what != "against"}
+        lists = {what: value for what, value in match.items() if isinstance(value, list)}
+        games = [dict(zip(lists, told, strict=True)) for told in zip(*lists.values(), strict=True)]
+        name = match["against"] + "-4" * (match["snakes"] == 4)
+        text = "".join(json.dumps(line) + "\n" for line in (whole, *games))
+        write_whole(folder / f"{name}.jsonl", text)
 
 
 def told_by(matches: list[dict[str, Any]]) -> str:

@@ -225,5 +225,15 @@ def test_games_that_were_kept_become_a_line_of_the_table(run_all, tmp_path):
     (tmp_path / "worm.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
     (match,) = json.loads(opponents.told_by(opponents.gathered(tmp_path)))["matches"]
     assert match["against"] == "worm"
-    assert "second" not in match  # an address of the machine that measured tells nothing
     assert opponents.row(match) == "| worm | 2 | 4 | 2 | 1 | 1 | 62 % (22 – 91 %) | 150 | 2, 1 | 0, 12 |\n"
+
+
+def test_games_of_the_table_can_be_laid_back_and_gone_on_with(run_all, tmp_path):
+    opponents = importlib.import_module("snake_opponents")
+    matches = json.loads(opponents.FIGURES.read_text(encoding="utf-8"))["matches"]
+    opponents.lay_back(matches, tmp_path)
+    assert opponents.gathered(tmp_path) == matches
+    keeper = importlib.import_module("snake_matches").Keeper
+    one = matches[0]
+    match = {what: one[what] for what in ("first", "second", "size", "snakes", "milliseconds", "think")}
+    assert [game["turns"] for game in keeper(tmp_path / f"{one['against']}.jsonl", match).games] == one["turns"]
