@@ -7,7 +7,7 @@ import pytest
 from racecraft.formats.json_text import _trailing_comma
 
 
-@pytest.mark.parametrize("text", ['{"a": 1, }', '[1, 2,\n]', '{"a": [3 ,]}'])
+@pytest.mark.parametrize("text", ['{"a": 1, }', "[1, 2,\n]", '{"a": [3 ,]}'])
 @pytest.mark.parametrize("points_at", ["the comma", "the bracket behind it"])
 def test_a_comma_after_the_last_entry_is_found_where_python_points_at_it_and_where_behind_it(text, points_at):
     """Python 3.13 points at the comma, earlier ones at the bracket."""
