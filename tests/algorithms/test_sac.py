@@ -127,6 +127,14 @@ def test_the_temperature_rises_while_the_policy_is_too_decided_and_falls_while_i
         assert math.log(learner.temperature) == pytest.approx(direction * 1e-2, rel=1e-3)  # Adam's first step
 
 
+def test_the_figures_of_a_step_are_parts_of_what_its_actor_is_pulled_by():
+    """The actor's loss is minus the temperature times the entropy, minus what the critics expect."""
+    learner = a_learner(temperature="0.7")
+    losses, _ = learner.step(made_up(learner), noise(learner))
+    assert losses.actor.item() == pytest.approx(-0.7 * losses.entropy.item() - losses.value.item(), rel=1e-5)
+    assert losses.entropy.item() != 0.0
+
+
 def test_a_fixed_temperature_stays():
     learner = a_learner(temperature="0.2")
     for seed in range(3):

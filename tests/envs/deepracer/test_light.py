@@ -1,10 +1,12 @@
 """The light of three years, held to grey levels read from the original's frames."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from racecraft.envs.deepracer.actions import ActionTable
-from racecraft.envs.deepracer.camera import Camera
+from racecraft.envs.deepracer.camera import MOUNT_V3, Camera
 from racecraft.envs.deepracer.light import LIGHTS, light_for
 from racecraft.envs.deepracer.scene import DASH, FIELD, LINE, MATERIALS, ROAD, SKY, build_scene
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
@@ -109,6 +111,17 @@ def test_grass_stands_still_while_cars_pass():
     frames = camera.render_grey(np.tile(track.pose_at(5.0), (3, 1)))
     assert (frames[0] == frames[1]).all()
     assert (frames[0] == frames[2]).all()
+
+
+def test_grass_grows_for_a_camera_that_hardly_leans_as_for_one_that_does_not_lean():
+    """By twin: what leans has a kernel of its own. A spot may change its shade by a level where digits end."""
+    track = load_track("reInvent2019_track")
+    scene = build_scene(track, "2021", has_grass=True)
+    pose = np.array([track.pose_at(9.0)]) + [0.0, 0.0, 0.7]
+    upright, leaning = (Camera(scene, 160, 120, replace(MOUNT_V3, roll=roll)).render_grey(pose) for roll in (0.0, 1e-9))
+    apart = np.abs(upright.astype(int) - leaning)
+    assert apart.max() <= 1
+    assert (apart > 0).mean() < 0.01
 
 
 def test_a_setting_sows_the_grass():

@@ -1,6 +1,7 @@
 """A drive that is taken up again is the same drive to the bit, and a change is what was changed, nothing else."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from racecraft.envs.deepracer.sensors import car_sensors
 from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig
 from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
 from racecraft.envs.deepracer.world import RaceWorld
+from racecraft.evaluation.deepracer import cures
 from racecraft.evaluation.deepracer.cures import HOLDS, MOMENTS, Options, Trials, try_cures
 from racecraft.evaluation.deepracer.kept_drives import keep_drives
 from racecraft.evaluation.deepracer.places import APART_M, LONGEST_M, same_places
@@ -151,6 +153,21 @@ def test_the_latest_of_the_best_changes_comes_first(saves, first):
     ranked = trials.ranked(np.tile([math.radians(-20), 1.5], (2, 1)))
     assert [(moment, option) for moment, option, _ in ranked[: len(first)]] == first
     assert trials.best_share.tolist() == [[max(row) / 5] for row in saves]
+
+
+def test_nothing_is_tried_in_the_first_tick_which_holds_the_car(monkeypatch):
+    tried = []
+
+    def noted(policy, worlds, drives, changes, remembers):
+        tried.extend((change.tick, change.hold) for change in changes)
+        return [False] * len(changes)
+
+    monkeypatch.setattr(cures, "rehearse", noted)
+    drives = SimpleNamespace(last=np.array([3]), actions=np.full((4, 1), LEFT))
+    try_cures(Forks(15), world, drives, np.array([0]), ACTIONS)
+    ticks = [3 - moment for moment in MOMENTS if moment < 3]
+    assert 1 in ticks
+    assert sorted(tried) == sorted((tick, hold) for tick in ticks for hold in HOLDS for _ in (STRAIGHT, RIGHT))
 
 
 def test_what_it_did_anyway_is_not_tried():

@@ -138,6 +138,12 @@ def test_editing_changes_values_and_nothing_else(tmp_path):
     assert read_run_env(path).text("DR_CAR_NAME") == "My car"
 
 
+def test_what_is_new_in_a_file_stands_right_below_what_was_there(tmp_path):
+    path = written(tmp_path, "DR_RUN_ID=0\n\n  \n\n")
+    edit_run_env(path, {"DR_CAR_NAME": "mine"})
+    assert path.read_text() == "DR_RUN_ID=0\nDR_CAR_NAME=mine\n"
+
+
 @pytest.mark.parametrize("file", ["run", "system"])
 def test_a_new_file_reads_back_with_every_default(tmp_path, file):
     env = read_run_env(written(tmp_path, run_env_text(file)))
