@@ -189,6 +189,9 @@ def experiment(**config):
         ({**experiment(), "run": "IMPALA"}, "'IMPALA'; `racecraft run` understands PPO, APPO, DQN, APEX"),
         ({**experiment(num_sgd_iter=3), "run": "APEX"}, "config of APEX has no 'num_sgd_iter'"),
         ({**experiment(model={"custom_model": "mine"}), "run": "DQN"}, "expected PPO or APPO with a model"),
+        ({**experiment(num_atoms=51), "run": "DQN"}, "num_atoms is 51 and noisy is False; expected 1"),
+        ({**experiment(noisy=True), "run": "APEX"}, "num_atoms is 1 and noisy is True; expected 1 and False"),
+        ({**experiment(exploration_fraction="all"), "run": "DQN"}, "expected shares of schedule_max_timesteps"),
         ({**experiment(exploration_config={"type": "SoftQ"}), "run": "DQN"}, "expected EpsilonGreedy"),
         ({**experiment(exploration_config={"last_epsilon": 1}), "run": "DQN"}, "no 'last_epsilon'"),
         ({**experiment(exploration_config={"final_epsilon": 1}), "run": "APEX"}, "each in their own degree"),
@@ -311,6 +314,15 @@ def test_what_ray_2_calls_otherwise_means_the_same():
     assert translated(later) == translated(first)
     first["stop"], later["stop"] = {"episode_reward_mean": 90}, {"env_runners/episode_return_mean": 90}
     assert translated(later).stops == translated(first).stops == ("score=90",)
+
+
+def test_fractions_of_a_schedule_are_steps():
+    said = {"schedule_max_timesteps": 2000, "exploration_fraction": 0.1, "beta_annealing_fraction": 0.5}
+    steps = {"dqn.epsilon_steps=200", "replay.importance_steps=1000"}
+    assert steps <= set(translated({**experiment(**said), "run": "DQN"}).settings)
+    apex = translated({**experiment(**said), "run": "APEX"})
+    assert "replay.importance_steps=1000" in apex.settings
+    assert "exploration_fraction: Ape-X's worlds explore each in their own degree" in apex.said
 
 
 def test_words_of_the_tables_are_known_to_the_estimator_too():

@@ -57,6 +57,8 @@ TYPED_WRONG = [
         "hyperparameter 'rl.training.config.lrr': RLlib's configuration has no 'lrr'. Did you mean 'lr'?",
     ),
 ]
+NOT_THERE = "from sagemaker.rl import RLEstimator\nmeant = 'toolkit'\n" + "RLEstimator('train.py', tolkitt=1)"
+TYPED_WRONG.append((NOT_THERE, 3, "RLEstimator has no 'tolkitt'. Did you mean 'toolkit'?"))
 OWN = [
     ("def init(a): pass\ninit(b=1)", TypeError),
     ("import json\njson.dumps(1, indnt=2)", TypeError),
