@@ -203,6 +203,8 @@ def experiment(**config):
         ({**experiment(), "stop": 3}, "'stop' is 3; expected words and their values"),
         (experiment(num_workers="two"), "'num_workers' is 'two'; expected a whole number"),
         (experiment(num_workers=1.5), "'num_workers' is 1.5; expected a whole number"),
+        (experiment(train_batch_size=-5), "'train_batch_size' is -5; expected a whole number, 1 or more"),
+        (experiment(model={"custom_model": "mine"}), "'mine', which nobody gave to .* There is none"),
         (experiment(num_sgd_iter=3, num_epochs=4), "'num_epochs' and num_sgd_iter, which are one word"),
         (experiment(num_epoch=4), "Did you mean 'num_epochs'"),
     ],

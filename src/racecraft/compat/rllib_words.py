@@ -389,15 +389,15 @@ def _by_first_names(place: str, words: Mapping[str, Any], later: Mapping[str, st
     return found
 
 
-def _whole(config: Mapping[str, Any], name: str, otherwise: int) -> int:
-    """Return a whole number of a configuration; what stands there where it says none."""
+def _whole(config: Mapping[str, Any], name: str, otherwise: int, least: int = 0) -> int:
+    """Return a whole number of a configuration, `otherwise` where it says none."""
     value = config.get(name)
     try:
         number = otherwise if value is None else int(value)
-        if value is not None and number != float(value):
+        if value is not None and (number != float(value) or number < least):
             raise ValueError
     except (TypeError, ValueError):
-        raise SettingError(f"'{name}' is {value!r}; expected a whole number.") from None
+        raise SettingError(f"'{name}' is {value!r}; expected a whole number, {least} or more.") from None
     return number
 
 
@@ -428,14 +428,14 @@ def _require_multi_words(multiagent: Mapping[str, Any], said: list[str]) -> None
 
 
 def _worlds(run: str, config: Mapping[str, Any]) -> list[str]:
-    worlds = max(1, _whole(config, "num_workers", 2)) * max(1, _whole(config, "num_envs_per_worker", 1))
+    worlds = max(1, _whole(config, "num_workers", 2)) * max(1, _whole(config, "num_envs_per_worker", 1, 1))
     if run in FRAGMENTS:
         return [
             f"rollout.num_worlds={worlds}",
             f"rollout.horizon={_fragment(run, config)}",
             *_pace(run, config, worlds),
         ]
-    horizon = max(1, round(_whole(config, "train_batch_size", 4000) / worlds))
+    horizon = max(1, round(_whole(config, "train_batch_size", 4000, 1) / worlds))
     return [f"rollout.num_worlds={worlds}", f"rollout.horizon={horizon}"]
 
 

@@ -189,7 +189,7 @@ class RLEstimator:
     Raises:
         SettingError: An unknown word or hyperparameter; the nearest known one is told.
         CodeError: The script or its folders are not there.
-        AttributeError: Neither an image nor a whole toolkit is named.
+        ImageMissingError: Neither an image nor a whole toolkit is named.
     """
 
     def __init__(
