@@ -86,7 +86,7 @@ def _of_episodes(told: list[Told]) -> dict[str, Any]:
         for name, earned in one.by_policy.items():
             by_policy.setdefault(name, []).extend(earned)
     if by_policy:
-        for word, of in (("max", max), ("mean", lambda earned: sum(earned) / len(earned)), ("min", min)):
+        for word, of in (("max", max), ("min", min), ("mean", lambda earned: sum(earned) / len(earned))):
             result[f"policy_reward_{word}"] = {name: of(earned) for name, earned in by_policy.items()}
     return result
 
