@@ -61,6 +61,7 @@ NOT_THERE = "from sagemaker.rl import RLEstimator\nmeant = 'toolkit'\n" + "RLEst
 TYPED_WRONG.append((NOT_THERE, 3, "RLEstimator has no 'tolkitt'. Did you mean 'toolkit'?"))
 TYPED_WRONG.append(("from ray import tune\ntune.grid_search([1])", 2, "ray.tune.grid_search searches, and a script"))
 TYPED_WRONG += [
+    ("import tf_slim as slim\nslim.fully_connected(1)", 2, "tf_slim.fully_connected: its networks are TensorFlow's"),
     (
         ESTIMATOR.replace('    framework="pytorch",\n', ""),
         6,
