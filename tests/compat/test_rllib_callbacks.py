@@ -52,6 +52,9 @@ from ray.rllib.evaluation import MultiAgentEpisode, RolloutWorker
 from ray.rllib.policy import Policy
 
 class MyCallbacks(DefaultCallbacks):
+    def on_episode_start(self, *, episode, **kwargs):
+        assert episode.last_observation_for()[0] == 0.0 and episode.last_action_for() is None and episode.length == 0
+
     def on_episode_step(self, *, worker, base_env: BaseEnv, episode: MultiAgentEpisode, env_index, **kwargs):
         assert base_env.get_sub_environments()[env_index] is worker.envs[env_index]
         episode.user_data.setdefault("moves", []).append(float(episode.last_action_for()))

@@ -57,6 +57,22 @@ TYPED_WRONG = [
         "hyperparameter 'rl.training.config.lrr': RLlib's configuration has no 'lrr'. Did you mean 'lr'?",
     ),
 ]
+NOT_THERE = "from sagemaker.rl import RLEstimator\nmeant = 'toolkit'\n" + "RLEstimator('train.py', tolkitt=1)"
+TYPED_WRONG.append((NOT_THERE, 3, "RLEstimator has no 'tolkitt'. Did you mean 'toolkit'?"))
+TYPED_WRONG.append(("from ray import tune\ntune.grid_search([1])", 2, "ray.tune.grid_search searches, and a script"))
+TYPED_WRONG += [
+    ("import tf_slim as slim\nslim.fully_connected(1)", 2, "tf_slim.fully_connected: its networks are TensorFlow's"),
+    (
+        ESTIMATOR.replace('    framework="pytorch",\n', ""),
+        6,
+        "RLEstimator: framework missing; expected them all",
+    ),
+    (
+        ESTIMATOR.replace(")\ne", "    max_run=3,\n    train_max_run=4,\n)\ne"),
+        9,
+        "max_run and train_max_run are one word",
+    ),
+]
 OWN = [
     ("def init(a): pass\ninit(b=1)", TypeError),
     ("import json\njson.dumps(1, indnt=2)", TypeError),

@@ -180,6 +180,20 @@ def test_an_input_that_is_not_there_is_told_before_a_job_is_made(source, home):
     assert home.store().jobs() == []
 
 
+def test_of_a_dependency_with_a_slash_behind_it_lies_what_it_holds(source, home):
+    """As the SDK packs it, and the starter pack's notebook counts on it; a package stays one, as its article has it."""
+    (source / "train-it.py").write_text(
+        "import library, neighbour, package\nprint('sum', library.MORE + neighbour.REWARD)"
+    )
+    (source.parent / "package").mkdir()
+    for name in ("__init__", "neighbour"):
+        (source.parent / "package" / f"{name}.py").touch()
+    made = estimator(dependencies=["common/", "package/"])
+    assert [one.rpartition("/")[0][-7:] for one in RLEstimator(**made._again()).dependencies] == ["/common", "package"]
+    made.fit(job_name="slash")
+    assert "sum 3.5" in home.log("slash").read_text()
+
+
 def test_a_dependency_that_we_lend_need_not_be_there(source):
     assert estimator(dependencies=["common/sagemaker_rl"]).dependencies == []
 
@@ -212,6 +226,12 @@ def test_two_jobs_that_meet_fit_on_one_machine(source, monkeypatch, words, cores
     asked = {**words}
     made = estimator(cores=asked.pop("cores", None), hyperparameters=asked)
     assert made._spec("one", {}, None).cores == cores
+
+
+def test_two_jobs_meet_on_a_machine_of_one_core_too(source, monkeypatch):
+    monkeypatch.setattr("racecraft.jobs.capacity.Capacity.of_machine", lambda: Capacity(1, 1000))
+    both = [estimator(cores=None, hyperparameters={"rl_cluster_type": one}) for one in ("primary", "secondary")]
+    assert sum(made._spec("one", {}, None).cores for made in both) <= 1
 
 
 @pytest.mark.long

@@ -41,11 +41,12 @@ NAMES = (
     "boto3",
     "IPython",
     "tensorflow",
+    "tf_slim",
 )
 """The packages whose names are lent."""
-STANDS_ASIDE = ("gym", "boto3", "IPython", "tensorflow")
+STANDS_ASIDE = ("gym", "boto3", "IPython", "tensorflow", "tf_slim")
 """Lent only where no package of that name is installed; boto3 also where it is, and has no credentials to ask with."""
-FOR_SCRIPTS_ONLY = ("tensorflow",)
+FOR_SCRIPTS_ONLY = ("tensorflow", "tf_slim")
 """Lent to files of the script's own folder only: other packages look whether it is there, to use it."""
 CREDENTIALS = (
     "AWS_ACCESS_KEY_ID", "AWS_PROFILE", "AWS_WEB_IDENTITY_TOKEN_FILE", "AWS_CONTAINER_CREDENTIALS_RELATIVE_URI",

@@ -22,6 +22,7 @@ class RllibLines(Silent):
         agents: Says how many agents an episode has; their rewards are added up.
         calls: Is told of each iteration, once an episode has ended; what it lays into the result is said, too.
         episodes: How many the run had before.
+        on_policy: Whether every step is learned from in its own iteration, as RLlib counts for PPO.
     """
 
     def __init__(
@@ -30,9 +31,10 @@ class RllibLines(Silent):
         agents: Callable[[], int] = lambda: 1,
         calls: Callbacks | None = None,
         episodes: int = 0,
+        on_policy: bool = False,
     ) -> None:
         self._told, self._tally, self._agents, self._calls = 0, tally, agents, calls
-        self._episodes = episodes
+        self._episodes, self._on_policy = episodes, on_policy
         self._of_episodes: dict[str, Any] = {}
 
     def iteration(self, report: IterationReport) -> None:
@@ -54,7 +56,7 @@ class RllibLines(Silent):
             self._of_episodes = _of_episodes(told)
             if self._calls is not None:
                 self._of_episodes["custom_metrics"] = self._calls.take_metrics()
-        ended = report.episodes if self._tally is None else len(told)
+        ended = round(report.episodes / self._agents()) if self._tally is None else len(told)
         self._episodes += ended
         result = dict(self._of_episodes) if told or self._calls is not None else {}
         if self._tally is None and report.mean_reward is not None:
@@ -62,6 +64,8 @@ class RllibLines(Silent):
         return result | {
             "episodes_this_iter": ended,
             "episodes_total": self._episodes,
+            "num_steps_sampled": report.steps,
+            **({"num_steps_trained": report.steps} if self._on_policy else {}),
             "time_total_s": round(report.seconds, 3),
             "timesteps_total": report.steps,
             "training_iteration": report.iteration,
@@ -82,7 +86,8 @@ def _of_episodes(told: list[Told]) -> dict[str, Any]:
         for name, earned in one.by_policy.items():
             by_policy.setdefault(name, []).extend(earned)
     if by_policy:
-        result["policy_reward_mean"] = {name: sum(earned) / len(earned) for name, earned in by_policy.items()}
+        for word, of in (("max", max), ("min", min), ("mean", lambda earned: sum(earned) / len(earned))):
+            result[f"policy_reward_{word}"] = {name: of(earned) for name, earned in by_policy.items()}
     return result
 
 

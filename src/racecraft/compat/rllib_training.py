@@ -76,7 +76,7 @@ def train_experiment(experiment: Mapping[str, Any], spread: Spread | None = None
     leave_if_begun_again()
     model = os.environ.get("SM_MODEL_DIR")
     run = Path(model, "run") if model else None
-    lines = RllibLines(tally, lambda: agents_in(environment), calls, _episodes_of(run))
+    lines = RllibLines(tally, lambda: agents_in(environment), calls, _episodes_of(run), told.algorithm == "ppo")
     if run is not None and (run / JOB).exists():
         return worlds.resume(run, told.stops, lines, print, "gymnasium", spread)
     code = script_code(environment) if told.environment in _creators else None

@@ -83,8 +83,8 @@ OF_PPO = (
     "shuffle_sequences", "simple_optimizer",
 )  # fmt: skip
 """Words that DQN and Ape-X do not know."""
-OF_DQN = ("exploration_final_eps",)
-"""Words that Ape-X does not know either."""
+OF_DQN = ("exploration_final_eps", "exploration_fraction")
+"""Words that mean nothing to Ape-X, to RLlib's neither."""
 VALUE_WORDS: Mapping[str, Word] = {
     **{name: word for name, word in WORDS.items() if name not in OF_PPO},
     "gamma": Word("dqn.discount"),
@@ -107,6 +107,13 @@ VALUE_WORDS: Mapping[str, Word] = {
     "exploration_config": Word(ELSEWHERE, "initial_epsilon, final_epsilon, epsilon_timesteps: dqn.epsilon_first, "
                                "epsilon_last, epsilon_steps"),
     "exploration_final_eps": Word("dqn.epsilon_last"),
+    "schedule_max_timesteps": Word(ELSEWHERE, "steps of which the two fractions are parts; 100,000 unless said"),
+    "exploration_fraction": Word(ELSEWHERE, "dqn.epsilon_steps = exploration_fraction x schedule_max_timesteps"),
+    "beta_annealing_fraction": Word(ELSEWHERE, "replay.importance_steps, likewise"),
+    "num_atoms": Word(ELSEWHERE, "1; with more a value would be a distribution (C51), which is refused"),
+    "noisy": Word(ELSEWHERE, "false; noise within the network is refused"),
+    "v_min": Word("", "a value is its mean, and no range is cut into atoms"),
+    "v_max": Word("", "a value is its mean, and no range is cut into atoms"),
     "hiddens": Word(ELSEWHERE, "layers behind those of the model, with network.hidden_units"),
     "prioritized_replay_eps": Word("", "what is added to an error is fixed"),
     "final_prioritized_replay_beta": Word("", "it always ends at 1"),
@@ -307,7 +314,7 @@ def translated(experiment: Mapping[str, Any]) -> Translated:
             settings.append(f"{word.setting}={'none' if value is None else value}")
     model = {**_part(config, "model"), **{name: config[name] for name in ("vf_share_layers",) if name in config}}
     if run in FRAGMENTS:
-        settings += _exploration(run, config)
+        settings += [*_exploration(run, config), *_schedules(run, config)]
         model = _model_of_values(run, model, config)
     settings += _model(model, said)
     multiagent = _part(config, "multiagent")
@@ -331,8 +338,9 @@ def words_of(algorithm: str) -> Mapping[str, Word]:
         return WORDS
     return {
         name: replace(word, setting=word.setting.replace("dqn.", f"{algorithm}."))
-        for name, word in VALUE_WORDS.items()
         if algorithm == "dqn" or name not in OF_DQN
+        else Word("", "Ape-X's worlds explore each in their own degree")
+        for name, word in VALUE_WORDS.items()
     }
 
 
@@ -381,15 +389,15 @@ def _by_first_names(place: str, words: Mapping[str, Any], later: Mapping[str, st
     return found
 
 
-def _whole(config: Mapping[str, Any], name: str, otherwise: int) -> int:
-    """Return a whole number of a configuration; what stands there where it says none."""
+def _whole(config: Mapping[str, Any], name: str, otherwise: int, least: int = 0) -> int:
+    """Return a whole number of a configuration, `otherwise` where it says none."""
     value = config.get(name)
     try:
         number = otherwise if value is None else int(value)
-        if value is not None and number != float(value):
+        if value is not None and (number != float(value) or number < least):
             raise ValueError
     except (TypeError, ValueError):
-        raise SettingError(f"'{name}' is {value!r}; expected a whole number.") from None
+        raise SettingError(f"'{name}' is {value!r}; expected a whole number, {least} or more.") from None
     return number
 
 
@@ -420,14 +428,14 @@ def _require_multi_words(multiagent: Mapping[str, Any], said: list[str]) -> None
 
 
 def _worlds(run: str, config: Mapping[str, Any]) -> list[str]:
-    worlds = max(1, _whole(config, "num_workers", 2)) * max(1, _whole(config, "num_envs_per_worker", 1))
+    worlds = max(1, _whole(config, "num_workers", 2)) * max(1, _whole(config, "num_envs_per_worker", 1, 1))
     if run in FRAGMENTS:
         return [
             f"rollout.num_worlds={worlds}",
             f"rollout.horizon={_fragment(run, config)}",
             *_pace(run, config, worlds),
         ]
-    horizon = max(1, round(_whole(config, "train_batch_size", 4000) / worlds))
+    horizon = max(1, round(_whole(config, "train_batch_size", 4000, 1) / worlds))
     return [f"rollout.num_worlds={worlds}", f"rollout.horizon={horizon}"]
 
 
@@ -466,6 +474,24 @@ def _exploration(run: str, config: Mapping[str, Any]) -> list[str]:
             )
         return []
     return [f"dqn.epsilon_{EPSILONS[name]}={value}" for name, value in said.items()]
+
+
+def _schedules(run: str, config: Mapping[str, Any]) -> list[str]:
+    """Return over how many steps chance grows rarer, and importance is weighed out wholly, as Ray before 0.8.3 said."""
+    if _whole(config, "num_atoms", 1) != 1 or config.get("noisy"):
+        raise SettingError(
+            f"config: num_atoms is {config.get('num_atoms', 1)} and noisy is {config.get('noisy', False)}; expected 1 "
+            "and False: neither distributions of values nor noisy networks are learned here."
+        )
+    whole = _whole(config, "schedule_max_timesteps", 100_000)
+    names = {"beta_annealing_fraction": "replay.importance_steps"}
+    if run == "DQN":
+        names["exploration_fraction"] = "dqn.epsilon_steps"
+    try:
+        shares = {ours: float(config[name]) for name, ours in names.items() if name in config}
+    except (TypeError, ValueError):
+        raise SettingError(f"{', '.join(names)}: expected shares of schedule_max_timesteps, 0 to 1.") from None
+    return [f"{ours}={max(1, round(share * whole))}" for ours, share in shares.items()]
 
 
 def _model_of_values(run: str, model: Mapping[str, Any], config: Mapping[str, Any]) -> dict[str, Any]:

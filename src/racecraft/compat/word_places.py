@@ -20,7 +20,7 @@ def placed(error: UserInputError) -> str:
     own = [frame for frame in traceback.extract_tb(error.__traceback__) if is_own(frame.filename)]
     if not own or _HAS_PLACE.match(letter):
         return letter
-    file, word = own[-1].filename, _QUOTED.search(letter)
+    file, word = own[-1].filename, _QUOTED.search(letter.partition(" Did you mean ")[0])
     words = (word[1], word[1].rpartition(".")[2]) if word else ()
     lines = [line for line in (line_of_word(file, one) for one in words) if line]
     return f"{shown(file)}:{lines[0] if lines else own[-1].lineno}: {letter}"

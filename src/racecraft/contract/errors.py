@@ -111,8 +111,12 @@ def nearest(name: str, known: Iterable[str]) -> str:
     "Did you mean 'horizon'?"
     >>> nearest("q", ["left", "right"])
     'Known: left, right.'
+    >>> nearest("q", [])
+    'There is none.'
     """
     names = list(known)
+    if not names:
+        return "There is none."
     by_folded_name = {candidate.casefold(): candidate for candidate in names}
     match = difflib.get_close_matches(name.casefold(), by_folded_name, n=1)
     if match:

@@ -98,7 +98,8 @@ def lay_out(
         folder: The job's own.
         entry_point: The script: in `source_dir`, or a path where there is none.
         source_dir: Folder whose content lies beside it; None: nothing does.
-        dependencies: Folders and files that lie beside it, too, each under its own name.
+        dependencies: Folders and files that lie beside it, too, each under its own name; of one that ends with a
+            slash what it holds, as the SDK packs it, unless it is a package itself.
         hyperparameters: Plain values.
         channels: What `fit` names, by channel.
 
@@ -128,12 +129,8 @@ def _laid_out(
         shutil.copy2(entry_point, container.code)
     else:
         shutil.copytree(source_dir, container.code, dirs_exist_ok=True, ignore=NOT_CODE)
-    for dependency in map(Path, dependencies):
-        target = container.code / dependency.resolve().name
-        if dependency.is_dir():
-            shutil.copytree(dependency, target, dirs_exist_ok=True, ignore=NOT_CODE)
-        else:
-            shutil.copy2(dependency, target)
+    for dependency in dependencies:
+        _lay_dependency(dependency, container.code)
     for name, place in channels.items():
         _lay_channel(container.root / "input" / "data" / name, place)
     config = container.root / "input" / "config"
@@ -141,6 +138,16 @@ def _laid_out(
     _write(config / "resourceconfig.json", {"current_host": HOST, "hosts": [HOST], "network_interface_name": "lo"})
     _write(config / "inputdataconfig.json", {name: {"TrainingInputMode": "File"} for name in channels})
     return container
+
+
+def _lay_dependency(dependency: str, code: Path) -> None:
+    path = Path(dependency)
+    if not path.is_dir():
+        shutil.copy2(path, code)
+        return
+    holds_packages = dependency.endswith("/") and not (path / "__init__.py").exists()
+    target = code if holds_packages else code / path.resolve().name
+    shutil.copytree(path, target, dirs_exist_ok=True, ignore=NOT_CODE)
 
 
 def check_code(entry_point: str, source_dir: str | None, dependencies: Sequence[str], ours: Sequence[str]) -> list[str]:

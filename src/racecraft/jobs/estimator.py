@@ -189,7 +189,7 @@ class RLEstimator:
     Raises:
         SettingError: An unknown word or hyperparameter; the nearest known one is told.
         CodeError: The script or its folders are not there.
-        AttributeError: Neither an image nor a whole toolkit is named.
+        ImageMissingError: Neither an image nor a whole toolkit is named.
     """
 
     def __init__(
@@ -385,7 +385,7 @@ class RLEstimator:
         return {
             "entry_point": str(Path(self.entry_point).absolute()) if self.source_dir is None else self.entry_point,
             "source_dir": None if self.source_dir is None else str(Path(self.source_dir).absolute()),
-            "dependencies": [str(Path(one).absolute()) for one in self.dependencies],
+            "dependencies": [str(Path(one).absolute()) + "/" * one.endswith("/") for one in self.dependencies],
             "hyperparameters": self._hyperparameters,
             "metric_definitions": list(self.metric_definitions),
             "base_job_name": self.base_job_name,
@@ -421,11 +421,14 @@ class RLEstimator:
             store.close()
 
     def _cores(self) -> int | None:
-        """Return what the job takes; of two that meet the primary takes one core, to learn, and the other the rest."""
+        """Return what the job takes; of two that meet the primary takes one core, to learn, and the other the rest.
+
+        Where there is one core, the other counts for none: both must run at once.
+        """
         role = self._hyperparameters.get("rl_cluster_type")
         if self.cores is not None or role not in ("primary", "secondary"):
             return self.cores
-        return 1 if role == "primary" else max(1, Capacity.of_machine().cores - 1)
+        return 1 if role == "primary" else Capacity.of_machine().cores - 1
 
     def _waits_for_a_second(self) -> bool:
         told = self._hyperparameters

@@ -82,6 +82,10 @@ TUNER_ARGUMENTS = (
 FLOAT = r"[-+]?[0-9]*[.]?[0-9]+(?:[eE][-+]?[0-9]+)?"
 
 
+class ImageMissingError(SettingError, AttributeError):
+    """Nothing says what a script was written for; at SageMaker it is an AttributeError."""
+
+
 def second_names(words: Mapping[str, Any]) -> dict[str, Any]:
     """Return an estimator's words in the SDK's second spelling.
 
@@ -89,11 +93,12 @@ def second_names(words: Mapping[str, Any]) -> dict[str, Any]:
         SettingError: Both spellings of one word are given.
     """
     renamed: dict[str, Any] = {}
+    given: dict[str, str] = {}
     for name, value in words.items():
         new = FIRST_NAMES.get(name, name)
-        if new in renamed:
-            raise SettingError(f"RLEstimator: {name} and {new} are one word; give it once.")
-        renamed[new] = value
+        if new in given:
+            raise SettingError(f"RLEstimator: {given[new]} and {name} are one word; give it once.")
+        renamed[new], given[new] = value, name
     return renamed
 
 
@@ -112,7 +117,7 @@ def check_image(image_uri: Any, toolkit: Any, version: Any, framework: Any) -> d
     """Return which image a script was written for; it is recorded, no image is run.
 
     Raises:
-        AttributeError: Neither an image nor all of toolkit, toolkit_version and framework, as at SageMaker.
+        ImageMissingError: Neither an image nor all of toolkit, toolkit_version and framework.
         SettingError: There is no such toolkit, version or framework.
     """
     told = {"toolkit": _word(toolkit), "toolkit_version": version, "framework": _word(framework)}
@@ -122,7 +127,7 @@ def check_image(image_uri: Any, toolkit: Any, version: Any, framework: Any) -> d
         return {"image_uri": image_uri}
     missing = [name for name, value in told.items() if value is None]
     if missing:
-        raise AttributeError(f"RLEstimator: {', '.join(missing)} missing; expected them all, or image_uri.")
+        raise ImageMissingError(f"RLEstimator: {', '.join(missing)} missing; expected them all, or image_uri.")
     for name, known in (("toolkit", RLToolkit), ("framework", RLFramework)):
         values = [str(one.value) for one in known]
         if told[name] not in values:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -20,8 +21,17 @@ RUNNING_ARGUMENTS = (
     "max_progress_failures", "chdir_to_trial_dir", "storage_path", "storage_filesystem", "checkpoint_config",
 )  # fmt: skip
 """What any Tune from 0.5 to 2.x takes beside an experiment."""
+SEARCHING = (
+    "grid_search", "choice", "uniform", "loguniform", "quniform", "qloguniform", "randint", "qrandint", "lograndint",
+    "randn", "sample_from", "Tuner", "TuneConfig",
+)  # fmt: skip
+"""Names by which Tune searches."""
 UNFOLLOWED = ("search_alg", "scheduler", "resume", "time_budget_s", "callbacks")
 """Those that would change what is trained; said where one is given."""
+
+
+class SearchedElsewhereError(SettingError, AttributeError):
+    """A search is asked for where one experiment is trained."""
 
 
 def run_experiments(experiments: Mapping[str, Mapping[str, Any]], **recorded: Any) -> None:
@@ -61,6 +71,15 @@ def run(
 def function(own: Callable[..., Any]) -> Callable[..., Any]:
     """Return a function as it is; Tune before 0.8 wanted those of a configuration marked."""
     return own
+
+
+def __getattr__(name: str) -> Any:
+    if name in SEARCHING:
+        raise SearchedElsewhereError(
+            f"ray.tune.{name} searches, and a script trains one experiment here; `racecraft tune` searches, or "
+            "HyperparameterTuner over an estimator's jobs."
+        )
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'", name=name, obj=sys.modules[__name__])
 
 
 def _say_unfollowed(function: str, given: Mapping[str, Any], known: tuple[str, ...]) -> None:
