@@ -43,6 +43,9 @@ from mutations import Mutant, changed, mutants_in
 ROOT = Path(__file__).resolve().parents[1]
 HOUSE = Path("src/racecraft")
 ROOMS = ("contract", "envs", "algorithms", "rollout", "evaluation", "formats")
+SETTINGS = re.compile(r"^class \w+Config\b", re.MULTILINE)
+THEIR_PAGE = "tests/docs/test_docs.py::test_generated_pages_are_current"
+"""What defines a group of settings; the test that holds their defaults to the page that shows them."""
 SIEVE_SECONDS, SIEVE_FILES = 12, 4
 """What tests asked without a map have for a mutant, processor seconds and files; not caught by then counts as alive."""
 INTERPRETED_SECONDS = 30
@@ -185,6 +188,8 @@ class Copy:
             key=lambda one: (one != self._root / mutant.path, not self._bears(one, mutant.path))
         )  # examples first
         asked = [one.relative_to(self._root).as_posix() for one in (near or far)[:SIEVE_FILES]]
+        if SETTINGS.search((self._root / mutant.path).read_text("utf-8")):
+            asked.append(THEIR_PAGE)
         unfit: list[str] = []
         plainly = bool(self.read_by(mutant.path))
         allowed = INTERPRETED_SECONDS if plainly else SIEVE_SECONDS

@@ -232,7 +232,7 @@ CASES = {  # name: what is changed, what is asked, what the letter holds
         lambda place: shutil.copy(place / STATE, place / POLICY), EVALUATE,
         ["2.policy.safetensors", "it says it is 'racecraft trainer state'"],
     ),
-    "an unknown checkpoint": (nothing, [*EVALUATE[:-1], "99"], ["'99'", "best, last, or one of", "0, 1, 2"]),
+    "an unknown checkpoint": (nothing, [*EVALUATE[:-1], "99"], ["'99'", "best, last, or one of", "0 to 2"]),
     "resuming with a state cut in half": (edit_bytes(STATE, half), RESUME, ["2.state.safetensors", "half written"]),
     "resuming with a state with one bit turned": (edit_bytes(STATE, one_bit), RESUME, ["2.state.", "digest"]),
     "resuming with a state of a newer version": (edit_bytes(STATE, newer_tensors), RESUME, ["2.state.", "version 9"]),

@@ -125,15 +125,27 @@ def rows_of(place, phase):
 def test_they_too_wait_while_workers_collect(tmp_path, monkeypatch):
     """Were they written at once, some would stand after so long; at the end all of them do."""
     monkeypatch.setattr(run_writer, "HELD_SECONDS", 60.0)
-    place, standing = AwsModelFolder(tmp_path / "run"), []
+    training, place = TinyTraining(tmp_path / "run", 2, by_workers=True), AwsModelFolder(tmp_path / "run")
+    collect, update, standing = training.collector.collect, training.learner.update, []
+    learned_beside = []
 
-    class Looks(Silence):
-        def iteration(self, report):
-            time.sleep(0.3)
-            standing.append(place.checkpoint_marks.exists())
+    def collects():
+        time.sleep(0.3)
+        standing.append(place.checkpoint_marks.exists())
+        return collect()
 
-    TinyTraining(tmp_path / "run", 2, callback=Looks(), by_workers=True).train()
-    assert standing == [False, True], "those of the first iteration were written while the second was learned from"
+    def updates(experience):
+        until = time.monotonic() + (20.0 if len(standing) == 2 else 0.0)
+        while not place.checkpoint_marks.exists() and time.monotonic() < until:
+            time.sleep(0.01)
+        learned_beside.append(place.checkpoint_marks.exists())
+        return update(experience)
+
+    monkeypatch.setattr(training.collector, "collect", collects)
+    monkeypatch.setattr(training.learner, "update", updates)
+    training.train()
+    assert standing == [False, False], "those of the first iteration wait until the second is collected"
+    assert learned_beside == [False, True], "they are written while the second is learned from"
     assert read_checkpoint_marks(place.checkpoint_marks)[1].iteration == 2
 
 
