@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 import webbrowser
 from collections.abc import Callable
 from contextlib import suppress
@@ -16,6 +15,7 @@ from racecraft.envs.battlesnake.board import Board
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.players.battlesnake.messages import GameCard
 from racecraft.serving.board_server import BoardServer
+from racecraft.serving.interrupts import wait_for_interrupt
 
 SECONDS_FOR_A_BROWSER = 30.0
 """How long a game that is over waits for a browser that has not come yet."""
@@ -75,7 +75,7 @@ class Showing:
         try:
             with suppress(KeyboardInterrupt):
                 self.begin(server, game_id)
-                _stay()
+                wait_for_interrupt()
         finally:
             server.close()
 
@@ -84,7 +84,7 @@ class Showing:
         try:
             with suppress(KeyboardInterrupt):
                 if self.stays:
-                    _stay()
+                    wait_for_interrupt()
                 elif not server.wait_for_viewer(SECONDS_FOR_A_BROWSER):
                     self.say(f"No browser came within {SECONDS_FOR_A_BROWSER:g} s.")
         finally:
@@ -129,11 +129,6 @@ def page_address(server: str, board_url: str, game_id: str) -> str:
         return f"{server}/"
     asked = urlencode({"engine": server, "game": game_id, "autoplay": "true"})
     return f"{board_url.rstrip('/')}/{'&' if '?' in board_url else '?'}{asked}"
-
-
-def _stay() -> None:
-    while True:
-        time.sleep(3600)
 
 
 def _open_page(address: str, say: Callable[[str], None]) -> None:

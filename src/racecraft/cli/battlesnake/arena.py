@@ -200,11 +200,11 @@ def board(port: Port = None, open_it: Open = True, arena: Where = HERE, json: JS
 
     Example: racecraft snakes arena board
     """
-    import time
     from contextlib import suppress
 
     from racecraft.cli.output import print_json, say
     from racecraft.league.store import ArenaStore
+    from racecraft.serving.interrupts import wait_for_interrupt
 
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
@@ -218,8 +218,7 @@ def board(port: Port = None, open_it: Open = True, arena: Where = HERE, json: JS
     close = _serve_board(ArenaStore(arena), port, open_it, tell, told)
     try:
         with suppress(KeyboardInterrupt):
-            while True:
-                time.sleep(3600)
+            wait_for_interrupt()
     finally:
         close()
 

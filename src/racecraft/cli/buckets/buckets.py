@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import datetime
 import os
-import time
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -147,6 +146,7 @@ def serve(
     """
     from racecraft.cli.output import print_json
     from racecraft.serving.buckets.server import BucketServer
+    from racecraft.serving.interrupts import wait_for_interrupt
 
     keys = _keys() if signed else {}
     folders = _folders(folder)
@@ -160,8 +160,7 @@ def serve(
                 for name, path in folders.items():
                     print(f"s3://{name}/ is {path}")
                 print(f"{address}  (Ctrl-C ends)\n  export AWS_ENDPOINT_URL={address}", flush=True)
-            while True:
-                time.sleep(3600)
+            wait_for_interrupt()
     finally:
         server.close()
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import threading
-import time
 import webbrowser
 from collections.abc import Callable
 from contextlib import suppress
@@ -59,6 +58,7 @@ def watch_run(run: Path, which: str | None, port: int | None, open_it: bool, jso
     from racecraft.cli.output import print_json, say
     from racecraft.formats.checkpoint_ranking import find_checkpoint
     from racecraft.formats.run_folder import RunFolder
+    from racecraft.serving.interrupts import wait_for_interrupt
 
     def tell(text: str) -> None:
         say(text, quiet_stdout=json)
@@ -74,8 +74,7 @@ def watch_run(run: Path, which: str | None, port: int | None, open_it: bool, jso
                 tell(f"{run}: {address}  (Ctrl-C ends)")
             if open_it:
                 open_page(address)
-            while True:
-                time.sleep(3600)
+            wait_for_interrupt()
     finally:
         close()
 
