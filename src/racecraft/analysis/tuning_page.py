@@ -81,7 +81,8 @@ def _table(facts: TuningRecord) -> str:
     rows = []
     for one in facts.trials:
         values = (plain(one.values.get(name)) for name in _names(facts))
-        rows.append((one.number, plain(one.score), one.state, plain(one.seconds), *values, one.note))
+        note = f"from {one.taken_from}" if one.taken_from else one.note
+        rows.append((one.number, plain(one.score), one.state, plain(one.seconds), *values, note))
     return table(heads, rows, numbers=(0, 1, 3))
 
 

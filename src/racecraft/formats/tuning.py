@@ -5,7 +5,8 @@
 "command": ["gym", "train", "CartPole-v1", "--stop=minutes=1"],
 "objective": "evaluation_score", "maximise": true, "take_last": false,
 "importances": {"ppo.epochs": 0.7, …},
-"trials": [{"number": 0, "values": {…}, "state": "complete", "score": 67.0, "seconds": 31.9, "note": ""}, …]
+"trials": [{"number": 0, "values": {…}, "state": "complete", "score": 67.0, "seconds": 31.9, "note": "",
+ "taken_from": ""}, …]
 }
 """
 
@@ -40,6 +41,8 @@ class TrialRecord:
     """From its beginning to its end; None while it runs."""
     note: str = ""
     """Why it failed."""
+    taken_from: str = ""
+    """SEARCH/NUMBER of the earlier trial that it is; "": this search tried it."""
 
     @property
     def is_done(self) -> bool:

@@ -262,7 +262,7 @@ class RLEstimator:
             SettingError: A hyperparameter is unknown.
         """
         recorded = {name: value for name, value in self.recorded.items() if name != "sagemaker_session"}
-        words = {**recorded, **self._again(), "hyperparameters": {**self._hyperparameters, **more}}
+        words = {**recorded, **self.words(), "hyperparameters": {**self._hyperparameters, **more}}
         if metric_definitions is not None:
             words["metric_definitions"] = list(metric_definitions)
         return RLEstimator(**words)
@@ -376,12 +376,12 @@ class RLEstimator:
                 "hyperparameters": self._hyperparameters,
                 "inputs": {channel: str(place) for channel, place in channels.items()},
                 "experiment_config": dict(experiment or {}),
-                "estimator": self._again(),
+                "estimator": self.words(),
             },
         )
 
-    def _again(self) -> dict[str, Any]:
-        """Return the words that make this estimator once more; `attach` uses them."""
+    def words(self) -> dict[str, Any]:
+        """Return the words that make this estimator once more, as JSON takes them."""
         return {
             "entry_point": str(Path(self.entry_point).absolute()) if self.source_dir is None else self.entry_point,
             "source_dir": None if self.source_dir is None else str(Path(self.source_dir).absolute()),

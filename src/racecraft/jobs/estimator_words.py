@@ -76,7 +76,7 @@ SESSION_ARGUMENTS = (
     "sagemaker_metrics_client", "sagemaker_config", "default_bucket_prefix",
 )  # fmt: skip
 TUNER_ARGUMENTS = (
-    "tags", "warm_start_config", "completion_criteria_config", "strategy_config", "estimator_name", "autotune",
+    "tags", "completion_criteria_config", "strategy_config", "estimator_name", "autotune",
     "max_runtime_in_seconds", "hyperparameters_to_keep_static", "training_input_mode",
 )  # fmt: skip
 FLOAT = r"[-+]?[0-9]*[.]?[0-9]+(?:[eE][-+]?[0-9]+)?"

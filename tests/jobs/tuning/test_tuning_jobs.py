@@ -9,7 +9,17 @@ from typer.testing import CliRunner
 
 from racecraft.cli.app import app
 from racecraft.contract.errors import SettingError
-from racecraft.estimator import ContinuousParameter, HyperparameterTuner, IntegerParameter, RLEstimator, RLToolkit
+from racecraft.estimator import (
+    CategoricalParameter,
+    ContinuousParameter,
+    HyperparameterTuner,
+    HyperparameterTuningJobAnalytics,
+    IntegerParameter,
+    RLEstimator,
+    RLToolkit,
+    WarmStartConfig,
+    WarmStartTypes,
+)
 from racecraft.formats.run_folder import RunFolder
 from racecraft.jobs.tuning.rehearsal import require_understood
 from racecraft.jobs.tuning.space import read_parameter
@@ -160,3 +170,96 @@ def test_words_that_no_tuner_takes_are_named(estimator):
         tuner = HyperparameterTuner(estimator, "episode_reward_mean", ranges, tags=[])
     with pytest.raises(SettingError, match="expected fit"):
         tuner.best_training_job()
+
+
+METRIC = "episode_reward_mean"
+
+
+@pytest.fixture
+def parent(estimator):
+    ranges = {"lr": ContinuousParameter(0.0, 1.0), "layers": CategoricalParameter([3])}
+    tuner = HyperparameterTuner(estimator, METRIC, ranges, max_jobs=2, max_parallel_jobs=2)
+    tuner.fit(job_name="parent")
+    return tuner
+
+
+def test_a_search_begins_with_the_jobs_of_an_earlier_one(parent, capsys):
+    child = parent.identical_dataset_and_algorithm_tuner()
+    assert child.warm_start_config.parents == {"parent"}
+    child.max_jobs = 1
+    child.fit(job_name="child")
+    assert "child: begins with 2 jobs of parent" in capsys.readouterr().out
+    rows = child.analytics().rows()
+    assert [row["TrainingJobName"] for row in rows] == ["child-002"], "its own jobs, beside the two of before"
+    assert child.best_training_job() == "child-002"
+    told = child.describe()
+    assert told["TrainingJobStatusCounters"] == {"Completed": 1}
+    everyone = [*parent.analytics().rows(), *rows]
+    best = max(everyone, key=lambda row: row["FinalObjectiveValue"])
+    assert told["OverallBestTrainingJob"]["TrainingJobName"] == best["TrainingJobName"]
+    grandchild = HyperparameterTuner.attach("child").identical_dataset_and_algorithm_tuner({"parent"})
+    grandchild.max_jobs = 1
+    grandchild.fit(job_name="grandchild")
+    assert "grandchild: begins with 3 jobs of child" in (out := capsys.readouterr().out)
+    assert "grandchild: begins with 0 jobs of parent" in out, "the child had told them"
+
+
+def test_jobs_outside_the_new_ranges_are_left(parent, estimator, capsys):
+    far = {"lr": ContinuousParameter(2.0, 3.0), "layers": CategoricalParameter([3])}
+    config = WarmStartConfig(WarmStartTypes.TRANSFER_LEARNING, {"parent"})
+    tuner = HyperparameterTuner(estimator, METRIC, far, max_jobs=1, warm_start_config=config)
+    tuner.fit()
+    assert "begins with 0 jobs of parent" in capsys.readouterr().out
+    assert "OverallBestTrainingJob" not in tuner.describe(), "figures of other data are not compared"
+
+
+def test_an_earlier_search_is_attached_and_analysed_by_its_name(parent):
+    again = HyperparameterTuner.attach("parent")
+    assert again.best_training_job() == parent.best_training_job()
+    assert again.estimator.hyperparameters()["lr"] == 9.0, "what the estimator had, not what a job was given"
+    analytics = HyperparameterTuningJobAnalytics("parent", sagemaker_session=None)
+    assert analytics.rows() == parent.analytics().rows()
+    assert analytics.tuning_ranges == {
+        "lr": {"MinValue": "0.0", "MaxValue": "1.0", "ScalingType": "Auto"},
+        "layers": ["3"],
+    }
+    first = analytics.rows()[0]
+    assert 0 < (first["TrainingEndTime"] - first["TrainingStartTime"]).total_seconds() < 600
+    limits = analytics.description()["HyperParameterTuningJobConfig"]["ResourceLimits"]
+    assert limits == {"MaxNumberOfTrainingJobs": 2, "MaxParallelTrainingJobs": 2}
+
+
+def test_what_a_search_cannot_begin_with_is_named(parent, estimator, tmp_path):
+    ranges, kinds = {"lr": ContinuousParameter(0.0, 1.0)}, WarmStartTypes
+
+    def begun(kind, parents, estimator=estimator, **words):
+        config = WarmStartConfig(kind, parents)
+        return HyperparameterTuner(estimator, METRIC, ranges, warm_start_config=config, **words)
+
+    with pytest.raises(SettingError, match=r"No search is named 'parnet'.*There are parent\. Did you mean 'parent'"):
+        begun(kinds.TRANSFER_LEARNING, {"parnet"})
+    with pytest.raises(SettingError, match="had objective_type 'Maximize' and this one has 'Minimize'"):
+        begun(kinds.TRANSFER_LEARNING, {"parent"}, objective_type="Minimize")
+    (tmp_path / "other.py").write_text(SCRIPT)
+    other = RLEstimator("other.py", RLToolkit.RAY, "1.6.0", "pytorch", role="r", cores=1)
+    with pytest.raises(SettingError, match=r"trained .*train.py and this one trains .*other.py"):
+        begun(kinds.IDENTICAL_DATA_AND_ALGORITHM, {"parent"}, other)
+    assert begun(kinds.TRANSFER_LEARNING, {"parent"}, other).estimator is other
+    with pytest.raises(SettingError, match=r"expected one of WarmStartTypes.IDENTICAL_DATA_AND_ALGORITHM"):
+        WarmStartConfig("TransferLearning", {"parent"})
+    with pytest.raises(SettingError, match="has no parents"):
+        WarmStartConfig(kinds.TRANSFER_LEARNING, set())
+    with pytest.raises(SettingError, match="expected fit"):
+        HyperparameterTuner(estimator, METRIC, ranges).transfer_learning_tuner()
+
+
+def test_what_was_taken_over_does_not_count_as_tried(home, tmp_path, monkeypatch):  # noqa: F811
+    monkeypatch.chdir(tmp_path)
+    asked = ["--param", "ppo.epochs=1..2", "--json", "gym", "train", "CartPole-v1", *TINY]
+    assert CliRunner().invoke(app, ["tune", "--run", "first", "--trials", "2", *asked]).exit_code == 0
+    for trials, in_all in (("1", 3), ("1", 3), ("2", 4)):
+        done = CliRunner().invoke(app, ["tune", "--run", "second", "--from", "first", "--trials", trials, *asked])
+        assert json.loads(done.stdout.splitlines()[-1])["trials"] == in_all, done.output
+    told = json.loads((tmp_path / "second" / "tuning.json").read_text())["trials"]
+    assert [one["taken_from"] for one in told] == ["first/0", "first/1", "", ""]
+    assert "from first/1" in (tmp_path / "second" / "tuning.html").read_text()

@@ -26,7 +26,7 @@ PAGE, SPEC = "tuning.html", "tuning.json"
 class Extent:
     """How much is tried."""
 
-    trials: Annotated[int, typer.Option(min=1, help="How many in all.")] = 20
+    trials: Annotated[int, typer.Option(min=1, help="How many in all, those of --from beside them.")] = 20
     parallel: Annotated[
         int | None,
         typer.Option(min=1, help="How many at a time; by default one for every two cores, and no less than one."),

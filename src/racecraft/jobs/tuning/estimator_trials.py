@@ -10,32 +10,31 @@ import re
 import secrets
 import time
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from racecraft.contract.arguments import names_of, require_arguments
-from racecraft.contract.errors import MissingExtraError, SettingError, nearest
-from racecraft.formats.tuning import COMPLETE, TrialRecord
+from racecraft.contract.errors import SettingError, nearest
+from racecraft.formats.tuning import COMPLETE, TrialRecord, best_of
 from racecraft.formats.whole import make_folder
 from racecraft.jobs.estimator import RLEstimator, TrainingJob
 from racecraft.jobs.estimator_words import TUNER_ARGUMENTS
 from racecraft.jobs.home import JobHome
 from racecraft.jobs.metrics import check_definitions
+from racecraft.jobs.tuning.asked_search import RANGES, AskedSearch, folder_of, job_of, read_asked, write_asked
 from racecraft.jobs.tuning.search import Standing, search
+from racecraft.jobs.tuning.search_analytics import HyperparameterTuningJobAnalytics
 from racecraft.jobs.tuning.space import Parameter
 from racecraft.jobs.tuning.study import Study
+from racecraft.jobs.tuning.warm_start import WarmStartConfig, WarmStartTypes
 
 if TYPE_CHECKING:
-    import pandas as pd  # type: ignore[import-untyped]
-
     from racecraft.jobs.endpoint import Predictor
 
 STRATEGIES = {"Bayesian": "tpe", "Random": "random", "Grid": "grid", "Hyperband": "tpe"}
 PRUNERS = {"Off": "none", "Auto": "median"}
 AIMS = {"Maximize": True, "Minimize": False}
-FOLDER = "tunings"
-"""Where searches lie, in the folder of the jobs."""
 
 
 class HyperparameterTuner:
@@ -53,10 +52,11 @@ class HyperparameterTuner:
         early_stopping_type: "Auto": jobs worse than half of the others are stopped; or "Off".
         base_tuning_job_name: Of the search; None: the estimator's.
         random_seed: Of the sampler.
+        warm_start_config: Earlier searches, of whose jobs those within these ranges say what is tried next.
         recorded: Whatever else the SDK takes; said to have no meaning here.
 
     Raises:
-        SettingError: An unknown word, metric or strategy.
+        SettingError: An unknown word, metric, strategy or earlier search; one that had another metric in mind.
         MissingExtraError: Optuna is not installed.
     """
 
@@ -73,6 +73,7 @@ class HyperparameterTuner:
         early_stopping_type: str = "Off",
         base_tuning_job_name: str | None = None,
         random_seed: int = 0,
+        warm_start_config: WarmStartConfig | None = None,
         **recorded: Any,
     ) -> None:
         known = (*TUNER_ARGUMENTS, *names_of(HyperparameterTuner))
@@ -91,15 +92,50 @@ class HyperparameterTuner:
                 f"HyperparameterTuner: {word} has no meaning on this machine and is not followed", stacklevel=2
             )
         self.metric_definitions = definitions
-        self.max_jobs, self.max_parallel_jobs = max_jobs, max_parallel_jobs
+        self.strategy, self.objective_type, self.early_stopping_type = strategy, objective_type, early_stopping_type
+        self.max_jobs, self.max_parallel_jobs, self.random_seed = max_jobs, max_parallel_jobs, random_seed
+        self.base_tuning_job_name = base_tuning_job_name
+        self.warm_start_config = warm_start_config
         self.latest_tuning_job: TuningJob | None = None
-        self._ranges, self._seed = dict(hyperparameter_ranges), random_seed
-        self._maximise = AIMS[objective_type]
-        self._sampler = STRATEGIES[strategy]
-        self._pruner = "hyperband" if strategy == "Hyperband" else PRUNERS[early_stopping_type]
-        self._base = base_tuning_job_name or estimator.base_job_name or Path(estimator.entry_point).stem
+        self._ranges = dict(hyperparameter_ranges)
         self._study: Study | None = None
-        self._jobs: dict[int, str] = {}
+        for parent in self._parents():
+            self._require_comparable(parent)
+
+    @classmethod
+    def attach(cls, tuning_job_name: str, sagemaker_session: Any = None) -> HyperparameterTuner:
+        """Return the tuner of a search that was made earlier.
+
+        Raises:
+            SettingError: There is no search of that name.
+        """
+        asked = read_asked(tuning_job_name)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what is worth saying was said when it searched
+            found = cls(RLEstimator(**asked.estimator), **asked.tuner)
+        folder = folder_of(tuning_job_name)
+        found.latest_tuning_job, found._study = TuningJob(tuning_job_name, folder), found._study_in(folder)
+        return found
+
+    def identical_dataset_and_algorithm_tuner(
+        self, additional_parents: Collection[str] | None = None
+    ) -> HyperparameterTuner:
+        """Return a tuner that goes on where this one, and others, ended: with the same script and data.
+
+        Raises:
+            SettingError: This one has not searched yet.
+        """
+        return self._next(WarmStartTypes.IDENTICAL_DATA_AND_ALGORITHM, additional_parents, self.estimator)
+
+    def transfer_learning_tuner(
+        self, additional_parents: Collection[str] | None = None, estimator: RLEstimator | None = None
+    ) -> HyperparameterTuner:
+        """Return a tuner that begins with what this one, and others, found: with other data or another estimator.
+
+        Raises:
+            SettingError: This one has not searched yet.
+        """
+        return self._next(WarmStartTypes.TRANSFER_LEARNING, additional_parents, estimator or self.estimator)
 
     def fit(self, inputs: Any = None, job_name: str | None = None, wait: bool = True, logs: Any = None) -> None:
         """Search; what each job came to is said as it ends.
@@ -115,16 +151,19 @@ class HyperparameterTuner:
         """
         if not wait:
             warnings.warn("a search lives in this process, so fit(wait=False) waits as well", stacklevel=2)
-        home = JobHome.of_user()
-        name = job_name or _stamped(self._base)
-        folder = home.path / FOLDER / name
+        base = self.base_tuning_job_name or self.estimator.base_job_name or Path(self.estimator.entry_point).stem
+        name = job_name or _stamped(base)
+        folder = folder_of(name)
         make_folder(folder)
-        self._study = Study(folder, self._ranges, self._maximise, self._sampler, self._pruner, self._seed)
+        write_asked(folder, AskedSearch(self.estimator.words(), self._words()))
+        self._study = self._study_in(folder)
         self.latest_tuning_job = TuningJob(name, folder)
+        for parent in self._parents():
+            taken = self._study.take_over(folder_of(parent))
+            print(f"{name}: begins with {taken} jobs of {parent}", flush=True)
 
         def launch(number: int, values: Mapping[str, Any]) -> _EstimatorTrial:
-            self._jobs[number] = f"{name}-{number:03}"
-            return self._begin(self._jobs[number], values, inputs)
+            return self._begin(job_of(name, number), values, inputs)
 
         search(self._study, launch, self.max_jobs, self.max_parallel_jobs, self._say)
 
@@ -137,7 +176,7 @@ class HyperparameterTuner:
         Raises:
             SettingError: No job came to a figure.
         """
-        return self._jobs[self._best().number]
+        return self._job(self._best())
 
     def best_estimator(self) -> RLEstimator:
         """Return the estimator of the job that did best."""
@@ -147,29 +186,89 @@ class HyperparameterTuner:
         """Put what the best job learned behind HTTP; arguments as for `RLEstimator.deploy`."""
         return self.best_estimator().deploy(*values, **words)
 
-    def analytics(self) -> TuningJobAnalytics:
+    def analytics(self) -> HyperparameterTuningJobAnalytics:
         """Return every job of the search as a table."""
-        return TuningJobAnalytics(self._searched(), self._jobs)
+        self._searched()
+        assert self.latest_tuning_job is not None
+        return HyperparameterTuningJobAnalytics(self.latest_tuning_job.name)
 
     def describe(self) -> dict[str, Any]:
-        """Return what SageMaker's DescribeHyperParameterTuningJob tells of it, as far as it has a meaning here."""
-        records = self._searched().trials()
-        best = self._searched().best()
-        return {
+        """Return what SageMaker's DescribeHyperParameterTuningJob tells of it, as far as it has a meaning here.
+
+        "OverallBestTrainingJob", of this search and those it began with, is told where their figures may be compared.
+        """
+        own = self._tried()
+        told = {
             "HyperParameterTuningJobName": None if self.latest_tuning_job is None else self.latest_tuning_job.name,
             "HyperParameterTuningJobStatus": "Completed",
-            "TrainingJobStatusCounters": {"Completed": sum(one.state == COMPLETE for one in records)},
-            "BestTrainingJob": None
-            if best is None
-            else {
-                "TrainingJobName": self._jobs[best.number],
-                "TunedHyperParameters": {key: str(value) for key, value in best.values.items()},
-                "FinalHyperParameterTuningJobObjectiveMetric": {
-                    "MetricName": self.objective_metric_name,
-                    "Value": best.score,
-                },
+            "TrainingJobStatusCounters": {"Completed": sum(one.state == COMPLETE for one in own)},
+            "BestTrainingJob": self._told(best_of(own, AIMS[self.objective_type])),
+        }
+        warm = self.warm_start_config
+        if warm is not None and warm.type is WarmStartTypes.IDENTICAL_DATA_AND_ALGORITHM:
+            told["OverallBestTrainingJob"] = self._told(self._searched().best())
+        return told
+
+    def _told(self, best: TrialRecord | None) -> dict[str, Any] | None:
+        if best is None:
+            return None
+        return {
+            "TrainingJobName": self._job(best),
+            "TunedHyperParameters": {key: str(value) for key, value in best.values.items()},
+            "FinalHyperParameterTuningJobObjectiveMetric": {
+                "MetricName": self.objective_metric_name,
+                "Value": best.score,
             },
         }
+
+    def _words(self) -> dict[str, Any]:
+        """Return the words that make this tuner once more, beside its estimator; without what it began with."""
+        return {
+            "objective_metric_name": self.objective_metric_name,
+            RANGES: dict(self._ranges),
+            "metric_definitions": list(self.metric_definitions),
+            "strategy": self.strategy,
+            "objective_type": self.objective_type,
+            "max_jobs": self.max_jobs,
+            "max_parallel_jobs": self.max_parallel_jobs,
+            "early_stopping_type": self.early_stopping_type,
+            "base_tuning_job_name": self.base_tuning_job_name,
+            "random_seed": self.random_seed,
+        }
+
+    def _next(
+        self, kind: WarmStartTypes, more_parents: Collection[str] | None, estimator: RLEstimator
+    ) -> HyperparameterTuner:
+        self._searched()
+        assert self.latest_tuning_job is not None
+        config = WarmStartConfig(kind, {self.latest_tuning_job.name, *(more_parents or ())})
+        return HyperparameterTuner(estimator, **self._words(), warm_start_config=config)
+
+    def _parents(self) -> list[str]:
+        return [] if self.warm_start_config is None else sorted(self.warm_start_config.parents)
+
+    def _require_comparable(self, parent: str) -> None:
+        asked = read_asked(parent)
+        for word in ("objective_metric_name", "objective_type"):
+            theirs, ours = asked.tuner[word], getattr(self, word)
+            if theirs != ours:
+                raise SettingError(
+                    f"warm_start_config: the search {parent} had {word} {theirs!r} and this one has {ours!r}; expected "
+                    "the same, for otherwise its figures say nothing here."
+                )
+        warm = self.warm_start_config
+        assert warm is not None
+        script, theirs = self.estimator.words()["entry_point"], asked.estimator["entry_point"]
+        if warm.type is WarmStartTypes.IDENTICAL_DATA_AND_ALGORITHM and script != theirs:
+            raise SettingError(
+                f"warm_start_config: the search {parent} trained {theirs} and this one trains {script}; expected the "
+                "same of IDENTICAL_DATA_AND_ALGORITHM. Name WarmStartTypes.TRANSFER_LEARNING."
+            )
+
+    def _study_in(self, folder: Path) -> Study:
+        pruner = "hyperband" if self.strategy == "Hyperband" else PRUNERS[self.early_stopping_type]
+        maximise = AIMS[self.objective_type]
+        return Study(folder, self._ranges, maximise, STRATEGIES[self.strategy], pruner, self.random_seed)
 
     def _begin(self, name: str, values: Mapping[str, Any], inputs: Any) -> _EstimatorTrial:
         made = self.estimator.with_hyperparameters(values, self.metric_definitions)
@@ -178,13 +277,23 @@ class HyperparameterTuner:
 
     def _say(self, one: TrialRecord) -> None:
         values = ", ".join(f"{name}={value}" for name, value in one.values.items())
-        print(f"{self._jobs[one.number]}: {one.state}, {self.objective_metric_name} {one.score}, {values}", flush=True)
+        print(f"{self._job(one)}: {one.state}, {self.objective_metric_name} {one.score}, {values}", flush=True)
 
     def _best(self) -> TrialRecord:
-        best = self._searched().best()
+        best = best_of(self._tried(), AIMS[self.objective_type])
         if best is None:
             raise SettingError("No job of the search came to a figure; expected one. analytics() says how each ended.")
         return best
+
+    def _tried(self) -> list[TrialRecord]:
+        """Return what this search has tried itself."""
+        return [one for one in self._searched().trials() if not one.taken_from]
+
+    def _job(self, one: TrialRecord) -> str:
+        """Return the name of a trial's job; of one that was taken over, of the search that tried it."""
+        assert self.latest_tuning_job is not None
+        search_name, _, number = (one.taken_from or f"{self.latest_tuning_job.name}/{one.number}").rpartition("/")
+        return job_of(search_name, int(number))
 
     def _searched(self) -> Study:
         if self._study is None:
@@ -198,40 +307,6 @@ class TuningJob:
     def __init__(self, name: str, folder: Path) -> None:
         self.name = self.job_name = name
         self.folder = folder
-
-
-class TuningJobAnalytics:
-    """The jobs of a search as a table, as `sagemaker.analytics` has it."""
-
-    def __init__(self, study: Study, jobs: Mapping[int, str]) -> None:
-        self._study, self._jobs = study, jobs
-
-    def rows(self) -> list[dict[str, Any]]:
-        """Return a row a job, its hyperparameters first."""
-        return [
-            {
-                **one.values,
-                "TrainingJobName": self._jobs.get(one.number, ""),
-                "TrainingJobStatus": {"complete": "Completed", "failed": "Failed", "pruned": "Stopped"}.get(
-                    one.state, "InProgress"
-                ),
-                "FinalObjectiveValue": one.score,
-                "TrainingElapsedTimeSeconds": one.seconds,
-            }
-            for one in self._study.trials()
-        ]
-
-    def dataframe(self, force_refresh: bool = False) -> pd.DataFrame:
-        """Return the rows as a data frame.
-
-        Raises:
-            MissingExtraError: pandas is not installed.
-        """
-        try:
-            import pandas as pd
-        except ImportError as error:
-            raise MissingExtraError("A data frame needs pandas: pip install 'racecraft[pandas]'.") from error
-        return pd.DataFrame(self.rows())
 
 
 class _EstimatorTrial:

@@ -41,12 +41,12 @@ Said = Callable[[TrialRecord], None]
 
 
 def search(study: Study, launch: Launch, trials: int, parallel: int, told: Said, early_stopping: bool = True) -> None:
-    """Try until the study holds so many trials that have ended.
+    """Try until the study holds so many trials of its own that have ended.
 
     Args:
         study: Decides what is tried.
         launch: Begins a trial.
-        trials: How many in all, those that lie in the study already among them.
+        trials: How many in all, those that lie in the study already among them, but not what it took over of others.
         parallel: How many at a time.
         told: Is called with every trial that ends.
         early_stopping: Whether trials that the study gives up are stopped.
@@ -59,7 +59,7 @@ def search(study: Study, launch: Launch, trials: int, parallel: int, told: Said,
     under_way: dict[int, _Watched] = {}
     try:
         while True:
-            while len(under_way) < parallel and len(study.trials()) < trials:
+            while len(under_way) < parallel and len(_tried(study)) < trials:
                 number, values = study.ask()
                 under_way[number] = _Watched(number, launch(number, values))
             if not under_way:
@@ -104,6 +104,11 @@ class _Watched:
         return True
 
 
+def _tried(study: Study) -> list[TrialRecord]:
+    """Return the trials that were tried here."""
+    return [one for one in study.trials() if not one.taken_from]
+
+
 def _bury(study: Study) -> None:
     """End what an earlier search left under way: nobody looks after it any more."""
     for one in study.trials():
@@ -113,6 +118,6 @@ def _bury(study: Study) -> None:
 
 def _require_hope(study: Study) -> None:
     """Raise where nothing but failures has come: what was asked for cannot be trained."""
-    ended = [one for one in study.trials() if one.state != RUNNING and one.note != BROKEN_OFF]
+    ended = [one for one in _tried(study) if one.state != RUNNING and one.note != BROKEN_OFF]
     if len(ended) >= 2 and all(one.state == FAILED for one in ended):
         raise TuningError(f"The first {len(ended)} trials failed. Number {ended[-1].number}: {ended[-1].note}")

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 FILE = "study.sqlite"
 NAME = "racecraft"
+TAKEN_FROM = "taken_from"
 SAMPLERS = {
     "tpe": "what did well is tried near by (tree-structured Parzen estimator)",
     "random": "anything, evenly",
@@ -192,7 +193,7 @@ class Study:
         return {name: float(share) for name, share in found.items() if math.isfinite(share)}
 
     def take_over(self, folder: Path) -> int:
-        """Begin with what an earlier search found; return how many of its trials fit.
+        """Begin with what an earlier search found; return how many of its trials fit. Each is taken over once.
 
         Raises:
             TuningError: No search lies there.
@@ -200,14 +201,16 @@ class Study:
         optuna = _optuna()
         require_search(folder)
         earlier = optuna.load_study(study_name=NAME, storage=_storage(optuna, folder))
+        known = {one.taken_from for one in self.trials()}
         taken = 0
         for one in earlier.get_trials(deepcopy=False, states=(optuna.trial.TrialState.COMPLETE,)):
-            if set(one.params) != set(self._spaces):
+            taken_from = one.user_attrs.get(TAKEN_FROM, f"{folder.name}/{one.number}")
+            if set(one.params) != set(self._spaces) or taken_from in known:
                 continue
             if all(space._contains(space.to_internal_repr(one.params[name])) for name, space in self._spaces.items()):
                 trial = optuna.trial.create_trial(
                     params=dict(one.params), distributions=dict(self._spaces), value=one.value,
-                    user_attrs={"note": f"from {folder.name}"},
+                    user_attrs={TAKEN_FROM: taken_from},
                 )  # fmt: skip
                 self._study.add_trial(trial)
                 taken += 1
@@ -284,4 +287,5 @@ def _record(one: Any) -> TrialRecord:
         score,
         one.duration.total_seconds() if one.duration is not None else None,
         str(one.user_attrs.get("note", "")),
+        str(one.user_attrs.get(TAKEN_FROM, "")),
     )
