@@ -1,9 +1,10 @@
-"""Gather matches against public snakes into a table: `python benchmarks/snake_opponents.py FOLDER`.
+"""Gather matches against public snakes into tables: `python benchmarks/snake_opponents.py FOLDER`.
 
 FOLDER holds what `snake_matches.py --keep` wrote, a file a match, called after the other snake (`spaceheater.jsonl`;
-`spaceheater-4.jsonl` for four at a board). Every game of it goes into `snake_opponents.json`, and the table that comes
-of them between the two marks in `snake-opponents.md`. Without FOLDER the table is made again from the figures. With
-`--back` they are laid into FOLDER as the files that they came from, and `snake_matches.py --keep` goes on with them.
+`spaceheater-4.jsonl` for four at a board). Every game of it goes into `snake_opponents.json`, in the place of what the
+same player of ours had played; the tables that come of them, one for each player of ours, stand between their marks in
+`snake-opponents.md`. Without FOLDER the tables are made again from the figures. With `--back PLAYER` its games are laid
+into FOLDER as the files that they came from, and `snake_matches.py --keep` goes on with them.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from run_all import machine
 
 HERE = Path(__file__).parent
 FIGURES, PAGE = HERE / "snake_opponents.json", HERE / "snake-opponents.md"
-BEGIN, END = "<!-- table of snake_opponents.json -->\n", "<!-- end of the table -->\n"
+BEGIN, END = "<!-- games of {} in snake_opponents.json -->\n", "<!-- end of the table -->\n"
 HEAD = """\
 | against | at a board | games | won | drawn | lost | share, 95 % interval | turns a game | late, ours and theirs | no move, likewise |
 |---|---|---|---|---|---|---|---|---|---|
@@ -31,18 +32,19 @@ def main() -> None:
     """Gather and write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("folder", type=Path, nargs="?", help="of files that --keep wrote")
-    parser.add_argument("--back", action="store_true", help="lay the games into the folder instead")
+    parser.add_argument("--back", metavar="PLAYER", help="lay this one's games, such as search's, into the folder")
     asked = parser.parse_args()
-    if asked.back:
+    known = json.loads(FIGURES.read_text(encoding="utf-8"))["matches"]
+    if asked.back is not None:
         if asked.folder is None:
             raise SystemExit("--back needs a FOLDER to lay the games into.")
         asked.folder.mkdir(parents=True, exist_ok=True)
-        lay_back(json.loads(FIGURES.read_text(encoding="utf-8"))["matches"], asked.folder)
+        lay_back([match for match in known if match["first"] == asked.back], asked.folder)
         return
     if asked.folder is not None:
-        write_whole(FIGURES, told_by(gathered(asked.folder)))
-    matches = json.loads(FIGURES.read_text(encoding="utf-8"))["matches"]
-    write_whole(PAGE, page(PAGE.read_text(encoding="utf-8"), matches))
+        known = in_the_place_of(known, gathered(asked.folder))
+        write_whole(FIGURES, told_by(known))
+    write_whole(PAGE, page(PAGE.read_text(encoding="utf-8"), known))
 
 
 def gathered(folder: Path) -> list[dict[str, Any]]:
@@ -53,6 +55,12 @@ def gathered(folder: Path) -> list[dict[str, Any]]:
         told = {what: [game[what] for game in games] for what in (games[0] if games else ())}
         matches.append({"against": path.stem.removesuffix("-4")} | match | told)
     return matches
+
+
+def in_the_place_of(known: list[dict[str, Any]], new: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return all matches, those of the players of the new ones being the new ones."""
+    played = {match["first"] for match in new}
+    return [match for match in known if match["first"] not in played] + new
 
 
 def lay_back(matches: list[dict[str, Any]], folder: Path) -> None:
@@ -77,9 +85,13 @@ def told_by(matches: list[dict[str, Any]]) -> str:
 
 
 def page(text: str, matches: list[dict[str, Any]]) -> str:
-    """Return the page with the table of these matches between its marks."""
-    before, rest = text.split(BEGIN)
-    return before + BEGIN + HEAD + "".join(row(match) for match in matches) + END + rest.split(END)[1]
+    """Return the page with the tables of these matches between their marks."""
+    for player in sorted({match["first"] for match in matches}):
+        begin = BEGIN.format(player)
+        before, rest = text.split(begin)
+        rows = "".join(row(match) for match in matches if match["first"] == player)
+        text = before + begin + HEAD + rows + END + rest.split(END, 1)[1]
+    return text
 
 
 def row(match: dict[str, Any]) -> str:

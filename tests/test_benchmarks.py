@@ -228,9 +228,27 @@ def test_games_that_were_kept_become_a_line_of_the_table(run_all, tmp_path):
     assert opponents.row(match) == "| worm | 2 | 4 | 2 | 1 | 1 | 62 % (22 – 91 %) | 150 | 2, 1 | 0, 12 |\n"
 
 
+def test_games_of_one_player_leave_those_of_others(run_all):
+    opponents = importlib.import_module("snake_opponents")
+    game = {"worth": [1.0], "turns": [9], "late": [[0, 0]], "failed": [[0, 0]], "snakes": 2}
+    old, other, new = (
+        {"first": first, "against": against, **game} for first, against in (("a", "x"), ("b", "x"), ("a", "y"))
+    )
+    known = opponents.in_the_place_of([old, other], [new])
+    assert known == [other, new]
+    marks = [opponents.BEGIN.format(first) + opponents.END for first in "ab"]
+    text = opponents.page(f"1\n{marks[0]}2\n{marks[1]}3\n", known)
+    of_a, of_b = text.split("2\n")
+    assert "| y |" in of_a
+    assert "| x |" not in of_a
+    assert "| x |" in of_b
+    assert opponents.page(text, known) == text, "a table takes the place of the one before"
+
+
 def test_games_of_the_table_can_be_laid_back_and_gone_on_with(run_all, tmp_path):
     opponents = importlib.import_module("snake_opponents")
     matches = json.loads(opponents.FIGURES.read_text(encoding="utf-8"))["matches"]
+    matches = [match for match in matches if match["first"] == "search"]
     opponents.lay_back(matches, tmp_path)
     assert opponents.gathered(tmp_path) == matches
     keeper = importlib.import_module("snake_matches").Keeper
