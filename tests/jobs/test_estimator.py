@@ -189,7 +189,7 @@ def test_of_a_dependency_with_a_slash_behind_it_lies_what_it_holds(source, home)
     for name in ("__init__", "neighbour"):
         (source.parent / "package" / f"{name}.py").touch()
     made = estimator(dependencies=["common/", "package/"])
-    assert [one.rpartition("/")[0][-7:] for one in RLEstimator(**made._again()).dependencies] == ["/common", "package"]
+    assert [one.rpartition("/")[0][-7:] for one in RLEstimator(**made.words()).dependencies] == ["/common", "package"]
     made.fit(job_name="slash")
     assert "sum 3.5" in home.log("slash").read_text()
 
