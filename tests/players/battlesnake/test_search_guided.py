@@ -51,11 +51,66 @@ def test_a_guide_who_believes_in_the_fatal_is_not_heard():
 def test_the_first_walks_follow_the_guide(way):
     guide = Sure(way)
     assert isinstance(guide, Weigher)
-    assert Search(most_walks=3, guide=guide).choose(open_board(), SETTINGS, "a", 5.0) == MOVES[way]
+    search = Search(most_walks=3, guide=guide, sure_among=0)
+    assert search.choose(open_board(), SETTINGS, "a", 5.0) == MOVES[way]
+
+
+def mirrored_board():
+    """Either way is as good as the other: a must turn left or right, and b stands in the middle, too."""
+    return Board(7, 7, 4, [Snake("a", [(3, 6), (3, 5), (3, 4)]), Snake("b", [(3, 0), (3, 1), (3, 2)])], [])
+
+
+@pytest.mark.parametrize("effort", [1, 300])
+@pytest.mark.parametrize("way", [LEFT, RIGHT])
+def test_in_a_duel_the_guide_decides_between_equals(way, effort):
+    assert Search(most_walks=effort, guide=Sure(way)).choose(mirrored_board(), SETTINGS, "a", 5.0) == MOVES[way]
+
+
+class Divided(Sure):
+    """Thinks that the first snake goes left and the second one right."""
+
+    def weigh(self, board, settings):
+        chances = np.zeros((2, 4), np.float32)
+        chances[0, LEFT] = chances[1, RIGHT] = 1.0
+        return chances
+
+
+@pytest.mark.parametrize(("snake", "move"), [("a", "left"), ("b", "right")])
+def test_in_a_duel_the_guide_is_heard_about_the_own_snake(snake, move):
+    assert Search(most_walks=1, guide=Divided(UP)).choose(mirrored_board(), SETTINGS, snake, 5.0) == move
+
+
+class Says:
+    """A player that weighs nothing."""
+
+    def __init__(self, move):
+        self.move = move
+
+    def choose(self, board, settings, snake_id, seconds):
+        assert seconds == 2.0, "a quarter of the time"
+        if self.move is None:
+            raise TimeoutError
+        return self.move
+
+
+@pytest.mark.parametrize(("said", "move"), [("left", {"left"}), ("right", {"right"}), ("nowhere", {"left", "right"})])
+def test_in_a_duel_a_player_is_asked_for_its_move(said, move):
+    """What is no safe move is not heard, nor who comes too late."""
+    for guide in (Says(said), Says(None)):
+        chosen = Search(most_walks=1, guide=guide).choose(mirrored_board(), SETTINGS, "a", 8.0)
+        assert chosen in (move if guide.move else {"left", "right"})
+
+
+def test_in_a_duel_a_bad_guide_is_overruled():
+    """Left of a is a pocket of two squares."""
+    body = [(2, 0), (2, 1), (1, 1), (0, 1), (0, 2), (0, 3)]
+    board = Board(7, 7, 4, [Snake("a", body), Snake("b", [(6, 6), (5, 6), (4, 6)])], [])
+    assert Search(most_walks=2000, guide=Sure(LEFT)).choose(board, SETTINGS, "a", 30.0) == "right"
 
 
 def test_a_bad_guide_is_overruled_by_many_walks():
     # To the left lies a pocket of three squares that opens in eight turns; to the right half the board.
     body = [(1, 0), (1, 1), (1, 2), (1, 3), (0, 3), (0, 4), (1, 4), (2, 4), (3, 4), (4, 4), (5, 4), (6, 4)]
     board = Board(7, 7, 9, [Snake("a", body), Snake("b", [(3, 6), (4, 6), (5, 6)])], [])
-    assert Search(most_walks=1000, guide=Sure(LEFT)).choose(board, SETTINGS, "a", 30.0) == "right"
+    search = Search(most_walks=1000, guide=Sure(LEFT), sure_among=0)
+    assert search.choose(board, SETTINGS, "a", 30.0) == "right"

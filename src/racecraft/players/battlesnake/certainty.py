@@ -96,7 +96,11 @@ class Certainty:
         self._history = np.zeros((num_snakes, area, 4), np.int32)
         self._room = (*pouring_room(self.position), np.zeros(num_snakes))
         self._state[ab.TOP] = -1
-        self._only, self.found = ALL_MOVES, Finding()
+        self._only, self._first, self.found = ALL_MOVES, -1, Finding()
+
+    def look_first_at(self, move: str) -> None:
+        """Begin the first look at this position with a move, which is kept where no other turns out better."""
+        self._first = MOVES.index(move)
 
     def narrow(self, moves: Iterable[str]) -> None:
         """Look at some own moves only, and begin anew at one turn ahead; what is remembered stays."""
@@ -121,7 +125,7 @@ class Certainty:
         """Finish the look one turn deeper, if there is time; return whether it was finished."""
         state, found = self._state, self.found
         if state[ab.TOP] < 0:
-            first = MOVES.index(found.move) if found.move else -1
+            first = MOVES.index(found.move) if found.move else self._first
             deeper = 1 if found.depth else 1 + self._ahead
             ab.begin(
                 found.depth + deeper, first, self._only, state, self._stack, self._seats, self._history,

@@ -5,9 +5,9 @@ to every move. Among several it grows a tree of what may happen (`tree.py`), for
 moves of which alpha-beta can tell within a blink that somebody may end it there are not walked. Both may be stopped at
 any time, and both keep from turn to turn what still holds (`minds.py`).
 
-A guide, another player, may say where to look first: its move then has more than its share of the tree's first walks. A
-guide that weighs moves, such as a trained policy, says so for every snake on the board, whose replies are then looked
-at as likely as it thinks them.
+A guide, another player, may say where to look first. In a duel its move is the one that alpha-beta looks at first, and
+keeps where no other is better. In a tree it has more than its share of the first walks; a guide that weighs moves, such
+as a trained policy, says so for every snake on the board, whose replies are then looked at as likely as it thinks them.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Search:
         most_walks: Walks of the tree, or turns played by alpha-beta, after which it is sure enough; None: until the
             time is up. With a number and enough time its moves are the same every time, for it then keeps nothing
             from turn to turn.
-        guide: A player that says where to look first; with one it always grows a tree.
+        guide: A player that says where to look first.
         sure_among: Snakes alive up to which it looks for what it can be sure of; 0 never.
         ponders: Whether it thinks on while nobody asks it.
         cores: Cores that may think about one move, 1 or 2. A second one looks a turn deeper by alpha-beta, remembering
@@ -74,7 +74,7 @@ class Search:
     ) -> None:
         self.cores, self._helpers, self._is_free = cores, WorkerPool(), threading.Lock()
         self.most_walks, self.guide, self.network, self.weights = most_walks, guide, network, weights
-        self.sure_among = 0 if guide is not None or network is not None else sure_among
+        self.sure_among = 0 if network is not None else sure_among
         self._plant: Plant = (
             partial(Tree, weights=weights) if network is None else partial(NetworkTree, network=network)
         )
@@ -106,6 +106,8 @@ class Search:
     def _think(self, mind: Mind, mine: list[str], seconds: float, until: float) -> str:
         if len(mind.board.alive()) <= self.sure_among:
             mind.tree = None
+            if (first := self._guides_move(mind, mine, seconds)) is not None:
+                mind.certainty.look_first_at(first)
             found = self._deepen(mind, until)
             if not found.loses or found.depth > NEAR_TURNS:
                 return found.move
@@ -182,6 +184,19 @@ class Search:
                     beside.result()
         finally:
             self._is_free.release()
+
+    def _guides_move(self, mind: Mind, mine: list[str], seconds: float) -> str | None:
+        """Return which of the moves that are not surely fatal the guide would make; None: it does not say."""
+        board, settings, guide = mind.board, mind.settings, self.guide
+        if isinstance(guide, Weigher):
+            place = [snake.id for snake in board.alive()].index(mind.snake_id)
+            chances = guide.weigh(board, settings)[place]
+            return max(mine, key=lambda move: chances[MOVES.index(move)])
+        if guide is not None:
+            with suppress(TimeoutError):  # a user's file that is too slow is no help, and no harm
+                move = guide.choose(board, settings, mind.snake_id, seconds / 4)
+                return move if move in mine else None
+        return None
 
     def _ask_guide(self, tree: Tree, mind: Mind, seconds: float) -> None:
         board, settings, guide = mind.board, mind.settings, self.guide
