@@ -249,6 +249,8 @@ def test_what_a_search_cannot_begin_with_is_named(parent, estimator, tmp_path):
         WarmStartConfig("TransferLearning", {"parent"})
     with pytest.raises(SettingError, match="has no parents"):
         WarmStartConfig(kinds.TRANSFER_LEARNING, set())
+    with pytest.raises(SettingError, match="expected a WarmStartConfig"):
+        HyperparameterTuner(estimator, METRIC, ranges, warm_start_config={"parents": ["parent"]})
     with pytest.raises(SettingError, match="expected fit"):
         HyperparameterTuner(estimator, METRIC, ranges).transfer_learning_tuner()
 

@@ -87,6 +87,8 @@ class HyperparameterTuner:
         _require("early_stopping_type", early_stopping_type, list(PRUNERS))
         if not hyperparameter_ranges:
             raise SettingError("hyperparameter_ranges is empty; expected what is varied, such as {'lr': …}.")
+        if not isinstance(warm_start_config, WarmStartConfig | None):
+            raise SettingError(f"warm_start_config is {warm_start_config!r}; expected a WarmStartConfig, or None.")
         for word in sorted(recorded):
             warnings.warn(
                 f"HyperparameterTuner: {word} has no meaning on this machine and is not followed", stacklevel=2
