@@ -4,6 +4,7 @@
     python scripts/mutants.py --count 300 --seed 2     another sample
     python scripts/mutants.py --count 300 --minutes 5  so long; the next call goes on where this one ended
     python scripts/mutants.py --count 300 --in rollout formats     of some rooms only
+    python scripts/mutants.py --in algorithms/sac.py --near --unmapped     of one file
     python scripts/mutants.py --count 300 --near --unmapped      a quick sieve, whose survivors are then asked again
     python scripts/mutants.py --only 17 203 --tests tests/training     those of two that live, with other tests
 
@@ -63,7 +64,7 @@ def main(words: list[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--count", type=int, default=30)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--in", dest="rooms", nargs="+", default=ROOMS, metavar="ROOM", help=", ".join(ROOMS))
+    parser.add_argument("--in", dest="rooms", nargs="+", default=ROOMS, metavar="ROOM", help=f"or files: {', '.join(ROOMS)}")
     parser.add_argument("--minutes", type=float, default=1e9, help="no further one is begun after so long")
     parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="of the sample only these")
     parser.add_argument("--tests", type=Path, nargs="+", help="ask these folders or files about survivors")
@@ -77,9 +78,9 @@ def main(words: list[str]) -> int:
     print(f"{len(sample)} of {len(every):,} mutants, seed {asked.seed}", flush=True)
     ends = time.monotonic() + 60 * asked.minutes
     copy = Copy(ROOT / "build" / "mutants")
-    tests = asked.tests or [*(HOUSE / room for room in asked.rooms), *(Path("tests", room) for room in asked.rooms)]
+    tests = asked.tests or [*(HOUSE / room for room in asked.rooms), *map(_tests_of, asked.rooms)]
     files = copy.test_files(tests)
-    told = Told(copy.place / f"told-{asked.seed}-{'-'.join(asked.rooms)}-{asked.count}.json")
+    told = Told(copy.place / f"told-{asked.seed}-{'-'.join(asked.rooms).replace('/', '.')}-{asked.count}.json")
     again = [
         number
         for number in asked.only or sample
@@ -93,6 +94,11 @@ def main(words: list[str]) -> int:
         told.keep(number, mutant, noticed_by, asked.near or asked.unmapped)
         print(f"{number:4} {noticed_by or 'SURVIVES'}\n     {mutant.path}:{mutant.line}  {mutant.what}", flush=True)
     return told.summary()
+
+
+def _tests_of(room: str) -> Path:
+    """Return the folder of tests that mirrors a room, or the one that a file is in."""
+    return Path("tests", room).parent if room.endswith(".py") else Path("tests", room)
 
 
 class Told:

@@ -31,8 +31,9 @@ class Mutant:
 
 
 def mutants_in(room: Path, root: Path) -> Iterator[Mutant]:
-    """Yield every mutant of the modules under a room, a folder from the root of the repository."""
-    for path in sorted((root / room).rglob("*.py")):
+    """Yield every mutant of the modules under a room, a folder from the root of the repository, or of one file."""
+    place = root / room
+    for path in [place] if place.suffix else sorted(place.rglob("*.py")):
         near = path.relative_to(root)
         for number, (node, what) in enumerate(places(ast.parse(path.read_text(encoding="utf-8")))):
             yield Mutant(near, number, node.lineno, node.end_lineno or node.lineno, what)
