@@ -1,10 +1,13 @@
 """Damaged files: what is wrong is named by file and line, and the rest is read."""
 
+import math
+
 import numpy as np
 import polars as pl
+import pytest
 from tests.logs import makers
 
-from racecraft.logs import read
+from racecraft.logs import read, rows_of_text
 
 
 def spoiled(tmp_path, change, name="0-iteration.csv", **details):
@@ -84,6 +87,46 @@ def test_files_of_several_versions_are_one_table(tmp_path):
     assert frame.filter(pl.col("iteration") == 0)["status"].null_count() == 36
     assert frame.filter(pl.col("iteration") == 1)["status"].null_count() == 0
     assert frame["unique_episode"].n_unique() == 6
+
+
+@pytest.mark.parametrize("little", [0, 1 << 30])
+@pytest.mark.parametrize("odd", range(4))
+def test_a_trace_among_many_is_read_by_its_own_header_wherever_it_stands(tmp_path, monkeypatch, little, odd):
+    monkeypatch.setattr(rows_of_text, "LITTLE_BYTES", little)
+    makers.drfc(tmp_path, iterations=4)
+    alike = read(tmp_path).ticks.collect()
+    path = tmp_path / "training-simtrace" / f"{odd}-iteration.csv"
+    head, *rows = path.read_text().splitlines()
+    turned = [",".join(reversed(line.split(","))) for line in (head, *rows)]
+    path.write_text("\n".join(turned) + "\n")
+    assert read(tmp_path).ticks.collect().equals(alike)
+    path.write_text("\n".join([head.upper(), *rows]) + "\n")
+    assert read(tmp_path).ticks.collect().equals(alike)
+    path.write_text(head[:20])
+    logs = read(tmp_path)
+    assert logs.ticks.collect().height == alike.filter(pl.col("iteration") != odd).height
+    assert [str(one.file) for one in logs.damaged] == [str(path)]
+
+
+@pytest.mark.parametrize("little", [0, 1 << 30])
+def test_angles_and_progress_are_ours_to_the_last_bit(tmp_path, monkeypatch, little):
+    """8.1818 % is 0.081818 of a lap, not 0.08181800000000002; so it is in a row beside a damaged one."""
+    monkeypatch.setattr(rows_of_text, "LITTLE_BYTES", little)
+    path = tmp_path / "0-iteration.csv"
+    head, *rows = makers.csv_text(makers.iteration(range(2))).splitlines()
+    place = {name: head.split(",").index(name) for name in ("yaw", "steer", "progress")}
+    told = {"yaw": "-34.27517943144103", "steer": "30.0", "progress": "8.1818"}
+    rows = [row.split(",") for row in rows]
+    for row in rows:
+        for name, value in told.items():
+            row[place[name]] = value
+    rows[3][place["yaw"]] = "north"
+    rows[5][place["yaw"]] = "-3.427517943144103e1"  # read by the careful reader in both
+    path.write_text("\n".join([head, *(",".join(row) for row in rows)]) + "\n")
+    ticks = read(path).ticks.select("yaw_rad", "steering_rad", "progress_share").collect()
+    assert ticks.height == len(rows) - 1
+    assert ticks.unique().row(0) == (math.radians(-34.27517943144103), math.radians(30.0), 0.081818)
+    assert ticks.n_unique() == 1
 
 
 def test_columns_in_another_order_are_found_by_name(tmp_path):

@@ -22,6 +22,7 @@ from racecraft.formats.episodes import STATUSES
 from racecraft.logs.kernels import rows
 from racecraft.logs.stretches import Loaded, Piece, Stretch, stretches
 from racecraft.logs.texts import Text
+from racecraft.logs.units import OURS
 
 if TYPE_CHECKING:
     import polars as pl
@@ -35,7 +36,7 @@ class SoundRows:
     """What texts hold that is plainly sound, and what is left for someone slower."""
 
     frame: pl.DataFrame
-    """AWS's columns in AWS's units, `line` and `file`."""
+    """AWS's columns in our units, `line` and `file`."""
     odd: list[tuple[Text, list[tuple[int, str]]]]
     """Line and words of each row that is not plainly sound, text by text."""
     between: bytes
@@ -71,6 +72,7 @@ class _Columns:
         kinds |= {name: rows.CHECKED for name in unasked if name not in (wanted or ())}
         self.kinds = np.array([kinds.get(name, rows.SKIPPED) for name in header])
         self.floats = [name for name in header if kinds.get(name) == rows.FLOAT]
+        self.units = [(number, OURS[name]) for number, name in enumerate(self.floats) if name in OURS]
         self.wholes = [name for name in header if kinds.get(name) in (rows.WHOLE, rows.ACTION)]
         self.flags = [name for name in header if kinds.get(name) == rows.FLAG]
         self.has_status = "episode_status" in header
@@ -87,14 +89,17 @@ class _Room:
         self.floats = np.empty((len(columns.floats), count))
         self.wholes = np.empty((len(columns.wholes), count), np.int32)
         self.flags = np.empty((len(columns.flags), count), bool)
-        self.status, self.lines = np.empty(count, np.uint8), np.empty(count, np.int32)
+        self.status = np.empty(count, np.uint8)
+        self.lines, self.files = np.empty(count, np.int32), np.empty(count, np.uint32)
 
     def by_name(self, columns: _Columns) -> dict[str, Array]:
         """Return the columns; a status is its index in STATUSES."""
-        named = dict(zip(columns.floats, self.floats, strict=True))
+        named: dict[str, Array] = dict(zip(columns.floats, self.floats, strict=True))
         named |= dict(zip(columns.wholes, self.wholes, strict=True))
         named |= dict(zip(columns.flags, self.flags, strict=True))
-        return named | ({"episode_status": self.status} if columns.has_status else {}) | {"line": self.lines}
+        if columns.has_status:
+            named["episode_status"] = self.status
+        return named | {"line": self.lines, "file": self.files}
 
 
 @dataclass(frozen=True)
@@ -112,15 +117,15 @@ class _Found:
     """What a stretch held."""
 
     place: _Place
-    counts: list[tuple[int, int]]
-    """Each text's place among the table's files, and how many sound rows it has here."""
+    count: int
+    """How many sound rows it has."""
     odd: list[tuple[Text, tuple[int, str]]]
     between: bytes
 
     @property
     def end(self) -> int:
         """Behind the last row in its room."""
-        return self.place.begin + sum(count for _, count in self.counts)
+        return self.place.begin + self.count
 
 
 class _Table:
@@ -174,18 +179,22 @@ class _Table:
             text, loaded.end, loaded.begins_whole, marked, columns.kinds, columns.statuses, place.begin,
             room.floats, room.wholes, room.flags, room.status, room.lines, odd, gaps,
         )  # fmt: skip
+        for column, (act, number) in columns.units:
+            values = room.floats[column, place.begin : place.begin + count]
+            act(values, number, out=values)
         begins = np.cumsum([0, *loaded.lines])
         lifts = np.array(place.first_lines) - begins[:-1]
         here = room.lines[place.begin : place.begin + count]
         counts = np.diff(np.searchsorted(here, begins))
         here += np.repeat(lifts, counts).astype(np.int32)
+        files = np.array([piece.text.place for piece in pieces], np.uint32)
+        room.files[place.begin : place.begin + count] = np.repeat(files, counts)
         left = []
         for begin, end, line in odd[:odds]:
             piece = int(np.searchsorted(begins, line, side="right")) - 1
             left.append((pieces[piece].text, (int(line + lifts[piece]), _words_of(text[begin:end]))))
         between = b"".join(text[begin:end].tobytes() for begin, end in gaps[:gap_count])
-        each = [(piece.text.place, int(rows)) for piece, rows in zip(pieces, counts, strict=True)]
-        return _Found(place, each, left, between)
+        return _Found(place, count, left, between)
 
     def frame(self, found: Sequence[_Found]) -> pl.DataFrame:
         """Return the rows of stretches in order; where every line was one, columns lie where they were read."""
@@ -197,10 +206,7 @@ class _Table:
                 runs[-1] = (*runs[-1][:2], one.end)
             else:
                 runs.append((one.place.room, one.place.begin, one.end))
-        frames = [self._frame_of(*run) for run in runs]
-        places, counts = zip(*(pair for one in found for pair in one.counts), strict=True)
-        files = np.repeat(np.array(places, np.uint32), counts)
-        return pl.concat(frames, rechunk=True).with_columns(pl.Series("file", files))
+        return pl.concat([self._frame_of(*run) for run in runs], rechunk=True)
 
     def _frame_of(self, room: _Room, begin: int, end: int) -> pl.DataFrame:
         import polars as pl

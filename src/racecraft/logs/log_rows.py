@@ -49,8 +49,8 @@ def read_log(
         wanted: As in `read_rows`.
 
     Returns:
-        AWS's columns and `file`, `line`, `iteration`; what was damaged; and what the log says of world, hyperparameters
-        and actions.
+        AWS's columns in our units and `file`, `line`, `iteration`; what was damaged; and what the log says of world,
+        hyperparameters and actions.
     """
     import polars as pl
 

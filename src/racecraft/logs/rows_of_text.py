@@ -16,6 +16,7 @@ from racecraft.formats.aws.sim_trace import NAMES
 from racecraft.logs.careful import read_carefully
 from racecraft.logs.errors import Damage
 from racecraft.logs.texts import Text
+from racecraft.logs.units import in_our_units
 
 if TYPE_CHECKING:
     import polars as pl
@@ -30,7 +31,7 @@ class Rows:
     """What texts hold."""
 
     frame: pl.DataFrame
-    """AWS's columns in AWS's units and order, then `file` and `line`; continuous actions are -1."""
+    """AWS's columns in AWS's order and our units, then `file` and `line`; continuous actions are -1."""
     damage: list[Damage]
     between: bytes
     """The other lines of logs."""
@@ -52,6 +53,9 @@ def read_rows(
         wanted: AWS's names of the columns that are asked for, None: all; others may be left out where that saves time.
             Which rows are sound does not depend on it.
         versions: How many values other versions of rows have → their columns, where texts mix them.
+
+    Raises:
+        OtherHeadError: A text does not begin with its `head`.
     """
     versions = versions or {}
     if sum(text.size for text in texts) <= LITTLE_BYTES:
@@ -69,8 +73,7 @@ def read_rows(
 
 def _carefully(header: Sequence[str], text: Text, marked: bool, versions: Mapping[int, Sequence[str]]) -> Rows:
     """Read a text without compiled code."""
-    data = text.source.read()[text.begin :]
-    lines = data.decode("utf-8", errors="replace").split("\n")
+    lines = text.read().decode("utf-8", errors="replace").split("\n")
     numbers: Sequence[int] = range(text.line, text.line + len(lines))
     between = b""
     if marked:
@@ -100,7 +103,7 @@ def _every_version(
     read = [read_carefully(text.source.name, names, list(rows), list(rows.values())) for names, rows in groups]
     frame = pl.concat([frame for frame, _ in read], how="diagonal") if others else read[0][0]
     damage = [one for _, more in read for one in more]
-    return frame.sort("line").with_columns(pl.lit(text.place, pl.UInt32).alias("file")), damage
+    return in_our_units(frame.sort("line")).with_columns(pl.lit(text.place, pl.UInt32).alias("file")), damage
 
 
 def _joined(names: Sequence[str], pieces: Sequence[Rows]) -> Rows:

@@ -47,6 +47,10 @@ _METRICS_WORKER = re.compile(r"TrainingMetrics_(\d{1,9})$")
 _STAMP = re.compile(r"(\d{14})")
 
 
+class OtherHeadError(Exception):
+    """A file begins otherwise than those beside it."""
+
+
 @dataclass(frozen=True)
 class Source:
     """A file that tells something."""
@@ -79,14 +83,22 @@ class Source:
         """Open the file for reading."""
         return open(self.file, "rb") if isinstance(self.file, Path) else BytesIO(self.file.data)
 
-    def read_into(self, room: memoryview, begin: int = 0) -> int:
-        """Fill room with the file's bytes from one on; return how many there were. A thousand small files feel it."""
+    def read_into(self, room: memoryview, begin: int = 0, head: bytes = b"") -> int:
+        """Fill room with the file's bytes from one on; return how many there were. A thousand small files feel it.
+
+        Raises:
+            OtherHeadError: The file does not begin with these bytes, all of which stand before `begin`.
+        """
         if not isinstance(self.file, Path):
             found = self.file.data[begin : begin + len(room)]
             room[: len(found)] = found
+            if not self.file.data.startswith(head):
+                raise OtherHeadError
             return len(found)
         with FileIO(self.file) as file:
-            if begin:
+            if head and file.read(len(head)) != head:
+                raise OtherHeadError
+            if begin != len(head):
                 file.seek(begin)
             count = 0
             while count < len(room) and (more := file.readinto(room[count:])):

@@ -16,10 +16,12 @@ from racecraft.contract.world import Array
 from racecraft.logs.kernels import fields, rows
 from racecraft.logs.texts import Text
 
-STRETCH_BYTES = 4 << 20
+STRETCH_BYTES = 2 << 20
 LONGEST_LINE = 1 << 16
 """How far the last line of a piece may reach over its end; a row of a trace is some two hundred bytes."""
 _NEW_LINE = ord("\n")
+_LEAST_ROOM = 4 << 20
+"""From so many bytes on NumPy asks for pages of two megabytes, and a few of them come sooner than a thousand small."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,7 @@ class Stretch:
         room = _room(self.bytes + len(self.pieces))
         lines, at = [], 0
         for piece in self.pieces:
-            begin, at = at, at + piece.text.source.read_into(room[at : at + piece.end - piece.begin].data, piece.begin)
+            begin, at = at, at + piece.text.read_into(room[at : at + piece.end - piece.begin].data, piece.begin)
             if at > begin and room[at - 1] != _NEW_LINE:
                 room[at] = _NEW_LINE
                 at += 1
@@ -105,7 +107,7 @@ def _load_piece(piece: Piece) -> Loaded:
     before = 0 if piece.is_first else 1
     begin, end = piece.begin - before, min(piece.end + LONGEST_LINE, piece.text.size)
     room = _room(end - begin)
-    length = piece.text.source.read_into(room[: end - begin].data, begin)
+    length = piece.text.read_into(room[: end - begin].data, begin)
     stop = piece.end - begin
     ends = int(rows.ends_of_lines(room[: max(min(stop, length) - 1, 0)]))
     return Loaded(_closed(room, length), stop, not before, [ends + (not before)])
@@ -119,7 +121,7 @@ def _room(size: int) -> Array:
 
     A fresh one for every stretch would cost a fifth of its reading: memory that a process has never had comes dear.
     """
-    needed = fields.BYTES_BEFORE + size + rows.ZEROS_BEHIND
+    needed = max(fields.BYTES_BEFORE + size + rows.ZEROS_BEHIND, _LEAST_ROOM)
     if len(room := getattr(_rooms, "bytes", np.empty(0, np.uint8))) < needed:
         room = _rooms.bytes = np.empty(needed, np.uint8)
     return room[fields.BYTES_BEFORE :]

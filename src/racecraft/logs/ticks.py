@@ -83,7 +83,7 @@ def read_ticks(
 
 
 def _placed(trace: pl.DataFrame, pairs: list[tuple[int, Source]], phase: str | None) -> list[pl.DataFrame]:
-    """Return AWS's rows under our names and units, with the columns that their files tell."""
+    """Return AWS's rows under our names, with the columns that their files tell."""
     import polars as pl
 
     if not trace.height:
@@ -105,12 +105,7 @@ def _placed(trace: pl.DataFrame, pairs: list[tuple[int, Source]], phase: str | N
     told_by_path = [name for name in ("round", "phase", "stream", "worker", "iteration") if name not in trace.columns]
     repeated = [_repeated(rows[name], rows["len"]) for name in told_by_path]
     named = trace.rename({theirs: ours for theirs, ours in OURS.items() if theirs in trace.columns})
-    units = (
-        pl.col("yaw_rad").radians(),
-        pl.col("steering_rad").radians(),
-        pl.col("progress_share") / 100.0,
-    )
-    return [named.with_columns(*(unit for unit in units if unit.meta.output_name() in named.columns), *repeated)]
+    return [named.with_columns(*repeated)]
 
 
 def _repeated(values: pl.Series, counts: pl.Series) -> pl.Series:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from racecraft.formats.aws.sim_trace import NAMES, TRACE_COLUMNS
 from racecraft.logs.errors import Damage
 from racecraft.logs.rows_of_text import read_rows
-from racecraft.logs.sources import Source
+from racecraft.logs.sources import OtherHeadError, Source
 from racecraft.logs.spreadsheets import as_plain_text
 from racecraft.logs.texts import Text
 
@@ -28,8 +28,38 @@ def read_traces(
     """Read traces, given with their index among the table's files; `wanted` as in `read_rows`.
 
     Returns:
-        AWS's columns in AWS's units and `file`, `line`; and what was damaged.
+        AWS's columns in our units and `file`, `line`; and what was damaged.
     """
+    try:
+        return _read_alike(sources, wanted)
+    except (OtherHeadError, OSError):
+        return _read_in_turn(sources, wanted)
+
+
+def _read_alike(
+    sources: Sequence[tuple[int, Source]], wanted: Collection[str] | None
+) -> tuple[pl.DataFrame, list[Damage]]:
+    """Read traces that all have the first one's header, and open each but once.
+
+    Raises:
+        OtherHeadError: They do not, or there is something to tell of the first one.
+        OSError: One cannot be read.
+    """
+    damage: list[Damage] = []
+    header, first = _headed(sources[0], damage)
+    head = _first_line(first.source)
+    texts = [Text(place, source, begin=first.begin, line=first.line, head=head) for place, source in sources]
+    is_sound = isinstance(header, tuple) and not damage and not any(name not in header for name in _REQUIRED)
+    if not is_sound or _first_line(sources[-1][1]) != head:
+        raise OtherHeadError
+    rows = read_rows(header, texts, wanted=wanted)
+    return rows.frame, rows.damage
+
+
+def _read_in_turn(
+    sources: Sequence[tuple[int, Source]], wanted: Collection[str] | None
+) -> tuple[pl.DataFrame, list[Damage]]:
+    """Read traces as the header of each says."""
     import polars as pl
 
     frames: list[pl.DataFrame] = []
