@@ -99,7 +99,7 @@ def _placed(trace: pl.DataFrame, pairs: list[tuple[int, Source]], phase: str | N
             "iteration": [source.iteration for _, source in pairs],
         },
         schema_overrides={name: kind for name, kind in schema(TICK_COLUMNS).items()} | {"phase": pl.Enum(PHASES)},
-    ).filter(pl.col("file").is_in(trace["file"].unique().implode()))
+    )
     counts = trace["file"].rle().struct.unnest()
     rows = origin.join(counts, left_on="file", right_on="value", how="right", maintain_order="right")
     told_by_path = [name for name in ("round", "phase", "stream", "worker", "iteration") if name not in trace.columns]

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from racecraft.envs.battlesnake.board import MOVES, Board, Snake
-from racecraft.envs.battlesnake.settings import GameSettings
+from racecraft.envs.battlesnake.settings import GameSettings, SnakeConfig
 from racecraft.players.battlesnake.protocol import Weigher
 from racecraft.players.battlesnake.search import Search
+from racecraft.players.battlesnake.trained import TrainedSnake
 from racecraft.players.battlesnake.tree import WEIGHER_SHARE, Tree
 
 SETTINGS = GameSettings(7, 7, 2)
@@ -114,3 +115,36 @@ def test_a_bad_guide_is_overruled_by_many_walks():
     board = Board(7, 7, 9, [Snake("a", body), Snake("b", [(3, 6), (4, 6), (5, 6)])], [])
     search = Search(most_walks=1000, guide=Sure(LEFT), sure_among=0)
     assert search.choose(board, SETTINGS, "a", 30.0) == "right"
+
+
+class Duellist(Sure):
+    """Has never met more than one other."""
+
+    def weigh(self, board, settings):
+        return super().weigh(board, settings) if len(board.alive()) <= 2 else None
+
+
+@pytest.mark.parametrize("way", [LEFT, RIGHT])
+def test_a_guide_is_heard_from_when_on_it_knows_such_boards(way):
+    three = mirrored_board()
+    three.snakes.append(Snake("c", [(6, 3), (6, 2), (6, 1)]))
+    first_walks = {guide: Search(most_walks=3, guide=guide) for guide in (None, Sure(way), Duellist(way))}
+    alone, believing, silent = (
+        search.choose(three, GameSettings(7, 7, 3), "b", 5.0) for search in first_walks.values()
+    )
+    assert believing == MOVES[way]
+    assert silent == alone
+    assert Search(most_walks=1, guide=Duellist(way)).choose(mirrored_board(), SETTINGS, "b", 5.0) == MOVES[way]
+
+
+def test_a_trained_snake_is_no_guide_among_more_than_it_was_trained_among():
+    class Even:
+        def probabilities(self, seen, mask):
+            return np.full((len(mask), 4), 0.25, np.float32)
+
+    weighed = {
+        most: TrainedSnake(Even(), SnakeConfig(), most_snakes=most).weigh(open_board(), SETTINGS)
+        for most in (1, 2, None)
+    }
+    assert weighed[1] is None
+    assert weighed[2].shape == weighed[None].shape == (2, 4)

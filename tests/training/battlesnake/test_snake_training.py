@@ -369,6 +369,7 @@ def test_search_on_top_of_a_policy_moves_legally_and_believes_it(run):
 def test_a_checkpoint_is_chosen_by_name(run):
     path, _ = run
     assert load_trained_snake(f"{path}:0").name == f"{path}:0"
+    assert load_trained_snake(f"{path}:0").most_snakes == tiny(path).game.players
     with pytest.raises(Exception, match="no checkpoint '99'.*: 0 to 4"):
         find_player(f"{path}:99")
 

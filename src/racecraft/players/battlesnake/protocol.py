@@ -87,10 +87,10 @@ class QuickPlayer(SnakePlayer, Protocol):
 class Weigher(Protocol):
     """Whoever can say of every snake on a board how likely it would choose each move: a guide for search."""
 
-    def weigh(self, board: Board, settings: GameSettings) -> Array:
+    def weigh(self, board: Board, settings: GameSettings) -> Array | None:
         """Return for every living snake, in their order, the chances of its moves, float (M, 4), each row summing to 1.
 
-        Moves are in the order of `board.MOVES`.
+        Moves are in the order of `board.MOVES`. None: it knows nothing of such boards, and had better not be heard.
         """
         ...
 

@@ -8,6 +8,7 @@ any time, and both keep from turn to turn what still holds (`minds.py`).
 A guide, another player, may say where to look first. In a duel its move is the one that alpha-beta looks at first, and
 keeps where no other is better. In a tree it has more than its share of the first walks; a guide that weighs moves, such
 as a trained policy, says so for every snake on the board, whose replies are then looked at as likely as it thinks them.
+One that was trained among fewer snakes is not asked until so few are left.
 """
 
 from __future__ import annotations
@@ -189,8 +190,9 @@ class Search:
         """Return which of the moves that are not surely fatal the guide would make; None: it does not say."""
         board, settings, guide = mind.board, mind.settings, self.guide
         if isinstance(guide, Weigher):
-            place = [snake.id for snake in board.alive()].index(mind.snake_id)
-            chances = guide.weigh(board, settings)[place]
+            if (weighed := guide.weigh(board, settings)) is None:
+                return None
+            chances = weighed[[snake.id for snake in board.alive()].index(mind.snake_id)]
             return max(mine, key=lambda move: chances[MOVES.index(move)])
         if guide is not None:
             with suppress(TimeoutError):  # a user's file that is too slow is no help, and no harm
@@ -201,7 +203,8 @@ class Search:
     def _ask_guide(self, tree: Tree, mind: Mind, seconds: float) -> None:
         board, settings, guide = mind.board, mind.settings, self.guide
         if isinstance(guide, Weigher):
-            tree.believe(guide.weigh(board, settings))
+            if (weighed := guide.weigh(board, settings)) is not None:
+                tree.believe(weighed)
         elif guide is not None:
             with suppress(TimeoutError):  # a user's file that is too slow is no help, and no harm
                 tree.trust(guide.choose(board, settings, mind.snake_id, seconds / 4))

@@ -40,10 +40,14 @@ class TrainedSnake:
         policy: The policy.
         seen: What it sees: side of the window, with or without the outlook.
         name: Whose it is, for messages.
+        most_snakes: How many it was trained among; None: nobody knows. Among more it is no guide for a search, whose
+            tree it would lead astray with what holds in a duel.
     """
 
-    def __init__(self, policy: LikelyPolicy, seen: SnakeConfig, name: str = "policy") -> None:
-        self.policy, self.seen, self.name = policy, seen, name
+    def __init__(
+        self, policy: LikelyPolicy, seen: SnakeConfig, name: str = "policy", most_snakes: int | None = None
+    ) -> None:
+        self.policy, self.seen, self.name, self.most_snakes = policy, seen, name, most_snakes
 
     def choose(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
         """Return the likeliest move."""
@@ -59,9 +63,15 @@ class TrainedSnake:
         seen, mask = self._see(questions)
         return self.policy.probabilities(seen, mask)
 
-    def weigh(self, board: Board, settings: GameSettings) -> Array:
-        """Return for every living snake, in their order, how likely the policy makes its moves, float32 (M, 4)."""
-        return self.chances([Question(board, snake.id, settings) for snake in board.alive()])
+    def weigh(self, board: Board, settings: GameSettings) -> Array | None:
+        """Return for every living snake, in their order, how likely the policy makes its moves, float32 (M, 4).
+
+        None among more snakes than it was trained among.
+        """
+        living = board.alive()
+        if self.most_snakes is not None and len(living) > self.most_snakes:
+            return None
+        return self.chances([Question(board, snake.id, settings) for snake in living])
 
     def _see(self, questions: Sequence[Question]) -> tuple[dict[str, Array], Array]:
         looks = [
@@ -84,9 +94,9 @@ def load_trained_snake(name: str) -> TrainedSnake:
     """
     path, which = split_source(name)
     run = RunFolder.open(path)
-    run.read_job_of(KIND)
+    trained_in = run.read_job_of(KIND).get("asked", {}).get("game", {})
     policy = load_policy(run, which)
-    return TrainedSnake(policy, snake_config_in(policy.metadata["settings"]), name)
+    return TrainedSnake(policy, snake_config_in(policy.metadata["settings"]), name, trained_in.get("players"))
 
 
 def load_network(name: str) -> Network:
