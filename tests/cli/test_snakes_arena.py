@@ -6,8 +6,11 @@ import signal
 import subprocess
 import sys
 import urllib.request
+from dataclasses import asdict
 
 import pytest
+
+from racecraft.players.battlesnake.weights import AMONG_SEVERAL
 
 NEW = ("snakes", "arena", "new", "-W", 7, "-H", 7, "--snakes", 2, "--most-turns", 30, "-t", 300)
 
@@ -128,5 +131,8 @@ def test_weights_are_tuned_and_played_by(racecraft, tmp_path):
         said = racecraft(*bad)
         assert said.code == 2
         assert "another kind of file" in said.err
+    assert racecraft(*["four.json" if word == "w.json" else word for word in tune], "--snakes", 4).code == 0
+    began_with = json.loads((tmp_path / "four.json").read_text())["gauntlet"]["start"]
+    assert began_with == asdict(AMONG_SEVERAL), "not what serves best in duels"
     assert racecraft("snakes", "tune", "x.json", "--snakes", 3).code == 2
     assert not (tmp_path / "x.json").exists()

@@ -44,14 +44,14 @@ def tune(
     from racecraft.envs.battlesnake.dice import StreamDice
     from racecraft.envs.battlesnake.reference import Referee
     from racecraft.league.gauntlet import Gauntlet, GauntletSettings
-    from racecraft.players.battlesnake.weights import USUAL, read_weights
+    from racecraft.players.battlesnake.weights import read_weights, usual_among
 
     check_folder(file)
     settings = GauntletSettings(
         rounds, proof, effort, snakes, width, height, gametype, map_name, most_turns, seed or 0
     )  # fmt: skip
     Referee(settings.game, StreamDice(0))
-    gauntlet = Gauntlet(file, settings, USUAL if begin is None else read_weights(begin))
+    gauntlet = Gauntlet(file, settings, usual_among(snakes) if begin is None else read_weights(begin))
     if gauntlet.scores and not gauntlet.is_over:
         kept = f"{len(gauntlet.scores)} of {rounds} rounds and {len(gauntlet.proof)} of {proof} games"
         aside(f"{kept} are in the file already.")

@@ -29,7 +29,8 @@ from racecraft.envs.battlesnake.state import allocate_games, params_of
 from racecraft.players.battlesnake.foresight import DEEPEST
 from racecraft.players.battlesnake.kernels.leaves import descend, hear
 from racecraft.players.battlesnake.kernels.puct import IS_OVER
-from racecraft.players.battlesnake.tree import Tree
+from racecraft.players.battlesnake.tree import EAGERNESS, Tree
+from racecraft.players.battlesnake.weights import USUAL
 
 LEAVES_AT_A_TIME = 16
 """Leaves that the network is asked about at once, a millisecond or two: two looks at the clock lie so far apart."""
@@ -123,7 +124,8 @@ class NetworkTree(Tree):
 
     def __init__(self, board: Board, settings: GameSettings, snake_id: str, network: Network) -> None:
         self._leaves = Leaves(network, settings, len(board.alive()), LEAVES_AT_A_TIME)
-        super().__init__(board, settings, snake_id)
+        super().__init__(board, settings, snake_id, USUAL)
+        self.eagerness = EAGERNESS  # among several, too: as its networks were trained (`forest.py`)
 
     @property
     def walks_at_a_time(self) -> int:

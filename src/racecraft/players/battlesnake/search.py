@@ -60,7 +60,8 @@ class Search:
             in the same place, or grows a tree of its own whose visits count like the first one's.
         network: A policy with its critic, which is asked about the leaves of its trees; with one it always grows a
             tree, once it knows that nothing is certain.
-        weights: What positions are appraised by, where no network is asked.
+        weights: What positions are appraised by, where no network is asked; None: what serves best, which is not the
+            same in duels and among more.
     """
 
     def __init__(
@@ -71,15 +72,15 @@ class Search:
         ponders: bool = False,
         network: Network | None = None,
         cores: int = 1,
-        weights: Weights = USUAL,
+        weights: Weights | None = None,
     ) -> None:
         self.cores, self._helpers, self._is_free = cores, WorkerPool(), threading.Lock()
-        self.most_walks, self.guide, self.network, self.weights = most_walks, guide, network, weights
+        self.most_walks, self.guide, self.network, self.weights = most_walks, guide, network, weights or USUAL
         self.sure_among = 0 if network is not None else sure_among
         self._plant: Plant = (
             partial(Tree, weights=weights) if network is None else partial(NetworkTree, network=network)
         )
-        self.minds = Minds(ponders=ponders, plant=self._plant, weights=weights)
+        self.minds = Minds(ponders=ponders, plant=self._plant, weights=self.weights)
 
     def choose(self, board: Board, settings: GameSettings, snake_id: str, seconds: float) -> str:
         """Return the move that is surest, or was walked most, when the time is up."""

@@ -18,14 +18,14 @@ from racecraft.players.battlesnake.foresight import DEEPEST, Position, board_at,
 from racecraft.players.battlesnake.kernels import position as at
 from racecraft.players.battlesnake.kernels.position import advance
 from racecraft.players.battlesnake.kernels.puct import FIRST_CHILD, NEXT_SIBLING, look_ahead, transplant
-from racecraft.players.battlesnake.weights import USUAL, Weights
+from racecraft.players.battlesnake.weights import Weights, usual_among
 
 WALKS_AT_A_TIME = 128
 """Walks between two looks at the clock in a duel, one or two milliseconds; fewer where there is more to do."""
 FIRST_NODES, MOST_NODES = 1 << 12, 1 << 17
 """Room of a new tree, doubled when it is full, and the most it is given (some 40 MB for four snakes)."""
-EAGERNESS = 0.7
-"""Weight of curiosity."""
+EAGERNESS, EAGERNESS_AMONG_SEVERAL = 0.7, 0.25
+"""Weight of curiosity, of two snakes and of more: the more share a board, the less is between a good move and a bad."""
 GUIDE_SHARE = 0.6
 """Share of the first walks that the guide's move gets."""
 WEIGHER_SHARE = 0.75
@@ -39,15 +39,15 @@ class Tree:
         board: The position.
         settings: What is played.
         snake_id: Whose move is asked for; alive.
-        weights: What positions are appraised by.
+        weights: What positions are appraised by; None: what serves best among so many.
 
     Raises:
         BoardError: Living snakes overlap or lie off the board.
     """
 
-    def __init__(self, board: Board, settings: GameSettings, snake_id: str, weights: Weights = USUAL) -> None:
-        self._weights = weights
-        self.position: Position = position_of(board, settings, weights=weights)
+    def __init__(self, board: Board, settings: GameSettings, snake_id: str, weights: Weights | None = None) -> None:
+        self._weights = weights or usual_among(len(board.alive()))
+        self.position: Position = position_of(board, settings, weights=self._weights)
         self._board = board
         self._me = [snake.id for snake in board.alive()].index(snake_id)
         num_snakes = self.position.rows.shape[1]
@@ -55,7 +55,7 @@ class Tree:
         self._ways = np.zeros((DEEPEST, num_snakes), np.int64)
         self._path = np.zeros(DEEPEST, np.int32)
         self._size = np.zeros(1, np.int64)
-        self.eagerness = EAGERNESS
+        self.eagerness = EAGERNESS if num_snakes <= 2 else EAGERNESS_AMONG_SEVERAL
         self._nodes = empty_nodes(FIRST_NODES, num_snakes)
         self.walk(0)
 

@@ -60,7 +60,14 @@ class Weights:
 
 
 USUAL = Weights()
-"""Those that search has without a file."""
+"""Those that search has in a duel without a file."""
+AMONG_SEVERAL = Weights(squares=0.4, length=0.4, meal=0.2)
+"""Those among more, where squares are soon lost again and whoever is longer takes the food."""
+
+
+def usual_among(snakes: int) -> Weights:
+    """Return the weights that search has without a file where so many snakes are alive."""
+    return USUAL if snakes <= 2 else AMONG_SEVERAL
 
 
 def weights_in(told: Mapping[str, Any]) -> Weights:
