@@ -190,7 +190,7 @@ class DrfcFolder:
 
     def _below(self, folder: Path, name: str) -> Path:
         prefix = self.text(name).removeprefix(S3).rstrip("/")
-        if not prefix or not _stays_inside(prefix):
+        if not _stays_inside(prefix):
             raise self.letter(name, "a name that stays inside its folder, such as my-model-2")
         return folder / prefix
 

@@ -46,7 +46,7 @@ def read_lidar_config(document: JsonDocument) -> dict[str, float] | None:
             "lidar_config", "clipping_dist", found=f"{config['clipping_dist']:g}", expected="0.15 to 12 m"
         )
     sectors, values = told["num_sectors"], told["num_values_per_sector"]
-    if not 1 <= sectors <= BEAMS or sectors % 1 or BEAMS % sectors:
+    if not 1 <= sectors <= BEAMS or BEAMS % sectors:  # what divides them is a whole number
         divisors = ", ".join(str(part) for part in range(1, BEAMS + 1) if BEAMS % part == 0)
         expected = f"a divisor of its {BEAMS} beams: {divisors}"
         raise document.letter("lidar_config", "num_sectors", found=f"{sectors:g}", expected=expected)

@@ -60,7 +60,7 @@ def arrays_of(policy: PolicyLayers) -> dict[str, Array]:
     arrays: dict[str, Array] = {f"{scope}/{RESCALER}": np.ones((), np.float32)}
     arrays |= _named_network(scope, policy.network, f"{head}/{LAST_LAYERS[policy.kind]}", policy.kind)
     if policy.log_std is not None:
-        arrays[f"{scope}/{head}/policy_log_std"] = policy.log_std.reshape(1, -1)
+        arrays[f"{scope}/{head}/policy_log_std"] = policy.log_std[None]
     if policy.log_std_head is not None:
         arrays |= _named(f"{scope}/{head}/dense_1", policy.log_std_head)
     if policy.critic is not None:
@@ -95,7 +95,7 @@ def layers_from(
             twins = {name.replace(scope, value_scope, 1): stride for name, stride in strides.items()}
             head = _dense_at(arrays, f"{value_scope}/{VALUE_LAYER}")
             critic = _network(arrays, value_scope, head, {**twins, **strides}, shrink, known)
-        policy = PolicyLayers(kind, network, None if log_std is None else _numbers(log_std).reshape(-1), None, critic)
+        policy = PolicyLayers(kind, network, None if log_std is None else _numbers(log_std).ravel(), None, critic)
     else:
         inner = _unnamed(arrays, head_scope)
         if not inner:
