@@ -157,8 +157,8 @@ def test_the_shell_counts_before_the_files_where_they_are_as_it_read_them(tmp_pa
 
 
 def test_an_experiments_files_come_before_the_installations(tmp_path):
-    installation(tmp_path, "DR_EXPERIMENT_NAME=e\nDR_CAR_NAME=One\n", "DR_WORLD_NAME=Monaco\n",
-                 experiments__e__run="DR_CAR_NAME=Two\n", experiments__s__system="DR_WORLD_NAME=Spain_track\n")  # fmt: skip
+    own = {"experiments__e__run": "DR_CAR_NAME=Two\n", "experiments__s__system": "DR_WORLD_NAME=Spain_track\n"}
+    installation(tmp_path, "DR_EXPERIMENT_NAME=e\nDR_CAR_NAME=One\n", "DR_WORLD_NAME=Monaco\n", **own)
     named, folder = open_drfc_folder(tmp_path), tmp_path / "experiments" / "e"
     assert (named.text("DR_CAR_NAME"), named.text("DR_WORLD_NAME")) == ("Two", "Monaco")
     assert (named.config, named.custom_files) == (folder / "run.env", folder / "custom_files")

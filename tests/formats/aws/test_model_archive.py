@@ -1,5 +1,6 @@
 """Archives of models: what belongs to a model comes out, and what was made to do harm is refused by name."""
 
+import contextlib
 import gzip
 import io
 import tarfile
@@ -9,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from racecraft.formats.aws import model_archive
-from racecraft.formats.aws.car_archive import GRAPH, METADATA, write_car_archive
+from racecraft.formats.aws.car_archive import GRAPH, METADATA, archive_folder, write_car_archive
 from racecraft.formats.aws.model_archive import (
     FREE_BYTES,
     MOST_BYTES,
@@ -177,3 +178,109 @@ def test_what_is_small_or_shrinks_little_is_no_bomb(unpacked, packed, refused):
     else:
         with pytest.raises(ArchiveError, match=refused):
             require_sane_size(Path("model.tar.gz"), unpacked, packed)
+
+
+MIB = 2**20
+LIMITS = {  # MiB; a console's checkpoint of the largest network has some 500
+    "model_metadata.json": 1, "hyperparameters.json": 1, "deepracer_checkpoints.json": 1, "reward_function.py": 1,
+    ".coach_checkpoint": 1, "checkpoint": 1, "training_params.yaml": 10, "training_params.yml": 10, "model.pb": 2048,
+    "model_12.pb": 2048, "3_Step-9.ckpt.index": 64, "3_Step-9.ckpt.meta": 512,
+    "3_Step-9.ckpt.data-00000-of-00001": 4096,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LIMITS)
+def test_a_file_says_in_its_header_how_large_it_is_and_may_be_so_large(tmp_path, name):
+    """Nothing stands behind the header: what is too large is refused before, what is not ends too early."""
+    for beyond, words in (
+        (0, "damaged"),
+        (1, f"has {LIMITS[name] * MIB + 1} bytes; expected {LIMITS[name] * MIB} at m"),
+    ):
+        entry = tarfile.TarInfo(f"model/{name}")
+        entry.size = LIMITS[name] * MIB + beyond
+        path = tmp_path / "model.tar"
+        path.write_bytes(entry.tobuf(tarfile.USTAR_FORMAT) + bytes(1024))
+        with pytest.raises(ArchiveError, match=words):
+            unpack_model(path, tmp_path / f"out {beyond}")
+
+
+@pytest.mark.parametrize(
+    "name", ["model_x.pb", "my.pb", "a.ckpt", "3.ckpt.data-0-of-1", ".index", "reward_function.pyc"]
+)
+def test_names_that_are_only_near_a_models_are_passed_over(tmp_path, name):
+    unpacked = unpack_model(tar(tmp_path / "a.tar", [(name, b"x"), ("model.pb", b"y")], "w"), tmp_path / "out")
+    assert [path.name for path in unpacked] == ["model.pb"]
+
+
+@pytest.mark.parametrize(("size", "words"), [(8 * MIB, "damaged"), (8 * MIB + 1, "asks for 8389120 bytes")])
+def test_a_header_may_ask_for_eight_megabytes(tmp_path, size, words):
+    """Headers are read in blocks of 512 bytes."""
+    entry = tarfile.TarInfo("././@PaxHeader")
+    entry.type, entry.size = tarfile.XHDTYPE, size
+    path = tmp_path / "model.tar"
+    path.write_bytes(entry.tobuf(tarfile.USTAR_FORMAT) + bytes(4096))
+    with pytest.raises(ArchiveError, match=words):
+        unpack_model(path, tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("unpacked", "packed", "refused"),
+    [(256 * MIB, 1, False), (256 * MIB + 1, 1, True), (300 * MIB, 3 * MIB, False), (300 * MIB + 1, 3 * MIB, True),
+     (16 * 1024 * MIB, 1024 * MIB, False), (16 * 1024 * MIB + 1, 1024 * MIB, True)],
+)  # fmt: skip
+def test_from_256_megabytes_on_an_archive_may_shrink_a_hundredfold_and_have_16_gigabytes(unpacked, packed, refused):
+    with pytest.raises(ArchiveError) if refused else contextlib.nullcontext():
+        require_sane_size(Path("model.tar.gz"), unpacked, packed)
+
+
+def test_just_so_many_members_are_taken(tmp_path, monkeypatch):
+    monkeypatch.setattr(model_archive, "MOST_MEMBERS", 10)
+    names = [(f"{number}.txt", b"") for number in range(9)] + [("model.pb", b"x")]
+    for path in (tar(tmp_path / "a.tar.gz", names), packed(tmp_path / "a.zip", names)):
+        assert len(unpack_model(path, tmp_path / path.suffix[1:])) == 1
+
+
+def test_what_is_inside_folders_of_a_zip_comes_out_in_them(tmp_path):
+    path = packed(tmp_path / "a.zip", [("m/", b""), ("m/agent/model.pb", b"w"), ("m/x.csv", b"1")], 0o100644)
+    assert unpack_model(path, tmp_path / "out") == [tmp_path / "out" / "m" / "agent" / "model.pb"]
+    assert (tmp_path / "out" / "m" / "agent" / "model.pb").read_bytes() == b"w"
+    assert sorted(one.name for one in (tmp_path / "out").rglob("*")) == ["agent", "m", "model.pb"]
+
+
+def test_a_zip_whose_files_are_too_large_or_that_is_locked_is_refused(tmp_path):
+    large = packed(tmp_path / "a.zip", [("reward_function.py", bytes(MIB + 1))])
+    with pytest.raises(ArchiveError, match=r"'reward_function.py' has 1048577 bytes; expected 1048576 at most"):
+        unpack_model(large, tmp_path / "out")
+    data = bytearray(packed(tmp_path / "b.zip", [("model.pb", b"x")]).read_bytes())
+    data[6] |= 1  # the bit that says a password is needed: in the file's own header and in the list at the end
+    data[data.index(b"PK\1\2") + 8] |= 1
+    (tmp_path / "b.zip").write_bytes(data)
+    with pytest.raises(ArchiveError, match="cannot be unpacked .*password"):
+        unpack_model(tmp_path / "b.zip", tmp_path / "out")
+
+
+def test_a_folders_files_are_packed_by_their_names_within_it(tmp_path):
+    (tmp_path / "m" / "b").mkdir(parents=True)
+    (tmp_path / "m" / "b" / "model.pb").write_bytes(b"graph")
+    (tmp_path / "m" / "a.json").write_bytes(b"{}")
+    archive_folder(tmp_path / "m.tar.gz", tmp_path / "m")
+    with tarfile.open(tmp_path / "m.tar.gz") as archive:
+        assert archive.getnames() == ["a.json", "b/model.pb"]
+        assert archive.extractfile("b/model.pb").read() == b"graph"
+
+
+def test_what_a_car_takes_has_no_times_and_may_be_read_by_all(tmp_path):
+    path = write_car_archive(tmp_path / "new" / "mine.tgz", b"graph", "{}")
+    assert path == tmp_path / "new" / "mine.tgz"
+    assert path.read_bytes()[4:8] == bytes(4), "gzip's own time"
+    with tarfile.open(path) as archive:
+        assert [(one.mode, one.mtime, one.size) for one in archive] == [(0o644, 0, 5), (0o644, 0, 2)]
+        assert archive.extractfile(GRAPH).read() == b"graph"
+
+
+def test_a_header_that_says_nothing_stands_in_nobodys_way(tmp_path):
+    empty = tarfile.TarInfo("././@PaxHeader")
+    empty.type = tarfile.XHDTYPE
+    path = tmp_path / "model.tar"
+    path.write_bytes(empty.tobuf(tarfile.USTAR_FORMAT) + tar(tmp_path / "good.tar", GOOD.items(), "w").read_bytes())
+    assert len(unpack_model(path, tmp_path / "out")) == 2

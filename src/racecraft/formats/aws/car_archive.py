@@ -50,7 +50,7 @@ def archive_folder(path: str | Path, folder: str | Path) -> None:
         tarfile.open(fileobj=packed, mode="w") as tar,
     ):
         for file in files:
-            tar.add(file, file.relative_to(folder).as_posix(), recursive=False)
+            tar.add(file, file.relative_to(folder).as_posix())
 
 
 def write_archive(path: Path, files: Mapping[str, bytes]) -> None:
