@@ -173,3 +173,75 @@ def test_no_json_object_gets_a_letter(tmp_path):
 def test_every_name_but_the_words_has_a_rule():
     words = {"loss_type", "exploration_type"}
     assert set(RULES) | words == set(Hyperparameters.__dataclass_fields__) - {"unknown", "notes"}
+
+
+CONSOLES = [  # taken without a word, taken with one, which
+    ("batch_size", (32, 64, 128, 256, 512), (31, 33, 65, 127, 255, 257, 511, 513), "32, 64, 128, 256, 512"),
+    ("lr", (1e-8, 1e-3), (1.001e-3,), "1e-08 to 0.001"),
+    ("num_episodes_between_training", (1, 100), (101,), "1 to 100"),
+    ("num_epochs", (3, 10), (2, 11), "3 to 10"),
+    ("beta_entropy", (0, 1), (), ""),
+    ("stack_size", (1, 2, 64), (), ""),
+]
+"""Limits of AWS's console and of the DeepRacer-on-AWS model."""
+
+
+@pytest.mark.parametrize(("name", "silent", "noted", "said"), CONSOLES)
+def test_what_consoles_take_is_taken_without_a_word(tmp_path, name, silent, noted, said):
+    for value in silent:
+        assert read(tmp_path, {name: value}).notes == ()
+    for value in noted:
+        assert read(tmp_path, {name: value}).notes == (f"{name} {value:g} trains here; AWS consoles take {said}",)
+
+
+def test_a_count_is_a_whole_number_and_a_share_is_none(tmp_path):
+    got = read(tmp_path, {"batch_size": 64.0, "num_epochs": "5", "discount_factor": 1, "lr": "0.001"})
+    assert [type(value) for value in (got.batch_size, got.num_epochs, got.discount_factor, got.lr)] == [
+        int,
+        int,
+        float,
+        float,
+    ]
+
+
+def test_the_defaults_are_deepracer_for_clouds():
+    template = read_hyperparameters(DATA / "models/drfc-defaults/hyperparameters.json")
+    defaults = default_hyperparameters()
+    assert defaults.given == (
+        "batch_size", "beta_entropy", "discount_factor", "exploration_type", "loss_type", "lr",
+        "num_episodes_between_training", "num_epochs",
+    )  # fmt: skip
+    assert {name: getattr(defaults, name) for name in defaults.given} == {
+        name: getattr(template, name) for name in defaults.given
+    }
+
+
+@pytest.mark.parametrize(
+    ("written", "name"),
+    [("IR", "lr"), ("Learning Rate", "lr"), ("e-greedy", "e_greedy_value"), ("entropy", "beta_entropy"),
+     (" sac-alpha ", "sac_alpha")],
+)  # fmt: skip
+def test_a_name_in_another_spelling_is_read_and_told(tmp_path, written, name):
+    got = read(tmp_path, {written: 0.5})
+    assert (getattr(got, name), got.unknown) == (0.5, {})
+    assert f"'{written}' is read as '{name}'" in got.notes
+
+
+@pytest.mark.parametrize("text", ["additive_noise", "Additive Noise"])
+def test_noise_and_categories_in_any_spelling(tmp_path, text):
+    assert read(tmp_path, {"exploration_type": text}).exploration_type == "additive_noise"
+    assert read(tmp_path, {"exploration_type": "Categorical"}).exploration_type == "categorical"
+
+
+def test_a_file_is_written_for_people_with_what_nobody_knew(tmp_path):
+    write_hyperparameters(Hyperparameters(lr=0.001, unknown={"mine": [1]}), tmp_path / "h.json")
+    assert (tmp_path / "h.json").read_text() == '{\n  "lr": 0.001,\n  "mine": [\n    1\n  ]\n}\n'
+
+
+def test_a_name_that_is_nobodys_is_kept_and_told(tmp_path):
+    got = read(tmp_path, {"my_remark": 1, "num_epoch": 3})
+    assert got.unknown == {"my_remark": 1, "num_epoch": 3}
+    assert got.notes == (
+        "unknown key 'my_remark' is kept and does nothing",
+        "unknown key 'num_epoch' is kept and does nothing. Did you mean 'num_epochs'?",
+    )

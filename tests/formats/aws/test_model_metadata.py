@@ -268,3 +268,108 @@ def test_a_missing_file_a_folder_and_no_text_are_told_apart(tmp_path):
     for name, found in [("nothing.json", "no such file"), (".", "a folder"), ("bytes.json", "no UTF-8 text")]:
         with pytest.raises(MetadataError, match=found):
             read_model_metadata(tmp_path / name)
+
+
+@pytest.mark.parametrize(("version", "read"), [("1", "1"), (6, "6"), ("6.9", "6.9"), ("", None), (4.0, "4")])
+def test_versions_from_one_to_below_seven_are_read(tmp_path, version, read):
+    metadata = read_model_metadata(car_file(tmp_path, version=version))
+    assert (metadata.version, metadata.notes) == (read, ())
+
+
+@pytest.mark.parametrize("version", [0.9, "7", -1, True, "new"])
+def test_other_versions_are_refused(tmp_path, version):
+    with pytest.raises(MetadataError, match='version: .*expected "1" to "6"'):
+        read_model_metadata(car_file(tmp_path, version=version))
+
+
+@pytest.mark.parametrize(("version", "car"), [("4.9", "v4"), ("5.9", "v5-classic"), ("6.9", "v6")])
+def test_a_version_between_two_counts_as_the_lower(version, car):
+    assert car_for_version(version) == car
+
+
+def test_a_car_that_leaves_out_what_has_a_default_is_told_what_is_taken(tmp_path):
+    metadata = read_model_metadata(car_file(tmp_path, sensor=None, neural_network=None))
+    assert metadata.sensors == ("FRONT_FACING_CAMERA",), "older files, without a version, say observation"
+    assert metadata.training_algorithm == "clipped_ppo"
+    assert metadata.notes == (
+        "there is no sensor; 'FRONT_FACING_CAMERA', the front camera, is taken",
+        "there is no neural_network; DEEP_CONVOLUTIONAL_NETWORK_SHALLOW is taken",
+    )
+
+
+def numbered(*indices):
+    return [{"steering_angle": number, "speed": 1.0, "index": index} for number, index in enumerate(indices)]
+
+
+@pytest.mark.parametrize(
+    ("space", "said"),
+    [
+        (numbered(0, 1, 2), ""),
+        (numbered("0", 1.0), ""),
+        (numbered(1, 0), "the written index differs from the order of the list; the order counts, as at AWS"),
+        (numbered(1, 2), "the written index differs from the order of the list; the order counts, as at AWS"),
+        ([CAR["action_space"][0]] * 2, "the same action stands in the list more than once"),
+    ],
+)
+def test_what_is_odd_about_a_list_of_actions_is_said(tmp_path, space, said):
+    assert read_model_metadata(car_file(tmp_path, action_space=space)).notes == ((said,) if said else ())
+
+
+def test_of_many_actions_that_reach_too_far_three_are_named(tmp_path):
+    space = [{"steering_angle": angle, "speed": 1.0} for angle in (31, 32, 33, 34, 0)]
+    (note,) = read_model_metadata(car_file(tmp_path, action_space=space)).notes
+    assert note.startswith("4 of 5 actions (left 31°, 1 m/s; left 32°, 1 m/s; left 33°, 1 m/s; …) reach beyond")
+
+
+@pytest.mark.parametrize(
+    ("angles", "speeds", "noted"),
+    [((-30, 30), (0.1, 4), False), ((-20, 31), (1, 2), True), ((-20, 20), (1, 4.1), True), ((-20, 20), (0, 4), True)],
+)
+def test_ranges_that_reach_too_far_at_one_end_are_told(tmp_path, angles, speeds, noted):
+    space = {key: dict(zip(("low", "high"), ends, strict=True))
+             for key, ends in (("steering_angle", angles), ("speed", speeds))}  # fmt: skip
+    notes = read_model_metadata(car_file(tmp_path, action_space=space)).notes
+    said = f"actions from {angles[0]} to {angles[1]}° and {speeds[0]} to {speeds[1]} m/s reach beyond"
+    assert [note.startswith(said) for note in notes] == [True] * noted
+
+
+@pytest.mark.parametrize("ends", [{"low": 1}, {"high": 1}, {"low": 1, "high": 1}, [1, 2], 3])
+def test_a_range_of_no_two_ends_is_refused(tmp_path, ends):
+    with pytest.raises(MetadataError, match=r"action_space\.speed: "):
+        read_model_metadata(car_file(tmp_path, action_space={**CONTINUOUS, "speed": ends}))
+
+
+@pytest.mark.parametrize("word", ["Discrete", " DISCRETE "])
+def test_the_kind_of_actions_may_be_said_in_any_case(tmp_path, word):
+    assert read_model_metadata(car_file(tmp_path, action_space_type=word)).action_space_type == "discrete"
+
+
+def test_a_kind_of_actions_that_nobody_knows_is_refused(tmp_path):
+    with pytest.raises(MetadataError, match="action_space_type: 'both'; expected discrete or continuous"):
+        read_model_metadata(car_file(tmp_path, action_space_type="both"))
+
+
+@pytest.mark.parametrize("key", ["steering_angle", "speed"])
+@pytest.mark.parametrize(("value", "shown"), [(10**400, "1" + 39 * "0"), (float("-inf"), "-inf"), (None, "None")])
+def test_of_a_number_that_is_none_forty_letters_are_shown(tmp_path, key, value, shown):
+    with pytest.raises(MetadataError) as caught:
+        read_model_metadata(car_file(tmp_path, action_space=action(**{key: value})))
+    assert caught.value.found == shown
+
+
+def test_a_car_is_written_for_people_with_every_key(tmp_path):
+    car = dataclasses.replace(default_model_metadata(), version=None, lidar_config={"num_sectors": 8}, unknown={"a": 1})
+    write_model_metadata(car, tmp_path / "car.json")
+    text = (tmp_path / "car.json").read_text()
+    assert text.startswith('{\n  "action_space": [\n    {\n      "steering_angle": -30.0,')
+    assert list(json.loads(text)) == ["action_space", "sensor", "neural_network", "training_algorithm",
+                                      "action_space_type", "version", "lidar_config", "a"]  # fmt: skip
+    assert (json.loads(text)["version"], text[-2:]) == ("5", "}\n")
+
+
+def test_the_default_cars_actions_go_from_right_to_left_slow_before_fast():
+    actions = [(round(math.degrees(one.steering_rad)), one.speed_mps) for one in default_model_metadata().actions]
+    assert actions == [(angle, speed) for angle in (-30, -15, 0, 15, 30) for speed in (0.5, 1.0)]
+    assert [one.label for one in default_model_metadata().actions[3:7]] == [
+        "right 15°, 1 m/s", "straight, 0.5 m/s", "straight, 1 m/s", "left 15°, 0.5 m/s"
+    ]  # fmt: skip

@@ -197,6 +197,7 @@ def test_of_placeholders_only_those_of_lidars_with_a_size_are_told():
     assert bare_lidars_in(graph) == {"LIDAR": 64, "SECTOR_LIDAR": 1}
     assert bare_lidars_in(Graph([placeholder("LIDAR", -1, 8, 8)])) == {}
     assert bare_lidars_in(Graph([placeholder("LIDAR", 8)])) == {}
+    assert bare_lidars_in(Graph([placeholder("LIDAR", -1, 0)])) == {}
     assert bare_lidars_in(Graph([placeholder("LIDAR", -1, 8, op="Const")])) == {}
 
 

@@ -1,10 +1,12 @@
 """A policy's weights under AWS's names: which names there are, that all comes back, and what is refused."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from tests.formats.aws.tiny_policies import CAMERA, LIDAR, numbers_of, tiny_policy
 
-from racecraft.formats.aws.policy_layers import CONTINUOUS, DISCRETE, SAC, PolicyLayersError
+from racecraft.formats.aws.policy_layers import CONTINUOUS, DISCRETE, SAC, DenseLayer, PolicyLayersError
 from racecraft.formats.aws.policy_weights import arrays_of, is_of_policy, layers_from
 
 PPO, CRITIC = "main_level/agent/main/online/network_1", "main_level/agent/main/online/network_0"
@@ -122,6 +124,17 @@ def test_a_second_layer_in_a_head_is_its_spread_only_where_it_has_as_many_number
     assert layers_from(arrays, STRIDES).log_std_head is None
     del arrays[f"{place}/kernel"], arrays[f"{place}/bias"]
     assert layers_from(arrays, STRIDES).log_std_head is None
+
+
+def test_of_many_layers_of_sac_only_the_last_is_in_its_head():
+    policy = tiny_policy(SAC)
+    first, last = policy.network.trunk
+    middle = DenseLayer(np.eye(6, dtype=np.float32), np.zeros(6, np.float32))
+    network = dataclasses.replace(policy.network, trunk=(first, middle, last))
+    arrays = arrays_of(dataclasses.replace(policy, network=network))
+    assert arrays[f"{POLICY}/middleware_fc_embedder/Dense_2/kernel"].tolist() == np.eye(6).tolist()
+    assert arrays[f"{POLICY}/sac_policy_head_0/dense/kernel"].tolist() == last.kernel.tolist()
+    assert numbers_of(layers_from(arrays, STRIDES).network) == numbers_of(network)
 
 
 def test_what_an_optimiser_keeps_and_other_networks_are_none_of_the_policy():

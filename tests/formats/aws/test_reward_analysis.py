@@ -167,3 +167,117 @@ def test_packages_and_folders_without_init_beside_the_file_are_imported_from_the
 def test_a_wait_for_what_is_no_number_is_not_spoken_of():
     text = "def reward_function(params):\n    if params['steps'] == params['progress']:\n        return 9.0\n"
     assert told(text + "    return 1.0\n").remarks == ()
+
+
+STATES = [  # text, line, what is shown
+    ("x = 1\nprint(x)\n" + BODY, 2, "`print(x)`"),
+    ("class A(metaclass=type):\n    pass\n" + BODY, 1, "`class A(metaclass=type):`"),
+    ("import dataclasses\n@dataclasses.dataclass\nclass A:\n    pass\n" + BODY, 3, "`@dataclasses.dataclass`"),
+    ("class A:\n    x: list = []\n" + BODY, 1, "`class A:`"),
+    ("x: dict = {}\n" + BODY, 1, "`x: dict = {}`"),
+    ("import math\nmath.pi: float = 3\n" + BODY, 2, "`math.pi: float = 3`"),
+    ("a, b = 1, 2\n" + BODY, 1, "`a, b = (1, 2)`"),
+    ("if __name__ == '__main__':\n    pass\nelse:\n    x = 1\n" + BODY, 1, "`if __name__ == '__main__':`"),
+    ("if True:\n    x = 1\n" + BODY, 1, "`if True:`"),
+    ("async def f():\n    pass\n" + BODY, 1, "`async def f():`"),
+    (BODY + "def far(x, y=[1]):\n    return x\n", 3, "the default `[1]`"),
+    (BODY + "far = 1\ndel far\n", 4, "`del far`"),
+    ("def f(p):\n    p.x = 1\n", 2, "`p.x` is set"),
+    ("def f(p):\n    del p.x\n", 2, "`p.x` is set"),
+    ("def f(p):\n    return eval('1')\n", 2, "`eval`"),
+    ("import math\nimport b.c\n\nimport a\n" + BODY, 2, "the module `b`"),
+]
+
+
+@pytest.mark.parametrize(("text", "line", "shown"), STATES)
+def test_what_can_keep_something_is_shown_as_it_is_written(text, line, shown):
+    found = told(text).state
+    assert (found.line, found.text) == (line, shown)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["pass\n", "x: int\n", "x = y = 1\n", "x = -1 if True else not 2\n",
+     "class A:\n    x = 1\n    def f(self, *, a, b=1): ...\n", "if '__main__' == __name__:\n    x = []\n", "'a text'\n", "from scipy import a\n", "f = 1 < 2 and 3\n"],
+)  # fmt: skip
+def test_what_is_plainly_stateless_is_not_copied(text):
+    assert told(text + BODY).state is None
+
+
+@pytest.mark.parametrize(("length", "shown"), [(60, 60), (61, 60)])
+def test_of_a_long_line_57_letters_and_three_points_are_shown(length, shown):
+    line = "print(" + "x" * (length - 7) + ")"
+    text = told(line + "\n" + BODY).state.text
+    assert text == f"`{line if length == 60 else line[:57] + '...'}`"
+    assert len(text) == shown + 2
+
+
+ENDS = [  # text, line and what is shown
+    ("import os\ndef f():\n    os._exit(1)\n", (3, "`os._exit`")),
+    ("import os as o\nx = o.abort\n", (2, "`o.abort`")),
+    ("from os import path, abort\n", (1, "`os.abort`")),
+    ("from os import path\nimport sys\nsys.exit()\n", None),
+    ("from mine import abort\n", None),
+]
+
+
+@pytest.mark.parametrize(("text", "found"), ENDS)
+def test_what_would_end_the_process_is_named(text, found):
+    ends = told(text).ends_process
+    assert (ends and (ends.line, ends.text)) == found
+
+
+def test_what_is_imported_is_told_by_first_names_without_neighbours():
+    text = "import b.c, a\nfrom . import x\nfrom .y import z\nfrom d.e import f\ndef g():\n    import h\n"
+    assert told(text).imports == ("a", "b", "d", "h")
+
+
+WAITS = [
+    ("2 > {}", True), ("2.5 > {}", False), ("{} < 2.5", False), ("{} <= 1.9", True), ("{} == 2.0", False),
+    ("1 == {} == 1", False), ("1 < {}", False), ("1 != {}", False), ("{} == '1'", False), ("{} > 1", False),
+    ("{} == True", True),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("compared", "is_vain"), WAITS)
+def test_a_comparison_is_vain_where_no_step_from_the_second_on_fulfils_it(compared, is_vain):
+    text = "def reward_function(params):\n    return float(" + compared.format("params['steps']") + ")\n"
+    assert bool(told(text).remarks) is is_vain
+
+
+NAMED = [
+    ("n: float = params['steps']", "n", True),
+    ("n: float", "n", False),
+    ("n = params['speed']", "n", False),
+    ("self.n = params['steps']", "self.n", True),
+    ("n = round(float(params['steps']))", "n", True),
+    ("n = int(params['steps'], 10)", "n", False),
+    ("n = abs(params['steps'])", "n", False),
+    ("n = params.get()", "n", False),
+    ("n = params.pop('steps')", "n", False),
+    ("n = params[0]", "n", False),
+    ("pass", "params.get('steps', 0)", True),
+    ("pass", "params['steps', 1]", False),
+]
+
+
+@pytest.mark.parametrize(("line", "name", "is_known"), NAMED)
+def test_steps_are_known_under_the_names_they_are_given(line, name, is_known):
+    text = f"def reward_function(params, self=None):\n    {line}\n    return float({name} == 1)\n"
+    assert bool(told(text).remarks) is is_known
+
+
+def test_a_remark_says_what_to_ask_instead():
+    (remark,) = told("def reward_function(p):\n    return float(p['steps'] < 1)\n").remarks
+    assert remark.text == (
+        "`p['steps'] < 1` never holds: `steps` is 2.0 at the first call of an episode, here as at AWS; for the first "
+        "call ask `steps <= 2`"
+    )
+
+
+def test_objects_are_named_in_order_at_the_first_line_that_reads_of_them():
+    text = "def reward_function(p):\n    a = p['x']\n    b = p.get('objects_speed')\n    c = p['object_in_camera']\n"
+    (remark,) = told(text + "    return p['objects_speed'][0]\n").remarks
+    assert remark.line == 3
+    assert remark.text.startswith("`object_in_camera`, `objects_speed`: a time trial has no objects, so lists of them")
+    assert told("def reward_function(p):\n    return p['is_crashed']\n").remarks == ()

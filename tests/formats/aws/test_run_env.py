@@ -166,3 +166,49 @@ def test_what_a_template_holds_or_its_init_left_counts_as_not_given(tmp_path):
         assert env.notes == (f"system.env:1: DR_UPLOAD_S3_BUCKET still holds {value}; it counts as not given",)
     (tmp_path / "system.env").write_text("DR_UPLOAD_S3_BUCKET=found-my-buckets\n")
     assert read_run_env(tmp_path / "system.env").values == {"DR_UPLOAD_S3_BUCKET": "found-my-buckets"}
+
+
+def test_a_later_empty_value_takes_an_earlier_one_away(tmp_path):
+    assert read_run_env(written(tmp_path, "DR_CAR_NAME=Mona\nDR_CAR_NAME=\n")).values == {}
+
+
+def test_an_apostrophe_opens_no_quote_and_a_quote_wants_its_end(tmp_path):
+    assert read_run_env(written(tmp_path, "DR_CAR_NAME=\u2019s-car\n")).values == {"DR_CAR_NAME": "\u2019s-car"}
+    for line in ('"Mona', "'Mona", "\u201cMona", "\u201dMona", "\u2018Mona"):
+        with pytest.raises(RunEnvError, match=r"run\.env:1: DR_CAR_NAME: .* opens a quote; expected it closed"):
+            read_run_env(written(tmp_path, f"DR_CAR_NAME={line}\n"))
+
+
+def test_borders_of_a_number_belong_to_it_and_defaults_stand_in(tmp_path):
+    env = read_run_env(written(tmp_path, "DR_WORKERS=1\nDR_RUN_ID=9\n"))
+    assert (env.number("DR_WORKERS", 5, 1, 9), env.number("DR_RUN_ID", 5, 1, 9)) == (1, 9)
+    assert env.number("DR_GUI_ENABLE", 5, 1, 9) == 5
+    assert (env.flag("DR_HOST_X"), env.text("DR_HOST_X"), env.choice("DR_CLOUD", "a", ("b",))) == (False, "", "a")
+
+
+def test_a_new_file_explains_every_variable_above_it():
+    lines = run_env_text().splitlines()
+    assert lines[2:4] == ["# Track.", "DR_WORLD_NAME=reinvent_base"]
+    told = lines.index("DR_CAR_NAME=FastCar")
+    assert lines[told - 1] == "# Name shown on the video. (changes no training)"
+    limit = lines.index("#DR_EVAL_RTF=")
+    assert lines[limit - 1] == "# Limit of the simulator's speed. (not applicable here)"
+    assert all(line.startswith("# ") for line in lines[::2])
+
+
+def test_only_files_of_numbered_workers_are_read(tmp_path):
+    written(tmp_path, "DR_CAR_NAME=Mona\n")
+    for name in ("worker-3.env", "worker-x.env", "worker-.env"):
+        written(tmp_path, "DR_CAR_NAME=Lisa\n", name)
+    assert list(read_env_folder(tmp_path).workers) == [3]
+
+
+def test_a_name_in_another_spelling_is_filled_in_and_edited_too(tmp_path):
+    path = written(tmp_path, "DR_COLLISION_PENALTY=2\nDR_CAR_NAME=a${DR_COLLISION_PENALTY}$DR_EVAL_COLLISION_PENALTY\n")
+    assert read_run_env(path).text("DR_CAR_NAME") == "a22"
+
+
+def test_of_a_line_that_is_no_setting_sixty_letters_are_shown(tmp_path):
+    with pytest.raises(RunEnvError) as caught:
+        read_run_env(written(tmp_path, "x " * 50 + "\n"))
+    assert (caught.value.found, caught.value.line) == (repr("x " * 30), 1)

@@ -290,3 +290,146 @@ def test_deepracer_utils_reads_a_log_of_ours(tmp_path, deepracer_log):
     assert log.hyperparameters()["lr"] == 0.0003
     assert log.action_space()[0] == {"steering_angle": -30.0, "speed": 0.5, "index": 0}
     assert log.agent_and_network()["world"] == "reinvent_base"
+
+
+def test_rows_and_columns_are_counted_as_people_count_them(tmp_path):
+    """Twenty damaged rows are named each, of 21 the last is counted; an empty line is no damage."""
+    for many, last in ((20, ":27: 1 values where the header names 19; the row was passed over"),
+                       (21, ": 1 more rows were passed over")):  # fmt: skip
+        path = tmp_path / f"{many}.csv"
+        path.write_text(sim_trace_text(small_trace()) + "x\n" * many + " \n\r\n")
+        damaged = read_sim_trace(path).damaged
+        assert damaged[0] == f"{path}:8: 1 values where the header names 19; the row was passed over"
+        assert (len(damaged), damaged[-1]) == (many, f"{path}{last}") if many == 20 else (21, f"{path}{last}")
+
+
+def test_of_a_head_without_our_columns_nineteen_are_shown(tmp_path):
+    (tmp_path / "t.csv").write_text(",".join(f"c{number}" for number in range(1, 30)) + "\n")
+    with pytest.raises(SimTraceError, match=r"among c1, c2, .* c18, c19; expected") as caught:
+        read_sim_trace(tmp_path / "t.csv")
+    assert (caught.value.line, caught.value.key) == (1, "episode")
+
+
+@pytest.mark.parametrize(
+    ("number", "is_sound"), [(2**53 - 1, True), (2**53, False), (1 - 2**53, True), (-(2**53), False)]
+)
+def test_a_count_is_sound_as_far_as_floats_count(tmp_path, number, is_sound):
+    lines = sim_trace_text(small_trace()).splitlines()
+    row = lines[1].split(",")
+    lines[1] = ",".join([str(number), *row[1:]])
+    (tmp_path / "t.csv").write_text("\n".join(lines))
+    trace = read_sim_trace(tmp_path / "t.csv")
+    assert len(trace.damaged) == (not is_sound)
+    if is_sound:
+        assert trace.columns["episode"][0] == number
+        assert trace.columns["episode"].dtype == np.int64
+
+
+def test_a_file_that_is_no_text_or_a_folder_gets_a_letter(tmp_path):
+    (tmp_path / "t.csv").write_bytes(b"\xff\xfe\xfd")
+    for path, words in ((tmp_path / "t.csv", "no UTF-8 text"), (tmp_path, "cannot be read")):
+        with pytest.raises(SimTraceError, match=words):
+            read_sim_trace(path)
+    with pytest.raises(SimTraceError, match="cannot be read"):
+        read_simulation_log(tmp_path)
+    with pytest.raises(SimTraceError, match="there is no such file"):
+        read_simulation_log(tmp_path / "none.log")
+
+
+def test_a_trace_alone_is_of_the_first_iteration_and_world():
+    episodes = episodes_from_trace(small_trace())
+    assert set(episodes["iteration"]) == set(episodes["world"]) == {0}
+    assert episodes["tick"].dtype == np.int64
+    assert set(episodes_from_trace(small_trace(), 3, 2)["world"]) == {2}
+    assert "status" not in episodes_from_trace({name: small_trace()[name] for name in NAMES[:15]})
+
+
+def test_episodes_that_lack_what_few_have_become_a_trace_with_noughts():
+    episodes = episodes_from_trace(small_trace())
+    del episodes["pause_s"], episodes["obstacle_crashes"], episodes["wall_clock_s"]
+    trace = trace_from_episodes(episodes)
+    for name in ("pause_duration", "obstacle_crash_counter", "wall_clock"):
+        assert trace[name].tolist() == [0] * 6
+    assert trace["obstacle_crash_counter"].dtype == np.int64
+
+
+HAIRS = [  # degrees, printed
+    (15.000003, "15.0"),
+    (15.000005, "15.000005"),
+    (12.3456, "12.3456"),
+    (12.34563, "12.34563"),
+    (-0.0, "0.0"),
+    (-0.000001, "0.0"),
+]
+
+
+def test_a_command_a_hair_beside_a_round_number_is_printed_round():
+    episodes = episodes_from_trace(small_trace(1, len(HAIRS)))
+    speeds = np.array([degrees for degrees, _ in HAIRS])
+    rows = sim_trace_text(trace_from_episodes({**episodes, "speed_mps": speeds})).splitlines()[1:]
+    assert [row.split(",")[NAMES.index("throttle")] for row in rows] == [printed for _, printed in HAIRS]
+
+
+def test_only_a_finished_lap_is_printed_without_a_point():
+    trace = {**small_trace(1, 4), "progress": np.array([99.99, 100.0, 0.0, 100.5])}
+    rows = sim_trace_text(trace).splitlines()[1:]
+    assert [row.split(",")[NAMES.index("progress")] for row in rows] == ["99.99", "100", "0.0", "100.5"]
+
+
+def test_continuous_actions_are_printed_as_angle_and_speed():
+    trace = {**small_trace(1, 2), "action": np.array([-1, 7])}
+    rows = [row.split(",")[NAMES.index("action")] for row in sim_trace_text(trace).splitlines()[1:]]
+    assert rows == ["[-30.0 0.6]", "7"]
+
+
+def test_a_log_tells_noughts_of_what_an_old_trace_lacks():
+    trace = {name: small_trace(1, 1)[name] for name in NAMES[:15]}
+    assert trace_lines(trace) == [
+        "SIM_TRACE_LOG:0,1,0.0000,-1.0000,-12.5000,-30.00,0.60,0,0.0000,True,False,0.0000,0,17.67,20.0,in_progress,"
+        "0.00,0,0.0000"
+    ]
+
+
+def test_a_log_begins_with_how_it_learns_and_what_drives():
+    """The phrases that readers search for: deepracer-utils and log-guru."""
+    lines = log_head("Monaco", default_model_metadata(), default_hyperparameters())
+    assert lines[:3] == ["Using the following hyper-parameters", "{", '  "batch_size": 64,']
+    assert lines[10:12] == ["}", "Action space from file: " + str(
+        [{"steering_angle": float(angle), "speed": speed, "index": number} for number, (angle, speed) in
+         enumerate(itertools.product((-30, -15, 0, 15, 30), (0.5, 1.0)))]
+    )]  # fmt: skip
+    assert lines[12:] == [
+        " * /WORLD_NAME: Monaco",
+        "Sensor list ['FRONT_FACING_CAMERA'], network DEEP_CONVOLUTIONAL_NETWORK_SHALLOW, simapp_version 6, "
+        "training_algorithm clipped_ppo, action_space_type discrete",
+    ]
+
+
+def test_lines_of_a_training_are_worded_as_aws_worded_them():
+    assert episode_line(1, 2, 31.256, 57, 3) == (
+        "Training> Name=main_level/agent, Worker=1, Episode=2, Total reward=31.26, Steps=57, Training iteration=3"
+    )
+    assert update_line(0.5, 0.25, 1.5, 2, 0.0003) == (
+        "Policy training> Surrogate loss=0.5, KL divergence=0.25, Entropy=1.5, training epoch=2, learning_rate=0.0003"
+    )
+    assert checkpoint_line(3, 40) == "Checkpoint> Saving in path=['./checkpoint_sagemaker/agent/3_Step-40.ckpt']"
+
+
+def test_most_lines_of_a_log_say_how_many_fields_there_are(tmp_path):
+    """A line is cut short by the end of a log, or told twice in one; what stands behind a tab is another column's."""
+    lines = [f"{line}\t[node]\tSIM" for line in trace_lines(small_trace())]
+    lines[2:2] = ["SIM_TRACE_LOG:0,1,2", "a word"]
+    (tmp_path / "l.log").write_text("first\n" + "\n".join(lines))
+    trace = read_simulation_log(tmp_path / "l.log")
+    assert (len(trace), list(trace.columns)) == (6, list(NAMES))
+    assert trace.damaged == (f"{tmp_path / 'l.log'}:4: 3 values where the header names 19; the row was passed over",)
+
+
+@pytest.mark.parametrize(("fields", "is_read"), [(14, False), (15, True), (17, True), (19, True), (20, False)])
+def test_a_log_has_fifteen_to_nineteen_fields(tmp_path, fields, is_read):
+    (tmp_path / "l.log").write_text("\n" + ",".join([*trace_lines(small_trace())[0].split(","), "0"][:fields]))
+    if is_read:
+        assert len(read_simulation_log(tmp_path / "l.log").columns) == fields
+    else:
+        with pytest.raises(SimTraceError, match=rf"l\.log:2: {fields} values a line; expected 15 to 19"):
+            read_simulation_log(tmp_path / "l.log")

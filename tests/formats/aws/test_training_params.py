@@ -44,3 +44,49 @@ def test_what_is_no_params_file_gets_a_letter(tmp_path, text, found):
     assert str(caught.value).startswith(f"{tmp_path / 'p.yaml'}{found}; expected lines of KEY: 'value'")
     with pytest.raises(ParamsFileError, match="no such file"):
         read_params(tmp_path / "q.yaml")
+
+
+READ = [  # text, what it says
+    ("A: '\nB: \"\n", {"A": "'", "B": '"'}),
+    ("A: 'it''s'\nB: ''\n", {"A": "it's", "B": ""}),
+    ('A: "a\\\\b"\n', {"A": "a\\b"}),
+    ("A:\n- 1\n- 2\n", {"A": ["1", "2"]}),
+    ("A: [1, 2]\n- 3\n", {"A": ["1", "2", "3"]}),
+    ("A: []\nB: [ 'x, y' , \"z\",w ]\n", {"A": [], "B": ["x, y", "z", "w"]}),
+    ("---\n# said\n\nA:\nB.c: d\n", {"A": "", "B.c": "d"}),
+    ("A: b#c\n", {"A": "b#c"}),
+    ("A: [x\nB: y]\n", {"A": "[x", "B": "y]"}),
+    ("- x: 1\n", None),
+    ("A: x\n- y\n", None),
+    ("A:b\n", None),
+    ("A:\n-x\n", None),
+]
+
+
+@pytest.mark.parametrize(("text", "params"), READ)
+def test_a_line_says_what_yaml_makes_of_it_or_is_refused(tmp_path, text, params):
+    (tmp_path / "p.yaml").write_text(text)
+    if params is None:
+        with pytest.raises(ParamsFileError, match=f"p.yaml:{text.count(chr(10))}: "):
+            read_params(tmp_path / "p.yaml")
+    else:
+        assert read_params(tmp_path / "p.yaml") == params
+
+
+def test_of_a_line_that_is_none_sixty_letters_are_shown(tmp_path):
+    (tmp_path / "p.yaml").write_text("A: b\n" + "x" * 99)
+    with pytest.raises(ParamsFileError) as caught:
+        read_params(tmp_path / "p.yaml")
+    assert (caught.value.found, caught.value.line) == (repr("x" * 60), 2)
+
+
+def test_lists_of_any_kind_are_written_as_lists(tmp_path):
+    write_params(tmp_path / "p.yaml", {"A": (1, "b'c"), "B": (), "C": [], "D": "text"})
+    assert (tmp_path / "p.yaml").read_text() == "---\nA:\n- '1'\n- 'b''c'\nB: []\nC: []\nD: 'text'\n"
+
+
+def test_what_is_no_text_gets_a_letter(tmp_path):
+    (tmp_path / "p.yaml").write_bytes(b"\xff\xfe\xfd")
+    for path, words in ((tmp_path / "p.yaml", "no UTF-8 text"), (tmp_path, "cannot be read")):
+        with pytest.raises(ParamsFileError, match=words):
+            read_params(path)

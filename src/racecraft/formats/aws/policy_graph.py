@@ -145,7 +145,7 @@ def bare_lidars_in(graph: Graph) -> dict[str, int]:
     shapes: dict[str, tuple[int, ...]] = {
         node.name.rpartition("/")[2]: getattr(node.attributes.get("shape"), "sizes", ()) for node in fed
     }
-    return {name: sizes[-1] for name, sizes in shapes.items() if name in LIDARS and len(sizes) == 2 and sizes[-1] > 0}
+    return {name: sizes[1] for name, sizes in shapes.items() if name in LIDARS and len(sizes) == 2 and sizes[1] > 0}
 
 
 def _nodes(policy: PolicyLayers) -> Iterator[Node]:

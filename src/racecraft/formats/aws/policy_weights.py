@@ -92,7 +92,7 @@ def layers_from(
         value_scope = scope.removesuffix("network_1") + "network_0"
         critic = None
         if f"{value_scope}/{VALUE_LAYER}/kernel" in arrays:
-            twins = {name.replace(scope, value_scope, 1): stride for name, stride in strides.items()}
+            twins = {name.replace(scope, value_scope): stride for name, stride in strides.items()}
             head = _dense_at(arrays, f"{value_scope}/{VALUE_LAYER}")
             critic = _network(arrays, value_scope, head, {**twins, **strides}, shrink, known)
         policy = PolicyLayers(kind, network, None if log_std is None else _numbers(log_std).ravel(), None, critic)
