@@ -1,5 +1,7 @@
 """Leaderboards of the public archive, by made-up tables in its layouts of 2019, 2021 and 2024."""
 
+from datetime import UTC, datetime
+
 import pytest
 
 from racecraft.evaluation.deepracer.history import own_score, placed
@@ -106,3 +108,73 @@ def test_a_folder_of_something_else_is_a_letter(tmp_path):
         read_leaderboards(tmp_path)
     with pytest.raises(LeaderboardError, match="no such folder"):
         read_leaderboards(tmp_path / "nowhere")
+
+
+def test_times_are_seconds_and_what_a_table_does_not_tell_is_none(archive):
+    old, _, _, new = read_leaderboards(archive)
+    assert new.launched == datetime(2024, 9, 1, tzinfo=UTC)
+    assert (new.arn, new.race_type, old.division) == (f"{ARN}new", "TIME_TRIAL", "")
+    assert [(one.laps, one.submissions, one.resets) for one in new.entries()] == [(3, 9, 0.0), (3, 4, 0.5)]
+    (only,) = old.entries()
+    assert (only.laps, only.submissions, only.resets, only.alias) == (None, None, None, "a")
+
+
+def raced(tmp_path, rows):
+    """Return a race of the rows Rank, Alias, AvgLapTime, RankingScore."""
+    folder = tmp_path / f"{ARN}x"
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "FINAL.csv").write_text("\n".join(["Rank,Alias,AvgLapTime,RankingScore", *rows]) + "\n")
+    race = f"1,{ARN}x,N,,1000,a::track/T,,TIME_TRIAL,TOTAL_TIME,"
+    (tmp_path / "leaderboards.csv").write_text(f"{HEAD}\n{race}\n")
+    (board,) = read_leaderboards(tmp_path)
+    return board
+
+
+def test_who_never_finished_has_no_place(tmp_path):
+    """A score beyond 10^12 ms, some 30 years, stands for none; where there is no score, the mean lap is it."""
+    rows = ["1,a,,1000000000000", "2,b,,1000000000001", "3,c,,0", "4,d,5000,", "5,e,,", ",f,,7000", "7,g,6000,8000"]
+    board = raced(tmp_path, rows)
+    assert [(one.rank, one.alias, one.score_seconds) for one in board.entries()] == [
+        (1, "a", 1e9), (4, "d", 5.0), (7, "g", 8.0)
+    ]  # fmt: skip
+    assert board.laps == 1, "where it is not told how many laps had to be driven, it was one"
+
+
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [("1,a,,-1", "RankingScore is '-1'; expected a number, 0 or more"), ("1,a,,inf", "RankingScore is 'inf'"),
+     ("1,a,,nan", "RankingScore is 'nan'"), ("1,a,,5,6", "more or fewer cells"), ("1,a", "more or fewer cells"),
+     ('1,"a"b,,5', "cannot be read")],
+)  # fmt: skip
+def test_a_damaged_row_is_named_with_its_line(tmp_path, row, words):
+    with pytest.raises(LeaderboardError, match=words) as caught:
+        raced(tmp_path, ["1,a,,5", row]).entries()
+    assert caught.value.line == (None if "read" in words else 3)
+
+
+def test_of_several_states_the_latest_counts(tmp_path):
+    board = raced(tmp_path, [])
+    (tmp_path / f"{ARN}x" / "FINAL.csv").unlink()
+    for day, score in ((3, 9000), (1, 7000), (2, 8000)):
+        (tmp_path / f"{ARN}x" / f"2021-05-0{day}.csv").write_text(f"Rank,RankingScore\n1,{score}\n")
+    (board,) = read_leaderboards(tmp_path)
+    assert [(one.alias, one.score_seconds) for one in board.entries()] == [("", 9.0)]
+
+
+def test_a_list_of_races_needs_its_columns_and_dates(tmp_path):
+    raced(tmp_path, [])
+    index = tmp_path / "leaderboards.csv"
+    for text, words in (
+        ("", "has no column Arn, Name, LaunchTime, TrackArn, RaceType, TimingMethod; expected the columns Arn, Name"),
+        (f"{HEAD}\n1,a,N,,,a::track/T,,TIME_TRIAL,TOTAL_TIME,\n", "leaderboards.csv:2: LaunchTime is empty"),
+    ):
+        index.write_text(text)
+        with pytest.raises(LeaderboardError, match=words):
+            read_leaderboards(tmp_path)
+
+
+def test_the_copy_may_be_named_by_any_of_three_folders(tmp_path):
+    for place in ("x", "y/leaderboards", "z/raw_data/leaderboards"):
+        (tmp_path / place).mkdir(parents=True)
+        raced(tmp_path / place, ["1,a,,5"])
+        assert [len(board.entries()) for board in read_leaderboards(tmp_path / place[0])] == [1]

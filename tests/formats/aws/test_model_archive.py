@@ -194,7 +194,7 @@ def test_a_file_says_in_its_header_how_large_it_is_and_may_be_so_large(tmp_path,
     """Nothing stands behind the header: what is too large is refused before, what is not ends too early."""
     for beyond, words in (
         (0, "damaged"),
-        (1, f"has {LIMITS[name] * MIB + 1} bytes; expected {LIMITS[name] * MIB} at m"),
+        (1, f"has {LIMITS[name] * MIB + 1} bytes; expected {LIMITS[name] * MIB} at most"),
     ):
         entry = tarfile.TarInfo(f"model/{name}")
         entry.size = LIMITS[name] * MIB + beyond

@@ -1,5 +1,6 @@
 """A model is copied while its training goes on: what is just being written or taken away does no harm."""
 
+import json
 import shutil
 
 import numpy as np
@@ -96,3 +97,58 @@ def test_a_copy_holds_every_checkpoint_or_the_one_that_was_chosen(tmp_path):
         shelf = Checkpoints(tmp_path / f"copy {which}" / "checkpoints")
         assert [entry.iteration for entry in shelf.entries()] == kept
         assert [shelf.load_policy(str(one))[0]["w"].sum() for one in kept] == [2.0] * len(kept)
+
+
+def test_a_copy_goes_where_nothing_or_an_empty_folder_is_however_deep(tmp_path):
+    source = trained(tmp_path / "a")
+    (tmp_path / "empty").mkdir()
+    for target in (tmp_path / "empty", tmp_path / "far" / "away" / "b"):
+        assert model_copy.copy_model(source, target) is None
+        assert (target / "job.json").exists()
+        assert [path.name for path in target.parent.iterdir() if path.name.startswith(".copying")] == []
+
+
+def test_a_place_that_holds_anything_is_not_copied_to(tmp_path):
+    source = trained(tmp_path / "a")
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "mine.txt").write_text("mine")
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "nothing").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "nothing")
+    for name, words in (("full", "holds files already"), ("file", "is no folder"), ("link", "is no folder")):
+        with pytest.raises(RunFolderError, match=f"{name}: {words}; expected a"):
+            model_copy.copy_model(source, tmp_path / name)
+    assert (tmp_path / "full" / "mine.txt").read_text() == (tmp_path / "file").read_text() == "mine"
+    assert list((tmp_path / "nothing").iterdir()) == []
+
+
+def test_a_folder_in_which_somebody_trains_is_not_wiped(tmp_path):
+    run = trained(tmp_path / "a")
+    with run.lock(), pytest.raises(RunFolderError, match="another training holds it"):
+        model_copy.wipe_model(run.path)
+    assert (run.path / "job.json").exists()
+    (run.path / "run.lock").touch()
+    model_copy.wipe_model(run.path)
+    assert not run.path.exists(), "a lock that nobody holds is no hindrance"
+
+
+def test_of_a_chosen_checkpoint_the_weights_go_along_and_the_index_says_so(tmp_path):
+    source = trained(tmp_path / "a")
+    (source.path / "stop").touch()
+    for iteration in (1, 2):
+        Checkpoints(source.checkpoints).save(iteration, 10 * iteration, {"w": np.ones(2)}, {}, score=0.5)
+    (source.path / "stop").with_name("kept.txt").touch()
+    chosen = model_copy.copy_model(source, tmp_path / "b", "1")
+    assert (chosen.iteration, chosen.steps) == (1, 10)
+    assert not (tmp_path / "b" / "stop").exists()
+    assert (tmp_path / "b" / "kept.txt").exists()
+    folder = tmp_path / "b" / "checkpoints"
+    index = next(path for path in folder.iterdir() if path.suffix == ".json")
+    assert {path.name for path in folder.iterdir()} == {chosen.policy, index.name}
+    text = index.read_text()
+    assert text.startswith('{\n  "version": ')
+    assert text.endswith("}\n")
+    told = json.loads(text)
+    (entry,) = told["checkpoints"]
+    assert (told["best"], told["last"]) == (1, 1)
+    assert entry == {"iteration": 1, "steps": 10, "score": 0.5, "policy": chosen.policy, "state": None}

@@ -79,3 +79,36 @@ def test_what_are_no_marks_gets_a_letter(tmp_path, text, found):
         read_checkpoint_marks(path)
     assert str(caught.value).startswith(str(path))
     assert found in str(caught.value)
+
+
+def test_what_a_training_tells_stands_where_readers_look(tmp_path):
+    place = AwsModelFolder(tmp_path)
+    names = (place.checkpoint_marks, place.training_params, place.simulation_log)
+    assert [path.relative_to(tmp_path).as_posix() for path in names] == [
+        "model/deepracer_checkpoints.json", "training_params.yaml", "logs/training/simulation.log"
+    ]  # fmt: skip
+
+
+def test_a_second_that_is_taken_is_passed_over_as_often_as_needed(tmp_path):
+    place, moment = AwsModelFolder(tmp_path), datetime.datetime(2026, 1, 1)
+    for second in range(3):
+        place.evaluation_trace(f"2026010100000{second}").parent.mkdir(parents=True)
+    assert place.free_stamp(moment) == "20260101000003"
+
+
+def test_a_mark_without_time_or_score_is_of_long_ago_and_not_rated(tmp_path):
+    path = tmp_path / "c.json"
+    path.write_text(json.dumps({key: {"name": "1_Step-2.ckpt"} for key in ("best_checkpoint", "last_checkpoint")}))
+    assert read_checkpoint_marks(path) == (CheckpointMark(1, 2, None, 0.0),) * 2
+    both = {"name": "1_Step-2.ckpt", "avg_eval_metric": 0, "avg_comp_pct": 7, "time_stamp": "5"}
+    path.write_text(json.dumps({"best_checkpoint": both, "last_checkpoint": both}))
+    assert read_checkpoint_marks(path)[0] == CheckpointMark(1, 2, 0.0, 5.0), "the newer name of the score counts"
+
+
+def test_best_and_last_are_told_apart(tmp_path):
+    path = tmp_path / "c.json"
+    write_checkpoint_marks(path, CheckpointMark(1, 2, 3.0, 4.0), CheckpointMark(5, 6, None, 7.0))
+    assert json.loads(path.read_text()) == {
+        "best_checkpoint": {"name": "1_Step-2.ckpt", "avg_eval_metric": 3.0, "time_stamp": 4.0},
+        "last_checkpoint": {"name": "5_Step-6.ckpt", "avg_eval_metric": None, "time_stamp": 7.0},
+    }

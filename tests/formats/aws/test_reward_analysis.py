@@ -198,7 +198,8 @@ def test_what_can_keep_something_is_shown_as_it_is_written(text, line, shown):
 @pytest.mark.parametrize(
     "text",
     ["pass\n", "x: int\n", "x = y = 1\n", "x = -1 if True else not 2\n",
-     "class A:\n    x = 1\n    def f(self, *, a, b=1): ...\n", "if '__main__' == __name__:\n    x = []\n", "'a text'\n", "from scipy import a\n", "f = 1 < 2 and 3\n"],
+     "class A:\n    x = 1\n    def f(self, *, a, b=1): ...\n", "if '__main__' == __name__:\n    x = []\n",
+     "'a text'\n", "from scipy import a\n", "f = 1 < 2 and 3\n"],
 )  # fmt: skip
 def test_what_is_plainly_stateless_is_not_copied(text):
     assert told(text + BODY).state is None

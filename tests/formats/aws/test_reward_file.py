@@ -1,10 +1,12 @@
 """`reward_function.py`: loaded unchanged, called cheaply, answered with letters."""
 
+import inspect
 import io
 import itertools
 import linecache
 import signal
 import sys
+import threading
 
 import numpy as np
 import pytest
@@ -341,3 +343,108 @@ def test_a_helper_of_nearly_the_name_is_none_to_rename(tmp_path):
     with pytest.raises(RewardFileError) as refused:
         loaded(tmp_path, "reward_functions = 3\ndef _reward_function(params):\n    return 1.0\n")
     assert "Rename it" not in str(refused.value)
+
+
+@pytest.mark.parametrize("pay", ["1e5", "-1e5", "100000", "-100000"])
+def test_a_reward_of_a_hundred_thousand_is_the_largest(tmp_path, pay):
+    """AWS ended a training beyond it."""
+    assert loaded(tmp_path, f"def reward_function(p):\n    return {pay}\n").call({}) == float(pay)
+    for beyond in (f"{pay} * 1.000001", f"int({pay} * 1.00001)"):
+        with pytest.raises(RewardError, match="expected a number from -1e5 to 1e5"):
+            loaded(tmp_path, f"def reward_function(p):\n    return {beyond}\n").call({})
+
+
+def test_a_call_may_last_as_long_as_at_awss_validator():
+    assert inspect.signature(load_reward_function).parameters["seconds"].default == 5
+
+
+ODD = """\
+import numpy
+class Sized:
+    size = 1
+    def __float__(self):
+        return 2.0
+class Many:
+    size = 2
+    def item(self):
+        return 9.0
+    def __float__(self):
+        return 3.0
+ANSWERS = [Sized(), Many(), numpy.full((1, 1), 4.0), numpy.float32(5), True]
+def reward_function(k):
+    return ANSWERS[k]
+"""
+
+
+def test_whatever_float_takes_is_a_number_and_arrays_of_one_are_without_a_warning(tmp_path):
+    reward = loaded(tmp_path, ODD)
+    assert [reward.call(k) for k in range(5)] == [2.0, 3.0, 4.0, 5.0, 1.0]
+
+
+def test_what_copies_print_goes_where_the_first_ones_goes(tmp_path, capsys):
+    log, other = io.StringIO(), io.StringIO()
+    text = "seen = []\ndef reward_function(p):\n    print('here', end='!')\n    print('there', file=p)\n    return 1\n"
+    reward = loaded(tmp_path, text, log)
+    (copy,) = reward.copies(1)
+    (again,) = copy.copies(1)
+    for one in (reward, copy, again):
+        one.call(other)
+    assert (log.getvalue(), other.getvalue(), capsys.readouterr().out) == ("here!" * 3, "there\n" * 3, "")
+
+
+def test_a_file_that_fails_leaves_no_module_behind(tmp_path):
+    before = set(sys.modules)
+    with pytest.raises(RewardFileError):
+        loaded(tmp_path, "x = 1 / 0\n")
+    assert {name for name in set(sys.modules) - before if name.startswith("racecraft_reward")} == set()
+
+
+def test_of_a_fault_deep_in_the_file_the_innermost_line_is_told(tmp_path):
+    text = (
+        "def part(x):\n    return 1 / x\ndef far(x):\n    return part(x)\ndef reward_function(p):\n    return far(0)\n"
+    )
+    with pytest.raises(RewardError, match=r"reward_function\.py:2: .*\n    return 1 / x\n"):
+        loaded(tmp_path, text).call({})
+    with pytest.raises(RewardFileError, match=r"reward_function\.py:2: raised ZeroDivisionError"):
+        loaded(tmp_path, text + "far(0)\n")
+    with pytest.raises(RewardError, match=r"reward_function\.py:1: .*\n    def reward_function\(p\): return 1 / 0\n"):
+        loaded(tmp_path, "def reward_function(p): return 1 / 0").call({})
+
+
+@pytest.mark.parametrize("raised", ["KeyError", "KeyError(3)", "KeyError('x')"])
+def test_a_missing_key_that_is_no_parameter_has_no_nearest(tmp_path, raised):
+    reward = loaded(tmp_path, f"def reward_function(p):\n    raise {raised}\n")
+    params = {} if "'" in raised else {"x": 1}
+    with pytest.raises(RewardError, match="expected a number. Mend this line, or guard it") as caught:
+        reward.call(params)
+    assert "nearest" not in str(caught.value)
+
+
+def test_a_call_that_cannot_be_ended_is_told_of_with_its_line(tmp_path, capsys):
+    """The thread that looks on asks where another one sits; here it is asked from within."""
+    reward = loaded(tmp_path, "x = 1\ndef reward_function(p):\n    p(1)\n    return 1\n")
+    reward.call(lambda k: reward._tell_stuck(threading.get_ident()))
+    reward._tell_stuck(-1)
+    said = capsys.readouterr().err.splitlines()
+    path = tmp_path / "reward_function.py"
+    assert said == [f"{place}: does not return and cannot be ended here; Ctrl-C ends the training."
+                    for place in (f"{path}:3", path)]  # fmt: skip
+
+
+def test_a_reward_that_is_no_plain_function_is_told_at_the_first_line(tmp_path):
+    text = "import functools\ndef pay(p, k):\n    return k\nreward_function = functools.partial(pay, k=None)\n"
+    with pytest.raises(RewardError, match=r"reward_function\.py:1: reward_function returned None"):
+        loaded(tmp_path, text).call({})
+
+
+def test_only_a_function_of_the_files_own_may_be_meant(tmp_path):
+    with pytest.raises(RewardFileError) as refused:
+        loaded(tmp_path, "from math import sqrt as reward_functio\n")
+    assert "reward_functio'" not in str(refused.value)
+
+
+def test_what_is_no_set_of_parameters_is_shown_as_it_is(tmp_path):
+    with pytest.raises(RewardError, match=r"\n  parameters: \[1, 2, ... 7 in all\]"):
+        loaded(tmp_path, "def reward_function(p):\n    return None\n").call([1, 2, 3, 4, 5, 6, 7])
+    with pytest.raises(RewardError, match=r"parameters of that moment:\n    a = \(1, 2, 3, 4, 5, 6\)\n    b = \[\]"):
+        loaded(tmp_path, "def reward_function(p):\n    return None\n").call({"a": (1, 2, 3, 4, 5, 6), "b": []})

@@ -170,6 +170,7 @@ def test_what_a_template_holds_or_its_init_left_counts_as_not_given(tmp_path):
 
 def test_a_later_empty_value_takes_an_earlier_one_away(tmp_path):
     assert read_run_env(written(tmp_path, "DR_CAR_NAME=Mona\nDR_CAR_NAME=\n")).values == {}
+    assert read_run_env(written(tmp_path, 'DR_CAR_NAME=Mona\nDR_CAR_NAME=""\n')).values == {}
 
 
 def test_an_apostrophe_opens_no_quote_and_a_quote_wants_its_end(tmp_path):
@@ -212,3 +213,11 @@ def test_of_a_line_that_is_no_setting_sixty_letters_are_shown(tmp_path):
     with pytest.raises(RunEnvError) as caught:
         read_run_env(written(tmp_path, "x " * 50 + "\n"))
     assert (caught.value.found, caught.value.line) == (repr("x " * 30), 1)
+
+
+def test_a_variable_says_what_it_does_or_why_nothing():
+    assert BY_NAME["DR_WORLD_NAME"].effect == "Track."
+    assert BY_NAME["DR_DISPLAY"].effect == "The screen. The simulator draws no window and needs no screen."
+    secrets = [row.name for row in ENV_VARIABLES if row.is_secret]
+    assert secrets == ["DR_LOCAL_ACCESS_KEY_ID", "DR_LOCAL_SECRET_ACCESS_KEY"]
+    assert {"CUDA_VISIBLE_DEVICES", "RACECRAFT_STOP", "DR_RUN_ID"} <= set(BY_NAME), "most names begin with DR_"
