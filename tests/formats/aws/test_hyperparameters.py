@@ -142,6 +142,8 @@ WRONG = [  # key, value, found, expected
     ("sac_alpha", 2, "2", "a number from 0 to 1"),
     ("epsilon_steps", float("inf"), "inf", "a whole number"),
     ("num_episodes_between_training", -20, "-20", "a whole number from 1"),
+    ("term_cond_avg_score", 1e9 + 1, "1000000001.0", "a number from -1e+09 to 1e+09"),
+    ("term_cond_avg_score", -1e9 - 1, "-1000000001.0", "a number from -1e+09 to 1e+09"),
     ("loss_type", "hubert", "'hubert'", "Did you mean 'huber'?"),
     ("loss_type", 3, "3", "huber or mean squared error"),
     ("exploration_type", "greedyy", "'greedyy'", "categorical"),

@@ -433,3 +433,9 @@ def test_a_log_has_fifteen_to_nineteen_fields(tmp_path, fields, is_read):
     else:
         with pytest.raises(SimTraceError, match=rf"l\.log:2: {fields} values a line; expected 15 to 19"):
             read_simulation_log(tmp_path / "l.log")
+
+
+def test_one_very_small_or_large_number_alone_is_printed_as_python_prints_it():
+    trace = {**small_trace(1, 2), "X": np.array([1e-5, 1.0]), "Y": np.array([1e16, -2.0]), "yaw": np.array([0.0, 1e-4])}
+    rows = [line.split(",")[2:5] for line in sim_trace_text(trace).splitlines()[1:]]
+    assert rows == [["1e-05", "1e+16", "0.0"], ["1.0", "-2.0", "0.0001"]]

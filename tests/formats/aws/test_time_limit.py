@@ -236,3 +236,21 @@ def test_what_was_ended_leaves_the_interpreter_as_it_was():
     """With an exception asked for and taken back, CPython 3.11 never got past the first line under a profiler."""
     ran = subprocess.run([sys.executable, "-c", UNDER_A_PROFILER], capture_output=True, text=True, timeout=120)
     assert (ran.stderr, ran.stdout.splitlines()) == ("", ["call answers"] * 2)
+
+
+def test_a_letter_says_how_long_was_waited():
+    limit = TimeLimit(0.02)
+    with pytest.raises(CallTooLongError, match=r"^no answer after 0\.02 s$"):
+        limit.call(plain, None)
+    with pytest.raises(CallTooLongError, match=r"^no answer after 0\.04 s$"):
+        limit.call(plain, None, seconds=0.04)
+
+
+def test_an_answer_that_was_given_late_is_told_as_late():
+    def catches(_):
+        with contextlib.suppress(BaseException):
+            plain(None)
+        return 1
+
+    with pytest.raises(CallTooLongError, match=r"^(an answer after more than|no answer after) 0\.02 s$"):
+        TimeLimit(0.02).call(catches, None)
