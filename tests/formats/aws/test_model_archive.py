@@ -238,6 +238,10 @@ def test_just_so_many_members_are_taken(tmp_path, monkeypatch):
     names = [(f"{number}.txt", b"") for number in range(9)] + [("model.pb", b"x")]
     for path in (tar(tmp_path / "a.tar.gz", names), packed(tmp_path / "a.zip", names)):
         assert len(unpack_model(path, tmp_path / path.suffix[1:])) == 1
+    names.append(("one more.txt", b""))
+    for path in (tar(tmp_path / "b.tar.gz", names), packed(tmp_path / "b.zip", names)):
+        with pytest.raises(ArchiveError, match="more than 10 members"):
+            unpack_model(path, tmp_path / "beyond")
 
 
 def test_what_is_inside_folders_of_a_zip_comes_out_in_them(tmp_path):

@@ -55,3 +55,11 @@ def test_a_module_beside_it_that_is_no_text_is_refused(tmp_path):
     (tmp_path / "r.py").write_text("import helper\ndef reward_function(p):\n    return 1\n")
     with pytest.raises(RewardFileError, match=r"r\.py: a module beside it cannot be read"):
         read_reward_source(tmp_path / "r.py")
+
+
+def test_annotations_are_what_python_makes_of_them(tmp_path):
+    """Python compiles a text with the future imports of whoever compiles it, unless it is told not to."""
+    (tmp_path / "r.py").write_text("def reward_function(p: int): ...\n")
+    names = {}
+    exec(read_reward_source(tmp_path / "r.py").code, names)
+    assert names["reward_function"].__annotations__ == {"p": int}
