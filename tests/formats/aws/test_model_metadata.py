@@ -350,7 +350,11 @@ def test_a_kind_of_actions_that_nobody_knows_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("key", ["steering_angle", "speed"])
-@pytest.mark.parametrize(("value", "shown"), [(10**400, "1" + 39 * "0"), (float("-inf"), "-inf"), (None, "None")])
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [(10**400, "1" + 39 * "0"), (float("-inf"), "-inf"), (None, "None")],
+    ids=["too long", "endless", "nothing"],
+)
 def test_of_a_number_that_is_none_forty_letters_are_shown(tmp_path, key, value, shown):
     with pytest.raises(MetadataError) as caught:
         read_model_metadata(car_file(tmp_path, action_space=action(**{key: value})))
