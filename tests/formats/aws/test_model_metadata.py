@@ -11,7 +11,9 @@ from racecraft.contract.errors import MetadataError
 from racecraft.formats.aws.model_metadata import (
     ActionRanges,
     CarAction,
+    ModelMetadata,
     action_space_from_aws,
+    as_aws_dict,
     car_for_version,
     default_model_metadata,
     read_model_metadata,
@@ -377,3 +379,9 @@ def test_the_default_cars_actions_go_from_right_to_left_slow_before_fast():
     assert [one.label for one in default_model_metadata().actions[3:7]] == [
         "right 15°, 1 m/s", "straight, 0.5 m/s", "straight, 1 m/s", "left 15°, 0.5 m/s"
     ]  # fmt: skip
+
+
+def test_straight_on_is_written_without_a_sign():
+    car = ModelMetadata((CarAction(-0.0, 1.0), CarAction(math.radians(-1e-12), 2.0)))
+    assert [str(action["steering_angle"]) for action in as_aws_dict(car)["action_space"]] == ["0.0", "0.0"]
+    assert (car.neural_network, car.training_algorithm) == ("DEEP_CONVOLUTIONAL_NETWORK_SHALLOW", "clipped_ppo")
