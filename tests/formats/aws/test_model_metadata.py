@@ -385,3 +385,9 @@ def test_straight_on_is_written_without_a_sign():
     car = ModelMetadata((CarAction(-0.0, 1.0), CarAction(math.radians(-1e-12), 2.0)))
     assert [str(action["steering_angle"]) for action in as_aws_dict(car)["action_space"]] == ["0.0", "0.0"]
     assert (car.neural_network, car.training_algorithm) == ("DEEP_CONVOLUTIONAL_NETWORK_SHALLOW", "clipped_ppo")
+
+
+def test_two_cars_are_the_same_whatever_was_said_of_them():
+    car = default_model_metadata()
+    assert dataclasses.replace(car, notes=("read from a template",)) == car
+    assert dataclasses.replace(car, version="5") != car
