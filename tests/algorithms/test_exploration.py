@@ -241,3 +241,148 @@ def test_a_replay_gets_no_bonus():
 
     with pytest.raises(SettingError, match="clock.strength"):
         IntrinsicReward(Eater(Walk(2).spec), ClockModel())
+
+
+class Likeness(ClockModel):
+    """Pays for what is like what was shown: nothing is measured, and the end of a story earns, too."""
+
+    name, is_novelty, strength, figures = "gail", False, 0.5, {"gail_loss": "of something"}
+    learned = None
+
+    def learn(self, before, actions, after):
+        self.learned = len(actions)
+        return {"gail_loss": 0.25}
+
+    def state_dict(self):
+        return {"weight": torch.tensor([3.0])}
+
+    def load_state_dict(self, state):
+        self.loaded = {name: part.tolist() for name, part in state.items()}
+
+
+def test_a_bonus_for_likeness_is_added_as_it_is_at_the_end_of_a_story_too():
+    world = Walk(6)
+    learner = IntrinsicReward(Fixed(world.spec), Likeness())
+    batch = Collector(world, learner, horizon=30, seed=1).collect()
+    batch.active[4, 3] = False
+    assert (batch.terminated & batch.active).any()
+    told = learner.update(batch)
+    flat = np.concatenate([batch.observations["clock"], batch.last_observations["clock"][None]])[1:, :, 0]
+    after = flat.astype(np.float32)
+    after[batch.final_places] = batch.final_observations["clock"][:, 0]
+    expected = np.where(batch.active, 0.5 * after, 0.0)
+    np.testing.assert_allclose(learner.inner.reward, batch.reward + expected)
+    assert told == {"gail_reward": pytest.approx(expected[batch.active].mean()), "gail_loss": 0.25}
+    assert learner.model.learned == batch.num_active
+    assert set(learner.figures) == {"gail_reward", "gail_loss"}
+
+
+def test_with_nobody_active_nothing_is_paid_and_no_model_asked():
+    world = Walk(3)
+    learner = IntrinsicReward(Fixed(world.spec), Likeness())
+    batch = Collector(world, learner, horizon=4, seed=1).collect()
+    batch.active[:] = False
+    assert learner.update(batch) == {"gail_reward": 0.0}
+    assert learner.model.learned is None
+    np.testing.assert_array_equal(learner.inner.reward, batch.reward)
+
+
+def test_a_models_state_stands_in_a_group_of_its_own_beside_the_scale():
+    class Stateful(Fixed):
+        loaded = None
+
+        def state_dict(self):
+            return {"network": {"w": torch.zeros(1)}}
+
+        def load_state_dict(self, state):
+            self.loaded = list(state)
+
+    learner, other = (IntrinsicReward(Stateful(Walk(2).spec), Likeness()) for _ in range(2))
+    learner.scale.measured(np.array([[1.0, 3.0]]))
+    state = learner.state_dict()
+    assert list(state) == ["network", "gail"]
+    other.load_state_dict(state)
+    assert other.inner.loaded == ["network", "gail"]
+    assert other.model.loaded == {"weight": [3.0]}
+    assert other.scale.measured(np.array([[2.0, 2.0]])) == learner.scale.measured(np.array([[2.0, 2.0]]))
+    again = IntrinsicReward(Stateful(Walk(2).spec), Likeness())
+    again.load_state_dict({"network": state["network"]})
+    assert not hasattr(again.model, "loaded")
+
+
+def test_the_scale_is_the_deviation_of_all_discounted_sums_so_far():
+    scale = ReturnScale(0.5)
+    # one row: 1, then 0.5 + 2 = 2.5; then 1.25 + 0 = 1.25 with the next rollout
+    assert scale.measured(np.array([[1.0], [2.0]])) == pytest.approx(0.75)
+    assert scale.measured(np.array([[0.0]])) == pytest.approx(np.std([1.0, 2.5, 1.25]))
+    # other rows begin with nothing: 4 and 0
+    assert scale.measured(np.array([[4.0, 0.0]])) == pytest.approx(np.std([1.0, 2.5, 1.25, 4.0, 0.0]))
+    assert 0.0 < ReturnScale(0.5).measured(np.zeros((2, 3))) < 1e-6
+
+
+def test_moments_begin_at_nothing_and_go_round():
+    moments, other = RunningMoments((2,)), RunningMoments((2,))
+    assert (moments.count, moments.mean.tolist(), moments.variance.tolist()) == (0.0, [0.0, 0.0], [1.0, 1.0])
+    moments.add(np.zeros((0, 2)))
+    assert moments.count == 0.0
+    moments.add(np.array([[1.0, 5.0], [3.0, 5.0]]))
+    other.restore(moments.state())
+    assert (other.count, other.mean.tolist(), other.variance.tolist()) == (2.0, [2.0, 5.0], [1.0, 0.0])
+
+
+@pytest.mark.parametrize("size", [4, 256])
+def test_what_is_foretold_of_whitened_numbers_is_the_bonus(size):
+    """The mean square of what the second network is off by, of numbers in deviations."""
+    model = model_of("rnd", batch_size=size)
+    chance = np.random.default_rng(3)
+    before, then = ({"x": chance.normal(2.0, 3.0, (10, 4)).astype(np.float32)} for _ in range(2))
+    found = model.bonus(before, np.zeros(10), then)
+    white = (then["x"] - then["x"].mean(axis=0)) / then["x"].std(axis=0)
+    fed = {"x": torch.from_numpy(white)}
+    with torch.no_grad():
+        off = (model.predictor(fed) - model.target(fed)).numpy()
+    np.testing.assert_allclose(found, (off**2).mean(axis=1), rtol=1e-3)
+    assert (found.shape, found.dtype) == ((10,), np.float32)
+    assert model.moments["x"].count == 10
+    assert set(model.moments) == {"x"}  # nothing privileged
+    learned = model.learn(before, np.zeros(10), then)
+    assert set(learned) == {"rnd_loss"}
+    if size == 256:  # one minibatch: before its step the loss is the mean bonus
+        assert learned["rnd_loss"] == pytest.approx(found.mean(), rel=1e-3)
+
+
+def test_what_lies_beyond_five_deviations_looks_alike():
+    model = model_of("rnd")
+    usual = {"x": np.random.default_rng(3).normal(size=(2000, 4)).astype(np.float32)}
+    model.bonus(usual, np.zeros(2000), usual)
+    rows = np.float32([[4.5] * 4, [5.6] * 4, [7.0] * 4, [-5.6] * 4, [-7.0] * 4])
+    four, five, seven, below, lower = model.bonus({"x": rows}, np.zeros(5), {"x": rows})
+    assert (five, below) == (seven, lower)
+    assert len({four, five, below}) == 3
+
+
+def test_only_the_foretelling_network_learns_each_transition_once():
+    model = model_of("rnd", batch_size=3)
+    numbers = {"x": np.random.default_rng(3).normal(size=(7, 4)).astype(np.float32)}
+    whims = [part.clone() for part in model.target.parameters()]
+    told = [part.clone() for part in model.predictor.parameters()]
+    model.learn(numbers, np.zeros(7), numbers)
+    assert all(torch.equal(old, new) for old, new in zip(whims, model.target.parameters(), strict=True))
+    assert not any(torch.equal(old, new) for old, new in zip(told, model.predictor.parameters(), strict=True))
+    steps = {part.item() for name, part in model.state_dict().items() if name.endswith("/step")}
+    assert steps == {3.0}  # minibatches of 3, 3 and 1
+
+
+def test_random_distillation_has_two_layers_behind_what_is_seen():
+    shapes = [tuple(part.shape) for part in model_of("rnd", units=12, outputs=5).target.parameters() if part.dim() == 2]
+    assert shapes == [(12, 4), (12, 12), (5, 12)]
+
+
+def test_a_bonus_from_a_replay_is_refused_in_words():
+    class Eater(Fixed):
+        eats = REPLAY
+
+    with pytest.raises(SettingError, match=r"clock\.strength is 0\.5; .*Leave it at 0, or use ppo"):
+        IntrinsicReward(Eater(Walk(2).spec), ClockModel())
+    with pytest.raises(SettingError, match="outputs"):
+        RndConfig(outputs=0)

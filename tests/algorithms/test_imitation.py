@@ -1,5 +1,6 @@
 """Imitation beside reward: what is shown is done where nobody pays, it fades as asked, and goes on bit for bit."""
 
+import math
 from types import SimpleNamespace
 
 import pytest
@@ -9,6 +10,7 @@ from toy_world import CopyTheNumber, Walk
 from racecraft.algorithms.building import build_learner, signal_groups
 from racecraft.algorithms.demonstrations import _actions_of
 from racecraft.algorithms.imitation import Imitating, ImitationConfig
+from racecraft.algorithms.learner import DivergedError
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import PpoConfig
 from racecraft.algorithms.registry import find_algorithm
@@ -137,3 +139,65 @@ def test_what_cannot_be_imitated_is_refused(shown):
 )
 def test_what_unity_recorded_is_decided_as_a_unity_world_decides_it(numbers, branches, expected):
     assert _actions_of(SimpleNamespace(num_continuous=numbers, branches=branches)) == expected
+
+
+def test_loss_and_agreement_are_means_over_all_passes(shown):
+    pupil = learner(shown, CopyTheNumber(4), strength=1.0, samples_per_update=48, batch_size=32, epochs=2)
+    given = iter([(4.0, 0.5), (2.0, 1.0), (1.0, 0.0), (1.0, 0.5)])
+    pupil._step = lambda rows: torch.tensor(next(given))
+    told = pupil.update(rollout(pupil, CopyTheNumber(4)))
+    assert (told["imitation_loss"], told["imitation_agreement"]) == pytest.approx((2.0, 0.5))
+    assert pupil.collected == 64
+
+
+def test_without_a_limit_every_recorded_tick_is_taken_once_in_a_pass(shown):
+    pupil = learner(shown, CopyTheNumber(4), strength=1.0, batch_size=7, epochs=3)
+    taken = []
+    pupil._step = lambda rows: taken.append(rows) or torch.zeros(2)
+    pupil.update(rollout(pupil, CopyTheNumber(4)))
+    per_pass = math.ceil(len(pupil.shown) / 7)
+    assert len(taken) == 3 * per_pass
+    for begin in (0, per_pass, 2 * per_pass):
+        assert sorted(torch.cat(taken[begin : begin + per_pass]).tolist()) == list(range(len(pupil.shown)))
+
+
+def test_its_steps_are_its_strength_times_its_learning_rate_from_the_first(shown):
+    pupil = learner(shown, CopyTheNumber(4), strength=0.5, learning_rate=1e-2)
+    assert (pupil.share, pupil.optimiser.learning_rate, pupil.collected) == (1.0, 5e-3, 0)
+    pupil.update(rollout(pupil, CopyTheNumber(4)))
+    assert (pupil.share, pupil.optimiser.learning_rate) == (1.0, 5e-3)  # steps=0: they never fall
+
+
+def test_a_loss_that_is_no_number_is_named(shown):
+    pupil = learner(shown, CopyTheNumber(4), strength=1.0, epochs=1, samples_per_update=40, batch_size=32)
+    pupil._step = lambda rows: torch.tensor([math.nan, 0.0])
+    with pytest.raises(DivergedError, match="After 2 minibatches of what was shown the loss is nan"):
+        pupil.update(rollout(pupil, CopyTheNumber(4)))
+
+
+def test_a_step_goes_down_the_gradient_of_this_minibatch_alone(shown):
+    """What the learner left with the weights does not count; twice the same step falls twice."""
+    pupil = learner(shown, CopyTheNumber(4), strength=1.0, learning_rate=1e-2)
+    rows = torch.arange(32)
+    for one in pupil.learner.network.parameters():
+        one.grad = torch.full_like(one, 1e6)
+    losses = [pupil._step(rows)[0].item() for _ in range(4)]
+    assert losses == sorted(losses, reverse=True)
+    assert losses[0] == pytest.approx(math.log(4), rel=0.05)  # at first all four numbers are nearly as likely
+    assert losses[-1] < losses[0] - 0.01
+
+
+def test_weights_alone_begin_imitation_anew(shown):
+    taught, fresh = (learner(shown, CopyTheNumber(4), strength=1.0) for _ in range(2))
+    taught.update(rollout(taught, CopyTheNumber(4)))
+    fresh.load_state_dict({"network": taught.state_dict()["network"]})
+    assert fresh.collected == 0
+    assert fresh.state_dict()["imitation"]["collected"].item() == 0
+    assert taught.state_dict()["imitation"]["collected"].item() == 64
+    mine, its = taught.state_dict()["network"], fresh.state_dict()["network"]
+    assert all(torch.equal(mine[name], its[name]) for name in mine)
+
+
+def test_settings_beyond_their_bounds_are_refused():
+    with pytest.raises(SettingError, match="epochs"):
+        ImitationConfig(epochs=0)

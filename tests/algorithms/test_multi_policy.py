@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from racecraft.algorithms.multi_policy import MultiPolicyLearner, merged
+from racecraft.algorithms.learner import Decision
+from racecraft.algorithms.multi_policy import MultiPolicy, MultiPolicyLearner, group_spec, lay, merged, narrow, part_of
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.ppo import RAW_ACTION, VALUE, PpoConfig, PpoLearner
@@ -167,3 +168,106 @@ def test_counts_are_added_and_means_weighed():
     both = merged([one, two])
     assert (both["transitions"], both["minibatches"]) == (40, 5)
     assert both["policy_loss"] == pytest.approx(2.0)  # (30 * 1 + 10 * 5) / 40
+
+
+def test_without_transitions_all_weigh_alike_and_what_one_does_not_tell_is_nothing():
+    assert merged([{"loss": 1.0}, {"loss": 4.0, "more": 3.0}]) == {"loss": 2.5, "more": 1.5}
+    nobody = merged([{"loss": 1.0, "transitions": 0}, {"loss": 4.0, "transitions": 0}])
+    assert nobody == {"loss": 2.5, "transitions": 0}
+    assert merged([{"loss": 1.0, "transitions": 0}, {"loss": 4.0, "transitions": 1}])["loss"] == 4.0
+    assert merged([]) == {}
+
+
+def test_who_stands_still_acts_and_learns_nothing():
+    learner = MultiPolicyLearner(JOINT, members(), frozenset({"A"}))
+    before = learner.state_dict()["network"]
+    kept = experience(np.random.default_rng(2))
+    assert learner.update(kept)["transitions"] == kept.active[:, IN_B].sum()
+    moved = {name[0] for name, part in learner.state_dict()["network"].items() if not torch.equal(part, before[name])}
+    assert moved == {"B"}
+
+
+class Notes:
+    """A member that notes what it is told, and decides by the first number of what it sees."""
+
+    device, columns, figures = torch.device("cpu"), {}, {"loss": "of something"}
+
+    def __init__(self, spec):
+        self.spec, self.told = spec, []
+
+    def forget(self, rows):
+        self.told.append(rows.tolist())
+
+    def act(self, observations, action_mask=None, *, generator=None, rows=None):
+        (seen,) = observations.values()
+        self.told.append(None if rows is None else rows.tolist())
+        return Decision(seen[:, 0], {})
+
+
+class Scheduled(Notes):
+    def anneal(self, done):
+        self.told.append(done)
+
+
+def test_schedules_and_ends_reach_every_member():
+    learner = MultiPolicyLearner(JOINT, {"A": Notes(A), "B": Scheduled(B)})
+    learner.anneal(0.5)
+    learner.forget(np.array([True, False]))
+    assert [one.told for one in learner.members.values()] == [[[True, False]], [0.5, [True, False]]]
+    assert learner.figures == {"loss": "of something"}
+
+
+def test_members_are_told_which_rows_of_all_are_asked_about():
+    learner, (shown, allowed) = (
+        MultiPolicyLearner(JOINT, {"A": Notes(A), "B": Notes(B)}),
+        seen(np.random.default_rng(0)),
+    )
+    learner.act(shown, allowed)
+    learner.act(shown, allowed, rows=np.array([9, 8, 7, 6, 5]))
+    assert learner.members["A"].told == [[0, 2, 3], [9, 7, 6]]
+    assert learner.members["B"].told == [[1, 4], [8, 5]]
+
+
+class Greedy:
+    """A policy that notes what it forgets."""
+
+    forgotten = None
+
+    def act(self, observations, action_mask=None):
+        return np.zeros(len(next(iter(observations.values()))))
+
+    def forget(self, rows):
+        self.forgotten = rows.tolist()
+
+
+def test_a_policy_forgets_for_its_members_by_their_own_rows():
+    policy = MultiPolicy(together().policy_spec, {"A": Greedy(), "B": Greedy()})
+    shown, allowed = seen(np.random.default_rng(0))
+    policy.act(shown, allowed)
+    policy.forget(np.array([True, False, False, True, True]))
+    assert [policy.members[name].forgotten for name in "AB"] == [[True, False, True], [False, True]]
+    policy.forget(np.array([False, True, True]))  # the first rows of all
+    assert [policy.members[name].forgotten for name in "AB"] == [[False, True], [True]]
+
+
+def test_parts_of_a_joint_world_are_those_of_a_world_of_its_own():
+    world = group_spec("alone", JOINT.groups["A"], 12)
+    assert (world.name, world.num_worlds, world.num_agents) == ("alone", 12, 1)
+    assert (world.observations, world.actions, world.has_action_mask) == (A.observations, A.actions, True)
+    shown, allowed = seen(np.random.default_rng(0))
+    mine, mask = part_of(A, "A", shown, allowed, IN_A)
+    np.testing.assert_array_equal(mine["x"], shown["A/x"][IN_A])
+    np.testing.assert_array_equal(mask, allowed[IN_A])
+    assert part_of(B, "B", shown, allowed, IN_B)[1] is None  # it has no mask
+    assert part_of(A, "A", shown, None, IN_A)[1] is None
+
+
+def test_actions_of_the_widest_are_made_narrow_and_wide_again():
+    wide = np.array([[2.0, 9.0, 9.0], [1.0, 9.0, 9.0]], np.float32)
+    assert narrow(wide, A).tolist() == [2, 1]
+    assert narrow(wide, A).dtype == A.actions.dtype
+    assert narrow(wide, B).tolist() == [[2.0, 9.0], [1.0, 9.0]]
+    into = np.zeros((3, 3), np.float32)
+    lay(into, np.array([2, 0]), np.array([4, 5]))
+    lay(into, np.array([1]), np.array([[6.0, 7.0]]))
+    assert into.tolist() == [[5, 0, 0], [6, 7, 0], [4, 0, 0]]

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 import torch
 
+from racecraft.algorithms import ppo as ppo_page
 from racecraft.algorithms.distributions import Categorical, DiagGaussian, MultiCategorical
 from racecraft.algorithms.learner import DivergedError
 from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig, architecture_of
-from racecraft.algorithms.ppo import LOG_PROB, RAW_ACTION, VALUE, PpoConfig, PpoLearner, ppo_loss
+from racecraft.algorithms.ppo import FIGURES, LOG_PROB, RAW_ACTION, VALUE, PpoConfig, PpoLearner, ppo_loss
 from racecraft.algorithms.ppo_batch import Minibatch
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
@@ -345,3 +346,143 @@ def test_what_follows_a_cut_is_found_however_a_rollout_lies_in_memory():
     assert len(batch.final_index)
     judged, again = learner.judged(batch), learner.judged(batch.of_rows(np.arange(6)))
     assert np.array_equal(judged.advantages, again.advantages)
+
+
+def two_choices(advantages, log_prob=None, **more):
+    """Return what a network of two even choices says of a minibatch: its ratios are 0.5 over what was likely."""
+    count = len(advantages)
+    kind, even = Categorical(DiscreteActions(2)), Fixed([[0.0, 0.0]] * count, [0.0] * count)
+    known = kind.log_prob_and_entropy(even.logits, None, None, torch.zeros(count, dtype=torch.long))[0].detach()
+    batch = Minibatch(
+        {}, torch.zeros(count, dtype=torch.long), known if log_prob is None else torch.tensor(log_prob),
+        torch.tensor(advantages), torch.zeros(count), weights=more.pop("weights", None),
+    )  # fmt: skip
+    return ppo_loss(even, kind, batch, PpoConfig(**{"standardise": "none", "entropy_weight": 0.0, **more}))
+
+
+def test_advantages_of_a_minibatch_are_standardised_over_it():
+    # 3 and 5: mean 4, deviation root of 2 (one less than there are); ratios 1.1 and 1 are within the clip
+    _, figures = two_choices([3.0, 5.0], [math.log(0.5 / 1.1), math.log(0.5)], standardise="minibatch")
+    assert figures[0].item() == pytest.approx(-(1.1 * -(2**-0.5) + 2**-0.5) / 2, rel=1e-5)
+
+
+@pytest.mark.parametrize("over", ["minibatch", "rollout"])
+def test_a_lone_advantage_is_not_standardised_and_two_are(over):
+    """Before the first step every ratio is 1, so the loss is minus the mean: of two standardised ones it is 0."""
+    for count in (1, 2):
+        learner = a_learner(standardise=over, epochs=1)
+        kept = made_up(learner.spec, learner=learner)
+        kept.active[:] = False
+        kept.active.reshape(-1)[:count] = True
+        told = learner.update(kept)
+        assert abs(told["mean_advantage"]) > 0.1
+        expected = -told["mean_advantage"] if count == 1 else 0.0
+        assert told["policy_loss"] == pytest.approx(expected, rel=1e-4, abs=1e-5)
+
+
+def test_older_decisions_count_by_their_weights():
+    # ratios 1 and advantages 2 and 4: (1 * 2 + 0.25 * 4) / 2
+    _, figures = two_choices([2.0, 4.0], weights=torch.tensor([1.0, 0.25]))
+    assert figures[0].item() == pytest.approx(-1.5)
+
+
+def test_a_ratio_that_did_not_move_left_no_clip_be_it_ever_so_narrow():
+    _, figures = two_choices([1.0, 1.0], clip=0.0)
+    assert figures[4].item() == 0.0
+    assert figures[3].item() == 0.0
+
+
+def test_with_nobody_active_every_figure_is_nothing():
+    for network in (None, NetworkConfig(hidden_units=(16,), separate_networks=True, privileged_critic=False)):
+        learner = a_learner(network=network)
+        kept = made_up(learner.spec, learner=learner)
+        kept.active[:] = False
+        assert learner.update(kept) == dict.fromkeys(FIGURES, 0.0)
+
+
+def test_rows_of_a_minibatch_are_taken_out_of_all_that_it_holds():
+    numbers = torch.arange(4.0)
+    whole = Minibatch({"x": numbers}, numbers + 1, numbers + 2, numbers + 3, numbers + 4, numbers > 1, numbers + 5)
+    part = whole.take(torch.tensor([3, 1]))
+    assert part.observations["x"].tolist() == [3.0, 1.0]
+    assert [part.raw_actions.tolist(), part.log_prob.tolist()] == [[4.0, 2.0], [5.0, 3.0]]
+    assert [part.advantages.tolist(), part.targets.tolist()] == [[6.0, 4.0], [7.0, 5.0]]
+    assert [part.action_mask.tolist(), part.weights.tolist()] == [[True, False], [8.0, 6.0]]
+    bare = Minibatch({}, numbers, numbers, numbers, numbers).take(torch.tensor([0]))
+    assert (bare.action_mask, bare.weights, bare.sequences) == (None, None, None)
+
+
+@pytest.mark.parametrize("apart", [False, True])
+def test_a_critic_of_its_own_values_every_active_row_however_many_it_is_asked_about_at_once(monkeypatch, apart):
+    monkeypatch.setattr(ppo_page, "ROWS_AT_ONCE", 3)
+    learner = a_learner(network=NetworkConfig(hidden_units=(16,), separate_networks=True, privileged_critic=False))
+    learner.learns_apart = apart
+    kept = made_up(learner.spec, learner=learner)
+    kept.active[1, :] = False
+    values = learner.judged(kept).values
+    asked = learner.values({"state": kept.observations["state"].reshape(-1, 5)}).reshape(6, 4)
+    np.testing.assert_allclose(values[kept.active], asked[kept.active], rtol=1e-5)
+    assert (values[1] == 0.0).all()
+
+
+def test_what_older_weights_decided_is_looked_at_again_and_counts_up_to_the_cap(monkeypatch):
+    monkeypatch.setattr(ppo_page, "ROWS_AT_ONCE", 5)
+    learner = a_learner(asynchronous=True, ratio_cap=1.5)
+    assert learner.mean_weight == 1.0
+    kept = made_up(learner.spec, learner=learner)
+    likely = kept.columns[LOG_PROB].copy()
+    kept.columns[LOG_PROB] = likely + np.linspace(-1.0, 1.0, 24, dtype=np.float32).reshape(6, 4)
+    kept.active[2, 1:3] = False
+    judged = learner.judged(kept)
+    # The weights are those that acted, so a decision is by e^-shift likelier than it is said to have been.
+    ratio = np.minimum(np.exp(np.linspace(1.0, -1.0, 24).reshape(6, 4)), 1.5)
+    np.testing.assert_allclose(judged.weights[kept.active], ratio[kept.active], rtol=1e-4)
+    np.testing.assert_allclose(judged.log_prob[kept.active], likely[kept.active], rtol=1e-4)
+    np.testing.assert_allclose(judged.values[kept.active], kept.columns[VALUE][kept.active], rtol=1e-4, atol=1e-6)
+    idle = ~kept.active
+    for part, fill in ((judged.weights, 1.0), (judged.log_prob, 0.0), (judged.values, 0.0)):
+        assert part.dtype == np.float32
+        assert (part[idle] == fill).all()
+    assert learner.mean_weight == pytest.approx(ratio[kept.active].mean(), rel=1e-4)
+    kept.active[:] = False
+    learner.judged(kept)
+    assert learner.mean_weight == 1.0
+
+
+def test_behind_the_end_of_a_training_schedules_stay_at_their_ends():
+    learner = a_learner(learning_rate=1e-3, learning_rate_schedule="linear", clip_schedule="linear")
+    learner.anneal(1.5)
+    assert (learner.learning_rate, learner.now.clip) == pytest.approx((1e-10, 0.1))
+
+
+@pytest.mark.parametrize("precision", ["float32", "bfloat16"])
+def test_the_gradients_norm_is_told_where_it_is_cut(precision):
+    for limit in (0.5, None):
+        learner = a_learner(precision=precision, max_grad_norm=limit)
+        told = learner.update(made_up(learner.spec, learner=learner))
+        assert (told["grad_norm"] > 0.0) == (limit is not None)
+
+
+def test_settings_beyond_their_bounds_are_refused():
+    with pytest.raises(SettingError, match=r"ppo\.clip|clip"):
+        PpoConfig(clip=1.5)
+
+
+def test_weights_alone_are_gone_on_from_with_an_optimiser_and_chance_of_its_own():
+    learner, other = a_learner(), a_learner(seed=9)
+    learner.update(made_up(learner.spec, learner=learner))
+    chance, moments = other.state_dict()["generator"]["state"], other.state_dict()["optimiser"]
+    for state in ({"network": learner.state_dict()["network"]}, {**learner.state_dict(), "optimiser": {}}):
+        other.load_state_dict(state)
+        mine, its = learner.state_dict(), other.state_dict()
+        assert all(torch.equal(mine["network"][name], its["network"][name]) for name in mine["network"])
+        assert all(torch.equal(moments[name], its["optimiser"][name]) for name in moments)
+        assert torch.equal(its["generator"]["state"], chance) == ("generator" not in state)
+
+
+def test_what_is_written_down_is_a_copy():
+    learner = a_learner()
+    kept = learner.state_dict()["network"]
+    before = {name: part.clone() for name, part in kept.items()}
+    learner.update(made_up(learner.spec, learner=learner))
+    assert all(torch.equal(kept[name], before[name]) for name in before)

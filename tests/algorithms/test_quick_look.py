@@ -83,6 +83,22 @@ def test_many_rows_are_pytorchs():
     assert quick.params(rows(MOST_PRODUCTS // 64**2 + 1, 7)) is None
 
 
+def test_so_many_products_are_where_openblas_takes_more_threads():
+    """Its `interface/gemm.c`: SMP_THRESHOLD_MIN, 65,536, times GEMM_MULTITHREAD_THRESHOLD, 4."""
+    assert MOST_PRODUCTS == 65_536 * 4
+
+
+def test_pictures_and_lone_numbers_are_read_as_they_are():
+    """Whole numbers become float32; behind the last layer nothing bends."""
+    network = learner_of(hidden_units=(3,), activation="relu").network
+    with torch.no_grad():
+        network.policy_head.bias.copy_(torch.tensor([-1.0, 2.0, -3.0, 4.0, -5.0]))
+        network.policy_head.weight.zero_()
+    found = quick_look(network).params(torch.ones(2, 7, dtype=torch.float64))
+    assert found.tolist() == [[-1.0, 2.0, -3.0, 4.0, -5.0]] * 2
+    assert found.dtype == torch.float32
+
+
 def test_a_learner_decides_by_it():
     learner = learner_of()
     asked = []

@@ -8,9 +8,10 @@ import torch
 from toy_world import Walk
 
 from racecraft.algorithms.building import build_learner
-from racecraft.algorithms.networks import NetworkConfig
+from racecraft.algorithms.networks import Architecture, NetworkConfig
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.ppo import VALUE, PpoConfig
+from racecraft.algorithms.recurrent_network import RowStates, memory_cell, state_width
 from racecraft.algorithms.recurrent_policy import RecurrentPolicy
 from racecraft.algorithms.recurrent_ppo import CARRIED, stretches
 from racecraft.algorithms.registry import find_algorithm
@@ -228,3 +229,127 @@ def test_stretches_cover_every_active_tick_once():
 def test_bfloat16_is_refused():
     with pytest.raises(SettingError, match="float32"):
         made(Walk(2), ppo={"precision": "bfloat16"})
+
+
+def cell_of(kind, width=3, units=4):
+    row = Architecture(memory=kind, memory_units=units)
+    return memory_cell(width, row, torch.Generator().manual_seed(1))
+
+
+@pytest.mark.parametrize(("kind", "gates"), [("lstm", 4), ("gru", 3)])
+def test_a_memory_begins_orthogonal_gate_by_gate_and_keeps_what_it_holds(kind, gates):
+    """Biases are 0, but 1 for what an LSTM keeps, its second gate (Jozefowicz et al., 2015)."""
+    cell = cell_of(kind)
+    assert state_width(cell) == (8 if kind == "lstm" else 4)
+    for weights, width in ((cell.weight_ih, 3), (cell.weight_hh, 4)):
+        assert weights.shape == (4 * gates, width)
+        for gate in weights.detach().split(4):
+            torch.testing.assert_close(gate.T @ gate, torch.eye(width), atol=1e-5, rtol=0.0)
+    kept = [0.0] * 4 + [1.0] * 4 + [0.0] * 8 if kind == "lstm" else [0.0] * 12
+    assert cell.bias_ih.tolist() == kept
+    assert not cell.bias_hh.any()
+
+
+def test_rows_carry_their_own_and_begin_with_noughts():
+    states = RowStates(2, torch.device("cpu"))
+    assert states.table.shape == (0, 2)
+    assert states.of(None, 2).tolist() == [[0, 0], [0, 0]]
+    states.keep(np.array([3, 1]), torch.tensor([[3.0, 3.5], [1.0, 1.5]]))
+    assert states.table.tolist() == [[0, 0], [1, 1.5], [0, 0], [3, 3.5]]
+    assert states.of(np.array([1, 4]), 2).tolist() == [[1, 1.5], [0, 0]]
+    assert len(states.table) == 5
+    states.keep(None, torch.tensor([[9.0, 9.5]]))
+    states.of(None, 3)[:] = 7.0  # a copy
+    states.forget(np.array([False, True]))
+    assert states.table.tolist() == [[9, 9.5], [0, 0], [0, 0], [3, 3.5], [0, 0]]
+    assert states.of(np.zeros(0, np.int64), 0).shape == (0, 2)
+    states.forget(np.ones(6, bool))
+    assert (states.table.shape, bool(states.table.any())) == ((6, 2), False)
+
+
+def ticks_of(batch, at):
+    return {name: torch.from_numpy(part[at]) for name, part in batch.observations.items()}
+
+
+@pytest.mark.parametrize("network", [{}, {"separate_networks": True, "privileged_critic": False}])
+def test_what_follows_a_cut_is_valued_with_what_was_carried_that_far(network):
+    """With lambda 0 and discount 1 an advantage is reward + what follows - value, so what follows can be read of it."""
+    world = Walk(5)
+    learner = made(world, "lstm", ppo={"gae_lambda": 0.0, "discount": 1.0}, **network)
+    batch = Collector(world, learner, horizon=30, seed=3).collect()
+    assert len(batch.final_index)
+    judged = learner.judged(batch)
+    followed = judged.advantages - batch.reward + judged.values
+    np.testing.assert_array_equal(judged.values, batch.columns[VALUE])
+    ended = batch.terminated | batch.truncated
+    np.testing.assert_allclose(followed[:-1][~ended[:-1]], batch.columns[VALUE][1:][~ended[:-1]], atol=1e-5)
+    np.testing.assert_allclose(followed[batch.terminated], 0.0, atol=1e-5)
+    with torch.no_grad():
+        for place, (t, r) in enumerate(zip(*batch.final_places, strict=True)):
+            seen = {name: part[r : r + 1] for name, part in ticks_of(batch, t).items()}
+            state = torch.from_numpy(batch.columns[CARRIED][t, r : r + 1].copy())
+            _, _, carried = learner.network.carry(seen, state)
+            final = {name: torch.from_numpy(part[place : place + 1]) for name, part in batch.final_observations.items()}
+            _, value, _ = learner.network.carry(final, carried)
+            assert followed[t, r] == pytest.approx(value.item(), abs=1e-5)
+        state = torch.from_numpy(batch.columns[CARRIED][-1].copy())
+        _, _, carried = learner.network.carry(ticks_of(batch, -1), state)
+        last = {name: torch.from_numpy(part) for name, part in batch.last_observations.items()}
+        _, value, _ = learner.network.carry(last, carried)
+    np.testing.assert_allclose(followed[-1][~ended[-1]], value.numpy()[~ended[-1]], atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("settings", "sizes"),
+    [
+        ({"batch_size": 8, "sequence_length": 4}, [2, 2, 2, 2, 1]),
+        ({"batch_size": 8, "sequence_length": 4, "drop_remainder": True}, [2, 2, 2, 2]),
+        ({"batch_size": 3, "sequence_length": 4}, [1] * 9),
+        ({"batch_size": 400, "sequence_length": 4, "drop_remainder": True}, [9]),
+        ({"batch_size": 36, "sequence_length": 4, "drop_remainder": True}, [9]),
+        ({"batch_size": 11, "sequence_length": 4}, [2, 2, 2, 2, 1]),
+    ],
+)
+def test_minibatches_are_whole_stretches_of_about_as_many_ticks_as_asked(settings, sizes):
+    world = Walk(3)
+    learner = made(world, ppo=settings)
+    batch = Collector(world, learner, horizon=12, seed=3).collect()  # three rows of three stretches
+    whole, rows, _ = learner._prepare(batch)
+    drawn = list(learner._minibatches(rows))
+    assert [tuple(picked.shape) for picked in drawn] == [(4, size) for size in sizes]
+    if sum(sizes) == 9:
+        assert sorted(torch.cat([picked.reshape(-1) for picked in drawn]).tolist()) == list(range(36))
+    assert len(whole.targets) == len(rows) == 36
+
+
+def test_stretches_by_hand():
+    """Ticks 0 to 4 of two rows, 2 t + r; the second row idles but for its last tick."""
+    active = np.array([[1, 0], [1, 0], [0, 0], [0, 0], [1, 1]], bool)
+    assert stretches(active, 2).tolist() == [[0, 8, 9], [2, -1, -1]]
+    assert stretches(active, 5).tolist() == [[0, 1], [2, 3], [4, 5], [6, 7], [8, 9]]
+    assert stretches(np.zeros((3, 2), bool), 2).shape == (2, 0)
+    assert stretches(np.ones((3, 1), bool), 1).tolist() == [[0, 1, 2]]
+
+
+def test_nothing_passes_from_one_episode_to_the_next_within_a_stretch():
+    world = Walk(4)
+    learner = made(world, ppo={"sequence_length": 30, "batch_size": 10_000})
+    batch = Collector(world, learner, horizon=30, seed=3).collect()
+    ended = batch.terminated | batch.truncated
+    assert ended[:-1].any()
+    whole, rows, _ = learner._prepare(batch)
+    (picked,) = learner._minibatches(rows)
+    told = learner._taken(whole, picked).sequences
+    expected = np.concatenate([np.zeros((1, 4), bool), ended[:-1]])[:, picked[0].numpy()]
+    np.testing.assert_array_equal(told.begins.numpy(), expected)
+    np.testing.assert_array_equal(told.state.numpy(), batch.columns[CARRIED][0][picked[0].numpy()])
+    assert told.learned.tolist() == list(range(120))
+
+
+def test_a_memory_notes_what_it_needs_again():
+    learner = made(Walk(4), "lstm", separate_networks=True, privileged_critic=False)
+    assert not learner.values_later  # a critic of its own is asked at every tick all the same
+    assert (learner.columns[CARRIED].shape, learner.columns[VALUE].shape) == ((16,), ())
+    alone = learner.choose({"square": np.eye(9, dtype=np.float32)[:2], "clock": np.zeros((2, 1), np.uint8)})
+    assert alone.shape == (2,)
+    assert len(learner.states.table) == 0  # whose own rows stay as they were

@@ -19,7 +19,13 @@ from racecraft.algorithms.registry import (
 )
 from racecraft.algorithms.reinforce import ReinforceLearner
 from racecraft.contract.errors import SettingError
-from racecraft.contract.world import ContinuousActions, DiscreteActions
+from racecraft.contract.world import (
+    ContinuousActions,
+    DiscreteActions,
+    GroupedActions,
+    HybridActions,
+    MultiDiscreteActions,
+)
 
 
 @pytest.fixture
@@ -159,3 +165,120 @@ def test_an_algorithm_says_in_words_what_it_decides():
     assert some.acts_text == ", ".join(some.acts)
     assert set(every.acts) == set(EVERYTHING)
     assert every.acts_text == "any action"
+
+
+FACTS = {
+    "learns from a replay": ("replay", {"dqn", "apex", "sac"}),
+    "may be rewarded for more": ("reward_signals", {"ppo", "reinforce"}),
+    "teaches several groups": ("several_groups", {"ppo"}),
+    "learns from whole episodes": ("whole_episodes", {"reinforce", "es"}),
+    "learns from a search": ("searches", {"alphazero"}),
+    "has actors in its own process alone": ("stays", {"es", "alphazero", "bc"}),
+}
+
+
+@pytest.mark.parametrize("fact", FACTS)
+def test_what_is_told_of_the_built_in_algorithms(fact):
+    field, names = FACTS[fact]
+    assert {one.name for one in ALGORITHMS.values() if getattr(one, field)} == names
+
+
+def test_those_that_learn_what_choices_are_worth_have_no_critic_beside():
+    assert {one.name for one in ALGORITHMS.values() if not one.critic} == {"dqn", "apex"}
+
+
+def test_what_an_entry_says_of_whole_episodes_and_replays_is_what_its_learner_eats():
+    for one in ALGORITHMS.values():
+        if one.name != "bc":  # it collects nothing
+            eats = one.learner_class().eats
+            assert (one.replay, one.whole_episodes) == (eats == "replay", eats == "episodes"), one.name
+    assert dict(find_algorithm("apex").replay_values) == {"prioritised": True}
+    assert dict(find_algorithm("dqn").replay_values) == {}
+
+
+@pytest.mark.parametrize("eats", ["rollout", "episodes", "replay"])
+def test_a_users_own_algorithm_is_what_its_class_says(eats):
+    class Own(ReinforceLearner):
+        """Learns my way.
+
+        And more of it.
+        """
+
+        acts = [registry.NUMBERS]
+
+    Own.eats = eats
+    one = algorithm_of(Own, "mine")
+    assert (one.name, one.learner, one.title, one.own) == ("mine", "Own", "Learns my way.", Own)
+    assert one.acts == (registry.NUMBERS,)
+    assert one.learner_class() is Own
+    assert (one.config, one.group, one.config_class()) == ("", "", None)
+    told = one.replay, one.whole_episodes, one.reward_signals
+    assert told == (eats == "replay", eats == "episodes", eats != "replay")
+    assert (one.critic, one.several_groups, one.searches, one.stays) == (True, False, False, "")
+
+
+def test_what_is_no_class_or_lacks_a_promise_is_refused():
+    class Half:
+        eats, figures = "rollout", {}
+
+    with pytest.raises(SettingError, match="algorithm mine: Half lacks build, load_policy, act, forget, choose"):
+        algorithm_of(Half, "mine")
+    ready = Registered.__new__(Registered)
+    with pytest.raises(SettingError, match="lacks being a class"):
+        algorithm_of(ready, "mine")
+
+
+class Undescribed(ReinforceLearner):
+    pass
+
+
+def test_a_class_without_a_word_has_no_title():
+    Undescribed.__doc__ = None
+    assert algorithm_of(Undescribed, "mine").title == ""
+
+
+@pytest.mark.parametrize(
+    ("actions", "kind"),
+    [
+        (DiscreteActions(3), registry.CHOICES),
+        (MultiDiscreteActions((3, 2)), registry.BRANCHES),
+        (ContinuousActions((0.0,), (1.0,)), registry.NUMBERS),
+        (HybridActions(ContinuousActions((0.0,), (1.0,)), MultiDiscreteActions((2,))), registry.BOTH),
+    ],
+)
+def test_kinds_of_actions_in_words(actions, kind):
+    assert registry.kind_of(actions) == kind
+    only = Algorithm("only", "", "", "", "", acts=(kind,))
+    require_fit(only, actions, "a world")
+    for other in set(EVERYTHING) - {kind}:
+        with pytest.raises(SettingError, match=f"decides {other}; an action of a world is {kind}"):
+            require_fit(Algorithm("other", "", "", "", "", acts=(other,)), actions, "a world")
+
+
+def test_agents_of_several_kinds_are_taught_by_who_may_alone():
+    require_fit(find_algorithm("ppo"), GroupedActions(3), "a world")
+    with pytest.raises(SettingError, match="--algorithm dqn teaches one policy; a world has agents of several kinds"):
+        require_fit(find_algorithm("dqn"), GroupedActions(3), "a world")
+
+
+def test_every_name_is_offered_once_the_registered_before_the_installed(monkeypatch):
+    points = [
+        importlib.metadata.EntryPoint(name, f"{__name__}:Registered", registry.ENTRY_POINTS)
+        for name in ("offered", "mine", "ppo")
+    ]
+    monkeypatch.setattr(registry, "entry_points", lambda group: points)
+    register_algorithm("mine", Undescribed)
+    found = all_algorithms()
+    assert [one.name for one in found] == [*ALGORITHMS, "mine", "offered"]
+    assert found[-2].own is Undescribed
+    assert find_algorithm("mine").own is Undescribed
+    assert find_algorithm("ppo").own is None
+    with pytest.raises(SettingError, match="Did you mean 'offered'"):
+        find_algorithm("offerd")
+
+
+def test_the_present_folder_is_looked_in_first_and_once(monkeypatch):
+    monkeypatch.setattr(sys, "path", ["elsewhere"])
+    registry.see_present_folder()
+    registry.see_present_folder()
+    assert sys.path == ["", "elsewhere"]

@@ -7,10 +7,12 @@ import pytest
 import torch
 from toy_world import CopyTheNumber, Walk
 
+from racecraft.algorithms import reinforce as page
 from racecraft.algorithms.learner import DivergedError, Learner
 from racecraft.algorithms.networks import NetworkConfig
-from racecraft.algorithms.reinforce import ReinforceConfig, ReinforceLearner, reinforce_loss
-from racecraft.algorithms.returns import episode_returns, rewards_to_go
+from racecraft.algorithms.reinforce import FIGURES, ReinforceConfig, ReinforceLearner, reinforce_loss
+from racecraft.algorithms.returns import episode_returns, explained_variance, rewards_to_go
+from racecraft.contract.errors import SettingError
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.collector import Collector
 from racecraft.rollout.episodes import play_episodes
@@ -175,3 +177,96 @@ def test_rewards_that_are_no_numbers_are_named():
 
 def test_it_is_a_learner():
     assert isinstance(learner_for(Walk(2)), Learner)
+
+
+def cut_episodes(world, learner, seed=4):
+    """Return whole episodes, some of them cut by the clock."""
+    batch = Collector(world, learner, 8, seed=seed).collect_episodes(2)
+    assert len(batch.final_index)
+    return batch
+
+
+@pytest.mark.parametrize("scaled", [True, False])
+@pytest.mark.parametrize("baseline", ["none", "mean", "value"])
+def test_figures_of_an_update_are_those_of_numpy(baseline, scaled):
+    world = Walk(5)
+    learner = learner_for(world, baseline=baseline, scale_returns=scaled, discount=0.9, entropy_weight=0.1)
+    batch = cut_episodes(world, learner)
+    active = batch.active
+    with torch.no_grad():
+        seen = {name: torch.from_numpy(part) for name, part in batch.observations.items()}
+        flat = {name: part.flatten(0, 1) for name, part in seen.items()}
+        values = learner.network.value(flat).view(batch.shape).numpy()
+        logits = torch.log_softmax(learner.network.policy(flat), dim=1).numpy()
+        finals = learner.network.value(
+            {name: torch.from_numpy(part) for name, part in batch.final_observations.items()}
+        )
+    following = np.zeros(batch.shape, np.float32)
+    if baseline == "value":
+        following.reshape(-1)[batch.final_index] = finals.numpy()
+    returns = np.zeros(batch.shape)
+    behind = np.zeros(5)
+    for t in reversed(range(len(returns))):
+        behind = np.where(batch.truncated[t], following[t], np.where(batch.terminated[t], 0.0, behind))
+        behind = returns[t] = batch.reward[t] + 0.9 * behind
+    found = returns[active]
+    apart = found - {"none": 0.0, "mean": found.mean(), "value": values[active]}[baseline]
+    if scaled:
+        apart = apart / np.sqrt((apart**2).mean())
+    chosen = np.take_along_axis(logits, batch.columns["raw_action"].reshape(-1, 1), axis=1).reshape(batch.shape)[active]
+    told = learner.update(batch)
+    assert list(told) == list(FIGURES)
+    assert told["policy_loss"] == pytest.approx(-(apart * chosen).mean(), rel=1e-3, abs=1e-5)
+    assert told["entropy"] == pytest.approx(-(np.exp(logits) * logits).sum(axis=1)[active.ravel()].mean(), rel=1e-4)
+    assert told["transitions"] == active.sum() == len(found)
+    ended = batch.terminated | batch.truncated
+    count, mean = episode_returns(batch.reward, ended, active)
+    assert told["whole_episodes"] == count.sum() == 10
+    assert told["mean_return"] == pytest.approx((count * mean).sum() / 10, rel=1e-6)
+    if baseline == "value":
+        assert told["value_loss"] == pytest.approx(((values[active] - found) ** 2).mean(), rel=1e-3)
+        assert told["explained_variance"] == pytest.approx(explained_variance(values[active], found), rel=1e-3)
+    else:
+        assert (told["value_loss"], told["explained_variance"]) == (0.0, 0.0)
+    assert told["grad_norm"] > 0.0
+
+
+@pytest.mark.parametrize("baseline", ["mean", "value"])
+def test_a_gradient_taken_some_rows_at_a_time_is_that_of_all(monkeypatch, baseline):
+    found = []
+    for at_once in (4096, 7):
+        monkeypatch.setattr(page, "ROWS_AT_ONCE", at_once)
+        world = Walk(5, masked=True)
+        learner = learner_for(world, baseline=baseline, max_grad_norm=None)
+        told = learner.update(cut_episodes(world, learner))
+        found.append((told, [None if one.grad is None else one.grad.clone() for one in learner.network.parameters()]))
+    (one, mine), (other, its) = found
+    assert other == pytest.approx(one, rel=1e-4, abs=1e-6)
+    for gradient, same in zip(mine, its, strict=True):
+        assert (gradient is None) == (same is None)
+        assert gradient is None or torch.allclose(gradient, same, atol=1e-5)
+
+
+def test_a_gradient_is_cut_where_it_is_asked_for():
+    for limit in (None, 1e-3):
+        world = Walk(5)
+        learner = learner_for(world, max_grad_norm=limit)
+        told = learner.update(cut_episodes(world, learner))
+        kept = math.sqrt(sum(float(one.grad.square().sum()) for one in learner.network.parameters()))
+        assert told["grad_norm"] > 1e-2
+        assert kept == pytest.approx(told["grad_norm"] if limit is None else limit, rel=1e-3)
+
+
+def test_with_nobody_active_nothing_is_learned():
+    world = Walk(5)
+    learner = learner_for(world, scale_returns=False)
+    batch = cut_episodes(world, learner)
+    batch.active[:] = False
+    before = [part.detach().clone() for part in learner.network.parameters()]
+    assert learner.update(batch) == dict.fromkeys(FIGURES, 0.0)
+    assert all(torch.equal(old, new) for old, new in zip(before, learner.network.parameters(), strict=True))
+
+
+def test_settings_beyond_their_bounds_are_refused():
+    with pytest.raises(SettingError, match="baseline"):
+        ReinforceConfig(baseline="median")

@@ -183,6 +183,87 @@ def test_correlated_noise_remembers_each_row_and_each_number_is_still_standard_n
     assert torch.equal(learner.noise[:7], kept[:7])
 
 
+def test_before_anything_was_carried_noise_is_standard_normal_too():
+    """Nobody was told to forget: the first tick begins with what it draws, and the next one carries that over."""
+    learner = a_learner(noise_correlation=0.8)
+    drawn = torch.randn(50, 2, generator=torch.Generator().manual_seed(1))
+    assert torch.equal(learner._carried(drawn.clone(), None), drawn)
+    nothing = torch.zeros(50, 2)
+    torch.testing.assert_close(learner._carried(nothing, None), 0.8 * drawn)
+    torch.testing.assert_close(learner._carried(nothing[:3], np.array([4, 0, 9])), 0.64 * drawn[[4, 0, 9]])
+
+
+def test_without_correlation_nothing_is_carried():
+    learner = a_learner()
+    learner.forget(np.ones(3, bool))
+    learner.act({"state": np.zeros((3, 5), np.float32)})
+    assert learner.state_dict()["exploration"]["noise"].shape == (0, 2)
+
+
+@pytest.mark.parametrize(("word", "accepted"), [("0", True), ("1e6", True), ("1000000.5", False), ("-1e-9", False)])
+def test_a_temperature_is_a_number_from_nothing_to_a_million(word, accepted):
+    if accepted:
+        assert SacConfig(temperature=word).fixed_temperature == float(word)
+    else:
+        with pytest.raises(SettingError, match=r"sac\.temperature"):
+            SacConfig(temperature=word)
+
+
+def test_settings_beyond_their_bounds_are_refused():
+    with pytest.raises(SettingError, match="discount"):
+        SacConfig(discount=1.5)
+
+
+def test_a_temperature_begins_where_it_is_told_to():
+    def logarithm(learner):
+        return learner.state_dict()["temperature"]["logarithm"].item()
+
+    assert SacConfig().fixed_temperature is None
+    found, fixed = a_learner(initial_temperature=2.0), a_learner(temperature="0.2", initial_temperature=2.0)
+    assert (found.temperature, fixed.temperature) == pytest.approx((2.0, 0.2))
+    assert (logarithm(found), logarithm(fixed)) == pytest.approx((math.log(2.0), math.log(0.2)))
+    assert logarithm(a_learner(temperature="0")) == pytest.approx(math.log(1e-30))
+    assert a_learner(temperature="0").temperature == 0.0
+
+
+def test_without_a_word_the_entropy_held_is_one_less_than_nothing_for_each_number():
+    assert a_learner().target_entropy == -2.0
+    assert a_learner(target_entropy=0.5).target_entropy == 0.5
+
+
+def test_the_temperatures_loss_is_its_logarithm_times_what_the_entropy_lies_above_its_target():
+    learner = a_learner(initial_temperature=math.e, target_entropy=-3.0)
+    losses, _ = learner.step(made_up(learner), noise(learner))
+    assert losses.temperature.item() == pytest.approx(losses.entropy.item() + 3.0, rel=1e-5)
+
+
+def test_before_the_first_whole_gradient_step_figures_are_nothing():
+    learner = a_learner(gradient_steps_per_step=0.1, initial_temperature=2.0)
+    told = learner.update(Given(made_up(learner), new=5))
+    assert told == {name: 0.0 for name in told} | {"temperature": pytest.approx(2.0)}
+    assert learner.state_dict()["counts"]["owed"].item() == 0.5
+    assert learner.update(Given(made_up(learner), new=5))["gradient_steps"] == 1
+    counts = learner.state_dict()["counts"]
+    assert (counts["owed"].item(), counts["steps"].item()) == (0.0, 1)
+
+
+def test_figures_are_means_over_the_gradient_steps():
+    learner, twin = a_learner(), a_learner()
+    batch = made_up(learner)
+    told = learner.update(Given(batch, new=2))
+    chance, losses = twin.generator, []
+    for _ in range(2):
+        losses.append(twin.step(batch, torch.randn((2, B, 2), generator=chance))[0])
+    for figure, part in (
+        ("critic_loss", "critic"),
+        ("actor_loss", "actor"),
+        ("entropy", "entropy"),
+        ("value", "value"),
+    ):
+        assert told[figure] == pytest.approx(sum(getattr(one, part).item() for one in losses) / 2, rel=1e-5), figure
+    assert told["temperature"] == pytest.approx(twin.temperature)
+
+
 # By law: who is moved by what
 
 
@@ -264,6 +345,83 @@ def test_a_policy_is_rebuilt_from_its_spec_and_weights_alone():
     drawn = policy.sample(seen, None, torch.Generator().manual_seed(1))
     assert drawn.shape == (6, 2)
     assert not np.array_equal(drawn, policy.act(seen))
+
+
+def gain(weight):
+    """Return by what orthogonal columns (or rows, where there are fewer of these) are multiplied."""
+    square = weight @ weight.T if weight.shape[0] <= weight.shape[1] else weight.T @ weight
+    torch.testing.assert_close(square, torch.eye(len(square)) * square[0, 0], atol=1e-5, rtol=0.0)
+    return float(square[0, 0].sqrt())
+
+
+@pytest.mark.parametrize("activation", ["relu", "tanh"])
+def test_networks_begin_with_the_gains_of_published_ppo_and_two_critics_unlike_each_other(activation):
+    network = a_learner(network=NetworkConfig(hidden_units=(16, 8), activation=activation)).network
+    for critic in range(2):
+        gains = [gain(weight.detach()[critic]) for weight in network.critics.weights]
+        assert gains == pytest.approx([2**0.5, 2**0.5, 1.0])
+    assert not torch.equal(network.critics.weights[0][0], network.critics.weights[0][1])
+    assert not any(bias.any() for bias in network.critics.biases)
+    layers = [one.weight.detach() for one in network.actor if hasattr(one, "weight")]
+    assert [tuple(one.shape) for one in layers] == [(16, 5), (8, 16), (4, 8)]
+    assert [gain(one) for one in layers] == pytest.approx([2**0.5, 2**0.5, 0.01])
+
+
+@pytest.mark.parametrize(("activation", "bent"), [("relu", torch.relu), ("tanh", torch.tanh)])
+def test_each_critic_is_a_network_of_its_own_over_what_is_seen_and_done(activation, bent):
+    critics = a_learner(network=NetworkConfig(hidden_units=(6, 4), activation=activation)).network.critics
+    with torch.no_grad():
+        for bias in critics.biases:
+            torch.nn.init.normal_(bias, generator=torch.Generator().manual_seed(3))
+        seen, done = torch.randn(3, 5), torch.randn(3, 2)
+        for frozen in (False, True):
+            told = critics(seen, done, frozen)
+            assert told.shape == (2, 3)
+            for number in range(2):
+                flow = torch.cat([seen, done], dim=1)
+                for layer in range(3):
+                    flow = flow @ critics.weights[layer][number] + critics.biases[layer][number]
+                    flow = bent(flow) if layer < 2 else flow
+                torch.testing.assert_close(told[number], flow[:, 0], rtol=1e-4, atol=1e-5)
+
+
+def test_deviations_keep_within_e_to_the_minus_twenty_and_e_squared():
+    network = a_learner().network
+    with torch.no_grad():
+        network.actor[-1].bias.copy_(torch.tensor([0.5, -0.5, 100.0, -100.0]))
+        network.actor[-1].weight.zero_()
+        mean, log_std = network.policy({"state": torch.ones(1, 5)})
+    assert mean.tolist() == [[0.5, -0.5]]
+    assert log_std.tolist() == [[2.0, -20.0]]
+
+
+@pytest.mark.parametrize(
+    ("seen", "network", "shapes"),
+    [
+        ({"state": STATE}, {}, [(2, 7, 16), (2, 16, 1)]),
+        ({"state": STATE, "secret": SECRET}, {}, [(2, 13, 16), (2, 16, 1)]),
+        ({"state": STATE, "secret": SECRET}, {"privileged_critic": False}, [(2, 7, 16), (2, 16, 1)]),
+        ({"camera": FRAME, "secret": SECRET}, {}, [(2, 8, 128), (2, 128, 128), (2, 128, 1)]),
+        ({"state": STATE}, {"hidden_units": ()}, [(2, 7, 1)]),
+    ],
+)
+def test_critics_read_the_true_state_through_layers_that_fit_it(seen, network, shapes):
+    learner = a_learner(seen, network=NetworkConfig(**{"hidden_units": (16,), **network}))
+    assert [tuple(weight.shape) for weight in learner.network.critics.weights] == shapes
+
+
+@pytest.mark.parametrize("separate", [True, False])
+def test_critics_have_eyes_of_their_own_only_where_networks_are_separate(separate):
+    network = a_learner(
+        {"camera": FRAME}, network=NetworkConfig(hidden_units=(16,), separate_networks=separate)
+    ).network
+    eyes = sum(part.numel() for part in network.eyes.parameters())
+    assert eyes > 0
+    assert (network.critic_eyes is not None) == separate
+    critics = sum(part.numel() for part in network.critics.parameters())
+    assert sum(part.numel() for part in network.critic_parameters()) == eyes + critics
+    actor = sum(part.numel() for part in network.actor.parameters())
+    assert sum(part.numel() for part in network.actor_parameters()) == actor + separate * eyes
 
 
 # Bad input

@@ -9,11 +9,12 @@ import pytest
 import torch
 from tests.algorithms.test_ppo import FRAME, SECRET, STATE, a_learner, made_up, world_spec
 
+from racecraft.algorithms import sharded_ppo as page
 from racecraft.algorithms.learner import DivergedError
 from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import FIGURES, PpoConfig, PpoLearner
 from racecraft.algorithms.rollout_batch import side_by_side
-from racecraft.algorithms.sharded_ppo import AveragingPpo, PpoShard
+from racecraft.algorithms.sharded_ppo import AveragingPpo, Drawn, PpoShard, added
 from racecraft.contract.world import ContinuousActions, DiscreteActions, HybridActions, MultiDiscreteActions
 
 ROWS = 7
@@ -137,6 +138,8 @@ def test_nothing_that_was_seen_leaves_a_shard():
     assert not slim.last_observations
     assert not slim.final_observations
     assert set(slim.columns) == {"advantage", "target", "value"}
+    assert (slim.action_mask, slim.last_action_mask) == (None, None)
+    assert slim.final_index.shape == (0,)
 
 
 def test_a_shard_without_rows_of_a_minibatch_sends_no_gradients():
@@ -230,3 +233,52 @@ def test_a_mask_goes_with_the_rows():
     assert told["entropy"] == pytest.approx(expected["entropy"], rel=1e-4)
     same_weights(averaging, alone, **ROUNDING)
     assert torch.isfinite(torch.tensor(list(told.values()))).all()
+
+
+@pytest.mark.parametrize(("rows", "count"), [((0, 1), 0), ((3, 0, 10), 2)])
+def test_a_shard_tells_what_it_found_of_its_own_rows_and_how_long_it_took(monkeypatch, rows, count):
+    """It has rows 3 to 6 of seven: place 10 of all is row 3 of the second tick."""
+    _, inner = two_of("numbers, a vector")
+    shard = PpoShard(inner, 3, ROWS)
+    shard.take(made_up(inner.spec, rows=ROWS, learner=inner).of_rows(np.arange(3, 7)))
+    clock = iter([10.0, 12.5])
+    monkeypatch.setattr(page.time, "perf_counter", lambda: next(clock))
+    weights = {name: part.numpy() for name, part in inner.state_dict()["network"].items()}
+    found = shard.find(Drawn(weights, np.array(rows), 0.0, 1.0, 0.2, 0.01))
+    assert (found.count, found.seconds) == (count, 2.5)
+    assert found.figures.shape == (5,)
+    assert bool(found.gradients) == bool(found.figures.any()) == (count > 0)
+
+
+def test_what_a_shard_tells_is_standardised_by_what_it_is_told():
+    """Ratios are 1 with the weights that acted, so the policy's loss of a row is minus its advantage."""
+    _, inner = two_of("numbers, a vector")
+    batch = made_up(inner.spec, rows=ROWS, learner=inner)
+    shard = PpoShard(inner, 0, ROWS)
+    slim = shard.take(batch)
+    weights = {name: part.numpy() for name, part in inner.state_dict()["network"].items()}
+    rows = np.array([2, 9])
+    found = shard.find(Drawn(weights, rows, 0.5, 2.0, 0.2, 0.0))
+    expected = -((slim.columns["advantage"].reshape(-1)[rows] - 0.5) / 2.0).sum()
+    assert found.figures[0] == pytest.approx(expected, rel=1e-3, abs=1e-4)
+
+
+@pytest.mark.parametrize("over", ["minibatch", "rollout"])
+def test_a_lone_advantage_stays_as_it_is(over):
+    alone, inner = two_of("numbers, a vector", standardise=over, epochs=1)
+    batch = made_up(alone.spec, rows=ROWS, learner=alone)
+    batch.active[:] = False
+    batch.active[1, 2] = True
+    group = Shards(inner, SHARES[2])
+    told = AveragingPpo(inner, group).update(group.take(batch))
+    assert told["policy_loss"] == pytest.approx(-told["mean_advantage"], rel=1e-4)
+    assert abs(told["mean_advantage"]) > 1e-3
+
+
+def test_a_sum_is_nobodys_part():
+    parts = [np.array([1.0, 2.0]), np.array([10.0, 20.0]), np.array([100.0, 200.0])]
+    assert added(parts).tolist() == [111.0, 222.0]
+    assert parts[0].tolist() == [1.0, 2.0]
+    alone = added(parts[:1])
+    alone += 1.0
+    assert parts[0].tolist() == [1.0, 2.0]

@@ -1,6 +1,7 @@
 """Two learnings side by side: the same bits as one after the other, errors that go on, threads given back."""
 
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -69,12 +70,34 @@ def test_policy_and_critic_learn_apart_what_they_learn_together(monkeypatch, two
     [
         ({"max_grad_norm": 0.5}, NETWORK),
         ({}, NetworkConfig(hidden_units=(16,), conv_filters=(4,), conv_kernels=(4,), conv_strides=(2,))),
+        ({}, replace(NETWORK, memory="gru", memory_units=4)),
     ],
 )
 def test_what_has_to_do_with_each_other_learns_together(monkeypatch, settings, network):
-    """A norm over both weights, or layers that both stand on."""
+    """A norm over both weights, layers or a memory that both stand on."""
     monkeypatch.setattr(ppo_page, "WORTH_A_THREAD", 0)
     assert not PpoLearner(SPEC, network, PpoConfig(**{**APART, **settings}), seed=3).learns_apart
+
+
+def test_only_what_is_worth_a_thread_has_one(monkeypatch):
+    """Rows of a minibatch times weights: 16 of them here, more than so many."""
+    weights = sum(part.numel() for part in a_learner(monkeypatch).network.parameters())
+    assert not a_learner(monkeypatch, worth=16 * weights).learns_apart
+    assert a_learner(monkeypatch, worth=16 * weights - 1).learns_apart
+
+
+def test_with_one_thread_both_go_on_in_the_one_that_calls(two_threads):
+    def steps():
+        yield threading.get_ident(), torch.get_num_threads()
+
+    torch.set_num_threads(1)
+    here = [(threading.get_ident(), 1)]
+    assert side_by_side(steps(), steps()) == (here, here)
+    torch.set_num_threads(2)
+    mine, theirs = side_by_side(steps(), steps())
+    assert mine == here
+    assert theirs != here
+    assert theirs[0][1] == 1
 
 
 def test_both_go_on_at_the_same_time_each_with_its_share_of_the_threads(two_threads):

@@ -220,7 +220,8 @@ class SacLearner:
         """Return noise that remembers the last tick's, each still standard normal, and remember it."""
         share = self.config.noise_correlation
         if rows is None and len(self.noise) != len(fresh):
-            self.noise = fresh
+            self.noise = fresh.clone()
+            return fresh
         picked = slice(None) if rows is None else torch.from_numpy(rows).to(self.device)
         self.noise[picked] = share * self.noise[picked] + math.sqrt(1.0 - share**2) * fresh
         return self.noise[picked]

@@ -253,7 +253,7 @@ def joined(frames: Array, part: ArraySpec) -> Array:
     """Return k observations (R, k, *shape) as one stack (R, *stacked shape), the oldest in front."""
     rows, size = frames.shape[:2]
     if not is_image(part):
-        return frames.reshape(rows, -1)
+        return frames.reshape(rows, *_stacked(part, size).shape)
     if len(part.shape) == 2:
         return np.ascontiguousarray(np.moveaxis(frames, 1, -1))
     height, width, channels = part.shape
