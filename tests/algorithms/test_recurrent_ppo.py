@@ -259,7 +259,6 @@ def test_rows_carry_their_own_and_begin_with_noughts():
     assert states.of(np.array([1, 4]), 2).tolist() == [[1, 1.5], [0, 0]]
     assert len(states.table) == 5
     states.keep(None, torch.tensor([[9.0, 9.5]]))
-    states.of(None, 3)[:] = 7.0  # a copy
     states.forget(np.array([False, True]))
     assert states.table.tolist() == [[9, 9.5], [0, 0], [0, 0], [3, 3.5], [0, 0]]
     assert states.of(np.zeros(0, np.int64), 0).shape == (0, 2)

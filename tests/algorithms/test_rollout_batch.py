@@ -103,6 +103,10 @@ def test_rows_with_fewer_ticks_stand_still_at_the_end_and_may_do_anything():
     # The short one's (1, 0) stays so; the long one's (1, 1) and (2, 0) are rows 2 and 1 of three now.
     assert both.final_index.tolist() == [3, 5, 7]
     assert both.final_observations["x"][:, 0].tolist() == [502.0, 523.0, 524.0]
+    turned = side_by_side([long, short])
+    np.testing.assert_array_equal(turned.action_mask[:, :2], long.action_mask)
+    np.testing.assert_array_equal(turned.action_mask[:, 2], both.action_mask[:, 0])
+    np.testing.assert_array_equal(turned.reward, both.reward[:, [1, 2, 0]])
 
 
 @pytest.mark.parametrize("finals", [((), ()), ((), (3,)), ((1,), ())])
