@@ -1,6 +1,7 @@
 """Stacks of observations: what a learner saw when it decided is what it learns from, and what its policy sees alone."""
 
 import copy
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -350,6 +351,10 @@ def test_a_rollout_of_other_rows_than_the_last_begins_without_a_past():
     assert set(tail) == {"x"}
     second, _ = stacked_batch(rollout(2, 5, [[2, 2], [2, 0]]), specs, 3, tail)
     assert second.observations["x"].tolist() == [[[1, 3, 5], [2, 4, 6]], [[3, 5, 7], [8, 8, 8]]]
+    over, cut = np.zeros((2, 2), bool), np.zeros((2, 2), bool)
+    over[1, 0] = cut[1, 1] = True  # what is seen after the last tick begins anew
+    ended = replace(rollout(2, 5, [[2, 2], [2, 2]]), terminated=over, truncated=cut)
+    assert stacked_batch(ended, specs, 3, tail)[0].last_observations["x"].tolist() == [[9, 9, 9], [10, 10, 10]]
     alone, _ = stacked_batch(rollout(1, 7, [[2], [2]]), specs, 3, tail)  # nobody's past: noughts
     assert alone.observations["x"].tolist() == [[[0, 0, 7]], [[0, 7, 8]]]
 
