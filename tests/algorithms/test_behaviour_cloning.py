@@ -1,6 +1,8 @@
 """Behavioural cloning by hand, by law, and by what it learns from another's episodes."""
 
+import copy
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,10 +11,18 @@ from toy_world import CopyTheNumber, Walk
 
 from racecraft.algorithms.behaviour_cloning import BcConfig, BcLearner, Shown, cloning_loss, to_raw
 from racecraft.algorithms.distributions import Categorical, distribution_for
-from racecraft.algorithms.learner import Learner
+from racecraft.algorithms.learner import DivergedError, Learner
 from racecraft.algorithms.networks import NetworkConfig
+from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.contract.errors import SettingError
-from racecraft.contract.world import ContinuousActions, DiscreteActions, HybridActions, MultiDiscreteActions
+from racecraft.contract.world import (
+    ArraySpec,
+    ContinuousActions,
+    DiscreteActions,
+    HybridActions,
+    MultiDiscreteActions,
+    WorldSpec,
+)
 from racecraft.formats.demonstrations import KIND, Demonstrations, read_demonstrations, write_demonstrations
 from racecraft.formats.tensor_file import CheckpointError, write_tensors
 from racecraft.players.trained import GreedyPolicy
@@ -179,3 +189,109 @@ def test_an_episode_of_one_tick_is_one_too():
     assert (shown.num_episodes, shown.returns.tolist()) == (2, [3.0, 4.0])
     nothing = Demonstrations({"x": one[:0]}, np.zeros(0, np.int64), np.float32([]), np.int32([]), {})
     assert (nothing.num_episodes, nothing.returns.tolist()) == (0, [])
+
+
+SPEC = WorldSpec("toy", 2, 1, {"x": ArraySpec((2,), np.float32)}, DiscreteActions(3))
+
+
+def recorded(episodes):
+    """Return ticks of so many each episode, of random sights and deeds."""
+    rng, ticks = np.random.default_rng(1), sum(episodes)
+    told = PolicySpec("bc", SPEC.observations, SPEC.actions).as_dictionary()
+    seen = {"x": rng.normal(size=(ticks, 2)).astype(np.float32)}
+    whose = np.repeat(np.arange(len(episodes)), episodes).astype(np.int32)
+    return Demonstrations(seen, rng.integers(0, 3, ticks), np.zeros(ticks, np.float32), whose, told)
+
+
+def standing(shown, **settings):
+    """Return a learner that moves by nearly nothing."""
+    return BcLearner(SPEC, NETWORK, BcConfig(learning_rate=1e-8, **settings), shown, seed=1)
+
+
+def judged(learner, shown, rows):
+    """Return the mean surprise at some ticks and how many the clone would do the same, by PyTorch."""
+    logits = learner.network.policy({"x": torch.from_numpy(shown.observations["x"][rows])}).detach()
+    done = torch.from_numpy(shown.actions[rows])
+    agreed = (logits.argmax(dim=1) == done).float().mean().item()
+    return [torch.nn.functional.cross_entropy(logits, done).item(), agreed]
+
+
+def test_the_last_episodes_are_held_out_and_what_it_tells_is_what_a_pencil_says():
+    """A quarter of nine episodes is two: the last two, of 3 and 4 ticks, teach nothing and are judged."""
+    shown = recorded([2, 3, 2, 4, 2, 3, 4, 3, 4])
+    learner = standing(shown, held_out=0.25, batch_size=20)
+    told = learner.update(None)
+    assert list(told) == ["loss", "agreement", "held_out_loss", "held_out_agreement", "transitions", "minibatches"]
+    expected = [*judged(learner, shown, slice(0, 20)), *judged(learner, shown, slice(20, 27)), 20, 1]
+    assert list(told.values()) == pytest.approx(expected, rel=1e-5)
+    assert learner.columns == {}
+    assert standing(shown, batch_size=6).update(None)["minibatches"] == 5
+
+
+def test_where_nothing_is_held_out_all_is_learned_from():
+    told = standing(recorded([4, 5]), held_out=0.0).update(None)
+    assert (told["held_out_loss"], told["held_out_agreement"], told["transitions"]) == (0.0, 0.0, 9)
+    assert standing(recorded([4, 5])).update(None)["transitions"] == 9, "a tenth of two episodes is none"
+
+
+def test_of_many_ticks_held_out_each_counts_alike():
+    """4,097 are judged in two lots; the second is of one, which is a great surprise."""
+    shown = recorded([1, 4096, 1])
+    shown.observations["x"][-1] = 50.0
+    learner = standing(shown, held_out=0.7)
+    with torch.no_grad():
+        learner.network.policy_head.weight.mul_(1000.0)
+    told, expected = learner.update(None), judged(learner, shown, slice(1, None))
+    assert [told["held_out_loss"], told["held_out_agreement"]] == pytest.approx(expected, rel=1e-4)
+
+
+def test_numbers_agree_within_a_tenth_of_their_range_all_of_them():
+    class Still(torch.nn.Module):
+        """Always the same means, and a deviation of one."""
+
+        log_std = torch.zeros(2)
+
+        def policy(self, observations):
+            return torch.zeros(len(observations["x"]), 2)
+
+    near = torch.tensor([[0.19, -0.19], [0.21, 0.0], [0.0, -0.21], [0.0, 0.0]])
+    kind = distribution_for(ContinuousActions((-1.0, -1.0), (1.0, 1.0)))
+    loss, agreement = cloning_loss(Still(), kind, Shown({"x": torch.zeros(4, 1)}, near, None))
+    assert agreement.item() == 0.5
+    assert loss.item() == pytest.approx(math.log(2 * math.pi) + near.square().sum().item() / 8, rel=1e-6)
+
+
+def test_a_step_is_adams_and_every_tick_is_learned_from_once():
+    shown = recorded([5, 5])
+    learner = BcLearner(SPEC, NETWORK, BcConfig(learning_rate=1e-2, batch_size=10, held_out=0.0), shown, seed=1)
+    twin = copy.deepcopy(learner.network)
+    logits = twin.policy({"x": torch.from_numpy(shown.observations["x"])})
+    torch.nn.functional.cross_entropy(logits, torch.from_numpy(shown.actions)).backward()
+    torch.optim.Adam(twin.parameters(), 1e-2, eps=1e-8).step()
+    learner.update(None)
+    for mine, its in zip(learner.network.parameters(), twin.parameters(), strict=True):
+        torch.testing.assert_close(mine, its, rtol=1e-3, atol=1e-5)
+
+
+def test_a_loss_that_is_no_number_ends_the_training_with_a_letter():
+    shown = recorded([5])
+    shown.observations["x"][3] = np.nan
+    with pytest.raises(DivergedError, match=r"After 1 minibatches .*Lower bc.learning_rate"):
+        standing(shown).update(None)
+
+
+def test_without_a_file_it_is_refused_and_its_policy_is_rebuilt_from_spec_and_weights(tmp_path):
+    def settings(path):
+        return SimpleNamespace(network=NETWORK, bc=BcConfig(demonstrations=path), runtime=SimpleNamespace(device="cpu"))
+
+    with pytest.raises(SettingError, match=r"--set bc\.demonstrations=FILE"):
+        BcLearner.build(SPEC, settings(None), 1)
+    write_demonstrations(tmp_path / "shown.safetensors", recorded([3, 3]))
+    learner = BcLearner.build(SPEC, settings(str(tmp_path / "shown.safetensors")), 1)
+    seen = {"x": np.random.default_rng(2).normal(size=(9, 2)).astype(np.float32)}
+    assert learner.policy_spec.algorithm == "bc"
+    again = BcLearner.load_policy(learner.policy_spec, learner.state_dict()["network"])
+    assert np.array_equal(again.act(seen), learner.choose(seen))
+    decided = learner.act(seen)
+    assert np.array_equal(decided.actions, learner.choose(seen))
+    assert decided.columns == {}

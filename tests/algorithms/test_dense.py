@@ -36,3 +36,11 @@ def test_few_weights_float32_and_looks_take_pytorchs_way(monkeypatch):
     with torch.no_grad():
         assert whole(seen.bfloat16()).grad_fn is None
     assert "LaidOut" not in whole.float()(seen).grad_fn.name()
+
+
+@pytest.mark.parametrize(("width", "units", "laid_out"), [(1024, 1024, True), (1025, 1023, False)])
+def test_a_layer_is_worth_its_laying_out_from_1024_times_1024_weights(width, units, laid_out):
+    """1025 x 1023 is one weight less; a picture of it is asked for nothing but how its numbers came about."""
+    layer = Dense(width, units, device="meta", dtype=torch.bfloat16)
+    found = layer(torch.empty((1, width), device="meta", dtype=torch.bfloat16))
+    assert ("LaidOut" in found.grad_fn.name()) is laid_out

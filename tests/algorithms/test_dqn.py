@@ -6,7 +6,7 @@ import pytest
 import torch
 from toy_world import CopyTheNumber
 
-from racecraft.algorithms.dqn import DqnConfig, DqnLearner
+from racecraft.algorithms.dqn import DqnConfig, DqnLearner, Minibatch
 from racecraft.algorithms.learner import DivergedError
 from racecraft.algorithms.networks import Architecture, NetworkConfig
 from racecraft.algorithms.q_network import load_q_policy
@@ -246,3 +246,128 @@ def test_it_copies_the_number_it_sees(switches):
             ours.update(fed)
     reward = summarise(play_episodes(GreedyPolicy(ours), CopyTheNumber(4), episodes_each=4, seed=2)).mean_reward
     assert reward == 8.0  # every number of an episode; guessing brings 2
+
+
+class Counting(Given):
+    """Gives as many transitions as are asked for, and notes how many that were."""
+
+    prioritised = False
+
+    def __init__(self, new):
+        super().__init__(transitions())
+        self.new_transitions, self.asked = new, []
+
+    def sample(self, batch_size, generator):
+        self.asked.append(batch_size)
+        return transitions(batch_size)
+
+
+def test_what_hangs_on_no_step_before_is_drawn_at_once_up_to_1024_transitions():
+    """1024 hold four minibatches of 205, and a fifth would be one transition too many."""
+    replay = Counting(7)
+    assert learner(batch_size=205).update(replay)["gradient_steps"] == 7
+    assert replay.asked == [4 * 205, 3 * 205]
+    replay = Counting(2)
+    learner(batch_size=2000).update(replay)
+    assert replay.asked == [2000, 2000], "one at least"
+
+
+def test_nothing_is_drawn_ahead_of_a_target_that_follows_meanwhile_or_of_priorities():
+    replay, ours = Counting(7), learner(batch_size=1, target_every=3)
+    ours.update(replay)
+    replay.new_transitions = 4
+    ours.update(replay)
+    assert replay.asked == [3, 3, 1, 2, 2]
+    replay.asked.clear()
+    replay.prioritised = True
+    replay.set_priorities = lambda index, errors: None
+    ours.update(replay)
+    assert replay.asked == [1, 1, 1, 1]
+
+
+@pytest.mark.parametrize("masked", [False, True])
+def test_transitions_are_split_in_their_order(masked):
+    tensors = [torch.arange(5) + 10 * part for part in range(5)]
+    one = Minibatch(
+        {"state": torch.arange(5)}, tensors[0], tensors[1], tensors[2], {"state": torch.arange(5) + 50},
+        torch.arange(5) + 60 if masked else None, tensors[3], tensors[4],
+    )  # fmt: skip
+    parts = list(one.split(2))
+    assert [part.actions.tolist() for part in parts] == [[0, 1], [2, 3], [4]]
+    for name in ("reward", "discount", "weights", "next_worth", *(["next_mask"] if masked else [])):
+        assert torch.equal(torch.cat([getattr(part, name) for part in parts]), getattr(one, name))
+    assert [part.observations["state"].tolist() for part in parts] == [[0, 1], [2, 3], [4]]
+    assert [part.next_observations["state"].tolist() for part in parts] == [[50, 51], [52, 53], [54]]
+    assert masked or parts[0].next_mask is None
+
+
+@pytest.mark.parametrize("limit", [None, 1e6])
+def test_what_it_tells_is_what_a_pencil_says(limit):
+    """The Huber loss of each transition times its weight; two steps so short that they change nothing."""
+    drawn = transitions()
+    drawn.weights[:] = np.linspace(0.1, 1.0, B)
+    drawn.reward[:5] += 4.0  # beyond the square's end
+    ours = learner(learning_rate=1e-8, max_grad_norm=limit, epsilon_steps=200)
+    assert all(torch.equal(*two) for two in zip(ours.network.parameters(), ours.target.parameters(), strict=True))
+    ours.act({"state": np.zeros((50, 3), np.float32)})
+    seen, then = (torch.from_numpy(part["state"]) for part in (drawn.observations, drawn.next_observations))
+    worth = ours.network({"state": seen})
+    q = worth[torch.arange(B), torch.from_numpy(drawn.actions)]
+    target = drawn.reward + drawn.discount * ours.network({"state": then}).detach().numpy().max(axis=1)
+    away = (q - torch.from_numpy(target)).abs()
+    loss = (torch.from_numpy(drawn.weights) * torch.where(away < 1, away**2 / 2, away - 0.5)).mean()
+    loss.backward()
+    norm = torch.cat([part.grad.flatten() for part in ours.network.parameters()]).norm().item()
+    replay = Given(drawn)
+    replay.new_transitions = 2
+    told = ours.update(replay)
+    expected = {
+        "loss": loss.item(), "q": q.mean().item(), "td_error": away.mean().item(), "grad_norm": norm if limit else 0.0,
+        "epsilon": 1.0 - 0.9 * 50 / 200, "transitions": 2, "remembered": B, "gradient_steps": 2,
+    }  # fmt: skip
+    assert list(told) == list(expected)
+    assert told == pytest.approx(expected, rel=1e-4)
+
+
+def test_where_no_step_is_due_there_is_nothing_to_tell_of_steps():
+    replay = Given(transitions())
+    told = learner(train_every=2).update(replay)
+    assert list(told.values()) == [0.0, 0.0, 0.0, 0.0, 1.0, 1, B, 0]
+
+
+def test_a_target_may_follow_a_part_of_the_way():
+    ours = learner(target_every=1, target_share=0.25)
+    before = ours.state_dict()["target"]
+    ours.update(Given(transitions()))
+    now = ours.state_dict()
+    for name, part in now["target"].items():
+        torch.testing.assert_close(part, before[name] + 0.25 * (now["network"][name] - before[name]))
+
+
+def test_it_goes_on_from_its_state_and_from_weights_alone():
+    ours, other, bare = learner(train_every=3), learner(train_every=3), learner()
+    ours.act({"state": np.zeros((7, 3), np.float32)})
+    for _ in range(4):
+        ours.update(Given(transitions()))
+    other.load_state_dict(ours.state_dict())
+    assert (other.explored, other.owed, other.steps_taken) == (ours.explored, ours.owed, ours.steps_taken) == (7, 1, 1)
+    replay = Given(transitions())
+    replay.new_transitions = 6
+    assert ours.update(replay) == other.update(replay)
+    for name, part in ours.state_dict()["target"].items():
+        assert torch.equal(part, other.state_dict()["target"][name])
+    seen = {"state": np.zeros((64, 3), np.float32)}
+    assert np.array_equal(ours.act(seen).actions, other.act(seen).actions)
+    bare.load_state_dict({"network": ours.state_dict()["network"]})
+    assert (bare.explored, bare.owed, bare.steps_taken) == (0, 0, 0)
+    assert all(torch.equal(*two) for two in zip(bare.target.parameters(), ours.network.parameters(), strict=True))
+
+
+def test_who_brings_chance_along_explores_by_it():
+    seen, drawn = {"state": np.zeros((99, 3), np.float32)}, []
+    for given in (None, None, 5, 5):
+        torch.manual_seed(len(drawn))  # nobody draws from this one
+        chance = None if given is None else torch.Generator().manual_seed(given)
+        drawn.append(learner().act(seen, generator=chance).actions.tolist())
+    assert drawn[0] == drawn[1] != drawn[2] == drawn[3]
+    assert set(drawn[0]) == {0, 1, 2, 3}, "without a mask each may come"

@@ -1,5 +1,6 @@
 """Imitation by reward: by hand, by law, and by what is learned where the world itself pays nothing."""
 
+import copy
 import math
 
 import numpy as np
@@ -7,13 +8,16 @@ import pytest
 import torch
 from toy_world import CopyTheNumber, Walk
 
+from racecraft.algorithms import gail as page
 from racecraft.algorithms.building import build_learner, signal_groups
 from racecraft.algorithms.gail import GailConfig, GailModel
 from racecraft.algorithms.networks import Architecture, NetworkConfig
+from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.ppo import PpoConfig
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.contract.errors import SettingError
-from racecraft.formats.demonstrations import write_demonstrations
+from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
+from racecraft.formats.demonstrations import Demonstrations, write_demonstrations
 from racecraft.formats.tensor_file import CheckpointError
 from racecraft.players.trained import GreedyPolicy
 from racecraft.rollout.collector import Collector
@@ -159,3 +163,97 @@ def test_what_is_laid_on_a_reward_is_the_bonus_times_its_strength(tmp_path):
     pupil = learner(path, CopyTheNumber(4), strength=0.5)
     pupil.model.bonus = lambda before, actions, after: np.full(len(actions), 3.0, np.float32)
     assert pupil.update(Collector(CopyTheNumber(4), pupil, 8, seed=1).collect())["gail_reward"] == pytest.approx(1.5)
+
+
+def of_one_tick(number=2, action=1, rows=5):
+    """Return what was shown and what was done: the same tick again and again, so that chance picks nothing."""
+    seen = np.eye(4, dtype=np.float32)[[number] * rows]
+    spec = CopyTheNumber(4).spec
+    told = PolicySpec("bc", spec.observations, spec.actions).as_dictionary()
+    ends = np.zeros(rows, np.int32)
+    return Demonstrations({"number": seen}, np.full(rows, action), np.zeros(rows, np.float32), ends, told)
+
+
+@pytest.mark.parametrize("use_actions", [False, True])
+def test_a_step_follows_the_cross_entropy_and_the_penalty_that_a_pencil_finds(use_actions):
+    """What is done is what was shown, so every point between the two is that tick, wherever it lies."""
+    config = GailConfig(1.0, use_actions=use_actions, learning_rate=1e-2, batch_size=5, gradient_penalty=3.0, units=8)
+    judge = model(config, of_one_tick())
+    twin = copy.deepcopy(judge.networks)
+    seen, done = torch.eye(4)[[2]].requires_grad_(), torch.eye(4)[[1]].requires_grad_()
+    features = twin["features"]({"number": seen})
+    logit = twin["judge"](torch.cat([features, done], dim=1) if use_actions else features).squeeze()
+    slopes = torch.autograd.grad(logit, [seen, done] if use_actions else [seen], create_graph=True)
+    norm = torch.cat(slopes, dim=1).norm()
+    wrong = -torch.log(torch.sigmoid(logit)) - torch.log(1 - torch.sigmoid(logit))
+    (wrong + 3.0 * (norm - 1.0) ** 2).backward()
+    torch.optim.Adam(twin.parameters(), 1e-2).step()
+    sure = torch.sigmoid(logit).item()
+    told = judge.learn({"number": np.eye(4, dtype=np.float32)[[2] * 5]}, np.full(5, 1), {})
+    assert list(told) == ["gail_loss", "gail_shown", "gail_own"] == list(judge.figures)
+    assert list(told.values()) == pytest.approx([wrong.item(), sure, sure], rel=1e-5)
+    for mine, its in zip(judge.networks.parameters(), twin.parameters(), strict=True):
+        torch.testing.assert_close(mine, its, rtol=1e-3, atol=1e-5)
+
+
+def test_shown_ticks_are_taken_for_shown_and_own_ones_for_own():
+    """Two figures beside their sum, from a judge that moves by nearly nothing."""
+    judge = model(GailConfig(1.0, learning_rate=1e-8, batch_size=2, gradient_penalty=0.0), of_one_tick(2))
+    own = {"number": np.eye(4, dtype=np.float32)[[0] * 5]}
+    theirs, ours = (
+        torch.sigmoid(judge.networks["judge"](judge.networks["features"]({"number": torch.eye(4)[[tick]]}))).item()
+        for tick in (2, 0)
+    )
+    told, lots = {}, []
+    judge.networks["features"].register_forward_hook(lambda layer, seen, found: lots.append(len(found)))
+    told = judge.learn(own, np.zeros(5, np.int64), {})
+    assert list(told.values()) == pytest.approx([-math.log(theirs) - math.log(1 - ours), theirs, ours], rel=1e-5)
+    assert sorted(lots) == [1, 1, 1, 2, 2, 2, 2, 2, 2], "each once, two at a time, thrice: shown, own and between"
+    assert theirs != pytest.approx(ours, abs=1e-4)
+
+
+def test_a_point_between_is_as_far_from_the_shown_tick_as_from_its_own():
+    judge, places = model(GailConfig(1.0, gradient_penalty=0.0), of_one_tick()), []
+
+    def noted(inputs):
+        places.append(inputs["number"].detach())
+        return inputs["number"].sum(dim=1)
+
+    judge._logits = noted
+    judge._roughness({"number": torch.full((400, 4), 10.0)}, {"number": torch.zeros((400, 4))})
+    (between,) = places
+    assert (between.std(dim=1) == 0.0).all(), "one share for a whole tick"
+    assert 0.0 <= between.min() < 0.5 < 9.5 < between.max() <= 10.0
+    assert between.mean().item() == pytest.approx(5.0, abs=0.5)
+
+
+def test_judging_in_lots_changes_no_reward(monkeypatch):
+    judge, seen = model(), {"number": np.eye(4, dtype=np.float32)[[0, 1, 2, 3, 1]]}
+    whole, lots = judge.bonus(seen, np.arange(5) % 4, {}), []
+    monkeypatch.setattr(page, "ROWS_AT_ONCE", 2)
+    judge.networks["features"].register_forward_hook(lambda layer, seen, found: lots.append(len(found)))
+    found = judge.bonus(seen, np.arange(5) % 4, {})
+    np.testing.assert_allclose(found, whole, rtol=1e-6)
+    assert (found.dtype, found.shape, lots) == (np.float32, (5,), [2, 2, 1])
+
+
+def test_pixels_are_judged_from_0_to_1_and_nothing_privileged_is():
+    seen = {"eye": ArraySpec((12, 16), np.uint8), "true": ArraySpec((1,), np.float32, privileged=True)}
+    spec = WorldSpec("looking", 1, 1, seen, DiscreteActions(3))
+    frames = np.random.default_rng(1).integers(0, 256, (3, 12, 16), dtype=np.uint8)
+    told = PolicySpec("bc", {"eye": seen["eye"]}, spec.actions).as_dictionary()
+    ticks = np.zeros(3, np.int64), np.zeros(3, np.float32), np.zeros(3, np.int32)
+    row = Architecture(convolutions=((2, 6, 3),))
+    judge = GailModel(spec, spec.actions, row, GailConfig(1.0), Demonstrations({"eye": frames}, *ticks, told), 1, "cpu")
+    with torch.no_grad():
+        logits = judge.networks["judge"](judge.networks["features"]({"eye": torch.from_numpy(frames / 255.0).float()}))
+    sure = torch.sigmoid(logits).squeeze(1).numpy()
+    np.testing.assert_allclose(judge.bonus({"eye": frames}, ticks[0], {}), -np.log(1 - sure), rtol=1e-4)
+
+
+def test_its_judge_begins_with_rows_of_length_one():
+    judge = model(GailConfig(1.0, use_actions=True, units=8)).networks["judge"]
+    assert [(judge[at].in_features, judge[at].out_features) for at in (0, 2)] == [(12, 8), (8, 1)]
+    for at in (0, 2):
+        weight = judge[at].weight.detach()
+        torch.testing.assert_close(weight @ weight.T, torch.eye(len(weight)), atol=1e-5, rtol=0.0)
