@@ -131,3 +131,34 @@ def test_weights_whose_gradients_are_of_half_precision_are_stepped_as_pytorch_st
     np.testing.assert_allclose(weights, twin.detach().numpy(), rtol=1e-4, atol=1e-5)
     rounded = torch.from_numpy(weights).to(torch.bfloat16).view(torch.int16).numpy()
     np.testing.assert_array_equal(halves.view(np.int16), rounded)
+
+
+def test_some_parameters_are_stepped_and_the_others_wait_and_forget_nothing():
+    ours, theirs = parameters(), parameters()
+    some, every = Adam(ours, 1e-2, 1e-5), Adam(theirs, 1e-2, 1e-5)
+    for one, twin, gradient in zip(ours, theirs, gradients(0), strict=True):
+        one.grad, twin.grad = gradient.clone(), gradient.clone()
+    every.step()
+    some.step([2, 0])
+    assert torch.equal(ours[1], parameters()[1])
+    assert set(some.state_dict()) == {
+        "learning_rate",
+        *(f"{at}.{part}" for at in (0, 2) for part in ("step", "exp_avg", "exp_avg_sq")),
+    }
+    some.step([1])
+    assert all(torch.equal(one, twin) for one, twin in zip(ours, theirs, strict=True))
+    some.step([])
+    assert some.state_dict()["1.step"] == 1.0
+
+
+def test_what_is_loaded_takes_the_place_of_all_that_was_remembered():
+    ours = parameters()
+    optimiser = Adam(ours, 1e-2, 1e-5)
+    fresh = optimiser.state_dict()
+    assert (fresh["learning_rate"].dtype, fresh["learning_rate"].item()) == (torch.float64, 1e-2)
+    for one, gradient in zip(ours, gradients(0), strict=True):
+        one.grad = gradient
+    optimiser.step()
+    optimiser.load_state_dict({**fresh, "learning_rate": torch.tensor(0.5, dtype=torch.float64)})
+    assert set(optimiser.state_dict()) == {"learning_rate"}
+    assert optimiser.learning_rate == 0.5

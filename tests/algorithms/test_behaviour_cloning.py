@@ -265,10 +265,13 @@ def test_a_step_is_adams_and_every_tick_is_learned_from_once():
     shown = recorded([5, 5])
     learner = BcLearner(SPEC, NETWORK, BcConfig(learning_rate=1e-2, batch_size=10, held_out=0.0), shown, seed=1)
     twin = copy.deepcopy(learner.network)
-    logits = twin.policy({"x": torch.from_numpy(shown.observations["x"])})
-    torch.nn.functional.cross_entropy(logits, torch.from_numpy(shown.actions)).backward()
-    torch.optim.Adam(twin.parameters(), 1e-2, eps=1e-8).step()
-    learner.update(None)
+    optimiser = torch.optim.Adam(twin.parameters(), 1e-2, eps=1e-8)
+    for _ in range(2):
+        optimiser.zero_grad()
+        logits = twin.policy({"x": torch.from_numpy(shown.observations["x"])})
+        torch.nn.functional.cross_entropy(logits, torch.from_numpy(shown.actions)).backward()
+        optimiser.step()
+        learner.update(None)
     for mine, its in zip(learner.network.parameters(), twin.parameters(), strict=True):
         torch.testing.assert_close(mine, its, rtol=1e-3, atol=1e-5)
 

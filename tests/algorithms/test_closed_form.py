@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 import torch
 
-from racecraft.algorithms.networks import NetworkConfig
+from racecraft.algorithms import closed_form as page
+from racecraft.algorithms.closed_form import closed_form_of, surrogate, way_back_of_values
+from racecraft.algorithms.networks import Architecture, NetworkConfig
 from racecraft.algorithms.ppo import PpoConfig, PpoLearner, ppo_loss
 from racecraft.algorithms.ppo_batch import Minibatch
+from racecraft.algorithms.recurrent_network import RecurrentActorCritic
 from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions, WorldSpec
 
 ROWS, WIDTH = 96, 5
@@ -112,3 +115,81 @@ OTHERS = {
 @pytest.mark.parametrize("learner", OTHERS.values(), ids=OTHERS)
 def test_what_is_not_written_out_goes_by_autograd(learner):
     assert learner.written_out is None
+
+
+def assert_as_autograd(learner, batch, config):
+    figures, gradients = by_autograd(learner, batch, config)
+    torch.testing.assert_close(learner.find_gradients(batch, config), figures, rtol=1e-5, atol=1e-6)
+    for name, one in learner.network.named_parameters():
+        torch.testing.assert_close(one.grad, gradients[name], rtol=1e-4, atol=1e-6, msg=name)
+
+
+@pytest.mark.parametrize("rows", [1, 2])
+@pytest.mark.parametrize("actions", [CHOICES, NUMBERS], ids=["choices", "numbers"])
+def test_a_single_row_has_no_spread_to_be_measured_by_and_two_have(actions, rows):
+    learner = learner_of(actions)
+    whole = minibatch(learner)
+    few = Minibatch(
+        {name: part[:rows] for name, part in whole.observations.items()},
+        whole.raw_actions[:rows], whole.log_prob[:rows], whole.advantages[:rows], whole.targets[:rows],
+    )  # fmt: skip
+    assert_as_autograd(learner, few, learner.config)
+
+
+def test_equal_advantages_pull_nowhere():
+    learner = learner_of(CHOICES, config=PpoConfig(entropy_weight=0.0))
+    batch = minibatch(learner)
+    batch.advantages[:] = 3.0
+    assert_as_autograd(learner, batch, learner.config)
+    assert not learner.network.policy_head.weight.grad.any()
+
+
+def test_a_spread_is_pushed_at_its_bounds_and_not_beyond_them():
+    """The bounds are e to the -20 and e to the 3. Where no decision was good or bad, the entropy alone pushes."""
+    config = PpoConfig(standardise="none", entropy_weight=0.25)
+    for log_std in ([-20.0, 3.0], [-20.5, 3.5], [2.5, -1.0]):
+        learner = learner_of(NUMBERS)
+        learner.network.log_std.data[:] = torch.tensor(log_std)
+        batch = minibatch(learner)
+        batch.advantages[:], batch.log_prob[:] = 0.0, 100.0
+        learner.find_gradients(batch, config)
+        assert learner.network.log_std.grad.tolist() == [-0.25 if -20.0 <= one <= 3.0 else 0.0 for one in log_std]
+
+
+def test_where_a_decision_is_as_likely_as_it_was_all_of_it_moves_and_none_is_clipped():
+    """Ratios of exactly 1 and a clip of nothing: all lie on the border."""
+    batch = minibatch(learner_of(CHOICES))
+    found = surrogate(batch.log_prob, batch, PpoConfig(clip=0.0, standardise="rollout"))
+    torch.testing.assert_close(found.pull, -batch.advantages / ROWS)
+    loss, divergence, clipped = found.figures
+    assert loss.item() == pytest.approx(-batch.advantages.mean().item())
+    assert (divergence.item(), clipped.item()) == (0.0, 0.0)
+
+
+def test_a_critics_error_beyond_one_pulls_no_harder_with_huber():
+    value = torch.tensor([0.5, 3.0, -4.0, 1.0])
+    batch = Minibatch({}, value, value, value, torch.zeros(4))
+    back, error = way_back_of_values(value, batch, PpoConfig(value_loss="huber", value_weight=2.0))
+    assert back.tolist() == [[0.25], [0.5], [-0.5], [0.5]]
+    assert error.item() == pytest.approx((0.125 + 2.5 + 3.5 + 0.5) / 4)
+    back, error = way_back_of_values(value, batch, PpoConfig(value_loss="mse", value_weight=2.0))
+    assert back.tolist() == [[0.5], [3.0], [-4.0], [1.0]]
+    assert error.item() == pytest.approx((0.25 + 9 + 16 + 1) / 4)
+
+
+def test_a_network_of_just_so_many_weights_is_small_and_of_one_more_is_large(monkeypatch):
+    learner = learner_of(CHOICES)
+    size = sum(one.numel() for one in learner.network.parameters())
+    for most, small in ((size, True), (size - 1, False)):
+        monkeypatch.setattr(page, "MOST_WEIGHTS", most)
+        assert (closed_form_of(learner.network, learner.distribution) is not None) is small
+    monkeypatch.undo()
+    assert closed_form_of(learner.network.double(), learner.distribution) is None, "float64"
+
+
+def test_critics_that_read_something_else_and_memories_go_by_autograd():
+    told = ArraySpec((2,), np.float32, privileged=True)
+    assert learner_of(CHOICES, more=told).written_out is None, "a critic of two vectors"
+    row = Architecture(trunk_units=(4,), memory="gru", memory_units=3)
+    memory = RecurrentActorCritic({"seen": ArraySpec((WIDTH,), np.float32)}, CHOICES, row, torch.Generator())
+    assert closed_form_of(memory, learner_of(CHOICES).distribution) is None

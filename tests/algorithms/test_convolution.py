@@ -5,6 +5,7 @@ import pytest
 import torch
 from torch import nn
 
+from racecraft.algorithms import convolution as page
 from racecraft.algorithms.convolution import FEW_NUMBERS, Convolution, in_tiles
 from racecraft.algorithms.half_precision import Bfloat16Copy
 from racecraft.algorithms.networks import ActorCritic, Architecture, image_embedder
@@ -121,3 +122,43 @@ def test_a_rollout_is_laid_out_once_for_a_policy_and_its_twin_critic():
     for found, wanted in zip(half(laid), half(frames), strict=True):
         assert torch.equal(found, wanted)
     torch.testing.assert_close(half(frames)[1], network(frames)[1], atol=0.02, rtol=0.02)
+
+
+@pytest.mark.parametrize(("frames", "straight"), [(33, True), (34, False)])
+def test_33_frames_of_the_default_car_are_few(frames, straight, monkeypatch):
+    """30 x 40 pixels make 9 x 12 patches of 36 numbers: 33 frames 128,304 of 131,072, and 34 frames 132,192."""
+    common, seen = nn.Conv2d.forward, []
+    monkeypatch.setattr(nn.Conv2d, "forward", lambda layer, maps: seen.append(len(maps)) or common(layer, maps))
+    with torch.no_grad():
+        Convolution(1, 16, 6, 3)(torch.rand(frames, 1, 30, 40))
+    assert seen == ([] if straight else [frames])
+
+
+def test_just_as_many_numbers_as_are_few_are_few_still(monkeypatch):
+    common, seen = nn.Conv2d.forward, []
+    monkeypatch.setattr(nn.Conv2d, "forward", lambda layer, maps: seen.append(len(maps)) or common(layer, maps))
+    layer, maps = Convolution(2, 3, 3, 2), torch.rand(4, 2, 7, 5)
+    with torch.no_grad():
+        for few in (4 * 3 * 2 * 3 * 3 * 2, 4 * 3 * 2 * 3 * 3 * 2 - 1):
+            monkeypatch.setattr(page, "FEW_NUMBERS", few)
+            torch.testing.assert_close(layer(maps), common(layer, maps))
+    assert seen == [4]
+
+
+@pytest.mark.parametrize(
+    ("channels", "kernel", "stride", "is_so"), [(8, 4, 2, True), (9, 4, 2, False), (1, 3, 1, False)]
+)
+def test_tiles_are_of_more_than_a_pixel_and_of_eight_channels_at_most(channels, kernel, stride, is_so):
+    assert Convolution(channels, 4, kernel, stride).bfloat16().reads_tiles is is_so
+
+
+def test_tiles_lie_row_by_row_and_what_no_kernel_comes_to_is_left_out():
+    """A picture of 5 x 7 whose pixels are numbered, for kernels of 2 and steps of 2: 2 x 3 tiles of 2 x 2."""
+    tiles = in_tiles(torch.arange(35).reshape(1, 5, 7, 1), 2, 2)
+    assert tiles.tolist() == [[
+        [[0, 1, 7, 8], [2, 3, 9, 10], [4, 5, 11, 12]],
+        [[14, 15, 21, 22], [16, 17, 23, 24], [18, 19, 25, 26]],
+    ]]  # fmt: skip
+    two = in_tiles(torch.arange(48).reshape(1, 4, 6, 2), 4, 2)
+    assert two.shape == (1, 2, 3, 8)
+    assert two[0, 1, 2].tolist() == [32, 33, 34, 35, 44, 45, 46, 47], "both channels of a pixel side by side"

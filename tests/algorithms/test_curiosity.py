@@ -59,10 +59,13 @@ def test_a_step_follows_a_fifth_of_the_forward_loss_and_the_rest_of_the_inverse_
     before, actions, after = ticks()
     curious = model(batch_size=TICKS, learning_rate=1e-2)
     twin = copy.deepcopy(curious.networks)
-    forward, inverse = (part.mean() for part in errors(twin, before, actions, after))
-    (0.2 * forward + 0.8 * inverse).backward()
-    torch.optim.Adam(twin.parameters(), 1e-2).step()
-    told = curious.learn(before, actions, after)
+    optimiser = torch.optim.Adam(twin.parameters(), 1e-2)
+    for _ in range(2):
+        optimiser.zero_grad()
+        forward, inverse = (part.mean() for part in errors(twin, before, actions, after))
+        (0.2 * forward + 0.8 * inverse).backward()
+        optimiser.step()
+        told = curious.learn(before, actions, after)
     assert list(told) == ["curiosity_forward_loss", "curiosity_inverse_loss"] == list(curious.figures)
     assert list(told.values()) == pytest.approx([forward.item(), inverse.item()], rel=1e-5)
     for mine, its in zip(curious.networks.parameters(), twin.parameters(), strict=True):

@@ -180,16 +180,19 @@ def test_a_step_follows_the_cross_entropy_and_the_penalty_that_a_pencil_finds(us
     config = GailConfig(1.0, use_actions=use_actions, learning_rate=1e-2, batch_size=5, gradient_penalty=3.0, units=8)
     judge = model(config, of_one_tick())
     twin = copy.deepcopy(judge.networks)
-    seen, done = torch.eye(4)[[2]].requires_grad_(), torch.eye(4)[[1]].requires_grad_()
-    features = twin["features"]({"number": seen})
-    logit = twin["judge"](torch.cat([features, done], dim=1) if use_actions else features).squeeze()
-    slopes = torch.autograd.grad(logit, [seen, done] if use_actions else [seen], create_graph=True)
-    norm = torch.cat(slopes, dim=1).norm()
-    wrong = -torch.log(torch.sigmoid(logit)) - torch.log(1 - torch.sigmoid(logit))
-    (wrong + 3.0 * (norm - 1.0) ** 2).backward()
-    torch.optim.Adam(twin.parameters(), 1e-2).step()
-    sure = torch.sigmoid(logit).item()
-    told = judge.learn({"number": np.eye(4, dtype=np.float32)[[2] * 5]}, np.full(5, 1), {})
+    optimiser = torch.optim.Adam(twin.parameters(), 1e-2)
+    for _ in range(2):
+        seen, done = torch.eye(4)[[2]].requires_grad_(), torch.eye(4)[[1]].requires_grad_()
+        features = twin["features"]({"number": seen})
+        logit = twin["judge"](torch.cat([features, done], dim=1) if use_actions else features).squeeze()
+        slopes = torch.autograd.grad(logit, [seen, done] if use_actions else [seen], create_graph=True)
+        norm = torch.cat(slopes, dim=1).norm()
+        wrong = -torch.log(torch.sigmoid(logit)) - torch.log(1 - torch.sigmoid(logit))
+        optimiser.zero_grad()
+        (wrong + 3.0 * (norm - 1.0) ** 2).backward()
+        optimiser.step()
+        sure = torch.sigmoid(logit).item()
+        told = judge.learn({"number": np.eye(4, dtype=np.float32)[[2] * 5]}, np.full(5, 1), {})
     assert list(told) == ["gail_loss", "gail_shown", "gail_own"] == list(judge.figures)
     assert list(told.values()) == pytest.approx([wrong.item(), sure, sure], rel=1e-5)
     for mine, its in zip(judge.networks.parameters(), twin.parameters(), strict=True):
@@ -252,7 +255,9 @@ def test_pixels_are_judged_from_0_to_1_and_nothing_privileged_is():
 
 
 def test_its_judge_begins_with_rows_of_length_one():
-    judge = model(GailConfig(1.0, use_actions=True, units=8)).networks["judge"]
+    whole = model(GailConfig(0.25, use_actions=True, units=8))
+    assert (whole.name, whole.strength, whole.is_novelty) == ("gail", 0.25, False), "no reward for what is new"
+    judge = whole.networks["judge"]
     assert [(judge[at].in_features, judge[at].out_features) for at in (0, 2)] == [(12, 8), (8, 1)]
     for at in (0, 2):
         weight = judge[at].weight.detach()

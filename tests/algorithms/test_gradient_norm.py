@@ -19,3 +19,10 @@ def test_gradients_are_cut_as_pytorch_cuts_them(most):
     for one, other in zip(ours, theirs, strict=True):
         assert one.grad is other.grad is None or torch.equal(one.grad, other.grad)
     assert cut_to_norm(ours[-1:], most) == 0.0
+
+
+def test_of_next_to_nothing_a_millionth_is_added_before_it_is_divided_by():
+    weight = nn.Parameter(torch.zeros(1))
+    weight.grad = torch.tensor([2e-6])
+    assert cut_to_norm([weight], 1e-6).item() == pytest.approx(2e-6)
+    assert weight.grad.item() == pytest.approx(2e-6 / 3)

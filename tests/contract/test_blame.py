@@ -1,10 +1,14 @@
 """Whose line an error is told to have come from."""
 
 import json
+import os
+from pathlib import Path
 
 import pytest
 
-from racecraft.contract.blame import own_line
+import racecraft
+from racecraft.contract import blame
+from racecraft.contract.blame import is_own, own_line, shown
 
 
 def raised(act):
@@ -31,3 +35,27 @@ def test_the_innermost_line_that_is_the_users_own_is_told():
     told = own_line(raised(lambda: json.loads("{")))
     assert "test_blame.py:" in told
     assert own_line(SyntaxError("never raised")) == ""
+
+
+def test_neither_ours_nor_pythons_nor_a_packages_files_are_the_users_own(tmp_path):
+    for file in (json.__file__, pytest.__file__, blame.__file__, "<string>"):
+        assert not is_own(file), file
+    for folder in ("site-packages", "dist-packages"):
+        assert not is_own(f"/elsewhere/lib/{folder}/somebody/page.py"), "of another environment"
+    assert is_own(str(tmp_path / "mine.py"))
+    assert is_own("/elsewhere/packages/mine.py")
+    assert is_own(f"{Path(racecraft.__file__).parent}_of_mine/page.py"), "a folder that only begins as ours does"
+
+
+def test_files_below_the_present_folder_are_told_from_there_and_others_whole(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert shown(str(tmp_path / "rewards" / "mine.py")) == os.path.join("rewards", "mine.py")
+    assert shown(str(tmp_path.parent / "other.py")) == str(tmp_path.parent / "other.py")
+
+
+def test_of_two_lines_of_the_users_the_inner_one_is_told():
+    def inner():
+        json.loads("{")
+
+    line = inner.__code__.co_firstlineno + 1
+    assert own_line(raised(lambda: inner())) == f"{shown(__file__)}:{line}"

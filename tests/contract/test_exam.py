@@ -1,11 +1,24 @@
 """The exam examined: honest worlds pass, and each kind of cheat is caught."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from toy_world import Walk
 
 from racecraft.contract.exam import WorldExam, legal_actions
-from racecraft.contract.world import ContinuousActions, MultiDiscreteActions
+from racecraft.contract.world import (
+    POLICY_ID,
+    AgentGroup,
+    ArraySpec,
+    ContinuousActions,
+    DiscreteActions,
+    GroupedActions,
+    HybridActions,
+    MultiDiscreteActions,
+    WorldSpec,
+    allocate,
+)
 
 
 class TestWalk(WorldExam):
@@ -171,3 +184,168 @@ def test_of_several_choices_each_is_one_that_its_own_mask_allows():
     assert drawn.shape == (50, 2, 2)
     assert (drawn[..., 0] == 1).all()
     assert set(drawn[..., 1].ravel().tolist()) == {0, 3}
+
+
+def test_numbers_and_choices_at_once_are_drawn_side_by_side():
+    both = HybridActions(ContinuousActions((-1.0, 2.0), (0.0, 3.0)), MultiDiscreteActions((2, 3)))
+    mask = np.zeros((80, 1, 5), bool)
+    mask[..., [0, 3, 4]] = True
+    drawn = legal_actions(both, (80, 1), mask, np.random.default_rng(0))
+    assert (drawn.shape, drawn.dtype) == ((80, 1, 4), np.float32)
+    assert (drawn[..., 0] <= 0).all()
+    assert (drawn[..., 0] < -0.9).any()
+    assert ((drawn[..., 1] >= 2) & (drawn[..., 1] <= 3)).all()
+    assert (drawn[..., 2] == 0).all()
+    assert set(drawn[..., 3].ravel().tolist()) == {1.0, 2.0}
+
+
+def test_one_choice_is_a_whole_number_and_without_a_mask_each_comes():
+    drawn = legal_actions(DiscreteActions(3), (60, 2), None, np.random.default_rng(0))
+    assert (drawn.shape, drawn.dtype, set(drawn.ravel().tolist())) == ((60, 2), np.int64, {0, 1, 2})
+    mask = np.zeros((60, 2, 3), bool)
+    mask[..., 1] = True
+    assert (legal_actions(DiscreteActions(3), (60, 2), mask, np.random.default_rng(0)) == 1).all()
+
+
+def test_agents_of_several_kinds_act_each_as_their_own_group_does():
+    """Rows lie side by side: a choice of three in the first number, or two numbers; the mask's first columns count."""
+    groups = {
+        "choosing": AgentGroup({}, DiscreteActions(3), has_action_mask=True),
+        "steering": AgentGroup({}, ContinuousActions((5.0, -9.0), (6.0, -8.0))),
+        "free": AgentGroup({}, DiscreteActions(2)),
+    }
+    seen = {POLICY_ID: ArraySpec((), np.int64)}
+    spec = WorldSpec("kinds", 50, 3, seen, GroupedActions(2), has_action_mask=True, groups=groups)
+    buffers = allocate(spec)
+    buffers.observations[POLICY_ID][:] = [0, 1, 2]
+    buffers.action_mask[..., :2] = False
+    drawn = WorldExam().choose(spec, buffers, np.random.default_rng(0))
+    assert (drawn.shape, drawn.dtype) == ((50, 3, 2), np.float32)
+    assert (drawn[:, 0] == [2.0, 0.0]).all()
+    assert ((drawn[:, 1] >= [5.0, -9.0]) & (drawn[:, 1] <= [6.0, -8.0])).all()
+    assert set(drawn[:, 2, 0].tolist()) == {0.0, 1.0}, "whoever has no mask is bound by none"
+    assert not drawn[:, 2, 1].any()
+
+
+@pytest.mark.parametrize("num_worlds", [2, 1])
+def test_worlds_of_a_number_of_their_own_are_not_told_beside_fewer(num_worlds):
+    with pytest.raises(pytest.skip.Exception, match="the number of worlds cannot be chosen"):
+        examine(lambda asked: Walk(num_worlds), "test_stepping_many_worlds_equals_stepping_each_beside_fewer")
+
+
+def test_a_world_is_examined_as_three_for_two_hundred_ticks_unless_it_wants_otherwise():
+    made = []
+
+    class Noted(Walk):
+        steps = 0
+
+        def step(self, actions, buffers):
+            self.steps += 1
+            super().step(actions, buffers)
+
+    def make(num_worlds):
+        made.append(Noted(num_worlds))
+        return made[-1]
+
+    examine(make, "test_observations_stay_inside_their_spec")
+    assert [(world.spec.num_worlds, world.steps) for world in made] == [(3, 200)]
+    made.clear()
+    examine(make, "test_a_saved_world_goes_on_as_if_nothing_had_happened")
+    assert [world.steps for world in made] == [100 + 200, 200], "half a story, then the same whole one twice"
+
+
+class Garbage(Walk):
+    """Writes whatever lies about where nobody looks: the last observation of a story that is over."""
+
+    told = 0
+
+    def step(self, actions, buffers):
+        super().step(actions, buffers)
+        over = buffers.terminated & ~buffers.truncated
+        Garbage.told += 1
+        buffers.final_observations["square"][over] = (Garbage.told % 7) / 7
+        for rows in buffers.final_observations.values():
+            rows[~buffers.ended] = Garbage.told % 5
+
+
+def test_what_lies_in_rows_that_nobody_reads_belongs_to_no_story():
+    for question in (
+        "test_the_same_seed_tells_the_same_story",
+        "test_stepping_many_worlds_equals_stepping_each_beside_fewer",
+        "test_a_saved_world_goes_on_as_if_nothing_had_happened",
+    ):
+        examine(Garbage, question)
+
+
+class Cornered(Walk):
+    """Leaves a walker on the second square no choice."""
+
+    def __init__(self, num_worlds):
+        super().__init__(num_worlds, masked=True)
+
+    def _allow(self, buffers):
+        super()._allow(buffers)
+        buffers.action_mask[self.square == 1] = False
+
+
+class Unsound(Walk):
+    """Pays what is no number."""
+
+    def step(self, actions, buffers):
+        super().step(actions, buffers)
+        buffers.reward[buffers.reward == 5] = np.nan
+
+
+class Individual(Walk):
+    """Tells the same story whenever it is asked, and no other world tells it."""
+
+    born = 0
+
+    def __init__(self, num_worlds):
+        super().__init__(num_worlds)
+        Individual.born += 1
+        self.own = Individual.born
+
+    def reset(self, buffers, seed):
+        super().reset(buffers, seed + self.own)
+
+
+class Blind(Walk):
+    """Goes on from a saved state without a look at it."""
+
+    def load_state(self, state, buffers):
+        super().load_state(state, allocate(self.spec))
+
+
+class Unsteady(Walk):
+    """Loads all that can be seen, and forgets how many episodes it began."""
+
+    def load_state(self, state, buffers):
+        super().load_state(state | {"episode": state["episode"] + 1}, buffers)
+
+
+@pytest.mark.parametrize(
+    ("cheat", "question"),
+    [
+        (Individual, "test_the_same_seed_tells_the_same_story"),
+        (Blind, "test_a_saved_world_goes_on_as_if_nothing_had_happened"),
+        (Unsteady, "test_a_saved_world_goes_on_as_if_nothing_had_happened"),
+        (Cornered, "test_what_a_step_brings_is_sound"),
+        (Unsound, "test_what_a_step_brings_is_sound"),
+    ],
+)
+def test_a_cheat_of_another_kind_is_caught(cheat, question):
+    with pytest.raises(AssertionError):
+        examine(cheat, question)
+
+
+class TestHollowWalk(WorldExam):
+    """A world may promise an observation without a number, as a LiDAR without rays is one."""
+
+    ticks = 40
+
+    def make_world(self, num_worlds):
+        world = Walk(num_worlds)
+        seen = {**world.spec.observations, "nothing": ArraySpec((0,), np.float32)}
+        world.spec = replace(world.spec, observations=seen)
+        return world

@@ -219,10 +219,10 @@ class AlphaZeroLearner:
         whole["targets"] = laid(targets.astype(np.float32, copy=False))
         if batch.action_mask is not None:
             whole["action_mask"] = laid(batch.action_mask)
-        learned = (batch.active & (batch.observations[SEARCHED].sum(axis=-1) > 0)).reshape(-1)
+        learned = (batch.active & (batch.observations[SEARCHED].sum(axis=-1) > 0)).ravel()
         rows, foreseen = np.flatnonzero(learned), 0.0
         if len(rows):
-            foreseen = explained_variance(value.reshape(-1)[rows], targets.reshape(-1)[rows])
+            foreseen = explained_variance(value.ravel()[rows], targets.ravel()[rows])
         return whole, torch.from_numpy(rows).to(self.device), foreseen
 
     @torch.inference_mode()
@@ -244,7 +244,7 @@ class AlphaZeroLearner:
         if turn:
             batch = self.symmetries[turn - 1](batch)
         loss, figures = alphazero_loss(self.network, batch, self.config.value_weight)
-        self.network.zero_grad(set_to_none=True)
+        self.network.zero_grad()
         loss.backward()
         limit = self.config.max_grad_norm
         norm = cut_to_norm(self.network.parameters(), float("inf") if limit is None else limit)

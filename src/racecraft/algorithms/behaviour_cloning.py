@@ -190,7 +190,7 @@ class BcLearner:
 
     def _step(self, batch: Shown) -> Tensor:
         loss, agreement = cloning_loss(self.network, self.distribution, batch)
-        self.network.zero_grad(set_to_none=True)
+        self.network.zero_grad()
         loss.backward()
         self.optimiser.step()
         if self.network.log_std is not None:

@@ -106,7 +106,7 @@ class CuriosityModel:
         losses = []
         for rows in torch.randperm(len(actions), generator=self.generator).split(self.config.batch_size):
             forward, inverse = (part.mean() for part in self._errors(before, actions, after, rows.numpy()))
-            self.optimiser.zero_grad(set_to_none=True)
+            self.optimiser.zero_grad()
             (FORWARD_SHARE * forward + (1.0 - FORWARD_SHARE) * inverse).backward()
             self.optimiser.step()
             losses.append(torch.stack([forward, inverse]).detach())

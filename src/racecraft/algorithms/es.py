@@ -174,7 +174,7 @@ class EsLearner:
             )
         pairs = np.flatnonzero(count[: self.members // 2 * 2].reshape(-1, 2).min(axis=1))
         of_pairs = returns[: self.members // 2 * 2].reshape(-1, 2)[pairs]
-        ranks = centred_ranks(of_pairs.reshape(-1)).reshape(-1, 2)
+        ranks = centred_ranks(of_pairs.ravel()).reshape(-1, 2)
         gradient = torch.zeros_like(self.noise(0))
         for pair, (plus, minus) in zip(pairs, ranks, strict=True):
             gradient += float(plus - minus) * self.noise(int(pair))

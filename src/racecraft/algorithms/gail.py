@@ -128,7 +128,7 @@ class GailModel:
             theirs, ours = self._logits(shown), self._logits(own)
             wrong = functional.softplus(-theirs).mean() + functional.softplus(ours).mean()
             loss = wrong + self.config.gradient_penalty * self._roughness(shown, own)
-            self.optimiser.zero_grad(set_to_none=True)
+            self.optimiser.zero_grad()
             loss.backward()
             self.optimiser.step()
             told.append(torch.stack([wrong, torch.sigmoid(theirs).mean(), torch.sigmoid(ours).mean()]).detach())
