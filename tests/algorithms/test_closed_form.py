@@ -6,7 +6,8 @@ import torch
 
 from racecraft.algorithms import closed_form as page
 from racecraft.algorithms.closed_form import closed_form_of, surrogate, way_back_of_values
-from racecraft.algorithms.networks import Architecture, NetworkConfig
+from racecraft.algorithms.distributions import distribution_for
+from racecraft.algorithms.networks import ActorCritic, Architecture, NetworkConfig
 from racecraft.algorithms.ppo import PpoConfig, PpoLearner, ppo_loss
 from racecraft.algorithms.ppo_batch import Minibatch
 from racecraft.algorithms.recurrent_network import RecurrentActorCritic
@@ -193,3 +194,12 @@ def test_critics_that_read_something_else_and_memories_go_by_autograd():
     row = Architecture(trunk_units=(4,), memory="gru", memory_units=3)
     memory = RecurrentActorCritic({"seen": ArraySpec((WIDTH,), np.float32)}, CHOICES, row, torch.Generator())
     assert closed_form_of(memory, learner_of(CHOICES).distribution) is None
+
+
+@pytest.mark.parametrize(("width", "units", "small"), [(29, 2857, True), (33, 2564, False)])
+def test_a_hundred_thousand_weights_are_few_and_one_more_is_not(width, units, small):
+    """A layer of (width + 1) x units and heads of 5 x units + 5: 35 x 2,857 + 5 = 100,000, and 39 x 2,564 + 5."""
+    seen = {"seen": ArraySpec((width,), np.float32)}
+    network = ActorCritic(seen, CHOICES, Architecture(trunk_units=(units,)), torch.Generator().manual_seed(1))
+    assert sum(one.numel() for one in network.parameters()) == 100_000 + (not small)
+    assert (closed_form_of(network, distribution_for(CHOICES)) is not None) is small
