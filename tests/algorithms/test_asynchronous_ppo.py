@@ -146,6 +146,19 @@ def test_a_schedule_waits_for_the_rollout_it_is_meant_for():
     assert learner.learner.learning_rate == pytest.approx(5e-3)
 
 
+@pytest.mark.parametrize("done", [None, 0.0, 0.25])
+def test_whoever_goes_on_with_a_rollout_knows_how_much_lay_behind_it(done):
+    """None: nobody said; 0: the training had only begun. A rate that falls to 0 in a straight line tells."""
+    learner, other = (beside(learning_rate_schedule="linear", learning_rate=1e-2) for _ in range(2))
+    if done is not None:
+        learner.anneal(done)
+    learner.update(made_up(SPEC, learner=plain()))
+    state = learner.state_dict()
+    other.load_state_dict(state)
+    assert torch.equal(other.state_dict()["under_way"]["done"], state["under_way"]["done"])
+    assert other.learner.learning_rate == pytest.approx(1e-2 * (1.0 - (done or 0.0)))
+
+
 def test_a_rollout_comes_back_whole():
     batch = made_up(SPEC, learner=plain())
     back = rollout_of(tensors_of(replace(batch, action_mask=np.ones((6, 4, 3), bool))))
