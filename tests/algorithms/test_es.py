@@ -269,3 +269,13 @@ def test_what_is_forbidden_no_member_does():
     mask[[0, 1, 2, 3], [2, 0, 1, 2]] = True
     assert learner.act(seen, mask).actions.tolist() == [2, 0, 1, 2]
     assert learner.choose(seen, mask).tolist() == [2, 0, 1, 2]
+
+
+def test_members_are_given_their_weights_once_a_generation():
+    learner, asked = learner_for(Walk(5)), []
+    seen = {"square": np.eye(9, dtype=np.float32)[:5], "clock": np.zeros((5, 1), np.uint8)}
+    noise = learner.noise
+    learner.noise = lambda pair: asked.append(pair) or noise(pair)
+    for _ in range(3):
+        learner.act(seen)
+    assert asked == [0, 1], "a large population's noise is not drawn at every tick"
