@@ -79,7 +79,7 @@ class CuriosityModel:
         self.config, self.strength, self.device = config, config.strength, torch.device(device)
         self.actions = ActionCode(actions)
         self.names = [name for name, part in observations.items() if not part.privileged]
-        row = replace(architecture, trunk_units=(config.units,), memory="none", memory_units=0)
+        row = replace(architecture, trunk_units=(config.units,))
         chance, units, width = torch.Generator().manual_seed(seed), config.units, self.actions.width
         self.networks = nn.ModuleDict({
             "features": Encoder({name: observations[name] for name in self.names}, row, chance),

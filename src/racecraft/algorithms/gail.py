@@ -95,7 +95,7 @@ class GailModel:
         self.config, self.strength, self.device = config, config.strength, torch.device(device)
         seen = {name: part for name, part in spec.observations.items() if not part.privileged}
         self.shown = shown_tensors(shown, spec, seen, self.device, "gail.demonstrations")
-        row = replace(architecture, trunk_units=(config.units,), memory="none", memory_units=0)
+        row = replace(architecture, trunk_units=(config.units,))
         chance, units = torch.Generator().manual_seed(seed), config.units
         self.actions = ActionCode(actions) if config.use_actions else None
         width = 0 if self.actions is None else self.actions.width
