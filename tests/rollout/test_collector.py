@@ -11,7 +11,7 @@ from racecraft.algorithms.networks import NetworkConfig
 from racecraft.algorithms.ppo import RAW_ACTION, PpoConfig, PpoLearner
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import ArraySpec, EpisodeRecord
-from racecraft.rollout.collector import Collector
+from racecraft.rollout.collector import CarriedOtherwiseError, Collector
 from racecraft.rollout.statistics import summarise
 
 
@@ -236,3 +236,119 @@ def test_a_world_that_shows_not_a_number_is_restored_all_the_same():
     resumed = Collector(Blind(2), Always(2), horizon=5, seed=1)
     resumed.restore(collector.state())
     assert_array_equal(resumed.collect().observations["clock"], collector.collect().observations["clock"])
+
+
+# ---- counts, chance, and who is asked --------------------------------------------------------------------------------
+
+
+class Parked(Walk):
+    """Begins episodes where it is asked to, and leaves agents standing; choice 1 goes down, 2 stays."""
+
+    def begin_episodes(self, buffers):
+        self.standing = np.zeros_like(self.square, bool)
+        self.episode += 1
+        self._begin(np.ones_like(self.square, bool))
+        self._show(buffers.observations)
+        self._allow(buffers)
+
+    def park(self, rows):
+        self.standing = rows.copy()
+
+    def step(self, actions, buffers):
+        super().step(np.where(self.standing, 1, actions - 1), buffers)
+        buffers.reward[self.standing], buffers.terminated[self.standing] = 0.0, False
+        buffers.truncated[self.standing] = False
+
+
+def test_who_has_played_its_quota_is_neither_asked_nor_told_nor_counted():
+    """Going down from square s takes s ticks; then the agent stands, and its actions and columns are zeros."""
+    actor = Always(1)
+    collector = Collector(Parked(2, 2), actor, horizon=1, seed=1)
+    kept = collector.collect_episodes(1)
+    lengths = kept.observations["square"][0].argmax(axis=-1)
+    assert len(set(lengths.tolist())) > 1
+    assert len(kept.reward) == lengths.max()
+    for t, asked in enumerate(actor.asked):
+        going = np.flatnonzero(lengths > t)
+        assert (asked is None) if len(going) == 4 else asked.tolist() == going.tolist()
+        assert np.flatnonzero(kept.active[t]).tolist() == going.tolist()
+        assert np.flatnonzero(kept.columns["noted"][t]).tolist() == going.tolist()
+        assert np.flatnonzero(kept.actions[t]).tolist() == going.tolist()
+    assert collector.steps_taken == lengths.sum()
+    assert collector.state()["counts"]["parked_steps"] == lengths.max() * 4 - lengths.sum()
+    collector.collect_episodes(1)
+    assert actor.asked[len(kept.reward)] is None, "in the next round all are asked again"
+
+
+def test_a_mask_is_shown_of_those_asked_alone():
+    class Masked(Always):
+        def act(self, observations, action_mask=None, **others):
+            masks.append(None if action_mask is None else action_mask.copy())
+            return super().act(observations, action_mask, **others)
+
+    masks = []
+    Collector(Walk(2, 2), Masked(2), 1, seed=1).collect()
+    assert masks.pop() is None
+    world = Parked(2, 2, masked=True)
+    kept = Collector(world, Masked(1), 1, seed=1).collect_episodes(1)
+    for t, mask in enumerate(masks):
+        assert (mask == kept.action_mask[t][kept.active[t]]).all()
+    assert {len(mask) for mask in masks} > {4}
+
+
+def test_everything_that_is_counted_is_told_of_a_run():
+    collector = Collector(Walk(3, 2), Always(2), horizon=5, seed=1)
+    assert {name: int(count) for name, count in collector.state()["counts"].items()} == {
+        "ticks_taken": 0, "resets": 1, "parked_steps": 0, "steps_taken": 0
+    }  # fmt: skip
+    collector.collect()
+    collector.collect_episodes(1)
+    assert {name: int(count) for name, count in collector.state()["counts"].items()} == {
+        "ticks_taken": 5 + LIMIT, "resets": 2, "parked_steps": 0, "steps_taken": 6 * (5 + LIMIT)
+    }  # fmt: skip
+
+
+def test_what_others_carried_is_taken_over_by_its_counts_alone():
+    """Workers took 37 steps in 9 ticks of their own; six agents here would have taken 54."""
+    there = Collector(Walk(3, 2), Always(2), horizon=5, seed=1)
+    state = {"exploration": there.state()["exploration"], "counts": {"ticks_taken": 9, "resets": 4, "steps_taken": 37}}
+    collector = Collector(Walk(3, 2), Always(2), horizon=5, seed=1)
+    with pytest.raises(CarriedOtherwiseError, match="carried by workers"):
+        collector.restore(state)
+    collector.restore(state, anew=True)
+    assert collector.steps_taken == 37
+    assert int(collector.state()["counts"]["resets"]) == 5
+    collector.collect()
+    assert collector.steps_taken == 37 + 6 * 5
+
+
+def test_a_run_that_was_kept_before_agents_were_parked_goes_on():
+    whole, again = (Collector(Walk(2), Always(2), horizon=5, seed=1) for _ in range(2))
+    whole.collect()
+    state = whole.state()
+    del state["counts"]["parked_steps"]
+    again.restore(state)
+    assert again.steps_taken == whole.steps_taken == 10
+
+
+def test_the_chance_of_exploration_begins_with_the_seed_and_goes_on_where_it_was_kept():
+    one, other = (Collector(Walk(2), Always(2), horizon=5, seed=seed) for seed in (3, 4))
+    assert torch.equal(one.generator.get_state(), torch.Generator().manual_seed(3).get_state())
+    torch.rand(5, generator=one.generator)
+    for anew in (False, True):
+        other.restore(one.state(), anew=anew)
+        assert torch.equal(other.generator.get_state(), one.generator.get_state())
+
+
+def test_somebody_may_look_meanwhile_and_break_off():
+    collector, looks = Collector(Walk(2), Always(2), horizon=5, seed=1), []
+
+    def look():
+        looks.append(collector.ticks_taken)
+        if len(looks) == 3:
+            raise KeyboardInterrupt
+
+    collector.look_meanwhile(look)
+    with pytest.raises(KeyboardInterrupt):
+        collector.collect()
+    assert looks == [1, 2, 3]

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 import torch
 
+from racecraft.algorithms.replay_sampler import VALUE_BEST, VALUE_TAKEN
 from racecraft.algorithms.rollout_batch import RolloutBatch
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
+from racecraft.rollout import replay as memory
 from racecraft.rollout.kernels import sum_tree
 from racecraft.rollout.kernels.story import NOBODY, TERMINATED, TRUNCATED
 from racecraft.rollout.priorities import Priorities
@@ -319,3 +321,112 @@ def test_of_sixteen_children_the_one_is_drawn_in_whose_share_the_mass_falls():
     for child in range(16):
         for mass in (float(child), child + 0.5):
             assert sum_tree._child_at(running, np.uint64(1), mass) == child
+
+
+# ---- figures by hand -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("rows", "capacity", "n_step", "kept"), [(2, 10, 1, 5), (3, 10, 1, 4), (3, 3, 1, 2), (3, 3, 5, 6), (4, 1, 2, 3)]
+)
+def test_as_many_ticks_are_kept_as_hold_the_capacity_and_a_step_more_than_is_looked_ahead(rows, capacity, n_step, kept):
+    one = replay(rows=rows, n_step=n_step, capacity=capacity)
+    assert (one.ring.ticks, one.rows) == (kept, rows)
+
+
+def test_a_new_memory_is_empty_and_looks_a_step_ahead():
+    one = Replay(world(2), ReplayConfig(capacity=40), GAMMA)
+    assert (len(one), one.n_step, one.ring.stack_size, one.collected, one.new_transitions) == (0, 1, 1, 0, 0)
+    assert not one.begins_anew
+    assert not one.prioritised
+
+
+def test_what_priorities_need_is_counted_among_the_bytes():
+    """A weight and its running sum are 16 bytes a place, the levels above them a fifteenth of that."""
+    plain, weighed = replay(), replay(prioritised=True)
+    assert plain.bytes == sum(array.nbytes for array in plain.ring.arrays.values())
+    a_place = (weighed.bytes - plain.bytes) / (21 * 2)  # 40 transitions of two rows, and the tick being written
+    assert 16 * 16 / 15 <= a_place <= 18
+
+
+def test_the_weighing_out_grows_in_a_straight_line_to_one():
+    one, found = replay(prioritised=True, importance_exponent=0.4, importance_steps=40), []
+    for first in range(0, 40, 10):
+        found.append(one.importance)
+        one.take(ticks(first, 10, 2, inactive=[(1, 0), (1, 1)]))
+    assert found == pytest.approx([0.4, 0.4 + 0.6 * 18 / 40, 0.4 + 0.6 * 38 / 40, 1.0])
+
+
+def test_a_memory_that_is_full_is_learned_from_however_little_it_holds():
+    one = Replay(world(2), ReplayConfig(capacity=10, learning_starts=1000), GAMMA)
+    assert one.take(ticks(0, 4, 2)) is None
+    assert one.take(ticks(4, 1, 2)) is one
+    idle = Replay(world(1), ReplayConfig(capacity=4, learning_starts=1), GAMMA)
+    assert idle.take(ticks(0, 4, inactive=[(tick, 0) for tick in range(4)])) is None
+    assert idle.take(ticks(4, 1)) is idle, "one will do"
+
+
+FORESEEN = {VALUE_TAKEN: ArraySpec((), np.float32), VALUE_BEST: ArraySpec((), np.float32)}
+
+
+def foreseen(first, count, **ends):
+    """Return ticks whose actor expects a half of what it takes and 10 * tick of the best."""
+    batch = ticks(first, count, **ends)
+    best = 10.0 * np.arange(first, first + count, dtype=np.float32)[:, None]
+    batch.columns = {VALUE_TAKEN: np.full((count, 1), 0.5, np.float32), VALUE_BEST: best}
+    return batch
+
+
+def test_what_is_new_weighs_what_its_actor_got_wrong():
+    """Paid tick + 1, and half of what is expected a tick later, less a half. An end expects nothing; of a cut, the
+    value before it stands for the one behind. The newest tick waits for what will be expected after it."""
+    config = ReplayConfig(capacity=16, learning_starts=1, prioritised=True, priority_exponent=1.0)
+    one = Replay(world(1), config, GAMMA, 1, FORESEEN)
+    one.take(foreseen(0, 6, terminated=[(1, 0)], truncated=[(2, 0)], inactive=[(3, 0)]))
+    wrong = [1 + 5 - 0.5, 2 - 0.5, 3 + 10 - 0.5, None, 5 + 25 - 0.5]
+    expected = [0.0 if error is None else error + 1e-6 for error in wrong]
+    assert one.priorities.leaves[:7] == pytest.approx([*expected, 0.0, 0.0])
+    assert len(one) == 4
+    one.take(foreseen(6, 1))
+    assert one.priorities.leaves[5:8] == pytest.approx([6 + 30 - 0.5 + 1e-6, 0.0, 0.0])
+    assert len(one) == 5
+
+
+def test_without_the_actors_word_the_newest_tick_is_drawn_at_once():
+    one = replay(rows=1, capacity=16, prioritised=True)
+    one.take(ticks(0, 6))
+    assert len(one) == 6
+    assert one.priorities.leaves[:8].tolist() == [1.0] * 6 + [0.0, 0.0]
+    late = replay(rows=1, n_step=3, capacity=16, prioritised=True)
+    late.take(ticks(0, 6))
+    assert len(late) == 4
+    assert late.priorities.leaves[:8].tolist() == [1.0] * 4 + [0.0] * 4
+    late.take(ticks(6, 2))
+    assert late.priorities.leaves[:8].tolist() == [1.0] * 6 + [0.0] * 2
+
+
+def test_what_was_given_up_for_want_of_room_is_drawn_no_more():
+    one = replay(rows=1, capacity=40, prioritised=True)  # room for two last observations
+    one.take(ticks(0, 12, truncated=[(tick, 0) for tick in (1, 4, 7)]))
+    assert np.flatnonzero(one.priorities.leaves == 0.0).tolist()[:2] == [1, 12]
+
+
+def test_a_memory_that_needs_just_what_is_allowed_is_allowed():
+    spec = world(2)
+    needed = Replay(spec, ReplayConfig(capacity=60_000), GAMMA).bytes
+    Replay(spec, ReplayConfig(capacity=60_000, memory_gib=needed / 2**30), GAMMA)
+    with pytest.raises(SettingError, match="or a larger --set replay.memory_gib"):
+        Replay(spec, ReplayConfig(capacity=60_000, memory_gib=(needed - 1) / 2**30), GAMMA)
+
+
+def test_a_machine_smaller_than_what_is_allowed_says_so(monkeypatch):
+    for here, told in ((2**18, "this machine has 0.0 GiB"), (None, "memory_gib allows 0.001 GiB")):
+        monkeypatch.setattr(memory, "machine_bytes", lambda here=here: here)
+        with pytest.raises(SettingError, match=told) as letter:
+            Replay(world(2), ReplayConfig(capacity=60_000, memory_gib=0.001), GAMMA)
+        assert ("larger --set" in str(letter.value)) == (here is None)
+
+
+def test_the_machine_tells_its_memory_in_bytes():
+    here = memory.machine_bytes()
+    assert here is None or 2**27 < here < 2**50

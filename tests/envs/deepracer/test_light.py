@@ -7,11 +7,13 @@ import pytest
 
 from racecraft.envs.deepracer.actions import ActionTable
 from racecraft.envs.deepracer.camera import MOUNT_V3, Camera
-from racecraft.envs.deepracer.light import LIGHTS, light_for
+from racecraft.envs.deepracer.light import LIGHTS, light_for, palette_under
+from racecraft.envs.deepracer.objects import KINDS
 from racecraft.envs.deepracer.scene import DASH, FIELD, LINE, MATERIALS, ROAD, SKY, build_scene
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.tracks.catalogue import load_track
+from racecraft.tracks.look import TrackLook
 
 WALLS = slice(5, 9)
 ACTIONS = ActionTable.of([(0.1, 1.0), (-0.1, 1.0)])
@@ -135,3 +137,45 @@ def test_lines_dashes_and_road_grow_darker_from_year_to_year():
     assert (np.diff(levels[:, [FIELD, ROAD, DASH]], axis=0) < 0).all()
     assert (np.diff(levels[:, LINE]) <= 0).all()
     assert (levels[1:, SKY] > 170).all()
+
+
+def test_every_material_has_its_texture_under_its_own_light():
+    """By hand: white textures show the shares alone. Grey levels of the sky as in the frames: 174 and 178."""
+    white = TrackLook(**{name: (100, 100, 100) for name in ("road", "line", "dash", "field", "wall", "start")})
+    for year, sun, walls, sky in (("2019", 1.31, 1.31, None), ("2021", 1.175, 1.21, 174), ("2026", 1.06, 1.06, 178)):
+        found = palette_under(year, white)
+        lit = [100 * sun, 100 * sun, 98 * sun]
+        np.testing.assert_allclose(found[:5], [lit] * 5, err_msg=year)
+        np.testing.assert_allclose(found[WALLS], 100 * walls, err_msg=year)
+        np.testing.assert_allclose(found[SKY], 100 * walls if sky is None else sky, err_msg=year)
+        for kind, shown in zip(KINDS, found[SKY + 1 :], strict=True):
+            expected = np.minimum(np.array(kind.colour) * [sun, sun, 0.98 * sun], 255)
+            np.testing.assert_allclose(shown, expected, err_msg=f"{kind.name} in {year}")
+
+
+def test_nothing_is_brighter_than_white():
+    assert palette_under("2019", TrackLook()).max() == 255.0
+
+
+def test_the_hall_of_re_invent_shows_its_carpet_as_the_frames_of_each_year_have_it():
+    """2026: nobody recorded the hall. Its ground and paint are those of 2021, darker as other circuits' are."""
+    white = TrackLook(**{name: (100, 100, 100) for name in ("road", "line", "dash", "field", "wall", "start")})
+    hall = {year: palette_under(year, white, "reinvent_base") for year in LIGHTS}
+    elsewhere = {year: palette_under(year, white) for year in LIGHTS}
+    darker = elsewhere["2026"][ROAD, 0] / elsewhere["2021"][ROAD, 0]
+    np.testing.assert_allclose(hall["2026"][:5], hall["2021"][:5] * darker, atol=0.6)
+    np.testing.assert_allclose(hall["2019"][[FIELD, ROAD]], hall["2021"][[FIELD, ROAD]])
+    np.testing.assert_allclose(hall["2021"][FIELD], [104, 104, 105])
+    np.testing.assert_allclose(hall["2019"][LINE], 120)
+    np.testing.assert_allclose(hall["2021"][WALLS], [[share] * 3 for share in (1.6, 20, 21, 39)])
+    np.testing.assert_allclose(hall["2019"][WALLS], [[share] * 3 for share in (0, 82, 96, 44)])
+    np.testing.assert_allclose(hall["2026"][WALLS], elsewhere["2026"][WALLS])
+    np.testing.assert_allclose(hall["2019"][SKY], 100, err_msg="the colour of the walls goes on, unlit")
+    np.testing.assert_allclose(hall["2021"][SKY], 178)
+    np.testing.assert_allclose(hall["2026"][SKY], 178)
+
+
+def test_to_people_a_hall_has_the_walls_of_every_other_circuit():
+    hall, plain = (palette_under("2021", TrackLook(), name, for_people=True) for name in ("reinvent_base", ""))
+    assert (hall[WALLS] == plain[WALLS]).all()
+    assert (hall[FIELD] != plain[FIELD]).any()
