@@ -7,7 +7,15 @@ import pytest
 
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import ContinuousActions, DiscreteActions, allocate
-from racecraft.envs.deepracer.actions import NO_NUMBER, ActionBox, ActionTable, action_space
+from racecraft.envs.deepracer.actions import (
+    NO_NUMBER,
+    ActionBox,
+    ActionTable,
+    OwnActions,
+    action_label,
+    action_space,
+    clip_commands,
+)
 from racecraft.envs.deepracer.settings import CameraConfig
 from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.formats.aws.model_metadata import ActionRanges, CarAction
@@ -102,3 +110,53 @@ def test_actions_of_another_shape_are_refused_with_the_one_expected():
     world.reset(buffers, 0)
     with pytest.raises(ContractError, match=r"expected shape \(3, 2, 2\)"):
         world.step(np.zeros((3, 2)), buffers)
+
+
+# ---- cars of which each has its own ----------------------------------------------------------------------------------
+
+
+def test_each_car_is_told_by_its_own_action_space():
+    """Two worlds of two cars: the table's choices stand in the first number, a pair within ranges is a pair."""
+    own = OwnActions((TABLE, BOX), np.array([[0, 1], [1, 0]]))
+    assert own.spec == ContinuousActions((-math.inf, -math.inf), (math.inf, math.inf))
+    told = own.commands(np.array([[[2, 0], [0.25, 9.0]], [[-9.0, 1.5], [0, 0]]]))
+    np.testing.assert_allclose(np.degrees(told.chosen[..., 0]), [[15, math.degrees(0.25)], [-30, -45]])
+    assert told.chosen[..., 1].tolist() == [[5.0, 5.0], [1.5, 0.05]]
+    np.testing.assert_allclose(np.degrees(told.sent[..., 0]), [[15, math.degrees(0.25)], [-30, -30]])
+    assert told.sent[..., 1].tolist() == [[4.0, 4.0], [1.5, 0.1]]
+    assert told.numbers.tolist() == [[2, -1], [-1, 0]]
+    assert told.numbers.dtype == np.int64
+    with pytest.raises(ContractError, match="are not from 0 to 2"):
+        own.commands(np.array([[[3, 0], [0, 1]], [[0, 1], [0, 0]]]))
+
+
+def test_a_command_is_held_to_its_range_and_left_alone_within_it():
+    """Within four roundings of an end it is that end; a hundred roundings off it is itself."""
+    box, eps = ActionBox((-0.5, 0.5), (1.0, 4.0)), 2.0**-23
+    near, off = 0.5 - 2 * eps * 0.5, 0.5 - 100 * eps
+    told = box.commands(np.array([[[near, 4 - 4 * eps], [-near, 1 + 2 * eps], [off, 4 - 400 * eps], [-off, 1.001]]]))
+    assert told.chosen[0, :2].tolist() == [[0.5, 4.0], [-0.5, 1.0]]
+    assert (told.chosen[0, 2:] == np.float32([[off, 4 - 400 * eps], [-off, 1.001]])).all()
+    assert told.numbers.tolist() == [[-1] * 4]
+
+
+def test_no_cars_are_told_nothing():
+    told = TABLE.commands(np.zeros((0, 1)))
+    assert (told.chosen.shape, told.sent.shape, told.numbers.shape) == ((0, 1, 2), (0, 1, 2), (0, 1))
+
+
+@pytest.mark.parametrize(
+    ("degrees", "speed", "words"),
+    [
+        (30.0, 0.5, "left 30° at 0.5 m/s"), (-30.0, 4.0, "right 30° at 4 m/s"), (0.0, 1.0, "straight at 1 m/s"),
+        (0.5, 1.25, "left 0.5° at 1.25 m/s"), (0.0004, 1.0, "straight at 1 m/s"),
+        (12.3456, 1.0, "left 12.346° at 1 m/s"), (-0.001, 1.0, "right 0.001° at 1 m/s"),
+    ],
+)  # fmt: skip
+def test_an_action_is_told_in_a_racers_words(degrees, speed, words):
+    assert action_label(math.radians(degrees), speed) == words
+
+
+def test_commands_are_clipped_in_any_shape():
+    told = clip_commands(np.array([[[0.6, 0.0]], [[-0.6, 4.5]]]))
+    np.testing.assert_allclose(told, [[[math.radians(30), 0.1]], [[-math.radians(30), 4.0]]], rtol=1e-15)

@@ -5,7 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from racecraft.envs.deepracer.camera import MOUNT_V2, MOUNT_V3, Camera, CameraError, mounted_optics
+from racecraft.envs.deepracer.camera import (
+    MOUNT_V2,
+    MOUNT_V3,
+    Camera,
+    CameraError,
+    CameraMount,
+    Optics,
+    mount_for_version,
+    mounted_optics,
+)
 from racecraft.envs.deepracer.kernels.camera import add_points
 from racecraft.envs.deepracer.scene import (
     DASH,
@@ -264,3 +273,100 @@ def test_an_odd_size_or_array_is_refused_with_a_letter(scene):
         Camera(scene, 40, 30).render_grey(np.zeros((1, 3)), np.zeros((1, 40, 30), np.uint8))
     with pytest.raises(CameraError, match="palette"):
         Camera(scene, 40, 30).render_grey(np.zeros((1, 3)), palettes=np.zeros(3))
+
+
+# ---- the numbers of a mounted camera, by hand ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("version", "mount"),
+    [
+        ("1", (0.2, 0.1235, 15.1, 1.135)),
+        ("2", (0.2, 0.164, 15.0, 1.13)),
+        ("2.9", (0.2, 0.164, 15.0, 1.13)),
+        ("3", (0.14529379, 0.13032555, 13.6, 1.13)),
+        ("1.5", (0.2, 0.1235, 15.1, 1.135)),
+        (None, (0.14529379, 0.13032555, 13.6, 1.13)),
+    ],
+)
+def test_a_camera_sits_where_simapp_puts_it_or_the_frames_of_2019_have_it(version, mount):
+    """m ahead, m up, degrees down, rad of view."""
+    found = mount_for_version(version)
+    assert (found.x, found.z, found.horizontal_view, found.roll) == (mount[0], mount[1], mount[3], 0.0)
+    assert math.degrees(found.pitch) == pytest.approx(mount[2])
+
+
+def test_optics_are_those_of_a_pinhole():
+    """A view of 90 degrees over 160 x 120 pixels: focal length 80, edges 1 aside and 0.75 down; 30 degrees of pitch."""
+    optics = mounted_optics(160, 120, CameraMount(0.2, 0.4, math.radians(30), math.radians(90)))
+    sine, cosine = 0.5, math.sqrt(0.75)
+    assert optics == pytest.approx(
+        (80, 80, 60, cosine, sine, 0.2, 0.4, 1, math.hypot(1, cosine), 0.5 * 0.4 / (sine + 0.75 * cosine), 1, 0, 0)
+    )
+
+
+@pytest.mark.parametrize("way", [1, -1])
+@pytest.mark.parametrize(("drop", "aside"), [(0.2, 0.8 + 1.0 * 0.6), (-0.2, 0.8 + 0.75 * 0.6)])
+def test_a_camera_that_leans_sees_ground_further_aside_and_nearer(way, drop, aside):
+    """It leans by the angle of 3 : 4 : 5, so the frame's corners come down to 1.25; and 0.2 of its depth lies the
+    horizon below the middle: at the frame's side that is (0.2 + 0.6) / 0.8 = 1.0 up, more than the frame has."""
+    mount = CameraMount(0.0, 0.4, math.atan(drop), math.radians(90), way * math.asin(0.6))
+    optics = mounted_optics(160, 120, mount)
+    sine, cosine = math.sin(mount.pitch), math.cos(mount.pitch)
+    assert optics.side == pytest.approx(aside)
+    assert optics.side_norm == pytest.approx(math.hypot(1, aside * cosine))
+    assert optics.ground_near == pytest.approx(0.5 * 0.4 / (sine + 1.25 * cosine))
+    assert (optics.cos_roll, optics.sin_roll) == pytest.approx((0.8, way * 0.6))
+
+
+def test_optics_stand_upright_and_see_no_grain_where_nothing_is_said():
+    assert Optics(*range(10))[10:] == (1.0, 0.0, 0.0)
+    assert CameraMount(0.1, 0.2, 0.3) == CameraMount(0.1, 0.2, 0.3, 1.13, 0.0)
+
+
+def test_a_camera_is_as_large_as_aws_s_policies_see_where_nothing_is_said(scene):
+    camera = Camera(scene)
+    assert (camera.width, camera.height, camera.mount) == (160, 120, MOUNT_V3)
+    assert camera.optics == mounted_optics(160, 120, MOUNT_V3)
+    assert Camera(build_scene(oval(), has_grass=True)).optics.grain > 0.0
+
+
+@pytest.mark.parametrize(("width", "height"), [(0, 1), (1, 0), (-1, 5)])
+def test_a_camera_has_a_pixel_at_least(scene, width, height):
+    with pytest.raises(CameraError, match="sees nothing"):
+        Camera(scene, width, height)
+    assert Camera(scene, 1, 1).optics.focal > 0.0
+
+
+@pytest.mark.parametrize(
+    ("poses", "out", "palettes", "told"),
+    [
+        (np.zeros(3), None, None, r"Poses of shape \(3,\)"),
+        (np.zeros((1, 2)), None, None, r"Poses of shape \(1, 2\)"),
+        (np.zeros((1, 1, 3)), None, None, r"Poses of shape \(1, 1, 3\)"),
+        (np.zeros((1, 3)), np.zeros((1, 6, 8), np.int16), None, r"is int16 \(1, 6, 8\)"),
+        (np.zeros((1, 3)), np.zeros((2, 6, 8), np.uint8), None, r"should be uint8 \(1, 6, 8\)"),
+        (np.zeros((1, 3)), None, np.zeros((2, len(MATERIALS))), r"do not fit 1 frames"),
+        (np.zeros((3, 3)), None, np.zeros((2, len(MATERIALS))), r"do not fit 3 frames"),
+        (np.zeros((1, 3)), None, np.zeros(len(MATERIALS) + 1), r"do not fit 1 frames"),
+        (np.zeros((1, 3)), None, np.zeros((1, 1, len(MATERIALS))), r"Palettes of shape"),
+    ],
+)
+def test_what_does_not_fit_is_refused_with_its_shape(scene, poses, out, palettes, told):
+    camera = Camera(scene, 8, 6)
+    with pytest.raises(CameraError, match=told):
+        camera.render_grey(poses, out, palettes)
+
+
+def test_one_palette_or_one_for_each_frame_is_taken_and_frames_are_written_where_they_are_wanted(scene):
+    camera, poses = Camera(scene, 8, 6), np.zeros((2, 3))
+    plain = camera.render_grey(poses)
+    for palettes in (scene.grey_palette, scene.grey_palette[None], np.tile(scene.grey_palette, (2, 1))):
+        assert (camera.render_grey(poses, palettes=palettes) == plain).all()
+    out = np.zeros((2, 6, 8), np.uint8)
+    assert camera.render_grey(poses, out) is out
+    assert (out == plain).all()
+    colours = camera.render_rgb(poses)
+    assert colours.shape == (2, 6, 8, 3)
+    for palettes in (scene.palette, scene.palette[None], np.tile(scene.palette, (2, 1, 1))):
+        assert (camera.render_rgb(poses, palettes=palettes) == colours).all()

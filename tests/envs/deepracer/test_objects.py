@@ -21,12 +21,18 @@ from racecraft.envs.deepracer.kernels.objects import (
     rectangles_touch,
 )
 from racecraft.envs.deepracer.objects import (
+    BOX_TYPES,
     CLEAR_AHEAD_M,
     CLEAR_BEHIND_M,
     DEEPRACER_BOX,
+    FIXED_END_M,
     KINDS,
+    LANE,
     OBJECT_STATE,
+    new_around,
+    new_objects,
     no_objects,
+    read_positions,
 )
 from racecraft.envs.deepracer.promise import CRITIC_NAME
 from racecraft.envs.deepracer.settings import BoxesConfig, CameraConfig, RaceConfig
@@ -373,3 +379,86 @@ def test_a_saved_race_goes_on_among_the_same_boxes():
         assert (world.boxes == other.boxes).all()
     for name in buffers.observations:
         assert (buffers.observations[name] == others.observations[name]).all()
+
+
+# ---- arrays and words ------------------------------------------------------------------------------------------------
+
+
+def test_boxes_and_bots_have_the_sizes_and_colours_of_the_original():
+    """Length, width and height in m, and RGB of the paint (facts 6.1, 6.2, 1.1)."""
+    brown = (122.9, 96.9, 78.8)
+    assert [tuple(kind) for kind in KINDS] == [
+        ("box_obstacle", 0.40, 0.30, 0.25, brown),
+        ("deepracer_box_obstacle", 0.36, 0.265, 0.24, brown),
+        ("amazon_box_obstacle", 0.40, 0.30, 0.25, (181.0, 141.0, 99.0)),
+        ("bot_car", 0.32352, 0.1961, 0.195, (39.8, 39.8, 39.8)),
+    ]
+    assert BOX_TYPES == ("box_obstacle", "deepracer_box_obstacle", "amazon_box_obstacle")
+    assert (CLEAR_AHEAD_M, CLEAR_BEHIND_M, FIXED_END_M, LANE) == (1.5, 1.1, 1.0, 0.5)
+
+
+def two_objects(num_worlds):
+    plan = no_objects()._replace(
+        sizes=np.array([[0.2, 0.15, 0.25], [0.18, 0.13, 0.24]]), kinds=np.array([0, 1]), arcs=np.zeros(2)
+    )
+    return new_objects(plan, num_worlds)
+
+
+def test_every_world_has_the_same_objects_and_chance_of_its_own():
+    objects = two_objects(3)
+    assert objects.boxes.shape == (3, 2, 6)
+    assert not objects.boxes[..., :3].any()
+    assert objects.boxes[2, :, 3:].tolist() == [[0.2, 0.15, 0.25], [0.18, 0.13, 0.24]]
+    assert objects.kinds.tolist() == objects.paints.tolist() == [[0, 1]] * 3
+    assert (objects.states.shape, objects.states.dtype) == ((3, 2), OBJECT_STATE)
+    assert (objects.keys.shape, objects.keys.dtype) == ((3, 2), np.uint64)
+
+
+def test_several_cars_find_the_objects_before_the_other_cars():
+    around = new_around(two_objects(3), 4)
+    assert (around.boxes.shape, around.states.shape, around.body_states.shape) == ((3, 4, 5, 6), (3, 4, 5), (3, 4))
+    assert around.kinds[2, 3].tolist() == around.paints[0, 1].tolist() == [0, 1, 3, 3, 3]
+    assert around.counts.tolist() == [[2] * 4] * 3
+    assert around.bodies.shape == (3, 4, 6)
+    assert around.bodies[1, 2] == pytest.approx([0, 0, 0, 0.32352 / 2, 0.1961 / 2, 0.195])
+    assert not around.boxes.any()
+
+
+def test_a_car_alone_finds_the_very_arrays_of_its_objects():
+    objects = two_objects(3)
+    around = new_around(objects, 1)
+    for own, found in zip(
+        (objects.boxes, objects.kinds, objects.paints, objects.states),
+        (around.boxes, around.kinds, around.paints, around.states),
+        strict=True,
+    ):
+        assert np.shares_memory(own, found)
+        assert found.shape == (3, 1, *own.shape[1:])
+    assert around.counts.tolist() == [[2]] * 3
+
+
+@pytest.mark.parametrize(
+    ("text", "places"),
+    [
+        ("", []),
+        (" ; ;", []),
+        ("0,1;1,-1", [(0.0, True), (1.0, False)]),
+        ("0.5, -1 ;0.25,0;0.75,2.5", [(0.5, False), (0.25, True), (0.75, True)]),
+        ("0.5,-1.5", [(0.5, True)]),
+    ],
+)
+def test_places_are_read_as_shares_and_lanes(text, places):
+    assert read_positions(text) == places
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("-0.01,1", "lies off the track"), ("1.01,1", "lies off the track"), ("nan,1", "lies off the track"),
+        ("0.5,nan", "names no lane"), ("0.5,inf", "names no lane"),
+        ("0.5", "is no place"), ("0.5,1,2", "is no place"), ("half,1", "is no place"),
+    ],
+)  # fmt: skip
+def test_a_place_that_cannot_be_read_is_told(text, told):
+    with pytest.raises(SettingError, match=told):
+        read_positions(text)

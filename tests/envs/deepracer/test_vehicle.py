@@ -6,8 +6,9 @@ import math
 import numpy as np
 import pytest
 
+from racecraft.envs.deepracer import vehicle
 from racecraft.envs.deepracer.kernels.vehicle import drive, driven_curvature
-from racecraft.envs.deepracer.vehicle import NO_LIMIT, PROFILES, TICK_SECONDS, WHEELBASE_M
+from racecraft.envs.deepracer.vehicle import NO_LIMIT, PROFILES, TICK_SECONDS, WHEELBASE_M, CarProfile
 
 
 def drive_ticks(profile, ticks, steering, speed, start=(0.0, 0.0, 0.0, 0.0, 0.0)):
@@ -156,3 +157,49 @@ def test_classic_cars_speed_up_and_brake_as_hard_as_their_logs_say(profile, spee
     slower = drive(PROFILES[profile], 0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 0.0, 0.0)[3]
     assert faster / TICK_SECONDS == pytest.approx(speeds_up)
     assert (4.0 - slower) / TICK_SECONDS == pytest.approx(brakes)
+
+
+def told_by(profile):
+    """Return the numbers of a profile by name."""
+    return {name: getattr(PROFILES[profile], name) for name in CarProfile._fields}
+
+
+def test_the_numbers_of_every_car_are_those_that_were_fitted():
+    """docs/fidelity.md, `scripts/fit_vehicle.py`: s, m/s², shares; the kinematic car turns round its rear axle."""
+    assert told_by("v4") == {
+        "steering_lag": 0.502, "steering_delay": 0.0, "speed_lag": 0.158, "speed_delay": 0.0,
+        "max_acceleration": 3.15, "max_braking": 3.86, "speed_gain": 1.019, "curvature_gain": 1.226,
+        "curvature_droop": 0.581, "rotation_centre": 0.0401, "pull": 0.0427, "curvature_fade": 0.360, "grip": 3.03,
+    }  # fmt: skip
+    assert told_by("v5-classic") == {
+        "steering_lag": 0.142, "steering_delay": 0.0067, "speed_lag": 0.163, "speed_delay": 0.0,
+        "max_acceleration": 3.14, "max_braking": 4.27, "speed_gain": 0.965, "curvature_gain": 1.15,
+        "curvature_droop": 0.069, "rotation_centre": 0.0556, "pull": 0.0101, "curvature_fade": 1.647, "grip": 8.97,
+    }  # fmt: skip
+    assert told_by("v6") == {
+        "steering_lag": 0.167, "steering_delay": 0.0334, "speed_lag": 0.05, "speed_delay": 0.0267,
+        "max_acceleration": 1000.0, "max_braking": 1000.0, "speed_gain": 1.03, "curvature_gain": 0.67,
+        "curvature_droop": 0.25, "rotation_centre": 0.091, "pull": 0.0, "curvature_fade": 0.0, "grip": NO_LIMIT,
+    }  # fmt: skip
+    assert told_by("kinematic") == {
+        "steering_lag": 0.0, "steering_delay": 0.0, "speed_lag": 0.0, "speed_delay": 0.0,
+        "max_acceleration": NO_LIMIT, "max_braking": NO_LIMIT, "speed_gain": 1.0, "curvature_gain": 1.0,
+        "curvature_droop": 0.0, "rotation_centre": 0.081663, "pull": 0.0, "curvature_fade": 0.0, "grip": NO_LIMIT,
+    }  # fmt: skip
+
+
+def test_a_car_has_the_measures_of_the_original():
+    """m and rad (simapp `track_geom/constants.py`, `agent_ctrl/constants.py`, `racecar.gazebo`)."""
+    assert pytest.approx(0.082311 + 0.081663) == vehicle.WHEELBASE_M
+    assert (vehicle.REAR_WHEELS_M, vehicle.FRONT_WHEELS_M) == ((-0.081663, 0.08105), (0.082311, 0.079601))
+    assert pytest.approx((0.32352, 0.1961)) == (2 * vehicle.BODY_HALF_LENGTH_M, 2 * vehicle.BODY_HALF_WIDTH_M)
+    assert (vehicle.FRONT_POINT_M, vehicle.TICKS_PER_SECOND, TICK_SECONDS) == (0.14, 15.0, 1 / 15)
+    assert math.degrees(vehicle.MAX_STEERING_RAD) == pytest.approx(30.0)
+    assert (vehicle.MIN_SPEED_MPS, vehicle.MAX_SPEED_MPS) == (0.1, 4.0)
+
+
+def test_every_delay_is_a_whole_number_of_integration_steps():
+    for name, car in PROFILES.items():
+        for delay in (car.steering_delay, car.speed_delay):
+            steps = delay / TICK_SECONDS * vehicle.SUBSTEPS
+            assert steps == pytest.approx(round(steps), abs=0.02), name
