@@ -555,3 +555,99 @@ def test_what_shows_in_a_frame_is_told_apart_from_what_moves_the_car():
     assert {name for name, one in DISTURBANCES.items() if not one.is_seen} == {
         "latency", "steering-gain", "steering-offset", "steering-lag", "speed-gain", "grip", "action-noise"
     }  # fmt: skip
+
+
+# ---- levels, by name -------------------------------------------------------------------------------------------------
+
+
+def cells():
+    """Return the table's cells by setting: of aws, light and strong."""
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in as_table().splitlines()]
+    assert rows[0] == ["disturbance", "setting", "unit", "`aws`", "`light`", "`strong`"]
+    assert rows[1] == ["---"] * 6
+    return {row[1].strip("`").removeprefix("variation."): (row[0], row[2], *row[3:]) for row in rows[2:]}
+
+
+def test_the_table_has_a_row_for_every_range_with_what_each_level_has_of_it():
+    told = cells()
+    assert list(told) == [name for one in DISTURBANCES.values() for name in one.settings]
+    assert told["lamps"] == ("lamps", "", "yes", "", "")
+    assert told["object_colours"] == ("object-colours", "", "yes", "", "yes")
+    assert told["palette"] == ("palette", "share", "", "0.08", "0.25")
+    assert told["latency"] == ("latency", "s", "", "0.0667", "0.2")
+    assert told["slip"] == ("grip", "s²/m", "", "0.02", "0.2")
+    assert told["steering_noise"] == ("action-noise", "rad", "", "0.01", "0.06")
+    assert told["glare"] == ("glare", "level", "", "40", "150")
+
+
+@pytest.mark.parametrize(
+    ("name", "most"),
+    [
+        ("palette", 1.0), ("gain", 0.9), ("gradient", 1.0), ("grain", 60.0), ("glare", 255.0), ("noise", 60.0),
+        ("blur", 0.05), ("camera_height", 0.06), ("camera_pitch", 0.2), ("camera_roll", 0.3), ("camera_view", 0.4),
+        ("latency", 0.6), ("dropped_frames", 0.9), ("steering_gain", 0.9), ("steering_offset", 0.3),
+        ("steering_lag", 1.0), ("speed_gain", 0.9), ("slip", 2.0), ("steering_noise", 0.3), ("speed_noise", 0.9),
+        ("glare_width", 1.0),
+    ],
+)  # fmt: skip
+def test_a_range_may_be_as_large_as_it_says_and_no_larger(name, most):
+    assert getattr(VariationConfig(**{name: most}), name) == most
+    for beyond in (most + 1e-6, -1e-6):
+        with pytest.raises(SettingError, match=name):
+            VariationConfig(**{name: beyond})
+
+
+def test_a_glow_is_as_wide_as_it_is_told_and_never_a_point():
+    assert VariationConfig().glare_width == 0.15
+    assert VariationConfig(glare_width=0.01).glare_width == 0.01
+    with pytest.raises(SettingError, match="glare_width"):
+        VariationConfig(glare_width=0.0099)
+
+
+def test_commands_are_late_by_half_a_tick_at_least_or_not_at_all():
+    assert VariationConfig(latency=0.0).amounts["latency"] == 0.0
+    assert VariationConfig(latency=0.034).amounts["latency"] == 0.034
+    with pytest.raises(SettingError, match="at least 0.067 s"):
+        VariationConfig(latency=0.033)
+
+
+def test_nothing_differs_where_nothing_is_said():
+    plain = VariationConfig()
+    assert plain.level == "off"
+    assert not plain.is_on
+    assert set(plain.amounts) == set(RANGES)
+    assert set(plain.amounts.values()) == {0.0}
+    assert "level" not in RANGES
+    assert "glare_width" not in RANGES
+
+
+@pytest.mark.parametrize("level", ["aws", "light", "strong"])
+def test_a_level_has_what_it_names_and_a_switch_counts_as_one(level):
+    config = VariationConfig(level)
+    assert config.is_on
+    assert {name: amount for name, amount in config.amounts.items() if amount} == AMOUNTS[level]
+    for name in ("lamps", "object_colours"):
+        assert AMOUNTS[level].get(name, 0.0) in (0.0, 1.0)
+        assert VariationConfig(level, **{name: True}).amounts[name] == 1.0
+        assert VariationConfig(level, **{name: False}).amounts[name] == 0.0
+
+
+def test_only_some_disturbances_are_as_their_level_has_them():
+    one = only("strong", ["object-colours", "action-noise"])
+    assert (one.level, one.object_colours, one.lamps) == ("off", True, False)
+    stray = {name for name, amount in one.amounts.items() if amount}
+    assert stray == {"object_colours", "steering_noise", "speed_noise"}
+    assert (one.steering_noise, one.speed_noise) == (0.06, 0.1)
+    assert only("aws", ["lamps"]).lamps is True
+    assert only("light", ["lamps"]).lamps is False, "light has none"
+    assert only("aws", ["glare"]).glare == 0.0
+
+
+def test_a_level_names_its_disturbances_and_those_of_objects_only_where_there_are_any():
+    assert disturbances_of("aws") == ["lamps", "object-colours"]
+    assert disturbances_of("light") == [name for name in DISTURBANCES if name not in ("lamps", "object-colours")]
+    assert disturbances_of("strong") == [name for name in DISTURBANCES if name != "lamps"]
+    assert disturbances_of("strong", has_objects=False) == disturbances_of("light")
+    for name in ("off", "strongest"):
+        with pytest.raises(SettingError, match=f"no level of variation '{name}'"):
+            disturbances_of(name)
