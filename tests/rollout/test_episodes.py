@@ -3,7 +3,7 @@
 import numpy as np
 from toy_world import LIMIT, Walk
 
-from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
+from racecraft.contract.world import ArraySpec, DiscreteActions, EpisodeRecord, WorldSpec
 from racecraft.rollout.episodes import CUT, play_episodes
 
 
@@ -123,3 +123,20 @@ def test_without_ticks_to_play_in_everybody_is_cut_at_once():
     assert [(one.world, one.agent, one.steps, one.reward, one.status) for one in told] == [
         (n, m, 0, 0.0, CUT) for n in range(2) for m in range(2)
     ]
+
+
+def test_what_ended_before_counts_for_nobody():
+    class Tells(Waits):
+        """Still has an episode to tell of that ended before it was begun anew."""
+
+        def reset(self, buffers, seed):
+            super().reset(buffers, seed)
+            self.left = [EpisodeRecord(0, 0, 99, 99.0, "before")]
+
+        def take_episodes(self):
+            ended = [(n, m) for n in range(2) for m in range(2) if self.tick and self.tick % (n + m + 1) == 0]
+            left, self.left = self.left, []
+            return left + [EpisodeRecord(n, m, n + m + 1, 1.0, "now") for n, m in ended]
+
+    told = play_episodes(Notes(), Tells())
+    assert [(one.steps, one.status) for one in told] == [(1, "now"), (2, "now"), (2, "now"), (3, "now")]

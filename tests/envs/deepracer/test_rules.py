@@ -5,8 +5,10 @@ import pytest
 
 from racecraft.contract.errors import ContractError, SettingError
 from racecraft.envs.deepracer import race
+from racecraft.envs.deepracer.actions import ActionTable
+from racecraft.envs.deepracer.promise import CRITIC_NAME, told_of_objects, world_spec
 from racecraft.envs.deepracer.rules import first_starts, most_ticks, require_grid, rules_of
-from racecraft.envs.deepracer.settings import RaceConfig
+from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
 from racecraft.envs.deepracer.vehicle import PROFILES
 from racecraft.tracks.track import Track
 
@@ -92,3 +94,23 @@ def test_profiles_become_records():
     records = race.car_profiles([PROFILES["v4"], PROFILES["kinematic"]])
     assert (records.shape, records.dtype) == ((2,), race.PROFILE)
     assert tuple(records[0]) == tuple(PROFILES["v4"])
+
+
+def test_a_race_is_judged_by_the_numbers_of_the_original():
+    """simapp: `reset/rules`, NUMBER_OF_REVERSE_COUNTS, START_POS_OFFSET; lanes and objects near a start: facts 5.4."""
+    assert (race.IMMOBILISED_TICKS, race.IMMOBILISED_M, race.REVERSED_TICKS) == (15, 0.0003, 15)
+    assert (race.START_GAP_M, race.START_LANE, race.START_OBJECT_M) == (0.75, 0.5, 1.0)
+
+
+def test_a_critic_is_told_of_the_road_two_metres_ahead_and_of_two_objects_three_metres_ahead():
+    """Five numbers of the car, a sine and a cosine at each of six places; two numbers of each object."""
+    assert race.CRITIC_LOOKS_AHEAD_M == (0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
+    assert (race.CRITIC_NUMBERS, race.CRITIC_OBJECT_NUMBERS) == (17, 4)
+    assert (race.CRITIC_OBJECT_REACH_M, race.CRITIC_OBJECT_BEHIND_M) == (3.0, 0.4)
+    for has_objects, numbers in ((False, 17), (True, 21)):
+        spec = world_spec(ActionTable((0.0,), (1.0,)), CameraConfig(16, 12), has_objects=has_objects)
+        assert spec.observations[CRITIC_NAME].shape == (numbers,)
+        assert spec.observations[CRITIC_NAME].privileged
+        assert (spec.num_worlds, spec.num_agents, spec.tick_seconds) == (1, 1, 1 / 15)
+        assert told_of_objects(spec).observations[CRITIC_NAME].shape == (21,)
+    assert world_spec(ActionTable((0.0,), (1.0,)), CameraConfig(16, 12)).observations[CRITIC_NAME].shape == (17,)

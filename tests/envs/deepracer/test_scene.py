@@ -188,6 +188,8 @@ def test_dashes_close_without_a_seam():
     for ring, inside, under in rings:
         assert (inside, under, len(ring)) == (DASH, ROAD, 4)
         assert is_clockwise(ring)
+    first = turned_back(rings[0][0])
+    np.testing.assert_allclose(sorted(np.hypot(*(first - np.roll(first, 1, axis=0)).T)), [0.02, 0.02, 0.1, 0.1])
 
 
 def test_a_loop_has_a_dash_at_least():
@@ -223,6 +225,11 @@ def test_the_dash_that_the_start_strip_covers_by_an_end_is_left_out(middle):
 def test_a_start_strip_covers_as_many_dashes_as_it_meets():
     """From -0.17 to 0.03 m it meets the end of the last, at 4.647 of 4.8 m, and the beginning of the first."""
     assert len(dashes(start_strip=0.2, start_strip_at=-0.07)) == 17
+
+
+def test_a_start_strip_covers_a_dash_that_ends_on_it():
+    """From 0.09 to 0.19 m; the first dash ends at 0.1 m."""
+    assert len(dashes(start_strip=0.1, start_strip_at=0.14)) == 18
 
 
 def test_a_start_strip_between_two_dashes_covers_none():
