@@ -104,6 +104,7 @@ def test_an_open_road_is_one_ring_with_lines_laid_over_it_or_beside_it(side, lin
     road, *others = road_rings(straight(TrackLook(line_side=side, line_width=0.05)))
     assert bounds(road[0]) == [0, -0.4, 2, 0.4]
     assert road[1:] == (ROAD, FIELD)
+    assert [len(ring) for ring, _, _ in (road, *others)] == [6] * (1 + len(lines)), "three rows there and back"
     assert len(others) == len(lines)
     for (ring, inside, under), (box, expected) in zip(others, lines, strict=True):
         assert box == bounds(ring)

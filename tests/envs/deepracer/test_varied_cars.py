@@ -193,6 +193,32 @@ def test_every_car_has_its_streams_of_chance_by_seed_purpose_and_number(begun):
                 assert (keys[place, :, m] == stream_keys(seed, f"{purpose} of car {m}", 2)).all()
 
 
+def test_every_kind_of_chance_is_drawn_from_its_own_stream(begun, monkeypatch):
+    """Of episodes, of commands, of frames and of frames that fail, in this order; of three cars the second is shown."""
+    cars, heard = begun(0.5, noise=1.0), []
+    keys = cars.save_state()["variation.keys"]
+    monkeypatch.setattr(varied_cars.kernels, "draw_evenly", lambda *told: heard.append((told[0], told[2])))
+    monkeypatch.setattr(varied_cars.kernels, "send_late", lambda *told: heard.append((told[2], told[3])))
+    monkeypatch.setattr(varied_cars.kernels, "disturb_frames", lambda *told: heard.append(told[2:8]))
+    states, rows, episodes = object(), np.array([[False, True, False]] * 2), np.arange(6).reshape(2, 3)
+    cars.begin(rows, episodes)
+    assert cars.send(states, np.zeros((2, 3, 2))).shape == (2, 3, 2)
+    cars.show(states, rows, np.zeros((2, 3, 2, 6, 8), np.uint8))
+    cars.show(states, rows, np.zeros((2, 3, 2, 6, 8), np.uint8), is_last=True)
+    drawn, sent, shown, last = heard
+    assert (drawn[0] == keys[0]).all()
+    assert drawn[1] is episodes
+    assert (sent[0] == keys[1]).all()
+    assert sent[1] is states
+    for told, is_last in ((shown, False), (last, True)):
+        assert told[0] == 0.15, "as wide as a glow is where nothing is said"
+        assert (told[1] == keys[2]).all()
+        assert (told[2] == keys[3]).all()
+        assert told[3] is states
+        assert told[4] is rows
+        assert told[5] == is_last
+
+
 def test_there_is_room_for_commands_and_frames_that_are_under_way(begun):
     """0.2 s are three ticks, and the one that is chosen now; two eyes of 8 by 6 pixels."""
     state = begun(0.5, latency=0.2).save_state()
