@@ -177,6 +177,13 @@ def test_the_mask_after_the_newest_tick_is_known_as_soon_as_it_is_seen():
     assert drawn.next_action_mask.tolist() == [[True, False, False], [True, True, False]]
 
 
+def test_columns_that_nobody_asked_to_keep_are_left_out():
+    ring = TransitionRing(spec_of(), 5)
+    ring.put(ticks(0, 2, age=[[0], [1]]))
+    assert [name for name in ring.arrays if name.startswith("columns")] == []
+    assert next_of(ring, [0, 1]) == [1.0, 2.0]
+
+
 def test_what_is_drawn_says_where_it_lies_and_weighs_alike():
     ring = TransitionRing(spec_of(2), 5)
     ring.put(ticks(0, 3, 2))

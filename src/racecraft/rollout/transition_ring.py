@@ -145,7 +145,7 @@ class TransitionRing:
             age = self._age(index)
             seen |= self._stacks(seen, index, age)
             last = self._before(then, 1)  # of the steps looked ahead: `then` is seen behind it
-            following |= self._stacks(following, then, np.minimum(self._age(last) + 1, self.stack_size - 1))
+            following |= self._stacks(following, then, self._age(last) + 1)
         mask, next_mask = None, None
         if "mask" in self.arrays:
             mask, next_mask = self.flat("mask")[index], self.flat("mask")[then]
