@@ -85,3 +85,9 @@ def test_a_setting_may_be_at_either_end_of_its_range_and_not_beyond(group, name,
         assert getattr(group(**{name: legal}), name) == legal
         with pytest.raises(SettingError, match=name):
             group(**{name: beyond})
+
+
+def test_places_that_cannot_be_read_are_refused_where_they_are_set():
+    assert BoxesConfig(positions="0.5,1").positions == "0.5,1"
+    with pytest.raises(SettingError, match="lies off the track"):
+        BoxesConfig(positions="1.2,1")
