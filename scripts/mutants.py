@@ -64,7 +64,9 @@ def main(words: list[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--count", type=int, default=30)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--in", dest="rooms", nargs="+", default=ROOMS, metavar="ROOM", help=f"or files: {', '.join(ROOMS)}")
+    parser.add_argument(
+        "--in", dest="rooms", nargs="+", default=ROOMS, metavar="ROOM", help=f"or files: {', '.join(ROOMS)}"
+    )
     parser.add_argument("--minutes", type=float, default=1e9, help="no further one is begun after so long")
     parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="of the sample only these")
     parser.add_argument("--tests", type=Path, nargs="+", help="ask these folders or files about survivors")
