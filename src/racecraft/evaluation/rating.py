@@ -115,7 +115,7 @@ def wins_of(num_players: int, results: Sequence[Result]) -> Array:
     """Return how often (weighted) the row's player ended before the column's, float64 (P, P); draws are halves."""
     wins = np.zeros((num_players, num_players))
     for result in results:
-        weight = 1 / (len(result.players) - 1) if len(result.players) > 1 else 0
+        weight = 1 / max(1, len(result.players) - 1)
         for a, place_a in zip(result.players, result.places, strict=True):
             for b, place_b in zip(result.players, result.places, strict=True):
                 if a != b:

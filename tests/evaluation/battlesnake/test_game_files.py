@@ -18,7 +18,8 @@ from racecraft.envs.battlesnake.dice import StreamDice
 from racecraft.envs.battlesnake.maps import MAPS
 from racecraft.envs.battlesnake.records import read_games
 from racecraft.envs.battlesnake.settings import GameSettings
-from racecraft.evaluation.battlesnake.game_files import games_of, verify_file
+from racecraft.evaluation.battlesnake import game_files
+from racecraft.evaluation.battlesnake.game_files import games_in, games_of, snake_names, values_in, verify_file
 from racecraft.evaluation.battlesnake.match import Played, play
 from racecraft.evaluation.battlesnake.record import read_record, verdict, write_record
 from racecraft.evaluation.battlesnake.seats import take_seat
@@ -304,3 +305,216 @@ def test_spoilt_files_end_in_a_report_or_a_letter(played, tmp_path, form):
         except UserInputError:
             outcomes.add("letter")
     assert "letter" in outcomes
+
+
+def kept(path, *lines, end="\n"):
+    path.write_text("\n".join(json.dumps(line) for line in lines) + end)
+    return path
+
+
+@pytest.mark.parametrize("end", ["\n", ""])
+def test_two_lines_are_two_values_whether_or_not_the_last_one_ends(played, tmp_path, end):
+    path = kept(tmp_path / "game.json", *official(played)[:2], end=end)
+    assert [set(value) for value in values_in(path)] == [{"id", "ruleset"}, {"game", "turn", "board", "you"}]
+    assert snake_names(path) == played.card.names
+    (game,) = games_of(path)
+    assert (game.settings, game.start.turn, game.steps, game.over_turn) == (played.settings, 0, [], None)
+
+
+@pytest.mark.parametrize("form", ["log", "frames"])
+def test_one_object_over_many_lines_is_read_as_on_one(played, tmp_path, form):
+    value = FORMS[form](played)
+    (tmp_path / "spread.json").write_text("\n\n" + json.dumps(value, indent=1) + "\n\n")
+    assert values_in(tmp_path / "spread.json") == values_in(kept(tmp_path / "dense.json", value)) == [value]
+    assert verify_file(tmp_path / "spread.json") == verify_file(tmp_path / "dense.json")
+
+
+@pytest.mark.parametrize("text", ["5", "[[1]]", "null", "true", '"Game"'])
+def test_a_value_that_is_no_object_is_no_game(tmp_path, text):
+    (tmp_path / "value.json").write_text(text)
+    with pytest.raises(InputFileError, match="no JSON"):
+        verify_file(tmp_path / "value.json")
+    with pytest.raises(InputFileError, match="neither 'Game' nor 'Frames'|no JSON"):
+        games_in([tmp_path / "value.json"] * 2)
+
+
+def test_games_one_after_another_are_no_piece_of_the_engine(played, tmp_path):
+    path = kept(tmp_path / "game.json", *official(played))
+    with pytest.raises(InputFileError, match="neither 'Game' nor 'Frames'"):
+        games_in([path, path])
+
+
+def test_a_file_may_be_as_large_as_the_limit_and_no_larger(played, tmp_path, monkeypatch):
+    assert game_files.MOST_BYTES == 512 * 2**20
+    path = kept(tmp_path / "game.json", *official(played))
+    size = path.stat().st_size
+    monkeypatch.setattr(game_files, "MOST_BYTES", size)
+    assert verify_file(path).steps == played.turns
+    monkeypatch.setattr(game_files, "MOST_BYTES", size - 1)
+    with pytest.raises(InputFileError, match="more than 0 MB"):
+        verify_file(path)
+
+
+def test_a_file_that_cannot_be_read_says_why(tmp_path):
+    with pytest.raises(InputFileError, match=r"cannot be read \(No such file or directory\)"):
+        verify_file(tmp_path / "none.json")
+    (tmp_path / "cut.json.gz").write_bytes(gzip.compress(b"{}" * 500)[:-12])
+    with pytest.raises(InputFileError, match=r"cannot be read \(.*ended before"):
+        verify_file(tmp_path / "cut.json.gz")
+
+
+def test_empty_lines_are_passed_over_and_counted(played, tmp_path):
+    lines = official(played)
+    path = kept(tmp_path / "game.json", lines[0])
+    path.write_text(path.read_text() + "\n  \n" + "".join(json.dumps(line) + "\n" for line in lines[1:]))
+    assert verify_file(path).steps == played.turns
+    path.write_text(path.read_text().replace(json.dumps(lines[1]), '"spoilt"'))
+    with pytest.raises(InputFileError, match=r"game\.json:4: no JSON object"):
+        verify_file(path)
+
+
+def test_lines_before_the_first_turn_belong_to_the_game_they_come_before(played, tmp_path):
+    first, *others = official(played)
+    path = kept(tmp_path / "game.json", first, {"note": "a rainy day"}, {"note": "in May"}, *others)
+    assert (verify_file(path).games, verify_file(path).steps) == (1, played.turns)
+    two = kept(tmp_path / "two.json", first, *others, {"note": "the next one"}, *others)
+    assert [game.line for game in games_of(two)] == [1, 1 + len(others) + 1]
+
+
+def test_a_log_is_read_in_the_order_of_its_turns(played, tmp_path):
+    log = snake_log(played)
+    (ordered,) = games_of(kept(tmp_path / "log.json", log))
+    log["moves"].reverse()
+    (shuffled,) = games_of(kept(tmp_path / "shuffled.json", log))
+    assert shuffled == ordered
+    del log["end_request"]
+    (cut,) = games_of(kept(tmp_path / "cut.json", log))
+    assert cut.over_turn is None, "nobody told its end"
+
+
+def test_events_may_end_without_an_end_or_name_the_game_in_it(played, tmp_path):
+    first, *frames, end = events(played)
+    (cut,) = games_of(kept(tmp_path / "cut.json", first, *frames))
+    assert (cut.over_turn, len(cut.steps)) == (None, played.turns)
+    for last in (end, {"Type": "game_end", "Data": {"game": first["Game"]}}):
+        (whole,) = games_of(kept(tmp_path / "whole.json", *frames, last))
+        assert (whole.over_turn, whole.settings) == (played.turns, played.settings)
+
+
+def test_frames_of_a_running_game_are_not_over(played, tmp_path):
+    frames = engine_frames(played)
+    frames["Game"]["Status"] = "running"
+    (game,) = games_of(kept(tmp_path / "frames.json", frames))
+    assert (game.over_turn, len(game.steps)) == (None, played.turns)
+
+
+def frames_of_one(**game):
+    """One frame of a game of one snake on 7 x 5 squares, as little as the engine could tell."""
+    snake = {"ID": "one", "Body": [{"X": 2, "Y": 3}, {"X": 2, "Y": 2}, {"X": 2, "Y": 2}], "Health": 90}
+    first = {"Turn": 4, "Snakes": [snake], "Food": None, "Hazards": None}
+    return {"Game": {"Width": 7, "Height": 5, **game}, "Frames": [first]}
+
+
+@pytest.mark.parametrize(
+    ("told", "ruleset", "map_name"),
+    [
+        ({}, "standard", "standard"),
+        ({"RulesetName": "royale", "Map": "royale"}, "royale", "royale"),
+        ({"Ruleset": {"name": "wrapped"}, "Map": "hz_columns"}, "wrapped", "hz_columns"),
+        ({"RulesetName": "constrictor", "Ruleset": {"name": "standard"}, "Map": ""}, "constrictor", "standard"),
+    ],
+)
+def test_one_frame_is_a_game_of_one_snake_by_the_rules_it_names(tmp_path, told, ruleset, map_name):
+    (game,) = games_of(kept(tmp_path / "frames.json", frames_of_one(**told)))
+    asked = GameSettings(width=7, height=5, players=1, ruleset=ruleset, map=map_name, solo=True)
+    assert game.settings == asked
+    (snake,) = game.start.snakes
+    assert (game.start.turn, snake.id, snake.body, snake.health) == (4, "one", [(2, 3), (2, 2), (2, 2)], 90)
+    assert (game.start.food, dict(game.start.hazards), game.steps) == ([], {}, [])
+
+
+def test_frames_name_their_own_numbers(tmp_path):
+    rules = {"foodSpawnChance": "20", "minimumFood": "3", "damagePerTurn": "9", "shrinkEveryNTurns": "11"}
+    (game,) = games_of(kept(tmp_path / "frames.json", frames_of_one(Ruleset=rules)))
+    told = game.settings
+    assert (told.food_spawn_chance, told.minimum_food, told.hazard_damage, told.shrink_every) == (20, 3, 9, 11)
+    frames = frames_of_one()
+    frames["Frames"][0] |= {"Food": [{"X": 6, "Y": 4}], "Hazards": [{"X": 0, "Y": 1}] * 2}
+    (game,) = games_of(kept(tmp_path / "frames.json", frames))
+    assert (game.start.food, game.start.hazards) == ([(6, 4)], {(0, 1): 2})
+
+
+def test_a_message_of_one_snake_alone_is_a_solo_game(tmp_path):
+    alone, two = game_of(1, solo=True), game_of(2)
+    for game, solo in ((alone, True), (two, None)):
+        (read,) = games_of(kept(tmp_path / "game.json", *official(game)))
+        assert read.settings.solo is solo
+
+
+@pytest.mark.parametrize("far", [1000, -1000])
+def test_hazards_and_the_dead_may_lie_off_the_board_but_not_beyond_reason(tmp_path, far):
+    for square in ({"X": far, "Y": 0}, {"X": 0, "Y": far}):
+        frames = frames_of_one()
+        frames["Frames"][0]["Hazards"] = [square]
+        (game,) = games_of(kept(tmp_path / "frames.json", frames))
+        assert dict(game.start.hazards) == {(square["X"], square["Y"]): 1}
+        frames["Frames"][0]["Hazards"] = [{key: value + (value > 0) - (value < 0) for key, value in square.items()}]
+        with pytest.raises(InputFileError, match="a square beyond 1000"):
+            list(games_of(kept(tmp_path / "frames.json", frames)))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda frame: frame.update(Food=[{"X": 7, "Y": 0}]), r"at \(7, 0\); expected squares of the board"),
+        (lambda frame: frame["Snakes"][0]["Body"].append({"X": 0, "Y": -1}), r"at \(0, -1\); expected squares"),
+        (lambda frame: frame["Snakes"][0].update(Health=101), "health 101; expected 0 to 100"),
+        (lambda frame: frame["Snakes"][0].update(Health=-1), "health -1; expected 0 to 100"),
+        (lambda frame: frame["Snakes"][0].update(Death={"Cause": "boredom", "Turn": 3}), "cause 'boredom'; expected"),
+        (lambda frame: frame["Snakes"][0].update(Death={"Cause": "", "Turn": 3}), "cause ''; expected"),
+    ],
+)
+def test_frames_that_cannot_be_are_refused_by_what_is_wrong(tmp_path, change, words):
+    frames = frames_of_one()
+    change(frames["Frames"][0])
+    with pytest.raises(InputFileError, match=words):
+        list(games_of(kept(tmp_path / "frames.json", frames)))
+
+
+def test_a_turn_of_death_that_is_not_the_true_one_is_found(played, tmp_path):
+    frames = engine_frames(played)
+    for snake in (snake for one in frames["Frames"] for snake in one["Snakes"] if snake["Death"]):
+        snake["Death"]["Turn"] += 1
+    assert not verified(tmp_path / "frames.json", frames).agrees
+
+
+def test_what_follows_a_missing_turn_is_no_end_of_the_game(played, tmp_path):
+    lines = official(played)
+    (game,) = games_of(kept(tmp_path / "game.json", *lines[:12], *lines[13:]))
+    assert (game.missing_turn, game.over_turn, len(game.steps)) == (11, None, 10)
+    (cut,) = games_of(kept(tmp_path / "cut.json", *lines[:-1]))
+    assert (cut.missing_turn, cut.over_turn, len(cut.steps)) == (None, None, played.turns)
+
+
+def test_a_game_that_goes_on_after_its_end_is_found(played, tmp_path):
+    """The official program tells the last position once more; another one is a turn that the rules do not know."""
+    lines = official(played)
+    after = json.loads(json.dumps(lines[-2]))
+    after["turn"] += 1
+    assert verify_file(kept(tmp_path / "again.json", *lines[:-1], after, lines[-1])).agrees
+    for snake in after["board"]["snakes"]:
+        snake["body"] = [snake["body"][0], *snake["body"][:-1]]
+    after["board"]["food"] = []
+    if after["board"]["snakes"]:
+        report = verify_file(kept(tmp_path / "on.json", *lines[:-1], after, lines[-1]))
+        assert not report.agrees
+        assert report.steps == played.turns + 1
+
+
+def test_in_a_maze_all_turns_but_those_of_a_meal_are_held_to_the_rules(tmp_path):
+    width, height = next(iter(MAPS["solo_maze"].sizes))
+    lines = official(game_of(1, width=width, height=height, map="solo_maze", solo=True))
+    report = verified(tmp_path / "maze.json", lines)
+    assert report.agrees
+    lines[4]["board"]["snakes"][0]["health"] -= 1
+    assert not verified(tmp_path / "spoilt.json", lines).agrees

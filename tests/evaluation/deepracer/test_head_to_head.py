@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 from unittest import mock
 
 import numpy as np
@@ -13,10 +14,28 @@ from racecraft.contract.errors import SettingError
 from racecraft.envs.deepracer.actions import ActionBox, ActionTable
 from racecraft.envs.deepracer.camera import MOUNT_V2, MOUNT_V3
 from racecraft.envs.deepracer.promise import CAMERA_NAME, CRITIC_NAME
-from racecraft.envs.deepracer.race import CRASHED, IMMOBILISED, OFF_TRACK
+from racecraft.envs.deepracer.race import (
+    CAR_STATE,
+    CRASHED,
+    IMMOBILISED,
+    LAP_COMPLETE,
+    OFF_TRACK,
+    PAUSE,
+    TICK_REPORT,
+    TIME_UP,
+)
 from racecraft.envs.deepracer.sensors import FRONT_CAMERA, car_sensors
 from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
-from racecraft.evaluation.deepracer.head_to_head import HeadToHead, _Field, race_heads
+from racecraft.evaluation.deepracer.head_to_head import (
+    HeadToHead,
+    RaceResult,
+    Showing,
+    _Field,
+    _place,
+    race_heads,
+    require_company,
+    summed,
+)
 from racecraft.evaluation.rating import Result, rate, wilson
 from racecraft.players.deepracer.driver import Driver, load_driver
 from racecraft.tracks.catalogue import load_track
@@ -281,3 +300,175 @@ def test_what_no_race_can_be_is_named(rules, said):
 
 def test_a_race_of_which_nothing_is_said_is_that_of_deepracer_for_cloud():
     assert HeadToHead() == HeadToHead(3, None, "all", 100, 5.0, 5.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "least", "most"),
+    [
+        ("laps", 1, 1000),
+        ("races", 1, 10_000),
+        ("max_resets", 0, 10_000),
+        ("off_track_penalty", 0, 600),
+        ("collision_penalty", 0, 600),
+    ],
+)
+def test_each_number_of_a_meeting_has_a_least_and_a_most(name, least, most):
+    for taken in (least, most):
+        HeadToHead(**{name: taken})
+    for refused in (least - 1, most + 1):
+        with pytest.raises(SettingError, match=rf"{name} is {refused:g}; expected {least:g} to {most:g}\."):
+            HeadToHead(**{name: refused})
+
+
+@pytest.mark.parametrize(("count", "fits"), [(1, False), (2, True), (8, True), (9, False)])
+def test_two_to_eight_cars_are_company(count, fits):
+    if fits:
+        require_company(count)
+    else:
+        with pytest.raises(SettingError, match=f"{count} cars were named for one race; expected 2 to 8"):
+            require_company(count)
+
+
+def test_what_drivers_came_to_is_summed_by_hand():
+    nothing = {"place": 0, "seconds": None, "laps": 0.0, "ended": "", "overtakes": 0, "overtaken": 0, "crashes": 0,
+               "was_hit": 0, "off_tracks": 0}  # fmt: skip
+    assert vars(Showing("a", 1)) == {"driver": "a", "grid": 1, **nothing}
+    one = (
+        Showing("a", 1, 1, 30.5, 3.0, "finished", 1, 0, 0, 1, 0),
+        Showing("a", 2, 2, None, 1.25, "retired", 0, 1, 2, 0, 5),
+        Showing("a", 1, 1, 31.25, 3.0, "finished", 1, 1, 0, 0, 0),
+    )  # fmt: skip
+    other = (
+        Showing("b", 2, 2, None, 0.5, "time_up", 0, 1, 1, 0, 3),
+        Showing("b", 1, 1, None, 2.0, "retired", 1, 0, 0, 2, 1),
+        Showing("b", 2, 2, None, 2.5, "not_finished", 1, 1, 0, 0, 0),
+    )  # fmt: skip
+    result = RaceResult(("a", "b"), tuple(zip(one, other, strict=True)), ())
+    assert (result.of(0), result.of(1)) == ([*one], [*other])
+    assert result.overtakes_per_race == pytest.approx(4 / 3)
+    told = result.as_dictionary()
+    assert told["overtakes_per_race"] == 1.333
+    assert told["races"][1][0] == vars(one[1])
+    assert told["drivers"] == [
+        {
+            "driver": "a", "races": 3, "wins": 2, "mean_place": 1.333, "finishes": 2, "mean_seconds": 30.875,
+            "overtakes": 2, "overtaken": 2, "crashes": 2, "was_hit": 1, "off_tracks": 5, "overtakes_per_race": 0.667,
+        },
+        {
+            "driver": "b", "races": 3, "wins": 1, "mean_place": 1.667, "finishes": 0, "mean_seconds": None,
+            "overtakes": 2, "overtaken": 2, "crashes": 1, "was_hit": 2, "off_tracks": 4, "overtakes_per_race": 0.667,
+        },
+    ]  # fmt: skip
+    assert summed("b", other)["mean_seconds"] is None
+
+
+def test_who_finished_stands_by_time_before_who_did_not_by_way_and_equals_share_a_place():
+    row = [
+        Showing("a", 1, seconds=10.0, laps=1.0), Showing("b", 2, laps=2.5), Showing("c", 3, seconds=9.0, laps=1.0),
+        Showing("d", 4, laps=2.5), Showing("e", 5, laps=0.3), Showing("f", 6, seconds=9.0, laps=1.0),
+    ]  # fmt: skip
+    _place(row)
+    assert [one.place for one in row] == [3, 4, 1, 4, 6, 1]
+
+
+def scripted(cars, **rules):
+    """A race whose ticks a test writes, on a track of 10 m; who it parks and who is to forget is kept."""
+    field = _Field.__new__(_Field)
+    field._rules = HeadToHead(**rules)
+    field._out = np.zeros((1, cars), bool)
+    field._resets_left = np.full((1, cars), field._rules.max_resets)
+    field._shown = [[Showing(f"car {place}", place + 1) for place in range(cars)]]
+    field.parked, field.forgot = [], []
+    field._world = SimpleNamespace(
+        track=SimpleNamespace(length=10.0), park=lambda out: field.parked.append(out[0].tolist())
+    )
+    field._seats = SimpleNamespace(forget=lambda ended: field.forgot.append(ended[0].tolist()))
+    return field
+
+
+def reports_of(*cars):
+    reports = np.zeros((1, len(cars)), TICK_REPORT)
+    for number, car in enumerate(cars):
+        for name, value in car.items():
+            reports[0, number][name] = value
+    return reports
+
+
+def test_to_overtake_is_to_be_a_car_behind_and_then_a_car_ahead():
+    """Car 1 stands 0.75 m behind car 0; both cross the start line of the lap of 10 m."""
+    field = scripted(2)
+    field._arcs, field._driven = np.array([[9.5, 8.75]]), np.array([[0.0, -0.75]])
+    field._order = field._ahead()
+    assert field._order[0].tolist() == [[0, 1], [-1, 0]]
+    told = []
+    for arcs in ((9.75, 9.5), (0.0, 0.0), (0.1, 0.6), (0.2, 0.9), (0.3, 0.5), (1.5, 0.6)):
+        field._count_overtakes(reports_of(*({"arc": arc} for arc in arcs)))
+        first, second = field._shown[0]
+        told.append((first.overtakes, first.overtaken, second.overtakes, second.overtaken))
+    # Beside each other nothing is decided; past it once; falling back to its side, nothing; past it in turn.
+    assert told == [(0, 0, 0, 0), (0, 0, 0, 0), (0, 1, 1, 0), (0, 1, 1, 0), (0, 1, 1, 0), (1, 1, 1, 1)]
+    assert field._driven[0] == pytest.approx([2.0, 1.1])
+
+
+def test_to_pass_who_waits_or_is_out_is_no_overtaking():
+    for status, out, order in ((PAUSE, False, [[0, -1], [1, 0]]), (0, True, [[0, 1], [-1, 0]])):
+        field = scripted(2)
+        field._arcs, field._driven = np.array([[5.0, 4.25]]), np.array([[0.0, -0.75]])
+        field._order = field._ahead()
+        field._out[0, 0] = out
+        field._count_overtakes(reports_of({"arc": 5.0, "status": status}, {"arc": 6.0}))
+        assert (field._shown[0][1].overtakes, field._shown[0][0].overtaken) == (0, 0)
+        assert field._order[0].tolist() == order
+        field._count_overtakes(reports_of({"arc": 7.5}, {"arc": 6.1}))
+        assert field._shown[0][0].overtakes == (not out), "once it drives on it may pass in its turn"
+        assert field._driven[0].tolist() == pytest.approx([0.0 if out else 2.5, 1.1])
+
+
+def test_whom_a_car_hit_is_counted_among_those_that_are_not_out():
+    field = scripted(4)
+    field._out[0, 0] = True
+    crash = {"is_crashed": True}
+    field._count_contacts(reports_of(crash, crash | {"object_hit": 1}, {}, crash | {"object_hit": 0}))
+    assert [one.was_hit for one in field._shown[0]] == [0, 1, 0, 1]
+
+
+@pytest.mark.parametrize(("condition", "last"), [("all", ""), ("any", "not_finished")])
+def test_every_end_of_a_car_is_judged_by_what_it_was(condition, last):
+    """By hand: 44 ticks and the one of the finish are 3 s; who is out is not judged again."""
+    field = scripted(6, done_condition=condition, max_resets=1)
+    field._out[0, 5] = True
+    field._resets_left[0, 2] = 0
+    back, written = [], []
+    field._set_back = lambda n, car, status: back.append((n, int(car["x"][0]), status)) or "a car"
+    field._write = written.append
+    before = np.zeros((1, 6), CAR_STATE)
+    before["x"], before["ticks"] = np.arange(6), 44
+    ends = {"terminated": True}
+    reports = reports_of(
+        ends | {"status": LAP_COMPLETE, "laps": 3, "progress": 100.0},
+        {"truncated": True, "status": TIME_UP, "laps": 1, "progress": 55.126},
+        ends | {"status": OFF_TRACK, "progress": -2.0},
+        ends | {"status": CRASHED, "progress": 25.0},
+        {"laps": 2, "progress": 130.0},
+        ends | {"status": LAP_COMPLETE, "laps": 9},
+    )
+    field._judge(reports, before)
+    shown = field._shown[0]
+    assert [one.ended for one in shown] == ["finished", "time_up", "retired", last, last, ""]
+    assert [one.laps for one in shown] == [3.0, 1.5513, 0.0, *((0.25, 3.0) if last else (0.0, 0.0)), 0.0]
+    assert [one.seconds for one in shown] == [3.0, None, None, None, None, None]
+    assert [(one.crashes, one.off_tracks) for one in shown] == [(0, 0), (0, 0), (0, 1), (1, 0), (0, 0), (0, 0)]
+    assert field._out[0].tolist() == [True, True, True, bool(last), bool(last), True]
+    assert field._resets_left[0].tolist() == [1, 1, -1, 0, 1, 1]
+    assert back == [(0, 3, CRASHED)]
+    assert written == [{(0, 3): "a car"}]
+    assert field.forgot == [[True, True, True, True, False, False]]
+    assert field.parked == [field._out[0].tolist()]
+    assert field.is_over is bool(last)
+
+
+def test_where_nobody_ends_nobody_is_carried_off_or_set_back():
+    field = scripted(2)
+    field._write = lambda back: 1 / 0
+    field._judge(reports_of({}, {}), np.zeros((1, 2), CAR_STATE))
+    assert (field.parked, field.forgot, field.is_over) == ([], [], False)

@@ -131,11 +131,12 @@ def values_in(path: Path) -> list[Any]:
 def _open(path: Path) -> tuple[Any, Any]:
     """Return the value of the first line, and of the whole file where it is one value (else None)."""
     data = _read(path)
-    text = data.lstrip()
+    text = data.strip()
     if not text:
         raise InputFileError(path, "no game in it", EXPECTED)
-    first = _value(text.split(b"\n", 1)[0])
-    whole = first if text.count(b"\n") <= 1 and first is not None else _value(text)
+    line, further, _ = text.partition(b"\n")
+    first = _value(line)
+    whole = _value(text) if further else first
     if first is None and whole is None:
         raise InputFileError(path, "no JSON", EXPECTED, line=1)
     return first, whole

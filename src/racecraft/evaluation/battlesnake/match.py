@@ -6,6 +6,7 @@ with the time to itself. Whoever gives no move in time moves as the official rul
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -43,7 +44,7 @@ class Played:
 
     def places(self) -> list[int]:
         """Return each seat's place, 0 the best; who left on the same turn shares a place."""
-        lasted = [(snake.on or 1 << 30) for snake in self.boards[-1].snakes]
+        lasted = [snake.on or math.inf for snake in self.boards[-1].snakes]
         return [sum(other > own for other in lasted) for own in lasted]
 
 
