@@ -3,7 +3,14 @@
 import json
 
 import pytest
-from tests.evaluation.battlesnake.test_game_files import engine_frames, events, game_of, official, snake_log
+from tests.evaluation.battlesnake.test_game_files import (
+    engine_frames,
+    events,
+    frames_of_one,
+    game_of,
+    official,
+    snake_log,
+)
 
 from racecraft.contract.errors import InputFileError
 from racecraft.evaluation.battlesnake.imported import import_game
@@ -86,3 +93,50 @@ def test_pieces_of_two_games_are_not_mixed(pieces, tmp_path):
         import_game([*pieces.values(), written(tmp_path / "other.json", other)])
     with pytest.raises(InputFileError, match=r"shopping\.json: neither 'Game' nor 'Frames'"):
         import_game([*pieces.values(), written(tmp_path / "shopping.json", {"milk": 1})])
+
+
+def test_of_several_games_the_one_that_is_named_is_read(played, tmp_path):
+    first, *turns = official(played)
+    path = written(tmp_path / "games.json", [first, *turns, {"id": "again"}, *turns[:4]])
+    assert import_game([path], 1).played.turns == played.turns
+    second = import_game([path], 2).played
+    assert (second.turns, second.over) == (3, False)
+    with pytest.raises(InputFileError, match="2 games; expected one, or --game with a number from 1 to 2"):
+        import_game([path])
+    for number in (0, 3, -1):
+        with pytest.raises(InputFileError, match=f"2 games, no number {number}; expected --game from 1 to 2"):
+            import_game([path], number)
+    with pytest.raises(InputFileError, match="1 game, no number 2"):
+        import_game([written(tmp_path / "one.json", [first, *turns])], 2)
+
+
+def test_what_the_files_do_not_tell_is_as_ours_has_it(tmp_path):
+    """A game without a name is called as its file, a snake without one as its id; half a second is the usual time."""
+    plain = import_game([written(tmp_path / "spring.final.json", frames_of_one())]).played.card
+    assert (plain.id, plain.timeout_ms, plain.source) == ("spring", 500, "")
+    assert (plain.names, plain.looks) == ({"one": "one"}, {"one": {}})
+
+
+@pytest.mark.parametrize(("told", "read"), [(0, 500), (-1, 500), ("9", 500), (1, 1), (750, 750)])
+def test_a_time_for_an_answer_is_read_where_it_is_one(tmp_path, told, read):
+    card = import_game(
+        [written(tmp_path / "a.json", frames_of_one(ID="g", SnakeTimeout=told, Source="arena"))]
+    ).played.card
+    assert (card.id, card.timeout_ms, card.source) == ("g", read, "arena")
+
+
+def test_names_and_looks_are_texts_of_whoever_has_a_body(tmp_path):
+    frames = frames_of_one(ID="one", Name="no snake")
+    frames["Frames"][0]["Snakes"][0] |= {"Name": "Ann", "Color": "#00ff00", "HeadType": "", "TailType": 3}
+    card = import_game([written(tmp_path / "a.json", frames)]).played.card
+    assert (card.names, card.looks) == ({"one": "Ann"}, {"one": {"color": "#00ff00"}})
+    frames["Frames"][0]["Snakes"][0]["customizations"] = {"color": "red", "head": "bendr", "tail": None, "hat": "top"}
+    card = import_game([written(tmp_path / "a.json", frames)]).played.card
+    assert card.looks == {"one": {"color": "red", "head": "bendr"}}
+
+
+def test_a_game_that_our_rules_would_have_told_otherwise_is_counted(played, tmp_path):
+    frames = engine_frames(played)
+    living = [snake for snake in frames["Frames"][3]["Snakes"] if not snake["Death"]]
+    living[0]["Health"] -= 1
+    assert import_game([written(tmp_path / "a.json", frames)]).mismatches > 0

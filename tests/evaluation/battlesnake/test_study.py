@@ -1,6 +1,7 @@
 """The losing move: found where a person can tell it, in games as they are kept."""
 
 import json
+from unittest import mock
 
 import pytest
 from tests.evaluation.battlesnake.test_game_files import engine_frames, official, snake_log
@@ -8,15 +9,18 @@ from typer.testing import CliRunner
 
 from racecraft.cli.app import app
 from racecraft.contract.errors import InputFileError
-from racecraft.envs.battlesnake.board import Board, Snake
+from racecraft.envs.battlesnake.board import Board, BoardError, Snake
+from racecraft.envs.battlesnake.records import RecordedGame, RecordedStep
 from racecraft.envs.battlesnake.reference import apply_rules
 from racecraft.envs.battlesnake.rulesets import find_ruleset
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.stages import Table
+from racecraft.evaluation.battlesnake import study
 from racecraft.evaluation.battlesnake.game_files import games_of, snake_names
 from racecraft.evaluation.battlesnake.match import Played
 from racecraft.evaluation.battlesnake.record import write_record
-from racecraft.evaluation.battlesnake.study import judge, study_game
+from racecraft.evaluation.battlesnake.study import judge, study_game, study_games, words
+from racecraft.players.battlesnake.certainty import Finding
 from racecraft.players.battlesnake.messages import GameCard
 from racecraft.players.battlesnake.protocol import PlayerError
 
@@ -100,3 +104,74 @@ def test_the_command_tells_it_in_words_and_as_json(files):
     (files / "bad.json").write_text("{}")
     refused = CliRunner().invoke(app, ["snakes", "study", str(files / "bad.json")])
     assert isinstance(refused.exception, InputFileError)
+
+
+@pytest.mark.parametrize(
+    ("value", "depth", "said"),
+    [
+        (1_000_000 - 12, 9, "won within 7 turns"),  # a win is a million less the turn on which it comes
+        (1_000_000 - 6, 9, "won within 1 turn"),
+        (1_000_000 - 5, 9, "won within 1 turn"),  # already: told as the turn at hand
+        (-1_000_000 + 12, 9, "lost within 7 turns"),
+        (-1_000_000 + 6, 9, "lost within 1 turn"),
+        (-1_000_000 + 5, 9, "lost within 1 turn"),
+        (12_345, 3, "+1.23 after 3 turns"),  # worth is told in ten-thousandths
+        (-500, 1, "-0.05 after 1 turn"),
+        (0, 0, "+0.00 after 0 turns"),
+    ],
+)
+def test_what_search_finds_at_turn_5_is_said_in_words(value, depth, said):
+    assert words(Finding("up", value, depth), 5) == said
+
+
+def test_a_fatal_move_is_lost_on_the_next_turn_without_a_look(played):
+    board = played.boards[0]
+    found = judge(board, SETTINGS, "s0", 100, "down")
+    assert (found.move, found.depth, words(found, board.turn)) == ("down", 1, "lost within 1 turn")
+    shut_in = Board(7, 7, 9, [Snake("s0", [(0, 0), (1, 0), (1, 1), (0, 1), (0, 2), (0, 3)]), board.snakes[1]], [])
+    none = judge(shut_in, SETTINGS, "s0", 100)
+    assert (none.move, none.depth, none.turns, words(none, 9)) == ("up", 1, 0, "lost within 1 turn")
+
+
+def test_a_loss_is_told_whole_as_plain_values(files):
+    (game,) = games_of(files / "ours.jsonl")
+    (loss,) = study_games([game], ["s0"], 2000, 60)
+    told = loss.to_dict()
+    assert {name: told[name] for name in ("snake", "died_on", "cause", "by", "turn", "played", "better")} == {
+        "snake": "s0", "died_on": 13, "cause": "snake-self-collision", "by": "s0", "turn": 9, "played": "left",
+        "better": "right",
+    }  # fmt: skip
+    assert told["played_says"] == words(loss.played_finding, 9) == "lost within 4 turns"
+    assert told["better_says"] == words(loss.better_finding, 9)
+    assert (told["depth"], told["further_back"]) == (loss.better_finding.depth, False)
+    assert told["board"][0] == "..Bbb..", "the top row first"
+    json.dumps(told)
+
+
+def test_losses_come_in_the_order_of_their_ends_and_only_of_those_asked_for():
+    """On 7 x 7 squares two run into the walls: s1 on turn 1, s0 on turn 2, while s2 goes round."""
+    boards = [Board(7, 7, 0, [Snake("s0", [(1, 3)] * 3), Snake("s1", [(6, 0)] * 3), Snake("s2", [(4, 4)] * 3)], [])]
+    settings = GameSettings(7, 7, 3)
+    game = RecordedGame(1, settings, boards[0].copy())
+    for two in ("up", "left"):
+        before = boards[-1]
+        after = before.copy()
+        moves = {snake.id: {"s0": "left", "s1": "right", "s2": two}[snake.id] for snake in before.alive()}
+        apply_rules(find_ruleset("standard"), after, moves, Table(settings))
+        ruled = after.copy()
+        after.turn += 1
+        game.steps.append(RecordedStep(moves, before.copy(), ruled, after.copy()))
+        boards.append(after)
+    losses = study_game(game, effort=50)
+    assert [(loss.snake_id, loss.died_on, loss.turn, loss.played) for loss in losses] == [
+        ("s1", 1, 0, "right"), ("s0", 2, 1, "left")
+    ]  # fmt: skip
+    assert [loss.snake_id for loss in study_game(game, ["s0"], effort=50)] == ["s0"]
+    assert study_game(RecordedGame(1, settings, boards[0])) == [], "nothing was recorded, so nobody lost"
+
+
+def test_a_position_that_search_cannot_be_told_is_said_to_be_one(monkeypatch, files):
+    (game,) = games_of(files / "ours.jsonl")
+    monkeypatch.setattr(study, "Certainty", mock.Mock(side_effect=BoardError("too many snakes.")))
+    with pytest.raises(BoardError, match=r"a position of this game cannot be studied: too many snakes\."):
+        study_games([game], (), 100, 60)

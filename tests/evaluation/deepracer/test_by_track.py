@@ -1,16 +1,22 @@
 """Several tracks judged side by side: each as it is judged alone, and the figures by hand."""
 
+from types import SimpleNamespace
+
 import pytest
 from tests.training.deepracer.test_courses import FOUR_CARS
 from tests.training.deepracer.test_run_env_effects import Silence
 
+from racecraft.contract.errors import SettingError
+from racecraft.evaluation.deepracer import by_track
 from racecraft.evaluation.deepracer.by_track import (
     Judged,
     figures_of,
     headline_of,
+    judge_named,
     judge_tracks,
     results_by_track,
     summary_of,
+    told_of,
 )
 from racecraft.evaluation.deepracer.laps import Lap, LapReport, judge_starts
 from racecraft.players.deepracer.trained_car import load_trained_car
@@ -93,3 +99,49 @@ def test_every_track_is_judged_as_it_is_alone(car):
         assert one.mean_progress_percent == pytest.approx(alone.mean_progress_percent, abs=1e-3)
         assert one.full_laps == alone.full_laps
     assert len({one.mean_progress_percent for one in results}) == 5
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """What `judge_named` asks of `judge_tracks`; the run holds out one track where `held_out` says so."""
+    told = SimpleNamespace(held_out=["a track"], car=SimpleNamespace(run=SimpleNamespace(path="runs/r")))
+    monkeypatch.setattr(by_track, "held_out_of_run", lambda run: told.held_out)
+    monkeypatch.setattr(by_track, "load_track", lambda name: f"<{name}>")
+    monkeypatch.setattr(by_track, "catalogue_names", lambda: ["A", "B"])
+    monkeypatch.setattr(by_track, "judge_tracks", lambda car, tracks, words, starts: (tracks, words, starts))
+    return told
+
+
+@pytest.mark.parametrize(
+    ("names", "tracks", "words"),
+    [
+        (["X", "Y"], ["<X>", "<Y>"], []),
+        (["trained"], [], ["trained"]),
+        (["held-out", "X"], ["<X>"], ["held_out"]),
+        (["held_out", "trained"], [], ["trained", "held_out"]),
+        (["all", "X"], ["<A>", "<B>", "<X>"], []),
+    ],
+)
+def test_names_are_tracks_but_for_three_words(asked, names, tracks, words):
+    assert judge_named(asked.car, names, 4) == (tracks, words, 4)
+
+
+def test_who_held_no_track_out_is_told_so_and_only_where_it_matters(asked):
+    asked.held_out = []
+    assert judge_named(asked.car, ["trained", "X"], 4) == (["<X>"], ["trained"], 4)
+    with pytest.raises(SettingError, match="runs/r holds no track out"):
+        judge_named(asked.car, ["held-out"], 4)
+
+
+def test_a_judgement_of_several_tracks_is_plain_values():
+    car = SimpleNamespace(run=SimpleNamespace(path="runs/r"), checkpoint=SimpleNamespace(iteration=7))
+    results = results_by_track(LapReport((FULL,)), [Judged("A", "A", "other", "TIME_TRIAL", False, 1)])
+    told = told_of(car, results, 1)
+    assert (told["run"], told["checkpoint"], told["starts"]) == ("runs/r", 7, 1)
+    assert told["tracks"] == [results[0].as_dictionary()]
+    assert told["by_role"] == summary_of(results)
+    assert headline_of(results) == "others: 1 of 1 lapped"
+
+
+def test_several_tracks_are_lapped_from_five_starts_where_nobody_says_otherwise():
+    assert by_track.STARTS == 5

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from racecraft.contract.world import allocate
+from racecraft.envs.deepracer import race
 from racecraft.envs.deepracer.actions import ActionBox, ActionTable
 from racecraft.envs.deepracer.sensors import car_sensors
 from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig
 from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
 from racecraft.envs.deepracer.world import RaceWorld
-from racecraft.evaluation.deepracer import cures
+from racecraft.evaluation.deepracer import cures, rehearsal
 from racecraft.evaluation.deepracer.cures import HOLDS, MOMENTS, Options, Trials, try_cures
 from racecraft.evaluation.deepracer.kept_drives import keep_drives
 from racecraft.evaluation.deepracer.places import APART_M, LONGEST_M, same_places
@@ -191,3 +192,107 @@ def test_places_lie_across_the_start_line_and_are_never_long():
             assert (np.diff(along) <= APART_M).all()
     assert same_places(np.zeros(0), 10.0) == []
     assert len(same_places(np.array([0.1, 9.9]), 10.0, closed=False)) == 2
+
+
+class Line:
+    """N cars on a road of 10 m: told a number they come so many per cent further; below 0 they are off."""
+
+    made = []
+
+    def __init__(self, count):
+        self.count, self.loaded, self.told = count, None, []
+        self.spec, self.track = None, SimpleNamespace(length=10.0)
+        Line.made.append(self)
+
+    def load_state(self, state, buffers):
+        self.progress = state["progress"].copy()
+        self.loaded = self.progress.tolist()
+        self._show(buffers)
+
+    def _show(self, buffers):
+        buffers.observations["progress"] = self.progress.reshape(-1, 1, 1)
+
+    def step(self, actions, buffers):
+        assert actions.shape == (self.count, 1)
+        self.told.append(actions[:, 0].tolist())
+        self.progress = self.progress + actions[:, 0]
+        self.reports = np.zeros((self.count, 1), race.TICK_REPORT)
+        self.reports["progress"][:, 0] = self.progress
+        self.reports["terminated"][:, 0] = (self.progress < 0) | (self.progress >= 100)
+        self.reports["status"][:, 0] = np.where(self.progress >= 100, race.LAP_COMPLETE, 0)
+        self._show(buffers)
+
+
+class Same:
+    """Says the same number always, and notes whom it is to forget."""
+
+    def __init__(self, says):
+        self.says, self.forgot, self.shapes = says, [], set()
+
+    def act(self, observations, action_mask=None):
+        self.shapes.add(observations["progress"].shape)
+        return np.full(len(observations["progress"]), self.says)
+
+    def forget(self, rows):
+        self.forgot.append(rows.tolist())
+
+
+@pytest.fixture
+def line(monkeypatch):
+    """Three drives of four ticks that failed at 40, 60 and 95 per cent, where they had come by tens."""
+    monkeypatch.setattr(rehearsal, "allocate", lambda spec: SimpleNamespace(observations={}))
+    monkeypatch.setattr(Line, "made", [])
+    ends = np.array([40.0, 60.0, 95.0])
+    endings = np.zeros(3, race.TICK_REPORT)
+    endings["progress"] = ends
+    before = [{"progress": ends - 10.0 * back} for back in (4, 3, 2, 1)]
+    return SimpleNamespace(last=np.full(3, 3), endings=endings, states=before, actions=np.full((4, 3), 10.0))
+
+
+@pytest.mark.parametrize(
+    ("row", "action", "saved"),
+    [
+        (0, 25.0, True),  # 1.5 m of 10 m further than 40 per cent, at once
+        (0, 24.999, False),
+        (1, 25.0, True),
+        (2, 14.5, False),  # beyond the end of the lap nothing more is asked for, but the lap has to be full
+        (2, 15.0, True),
+        (0, -31.0, False),  # off the road
+    ],
+)
+def test_a_car_is_past_its_place_a_metre_and_a_half_beyond(line, row, action, saved):
+    """It is told otherwise in its last tick, and then stands until nobody waits any longer."""
+    assert rehearse(Same(0.0), Line, line, [Change(row, 3, np.float64(action), 1)]).tolist() == [saved]
+    assert len(Line.made[0].told) == (1 if saved or action < 0 else 61), "60 ticks after that of the failure"
+
+
+def test_a_change_is_held_and_then_the_policy_drives_on(line):
+    policy = Same(1.0)
+    rehearse(policy, Line, line, [Change(0, 1, np.float64(4.0), 2)])
+    (world,) = Line.made
+    assert world.loaded == [10.0]
+    assert [told[0] for told in world.told[:4]] == [4.0, 4.0, 1.0, 1.0]
+    assert policy.forgot[0] == [True]
+    assert not any(map(any, policy.forgot[1:]))
+    assert policy.shapes == {(1, 1)}
+    assert len(world.told) == 2 + 37, "from 10 per cent to 18, then one a tick up to 55"
+
+
+def test_who_remembers_is_driven_from_the_first_tick_as_it_drove(line):
+    rehearse(Same(1.0), Line, line, [Change(1, 2, np.float64(-90.0), 3)], remembers=True)
+    (world,) = Line.made
+    assert world.loaded == [20.0]
+    assert [told[0] for told in world.told] == [10.0, 10.0, -90.0], "and the drive ends where it leaves the road"
+
+
+def test_many_changes_share_worlds_the_short_ones_together(line, monkeypatch):
+    monkeypatch.setattr(rehearsal, "AT_ONCE", 2)
+    ticks = [0, 3, 1]
+    changes = [Change(0, tick, np.float64(100.0 if tick < 3 else -99.0), 1) for tick in ticks]
+    assert rehearse(Same(0.0), Line, line, changes).tolist() == [True, False, True]
+    (world,) = Line.made
+    assert world.count == 2
+    assert world.told[0] == [-99.0, 100.0], "ticks 3 and 1: who begins latest is soonest done"
+    assert world.told[1:] == [[100.0, 100.0]], "the last one is driven twice where a place is free"
+    assert rehearse(Same(0.0), Line, line, []).tolist() == []
+    assert len(Line.made) == 1

@@ -43,10 +43,11 @@ def import_game(paths: Sequence[Path], number: int | None = None) -> Imported:
     games = games_in(paths)
     if number is None and len(games) > 1:
         raise InputFileError(paths[0], f"{len(games)} games", f"one, or --game with a number from 1 to {len(games)}")
-    if not 1 <= (number or 1) <= len(games):
+    chosen = 1 if number is None else number
+    if not 1 <= chosen <= len(games):
         held = f"{len(games)} game" + "s" * (len(games) != 1)
-        raise InputFileError(paths[0], f"{held}, no number {number}", f"--game from 1 to {len(games)}")
-    game = games[(number or 1) - 1]
+        raise InputFileError(paths[0], f"{held}, no number {chosen}", f"--game from 1 to {len(games)}")
+    game = games[chosen - 1]
     boards = [game.start, *(step.after_map for step in game.steps)]
     card = _card(paths, [snake.id for snake in game.start.snakes])
     return Imported(Played(game.settings, card, boards, game.over_turn is not None), verify_games([game]).mismatches)
