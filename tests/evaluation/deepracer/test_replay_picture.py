@@ -17,8 +17,10 @@ def file_of(progress, begins, first=(), ticks=()):
         first=np.array(first, int), ticks=np.array(ticks, int),
         paths=np.arange(len(first) * 48.0).reshape(len(first), 16, 3),
     )  # fmt: skip
-    columns = {"episode": np.zeros(rows), "progress": np.array(progress, float), "X": np.arange(rows), "Y": np.zeros(rows),
-               "throttle": np.ones(rows)}  # fmt: skip
+    columns = {
+        "episode": flags, "progress": np.array(progress, float), "X": np.arange(rows), "Y": np.zeros(rows),
+        "throttle": np.ones(rows),
+    }  # fmt: skip
     return SimpleNamespace(trace=SimTrace(columns), retold=SimpleNamespace(begins=flags), windows=windows)
 
 
