@@ -472,3 +472,24 @@ def test_where_nobody_ends_nobody_is_carried_off_or_set_back():
     field._write = lambda back: 1 / 0
     field._judge(reports_of({}, {}), np.zeros((1, 2), CAR_STATE))
     assert (field.parked, field.forgot, field.is_over) == ([], [], False)
+
+
+@pytest.mark.parametrize(
+    ("races", "shares"),
+    [(None, [0, 0]), (1, [0]), (2, [0, 0]), (3, [0, 0, 1 / 2]), (6, [0, 0, 1 / 3, 1 / 3, 2 / 3, 2 / 3])],
+)
+def test_places_on_the_grid_change_and_after_a_round_the_grid_moves_round_the_track(races, shares):
+    rules = HeadToHead(races=races, laps=4, max_resets=7)
+    field = _Field([driver(name, 1.0) for name in "ab"], TRACK, rules, RaceConfig(change_start=True))
+    assert field.whose.tolist() == ([[0, 1], [1, 0]] * 3)[: len(shares)]
+    assert field._world.start_shares == pytest.approx(shares)
+    assert [[one.grid for one in row] for row in field._shown] == [[1, 2]] * len(shares)
+    assert [[one.driver for one in row] for row in field._shown] == ([["a", "b"], ["b", "a"]] * 3)[: len(shares)]
+    assert (field._resets_left == 7).all()
+    assert not field.is_over
+
+
+def test_of_twenty_races_the_ticks_of_sixteen_are_kept():
+    field = _Field([driver(name, 1.0) for name in "ab"], TRACK, HeadToHead(races=20), RaceConfig())
+    field._out[:] = True
+    assert len(field.result().ticks) == 16

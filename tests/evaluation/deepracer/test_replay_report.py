@@ -231,6 +231,7 @@ def test_rows_with_numbers_that_are_none_are_named_up_to_twenty(monkeypatch):
         (20.3, 0, 9, ""),  # of another length: nine of ten waypoints may be numbered otherwise
         (20.3, 0, 10, "10 of 10 rows"),
         (20.3, 5, 9, ""),
+        (20.3, 5, 10, "10 of 10 rows"),
         (20.3, 6, 0, "6 of 10 rows"),
         (19.7, 0, 10, "10 of 10 rows"),
     ],
