@@ -120,14 +120,20 @@ def test_a_class_of_another_shape_is_told_what_it_lacks(own, name, words):
         ("CartPoll-v1", "no Gymnasium environment 'CartPoll-v1'. Did you mean 'CartPole-v1'"),
         ("Zzzzzzzz-v0", "`import` the package that registers it"),
         ("no_such_package:Thing-v0", "there is no module 'no_such_package'"),
-        ("from_script/Mine-v0", "a script made this environment"),
-        ("racecraft.compat.script_worlds:Mine", "a script made this environment"),
     ],
 )
-def test_what_is_no_environment_is_said_to_be_what_it_lacks(name, words):
-    for opened in (open_world, open_judging_world):
-        with pytest.raises(UserInputError, match=words):
-            opened(name, 1)
+def test_an_id_that_is_none_is_named_with_its_nearest_or_with_what_it_lacks(name, words):
+    with pytest.raises(UserInputError, match=words):
+        open_judging_world(name, 1)
+    with pytest.raises(UserInputError, match=words):
+        reward_threshold(name)
+
+
+@pytest.mark.parametrize("opened", [open_world, open_judging_world])
+@pytest.mark.parametrize("name", ["from_script/Mine-v0", "racecraft.compat.script_worlds:Mine"])
+def test_what_a_script_made_is_not_opened_where_it_did_not_run(opened, name):
+    with pytest.raises(SettingError, match="a script made this environment"):
+        opened(name, 1)
 
 
 def test_a_run_is_judged_in_what_its_own_code_makes_and_it_is_closed_behind(tmp_path):

@@ -186,3 +186,40 @@ def test_on_several_tracks_a_car_drives_from_five_starts_each(tmp_path, monkeypa
     assert judge_run(run.path, **words) == {"told": ("car", ["a", "b"], starts), "starts": starts}
     with pytest.raises(SettingError, match="all names in one of them"):
         judge_run(run.path, track="c", **words)
+
+
+@pytest.mark.parametrize(
+    ("asked", "words", "made", "played"),
+    [
+        ({"behavior": "Basic", "build": "builtin:Basic"}, {}, ("Basic", False, 0, ("--agents", "20")), (20, 0)),
+        ({"behavior": ["Basic"], "build": "builtin:Basic"}, {"episodes": 3, "seed": 4},
+         ("Basic", False, 4, ("--agents", "3")), (3, 4)),
+        ({"behavior": ["A", "B"], "build": "x.app"}, {}, (["A", "B"], True, 0, None), (20, 0)),
+        ({"behavior": "A", "build": "builtin:Basic", "env_args": ["--many"]}, {},
+         ("A", False, 0, ("--many",)), (20, 0)),
+    ],
+)  # fmt: skip
+def test_a_scene_is_judged_by_twenty_episodes_as_it_was_trained(tmp_path, monkeypatch, asked, words, made, played):
+    from racecraft.envs.unity import builds, world
+
+    run = RunFolder.create(tmp_path / "run", {"kind": "unity", "asked": asked})
+    (run.evaluations / "1.json").write_text('{"most_steps": 70}')
+    seen = []
+
+    class Scene:
+        def __init__(self, build, behavior, several, seed, args=None):
+            seen.append((build, (behavior, several, seed, args)))
+
+        def close(self):
+            seen.append("closed")
+
+    def judged(policy, world, episodes, seed, most_steps):
+        seen.append((policy, episodes, seed, most_steps))
+        return {"episodes": episodes}
+
+    monkeypatch.setattr(builds, "find_build", lambda name: f"<{name}>")
+    monkeypatch.setattr(world, "UnityWorld", Scene)
+    monkeypatch.setattr(judge, "load_policy", lambda run, which: POLICY)
+    monkeypatch.setattr(judge, "judge_episodes", judged)
+    assert judge_run(run.path, **words) == {"run": str(run.path), "checkpoint": 12, "episodes": played[0]}
+    assert seen == [(f"<{asked['build']}>", made), (POLICY, *played, 70), "closed"]

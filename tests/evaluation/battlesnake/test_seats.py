@@ -10,6 +10,7 @@ from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.evaluation.battlesnake import seats
 from racecraft.evaluation.battlesnake.remote import Remote
 from racecraft.evaluation.battlesnake.seats import Failures, Seat, take_seat
+from racecraft.players.battlesnake.from_file import MEMORY_MB
 from racecraft.players.battlesnake.messages import LOOKS
 from racecraft.players.battlesnake.protocol import LatePlayerError, PlayerError
 
@@ -215,3 +216,12 @@ def test_a_seat_is_called_as_the_user_wrote_or_named_it_and_dice_are_its_own():
     assert (plain.name, plain.looks, named.name) == ("hungry", LOOKS, "mine")
     assert plain.failures == Failures(0, 0, "", [], [])
     assert (plain.last_move, plain.latency_ms) == ("up", 0)
+
+
+def test_a_player_of_ours_is_found_by_what_was_written_and_warmed_before_it_sits(monkeypatch):
+    asked = []
+    monkeypatch.setattr(seats, "find_player", lambda *told: asked.append(told) or "player")
+    monkeypatch.setattr(seats, "warm_up", asked.append)
+    assert take_seat("anybody").player == "player"
+    take_seat("anybody", seed=3, memory_mb=7)
+    assert asked == [("anybody", 0, MEMORY_MB), "player", ("anybody", 3, 7), "player"]

@@ -110,6 +110,7 @@ def test_a_car_is_driven_by_the_clock_of_its_build_or_as_it_is_asked(monkeypatch
     def stand(profile, places, commands, seconds, restarts, held, first, ticks, paths):
         paths[:, :9] = 0.0
         paths[:1] = 0.0
+        paths[..., 2] += 0.1
 
     monkeypatch.setattr(open_loop, "drive_windows", stand)
     x, y = np.zeros(16), np.zeros(16)
@@ -125,5 +126,11 @@ def test_a_car_is_driven_by_the_clock_of_its_build_or_as_it_is_asked(monkeypatch
     assert windows.paths.shape == (2, 16, 3)
     assert windows.position_m["0.5s"] == pytest.approx([0.3, 7.0])
     assert windows.position_m["1s"] == pytest.approx([0.5, math.nan], nan_ok=True)
-    assert windows.yaw_rad["0.5s"] == pytest.approx([0.8, 1.3])
-    assert windows.yaw_rad["1s"] == pytest.approx([0.25, math.nan], nan_ok=True), "the shorter way round"
+    assert windows.yaw_rad["0.5s"] == pytest.approx([0.7, 1.2])
+    assert windows.yaw_rad["1s"] == pytest.approx([0.35, math.nan], nan_ok=True), "the shorter way round"
+
+
+def test_a_row_before_a_missing_one_opens_no_window_be_it_the_first():
+    trace = trace_of(steps=np.array([1.0, *range(3, 21)]))
+    first, ticks = open_windows(trace, walked(19, held=()))
+    assert (first.tolist(), ticks.tolist()) == ([5, 10], [13, 8])
