@@ -93,7 +93,8 @@ def test_a_game_stops_at_the_first_position_that_was_waited_for():
 def ended(*left_on, **settings):
     snakes = [Snake(f"s{n}", [(n, 0)], cause="hazard" if on else "", on=on) for n, on in enumerate(left_on)]
     rules = GameSettings(7, 7, len(left_on), **settings)
-    return Played(rules, GameCard("g"), [Board(7, 7, 0), Board(7, 7, 11), Board(7, 7, 12, snakes)])
+    start = Board(7, 7, 0, [Snake(snake.id, snake.body) for snake in snakes])
+    return Played(rules, GameCard("g"), [start, Board(7, 7, 11), Board(7, 7, 12, snakes)])
 
 
 @pytest.mark.parametrize(

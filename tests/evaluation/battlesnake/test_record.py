@@ -62,7 +62,7 @@ def test_a_line_is_the_card_then_every_turn_then_the_verdict(tmp_path):
     write_record(played, tmp_path / "game.jsonl")
     again = read_record(tmp_path / "game.jsonl")
     assert (again.boards, again.card.names, again.card.looks) == (played.boards, played.card.names, played.card.looks)
-    assert again.over
+    assert (again.settings, again.over) == (SETTINGS, True)
 
 
 def test_of_a_turn_that_nobody_survived_the_first_snake_is_told():

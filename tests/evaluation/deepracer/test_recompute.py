@@ -28,10 +28,10 @@ def test_an_episode_begins_with_another_number_or_with_steps_that_do_not_grow():
 
 
 def test_without_a_column_of_states_the_first_row_of_an_episode_is_held_and_a_flying_lap_is_not():
-    told = walk(trace([0, 0, 1, 1, 2, 2], [1, 2, 1, 2, 3, 4]))
-    assert where(told.begins) == [0, 2, 4]
+    told = walk(trace([0, 0, 1, 1, 2, 2, 3, 3], [1, 2, 1, 2, 3, 4, 2, 3]))
+    assert where(told.begins) == [0, 2, 4, 6]
     assert where(told.held) == [0, 2]
-    assert where(told.restarts) == [0, 2], "episode 2 begins with its third step: its car never stood"
+    assert where(told.restarts) == [0, 2], "episodes 2 and 3 begin with a later step: their cars never stood"
 
 
 def test_with_states_a_car_is_held_where_they_say_so_and_restarts_where_it_begins_held_or_anew():
@@ -58,6 +58,10 @@ def test_an_episode_began_where_most_of_its_rows_say_also_across_the_start_line(
     starts = agreed([0.2, 0.5, 0.2, 0.7, 0.99999, 0.00001, 0.4, 1.00002], [0, 4])
     assert starts[:4] == pytest.approx([0.2] * 4)
     assert np.mod(starts[4:] + 0.5, 1.0) == pytest.approx([0.50001] * 4, abs=1e-9), "the middle one of those that agree"
+
+
+def test_starts_before_and_behind_the_line_are_neighbours():
+    assert agreed([-0.00001, 0.00001, -0.00002, 0.5], [0]) == pytest.approx([0.99999] * 4, abs=1e-9)
 
 
 @pytest.mark.parametrize(("apart", "start"), [(0.9e-4, 0.3), (1.1e-4, 0.1)])
@@ -122,6 +126,14 @@ def test_a_row_is_wrong_by_more_than_a_hundredth_of_a_point_and_far_by_more_than
     assert told.progress == pytest.approx(100 * (x - 0.5) / 10)
     assert not told.waypoint_wrong.any()
     assert (told.waypoints, told.reversed.any()) == (None, False)
+
+
+def test_a_difference_of_just_a_hundredth_is_none_and_of_just_a_point_is_not_far(plain):
+    """Eighths of a lap, so that nothing is rounded."""
+    x = 1.25 * np.arange(6)
+    told = recompute(driven(x, [0.01, 13.5, 25.0, 37.5, 50.0, 62.5]), Road())
+    assert told.progress.tolist() == [0.0, 12.5, 25.0, 37.5, 50.0, 62.5]
+    assert (where(told.progress_wrong), where(told.progress_far)) == ([1], [])
 
 
 def test_only_the_episode_that_fits_the_other_way_was_driven_backwards(plain):

@@ -39,8 +39,13 @@ class Played:
     def winner(self) -> str:
         """Id of the only snake alive at the end; "" where there is none, or more than one."""
         alive = self.boards[-1].alive()
-        solo = not is_over(Board(1, 1, snakes=alive[:1]), self.settings)
-        return alive[0].id if len(alive) == 1 and not solo else ""
+        return alive[0].id if len(alive) == 1 and not self.is_solo else ""
+
+    @property
+    def is_solo(self) -> bool:
+        """Whether it goes on with one snake alive, so that nobody wins it."""
+        first = self.boards[0]
+        return not is_over(Board(first.width, first.height, snakes=first.snakes[:1]), self.settings)
 
     def places(self) -> list[int]:
         """Return each seat's place, 0 the best; who left on the same turn shares a place."""
@@ -78,8 +83,8 @@ def play(
     if settings.players != len(seats):
         raise BoardError(f"{len(seats)} seats for {settings.players} snakes; expected as many.")
     referee = Referee(settings, dice)
-    played = Played(settings, _card(seats, game_id, timeout_ms))
     by_id = {f"s{number}": seat for number, seat in enumerate(seats)}
+    played = Played(settings, _card(by_id, game_id, timeout_ms))
     for seat in seats:
         seat.sit_down()
     _keep(played, referee.board, watch)
@@ -95,10 +100,9 @@ def play(
     return played
 
 
-def _card(seats: Sequence[Seat], game_id: str, timeout_ms: int) -> GameCard:
-    ids = [f"s{number}" for number in range(len(seats))]
-    names = {one: seat.name for one, seat in zip(ids, seats, strict=True)}
-    looks = {one: seat.looks for one, seat in zip(ids, seats, strict=True)}
+def _card(by_id: dict[str, Seat], game_id: str, timeout_ms: int) -> GameCard:
+    names = {one: seat.name for one, seat in by_id.items()}
+    looks = {one: seat.looks for one, seat in by_id.items()}
     return GameCard(game_id, timeout_ms, names, looks)
 
 

@@ -15,7 +15,6 @@ from typing import Any
 
 from racecraft.contract.errors import InputFileError
 from racecraft.envs.battlesnake.board import CAUSES, MAX_HEALTH, Board, BoardError, Snake
-from racecraft.envs.battlesnake.rulesets import is_over
 from racecraft.evaluation.battlesnake.match import Played
 from racecraft.formats.whole import write_whole
 from racecraft.players.battlesnake.messages import MOST_SEGMENTS, GameCard, Letter, game_part, message, read_message
@@ -45,12 +44,11 @@ def record_text(played: Played) -> str:
 def verdict(played: Played) -> dict[str, Any]:
     """Return who won: the last line of the file."""
     nobody_left = not played.boards[-1].alive()
-    solo = not is_over(Board(1, 1, snakes=played.boards[0].snakes[:1]), played.settings)
     winner = played.winner
     return {
         "winnerId": winner,
         "winnerName": played.card.names.get(winner, ""),
-        "isDraw": nobody_left and not solo,
+        "isDraw": nobody_left and not played.is_solo,
     }
 
 
