@@ -86,3 +86,10 @@ def test_two_ranges_are_tried_at_five_angles_and_three_speeds():
     assert (options.labels[6], options.labels[14]) == ("straight at 1 m/s", "left 29° at 3 m/s")
     assert command_words(math.radians(-12.4), 1.26) == "right 12° at 1.3 m/s"
     assert HOLDS == (1, 3, 9)
+
+
+def test_moments_lie_closer_together_the_later_from_two_ticks_before_the_failure_on():
+    gaps = np.diff(MOMENTS)
+    assert MOMENTS[0] == 2
+    assert (np.diff(gaps) >= 0).all()
+    assert (gaps.min(), gaps.max(), MOMENTS[-1]) == (2, 4, 30)
