@@ -50,15 +50,17 @@ def write(protos, tmp_path):
         return head + bytes([size]) + data
 
     def write_file(
-        records, name="play.demo", picture=None, promised=None, spoil=lambda message: None, is_old=False, more=()
-    ):
+        records, name="play.demo", picture=None, promised=None, spoil=lambda message: None, is_old=False, more=(),
+        version=1, behaves=lambda behavior: None,
+    ):  # fmt: skip
         header, behavior = protos("DemonstrationMetaProto"), protos("BrainParametersProto")
-        header.api_version, header.demonstration_name = 1, "play"
+        header.api_version, header.demonstration_name = version, "play"
         header.number_steps = len(records) if promised is None else promised
         header.number_episodes, header.mean_reward = 2, 0.5
         behavior.brain_name = "Mover?team=1"
         behavior.action_spec.num_continuous_actions, behavior.action_spec.num_discrete_actions = 2, 1
         behavior.action_spec.discrete_branch_sizes.append(3)
+        behaves(behavior)
         parts = [delimited(header).ljust(33, b"\0"), delimited(behavior)]
         for row, (episode, reward, done, interrupted) in enumerate(records):
             pair = protos("AgentInfoActionPairProto")
@@ -213,6 +215,185 @@ def test_files_that_are_no_demonstrations_are_letters(tmp_path):
     (tmp_path / "new.demo").write_bytes(b"\x02\x08\x09".ljust(40, b"\0"))
     with pytest.raises(DemonstrationError, match="is of version 9"):
         read_demonstration(tmp_path / "new.demo")
+
+
+NUMBERS_ALONE, CHOICES_ALONE = (1, ()), (0, (3, 1))
+"""What a behavior does, as (numbers, sizes of its branches)."""
+
+
+def doing(numbers, branches):
+    def behaves(behavior):
+        behavior.action_spec.num_continuous_actions = numbers
+        behavior.action_spec.num_discrete_actions = len(branches)
+        behavior.action_spec.discrete_branch_sizes[:] = branches
+
+    return behaves
+
+
+def acting(field, values):
+    """Have every record do this alone, told in one of the fields that actions have had."""
+
+    def spoil(pair):
+        pair.ClearField("action_info")
+        getattr(pair.action_info, field).extend(values)
+        pair.agent_info.ClearField("action_mask")
+
+    return spoil
+
+
+@pytest.mark.parametrize(
+    ("does", "field", "values"),
+    [
+        (NUMBERS_ALONE, "continuous_actions", [0.5]),
+        (CHOICES_ALONE, "discrete_actions", [2, 0]),
+        (NUMBERS_ALONE, "vector_actions_deprecated", [0.5]),
+        (CHOICES_ALONE, "vector_actions_deprecated", [2.0, 0.0]),
+    ],
+)
+def test_numbers_or_choices_alone_are_read_from_the_new_field_and_the_old(write, does, field, values):
+    told = read_demonstration(write(TWO_EPISODES[:3], behaves=doing(*does), spoil=acting(field, values)))
+    assert (told.num_continuous, told.branches) == does
+    assert told.continuous.tolist() == [values * bool(does[0])] * 3
+    assert told.discrete.tolist() == [values * bool(does[1])] * 3
+    assert (told.continuous.dtype, told.discrete.dtype) == (np.float32, np.int64)
+
+
+@pytest.mark.parametrize(("kind", "sizes", "does"), [(1, [2], (2, ())), (0, [3, 2], (0, (3, 2)))])
+def test_what_a_behavior_does_stood_elsewhere_before_there_were_hybrid_actions(write, kind, sizes, does):
+    def behaves(behavior):
+        behavior.ClearField("action_spec")
+        behavior.vector_action_space_type_deprecated = kind
+        behavior.vector_action_size_deprecated.extend(sizes)
+
+    told = read_demonstration(
+        write(TWO_EPISODES, behaves=behaves, spoil=acting("vector_actions_deprecated", [1.0, 1.0]))
+    )
+    assert (told.num_continuous, told.branches) == does
+
+
+def test_versions_nought_and_one_are_read(write):
+    assert len(read_demonstration(write(TWO_EPISODES, version=0))) == 5
+    with pytest.raises(DemonstrationError, match="the header: is of version 2, and 0 and 1 are known"):
+        read_demonstration(write(TWO_EPISODES, version=2))
+
+
+def test_a_file_is_a_folder_of_one(write):
+    assert [len(one) for one in read_demonstrations(write(TWO_EPISODES))] == [5]
+
+
+def test_where_no_record_has_a_mask_there_is_none_and_where_one_has_the_others_may_do_all(write):
+    def unmasked(pair):
+        pair.agent_info.ClearField("action_mask")
+
+    def masked_once(pair):
+        pair.agent_info.action_mask[:] = [True, False, True] if pair.agent_info.reward == 5 else []
+
+    none = read_demonstration(write(TWO_EPISODES, spoil=unmasked))
+    assert none.allowed is None
+    assert none.transitions().allowed is None
+    one = read_demonstration(write(TWO_EPISODES, spoil=masked_once))
+    assert one.allowed.tolist() == [[True] * 3] * 4 + [[False, True, False]]
+
+
+@pytest.mark.parametrize(
+    ("layout", "wire", "shape"),
+    [
+        (None, (2, 3, 4), (3, 4, 2)),  # few channels first
+        (None, (4, 3, 2), (4, 3, 2)),
+        ("HWC", (2, 3, 4), (2, 3, 4)),
+        ("CHW", (4, 3, 2), (3, 2, 4)),
+        ("CHW", (2, 2, 2), (2, 2, 2)),
+        (None, (2, 3), (2, 3)),
+    ],
+)
+def test_pictures_of_numbers_are_shown_with_their_channels_last(write, layout, wire, shape):
+    values = np.arange(np.prod(wire), dtype=np.float32).reshape(wire)
+
+    def spoil(pair):
+        pair.agent_info.observations[0].shape[:] = wire
+        pair.agent_info.observations[0].float_data.data[:] = values.ravel().tolist()
+
+    seen = read_demonstration(write(TWO_EPISODES, spoil=spoil), layout).observations["place"]
+    assert seen.shape == (5, *shape)
+    is_turned = layout == "CHW" or shape != wire
+    np.testing.assert_array_equal(seen[4], np.moveaxis(values, 0, -1) if is_turned else values)
+
+
+def test_observations_without_names_of_their_own_are_numbered(write):
+    def spoil(pair):
+        pair.agent_info.observations.add(name="place", shape=[0])
+
+    assert {name: seen.shape for name, seen in read_demonstration(write(TWO_EPISODES, spoil=spoil)).observations.items()} == {
+        "obs_0": (5, 3), "obs_1": (5, 0),
+    }  # fmt: skip
+
+
+def at_the_third(change):
+    """Change the record that earns 2 alone."""
+    return lambda pair: change(pair.agent_info) if pair.agent_info.reward == 2 else None
+
+
+def as_png(info):
+    info.observations[0].compression_type = 1
+
+
+@pytest.mark.parametrize(
+    ("spoil", "letter"),
+    [
+        (lambda pair: pair.agent_info.ClearField("observations"), "record 1: shows no observation"),
+        (at_the_third(lambda info: info.ClearField("observations")), "record 3: shows 0 observations where the first"),
+        (
+            at_the_third(lambda info: info.observations[0].shape.__setitem__(0, 2)),
+            r"as \(2,\) where the first is \(3,\)",
+        ),
+        (lambda pair: as_png(pair.agent_info), r"shows a PNG of shape \(3,\), and three axes are needed"),
+        (at_the_third(as_png), "record 3: shows 'place' once as PNG and once as numbers"),
+        (lambda pair: pair.agent_info.observations[0].ClearField("shape"), r"the impossible shape \(\)"),
+        (lambda pair: pair.agent_info.observations[0].shape.extend([1, 1, 1]), r"the impossible shape \(3, 1, 1, 1\)"),
+        (lambda pair: pair.agent_info.observations[0].shape.__setitem__(0, -3), r"the impossible shape \(-3,\)"),
+        (lambda pair: pair.ClearField("action_info"), "record 1: does 0 numbers and 0 choices"),
+        (lambda pair: pair.action_info.discrete_actions.__setitem__(0, -1), r"chooses \[-1\] in branches of \[3\]"),
+    ],
+)
+def test_records_that_leave_something_out_are_letters(write, spoil, letter):
+    with pytest.raises(DemonstrationError, match=letter):
+        read_demonstration(write(TWO_EPISODES, spoil=spoil))
+
+
+@pytest.mark.parametrize(
+    ("does", "letter"),
+    [
+        ((0, ()), r"has 0 numbers and branches \[\], and something must be done"),
+        ((-1, (3,)), "has -1 numbers"),
+        ((1, (3, 0)), r"branches \[3, 0\]"),
+        ((2**28 + 1, ()), "has 268435457 numbers"),
+        ((2**28, ()), r"has a mask of 3 entries where branches \[\]"),
+        ((2, (2**31 - 1, 2**31 - 1)), "has a mask of 3 entries"),
+    ],
+)
+def test_behaviors_that_cannot_be_are_letters(write, does, letter):
+    with pytest.raises(DemonstrationError, match=letter):
+        read_demonstration(write(TWO_EPISODES, behaves=doing(*does)))
+
+
+def test_observations_too_large_to_hold_are_letters_before_room_is_taken(write):
+    """Nine of 2**28 numbers, of which each alone might be."""
+    with pytest.raises(DemonstrationError, match="claims observations of more than 2,147,483,648 numbers"):
+        read_demonstration(write([TWO_EPISODES[0]] * 9, spoil=spoilt("shape", [2**28])))
+
+
+def test_numbers_of_more_than_64_bits_are_a_demonstration_or_a_letter(write):
+    """The episode's id as ten bytes of seven bits each: protobuf keeps the lowest 64 of these 70."""
+    path = write([(-1, 0, False, False)] * 2)
+    path.write_bytes(path.read_bytes().replace(b"\xff" * 9 + b"\x01", b"\xff" * 9 + b"\x7f"))
+    assert read_demonstration(path).episode_id.tolist() == [-1, -1]
+
+
+def test_a_file_with_fewer_records_than_its_header_promises_was_cut(write):
+    with pytest.raises(DemonstrationError, match="the end: holds 5 records where the header promises 6"):
+        read_demonstration(write(TWO_EPISODES, promised=6))
+    with pytest.raises(DemonstrationError, match="the end: holds 0 records where the header promises 1"):
+        read_demonstration(write([]))
 
 
 @pytest.mark.skipif(not REPOSITORY, reason="RACECRAFT_MLAGENTS_REPOSITORY names no copy of ml-agents")

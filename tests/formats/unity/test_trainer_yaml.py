@@ -321,6 +321,201 @@ def test_a_file_that_says_everything_gets_no_note(read):
     assert read(text).notes == ()
 
 
+EVERYTHING = """
+default_settings: {network_settings: {hidden_units: 5, normalize: true}, self_play: {window: 2}}
+behaviors:
+  A:
+    trainer_type: sac
+    hyperparameters: {batch_size: 11, buffer_size: 12, learning_rate: 0.13, learning_rate_schedule: linear, beta: 0.14,
+      epsilon: 0.15, lambd: 0.16, num_epoch: 17, tau: 0.18, steps_per_update: 1.9, buffer_init_steps: 20,
+      init_entcoef: 0.21}
+    network_settings: {hidden_units: 22, num_layers: 23, vis_encode_type: nature_cnn,
+      memory: {memory_size: 24, sequence_length: 25}}
+    reward_signals: {extrinsic: {gamma: 0.26, strength: 1.0}, gail: {demo_path: g.demo, strength: 0, learning_rate: 0.27,
+      gamma: 0.9, network_settings: {hidden_units: 28}, encoding_size: 29}}
+    behavioral_cloning: {demo_path: c.demo, strength: 0}
+    max_steps: 30
+    time_horizon: 31
+"""
+
+
+def test_everything_a_section_says_stands_under_its_own_name(read):
+    """Over the default settings, group by group."""
+    config = read(EVERYTHING)
+    assert config.behavior("A") == BehaviorConfig(
+        name="A", trainer="sac", batch_size=11, buffer_size=12, learning_rate=0.13, learning_rate_schedule="linear",
+        beta=0.14, epsilon=0.15, lambd=0.16, num_epoch=17, tau=0.18, steps_per_update=1.9, buffer_init_steps=20,
+        init_entcoef=0.21, normalize=True, hidden_units=22, num_layers=23, vis_encode_type="nature_cnn",
+        memory_size=24, sequence_length=25, gamma=0.26, max_steps=30, time_horizon=31,
+        signals={"gail": {"strength": 0.0, "learning_rate": 0.27, "units": 28, "demonstrations": "g.demo"}},
+        cloning={"strength": 0.0, "demonstrations": "c.demo"},
+    )  # fmt: skip
+    assert config.behavior("B").hidden_units == 5
+    assert [note.split(": ")[0] for note in config.notes] == [
+        "behaviors.A.self_play", "behaviors.A.time_horizon", "behaviors.A.hyperparameters.learning_rate_schedule",
+        "behaviors.A.reward_signals.gail.gamma", "default_settings.self_play", "default_settings.hyperparameters",
+        "default_settings.max_steps", "default_settings",
+    ]  # fmt: skip
+
+
+def test_what_an_empty_section_leaves_to_others_is_told_with_ml_agents_own_values(read):
+    """As its documents and `settings.py` have them."""
+    assert read("behaviors: {A: {max_steps: 9, hyperparameters: {learning_rate_schedule: constant}}}").notes == (
+        "behaviors.A: not said and left to settings of our own (ML-Agents' in brackets): batch_size (1024), "
+        "buffer_size (10240), learning_rate (0.0003), beta (0.005), epsilon (0.2), lambd (0.95), num_epoch (3), "
+        "gamma (0.99), hidden_units (128), num_layers (2)",
+    )
+
+
+ZERO_TO_ONE = ((0, 1), ("-1e-9", 1.001), "a number from 0 to 1")
+NOT_NEGATIVE = ((0,), ("-1e-9",), "a number from 0")
+COUNT = ((1,), (0,), "a number from 1")
+COUNT_OR_NONE = ((0,), (-1,), "a number from 0")
+EDGES = [
+    ("hyperparameters: {batch_size: %s}", *COUNT),
+    ("hyperparameters: {buffer_size: %s}", *COUNT),
+    ("hyperparameters: {learning_rate: %s}", *NOT_NEGATIVE),
+    ("hyperparameters: {beta: %s}", *NOT_NEGATIVE),
+    ("hyperparameters: {epsilon: %s}", *ZERO_TO_ONE),
+    ("hyperparameters: {lambd: %s}", *ZERO_TO_ONE),
+    ("hyperparameters: {num_epoch: %s}", *COUNT),
+    ("hyperparameters: {tau: %s}", *ZERO_TO_ONE),
+    ("hyperparameters: {steps_per_update: %s}", (1,), (0.99,), "a number from 1"),
+    ("hyperparameters: {buffer_init_steps: %s}", *COUNT_OR_NONE),
+    ("hyperparameters: {init_entcoef: %s}", ("1e-6", 1000), ("9e-7", 1000.5), "a number from 1e-06 to 1000"),
+    ("network_settings: {hidden_units: %s}", *COUNT),
+    ("network_settings: {num_layers: %s}", *COUNT),
+    ("network_settings: {memory: {memory_size: %s}}", (2,), (1,), "a number from 2"),
+    ("network_settings: {memory: {sequence_length: %s}}", *COUNT),
+    ("reward_signals: {extrinsic: {gamma: %s}}", *ZERO_TO_ONE),
+    ("reward_signals: {rnd: {gamma: %s}}", *ZERO_TO_ONE),
+    ("reward_signals: {rnd: {strength: %s}}", *NOT_NEGATIVE),
+    ("reward_signals: {rnd: {learning_rate: %s}}", ("1e-8", 1), (0, 1.001), "a number from 1e-08 to 1"),
+    ("behavioral_cloning: {demo_path: a.demo, strength: %s}", *NOT_NEGATIVE),
+    ("behavioral_cloning: {demo_path: a.demo, steps: %s}", *COUNT_OR_NONE),
+    ("behavioral_cloning: {demo_path: a.demo, batch_size: %s}", *COUNT),
+    ("behavioral_cloning: {demo_path: a.demo, num_epoch: %s}", *COUNT),
+    ("behavioral_cloning: {demo_path: a.demo, samples_per_update: %s}", *COUNT_OR_NONE),
+    ("max_steps: %s", *COUNT),
+    ("time_horizon: %s", *COUNT),
+]
+
+
+@pytest.mark.parametrize(("text", "taken", "refused", "expected"), EDGES, ids=[text for text, *_ in EDGES])
+def test_numbers_are_taken_up_to_their_limit_and_no_further(read, text, taken, refused, expected):
+    for value in taken:
+        assert float(value) in numbers_in(read(f"behaviors: {{A: {{{text % value}}}}}").behavior("A")) or "rnd" in text
+    for value in refused:
+        with pytest.raises(TrainerConfigError, match=f"; expected {expected}\\."):
+            read(f"behaviors: {{A: {{{text % value}}}}}")
+
+
+def numbers_in(behavior):
+    values = [*vars(behavior).values(), *behavior.cloning.values()]
+    return [value for value in values if isinstance(value, int | float) and not isinstance(value, bool)]
+
+
+@pytest.mark.parametrize(
+    ("key", "taken", "refused"),
+    [
+        ("num_envs", 1, 0),
+        ("num_areas", 1, 0),
+        ("timeout_wait", 0, "-1e-9"),
+        ("base_port", 1, 0),
+        ("max_lifetime_restarts", -1, -2),
+        ("restarts_rate_limit_n", -1, -2),
+        ("restarts_rate_limit_period_s", 0, "-1e-9"),
+        ("seed", 0, "many"),
+    ],
+)
+def test_numbers_of_players_are_taken_up_to_their_limit_too(read, key, taken, refused):
+    config = read(f"env_settings: {{{key}: {taken}}}")
+    assert getattr(config, key) == taken
+    assert (config.inference, config.env_path, config.no_graphics) == (False, None, None), "of which nothing was said"
+    with pytest.raises(TrainerConfigError, match=f"env_settings.{key}"):
+        read(f"env_settings: {{{key}: {refused}}}")
+
+
+def test_the_engine_takes_parts_of_a_number_for_its_pace_alone(read):
+    config = read("engine_settings: {time_scale: 0.5, target_frame_rate: -1, capture_frame_rate: 60, quality_level: 0}")
+    assert config.engine == {"time_scale": 0.5, "target_frame_rate": -1, "capture_frame_rate": 60, "quality_level": 0}
+    with pytest.raises(TrainerConfigError, match=r"quality_level: 0\.5; expected a whole number"):
+        read("engine_settings: {quality_level: 0.5}")
+
+
+@pytest.mark.parametrize(
+    "key",
+    ["buffer_init_steps", "init_entcoef", "tau", "steps_per_update", "save_replay_buffer", "reward_signal_steps_per_update"],
+)  # fmt: skip
+def test_what_belongs_to_sac_is_said_in_a_section_for_ppo(read, key):
+    text = (
+        f"behaviors: {{A: {{%s hyperparameters: {{{key}: 1, shared_critic: true, learning_rate_schedule: linear}}}}}}"
+    )
+    said = "behaviors.A.hyperparameters."
+    told = [note for note in read(text % "").notes if note.startswith(said)]
+    assert told == [f"{said}{key}: belongs to SAC"]
+    told = [note.split(": ") for note in read(text % "trainer_type: sac,").notes if note.startswith(said)]
+    followed = ["buffer_init_steps", "init_entcoef", "tau", "steps_per_update"]
+    assert [name.removeprefix(said) for name, _ in told] == [key] * (key not in followed) + ["learning_rate_schedule"]
+    assert "belongs to SAC" not in dict(told).values()
+
+
+def test_a_pace_that_stays_gets_no_note_from_sac(read):
+    text = "behaviors: {A: {trainer_type: sac, max_steps: 1, hyperparameters: {learning_rate_schedule: constant}}}"
+    assert read(text).notes == ()
+
+
+@pytest.mark.parametrize(
+    ("rates", "falling"),
+    [
+        ("learning_rate_schedule: linear", "beta, epsilon fall"),
+        ("learning_rate_schedule: linear, beta_schedule: linear", "epsilon falls"),
+        ("learning_rate_schedule: linear, beta_schedule: linear, epsilon_schedule: linear", None),
+        ("learning_rate_schedule: constant, beta_schedule: linear", None),
+    ],
+)
+def test_what_falls_silently_is_said_and_what_the_file_says_is_not(read, rates, falling):
+    notes = read(f"behaviors: {{A: {{hyperparameters: {{{rates}}}}}}}").notes
+    told = [note.split(": ")[1].split(" linearly")[0] for note in notes if " linearly until" in note]
+    assert told == [falling] * (falling is not None)
+
+
+def test_what_other_tools_of_ml_agents_are_told_is_named(read):
+    assert read("checkpoint_settings: {run_id: a, inference: false}").notes == (
+        "checkpoint_settings: run folders of our own are used",
+    )
+    assert read("checkpoint_settings: {inference: true}").notes == ()
+    (note, *_) = read("behaviors: {A: {init_path: a.pt}}").notes
+    assert note == "behaviors.A.init_path: name the model to begin from on the command line"
+
+
+@pytest.mark.parametrize("encoder", ["resnet", "match3", "fully_connected"])
+def test_encoders_that_are_not_followed_leave_ours(read, encoder):
+    config = read(f"behaviors: {{A: {{network_settings: {{vis_encode_type: {encoder}, max_num_agents: 4}}}}}}")
+    assert config.behavior("A").vis_encode_type is None
+    assert [note for note in config.notes if f"'{encoder}' is not followed" in note]
+
+
+@pytest.mark.parametrize(
+    ("lessons", "value"),
+    [
+        ("[{value: 3}]", 3.0),
+        ("[{value: 1}, {value: 2}, {value: 5}]", 5.0),
+        (
+            "[{value: 1}, {value: {sampler_type: uniform, sampler_parameters: {min_value: 0, max_value: 2}}}]",
+            Sampler("uniform", (0.0, 2.0)),
+        ),
+    ],
+)
+def test_of_a_curriculum_the_last_lesson_is_taken(read, lessons, value):
+    assert read(f"environment_parameters: {{x: {{curriculum: {lessons}}}}}").parameters == {"x": value}
+
+
+def test_a_section_may_name_its_team(read):
+    config = read("behaviors: {A: {max_steps: 1}, 'A?team=1': {max_steps: 2}}")
+    assert [config.behavior(name).max_steps for name in ("A", "A?team=0", "A?team=1")] == [1, 1, 2]
+
+
 SAMPLER = "environment_parameters: {x: {sampler_type: multirangeuniform, sampler_parameters: {intervals: EDGES}}}"
 
 
@@ -354,6 +549,28 @@ SAMPLER = "environment_parameters: {x: {sampler_type: multirangeuniform, sampler
         ("a: !!python/object/apply:os.system ['true']", "not YAML"),
         ("engine_settings: {width: 84}", "both, or neither"),
         ("environment_parameters: {x: {sampler_type: dice}}", "uniform, gaussian"),
+        (SAMPLER.replace("EDGES", "[]"), "intervals: a list; expected a number"),
+        ("environment_parameters: {x: [1]}", "x: a list; expected a number, a sampler or a curriculum"),
+        ("environment_parameters: {x: {sampler_type: gaussian}}", "sampler_parameters: nothing; expected mean, st_dev"),
+        ("environment_parameters: {x: {curriculum: 3}}", "curriculum: 3; expected a list of lessons"),
+        ("environment_parameters: {x: {curriculum: []}}", "curriculum: a list; expected a list of lessons"),
+        ("environment_parameters: {x: {curriculum: [3]}}", "curriculum: a list; expected a list of lessons"),
+        ("env_settings: {env_args: --level}", "env_args: the word '--level'; expected a list of words"),
+        ("behaviors: {A: {behavioral_cloning: {strength: 1}}}", "behavioral_cloning.demo_path: None; expected a .demo"),
+        ("behaviors: {A: {hyperparameters: {batch_size: [1]}}}", "expected a number from 1"),
+        ("behaviors: {A: {max_stebs: 1}}", "behaviors.A.max_stebs: an unknown key"),
+        ("default_settings: {max_stebs: 1}", "yaml:1: default_settings.max_stebs: an unknown key"),
+        ("behaviors: {A: {network_settings: {units: 1}}}", "network_settings.units: an unknown key"),
+        ("behaviors: {A: {reward_signals: {extrinsik: {}}}}", "Did you mean 'extrinsic'"),
+        ("behaviors: {A: {reward_signals: {extrinsic: {gama: 1}}}}", "Did you mean 'gamma'"),
+        ("behaviors: {A: {reward_signals: {rnd: {network_settings: {units: 1}}}}}", "units: an unknown key"),
+        ("behaviors: {A: {reward_signals: {rnd: {demo_path: a.demo}}}}", "rnd.demo_path: an unknown key"),
+        ("env_settings: {num_env: 1}", "Did you mean 'num_envs'"),
+        ("engine_settings: {heigth: 1}", "Did you mean 'height'"),
+        ("checkpoint_settings: {inferense: true}", "Did you mean 'inference'"),
+        ("torch_settings: {devise: cpu}", "Did you mean 'device'"),
+        ("engine_settings: {height: 84}", "only one of width and height"),
+        ("behaviors: &a {A: *a}", "behaviors.A.A: an unknown key"),
         (SAMPLER.replace("EDGES", "[1, 2]"), "intervals: .*a list.*expected a number"),
         (SAMPLER.replace("EDGES", "[[1, 2, 3]]"), "intervals: .*a list.*expected a number"),
         ("environment_parameters: {x: {sampler_type: uniform, sampler_parameters: {min_value: 0}}}", "max_value"),

@@ -164,6 +164,7 @@ class _Sensor:
     wire_shape: tuple[int, ...]
     shape: tuple[int, ...]
     is_png: bool
+    is_chw: bool
 
 
 class _Reader:
@@ -231,6 +232,7 @@ class _Reader:
         )
 
     def _observations(self, infos: Sequence[Fields]) -> dict[str, Array]:
+        self._place = "record 1"
         first = [self._sensor(index, part) for index, part in enumerate(infos[0].messages(13))]
         if not first:
             raise ValueError("shows no observation")
@@ -253,14 +255,13 @@ class _Reader:
         return seen
 
     def _sensor(self, index: int, part: Fields) -> _Sensor:
-        self._place = "record 1"
         wire, is_png = tuple(part.wholes(1)), part.whole(2) == 1
         if not 1 <= len(wire) <= 3 or any(size < 0 for size in wire) or math.prod(wire) > _MAX_NUMBERS:
             raise ValueError(f"shows an observation of the impossible shape {wire}")
         if is_png and len(wire) != 3:
             raise ValueError(f"shows a PNG of shape {wire}, and three axes are needed")
         chw = len(wire) == 3 and (self._layout or layout_by_shape(wire)) == CHW
-        return _Sensor(part.text(8) or f"obs_{index}", wire, (wire[1], wire[2], wire[0]) if chw else wire, is_png)
+        return _Sensor(part.text(8) or f"obs_{index}", wire, (wire[1], wire[2], wire[0]) if chw else wire, is_png, chw)
 
     def _action(
         self, row: int, act: Fields, numbers: int, branches: tuple[int, ...], is_last: bool
@@ -295,14 +296,11 @@ class _Reader:
         masks = [info.wholes(11) for info in infos]
         if not any(masks):
             return None
-        allowed = np.ones((len(infos), sum(branches)), bool)
         for row, mask in enumerate(masks):
             self._place = f"record {row + 1}"
             if mask and len(mask) != sum(branches):
                 raise ValueError(f"has a mask of {len(mask)} entries where branches {list(branches)} need one each")
-            if mask:
-                allowed[row] = ~np.array(mask, bool)
-        return allowed
+        return ~np.array([mask or [False] * sum(branches) for mask in masks], bool)
 
 
 def _message(data: bytes, at: int) -> tuple[Fields, int]:
@@ -349,4 +347,4 @@ def _observation(sensor: _Sensor, part: Fields) -> Array:
             f"{sensor.wire_shape} wants {math.prod(sensor.wire_shape)} finite ones"
         )
     values = values.reshape(sensor.wire_shape)
-    return values.transpose(1, 2, 0) if sensor.shape != sensor.wire_shape else values
+    return values.transpose(1, 2, 0) if sensor.is_chw else values

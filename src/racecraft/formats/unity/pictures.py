@@ -96,6 +96,6 @@ def _split_pngs(data: bytes) -> Iterator[bytes]:
             kind = data[at + 4 : at + 8]
             length = int.from_bytes(data[at : at + 4], "big")
             at += 12 + length  # length, kind, data, checksum
-            if at > len(data) or len(kind) < 4:
+            if at > len(data):
                 raise ValueError("is a PNG that was cut.")
         yield data[start:at]

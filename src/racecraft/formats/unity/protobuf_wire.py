@@ -101,7 +101,7 @@ def read_fields(data: bytes) -> Fields:
 
 
 def read_varint(data: bytes, at: int) -> tuple[int, int]:
-    """Return a varint and the place behind it.
+    """Return a varint, its lowest 64 bits as protobuf's own readers take them, and the place behind it.
 
     Raises:
         ValueError: The bytes end in it, or it is longer than ten bytes.
@@ -114,7 +114,7 @@ def read_varint(data: bytes, at: int) -> tuple[int, int]:
         at += 1
         number |= (byte & 0x7F) << (7 * place)
         if byte < 0x80:
-            return number, at
+            return number & 0xFFFF_FFFF_FFFF_FFFF, at
     raise ValueError("a number is longer than ten bytes")
 
 

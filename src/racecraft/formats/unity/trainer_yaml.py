@@ -53,9 +53,10 @@ _HYPERPARAMETERS = (
 )  # fmt: skip
 _NETWORK = (
     "hidden_units", "num_layers", "normalize", "vis_encode_type", "memory", "goal_conditioning_type", "deterministic",
-    "conditioning_type",
+    "conditioning_type", "max_num_agents",
 )  # fmt: skip
-_SIGNAL = ("strength", "gamma", "learning_rate", "network_settings", "encoding_size")
+_EXTRINSIC = ("strength", "gamma", "network_settings")
+_SIGNAL = (*_EXTRINSIC, "learning_rate", "encoding_size")
 _CLONING = ("demo_path", "strength", "steps", "samples_per_update", "num_epoch", "batch_size")
 _IMITATION = ("demo_path", "use_actions", "use_vail")
 _ENV = (
@@ -63,6 +64,9 @@ _ENV = (
     "restarts_rate_limit_n", "restarts_rate_limit_period_s",
 )  # fmt: skip
 _ENGINE = ("width", "height", "quality_level", "time_scale", "target_frame_rate", "capture_frame_rate")
+_CHECKPOINTS = (
+    "run_id", "initialize_from", "load_model", "resume", "force", "train_model", "inference", "results_dir",
+)  # fmt: skip
 _SAMPLERS = {
     "uniform": ("min_value", "max_value"),
     "gaussian": ("mean", "st_dev"),
@@ -101,6 +105,7 @@ class _Reader:
         if "default_settings" in top:
             behaviors["*"] = self._behavior("*", {}, defaults)
         checkpoints = self._group(top, "checkpoint_settings", ())
+        self._know(checkpoints, _CHECKPOINTS, ("checkpoint_settings",))
         inference = self._switch(checkpoints, "inference", ("checkpoint_settings",)) or False
         if set(checkpoints) - {"inference"}:
             self._note(("checkpoint_settings",), "run folders of our own are used")
@@ -251,6 +256,7 @@ class _Reader:
     def _gamma(self, signals: dict[str, Any], at: tuple[str, ...]) -> float | None:
         self._know(signals, ("extrinsic", "curiosity", "gail", "rnd"), at)
         extrinsic = self._group(signals, "extrinsic", at)
+        self._know(extrinsic, _EXTRINSIC, (*at, "extrinsic"))
         if self._number(extrinsic, "strength", (*at, "extrinsic")) not in (None, 1.0):
             self._note((*at, "extrinsic", "strength"), "rewards keep their size")
         return self._number(extrinsic, "gamma", (*at, "extrinsic"), 0.0, 1.0)
