@@ -2,7 +2,20 @@
 
 import numpy as np
 
-from racecraft.contract.world import POLICY_ID, GroupedActions, allocate
+from racecraft.contract.world import (
+    POLICY_ID,
+    ArraySpec,
+    ContinuousActions,
+    DiscreteActions,
+    GroupedActions,
+    WorldSpec,
+    allocate,
+)
+from racecraft.envs.unity.actions import ActionTable
+from racecraft.envs.unity.behaviors import AgentRows, Behavior, Sensor, UnityActions
+from racecraft.envs.unity.rows import Seats
+from racecraft.envs.unity.session import Moment
+from racecraft.envs.unity.several import JointSeats, joint_spec
 from racecraft.envs.unity.world import UnityWorld
 
 
@@ -65,3 +78,93 @@ def test_two_players_of_a_scene_with_several_behaviors_are_one_batch(program):
     world.step(right_answers(world, buffers.observations), buffers)
     np.testing.assert_allclose(buffers.reward[16:], 1.0, atol=1e-6)
     world.close()
+
+
+SIGHT = Sensor("sight", (1,), (1,))
+DOES = {"Chooser": UnityActions(0, (3,)), "Driver": UnityActions(2)}
+BEHAVIORS = {name: Behavior(name, (SIGHT,), UnityActions(0, (2,))) for name in ("Chooser", "Driver", "Other")}
+
+
+def joint():
+    """Two rows of one that chooses and one row of one that drives, of one process; somebody else stands about."""
+    sees = {"sight": ArraySpec((1,), np.float32)}
+    parts = {
+        "Chooser": WorldSpec("c", 2, 1, sees, DiscreteActions(3), has_action_mask=True),
+        "Driver": WorldSpec("d", 1, 1, sees, ContinuousActions((-1.0,) * 2, (1.0,) * 2)),
+    }
+    spec = joint_spec(parts, "both")
+    seats = [Seats(part, (SIGHT,), ActionTable(DOES[name]), [name], 1) for name, part in parts.items()]
+    return spec, JointSeats(parts, seats), allocate(spec)
+
+
+def told(*agents, choices=0):
+    """Agents that each see their own number and earn it."""
+    ids = np.array(agents, np.int32)
+    sight, none = ids[:, None].astype(np.float32), np.zeros(len(ids), np.float32)
+    allowed = np.ones((len(ids), choices), bool) if choices else None
+    return AgentRows(ids, [sight], sight[:, 0].copy(), ids * 0, none, none > 0, allowed)
+
+
+def heard(choosers=(), drivers=(), others=(), gone=((), ())):
+    return {
+        "Chooser": Moment(told(*choosers, choices=3), told(*gone[0], choices=3)),
+        "Driver": Moment(told(*drivers), told(*gone[1])),
+        "Other": Moment(told(*others, choices=2), told(choices=2)),
+    }
+
+
+def test_an_action_is_as_wide_as_the_widest_behavior_wants_it():
+    spec, seats, buffers = joint()
+    assert (spec.num_worlds, spec.num_agents, spec.actions, spec.has_action_mask) == (3, 1, GroupedActions(2), True)
+    assert (spec.observations[POLICY_ID].shape, spec.observations[POLICY_ID].high) == ((), 1)
+    assert [group.has_action_mask for group in spec.groups.values()] == [True, False]
+    choosers = {name: WorldSpec(name, 1, 1, {}, DiscreteActions(3)) for name in ("a", "b")}
+    alone = joint_spec(choosers, "choosers")
+    assert (alone.actions, alone.has_action_mask) == (GroupedActions(1), False)
+
+
+def test_actions_reach_those_who_asked_and_nobody_is_told_for_another():
+    """Whoever is acted for and does not ask is told nothing; whoever is not, does nothing."""
+    _, seats, _ = joint()
+    seats.settle(0, heard([4, 5], [6], [7]), BEHAVIORS, None)
+    choices = seats.choices(0, np.array([[[2.0, 9.0]], [[1.0, 9.0]], [[0.5, -0.5]]]))
+    assert set(choices) == {"Chooser", "Driver", "Other"}
+    assert choices["Chooser"].discrete.tolist() == [[2], [1]]
+    assert choices["Driver"].continuous.tolist() == [[0.5, -0.5]]
+    assert choices["Other"].discrete.tolist() == [[0]]
+    assert list(seats.idle_choices(0)) == ["Other"]
+    seats.settle(0, heard([], [6], []), BEHAVIORS, None)
+    assert set(seats.choices(0, np.zeros((3, 1, 2)))) == {"Driver"}
+    assert seats.idle_choices(0) == {}
+
+
+def test_somebody_asks_as_long_as_one_of_them_does():
+    _, seats, _ = joint()
+    asking = []
+    for moment in (heard([4], [6]), heard([4]), heard([], [6]), heard([], [], [7])):
+        seats.settle(0, moment, BEHAVIORS, None)
+        asking.append(seats.anyone_asks(0))
+    assert asking == [True, True, True, False]
+
+
+def test_what_is_settled_cut_and_cleared_stands_in_each_behaviors_own_rows():
+    _, seats, buffers = joint()
+    seats.settle(0, heard([4, 5], [6]), BEHAVIORS, None)
+    seats.begin_step()
+    seats.settle(0, heard([4], [6], gone=([5], [])), BEHAVIORS, buffers)
+    seats.show(buffers)
+    assert buffers.reward.ravel().tolist() == [4, 5, 6]
+    assert buffers.terminated.ravel().tolist() == [False, True, False]
+    assert buffers.active.ravel().tolist() == [True, False, True]
+    assert buffers.observations[POLICY_ID].ravel().tolist() == [0, 0, 1]
+    assert buffers.observations["Chooser/sight"].ravel().tolist() == [4, 5, 0]
+    assert buffers.observations["Driver/sight"].ravel().tolist() == [0, 0, 6]
+    seats.cut_all(0, buffers)
+    assert buffers.truncated.ravel().tolist() == [True, False, True]
+    assert buffers.final_observations["Driver/sight"].ravel().tolist() == [0, 0, 6]
+    ended = [(episode.world, episode.reward, episode.status) for episode in seats.take_episodes()]
+    assert ended == [(1, 5.0, "terminated"), (0, 4.0, "truncated"), (2, 6.0, "truncated")]
+    seats.clear()
+    seats.show(buffers)
+    assert not buffers.active.any()
+    assert not buffers.observations["Driver/sight"].any()

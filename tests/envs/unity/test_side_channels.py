@@ -105,6 +105,44 @@ def test_an_unknown_aggregation_is_named():
         SideChannels().receive(record(STATISTICS, pack_string("score") + struct.pack("<fi", 2.5, 7)))
 
 
+@pytest.mark.parametrize(("kind", "name"), [*enumerate(["average", "most_recent", "sum", "histogram"])])
+def test_aggregations_are_numbered_as_in_unity(kind, name):
+    channels = SideChannels()
+    channels.receive(record(STATISTICS, pack_string("score") + struct.pack("<fi", 2.5, kind)))
+    assert channels.take_statistics() == [Statistic("score", 2.5, name)]
+
+
+@pytest.mark.parametrize("kind", [-1, 4])
+def test_aggregations_that_unity_does_not_have_are_named(kind):
+    with pytest.raises(WireError, match=f"aggregation {kind}; expected 0 to 3"):
+        SideChannels().receive(record(STATISTICS, pack_string("score") + struct.pack("<fi", 2.5, kind)))
+
+
+def test_a_bool_is_one_byte():
+    reader = Reader(b"\0\1")
+    assert (reader.read_bool(), reader.read_bool(), reader.at) == (False, True, 2)
+
+
+def test_a_sampler_without_a_seed_has_none():
+    channels = SideChannels()
+    channels.set_parameter("mass", Uniform(1, 2))
+    ((_, payload),) = split(channels.take_outgoing())
+    assert payload == pack_string("mass") + struct.pack("<iiiff", 1, 0, 0, 1, 2)
+
+
+def test_of_a_window_neither_side_is_set_alone():
+    for side in ({"width": 84}, {"height": 48}):
+        with pytest.raises(ValueError, match="width and height are set together"):
+            SideChannels().set_engine(**side)
+
+
+@pytest.mark.parametrize("count", [-1, 3])
+def test_a_string_that_claims_more_than_is_there_is_a_lie(count):
+    with pytest.raises(WireError, match=f"claims {count} more bytes where 2 are left"):
+        Reader(struct.pack("<i", count) + b"ab").read_string()
+    assert Reader(struct.pack("<i", 0)).read_string() == ""
+
+
 def test_strangers_are_kept_within_bounds():
     channels = SideChannels()
     channels.receive(record(uuid.uuid4(), b"") * 1500)

@@ -2,10 +2,10 @@
 
 import pytest
 
-from racecraft.envs.unity.side_channels import Gaussian, Uniform
-from racecraft.envs.unity.trainer_words import words_of
-from racecraft.envs.unity.world import UnityWorld
-from racecraft.formats.unity.trainer_yaml import read_trainer_yaml
+from racecraft.envs.unity.side_channels import Gaussian, MultiRange, Uniform
+from racecraft.envs.unity.trainer_words import sampler_of, words_of
+from racecraft.envs.unity.world import ENGINE_FOR_TRAINING, UnityWorld
+from racecraft.formats.unity.trainer_yaml import Sampler, TrainerConfig, read_trainer_yaml
 
 pytest.importorskip("yaml", reason="PyYAML is not installed")
 
@@ -40,3 +40,23 @@ def test_a_file_for_playing_brings_the_engine_for_it(tmp_path):
     words = words_of(read_trainer_yaml(path))
     assert words["inference"] is True
     assert (words["engine"]["time_scale"], words["engine"]["width"]) == (1.0, 640)
+
+
+def test_what_the_file_leaves_open_is_left_open():
+    assert words_of(TrainerConfig({})) == {"engine": ENGINE_FOR_TRAINING}
+    assert words_of(TrainerConfig({}, no_graphics=False, num_envs=1)) == {
+        "engine": ENGINE_FOR_TRAINING, "graphics": True, "num_players": 1,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        (2.0, 2.0),
+        (Sampler("uniform", (1.0, 2.0)), Uniform(1.0, 2.0)),
+        (Sampler("gaussian", (1.0, 2.0)), Gaussian(1.0, 2.0)),
+        (Sampler("multirangeuniform", (1.0, 2.0, 5.0, 6.0)), MultiRange(((1.0, 2.0), (5.0, 6.0)))),
+    ],
+)
+def test_parameters_are_numbers_or_samplers_as_side_channels_send_them(value, told):
+    assert sampler_of(value) == told

@@ -323,9 +323,8 @@ def test_observations_without_names_of_their_own_are_numbered(write):
     def spoil(pair):
         pair.agent_info.observations.add(name="place", shape=[0])
 
-    assert {name: seen.shape for name, seen in read_demonstration(write(TWO_EPISODES, spoil=spoil)).observations.items()} == {
-        "obs_0": (5, 3), "obs_1": (5, 0),
-    }  # fmt: skip
+    seen = read_demonstration(write(TWO_EPISODES, spoil=spoil)).observations
+    assert {name: values.shape for name, values in seen.items()} == {"obs_0": (5, 3), "obs_1": (5, 0)}
 
 
 def at_the_third(change):
@@ -394,6 +393,10 @@ def test_a_file_with_fewer_records_than_its_header_promises_was_cut(write):
         read_demonstration(write(TWO_EPISODES, promised=6))
     with pytest.raises(DemonstrationError, match="the end: holds 0 records where the header promises 1"):
         read_demonstration(write([]))
+    path = write(TWO_EPISODES)
+    path.write_bytes(path.read_bytes()[:-1])
+    with pytest.raises(DemonstrationError, match=r"record 5: claims (\d+) bytes where \d+ are left; the file was cut"):
+        read_demonstration(path)
 
 
 @pytest.mark.skipif(not REPOSITORY, reason="RACECRAFT_MLAGENTS_REPOSITORY names no copy of ml-agents")

@@ -331,8 +331,8 @@ behaviors:
       init_entcoef: 0.21}
     network_settings: {hidden_units: 22, num_layers: 23, vis_encode_type: nature_cnn,
       memory: {memory_size: 24, sequence_length: 25}}
-    reward_signals: {extrinsic: {gamma: 0.26, strength: 1.0}, gail: {demo_path: g.demo, strength: 0, learning_rate: 0.27,
-      gamma: 0.9, network_settings: {hidden_units: 28}, encoding_size: 29}}
+    reward_signals: {extrinsic: {gamma: 0.26, strength: 1.0}, gail: {demo_path: g.demo, strength: 0,
+      learning_rate: 0.27, gamma: 0.9, network_settings: {hidden_units: 28}, encoding_size: 29}}
     behavioral_cloning: {demo_path: c.demo, strength: 0}
     max_steps: 30
     time_horizon: 31
@@ -443,20 +443,19 @@ def test_the_engine_takes_parts_of_a_number_for_its_pace_alone(read):
         read("engine_settings: {quality_level: 0.5}")
 
 
-@pytest.mark.parametrize(
-    "key",
-    ["buffer_init_steps", "init_entcoef", "tau", "steps_per_update", "save_replay_buffer", "reward_signal_steps_per_update"],
-)  # fmt: skip
+FOLLOWED = ["buffer_init_steps", "init_entcoef", "tau", "steps_per_update"]
+"""What belongs to SAC and is followed there."""
+
+
+@pytest.mark.parametrize("key", [*FOLLOWED, "save_replay_buffer", "reward_signal_steps_per_update"])
 def test_what_belongs_to_sac_is_said_in_a_section_for_ppo(read, key):
-    text = (
-        f"behaviors: {{A: {{%s hyperparameters: {{{key}: 1, shared_critic: true, learning_rate_schedule: linear}}}}}}"
-    )
+    rates = f"{key}: 1, shared_critic: true, learning_rate_schedule: linear"
+    text = f"behaviors: {{A: {{%s hyperparameters: {{{rates}}}}}}}"
     said = "behaviors.A.hyperparameters."
     told = [note for note in read(text % "").notes if note.startswith(said)]
     assert told == [f"{said}{key}: belongs to SAC"]
     told = [note.split(": ") for note in read(text % "trainer_type: sac,").notes if note.startswith(said)]
-    followed = ["buffer_init_steps", "init_entcoef", "tau", "steps_per_update"]
-    assert [name.removeprefix(said) for name, _ in told] == [key] * (key not in followed) + ["learning_rate_schedule"]
+    assert [name.removeprefix(said) for name, _ in told] == [key] * (key not in FOLLOWED) + ["learning_rate_schedule"]
     assert "belongs to SAC" not in dict(told).values()
 
 

@@ -27,7 +27,6 @@ PLACES, START, SMALL_GOAL, LARGE_GOAL = 20, 10, 7, 17
 STEP_REWARD, SMALL_REWARD, LARGE_REWARD = -0.01, 0.1, 1.0
 MOVES = (0, -1, 1)
 """Places moved by action: stay, left, right."""
-BEST_RETURN = 0.93
 
 
 class BasicScene:
@@ -79,7 +78,7 @@ class BasicScene:
             self._move(index, action.discrete[0])
 
     def _move(self, index: int, choice: int) -> None:
-        place = min(max(self._places[index] + MOVES[choice], 0), PLACES - 1)
+        place = self._places[index] + MOVES[choice]  # between the goals, so never past an end of the line
         goal = {SMALL_GOAL: SMALL_REWARD, LARGE_GOAL: LARGE_REWARD}.get(place)
         self._places[index], self._rewards[index] = place, STEP_REWARD + (goal or 0.0)
         if goal is not None:

@@ -290,7 +290,6 @@ def _read_masks(behavior: Behavior, agents: Sequence[Any]) -> Array | None:
     if not branches:
         return None
     allowed = np.ones((len(agents), sum(branches)), bool)
-    masked = False
     for row, agent in enumerate(agents):
         forbidden = agent.action_mask
         if len(forbidden):
@@ -300,11 +299,9 @@ def _read_masks(behavior: Behavior, agents: Sequence[Any]) -> Array | None:
                     f"{sum(branches)}."
                 )
             allowed[row] = ~np.array(forbidden, bool)
-            masked = True
-    if masked:
-        starts = np.cumsum((0, *branches[:-1]))
-        if not np.logical_or.reduceat(allowed, starts, axis=1).all():
-            raise WireError(f"an action mask of '{behavior.name}' forbids every action of a branch.")
+    starts = np.cumsum((0, *branches[:-1]))
+    if not np.logical_or.reduceat(allowed, starts, axis=1).all():
+        raise WireError(f"an action mask of '{behavior.name}' forbids every action of a branch.")
     return allowed
 
 

@@ -50,7 +50,7 @@ class PlayerProcess:
         folder.mkdir(parents=True, exist_ok=True)
         self.command = list(command)
         self.log_files = _logfiles_of(self.command)
-        if not self.log_files and unity_log:
+        if unity_log and "-logfile" not in map(str.lower, self.command):
             self.log_files = [_unused(folder, "Player", ".log")]
             self.command += ["-logFile", str(self.log_files[0])]
         self.output_file = _unused(folder, "output", ".txt")
@@ -167,7 +167,7 @@ def wait_until_gone(pid: int, timeout_seconds: float = 5.0) -> bool:
 
 
 def _logfiles_of(command: list[str]) -> list[Path]:
-    """The log file that the user's own arguments name, if any."""
+    """The log file that the user's own arguments name, if any; `-` is what the player prints."""
     pairs = zip(command, command[1:], strict=False)
     return [Path(value).absolute() for flag, value in pairs if flag.lower() == "-logfile" and value != "-"]
 

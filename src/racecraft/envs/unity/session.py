@@ -191,7 +191,7 @@ class Session:
         for name, choice in choices.items():
             if name not in self.behaviors:
                 raise ValueError(f"no behavior '{name}' has been met; known: {', '.join(self.behaviors) or 'none yet'}")
-            asked = self._asked.get(name, 0)
+            asked = self._asked[name]
             given = _rows(choice.continuous, choice.discrete)
             if given != asked:
                 raise ValueError(f"'{name}': {given} rows of actions for {asked} agents that asked")
