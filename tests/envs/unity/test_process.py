@@ -216,3 +216,88 @@ def test_the_command_line_is_the_one_unity_expects():
     build = Build("Game", ("Game.x86_64",))
     assert build.command_line(5005) == ["Game.x86_64", "-nographics", "-batchmode", "--mlagents-port", "5005"]
     assert build.command_line(5005, graphics=True, args=("--x",)) == ["Game.x86_64", "--mlagents-port", "5005", "--x"]
+
+
+def ran(script, *words, **options):
+    """Run a shell script to its end."""
+    process = PlayerProcess(["sh", "-c", script, *words], **{"unity_log": False, **options})
+    process.wait_for_end(60)
+    return process
+
+
+@pytest.mark.parametrize(
+    ("script", "told"),
+    [
+        ("exit 3", "exit code 3"),
+        ("exit 0", "exit code 0"),
+        ("kill -9 $$", "signal SIGKILL"),
+        ("kill -40 $$", "signal 40"),  # a real-time signal, which has no name of its own
+    ],
+)
+def test_how_a_player_ended_is_told_with_its_program(script, told):
+    process = ran(script)
+    with pytest.raises(
+        PlayerDiedError, match=f"^the player ended by itself with {told}: sh\nIt wrote nothing to its log"
+    ):
+        process.require_alive()
+    process.close(patience_seconds=0)
+
+
+def test_of_a_long_log_the_last_lines_are_told(tmp_path):
+    process = ran("seq 1 30")
+    assert process.log_tail() == "\n".join(["--- the end of output-0.txt ---", *map(str, range(11, 31))])
+    assert process.log_tail(2) == "--- the end of output-0.txt ---\n29\n30"
+    process.close(patience_seconds=0)
+    short = ran("seq 1 3; echo", environment={"UNUSED": "1"})
+    assert short.log_tail() == "--- the end of output-0.txt ---\n1\n2\n3"
+    short.close(patience_seconds=0)
+
+
+def test_of_a_huge_log_only_the_end_is_read():
+    """16 KiB of it."""
+    process = ran("seq 10000 20000")
+    whole = "\n".join(map(str, range(10_000, 20_001))) + "\n"
+    assert process.log_tail(99_999) == "--- the end of output-0.txt ---\n" + whole[-16_384:].strip()
+    process.close(patience_seconds=0)
+
+
+def test_a_log_folder_is_made_and_stays_and_variables_are_added(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("KEPT", "kept")
+    for name in ("output-0.txt", "output-1.txt"):
+        process = ran("echo $KEPT $GREETING", log_folder="a/b", environment={"GREETING": "hello"})
+        process.close(patience_seconds=0)
+        assert (process.output_file, process.command[0]) == (tmp_path / "a" / "b" / name, "sh")
+        assert process.output_file.read_text() == "kept hello\n"
+
+
+def test_a_player_that_prints_its_log_is_left_to_it():
+    """`-logFile -` is Unity's word for it."""
+    process = ran("echo said", "x", "-logfile", "-", unity_log=True)
+    assert process.command == ["sh", "-c", "echo said", "x", "-logfile", "-"]
+    assert process.log_tail() == "--- the end of output-0.txt ---\nsaid"
+    process.close(patience_seconds=0)
+
+
+def test_a_player_is_asked_politely_before_it_is_made_to_leave(monkeypatch):
+    sent, send = [], os.killpg
+    monkeypatch.setattr(os, "killpg", lambda group, number: sent.append(number) or send(group, number))
+    process = PlayerProcess(["sleep", "600"], unity_log=False)
+    process.close(patience_seconds=0)
+    assert (sent[0], sent[-1]) == (signal.SIGTERM, signal.SIGKILL)
+    assert wait_until_gone(process.pid)
+
+
+def test_helpers_that_outlive_their_player_are_ended_with_the_session():
+    process = ran("sleep 600 & echo started")
+    process.require_alive()  # one that went well and left somebody running
+    process.close(patience_seconds=0)
+    assert wait_until_gone(process.pid)
+    assert not wait_until_gone(os.getpgrp(), 0)
+
+
+def test_a_program_that_does_not_start_leaves_no_folder(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with pytest.raises(BuildError, match="absent: cannot be started"):
+        PlayerProcess([str(tmp_path / "absent")])
+    assert list(tmp_path.iterdir()) == []

@@ -15,7 +15,7 @@ from racecraft.envs.unity.errors import (
     WireVersionError,
 )
 from racecraft.envs.unity.player import ActionCard, Info, Player, Seen
-from racecraft.envs.unity.session import Choice, Session
+from racecraft.envs.unity.session import Choice, Session, require_patience
 
 BASIC = "Basic?team=0"
 
@@ -76,7 +76,7 @@ def test_a_message_may_hold_ends_alone(talk, scenes):
     session.reset()
     moment = session.step({"A": Choice(discrete=[[1]])})["A"]
     assert (len(moment.decisions), len(moment.ended)) == (0, 1)
-    moment = session.step({})["A"]
+    moment = session.step({"A": Choice()})["A"]
     assert (len(moment.decisions), len(moment.ended)) == (1, 0)
 
 
@@ -139,13 +139,13 @@ def test_a_continuous_action_that_is_no_number_is_refused(talk, scenes):
         session.step({"Striker?team=0": Choice(continuous=[[np.nan, 0], [0, 0]])})
 
 
-@pytest.mark.parametrize("version", ["0.15.0", "2.0.0", "", "one"])
+@pytest.mark.parametrize("version", ["0.15.0", "2.0.0", "", "one", "1", "1.x"])
 def test_another_major_version_is_refused_by_name(talk, scenes, version):
     with pytest.raises(WireVersionError, match=r"expected"):
         talk(scenes.BasicScene(), claims={"communication_version": version})
 
 
-@pytest.mark.parametrize("version", ["1.0.0", "1.3.0", "1.9.0"])
+@pytest.mark.parametrize("version", ["1.0.0", "1.3.0", "1.9.0", "1.5", "1.5.0-preview"])
 def test_other_minor_versions_are_welcome(talk, scenes, version):
     assert talk(scenes.BasicScene(), claims={"communication_version": version}).reset()[BASIC]
 
@@ -304,3 +304,61 @@ def test_random_damage_is_never_worse_than_a_named_error(talk, scenes, scene):
         except UnityError:
             raised += 1
     assert raised
+
+
+def heard_by(player):
+    """A player that keeps what it is told."""
+
+    class Hearing(player):
+        def say(self, exchange, message):
+            data = super().say(exchange, message)
+            self.heard = [*getattr(self, "heard", ()), self._parse(data)]
+            return data
+
+    return Hearing
+
+
+def test_a_player_is_greeted_with_versions_and_what_we_can_read(talk, scenes, caplog):
+    session = talk(scenes.BasicScene(), player=heard_by(Player))
+    session.reset()
+    assert f"Waiting for the Unity Editor on port {session.port}: press Play." in caplog.text
+    hello = session.player.heard[0].unity_input.rl_initialization_input
+    assert (hello.seed, hello.num_areas) == (0, 1)
+    assert (hello.communication_version, hello.package_version) == ("1.5.0", "1.1.0")
+    can = {field.name: getattr(hello.capabilities, field.name) for field in hello.capabilities.DESCRIPTOR.fields}
+    assert len(can) == 7
+    assert [name for name, is_so in can.items() if not is_so] == ["trainingAnalytics"]
+
+
+@pytest.mark.parametrize(
+    ("seed", "told"),
+    [(2**31 - 1, 2**31 - 1), (2**31, -(2**31)), (-1, -1), (-(2**31), -(2**31)), (2**32 + 5, 5)],
+)
+def test_a_seed_is_folded_into_32_bits(talk, scenes, seed, told):
+    session = talk(scenes.BasicScene(), player=heard_by(Player), seed=seed, num_areas=3)
+    hello = session.player.heard[0].unity_input.rl_initialization_input
+    assert (hello.seed, hello.num_areas) == (told, 3)
+
+
+def test_who_ended_chooses_nothing_so_its_mask_is_nobodys(talk, scenes):
+    ended = Info(0, sight(1), done=True, forbidden=[True, True])
+    scene = scenes.Recorder({"A": ActionCard(branches=(2,))}, [{"A": [Info(0, sight(1))]}, {"A": [ended]}])
+    session = talk(scene)
+    session.reset()
+    assert len(session.step({"A": Choice(discrete=[[0]])})["A"].ended) == 1
+
+
+def test_the_first_picture_tells_the_axes_where_the_version_does_not(talk, scenes):
+    seen = [*sight(1, 2), Seen(np.zeros((3, 6, 8), np.float32)), Seen(np.zeros((9, 6, 2), np.float32))]
+    scene = scenes.Recorder({"A": ActionCard(continuous=1)}, [{"A": [Info(0, seen)]}])
+    session = talk(scene, claims={"package_version": "preview"})
+    session.reset()
+    assert [sensor.shape for sensor in session.behaviors["A"].sensors] == [(2,), (6, 8, 3), (6, 2, 9)]
+
+
+def test_patience_lasts_as_long_as_it_was_given(monkeypatch):
+    monkeypatch.setattr("time.monotonic", lambda: 10.0)
+    require_patience(0.0, 10.0)
+    require_patience(9.0, 10.0)
+    with pytest.raises(PlayerTimeoutError, match="for 9 s no agent has asked"):
+        require_patience(0.0, 9.0)

@@ -11,7 +11,7 @@ import pytest
 
 from racecraft.envs.unity.errors import PlayerDiedError, PortTakenError, SessionClosedError, UnityError, WireError
 from racecraft.envs.unity.messages import load
-from racecraft.envs.unity.wire import Wire, call_as_player
+from racecraft.envs.unity.wire import EDITOR_PORT, MAX_MESSAGE_BYTES, Wire, call_as_player
 
 
 @pytest.fixture
@@ -285,3 +285,51 @@ def test_a_map_of_behaviors_goes_round():
     action = again.unity_input.rl_input.agent_actions["A"].value[0]
     assert (list(action.continuous_actions), list(action.discrete_actions)) == ([0.5], [1, 2])
     assert np.array(action.continuous_actions, np.float32).dtype == np.float32
+
+
+def test_the_editor_calls_where_ml_agents_listens_and_half_a_gibibyte_passes():
+    assert (EDITOR_PORT, MAX_MESSAGE_BYTES) == (5004, 536_870_912)
+
+
+def test_where_nobody_listens_a_player_is_told():
+    with socket.socket() as unheard:
+        unheard.bind(("127.0.0.1", 0))
+        port = unheard.getsockname()[1]
+        with pytest.raises(ConnectionError, match=f"nobody listens on port {port}"):
+            call_as_player(port, timeout_seconds=0.01)
+
+
+def test_a_question_is_answered_once(wire):
+    exchange, hang_up = call_as_player(wire.port)
+    thread, got = in_background(lambda: exchange(b"question"))
+    assert wire.hear(60) == b"question"
+    wire.answer(b"reply")
+    with pytest.raises(WireError, match="nothing was asked"):
+        wire.answer(b"again")
+    thread.join(60)
+    assert got == [b"reply"]
+    hang_up()
+
+
+def test_without_time_to_wait_what_is_there_already_is_heard_or_nothing(wire):
+    """Who looks after the player is asked before silence is told, and before a loss is."""
+    looked = []
+    assert wire.hear(0, lambda: looked.append("silence")) is None
+    assert wire.hear(-1) is None
+    wire._calls.put(WireError("broken"))
+    with pytest.raises(WireError, match="broken"):
+        wire.hear(0, lambda: looked.append("loss"))
+    wire._calls.put(b"question")
+    assert wire.hear(0) == b"question"
+    assert looked == ["silence", "loss"]
+
+
+def test_closing_without_a_goodbye_cuts_the_call():
+    wire = Wire()
+    exchange, hang_up = call_as_player(wire.port)
+    thread, got = in_background(lambda: exchange(b"question"))
+    assert wire.hear(60) == b"question"
+    wire.close()
+    thread.join(60)
+    assert isinstance(got[0], ConnectionError)
+    hang_up()

@@ -25,13 +25,20 @@ from racecraft.contract.world import (
     allocate,
 )
 from racecraft.envs.unity.actions import ActionTable
-from racecraft.envs.unity.behaviors import AgentRows, Sensor, UnityActions
+from racecraft.envs.unity.behaviors import AgentRows, Behavior, Sensor, UnityActions
 from racecraft.envs.unity.errors import BuildError, PlayerDiedError, UnityError, WireError
 from racecraft.envs.unity.process import wait_until_gone
 from racecraft.envs.unity.rows import Seats
 from racecraft.envs.unity.session import Moment, Session
 from racecraft.envs.unity.side_channels import STATISTICS, SideChannels, Statistic, Uniform, pack_string
-from racecraft.envs.unity.world import UnityWorld, _spec_of
+from racecraft.envs.unity.world import (
+    ENGINE_FOR_INFERENCE,
+    ENGINE_FOR_TRAINING,
+    UnityWorld,
+    _spec_of,
+    sampler_seed,
+    spec_of,
+)
 
 
 @pytest.fixture
@@ -424,6 +431,115 @@ def test_agents_of_one_process_cost_few_calls_each_and_share_their_messages(open
         calls[agents], messages[agents] = made["call"] + made["c_call"], len(sent)
     assert messages[64] == messages[8] <= 2 * 12
     assert (calls[64] - calls[8]) / (64 - 8) / 12 < 40, "calls that one more agent costs at each tick"
+
+
+@pytest.fixture
+def unopened(monkeypatch):
+    """Open worlds whose players do not start; return the index and the seed of each that was to."""
+
+    def open_world(**words):
+        opened = []
+
+        def opening(self, index, seed):
+            opened.append((index, seed))
+            raise BuildError("it does not start")
+
+        monkeypatch.setattr(UnityWorld, "_open", opening)
+        with pytest.raises(BuildError, match="it does not start"):
+            UnityWorld("builtin:Basic", **words)
+        return sorted(opened)
+
+    return open_world
+
+
+def test_players_have_seeds_of_their_own_that_the_protocol_can_carry(unopened):
+    players = unopened(num_players=24, seed=7)
+    assert [index for index, _ in players] == list(range(24))
+    assert players[0][1] == 7
+    seeds = {seed for _, seed in players}
+    assert len(seeds) == 24
+    assert all(0 <= seed < 2**31 for seed in seeds)
+    assert players == unopened(num_players=24, seed=7)
+    assert unopened() == [(0, 0)], "one player, with the first seed"
+
+
+@pytest.mark.parametrize(("port", "players"), [(1, 1), (65535, 1), (65534, 2)])
+def test_ports_may_be_any_that_there_are(unopened, port, players):
+    assert len(unopened(base_port=port, num_players=players)) == players
+
+
+@pytest.mark.parametrize(
+    ("port", "players", "last"), [(0, 1, 65535), (-1, 1, 65535), (65536, 1, 65535), (65535, 2, 65534)]
+)
+def test_ports_that_there_are_not_are_refused(port, players, last):
+    with pytest.raises(UserInputError, match=f"base_port is {port}; expected 1 to {last} for {players} players"):
+        UnityWorld("builtin:Basic", base_port=port, num_players=players)
+
+
+def test_the_editor_is_one_player():
+    with pytest.raises(BuildError, match="the Editor is one player"):
+        UnityWorld("editor", num_players=2)
+
+
+def test_players_run_as_those_of_mlagents_learn():
+    """The defaults of its engine_settings; and those of a clock on the wall where somebody watches."""
+    assert ENGINE_FOR_TRAINING == {
+        "width": 84, "height": 84, "quality_level": 5, "time_scale": 20.0, "target_frame_rate": -1,
+        "capture_frame_rate": 60,
+    }  # fmt: skip
+    assert ENGINE_FOR_INFERENCE == {
+        "width": 1280, "height": 720, "quality_level": 5, "time_scale": 1.0, "target_frame_rate": 60,
+        "capture_frame_rate": 0,
+    }  # fmt: skip
+
+
+def test_seeds_of_samplers_can_be_carried_too():
+    seeds = {sampler_seed(player, name) for player in range(8) for name in ("mass", "wind", "size")}
+    assert len(seeds) == 24
+    assert all(0 <= seed < 2**31 for seed in seeds)
+
+
+def test_a_promise_can_be_told_without_a_player():
+    behavior = Behavior("A?team=0", (Sensor("eye", (3,), (3,)),), UnityActions(0, (2, 3)))
+    told = spec_of(behavior, "unity/x/A")
+    assert (told.name, told.num_worlds, told.num_agents, told.has_action_mask) == ("unity/x/A", 1, 1, True)
+    assert (told.actions, told.observations["eye"].shape) == (MultiDiscreteActions((2, 3)), (3,))
+
+
+def test_a_player_is_as_fresh_as_its_seed_and_its_ticks_tell(opened, monkeypatch):
+    """By default the first seed is 0. Only what was played since makes the same seed want a new start."""
+    world, buffers = opened("builtin:Basic")
+    pids = [world.sessions[0].pid]
+    for seed, steps in ((0, 0), (0, 3), (0, 0), (1, 0)):
+        world.reset(buffers, seed)
+        pids.append(world.sessions[0].pid)
+        for _ in range(steps):
+            world.step(np.array([[2]]), buffers)
+        assert {name: int(value) for name, value in world.save_state().items()} == {"seed": seed, "ticks": steps}
+    assert [one == other for one, other in zip(pids, pids[1:], strict=False)] == [True, True, False, False]
+    resets = []
+    monkeypatch.setattr(world, "reset", lambda buffers, seed: resets.append(seed))
+    world.load_state({"seed": np.array(2**31 - 1), "ticks": np.array(3)}, buffers)
+    world.load_state({"seed": np.array(5), "ticks": np.array(3)}, buffers)
+    assert resets == [2, 8]
+
+
+def test_a_new_start_that_is_lost_as_well_is_followed_by_another(opened, monkeypatch):
+    world, buffers = opened("builtin:Basic", restarts_rate_limit_n=-1)
+    world.reset(buffers, 0)
+    start, tried = world._open, []
+
+    def again(index, seed):
+        tried.append(seed)
+        if len(tried) == 1:
+            raise PlayerDiedError("it fell over at once")
+        return start(index, seed)
+
+    monkeypatch.setattr(world, "_open", again)
+    lose(world)
+    world.step(np.array([[2]]), buffers)
+    assert (tried, world.restarts) == ([0, 0], 2)
+    assert (buffers.truncated.all(), buffers.observations["Basic"].argmax()) == (True, 10)
 
 
 class TestBasicSitsTheExam(WorldExam):

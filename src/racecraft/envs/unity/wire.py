@@ -34,7 +34,6 @@ METHOD = "/communicator_objects.UnityToExternalProto/Exchange"
 MAX_MESSAGE_BYTES = 512 * 2**20
 """The largest message taken in. A player that claims more is refused; gRPC's own limit would be 4 MB."""
 EDITOR_PORT = 5004
-BASE_PORT = 5005
 
 _log = logging.getLogger("racecraft.unity")
 _WATCH_SECONDS = 0.1  # how often a waiting `hear` looks after the player; a death is noticed well within a second
