@@ -113,6 +113,7 @@ def test_steps_join_what_was_seen_with_the_action_that_followed(write):
     steps = told.transitions()
     assert steps.observations["place"][:, 0].tolist() == [0, 1, 3]  # no step leads from one episode to the next
     assert steps.discrete.tolist() == [[1], [2], [1]]
+    np.testing.assert_allclose(steps.continuous, [[0.1, -0.1], [0.2, -0.2], [0.4, -0.4]], rtol=1e-6)
     assert steps.reward.tolist() == [1, 2, 5]
     assert steps.terminated.tolist() == [False, False, True]
     assert steps.truncated.tolist() == [False, True, False]
