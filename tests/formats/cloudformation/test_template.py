@@ -6,7 +6,7 @@ from racecraft.contract.errors import MissingExtraError
 from racecraft.formats.cloudformation.functions import Functions, NotHereError
 from racecraft.formats.cloudformation.parameters import ParameterError, settled, shown
 from racecraft.formats.cloudformation.start_script import Fetched, Unpacked, Written, read_start_script
-from racecraft.formats.cloudformation.template import TemplateError, read_template
+from racecraft.formats.cloudformation.template import Output, Resource, TemplateError, read_template
 
 pytest.importorskip("yaml", reason="pyyaml is not installed")
 
@@ -52,6 +52,8 @@ def functions(tmp_path, output):
         ("{Ref: Box}", "the-Box"),
         ("!GetAtt Box.Arn", "the-Box's-Arn"),
         ("{'Fn::GetAtt': [Box, Outputs.A.B]}", "the-Box's-Outputs.A.B"),
+        ("{'Fn::GetAtt': Box.Outputs.A.B}", "the-Box's-Outputs.A.B"),
+        ("!GetAtt Box.Outputs.A.B", "the-Box's-Outputs.A.B"),
         ("!Sub '${Size}/${Box}/${Box.Arn}/${!Kept}/$x'", "007/the-Box/the-Box's-Arn/${Kept}/$x"),
         ("!Sub ['${A}-${Size}', {A: !Ref Box}]", "the-Box-007"),
         ("!Join ['-', [a, !Ref Size, !Ref 'AWS::Region']]", "a-007-here"),
@@ -64,6 +66,13 @@ def functions(tmp_path, output):
         ("{a: !Ref AWS::NoValue, b: [!Ref AWS::NoValue, c]}", {"b": ["c"]}),
         ("{'Fn::Base64': !Sub 'cd ${Size}'}", "cd 007"),
         ("!Length [a, b]", "2"),
+        ("!And [!Condition Small, !Condition Neither]", False),
+        ("!And [!Condition Small, !Condition Both, !Not [!Condition Neither]]", True),
+        ("!Or [!Condition Small, !Condition Neither]", True),
+        ("!Or [!Condition Neither, !Condition Neither]", False),
+        ("!Equals [!Ref Zones, [a, b, c]]", True),
+        ("!GetAZs eu-west-1", ["eu-west-1a", "eu-west-1b", "eu-west-1c"]),
+        ("!Split [', ', 'a, b, c']", ["a", "b", "c"]),
         ("2012-10-17", "2012-10-17"),
         ("!ToJsonString {a: !Ref Size}", '{"a":"007"}'),
         ("{Condition: {StringEquals: {a: !Ref Size}}}", {"Condition": {"StringEquals": {"a": "007"}}}),
@@ -83,7 +92,8 @@ def test_conditions_hold_as_they_are_written(tmp_path):
 def test_a_mapping_by_region_has_a_row_that_stands_in_and_says_so(tmp_path):
     worker, value = functions(tmp_path, "!FindInMap [Prices, !Ref AWS::Region, day]")
     assert worker.value(value, ()) == "3"
-    assert worker.notes == ["mapping Prices has no region 'here'; its row us-east-1 is taken"]
+    assert worker.value(value, ()) == "3"
+    assert worker.notes == ["mapping Prices has no region 'here'; its row us-east-1 is taken"], "told once"
 
 
 def test_what_only_the_cloud_knows_is_said_to_be_so(tmp_path):
@@ -102,6 +112,10 @@ def test_what_only_the_cloud_knows_is_said_to_be_so(tmp_path):
         ("- a", "no group `Resources`"),
         ("Resource: {}\nResources: {A: {Type: T}}", r"t\.yaml:1: Resource: an unknown.*Did you mean 'Resources'"),
         ("Resources:\n  A: {Typ: T}", r"t\.yaml:2: Resources\.A: no `Type`"),
+        ("Resources: [a]", r"t\.yaml:1: Resources: a list; expected a group of keys"),
+        ("Resources:\n  A: b", r"t\.yaml:2: Resources\.A: 'b'; expected a group of keys"),
+        ("Resources:\n  A:\n    Type: T\n    Condition: [b]", r"t\.yaml:4: Resources\.A\.Condition: no word"),
+        ("Resources: {A: {Type: T}}\nOutputs:\n  It: {Description: a}", r"t\.yaml:3: Outputs\.It: no `Value`"),
         ("Resources:\n  A: {Type: T}\n  A: {Type: U}", r"t\.yaml:3: .*stands twice \(first in line 2\)"),
         ("Resources:\n  A: &x {Type: T}\n  B: *x", "an alias"),
         ("Resources:\n  A: {<<: {Type: T}}", "no merges"),
@@ -128,6 +142,28 @@ def test_what_cannot_be_used_is_refused_with_its_line(tmp_path, text, letter):
         read_template(written(tmp_path, text))
 
 
+def test_a_template_says_what_it_is_for_and_what_is_made_under_which_condition(tmp_path):
+    text = """\
+Description: " A box. "
+Conditions: {Small: !Equals [a, a]}
+Resources:
+  Box: {Type: "AWS::S3::Bucket", Condition: Small, Properties: {Name: b}}
+  Bare: {Type: T}
+Outputs:
+  It: {Value: !Ref Box, Description: " its name ", Condition: Small}
+  Other: {Value: a}
+"""
+    template = read_template(written(tmp_path, text))
+    assert template.description == "A box."
+    assert template.resources["Box"] == Resource("Box", "AWS::S3::Bucket", {"Name": "b"}, "Small")
+    assert template.resources["Box"].at == ("Resources", "Box", "Properties")
+    assert template.resources["Bare"] == Resource("Bare", "T", {}, None)
+    assert list(template.outputs.values()) == [
+        Output("It", {"Ref": "Box"}, "its name", "Small"), Output("Other", "a", "", None),
+    ]  # fmt: skip
+    assert read_template(written(tmp_path, "Outputs:\nResources: {A: {Type: T}}")).description == ""
+
+
 def test_one_name_may_stand_for_a_parameter_and_a_condition_as_in_the_workshops_template(tmp_path):
     text = "Parameters:\n  Make: {Type: String}\nConditions:\n  Make: !Equals [!Ref Make, True]\n"
     assert read_template(written(tmp_path, f"{text}Resources: {{A: {{Type: T}}}}")).conditions
@@ -141,7 +177,12 @@ def test_one_name_may_stand_for_a_parameter_and_a_condition_as_in_the_workshops_
         ("!Ref [a]", "a name"),
         ("!GetAtt [Box]", "a resource and an attribute"),
         ("!GetAtt [Box, a, b]", "a resource and an attribute"),
+        ("!GetAtt {a: b, c: d}", "a resource and an attribute"),
+        ("!Sub '${Zones}'", "a list of 3; expected a word"),
+        ("!Join [[a], [b]]", "a list of 1; expected a word"),
+        ("!Select [{a: b}, [c]]", "a group of keys; expected a word"),
         ("!Sub {a: b}", "a text, or a text and a group of names"),
+        ("!Sub [[a], {b: c}]", "a text, or a text and a group of names"),
         ("!Sub ['x', [a]]", "a text, or a text and a group of names"),
         ("!Sub ['x']", "a list of 2"),
         ("!Join [a]", "a list of 2"),

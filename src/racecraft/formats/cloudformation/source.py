@@ -29,7 +29,7 @@ BARE = ("Ref", "Condition")
 MOST_LETTERS = 1_048_576
 """CloudFormation's own limit for a template."""
 MOST_LEVELS = 60
-_TRUE, _FALSE = ("true", "yes", "on"), ("false", "no", "off")
+_TRUE = ("true", "yes", "on")
 
 
 class TemplateError(InputFileError):

@@ -87,7 +87,7 @@ class _Reader:
             return False
         if words[:1] == ["sudo"]:
             words = words[1:]
-        if not words or any(set(word) <= set(JOINTS) for word in words):
+        if not words or any(word and set(word) <= set(JOINTS) for word in words):
             return not words
         name, rest = words[0], words[1:]
         act = {
@@ -105,13 +105,13 @@ class _Reader:
             return None
         else:
             path = posixpath.join(self.here, path)
-        path = posixpath.normpath(path or ".")
+        path = posixpath.normpath(path)
         return None if path.startswith("..") or any(mark in path for mark in "$`*?\\\0") else path
 
     def _cd(self, rest: list[str]) -> bool:
         place = self._place(rest[0]) if len(rest) == 1 else None
         if place is not None:
-            self.here = "" if place == "." else place
+            self.here = place
         return place is not None
 
     def _fetch(self, path: str, source: str, is_folder: bool = False) -> bool:
@@ -147,11 +147,13 @@ class _Reader:
         return self._fetch(target, source, is_folder)
 
     def _git(self, rest: list[str]) -> bool:
-        words = [word for word in rest if not word.startswith("-")]
-        if len(words) not in (2, 3) or words[0] != "clone":
+        place = next((place for place, word in enumerate(rest) if "://" in word or "@" in word), None)
+        if rest[:1] != ["clone"] or place is None:
             return False
-        target = words[2] if len(words) == 3 else _last(words[1]).removesuffix(".git")
-        return self._fetch(target, words[1], is_folder=True)
+        address, behind = rest[place], [word for word in rest[place + 1 :] if not word.startswith("-")]
+        if len(behind) > 1:
+            return False
+        return self._fetch(behind[0] if behind else _last(address).removesuffix(".git"), address, is_folder=True)
 
     def _unzip(self, rest: list[str]) -> bool:
         into = [after for word, after in zip(rest, rest[1:], strict=False) if word == "-d"]
@@ -194,4 +196,4 @@ def _short(words: list[str]) -> list[str]:
 
 def _last(address: str) -> str:
     """Return the last part of an address."""
-    return address.split("?")[0].rstrip("/").rpartition("/")[2]
+    return address.split("?")[0].rstrip("/").split("/")[-1]
