@@ -69,7 +69,7 @@ class GraphFunction:
         for place, node in enumerate(self.order):
             values[node.name] = self._value(node, fed, values)
             for name in _data_inputs(node):
-                if last_reader[name] == place and name != self.output:
+                if last_reader[name] == place:
                     values.pop(name, None)
         return np.asarray(values[self.output])
 
@@ -106,7 +106,6 @@ def ancestors(graph: Graph, output: str) -> list[Node]:
     while waiting:
         name, is_done = waiting.pop()
         if is_done:
-            path.discard(name)
             order[name] = graph.nodes[name]
             continue
         if name in order:
@@ -117,7 +116,7 @@ def ancestors(graph: Graph, output: str) -> list[Node]:
             raise GraphArithmeticError(f"{name}: the graph reads itself in a circle; expected a network.")
         path.add(name)
         waiting.append((name, True))
-        waiting += [(read, False) for read in _data_inputs(graph.nodes[name]) if read not in order]
+        waiting += [(read, False) for read in _data_inputs(graph.nodes[name])]
     return list(order.values())
 
 

@@ -18,7 +18,15 @@ from racecraft.contract.world import Array
 from racecraft.formats.mapped_file import map_file
 from racecraft.formats.tensorflow.crc32c import masked_crc32c
 from racecraft.formats.tensorflow.table import read_table, write_table
-from racecraft.formats.tensorflow.tensors import CODES, TYPES, count_of, dtype_of, read_shape, write_shape
+from racecraft.formats.tensorflow.tensors import (
+    CODES,
+    TYPES,
+    count_of,
+    dtype_of,
+    little_endian,
+    read_shape,
+    write_shape,
+)
 from racecraft.formats.tensorflow.wire import (
     WireError,
     as_bytes,
@@ -80,11 +88,11 @@ def write_checkpoint(prefix: str | Path, arrays: Mapping[str, Array]) -> None:
     entries = {b"": varint_field(1, 1) + bytes_field(3, varint_field(1, 1))}
     pieces, offset = [], 0
     for name in sorted(arrays):
-        array = np.asarray(arrays[name])
+        array = little_endian(arrays[name])
         array = array if array.flags.c_contiguous else np.ascontiguousarray(array)
         place = varint_field(4, offset) if offset else b""
         entries[name.encode()] = (
-            varint_field(1, CODES[array.dtype.newbyteorder("<")])
+            varint_field(1, CODES[array.dtype])
             + bytes_field(2, write_shape(array.shape))
             + place
             + varint_field(5, array.nbytes)

@@ -80,9 +80,15 @@ def read_tensor(message: memoryview) -> Array:
 
 def write_tensor(array: Array) -> bytes:
     """Return an array as a `TensorProto`."""
+    array = little_endian(array)
+    head = varint_field(1, CODES[array.dtype]) + bytes_field(2, write_shape(array.shape))
+    return head + bytes_field(4, array.tobytes())
+
+
+def little_endian(array: Array) -> Array:
+    """Return an array whose bytes lie as TensorFlow's files have them; where they do already, itself."""
     array = np.asarray(array)
-    code = CODES[array.dtype.newbyteorder("<")]
-    return varint_field(1, code) + bytes_field(2, write_shape(array.shape)) + bytes_field(4, array.tobytes())
+    return array.astype(array.dtype.newbyteorder("<"), copy=False)
 
 
 def read_shape(message: memoryview) -> tuple[int, ...]:
