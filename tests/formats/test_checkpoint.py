@@ -1,6 +1,7 @@
 """Checkpoints: what is saved comes back, what is damaged is refused."""
 
 import json
+import os
 import struct
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from racecraft.contract.errors import ContractError
 from racecraft.formats.checkpoint import (
+    CheckpointEntry,
     CheckpointError,
     Checkpoints,
     load_policy,
@@ -222,3 +224,80 @@ def test_no_array_begins_at_an_odd_place(tmp_path):
     header = json.loads(data[8 : 8 + length])
     for name, array in arrays.items():
         assert (8 + length + header[name]["data_offsets"][0]) % array.itemsize == 0, name
+
+
+def test_weights_of_a_run_take_four_gigabytes_and_not_a_byte_more(tmp_path):
+    """Files full of holes, which take no room themselves."""
+    shelf = Checkpoints(tmp_path)
+    for iteration in (1, 2, 3):
+        shelf.save(iteration, 0, {"w": np.zeros(1)}, {})
+    one = (tmp_path / "3.policy.safetensors").stat().st_size
+    os.truncate(tmp_path / "1.policy.safetensors", 4_000_000_000 - 3 * one)
+    shelf.save(4, 0, {"w": np.zeros(1)}, {})
+    assert [entry.iteration for entry in shelf.entries()] == [1, 2, 3, 4]
+    os.truncate(tmp_path / "1.policy.safetensors", 4_000_000_000 - 3 * one + 1)
+    shelf.save(4, 0, {"w": np.zeros(1)}, {})
+    assert [entry.iteration for entry in shelf.entries()] == [2, 3, 4]
+
+
+def test_a_checkpoint_is_the_best_only_where_that_is_said(tmp_path):
+    shelf = Checkpoints(tmp_path)
+    entry = shelf.save(1, 10, {"w": np.zeros(1)}, {"spec": 1}, score=0.5, best=True)
+    assert entry == CheckpointEntry(1, 10, 0.5, "1.policy.safetensors", None)
+    assert shelf.save(2, 20, {"w": np.zeros(1)}, {}, {"n": 2}).state == "2.state.safetensors"
+    shelf.mark(2, 0.25)
+    assert [(one.score, one.steps) for one in shelf.entries()] == [(0.5, 10), (0.25, 20)]
+    assert (shelf.find("best").iteration, shelf.find("last").iteration) == (1, 2)
+    assert shelf.load_policy("1")[1] == {"spec": 1, "iteration": 1, "steps": 10}
+    index = json.loads((tmp_path / "checkpoints.json").read_text())
+    assert (index["version"], index["best"], index["last"]) == (1, 1, 2)
+    assert (tmp_path / "checkpoints.json").read_text().startswith('{\n  "version": 1,')
+
+
+@pytest.mark.parametrize(
+    ("index", "letter"),
+    [
+        ({"version": 2, "best": None, "last": None, "checkpoints": []}, "version is 2; expected version 1"),
+        ({"version": 1, "last": None, "checkpoints": []}, "version is 1; expected version 1"),
+        ([], "damaged"),
+        ({}, "damaged"),
+    ],
+)
+def test_an_index_of_another_version_or_shape_is_refused(tmp_path, index, letter):
+    (tmp_path / "checkpoints.json").write_text(json.dumps(index))
+    with pytest.raises(CheckpointError, match=rf"checkpoints\.json: {letter}"):
+        Checkpoints(tmp_path).entries()
+
+
+def test_weights_that_somebody_took_away_are_in_nobodys_way(tmp_path):
+    shelf = Checkpoints(tmp_path, weights_budget=1)
+    for iteration in (1, 2, 3):
+        shelf.save(iteration, 0, {"w": np.zeros(1)}, {}, {"n": iteration})
+    (tmp_path / "2.policy.safetensors").unlink()
+    shelf.save(4, 0, {"w": np.zeros(1)}, {}, {"n": 4})
+    assert [entry.iteration for entry in shelf.entries()] == [3, 4]
+    (tmp_path / "4.state.safetensors").unlink()
+    with pytest.raises(CheckpointError, match="no such file"):
+        shelf.load_state("4")
+
+
+def test_where_no_state_was_kept_none_is_named(tmp_path):
+    shelf = Checkpoints(tmp_path)
+    shelf.save(1, 0, {"w": np.zeros(1)}, {})
+    with pytest.raises(CheckpointError, match="state of checkpoint 1 was not kept; .*iterations: none"):
+        shelf.load_state()
+
+
+def test_a_file_of_another_version_or_with_other_numbers_than_were_written_is_refused(tmp_path):
+    import safetensors.numpy
+
+    path = tmp_path / "p.safetensors"
+    for told, letter in (
+        ({"version": "2", "digest": "", "card": "{}"}, "version 2; expected version 1. Upgrade racecraft"),
+        ({"version": "1", "digest": "0" * 64, "card": "{}"}, "its digest does not match"),
+    ):
+        safetensors.numpy.save_file({"w": np.zeros(2)}, path, {"format": "racecraft policy", **told})
+        with pytest.raises(CheckpointError, match=letter):
+            load_policy(path)
+    with pytest.raises(CheckpointError, match=r"cannot be read \(Is a directory\)"):
+        load_policy(tmp_path)

@@ -1,5 +1,6 @@
 """Checkpoints in order of merit, by hand; and which of them stay on the disk."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -79,3 +80,41 @@ def test_a_merit_that_no_checkpoint_has_is_refused(run):
         path.write_text(json.dumps({"laps": [lap(40)]}))
     with pytest.raises(CheckpointError, match="no checkpoint has what 'laptime' asks for .*racecraft checkpoints"):
         find_checkpoint(run, "laptime")
+
+
+def test_what_an_evaluation_came_to_is_told_in_figures(run):
+    found = {one.entry.iteration: dataclasses.astuple(one)[1:] for one in ranked(run)}
+    assert found == {  # score, reward, fastest lap, mean of laps, worst progress, spread of laps
+        0: (None, None, None, None, None, None),
+        1: (85.0, 9.0, None, None, 80, None),
+        2: (80.0, 5.0, 9.0, 9.0, 60, None),
+        3: (100.0, 7.0, 12.0, 13.5, 100, 3.0),
+        4: (100.0, 6.0, 13.0, 13.25, 100, 0.5),
+    }
+    assert found == {one.entry.iteration: dataclasses.astuple(one)[1:] for one in ranked(run, "progress")}
+
+
+def test_of_equals_and_of_those_that_nobody_judged_the_newest_is_first(tmp_path):
+    run = RunFolder.create(tmp_path / "run")
+    shelf = Checkpoints(run.checkpoints)
+    for iteration, score in enumerate((None, 5.0, None, 5.0)):
+        shelf.save(iteration, 0, {"w": np.zeros(1)}, {}, score=score)
+    assert [one.entry.iteration for one in ranked(run)] == [3, 1, 2, 0]
+
+
+@pytest.mark.parametrize("text", ["[]", '{"laps": 3}', '{"laps": [3]}', "null"])
+def test_an_evaluation_of_another_shape_is_damaged(run, text):
+    (run.evaluations / "3.json").write_text(text)
+    with pytest.raises(RunFolderError, match=r"3\.json: damaged"):
+        ranked(run)
+
+
+def test_an_evaluation_that_is_no_cars_has_no_laps(run):
+    for text in ('{"games": 3}', '{"laps": [{"length": 3}]}'):
+        (run.evaluations / "3.json").write_text(text)
+        assert next(one for one in ranked(run) if one.entry.iteration == 3).worst_progress_percent is None
+
+
+def test_without_a_checkpoint_no_merit_is_found(tmp_path):
+    with pytest.raises(CheckpointError, match="no checkpoint has what 'progress' asks for"):
+        find_checkpoint(RunFolder.create(tmp_path / "run"), "progress")

@@ -8,6 +8,7 @@ from racecraft.contract.errors import ContractError
 from racecraft.formats.episodes import (
     EPISODE_COLUMNS,
     EpisodeFileError,
+    columns_of_all,
     episode_columns_markdown,
     read_episodes,
     write_episodes,
@@ -83,3 +84,28 @@ def test_a_file_says_what_it_is_and_of_which_version(tmp_path):
     write_episodes(tmp_path / "e.parquet", table())
     told = pl.read_parquet_metadata(tmp_path / "e.parquet")
     assert (told["format"], told["version"]) == ("racecraft episodes", "1")
+
+
+@pytest.mark.parametrize("name", ["episode", "tick", "time_s"])
+def test_three_columns_are_never_missing(tmp_path, name):
+    with pytest.raises(ContractError, match=rf"Episodes need \['{name}'\]"):
+        write_episodes(tmp_path / "e.parquet", {other: values for other, values in table().items() if other != name})
+
+
+def record(*rows):
+    return np.array(list(rows), [(f"n_{number}", "f4") for number in range(len(rows[0]))])
+
+
+def test_tables_are_laid_below_each_other_and_what_a_record_lacks_is_nothing():
+    """A course with fewer objects has nan for the others, an episode with fewer differences 0."""
+    whole = columns_of_all([
+        {"episode": np.array([0, 0]), "objects": record((1,), (2,)), "variation": record((7, 8), (9, 10))},
+        {"episode": np.array([1]), "x_m": np.array([2.5])},
+        {"episode": np.array([2]), "objects": record((3, 4)), "variation": record((11,))},
+    ])  # fmt: skip
+    assert list(whole) == ["episode", "objects", "variation", "x_m"]
+    assert whole["episode"].tolist() == [0, 0, 1, 2]
+    assert whole["x_m"].tolist() == [2.5]
+    assert whole["variation"].tolist() == [(7, 8), (9, 10), (0, 0), (11, 0)]
+    np.testing.assert_array_equal(whole["objects"]["n_0"], [1, 2, np.nan, 3])
+    np.testing.assert_array_equal(whole["objects"]["n_1"], [np.nan, np.nan, np.nan, 4])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from racecraft.contract.errors import RunFolderError
-from racecraft.formats.run_folder import VERSION, RunFolder
+from racecraft.formats.run_folder import VERSION, RunFolder, last_stops
 from racecraft.formats.whole import OutputFileError
 
 HOLD = """
@@ -229,3 +229,96 @@ def test_what_was_told_after_the_checkpoint_that_a_run_goes_on_from_is_cut(tmp_p
         run.append_metrics({"iteration": iteration, "reward": 0.5 * iteration})
     run.cut_metrics(2)
     assert [row["iteration"] for row in run.read_metrics()] == [0, 1, 2]
+
+
+def test_a_torn_line_alone_is_cut_off_whole(tmp_path):
+    run = RunFolder.create(tmp_path / "r")
+    for torn in ("x" * 10, "x" * 4095, "x" * 4096, "x" * 9000):
+        run.metrics.write_text(torn)
+        assert run.read_metrics() == []
+        run.append_metrics({"iteration": 0})
+        assert run.metrics.read_text() == '{"iteration": 0}\n'
+
+
+@pytest.mark.parametrize("length", [4094, 4095, 4096, 8191, 8192])
+def test_a_torn_line_is_cut_off_however_long_it_is(tmp_path, length):
+    """Around the sizes in which files are read backwards."""
+    run = RunFolder.create(tmp_path / "r")
+    run.metrics.write_text('{"iteration": 0}\n' + "x" * length)
+    run.append_metrics({"iteration": 1})
+    assert run.metrics.read_text() == '{"iteration": 0}\n{"iteration": 1}\n'
+
+
+def test_a_number_that_somebody_was_quicker_with_is_passed_over(tmp_path, monkeypatch):
+    RunFolder.create(tmp_path / "oval-1")
+    RunFolder.create(tmp_path / "oval-2")
+    monkeypatch.setattr(type(tmp_path), "iterdir", lambda self: iter(()))
+    assert RunFolder.create_numbered(tmp_path, "oval").path.name == "oval-3"
+
+
+def test_what_a_run_goes_on_for_is_added_to_what_was_asked(tmp_path):
+    run = RunFolder.create(tmp_path / "r", {"asked": {"stops": ["laps=3"]}})
+    assert last_stops(run.read_job()) == ("laps=3",)
+    run.note_resumed(4, ["minutes=7"])
+    run.note_resumed(9, ("hours=1", "laps=9"))
+    assert run.read_job()["resumed"] == [
+        {"after_iteration": 4, "stops": ["minutes=7"]},
+        {"after_iteration": 9, "stops": ["hours=1", "laps=9"]},
+    ]
+    assert last_stops(run.read_job()) == ("hours=1", "laps=9")
+    assert last_stops({}) == last_stops({"asked": {"stops": None}}) == ()
+    assert run.job.read_text().startswith('{\n  "format": "racecraft run",\n  "version": 1,')
+
+
+def test_a_run_is_of_the_kind_that_is_asked_for_or_is_refused(tmp_path):
+    run = RunFolder.create(tmp_path / "r", {"kind": "deepracer"})
+    assert run.read_job_of("deepracer")["kind"] == "deepracer"
+    with pytest.raises(RunFolderError, match="one of `racecraft train`; expected one of `racecraft gym train`"):
+        run.read_job_of("gymnasium")
+    run.write_job({"kind": "chess"})
+    with pytest.raises(RunFolderError, match="of an unknown kind, 'chess'; expected one of `racecraft train`"):
+        run.read_job_of("deepracer")
+
+
+def test_a_training_is_asked_to_stop_until_that_is_forgotten(tmp_path):
+    run = RunFolder.create(tmp_path / "r")
+    run.forget_stop()
+    assert not run.stop_asked()
+    run.ask_to_stop()
+    assert run.stop_asked()
+    run.forget_stop()
+    assert not run.stop_asked()
+
+
+def test_who_holds_the_folder_trains_there(tmp_path):
+    run = RunFolder.create(tmp_path / "r")
+    assert not run.is_training()
+    with run.lock():
+        assert run.is_training()
+    assert not run.is_training()
+
+
+def test_a_run_with_a_word_behind_its_colon_is_no_folder(tmp_path):
+    RunFolder.create(tmp_path / "r")
+    with pytest.raises(RunFolderError, match="r is a run, and nothing here is called 'bst'"):
+        RunFolder.open(f"{tmp_path / 'r'}:bst")
+    for none in ("q:best", "q"):
+        with pytest.raises(RunFolderError, match="there is no such folder"):
+            RunFolder.open(tmp_path / none)
+
+
+def test_files_that_cannot_be_read_or_written_get_letters(tmp_path):
+    run = RunFolder.create(tmp_path / "r")
+    run.metrics.mkdir()
+    with pytest.raises(RunFolderError, match=r"metrics\.jsonl: cannot be read \(Is a directory\)"):
+        run.read_metrics()
+    with pytest.raises(RunFolderError, match=r"metrics\.jsonl: cannot be written \(Is a directory\)"):
+        run.append_metrics({"iteration": 0})
+    run.job.write_bytes(b'"\xff"')
+    with pytest.raises(RunFolderError, match=r"job\.json: cannot be read"):
+        run.read_job()
+    run.job.unlink()
+    with pytest.raises(RunFolderError, match=r"job\.json: there is no such file"):
+        run.read_job()
+    with pytest.raises(TypeError, match="object cannot be written as JSON"):
+        run.write_job({"a": object()})

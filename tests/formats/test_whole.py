@@ -2,10 +2,13 @@
 
 import errno
 import os
+import re
+import stat
+from pathlib import Path
 
 import pytest
 
-from racecraft.formats.whole import OutputFileError, make_folder, whole_file, write_on, write_whole
+from racecraft.formats.whole import OutputFileError, make_folder, output_letter, whole_file, write_on, write_whole
 
 
 def test_what_is_written_is_there_and_nothing_else_is(tmp_path):
@@ -72,3 +75,26 @@ def test_a_folder_whose_place_is_taken_gets_a_letter(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(OutputFileError, match="file: cannot be written"):
         make_folder(tmp_path / "file")
+
+
+def test_a_file_and_its_name_are_on_the_disk_before_anybody_goes_on(tmp_path, monkeypatch):
+    """Once for what it holds, once for the folder in which its name stands."""
+    kinds = []
+    monkeypatch.setattr(os, "fsync", lambda handle: kinds.append(stat.S_ISDIR(os.fstat(handle).st_mode)))
+    write_whole(tmp_path / "a.txt", "x")
+    assert kinds == [False, True]
+    write_on(tmp_path / "log", 0, b"x")
+    assert kinds == [False, True, False]
+
+
+@pytest.mark.parametrize(
+    ("error", "letter"),
+    [
+        (OSError(errno.EDQUOT, "over the quota"), "a: the disk is full"),
+        (OSError(errno.EACCES, "not yours"), r"a: cannot be written \(not yours\)"),
+        (OSError("of no name"), r"a: cannot be written \(of no name\)"),
+        (FileNotFoundError(errno.ENOENT, "gone"), "a: its folder does not exist; .* Create /b first"),
+    ],
+)
+def test_a_letter_says_why(error, letter):
+    assert re.match(f"/b/{letter}", output_letter(Path("/b/a"), error))
