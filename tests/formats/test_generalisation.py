@@ -35,3 +35,15 @@ def test_a_damaged_table_is_named(tmp_path, damage):
         path.write_text(path.read_text().replace(",100.0", ""))
     with pytest.raises(RunFolderError, match=r"generalisation\.csv: cannot be read"):
         read_generalisation(path)
+
+
+def test_a_table_of_no_track_is_none_and_a_rows_own_reverse_is_read(tmp_path):
+    path = tmp_path / "generalisation.csv"
+    write_generalisation(path, 7, ())
+    assert read_generalisation(path) is None
+    write_generalisation(path, 7, ROWS[::-1])
+    assert read_generalisation(path) == (7, ROWS[::-1])
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(RunFolderError, match="cannot be read"):
+        read_generalisation(path)

@@ -94,3 +94,28 @@ def test_a_product_in_pieces_is_the_product(matrix, numbers, monkeypatch):
     monkeypatch.setattr("racecraft.formats.tensorflow.arithmetic.PIECE_BYTES", 40)
     monkeypatch.setattr(mapped_file, "PIECE_BYTES", 40)
     np.testing.assert_allclose(GraphFunction(graph, "y")({"x": left}), left @ right, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("length", "bytes_each", "expected"),
+    [
+        (0, 1, []),
+        (4, 4, [(0, 4)]),
+        (5, 4, [(0, 4), (4, 5)]),
+        (9, 4, [(0, 4), (4, 8), (8, 9)]),
+        (2, 16, [(0, 1), (1, 2)]),
+        (3, 9, [(0, 1), (1, 2), (2, 3)]),
+        (20, 0, [(0, 16), (16, 20)]),
+    ],
+)
+def test_a_piece_holds_as_many_as_it_has_room_for(monkeypatch, length, bytes_each, expected):
+    monkeypatch.setattr(mapped_file, "PIECE_BYTES", 16)
+    assert [(part.start, part.stop) for part in spans(length, bytes_each)] == expected
+
+
+def test_every_piece_is_let_go_behind_it_and_an_array_in_memory_is_left_alone(numbers, monkeypatch):
+    monkeypatch.setattr(mapped_file, "PIECE_BYTES", 40)
+    gone = []
+    monkeypatch.setattr(mapped_file, "let_go", lambda array: gone.append(array.size))
+    assert [piece.tolist()[0] for piece in pieces(numbers)] == [0, 10, 20, 30]
+    assert gone == [35] * 4

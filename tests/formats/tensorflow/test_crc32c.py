@@ -22,3 +22,19 @@ def test_lanes_and_pieces_change_nothing(monkeypatch, piece, size):
     monkeypatch.setattr(mapped_file, "PIECE_BYTES", piece)
     data = np.random.default_rng(size).bytes(size)
     assert crc32c.crc32c(data) == bit_by_bit(data)
+
+
+@pytest.mark.parametrize(
+    ("data", "expected"),
+    [
+        (bytes(32), 0x8A9136AA),
+        (b"\xff" * 32, 0x62A8AB43),
+        (bytes(range(32)), 0x46DD794E),
+        (bytes(range(31, -1, -1)), 0x113FDB5C),
+    ],
+)
+def test_the_checksum_is_that_of_the_standards_examples(data, expected):
+    """RFC 3720, appendix B.4, its bytes from the highest to the lowest."""
+    assert crc32c.crc32c(data) == expected
+    assert crc32c.crc32c(np.frombuffer(data, "<i4").reshape(2, 4)) == expected
+    assert crc32c.masked_crc32c(data) == ((expected >> 15) + (expected % 2**15 << 17) + 0xA282EAD8) % 2**32
