@@ -322,3 +322,16 @@ def test_files_that_cannot_be_read_or_written_get_letters(tmp_path):
         run.read_job()
     with pytest.raises(TypeError, match="object cannot be written as JSON"):
         run.write_job({"a": object()})
+
+
+def test_everything_has_its_place_in_the_folder(tmp_path):
+    """As the module's first words lay it out for whoever reads a run without us."""
+    run = RunFolder(tmp_path)
+    assert {path.name: path.parent for path in (
+        run.job, run.reward_function, run.model_metadata, run.hyperparameters, run.track, run.tracks, run.metrics,
+        run.log, run.checkpoints, run.episodes, run.evaluations, run.generalisation, run.watched, run.live,
+    )} == dict.fromkeys((
+        "job.json", "reward_function.py", "model_metadata.json", "hyperparameters.json", "track.npy", "tracks",
+        "metrics.jsonl", "log.txt", "checkpoints", "episodes", "evaluations", "generalisation.csv", "watched",
+        "live.safetensors",
+    ), tmp_path)  # fmt: skip

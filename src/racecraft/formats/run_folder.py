@@ -427,8 +427,7 @@ def _cut_torn_line(file: IO[bytes]) -> None:
             break
         at = begin
     if at != size:
-        file.truncate(at)
-    file.seek(0, os.SEEK_END)
+        file.truncate(at)  # whatever is written goes to the end: the file was opened to be added to
 
 
 def _finite(value: Any) -> Any:
