@@ -184,6 +184,14 @@ def test_what_an_evaluation_changes_takes_the_place_of_what_was_saved_and_nothin
     assert shelf.load_state("2")["loop"] == {"at": 1}
 
 
+def test_checkpoints_stand_in_the_order_of_iterations_whichever_came_last(tmp_path):
+    shelf = Checkpoints(tmp_path)
+    for iteration in (5, 10, 2):
+        shelf.save(iteration, 0, {"w": np.zeros(1)}, {})
+    assert [entry.iteration for entry in shelf.entries()] == [2, 5, 10]
+    assert shelf.find("last").iteration == 2
+
+
 def test_saving_an_iteration_again_replaces_it(tmp_path):
     shelf = Checkpoints(tmp_path)
     for value in (1, 2):

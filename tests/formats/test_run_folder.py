@@ -260,9 +260,12 @@ def test_what_a_run_goes_on_for_is_added_to_what_was_asked(tmp_path):
     run = RunFolder.create(tmp_path / "r", {"asked": {"stops": ["laps=3"]}})
     assert last_stops(run.read_job()) == ("laps=3",)
     run.note_resumed(4, ["minutes=7"])
+    run.note_resumed(6, [])
+    assert last_stops(run.read_job()) == ()
     run.note_resumed(9, ("hours=1", "laps=9"))
     assert run.read_job()["resumed"] == [
         {"after_iteration": 4, "stops": ["minutes=7"]},
+        {"after_iteration": 6, "stops": []},
         {"after_iteration": 9, "stops": ["hours=1", "laps=9"]},
     ]
     assert last_stops(run.read_job()) == ("hours=1", "laps=9")

@@ -10,6 +10,7 @@ import bisect
 import functools
 import json
 import re
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -81,7 +82,7 @@ def read_json(path: str | Path, error: type[InputFileError], kind: str) -> JsonD
         value = json.loads(plain, object_pairs_hook=lambda pairs: _as_dict(pairs, twice))
     except json.JSONDecodeError as wrong:
         comma = _trailing_comma(plain, wrong)
-        line = wrong.lineno if comma is None else plain.count("\n", 0, comma) + 1
+        line = wrong.lineno if comma is None else plain[:comma].count("\n") + 1
         raise error(path, f"no valid JSON, {_what_is_wrong(plain, wrong)}", kind, line=line) from None
     except (RecursionError, ValueError):
         raise error(path, "values nested too deeply, or a number too long, to be read", kind) from None
@@ -172,17 +173,14 @@ def _what_is_wrong(text: str, wrong: json.JSONDecodeError) -> str:
         return f'the typographic quote {here[0]} where JSON wants "'
     if not here:
         return "it ends too early (a bracket or quote is not closed)"
-    rest = here.split("\n", 1)[0][:40]
+    rest = here.partition("\n")[0][:40]
     return f"{wrong.msg[:1].lower()}{wrong.msg[1:]} at column {wrong.colno}, before {rest!r}"
 
 
 def _as_dict(pairs: list[tuple[str, Any]], twice: list[str]) -> dict[str, Any]:
     """Return an object's entries; the keys that stand in it more than once are added to `twice`."""
-    entries = dict(pairs)
-    if len(entries) < len(pairs):
-        names = [key for key, _ in pairs]
-        twice += [key for key in entries if names.count(key) > 1]
-    return entries
+    twice += [key for key, count in Counter(key for key, _ in pairs).items() if count > 1]
+    return dict(pairs)
 
 
 class _Scan:
@@ -216,7 +214,7 @@ class _Scan:
 
     def _scalar(self, at: int) -> int:
         match = _SCALAR.match(self.text, at)
-        return match.end() if match else at + 1
+        return match.end() if match else at
 
     def _after_space(self, at: int) -> int:
         match = _SPACE.match(self.text, at)

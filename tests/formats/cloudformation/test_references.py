@@ -56,6 +56,14 @@ def test_what_outputs_and_resources_stand_under_is_a_condition_too(tmp_path):
         read(tmp_path, f"{HEAD}  B: {{Type: T, DependsOn: [Box, Small]}}")
 
 
+def test_conditions_point_to_conditions_and_nothing_else_of_theirs_does(tmp_path):
+    text = "Conditions:\n  Both: !And [!Condition Small, {Condition: Gone}]\n  Small: !Equals [{a: Gone}, b]\n"
+    letter = r"t\.yaml:2: Conditions\.Both\.Fn::And\.1\.Condition: points to 'Gone'.*a condition of this template"
+    with pytest.raises(TemplateError, match=letter):
+        read(tmp_path, f"{text}Resources: {{A: {{Type: T}}}}")
+    assert read(tmp_path, f"{text.replace(', {Condition: Gone}', '')}Resources: {{A: {{Type: T}}}}").conditions
+
+
 def test_a_circle_is_told_from_where_it_closes_and_its_way_in_is_not(tmp_path):
     ahead = "  A: {Type: T, DependsOn: B}\n  B:\n    Type: T\n    DependsOn: [Box, C]\n"
     closing = "".join(f"  {name}:\n    Type: T\n    Properties:\n      X: !Ref {to}\n" for name, to in ("CD", "DB"))

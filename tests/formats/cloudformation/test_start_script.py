@@ -97,6 +97,8 @@ def test_a_command_that_brings_something_is_understood(line):
     script = read_start_script(line)
     assert script.acts == [UNDERSTOOD[line]]
     assert script.left == []
+    if isinstance(script.acts[0], Fetched):
+        assert script.acts[0].is_folder == any(word in line for word in ("--recursive", "sync", "clone"))
 
 
 @pytest.mark.parametrize("line", LEFT)
