@@ -2,9 +2,11 @@
 
 import ctypes
 import datetime
+import gc
 import json
 import os
 import sys
+import weakref
 from types import SimpleNamespace
 
 import pytest
@@ -70,6 +72,15 @@ def test_no_file_stays_open_behind_a_lock_that_was_refused_or_freed(tmp_path):
             lock(tmp_path / "a.lock")
         assert opened() == before + 1
     assert opened() == before
+
+
+def test_a_lock_that_was_freed_is_forgotten(tmp_path):
+    held = lock(tmp_path / "a.lock")
+    seen = weakref.ref(held)
+    held.release()
+    del held
+    gc.collect()
+    assert seen() is None
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", "null", '{"pid": "me"}', '{"pid": null}'])
