@@ -8,7 +8,7 @@ import pytest
 
 from racecraft.contract.errors import RunFolderError, SettingError
 from racecraft.formats.checkpoint import Checkpoints
-from racecraft.formats.checkpoint_ranking import MERITS, find_checkpoint, load_weights, ranked
+from racecraft.formats.checkpoint_ranking import MERITS, find_checkpoint, load_weights, ranked, split_source
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.tensor_file import CheckpointError
 
@@ -118,3 +118,10 @@ def test_an_evaluation_that_is_no_cars_has_no_laps(run):
 def test_without_a_checkpoint_no_merit_is_found(tmp_path):
     with pytest.raises(CheckpointError, match="no checkpoint has what 'progress' asks for"):
         find_checkpoint(RunFolder.create(tmp_path / "run"), "progress")
+
+
+def test_a_colon_counts_only_before_a_checkpoints_name():
+    """A drive has one, too, and a folder may be called as a checkpoint is."""
+    assert [split_source(source) for source in ("C:/runs/oval", "last", "C:/oval:12", "oval:fast")] == [
+        ("C:/runs/oval", "best"), ("last", "best"), ("C:/oval", "12"), ("oval:fast", "best"),
+    ]  # fmt: skip
