@@ -35,6 +35,7 @@ def test_numbers_go_on_from_the_highest(tmp_path):
     (tmp_path / "oval-x").mkdir()
     names = [RunFolder.create_numbered(tmp_path, name).path.name for name in ("oval", "oval", "monaco")]
     assert names == ["oval-8", "oval-9", "monaco-1"]
+    assert RunFolder.create_numbered(tmp_path / "not" / "yet", "oval").job.is_file(), "the folders above are made"
 
 
 def test_metrics_come_back_and_what_is_no_number_is_null(tmp_path):
