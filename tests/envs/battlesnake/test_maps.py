@@ -80,6 +80,13 @@ def test_standing_hazards_are_the_recorded_ones():
     assert checked == 27
 
 
+def test_healing_pools_are_the_recorded_ones_and_some_that_lie_opposite_each_other():
+    for line in recorded()["hazset"]:
+        if line["map"] == "healing_pools":
+            assert tuple(map(tuple, line["data"])) in POOLS[line["w"]]
+    assert {side: len(choices) for side, choices in POOLS.items()} == {7: 1, 11: 4, 19: 2}
+
+
 def loaded_plan(run, changes):
     """Our plan, with dice that fall as the record's first square shows; None where the plan is not fixed by it."""
     settings, first = settings_of(run), changes[0].get("add", [[0, 0]])[0] if changes else [0, 0]
@@ -280,3 +287,106 @@ def test_royale_draws_sides_until_nothing_is_left_of_one_length():
     assert royale_sides(settings, LoadedDice([0, 1, 2, 3] * 9)) == [0, 1, 2, 3] * 3 + [0]
     assert royale_sides(settings, LoadedDice([1] * 20)) == [1] * 7
     assert royale_sides(settings, LoadedDice([2] * 20)) == [2] * 11
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "letter"),
+    [
+        ("royale", {"shrink_every": 0}, "royale: hazards every 0 turns; expected at least 1"),
+        ("hz_hazard_pits", {"shrink_every": 0}, "hz_hazard_pits: hazards every 0 turns"),
+        ("standard", {"shrink_every": 0, "ruleset": "royale"}, "standard: hazards every 0 turns"),
+        ("hz_hazard_pits", {"players": 5}, "map hz_hazard_pits with 5 snakes; expected at most 4"),
+        ("solo_maze", {"players": 2}, "map solo_maze with 2 snakes; expected at most 1"),
+        ("solo_maze", {"players": 1, "height": 6}, "map solo_maze on 11x6; expected at least 7x7"),
+        ("sinkholes", {"width": 7}, "map sinkholes on 7x11; expected 7x7, 11x11, 19x19"),
+    ],
+)
+def test_a_map_is_played_up_to_its_borders_and_not_beyond(name, words, letter):
+    nearest = {"players": {"solo_maze": 1}.get(name, 4), "height": 7 if words.get("height") else 11, "shrink_every": 1}
+    fine = {"players": 4, **words, **{key: nearest[key] for key in words if key in nearest}}
+    MAPS[name].check(GameSettings(**{**fine, "width": 11}))
+    with pytest.raises(BoardError, match=letter):
+        MAPS[name].check(GameSettings(**{"players": 4, **words}))
+
+
+def test_a_map_without_a_schedule_of_its_own_needs_none():
+    for name in ("standard", "healing_pools", "sinkholes", "hz_spiral"):
+        set_up(GameSettings(map=name, shrink_every=0), LoadedDice())
+
+
+@pytest.mark.parametrize(
+    ("name", "ruleset", "closes_in"),
+    [("royale", "standard", True), ("hz_rings", "royale", True), ("hz_rings", "standard", False)],
+)
+def test_sides_are_drawn_where_the_map_or_the_ruleset_is_royale(name, ruleset, closes_in):
+    _, state = set_up(GameSettings(7, 7, 2, ruleset, name), StreamDice(1))
+    assert bool(state.sides) == closes_in
+
+
+def test_dice_are_rolled_for_starts_then_food_then_hazards():
+    """Seven for the order of the starts, one for each snake's food, two for where the spiral begins."""
+    dice = StreamDice(3)
+    _, state = set_up(GameSettings(11, 11, 4, map="hz_spiral"), dice)
+    assert dice.counter == 7 + 4 + 2
+    again = StreamDice(3, counter=11)
+    assert spiral(GameSettings(11, 11, 4), again).changes == state.plan.changes
+
+
+def fallen(name, *rolls, turn=20, food=(), bodies=((0, 0),), **words):
+    """What falls after a turn with dice as told."""
+    side = MAPS[name].sizes[0]
+    board = Board(*side, turn, [Snake(str(n), [body] * 3) for n, body in enumerate(bodies)], list(food))
+    settings = GameSettings(*side, 1, map=name, **words)
+    after_turn(board, settings, MapState(MAPS["empty"].plan(settings, LoadedDice()), []), LoadedDice(rolls))
+    return board.food[len(food) :]
+
+
+def test_in_the_arcade_food_falls_with_one_percent_more_than_the_chance_on_free_squares_of_a_list():
+    assert fallen("arcade_maze", 15, food_spawn_chance=15) == [(1, 1)]
+    assert fallen("arcade_maze", 16, food_spawn_chance=15) == []
+    assert fallen("arcade_maze", 0, food_spawn_chance=0) == []
+    taken = {"food": [(3, 11)], "bodies": [(1, 1), (4, 7)]}
+    assert fallen("arcade_maze", 0, food_spawn_chance=15, **taken) == [(4, 17)]
+    assert [fallen("arcade_maze", 0, roll, food_spawn_chance=15) for roll in (1, 99)] == [[(3, 11)], [(17, 1)]]
+
+
+def test_in_a_castle_food_falls_from_turn_10_on_up_to_the_most_not_near_heads_or_other_food():
+    """Its squares are (2, 5), (5, 2), (5, 8) and (8, 5); at most two lie at a time."""
+    assert fallen("hz_castle_wall", turn=9) == []
+    assert fallen("hz_castle_wall", turn=10, food_spawn_chance=0) == [(2, 5)]
+    assert fallen("hz_castle_wall", food=[(0, 10)]) == [(2, 5)]
+    assert fallen("hz_castle_wall", food=[(0, 10), (10, 10)]) == []
+    assert fallen("hz_castle_wall", food=[(2, 6)]) == [(5, 2)], "the passage of another food"
+    assert fallen("hz_castle_wall", bodies=[(2, 5), (5, 1)]) == [(5, 8)], "under a snake, beside a head"
+    assert {name: row.castle_food for name, row in MAPS.items() if row.castle_food} == {
+        "hz_castle_wall": 2, "hz_castle_wall_lg": 2, "hz_castle_wall_xl": 4,
+    }  # fmt: skip
+
+
+def test_where_food_spares_hazards_it_falls_on_none():
+    settings = GameSettings(11, 11, 1, map="hz_rivers_bridges", food_spawn_chance=0, minimum_food=121)
+    board, state = set_up(settings, StreamDice(2))
+    after_turn(board, settings, state, LoadedDice())
+    assert not [point for point in board.food if board.hazards[point]]
+    assert len(board.food) > 50
+    plain = Board(11, 11, 3, board.snakes, [], board.hazards.copy())
+    after_turn(plain, GameSettings(11, 11, 1, food_spawn_chance=0, minimum_food=121), state, LoadedDice())
+    assert [point for point in plain.food if board.hazards[point]]
+
+
+@pytest.mark.parametrize(
+    ("name", "minimum_food", "food"), [("arcade_maze", 1, [(9, 11)]), ("arcade_maze", 0, []), ("empty", 1, [])]
+)
+def test_the_first_food_of_the_arcade_lies_above_its_middle_if_any_is_asked_for(name, minimum_food, food):
+    settings = GameSettings(*MAPS[name].sizes[-1], 2, map=name, minimum_food=minimum_food)
+    assert set_up(settings, StreamDice(1))[0].food == food
+
+
+def test_a_snail_leaves_nothing_where_its_tail_is_doubled_or_a_head_stands():
+    """A note of turn 3 becomes a trail in turn 4; then trails fade by one a turn."""
+    slow = Snake("slow", [(2, 0), (1, 0), (1, 0)])
+    board = Board(4, 3, 3, [slow, Snake("fast", [(0, 2), (1, 2), (2, 2)])], hazards=Counter({(3, 1): 3, (0, 1): 1}))
+    board.hazards.update({(3, 2 + 3): 5, (0, 2 + 3): 4})
+    settings = GameSettings(4, 3, 2, map="snail_mode")
+    move_hazards(board, settings, MapState(MAPS["empty"].plan(settings, LoadedDice()), []))
+    assert +board.hazards == Counter({(3, 1): 2, (3, 2): 5, (2, 2 + 3): 3})

@@ -242,3 +242,38 @@ def test_a_board_is_drawn_for_people():
     rows = draw(board).splitlines()
     assert rows[5] == ".aaA.Bbb..."
     assert rows[10][0] == "2"
+
+
+def test_royale_may_shrink_every_turn_and_must_shrink_some_time():
+    board = Board(7, 7, 0, [snake("a", (3, 3), (3, 2), (3, 1)), snake("b", (5, 5), (5, 4), (5, 3))])
+    settings = GameSettings(7, 7, 2, "royale", shrink_every=1)
+    apply_rules(find_ruleset("royale"), board, {"a": "up", "b": "up"}, Table(settings, sides=[2, 2, 1]))
+    assert set(board.hazards) == {(x, 0) for x in range(7)}
+    never = GameSettings(7, 7, 2, "royale", shrink_every=0)
+    with pytest.raises(BoardError, match="royale shrinks every 0 turns; expected at least 1"):
+        apply_rules(find_ruleset("royale"), board, {"a": "up", "b": "up"}, Table(never))
+
+
+@pytest.mark.parametrize("ruleset", ["standard", "royale", "wrapped"])
+def test_nobody_hungers_moves_or_suffers_while_a_game_is_set_up(ruleset):
+    board = Board(7, 7, 24, [snake("a", (1, 1), (1, 1), (1, 1)), snake("b", (5, 5), (5, 5), (5, 5))])
+    board.hazards[(1, 1)] = 2
+    before = board.copy()
+    apply_rules(find_ruleset(ruleset), board, None, Table(GameSettings(7, 7, 2, ruleset), sides=[0, 1]))
+    assert board == before
+
+
+def test_a_snake_without_a_body_is_refused():
+    with pytest.raises(BoardError, match="snake a has no body"):
+        play(Board(7, 7, 0, [snake("a"), snake("b", (1, 1))]), a="up", b="up")
+
+
+def test_what_a_finished_game_is_told_changes_nothing():
+    referee = Referee(GameSettings(7, 7, 2, "standard", "empty"), StreamDice(3))
+    first = referee.board.copy()
+    board = referee.turn({"s0": "up", "s1": "up"})
+    assert (board.turn, first.turn) == (1, 0)
+    board.snakes[0].cause = "hazard"
+    assert referee.over
+    before = board.copy()
+    assert referee.turn({"s1": "up"}) == before

@@ -192,3 +192,106 @@ def test_random_play_comes_to_the_figures_of_the_original(side, how, games, rewa
 def test_safe_random_play_comes_to_the_figures_of_the_original(side, length, reward):
     found = calibrate(side, "safe", 400, REWARDS_FEBRUARY_2020)
     assert found == (pytest.approx(length, rel=0.1), pytest.approx(reward, rel=0.1))
+
+
+def test_a_gym_of_which_nothing_is_told_is_the_packs_own():
+    gym = StarterPackGym()
+    assert gym.reset()[0].shape == gym.observation_shape == (15, 15, 5)
+    assert (gym.observation_type, gym.row_order, gym.rewards) == ("flat-51s", "down", REWARDS_MAY_2020)
+    assert source_experiment().map_size == (11, 11)
+    assert [len(snake.body) for snake in gym.snakes] == [1, 1, 1, 1]
+    assert len(gym.food) == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "letter"),
+    [
+        ({"row_order": "sideways"}, "row_order is 'sideways'; expected 'down' or 'up'"),
+        ({"initial_y": "left"}, "initial_y is 'left'; expected 'down' or 'up'"),
+        ({"map_size": (2, 9)}, "expected 1 to 16 on 3 to 21"),
+        ({"map_size": (9, 22)}, "expected 1 to 16 on 3 to 21"),
+        ({"snake_spawn_locations": [(1, 1)]}, "1 spawn locations for 4 snakes; expected one each, or none"),
+        ({"rewards": 5}, "rewards is a int; expected a dictionary or an object with get_reward"),
+    ],
+)
+def test_a_gym_that_cannot_be_played_is_refused(words, letter):
+    with pytest.raises(BoardError, match=letter):
+        StarterPackGym(**words)
+
+
+def test_a_state_of_another_size_is_refused():
+    wide = request([(1, 1), (1, 2)])
+    wide["board"]["width"] = 9
+    with pytest.raises(BoardError, match=r"the state is 7x9; expected \(7, 7\)"):
+        StarterPackGym("flat-51s", (7, 7), initial_game_state=wide).reset()
+
+
+def test_a_state_that_tells_no_turn_is_at_its_beginning_and_a_snake_without_a_body_is_dead():
+    start = request([(1, 1), (1, 2)], [], [(5, 5)])
+    gym = StarterPackGym("flat-51s", (7, 7), initial_game_state=start)
+    assert gym.reset()[3]["current_turn"] == 5
+    assert [snake.alive for snake in gym.snakes] == [True, False, True]
+    assert [snake.facing for snake in gym.snakes] == [UP, None, None], "y counts downward here: the neck lies below"
+    del start["turn"]
+    assert gym.reset()[3] == {
+        "current_turn": 0,
+        "snake_health": {0: 90, 1: 90, 2: 90},
+        "snake_info": dict.fromkeys(range(3), "Did not collide"),
+        "snake_max_len": {0: 0, 1: 0, 2: 0},
+    }
+
+
+def test_foods_to_come_are_used_up_before_chance_takes_over():
+    """A food falls in 15 of 100 turns; the same squares come again in the next game."""
+    spots = [(2, 3), (4, 4), (1, 6)]
+    gym = StarterPackGym("flat-51s", (7, 7), 1, [(6, 0)], food_spawn_locations=spots, seed=3)
+    for _ in range(2):
+        gym.reset()
+        told = [set(gym.food)]
+        while len(gym.food) < 4:
+            gym.step([UP])
+            if gym.food != told[-1]:
+                told.append(set(gym.food))
+        assert told[:3] == [set(spots[: count + 1]) for count in range(3)]
+        assert len(told[3] - set(spots)) == 1
+
+
+def test_a_given_state_lets_no_food_to_come_fall():
+    start = request([(0, 0), (0, 1)], [(6, 6), (6, 5)], food=[(3, 3)])
+    gym = StarterPackGym("flat-51s", (7, 7), food_spawn_locations=[(0, 0)], initial_game_state=start)
+    gym.reset()
+    for _ in range(40):
+        gym.step([UP, DOWN])
+    assert (0, 0) not in gym.food or gym.snakes[0].body != []
+    assert {(3, 3)} <= gym.food
+
+
+def test_a_bordered_board_lies_in_the_middle_of_its_frame_whichever_way_its_rows_run():
+    start = request([(1, 6), (1, 5)], food=[(0, 0)], side=7)
+    for order, row in (("down", 0), ("up", 6)):
+        options = {"initial_game_state": start, "initial_y": "up", "row_order": order}
+        for name, frame in (("bordered-51s", 1), ("max-bordered-51s", 7)):
+            state = StarterPackGym(name, (7, 7), **options).reset()[0]
+            assert (state[..., 1] == 5).sum() == 1
+            assert state[frame + row, frame + 1, 1] == 5
+            assert state[frame + 6 - row, frame, 0] == 1
+            assert (state == -1).sum() == 2 * (len(state) ** 2 - 49)
+            assert state.dtype == np.float64
+
+
+def test_snakes_without_a_place_begin_on_different_squares_of_the_whole_board():
+    begun = set()
+    for seed in range(60):
+        gym = StarterPackGym("flat-51s", (3, 5), 6, seed=seed)
+        gym.reset()
+        heads = [snake.body[0] for snake in gym.snakes]
+        assert len(set(heads)) == 6
+        assert not gym.food & set(heads)
+        begun.update(heads)
+    assert begun == {(row, column) for row in range(3) for column in range(5)}
+
+
+def test_a_full_board_is_given_no_food():
+    gym = StarterPackGym("flat-51s", (3, 3), 9)
+    gym.reset()
+    assert gym.food == set()

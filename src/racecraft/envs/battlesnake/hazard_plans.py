@@ -98,7 +98,7 @@ def expand_box(settings: GameSettings, dice: Dice) -> Plan:
     """Rings about a random square, the next one every 20 turns; both coordinates are drawn from the width."""
     x, y = (_between(dice, 2, settings.width - 2) for _ in range(2))
     changes = [(0, (x, y), 1)]
-    for radius in range(1, 2 * max(settings.width, settings.height)):
+    for radius in range(1, max(settings.width, settings.height)):
         changes += [(20 * radius, point, 1) for point in _ring(settings, (x, y), radius)]
     return Plan(changes=changes)
 
@@ -107,7 +107,7 @@ def expand_scatter(settings: GameSettings, dice: Dice) -> Plan:
     """Rings about a random square, each shuffled, a square every 2 turns; both coordinates are drawn from the width."""
     x, y = (_between(dice, 1, settings.width - 1) for _ in range(2))
     order = [(x, y)]
-    for radius in range(1, 2 * max(settings.width, settings.height)):
+    for radius in range(1, max(settings.width, settings.height)):
         ring = _ring(settings, (x, y), radius)
         shuffle(ring, dice)
         order += ring

@@ -140,7 +140,7 @@ def standard_food_rule(board: Board, settings: GameSettings, dice: Dice, spare_h
     missing = settings.minimum_food - len(board.food)
     if missing <= 0:
         missing = int(100 - dice.below(100) < settings.food_spawn_chance)
-    if missing > 0:
+    if missing:
         board.food.extend(sample(board.free_squares(spare_hazards), missing, dice))
 
 

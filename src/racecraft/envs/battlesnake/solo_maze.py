@@ -24,7 +24,6 @@ def build_level(board: Board, level: int, dice: Dice) -> None:
     walls: set[Point] = set()
     _divide(walls, (left, bottom, left + side, bottom + side), dice)
     head = (left, bottom)
-    walls.discard(head)
     outside = [p for p in board.squares() if p[1] > 0 and p not in inside]
     board.hazards = Counter([*outside, *walls, *_level_notes(board, level)])
     snake = board.snakes[0]
