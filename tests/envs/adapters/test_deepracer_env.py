@@ -9,7 +9,12 @@ from gymnasium.utils.env_checker import check_env
 
 from racecraft.contract.errors import SettingError
 from racecraft.contract.exam import WorldExam
-from racecraft.envs.adapters.deepracer_env import race_world
+from racecraft.envs.adapters.deepracer_env import (
+    DeepRacerEnv,
+    deepracer_vector_env,
+    race_world,
+    stay_near_the_centre,
+)
 from racecraft.envs.adapters.sb3_vec_env import sb3_vec_env
 
 ID = "racecraft/DeepRacer-v0"
@@ -135,3 +140,46 @@ def test_several_sensors_are_a_dictionary_by_their_names():
     }
     assert env.observation_space.contains(seen)
     env.close()
+
+
+@pytest.mark.parametrize(
+    ("words", "letter"),
+    [
+        ({"actions": []}, "actions is empty; expected at least one"),
+        ({"actions": [(30.001, 1.0)]}, r"action 0 is \(30.001, 1.0\); expected -30 to 30 degrees and 0.1 to 4 m/s"),
+        ({"actions": [(0, 1.0), (0, 0.0999)]}, r"action 1 is \(0, 0.0999\)"),
+        ({"actions": [(0, 4.001)]}, r"action 0 is \(0, 4.001\)"),
+        ({"actions": {**RANGES, "speed": (1,)}}, "expected {"),
+        ({"actions": {**RANGES, "brake": (0, 1)}}, "expected {"),
+    ],
+)
+def test_actions_that_no_car_can_take_are_refused(words, letter):
+    with pytest.raises(SettingError, match=letter):
+        race_world(width=16, height=12, **words)
+
+
+def test_a_car_can_take_what_lies_at_its_borders():
+    table = race_world(width=16, height=12, actions=[(-30, 0.1), (30, 4.0)]).spec.actions
+    assert table.count == 2
+    ranges = race_world(width=16, height=12, actions={"steering_angle": (-30, 30), "speed": (0.1, 4)}).spec.actions
+    np.testing.assert_allclose([ranges.low, ranges.high], [[-np.pi / 6, 0.1], [np.pi / 6, 4.0]])
+    assert race_world(width=16, height=12).spec.actions.count == 10, "the console's ten"
+
+
+@pytest.mark.parametrize(("aside", "paid"), [(0.0, 1.0), (0.15, 0.5), (0.3, 0.0), (0.45, 0.0)])
+def test_by_default_the_share_of_the_half_width_up_to_the_border_is_paid(aside, paid):
+    assert stay_near_the_centre({"distance_from_center": aside, "track_width": 0.6}) == pytest.approx(paid)
+
+
+def test_a_car_is_drawn_for_people_only_where_that_is_asked_for():
+    env = DeepRacerEnv(width=16, height=12)
+    assert env.render_mode is None
+    assert env.render() is None
+    assert env.metadata == {"render_modes": ["rgb_array"], "render_fps": 15}
+    with pytest.raises(SettingError, match="render_mode is 'human'; expected None or 'rgb_array'"):
+        DeepRacerEnv("human")
+
+
+def test_one_car_comes_where_no_number_is_told_and_how_it_is_drawn_is_no_matter_to_many():
+    assert race_world(width=16, height=12).spec.num_worlds == 1
+    assert deepracer_vector_env(width=16, height=12, render_mode="rgb_array").num_envs == 1

@@ -211,3 +211,151 @@ def test_a_parked_copy_stands_until_the_next_reset():
     world.reset(one, 4)
     world.step(np.ones((3, 1), np.int64), one)
     assert not np.array_equal(one.observations["observation"][1], stood)
+
+
+def test_an_env_begins_as_its_seed_says_and_anew_where_one_comes_after_an_end():
+    env = WorldEnv(Walk(1, masked=True))
+    first = env.reset(seed=5)[0]["square"]
+    assert_array_equal(env.reset(seed=5)[0]["square"], first)
+    for _ in range(LIMIT):
+        *_, info = env.step(2)
+    assert env.world.episode[0, 0] == 1
+    seen, info = env.reset(seed=5)
+    assert env.world.episode[0, 0] == 0
+    assert_array_equal(seen["square"], first)
+    assert info["active"] is True
+    assert info["action_mask"].dtype == np.int8
+    assert info["action_mask"].tolist() == [1, 1, 1]
+    _, reward, terminated, truncated, _ = env.step(1)
+    assert (type(reward), type(terminated), type(truncated)) == (float, bool, bool)
+    assert reward == first.argmax()
+    with pytest.raises(ContractError, match="walk has 1 worlds of 2 agents"):
+        WorldEnv(Walk(1, 2))
+
+
+def test_an_end_that_is_no_cut_is_held_back_too():
+    env = WorldEnv(Walk(1))
+    assert env.reset()[0]["square"].argmax() >= 2, "the first start needs no seed"
+    terminated = False
+    while not terminated:
+        seen, _, terminated, truncated, _ = env.step(0)
+        assert not truncated
+    assert seen["square"].argmax() == 0
+    assert env.reset()[0]["square"].argmax() >= 2
+    assert env.world.episode[0, 0] == 1
+    env.reset()  # nothing was played since: the world is begun anew
+    assert env.world.episode[0, 0] == 0
+
+
+def test_rows_of_a_vector_env_are_agents_world_by_world():
+    env = WorldVectorEnv(Walk(2, 3, masked=True))
+    assert (env.num_envs, env.single_action_space, env.action_space.shape) == (6, gymnasium.spaces.Discrete(3), (6,))
+    seen, info = env.reset(seed=3)
+    assert_array_equal(seen["square"].argmax(axis=1), env.world.square.reshape(-1))
+    assert info["_active"].tolist() == info["_action_mask"].tolist() == [True] * 6
+    env.world.square[:] = [[1, 5, 5], [5, 5, 8]]
+    _, reward, terminated, truncated, info = env.step([0, 1, 2, 0, 1, 2])
+    assert reward.tolist() == [0, 5, 6, 4, 5, 8]
+    assert reward.dtype == np.float64
+    assert terminated.tolist() == [True, *[False] * 5]
+    assert not truncated.any()
+    assert info["_final_obs"].tolist() == terminated.tolist()
+    assert info["final_obs"][0]["square"].argmax() == 0
+    assert list(info["final_obs"][1:]) == [None] * 5
+    kept = reward, terminated, info["active"], info["action_mask"]
+    before = [one.copy() for one in kept]
+    env.world.square[:] = 1
+    env.step([0, 0, 0, 0, 0, 0])
+    for one, other in zip(kept, before, strict=True):
+        assert_array_equal(one, other)
+
+
+def test_starts_without_a_seed_are_the_same_series_in_every_env():
+    one, other = WorldVectorEnv(Walk(8)), WorldVectorEnv(Walk(8))
+    series = [env.reset()[0]["square"].tolist() for env in (one, one, other, other)]
+    assert series[:2] == series[2:]
+    assert series[0] != series[1]
+
+
+def test_stable_baselines3_asks_for_rows_by_number():
+    pytest.importorskip("stable_baselines3")
+    env = sb3_vec_env(Walk(3, 2, masked=True), seed=4)
+    assert env.num_envs == 6
+    first = env.reset()["square"]
+    env.world.square[:] = [[1, 5], [5, 5], [1, 8]]
+    seen, reward, ended, infos = env.step(np.array([1, 1, 0, 2, 0, 2]))
+    assert_array_equal(seen["square"].argmax(axis=1)[:4], [1, 5, 4, 6])
+    assert reward.tolist() == [1, 5, 4, 6, 0, 8]
+    assert ended.tolist() == [False, False, False, False, True, False]
+    assert infos[4]["terminal_observation"]["square"].argmax() == 0
+    assert infos[4]["TimeLimit.truncated"] is False
+    assert infos[:4] == [{}] * 4
+    assert env.reset_infos == [{}] * 6
+    masks = env.env_method("action_masks", indices=[0, 1])
+    assert [mask.tolist() for mask in masks] == [[False, True, True], [True, True, True]]
+    assert env.get_attr("render_mode", indices=[0, 2]) == [None, None]
+    assert env.get_attr("closed") == [0] * 6
+    assert env.env_is_wrapped(gymnasium.Wrapper, indices=0) == [False]
+    with pytest.raises(AttributeError, match="'seed' cannot be set row by row"):
+        env.set_attr("seed", 3)
+    with pytest.raises(AttributeError, match="no method 'seed' for single rows"):
+        env.env_method("seed")
+    with pytest.raises(AttributeError, match="no method 'action_masks'"):
+        sb3_vec_env(Walk(1)).env_method("action_masks")
+    env.reset()
+    assert_array_equal(sb3_vec_env(Walk(3, 2), seed=4).reset()["square"], first)
+    env.close()
+    assert env.world.closed == 1
+
+
+def test_stable_baselines3_begins_its_series_of_starts_with_every_seed():
+    pytest.importorskip("stable_baselines3")
+    env = sb3_vec_env(Walk(8))
+    series = [env.reset()["square"].tolist() for _ in range(3)]
+    assert series[0] != series[1] != series[2] != series[0]
+    assert sb3_vec_env(Walk(8), seed=0).reset()["square"].tolist() == series[0]
+    env.seed(0)
+    assert [env.reset()["square"].tolist() for _ in range(3)] == series
+
+
+def test_agents_of_pettingzoo_leave_as_they_end_and_the_next_game_waits():
+    pytest.importorskip("pettingzoo")
+    world = Walk(1, 3, masked=True)
+    env = pettingzoo_parallel(world)
+    assert env.possible_agents == ["agent_0", "agent_1", "agent_2"]
+    assert env.metadata["name"] == "walk"
+    seen, infos = env.reset(seed=3)
+    starts = {name: one["square"].argmax() for name, one in seen.items()}
+    assert list(infos) == env.agents == env.possible_agents
+    assert infos["agent_0"]["active"] is True
+    assert infos["agent_0"]["action_mask"].dtype == np.int8
+    world.square[:] = [[1, 5, 5]]
+    seen, reward, terminated, truncated, _ = env.step({"agent_0": 0, "agent_2": 2})
+    assert reward == {"agent_0": 0.0, "agent_1": 4.0, "agent_2": 6.0}, "who says nothing takes the first choice"
+    assert type(reward["agent_1"]) is float
+    assert terminated == {"agent_0": True, "agent_1": False, "agent_2": False}
+    assert truncated == dict.fromkeys(terminated, False)
+    assert seen["agent_0"]["square"].argmax() == 0
+    assert seen["agent_2"]["square"].argmax() == 6
+    assert env.agents == ["agent_1", "agent_2"]
+    for _ in range(LIMIT - 1):
+        seen, reward, _, truncated, _ = env.step({"agent_1": 2, "agent_2": 2})
+    assert truncated == {"agent_1": True, "agent_2": True}
+    assert seen["agent_1"]["clock"] == LIMIT
+    assert env.agents == []
+    episode = world.episode.copy()
+    assert (episode >= 1).all()
+    assert list(env.reset()[0]) == env.possible_agents
+    assert_array_equal(world.episode, episode)
+    env.reset()  # in the middle of a game: the world is begun anew
+    assert not world.episode.any()
+    again = env.reset(seed=3)[0]
+    assert {name: one["square"].argmax() for name, one in again.items()} == starts
+
+
+def test_pettingzoos_starts_without_a_seed_are_a_series():
+    pytest.importorskip("pettingzoo")
+    envs = [pettingzoo_parallel(Walk(1, 8)) for _ in range(2)]
+    series = [[[one["square"].argmax() for one in env.reset()[0].values()] for _ in range(6)] for env in envs]
+    assert series[0] == series[1]
+    assert len({tuple(starts) for starts in series[0]}) > 1

@@ -4,13 +4,14 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium import spaces
+from gymnasium.envs.registration import EnvSpec, WrapperSpec
 from gymnasium.vector import AutoresetMode, VectorEnv
 
 from racecraft.contract.errors import ContractError, EnvironmentFailedError
 from racecraft.contract.exam import WorldExam
 from racecraft.contract.world import allocate
 from racecraft.envs.adapters.from_gymnasium import GymnasiumWorld
-from racecraft.envs.adapters.from_vector_env import VectorEnvWorld
+from racecraft.envs.adapters.from_vector_env import VectorEnvWorld, fits, has_vector_version
 from racecraft.evaluation.environments import open_judging_world
 from racecraft.rollout.episodes import play_episodes
 
@@ -182,3 +183,107 @@ def test_a_version_whose_rows_begin_at_once_or_show_several_things_is_left_to_co
         for k in range(3):
             del gymnasium.registry[f"VectorVersion{k}-v0"]
     assert kinds == [VectorEnvWorld, GymnasiumWorld, GymnasiumWorld]
+
+
+class Dial(Countdown):
+    """As the countdown, told numbers from -1 to 1 by two dials, and cut where it would end."""
+
+    def __init__(self, num_envs=1):
+        super().__init__(num_envs)
+        self.single_action_space = self.action_space = spaces.Box(-1, 1, (2,))
+        self.observation_space = spaces.Box(0, 99, (num_envs, 1))
+        self.told, self.seeds, self.closed = [], [], 0
+
+    def reset(self, *, seed=None, options=None):
+        self.seeds.append(seed)
+        return super().reset(seed=seed)
+
+    def step(self, actions):
+        self.told.append(actions.copy())
+        seen, reward, over, never, info = super().step(np.ones(self.num_envs))
+        return seen, reward * 0.5, never, over, info
+
+    def close(self, **words):
+        self.closed += 1
+
+
+def test_a_row_of_numbers_is_handed_on_and_a_cut_is_told_as_one():
+    dial = Dial(2)
+    world = VectorEnvWorld("dial", dial)
+    buffers = allocate(world.spec)
+    assert (world.spec.num_worlds, world.spec.num_agents, world.spec.actions.shape) == (2, 1, (2,))
+    world.reset(buffers, seed=2**31 + 5)
+    assert dial.seeds == [5], "seeds of Gymnasium are below 2^31"
+    assert buffers.active.all()
+    actions = np.float32([[[0.25, -1.0]], [[1.0, 0.5]]])
+    for _ in range(3):
+        world.step(actions, buffers)
+    np.testing.assert_array_equal(dial.told[0], actions[:, 0])
+    assert buffers.truncated[:, 0].tolist() == [False, True]
+    assert not buffers.terminated.any()
+    assert buffers.active[:, 0].tolist() == [True, False]
+    told = [(one.world, one.agent, one.steps, one.reward, one.status) for one in world.take_episodes()]
+    assert told == [(0, 0, 2, 1.0, "truncated"), (1, 0, 3, 1.5, "truncated")]
+    assert world.take_episodes() == []
+    np.testing.assert_array_equal(world.save_state()["actions"], [actions[:, 0]] * 3)
+    world.close()
+    world.close()
+    assert dial.closed == 1
+
+
+def test_what_was_earned_before_a_reset_is_forgotten():
+    world = VectorEnvWorld("dial", Dial(2))
+    buffers = allocate(world.spec)
+    actions = np.zeros((2, 1, 2), np.float32)
+    world.reset(buffers, seed=0)
+    for _ in range(2):
+        world.step(actions, buffers)
+    world.reset(buffers, seed=0)
+    assert world.take_episodes() == []
+    assert world.save_state()["actions"].shape == (0, 2, 2)
+    for _ in range(3):
+        world.step(actions, buffers)
+    assert [(one.steps, one.reward) for one in world.take_episodes()] == [(2, 1.0), (3, 1.5)]
+
+
+def test_what_it_shows_beyond_its_promise_is_a_letter():
+    class Wide(Dial):
+        def step(self, actions):
+            return np.zeros((2, 3), np.float32), *super().step(actions)[1:]
+
+    world = VectorEnvWorld("wide", Wide(2))
+    buffers = allocate(world.spec)
+    world.reset(buffers, seed=0)
+    with pytest.raises(EnvironmentFailedError, match=r"Wide\.step gave ndarray of shape \(2, 3\) as observation"):
+        world.step(np.zeros((2, 1, 2), np.float32), buffers)
+
+
+def test_what_fits_shows_one_array_and_is_told_a_choice_or_a_row_of_numbers():
+    def told(sight, actions):
+        envs = Countdown(1)
+        envs.single_observation_space, envs.single_action_space = sight, actions
+        return fits(envs)
+
+    plain, row = spaces.Box(0, 1, (3,)), spaces.Box(-1, 1, (2,))
+    assert told(plain, row)
+    assert told(plain, spaces.Discrete(2))
+    assert not told(plain, spaces.Box(-1, 1, (2, 2)))
+    assert not told(plain, spaces.Box(-1, 1, ()))
+    assert not told(plain, spaces.MultiDiscrete([2]))
+    assert not told(spaces.Discrete(3), row)
+
+
+def test_a_registration_has_a_version_where_nothing_is_laid_round_it_and_rows_begin_a_tick_later():
+    def registered(**words):
+        return EnvSpec("Any-v0", entry_point=Countdown, vector_entry_point=Countdown, **words)
+
+    class NoWord(Countdown):
+        metadata = None
+
+    assert has_vector_version(registered())
+    assert has_vector_version(gymnasium.spec("CartPole-v1")), "named by its module"
+    assert not has_vector_version(registered(kwargs={"prize": 2.0}))
+    wrapped = WrapperSpec("any", "gymnasium.wrappers:TimeLimit", {})
+    assert not has_vector_version(registered(additional_wrappers=(wrapped,)))
+    assert not has_vector_version(EnvSpec("Any-v0", entry_point=Countdown))
+    assert not has_vector_version(EnvSpec("Any-v0", entry_point=Countdown, vector_entry_point=NoWord))

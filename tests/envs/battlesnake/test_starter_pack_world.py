@@ -10,7 +10,7 @@ from racecraft.envs.battlesnake.board import BoardError
 from racecraft.envs.battlesnake.kernels import starter_pack as pack
 from racecraft.envs.battlesnake.source_experiment import ExactGames, MaskedExactGames, MaskedStarterPackGames
 from racecraft.envs.battlesnake.starter_pack import Rewards, Snake, StarterPackGym
-from racecraft.envs.battlesnake.starter_pack_world import StarterPackWorld
+from racecraft.envs.battlesnake.starter_pack_world import FATES, StarterPackWorld, prices_of
 
 KEYS = tuple(Rewards.__dataclass_fields__)
 DISTINCT = Rewards(**{key: 2.0**n for n, key in enumerate(KEYS)})
@@ -193,3 +193,82 @@ def test_no_two_snakes_begin_on_one_square_however_many_games_were_played_before
             assert len({tuple(square) for square in squares}) == len(squares)
             begun += 1
     assert begun > 200
+
+
+def test_a_world_of_which_nothing_is_told_is_the_published_experiments():
+    world = StarterPackWorld(2)
+    spec = world.spec
+    assert (spec.name, spec.num_worlds, spec.num_agents) == ("starter-pack-11x11", 2, 5)
+    assert (spec.actions.count, spec.actions.labels) == (4, ("up", "down", "left", "right"))
+    planes = spec.observations["planes"]
+    assert (planes.shape, planes.dtype, planes.low, planes.high) == ((21, 21, 3), np.int8, -4.0, 127.0)
+    assert (world.bodies.shape, world.food.shape) == ((2, 5, 123, 2), (2, 11, 11))
+    assert not world.save_state()["tally"].any()
+    buffers = allocate(spec)
+    world.reset(buffers, 1)
+    world.turns[:] = [998, 999]
+    world.step(np.zeros((2, 5), np.int64), buffers)
+    assert not buffers.truncated[0].any()
+    assert buffers.truncated[1].any(), "cut after a thousand turns"
+
+
+@pytest.mark.parametrize("words", [{"side": 3, "snakes": 2}, {"side": 21, "snakes": 16}, {"max_turns": 0}])
+def test_games_are_played_up_to_their_borders(words):
+    assert StarterPackWorld(1, **words).spec.num_worlds == 1
+
+
+def test_no_game_at_all_is_refused():
+    with pytest.raises(BoardError, match="0 games of 5 snakes on 11x11, cut after 1000; expected at least 1"):
+        StarterPackWorld(0)
+
+
+def test_prices_are_told_to_the_kernel_in_the_order_of_its_fates():
+    prices = prices_of(DISTINCT)
+    assert prices.dtype == np.float32
+    assert len(prices) == pack.PRICES
+    named = {
+        pack.HIT_WALL: "hit_wall", pack.EATEN: "was_eaten", pack.HIT_SELF: "hit_self",
+        pack.HIT_OTHER: "hit_other_snake", pack.WAS_HIT: "other_snake_hit_body", pack.ATE: "ate_another_snake", pack.STARVED: "starved",
+        pack.FORBIDDEN: "forbidden_move", pack.ATE_FOOD: "ate_food", pack.ANOTHER_TURN: "another_turn",
+        pack.WON: "won", pack.DIED: "died",
+    }  # fmt: skip
+    assert {place: float(prices[place]) for place in named} == {
+        place: getattr(DISTINCT, name) for place, name in named.items()
+    }
+
+
+def test_the_same_seed_begins_the_same_story_whatever_was_played_before():
+    world = StarterPackWorld(3, side=7, snakes=3, max_turns=2)
+    buffers, stories = allocate(world.spec), []
+    for _ in range(2):
+        world.reset(buffers, 6)
+        assert world.take_episodes() == [], "what was not asked for is forgotten"
+        seen = []
+        for _ in range(4):
+            world.step(np.full((3, 3), 3), buffers)
+            seen.append(buffers.observations["planes"].copy())
+        stories.append(seen)
+    np.testing.assert_array_equal(*stories)
+    told = world.take_episodes()
+    assert len(told) >= 9
+    assert all(0 < one.steps <= 2 for one in told)
+    assert all(one.status in {*FATES, "truncated"} for one in told)
+    assert all(one.reward == pytest.approx(0.1) for one in told if one.status == "truncated"), "two turns"
+    assert world.take_episodes() == []
+
+
+def test_a_loaded_world_shows_what_the_saved_one_shows_and_tells_nothing_of_the_time_before():
+    world, other = StarterPackWorld(2, side=7, max_turns=3), StarterPackWorld(2, side=7, max_turns=3)
+    one, two = allocate(world.spec), allocate(world.spec)
+    world.reset(one, 1)
+    other.reset(two, 2)
+    for _ in range(4):
+        world.step(np.zeros((2, 5), np.int64), one)
+        other.step(np.zeros((2, 5), np.int64), two)
+    state = world.save_state()
+    other.load_state(state, two)
+    assert other.take_episodes() == []
+    np.testing.assert_array_equal(one.observations["planes"], two.observations["planes"])
+    np.testing.assert_array_equal(one.active, two.active)
+    world.step(np.ones((2, 5), np.int64), one)
+    assert (state["turns"] != world.turns).any(), "a saved state is a copy"

@@ -296,3 +296,114 @@ def test_the_lead_is_over_the_longest_other():
     assert leads(4, 6, 3) == [-0.2, 0.2, -0.3]
     assert leads(5, 5, 3) == [0.0, 0.0, -0.2]
     assert leads(4) == [1.0]
+
+
+def test_a_world_of_which_nothing_is_told_is_64_games_of_the_official_kind():
+    world = BattlesnakeWorld()
+    assert world.settings == WorldSettings(GameSettings(), 64, 2000, None, False, Prizes())
+    np.testing.assert_array_equal(Prizes().as_array(), np.float32([0, 0, 0, 1, -1]))
+    assert Prizes(1, 2, 3, 4, 5).as_array().tolist() == [1, 2, 3, 4, 5]
+    spec = world.spec
+    assert (spec.name, spec.num_worlds, spec.num_agents) == ("battlesnake-standard-standard-11x11", 64, 4)
+    assert (spec.actions.count, spec.actions.labels, spec.has_action_mask) == (4, MOVES, True)
+    assert {name: one.shape for name, one in spec.observations.items()} == {"planes": (8, 21, 21), "numbers": (6,)}
+    assert world.looks.shape == (64, 4)
+    assert world.looks.all()
+
+
+@pytest.mark.parametrize(("words", "letter"), [({"num_games": 0}, "num_games 0"), ({"max_turns": -1}, "max_turns -1")])
+def test_worlds_without_games_or_before_their_beginning_are_refused(words, letter):
+    with pytest.raises(BoardError, match=f"{letter}.*; expected at least 1 and 0"):
+        BattlesnakeWorld(WorldSettings(**words))
+    assert BattlesnakeWorld(WorldSettings(num_games=1, max_turns=0)).spec.num_worlds == 1
+
+
+def test_a_map_is_asked_whether_it_can_be_played():
+    with pytest.raises(BoardError, match="map solo_maze with 4 snakes"):
+        BattlesnakeWorld(WorldSettings(GameSettings(map="solo_maze"), 1))
+
+
+@pytest.mark.parametrize(
+    ("words", "is_compiled", "hazards"),
+    [
+        ({}, True, 0),
+        ({"width": 7, "height": 7, "players": 8}, True, 0),
+        ({"map": "royale"}, True, 0),
+        ({"map": "snail_mode"}, True, 0),
+        ({"map": "hz_columns"}, True, 25),
+        ({"map": "hz_inner_wall"}, True, 4 * 8),
+        ({"map": "hz_rings"}, True, 4 * 8 + 4 * 4),
+        ({"width": 6, "height": 6}, False, 0),
+        ({"width": 7, "height": 11}, False, 0),
+        ({"players": 9}, False, 0),
+        ({"map": "hz_spiral"}, False, 0),
+        ({"map": "hz_castle_wall"}, False, 0),
+        ({"width": 7, "height": 7, "players": 1, "map": "solo_maze"}, False, 0),
+    ],
+)
+def test_common_games_are_set_up_by_the_kernel_and_stand_as_the_referee_sets_them_up(words, is_compiled, hazards):
+    game = GameSettings(**words)
+    world = BattlesnakeWorld(WorldSettings(game, 2))
+    assert world._compiled_set_up == is_compiled
+    assert world.start_hazards.sum() == hazards
+    assert world.start_hazards.shape == (game.area,)
+    buffers = allocate(world.spec)
+    world.reset(buffers, 9)
+    for number, key in enumerate(world.games.chance[:, 0]):
+        referee = Referee(game, StreamDice(int(key)))
+        board = world.board(number)
+        assert board.snakes == referee.board.snakes
+        assert sorted(board.food) == sorted(referee.board.food)
+        assert board.hazards == +referee.board.hazards
+        assert world.games.chance[number, 1] == referee.dice.counter
+
+
+def test_a_game_that_is_broken_off_tells_nothing_and_the_others_go_on():
+    world = BattlesnakeWorld(WorldSettings(GameSettings(7, 7, 2), 3, prizes=Prizes(turn=0.5)))
+    buffers = allocate(world.spec)
+    world.reset(buffers, 2)
+    world.step(np.array([[0, 0]] * 3), buffers)
+    before = [world.board(number) for number in range(3)]
+    world.begin_games(np.array([False, True, False]), buffers)
+    assert world.take_episodes() == []
+    after = [world.board(number) for number in range(3)]
+    assert [after[number] == before[number] for number in range(3)] == [True, False, True]
+    assert [board.turn for board in after] == [1, 0, 1]
+    assert buffers.active.all()
+    while not world.take_episodes():
+        world.step(np.array([[0, 0]] * 3), buffers)
+
+
+def test_what_was_earned_is_saved_and_what_was_told_is_not():
+    settings = WorldSettings(GameSettings(7, 7, 2), 4, max_turns=3, prizes=Prizes(turn=1.0, win=1.0, loss=1.0))
+    world, other = BattlesnakeWorld(settings), BattlesnakeWorld(settings)
+    one, two = allocate(world.spec), allocate(world.spec)
+    world.reset(one, 5)
+    other.reset(two, 6)
+    for _ in range(3):
+        other.step(one.action_mask.argmax(axis=-1), two)
+    world.step(one.action_mask.argmax(axis=-1), one)
+    state = world.save_state()
+    other.load_state(state, two)
+    assert other.take_episodes() == []
+    np.testing.assert_array_equal(two.observations["planes"], one.observations["planes"])
+    for _ in range(2):
+        other.step(two.action_mask.argmax(axis=-1), two)
+    told = other.take_episodes()
+    assert len(told) >= 4
+    assert all(one.reward == one.steps for one in told), "one a turn, the first turn too"
+    assert {one.status for one in told if one.steps == 3} == {"truncated"}
+    assert other.take_episodes() == []
+
+
+def test_threads_are_let_go_of_and_taken_up_again():
+    before = threads()
+    set_threads(2)
+    world = BattlesnakeWorld(WorldSettings(GameSettings(7, 7, 2), 512, view=3))
+    buffers = allocate(world.spec)
+    for _ in range(2):
+        world.reset(buffers, 1)
+        world.close()
+        world.close()
+    set_threads(before)
+    assert buffers.active.all()

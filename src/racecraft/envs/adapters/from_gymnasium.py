@@ -171,6 +171,8 @@ class GymnasiumWorld:
             for name, space in self._parts.items():
                 value = seen[name] if self._is_dict else seen
                 if isinstance(space, spaces.Discrete):
+                    if value < space.start:
+                        raise ValueError(f"{value} is below {space.start}")
                     named[name][n, 0] = 0.0
                     named[name][n, 0, int(value) - int(space.start)] = 1.0
                 else:
