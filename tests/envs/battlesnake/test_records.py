@@ -4,11 +4,15 @@ import copy
 import gzip
 import json
 import random
+from collections import Counter
 
 import pytest
 from tests.reference import DATA
 
 from racecraft.contract.errors import InputFileError, UserInputError
+from racecraft.envs.battlesnake.board import Board, Snake
+from racecraft.envs.battlesnake.records import read_games
+from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.envs.battlesnake.verify import verify_records
 
 RECORDS = DATA / "battlesnake"
@@ -66,6 +70,49 @@ def test_a_file_that_is_no_record_is_refused_by_line(text, message, tmp_path):
     path.write_text(text)
     with pytest.raises(InputFileError, match=message):
         verify_records(path)
+
+
+SNAKE = {"id": "a", "body": [[1, 1], [1, 0]], "health": 90, "cause": "", "by": "", "on": 0}
+GAME = {
+    "t": "game", "w": 7, "h": 9, "ruleset": "royale", "map": "hz_rings", "damage": 20, "shrink": 5, "chance": 33,
+    "min": 2, "solo": True, "snakes": [SNAKE], "food": [[2, 2]], "hazards": [[0, 0], [0, 0]],
+}  # fmt: skip
+STEP = {
+    "t": "step", "turn": 0, "moves": {"a": "up"}, "food_pre": [[3, 3]], "haz_pre": [], "snakes": [SNAKE],
+    "food_rules": [[4, 4]], "haz_rules": [[5, 5]], "food": [], "hazards": [[6, 6]],
+}  # fmt: skip
+
+
+def read(tmp_path, *lines):
+    path = tmp_path / "record.jsonl"
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    return list(read_games(path))
+
+
+def test_what_a_record_says_is_what_is_read(tmp_path):
+    changed = {**SNAKE, "health": 33}
+    steps = [STEP, {**STEP, "turn": 1, "snakes_post": [changed]}, {**STEP, "turn": 2}]
+    first, second = read(tmp_path, GAME, *steps, {"t": "over", "turn": 3}, GAME)
+    settings = GameSettings(7, 9, 1, "royale", "hz_rings", 33, 2, 20, 5, solo=True)
+    assert (first.line, first.settings, first.over_turn) == (1, settings, 3)
+    assert (second.line, second.steps, second.over_turn) == (6, [], None)
+    snake = Snake("a", [(1, 1), (1, 0)], 90)
+    assert first.start == Board(7, 9, 0, [snake], [(2, 2)], Counter({(0, 0): 2}))
+    step = first.steps[0]
+    assert step.moves == {"a": "up"}
+    assert step.before == Board(7, 9, 0, [snake], [(3, 3)])
+    assert step.after_rules == Board(7, 9, 0, [snake], [(4, 4)], Counter([(5, 5)]))
+    assert step.after_map == Board(7, 9, 1, [snake], [], Counter([(6, 6)]))
+    told = [(one.before.turn, one.before.snakes[0].health, one.after_map.snakes[0].health) for one in first.steps]
+    assert told == [(0, 90, 90), (1, 90, 33), (2, 33, 90)], "the map changed a snake after the second turn"
+
+
+@pytest.mark.parametrize("turn", [1_000_000, -1_000_000])
+def test_numbers_are_read_within_a_million_and_letters_name_the_line(turn, tmp_path):
+    assert read(tmp_path, GAME, {"t": "over", "turn": turn})[0].over_turn == turn
+    beyond = turn + turn // abs(turn)
+    with pytest.raises(InputFileError, match=rf"jsonl:2: .*{beyond}; expected a whole number within a million"):
+        read(tmp_path, GAME, {"t": "over", "turn": beyond})
 
 
 def spoil(value, rng):

@@ -228,7 +228,8 @@ def test_prices_are_told_to_the_kernel_in_the_order_of_its_fates():
     assert len(prices) == pack.PRICES
     named = {
         pack.HIT_WALL: "hit_wall", pack.EATEN: "was_eaten", pack.HIT_SELF: "hit_self",
-        pack.HIT_OTHER: "hit_other_snake", pack.WAS_HIT: "other_snake_hit_body", pack.ATE: "ate_another_snake", pack.STARVED: "starved",
+        pack.HIT_OTHER: "hit_other_snake", pack.WAS_HIT: "other_snake_hit_body", pack.ATE: "ate_another_snake",
+        pack.STARVED: "starved",
         pack.FORBIDDEN: "forbidden_move", pack.ATE_FOOD: "ate_food", pack.ANOTHER_TURN: "another_turn",
         pack.WON: "won", pack.DIED: "died",
     }  # fmt: skip

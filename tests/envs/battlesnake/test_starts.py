@@ -125,6 +125,13 @@ def test_on_other_boards_the_first_food_lies_anywhere_free_one_for_each_snake(wi
     assert board.food == free[: len(board.snakes)]
 
 
+def test_food_beside_a_head_may_lie_on_a_hazard_where_nothing_is_said():
+    board = begun(11, 11, [(1, 1)])
+    board.hazards[(0, 2)] = 1
+    food_beside_heads(board, LoadedDice())
+    assert board.food == [(0, 2)]
+
+
 def test_food_beside_a_head_is_diagonal_to_it_and_farther_out_on_one_axis_at_least():
     def places(*heads, hazards=(), spare=False, rolls=(0, 1, 2, 3)):
         found = []
@@ -136,6 +143,9 @@ def test_food_beside_a_head_is_diagonal_to_it_and_farther_out_on_one_axis_at_lea
         return found
 
     assert places((1, 1)) == [((0, 2),), ((2, 0),), ((2, 0),), ((2, 0),)], "not the corner, not (2, 2) nearer in"
+    assert places((9, 9), rolls=(0, 1)) == [((8, 10),), ((10, 8),)]
+    assert places((1, 9), rolls=(0, 1)) == [((0, 8),), ((2, 10),)]
+    assert places((9, 1), rolls=(0, 1)) == [((8, 0),), ((10, 2),)]
     assert places((5, 1), rolls=(0, 1, 2, 3)) == [((4, 0),), ((4, 2),), ((6, 0),), ((6, 2),)], "all are farther aside"
     assert places((5, 0), rolls=(0, 1)) == [((4, 1),), ((6, 1),)], "and the others off the board"
     assert places((1, 1), hazards=[(0, 2)]) == places((1, 1))

@@ -21,7 +21,7 @@ def standard_heads(board: Board, players: int, dice: Dice) -> list[Point]:
     square = board.width == board.height
     if square and players <= 8 and board.width >= 7:
         return _fixed(board.width, dice)[:players]
-    if square and players > 8 and board.width >= 11:
+    if square and board.width >= 11:
         return _in_turn(_quadrants(board.width), players, dice)
     if players > 8 and min(board.width, board.height) < 7:
         raise BoardError(f"{players} snakes on {board.width}x{board.height}; expected at most 8 on so small a board.")
