@@ -309,9 +309,11 @@ def test_a_trained_snake_plays_from_files_alone(run):
             assert player.choose_many(asked) == one_by_one
             for snake, move in zip(living, one_by_one, strict=True):
                 assert move in (safe_moves(referee.board, settings, snake.id) or MOVES)
-            chances = player.weigh(referee.board, settings)
+            chances = player.chances(asked)
             assert chances.shape == (len(living), 4)
             assert np.allclose(chances.sum(axis=1), 1.0, atol=1e-5)
+            weighed = player.weigh(referee.board, settings)
+            assert np.array_equal(weighed, chances) if len(living) <= DUEL.players else weighed is None
             referee.turn(dict(zip([snake.id for snake in living], one_by_one, strict=True)))
             if referee.over:
                 break
