@@ -61,6 +61,20 @@ def test_squares_are_told_by_cells():
     assert squares.tolist() == [[x, y] for y in range(4) for x in range(3)]
 
 
+@pytest.mark.parametrize(
+    ("body", "allowed"),
+    [
+        ([(0, 0), (0, 1), (1, 1), (1, 2)], [False, False, False, True]),
+        ([(0, 0), (1, 0), (1, 1), (0, 1), (0, 2)], [True, True, True, True]),
+        ([(0, 0), (1, 0), (1, 1), (0, 1)], [True, False, False, False]),
+    ],
+)
+def test_one_way_out_is_the_only_one_and_without_any_all_are_alike(body, allowed):
+    """In the corner: a gap to the right; a body all round; a tail that moves on."""
+    _, mask = observe_board(Board(7, 7, 9, [Snake("me", body)], []), GameSettings(7, 7, 1), "me")
+    assert mask.tolist() == allowed
+
+
 def test_one_alone_sees_itself_in_the_middle_and_numbers_of_its_own():
     """Health 50 of 100, 4 squares of 49, nobody to be longer than, one food of 16, hazards of 14 health."""
     board = Board(7, 7, 3, [Snake("me", [(3, 3), (3, 2), (3, 1), (2, 1)], 50)], [(3, 4)])
