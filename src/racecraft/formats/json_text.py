@@ -214,7 +214,7 @@ class _Scan:
 
     def _scalar(self, at: int) -> int:
         match = _SCALAR.match(self.text, at)
-        return match.end() if match else at
+        return match.end() if match else at + 1  # never reached in valid JSON; a walk goes on all the same
 
     def _after_space(self, at: int) -> int:
         match = _SPACE.match(self.text, at)

@@ -32,7 +32,7 @@ def read_traces(
     """
     try:
         return _read_alike(sources, wanted)
-    except (OtherHeadError, OSError):
+    except (OtherHeadError, OSError):  # whose header differs, or who cannot be read, is found file by file
         return _read_in_turn(sources, wanted)
 
 

@@ -21,6 +21,7 @@ from functools import partial
 
 import numpy as np
 
+from racecraft.contract.world import Array
 from racecraft.envs.battlesnake.board import MOVES, Board
 from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.players.battlesnake.certainty import Finding
@@ -61,7 +62,7 @@ class Search:
         network: A policy with its critic, which is asked about the leaves of its trees; with one it always grows a
             tree, once it knows that nothing is certain.
         weights: What positions are appraised by, where no network is asked; None: what serves best, which is not the
-            same in duels and among more.
+            same in duels and in trees among more.
     """
 
     def __init__(
@@ -189,26 +190,28 @@ class Search:
 
     def _guides_move(self, mind: Mind, mine: list[str], seconds: float) -> str | None:
         """Return which of the moves that are not surely fatal the guide would make; None: it does not say."""
-        board, settings, guide = mind.board, mind.settings, self.guide
-        if isinstance(guide, Weigher):
-            if (weighed := guide.weigh(board, settings)) is None:
-                return None
-            chances = weighed[[snake.id for snake in board.alive()].index(mind.snake_id)]
-            return max(mine, key=lambda move: chances[MOVES.index(move)])
-        if guide is not None:
-            with suppress(TimeoutError):  # a user's file that is too slow is no help, and no harm
-                move = guide.choose(board, settings, mind.snake_id, seconds / 4)
-                return move if move in mine else None
-        return None
+        said = self._guides_word(mind, seconds)
+        if said is None or isinstance(said, str):
+            return said if said in mine else None
+        chances = said[[snake.id for snake in mind.board.alive()].index(mind.snake_id)]
+        return max(mine, key=lambda move: chances[MOVES.index(move)])
 
     def _ask_guide(self, tree: Tree, mind: Mind, seconds: float) -> None:
-        board, settings, guide = mind.board, mind.settings, self.guide
+        said = self._guides_word(mind, seconds)
+        if isinstance(said, str):
+            tree.trust(said)
+        elif said is not None:
+            tree.believe(said)
+
+    def _guides_word(self, mind: Mind, seconds: float) -> Array | str | None:
+        """Return every living snake's chances of its moves, as a `Weigher` tells them, or one move of ours; or None."""
+        guide = self.guide
         if isinstance(guide, Weigher):
-            if (weighed := guide.weigh(board, settings)) is not None:
-                tree.believe(weighed)
-        elif guide is not None:
+            return guide.weigh(mind.board, mind.settings)
+        if guide is not None:
             with suppress(TimeoutError):  # a user's file that is too slow is no help, and no harm
-                tree.trust(guide.choose(board, settings, mind.snake_id, seconds / 4))
+                return guide.choose(mind.board, mind.settings, mind.snake_id, seconds / 4)
+        return None
 
     def _prove(self, mind: Mind, mine: list[str], until: float) -> tuple[str | None, list[str]]:
         """Return a move that wins against any play, if one is found, and those not to be walked.
