@@ -40,7 +40,7 @@ HEAT_MAP_ROWS = 100_000
 
 def repeated(source: Path, folder: Path, rows: int) -> int:
     """Write the traces of a training over and over until there are so many rows; return how many there are."""
-    traces = [one.file for one in read(source).sources if one.kind == "trace" and one.phase in ("training", None)]
+    traces = [Path(one.name) for one in read(source).sources if one.kind == "trace" and one.phase in ("training", None)]
     if not traces:
         raise SystemExit(f"{source}: no trace of a training; expected a folder with training-simtrace")
     home = folder / "training-simtrace"

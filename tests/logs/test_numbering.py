@@ -15,12 +15,14 @@ from racecraft.logs.numbering import number
 def rows(**columns):
     usual = {"round": 1, "phase": "training", "stream": "", "worker": 0}
     count = len(columns["tick"])
-    return pl.DataFrame({name: [value] * count for name, value in usual.items()} | columns)
+    usual_columns = {name: [value] * count for name, value in usual.items()}
+    return pl.DataFrame(usual_columns | {"file": range(count)} | columns)
 
 
 def test_an_episode_begins_where_steps_start_again_though_its_number_stays():
     frame = number(rows(episode=[0, 0, 0, 0], tick=[1, 2, 1, 2]))
     assert frame["unique_episode"].to_list() == [0, 0, 1, 1]
+    assert number(rows(episode=[0, 0], tick=[1, 1]))["unique_episode"].to_list() == [0, 1], "two of one step each"
 
 
 def test_an_episode_does_not_reach_over_workers_streams_phases_or_rounds():

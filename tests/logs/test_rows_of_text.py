@@ -1,7 +1,10 @@
 """The compiled reader of rows: each number right or left to another, rows and damage as the careful one has them."""
 
+import itertools
+import math
 import random
 import struct
+from fractions import Fraction
 
 import numpy as np
 import polars as pl
@@ -13,7 +16,17 @@ from racecraft.kernels import kernel
 from racecraft.logs import compiled_rows, read, rows_of_text, stretches
 from racecraft.logs.kernels import rows
 from racecraft.logs.kernels.decimals import decimal_at
-from racecraft.logs.kernels.fields import find_marks, float_between, no_numbers_yet, short_float, whole_between
+from racecraft.logs.kernels.fields import (
+    digits_between,
+    divide,
+    find_marks,
+    float_between,
+    is_plain_float,
+    no_numbers_yet,
+    short_float,
+    whole_between,
+)
+from racecraft.logs.limits import HIGHEST
 
 SPOILT = (
     "",
@@ -135,6 +148,123 @@ def test_fields_as_python_prints_them_are_never_left_to_another():
 @pytest.mark.parametrize("letters", ["", "-", "nan", ".", "x1", "1.2.3", "12345678.1.2", "1.0 ", " 5", "1e3", "1" * 40])
 def test_a_field_that_is_no_plain_number_is_never_sure(letters):
     assert not field_as_float(*between_others(letters, "9"))[1]
+
+
+@kernel
+def floats_apart(data, starts, stops, tens, quotients, left):
+    digits = np.empty(len(starts), np.uint64)
+    for row in range(len(starts)):
+        digits[row], tens[row], is_number = digits_between(data.ctypes.data, starts[row], stops[row])
+        left[row] |= not is_number
+    divide(digits, tens, quotients, left)
+
+
+def many_fields(letters):
+    """Return what a column of fields is read as, and which of them are left to another."""
+    text = np.frombuffer(("9" * 50 + ",".join(["", *letters, ""]) + "9" * 80).encode(), np.uint8)
+    stops = 50 + np.cumsum([1 + len(one) for one in letters])
+    quotients, left = np.empty(len(letters)), np.zeros(len(letters), np.bool_)
+    floats_apart(text, stops - [len(one) for one in letters], stops, np.empty(len(letters)), quotients, left)
+    return quotients, left
+
+
+def test_a_column_is_read_to_the_last_bit_or_left_to_another():
+    letters = list(numbers())
+    values, left = many_fields(letters)
+    wrong = [
+        one
+        for one, value, is_left in zip(letters, values, left, strict=True)
+        if not is_left and struct.pack("d", value) != struct.pack("d", float(one))
+    ]
+    assert not wrong
+    assert left.sum() < 6500  # those of more than nineteen digits, and those with an exponent
+
+
+def test_a_column_as_python_prints_it_is_never_left_to_another():
+    draw = random.Random(9)
+    values = [draw.uniform(-200, 200) * 10.0 ** draw.randint(-2, 0) for _ in range(2000)]
+    letters = [repr(value) for value in values if abs(value) > 1e-4] + ["0.0", "-0.0", "1772822039.5168517", "7"]
+    read_as, left = many_fields(letters)
+    assert not left.any()
+    assert [struct.pack("d", value) for value in read_as] == [struct.pack("d", float(one)) for one in letters]
+
+
+def decimal(digits, places):
+    """Return so many digits as a number with so many places."""
+    letters = str(digits).zfill(places + 1)
+    return f"{letters[: len(letters) - places]}.{letters[len(letters) - places :]}"
+
+
+def near_middles():
+    """Yield decimals as near as they come to the middle between two floats: on both sides, and the nearest of all.
+
+    The nearest are found as convergents: w / 10^p is all but m / 2^a where w / m is all but 10^p / 2^a.
+    """
+    draw = random.Random(6)
+    for _ in range(2000):
+        value, places = 10.0 ** draw.uniform(-3, 3) * draw.uniform(1, 10), draw.randint(12, 15)
+        middle = (Fraction(value) + Fraction(np.nextafter(value, np.inf))) / 2
+        yield decimal(math.floor(middle * 10**places), places)
+        yield decimal(math.floor(middle * 10**places) + 1, places)
+    for places, halvings in itertools.product(range(4, 23), range(8, 80)):
+        whole, part = 10**places, 1 << halvings
+        (before, below), (now, here) = (0, 1), (1, 0)
+        while part and here < 1 << 54:
+            step = whole // part
+            (before, below), (now, here) = (now, here), (now * step + before, here * step + below)
+            whole, part = part, whole - step * part
+            odd = ((1 << 53) // here | 1) if here else 0
+            if here % 2 and (here * odd).bit_length() == 54 and now * odd < 1 << 62:
+                yield decimal(now * odd, places)
+
+
+def test_just_beside_the_middle_between_two_floats_a_quotient_is_right_or_not_sure():
+    letters = [one for one in near_middles() if float(one) < HIGHEST]
+    values, left = many_fields(letters)
+    assert not [
+        one for one, value, is_left in zip(letters, values, left, strict=True) if not is_left and value != float(one)
+    ]
+    assert 0 < left.sum() < 0.1 * len(letters)
+
+
+@pytest.mark.parametrize(
+    ("letters", "is_left"),
+    [
+        ("0.0000000000000000000001", False),
+        ("0.00000000000000000000001", True),
+        ("0.4611686018427387903", False),
+        ("0.4611686018427387904", True),
+        ("999999999999999.5", False),
+        ("1000000000000000.5", True),
+        ("-1000000000000000.5", True),
+        ("-12.5", False),
+        ("", True),
+        ("-", True),
+        (".", True),
+        ("1e3", True),
+        ("1" * 40, True),
+    ],
+)
+def test_where_a_column_ends_to_be_sure(letters, is_left):
+    """Beyond 22 places, beyond 62 bits, beyond what any drive has, and what is no plain number."""
+    assert many_fields(["7.25", letters, "-0.5"])[1].tolist() == [False, is_left, False]
+
+
+@kernel
+def is_plain(data, start, stop):
+    return is_plain_float(data.ctypes.data, start, stop)
+
+
+def test_a_number_that_nobody_asks_for_is_held_to_what_is_read_all_the_same():
+    taken = 0
+    for letters in [*numbers(), *SPOILT, ".5", "5.", "-.5", "1.", "-5", "00000000000000001.5"]:
+        if is_plain(*between_others(letters, "9")):
+            taken += 1
+            assert set(letters.removeprefix("-")) <= set("0123456789."), letters
+            assert abs(float(letters)) < HIGHEST, letters
+        else:
+            assert not field_as_float(*between_others(letters, "9"))[1] or "0000000" in letters, letters
+    assert taken > 5000
 
 
 @kernel

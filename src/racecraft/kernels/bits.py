@@ -68,6 +68,16 @@ def wide_product(_context: Any, _a: Any, _b: Any) -> Any:
 
 
 @_instruction
+def fused(_context: Any, _a: Any, _b: Any, _c: Any) -> Any:
+    """Return a * b + c of three float64, rounded once."""
+
+    def code(_, builder, __, arguments):
+        return builder.fma(*arguments)
+
+    return types.float64(types.float64, types.float64, types.float64), code
+
+
+@_instruction
 def same_bytes(_context: Any, address: Any, offset: Any, byte: Any) -> Any:
     """Return which of the 64 bytes from an address and an offset on are a byte: a bit each, the first one lowest."""
 
@@ -110,7 +120,7 @@ def decimal_digits(_context: Any, _address: Any, _start: Any, _stop: Any) -> Any
         )
         plain, moved = bytes_at(32), bytes_at(33)
         lanes = _constant(_THIRTY_TWO, list(range(32)))
-        first = builder.trunc(builder.sub(_WORD(32), builder.sub(stop, start)), _INDEX)
+        first = builder.and_(builder.trunc(builder.sub(start, stop), _INDEX), _INDEX(31))  # 32 less the length
         points = builder.icmp_unsigned("==", plain, _constant(_THIRTY_TWO, [ord(".")] * 32))
         points = builder.and_(builder.bitcast(points, _INDEX), builder.shl(_INDEX(0xFFFFFFFF), first))
         whole = builder.icmp_unsigned("==", points, _INDEX(0))
@@ -143,28 +153,33 @@ def decimal_digits(_context: Any, _address: Any, _start: Any, _stop: Any) -> Any
 
 
 @_instruction
-def is_plain_number(_context: Any, _address: Any, _start: Any, _stop: Any) -> Any:
-    """Tell whether a text is digits, one at least, with one point among them at most.
+def whole_digits(_context: Any, _address: Any, _start: Any, _stop: Any) -> Any:
+    """Return how many digits stand before the point of a plain number: digits, and one point among them at most.
 
     Args:
         _address: Of the text's first byte; 32 bytes before `_stop` must be readable.
         _start: Where the first digit stands.
         _stop: Behind the last one, 1 to 31 bytes on.
+
+    Returns:
+        The count; 32 where it is no plain number, such as a point alone.
     """
 
     def code(_, builder, __, arguments):
         address, start, stop = arguments
         place = builder.add(address, builder.sub(stop, _WORD(32)))
         text = builder.load(builder.inttoptr(place, _THIRTY_TWO.as_pointer()), align=1)
-        first = builder.trunc(builder.sub(_WORD(32), builder.sub(stop, start)), _INDEX)
+        first = builder.and_(builder.trunc(builder.sub(start, stop), _INDEX), _INDEX(31))  # 32 less the length
         inside = builder.shl(_INDEX(0xFFFFFFFF), first)
         values = builder.sub(text, _constant(_THIRTY_TWO, [ord("0")] * 32))
         digits = builder.icmp_unsigned("<=", values, _constant(_THIRTY_TWO, [9] * 32))
         points = builder.icmp_unsigned("==", text, _constant(_THIRTY_TWO, [ord(".")] * 32))
         digits, points = (builder.and_(builder.bitcast(one, _INDEX), inside) for one in (digits, points))
         filled = builder.icmp_unsigned("==", builder.or_(digits, points), inside)
-        one_point = builder.icmp_unsigned("<=", builder.ctpop(points), _INDEX(1))
+        one_point = builder.icmp_unsigned("==", builder.and_(points, builder.sub(points, _INDEX(1))), _INDEX(0))
         some_digit = builder.icmp_unsigned("!=", digits, _INDEX(0))
-        return builder.and_(builder.and_(filled, one_point), some_digit)
+        plain = builder.and_(builder.and_(filled, one_point), some_digit)
+        before = builder.sub(builder.cttz(points, _BIT(0)), first)  # 32 - first where there is no point
+        return builder.zext(builder.select(plain, before, _INDEX(32)), _WORD)
 
-    return types.boolean(types.int64, types.int64, types.int64), code
+    return types.int64(types.int64, types.int64, types.int64), code

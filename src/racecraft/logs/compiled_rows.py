@@ -72,7 +72,7 @@ class _Columns:
         kinds |= {name: rows.CHECKED for name in unasked if name not in (wanted or ())}
         self.kinds = np.array([kinds.get(name, rows.SKIPPED) for name in header])
         self.floats = [name for name in header if kinds.get(name) == rows.FLOAT]
-        self.units = [(number, OURS[name]) for number, name in enumerate(self.floats) if name in OURS]
+        self.units = np.array([OURS.get(name, (1.0, 1.0)) for name in self.floats]).reshape(-1, 2)
         self.wholes = [name for name in header if kinds.get(name) in (rows.WHOLE, rows.ACTION)]
         self.flags = [name for name in header if kinds.get(name) == rows.FLAG]
         self.has_status = "episode_status" in header
@@ -174,24 +174,18 @@ class _Table:
     def _read_into(self, place: _Place, pieces: Sequence[Piece], loaded: Loaded, marked: bool) -> _Found:
         room, columns, text = place.room, self._columns, loaded.text
         lines = sum(loaded.lines)
+        ends = np.cumsum(loaded.lines)
+        lifts = np.array(place.first_lines) - ends + loaded.lines
+        files = [piece.text.place for piece in pieces]
         odd, gaps = np.empty((lines, 3), np.int32), np.empty((lines if marked else 0, 2), np.int32)
         count, odds, gap_count, _ = rows.read_lines(
-            text, loaded.end, loaded.begins_whole, marked, columns.kinds, columns.statuses, place.begin,
-            room.floats, room.wholes, room.flags, room.status, room.lines, odd, gaps,
+            text, loaded.end, loaded.begins_whole, marked, columns.kinds, columns.units, columns.statuses,
+            np.column_stack([ends, lifts, files]), place.begin, room.floats, room.wholes, room.flags, room.status,
+            room.lines, room.files, odd, gaps,
         )  # fmt: skip
-        for column, (act, number) in columns.units:
-            values = room.floats[column, place.begin : place.begin + count]
-            act(values, number, out=values)
-        begins = np.cumsum([0, *loaded.lines])
-        lifts = np.array(place.first_lines) - begins[:-1]
-        here = room.lines[place.begin : place.begin + count]
-        counts = np.diff(np.searchsorted(here, begins))
-        here += np.repeat(lifts, counts).astype(np.int32)
-        files = np.array([piece.text.place for piece in pieces], np.uint32)
-        room.files[place.begin : place.begin + count] = np.repeat(files, counts)
         left = []
         for begin, end, line in odd[:odds]:
-            piece = int(np.searchsorted(begins, line, side="right")) - 1
+            piece = int(np.searchsorted(ends, line, side="right"))
             left.append((pieces[piece].text, (int(line + lifts[piece]), _words_of(text[begin:end]))))
         between = b"".join(text[begin:end].tobytes() for begin, end in gaps[:gap_count])
         return _Found(place, count, left, between)
@@ -213,7 +207,7 @@ class _Table:
 
         def column(name: str, values: Array) -> pl.Series:
             if name == "episode_status":
-                return pl.Series(name, STATUSES, pl.Enum(STATUSES)).gather(values)
+                return pl.Series(name, STATUSES, pl.Enum(STATUSES)).gather(pl.Series(values.astype(np.uint32)))
             return pl.Series(name, values)
 
         named = room.by_name(self._columns)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from racecraft.contract.world import Array
 from racecraft.logs.columns import PHASES
 
 if TYPE_CHECKING:
@@ -28,11 +29,22 @@ def number(ticks: pl.DataFrame) -> pl.DataFrame:
     """
     import polars as pl
 
-    changed = [pl.col(name).ne_missing(pl.col(name).shift()) for name in (*STREAM, "episode")]
-    begins = pl.any_horizontal(*changed, pl.col("tick") <= pl.col("tick").shift()).fill_null(True)
-    first_rows = ticks.select(begins.arg_true()).to_series().to_numpy()
+    rows = {name: ticks[name].to_numpy() for name in ("file", "worker", "episode", "tick")}
+    begins = _changes(rows["episode"]) | _changes(rows["worker"])
+    begins[1:] |= rows["tick"][1:] <= rows["tick"][:-1]
+    files = np.flatnonzero(_changes(rows["file"]))  # only there the others may change, which are dearer to look at
+    apart = ticks.select(STREAM)[files].select(pl.any_horizontal(pl.all().ne_missing(pl.all().shift())))
+    begins[files[apart.to_series().to_numpy()]] = True
+    first_rows = np.flatnonzero(begins)
     numbers = np.repeat(np.arange(len(first_rows), dtype=np.int32), np.diff(first_rows, append=ticks.height))
     return ticks.with_columns(pl.Series("unique_episode", numbers).set_sorted())
+
+
+def _changes(values: Array) -> Array:
+    """Tell which values differ from the one before; the first one does."""
+    changes = np.ones(len(values), np.bool_)
+    np.not_equal(values[1:], values[:-1], out=changes[1:])
+    return changes
 
 
 def phase_of_rows(trace: pl.DataFrame) -> str:

@@ -57,5 +57,5 @@ def _pieces(path: Path) -> list[Source]:
         return []
     pieces: list[Source] = []
     while (piece := path.with_name(f"{path.name}.{len(pieces) + 1}")).is_file():
-        pieces.append(Source(piece, LOG, str(path), part=len(pieces) + 1))
+        pieces.append(Source(str(piece), LOG, str(path), part=len(pieces) + 1))
     return pieces

@@ -18,6 +18,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from io import BufferedReader, BytesIO, FileIO
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +56,8 @@ class OtherHeadError(Exception):
 class Source:
     """A file that tells something."""
 
-    file: Path | MemberFile
+    file: str | MemberFile
+    """The path of a file, or one in an archive; to make a `Path` of each would take half of the time to find them."""
     kind: str
     """TRACE, LOG, METRICS, EPISODES or ABOUT."""
     root: str
@@ -77,11 +79,11 @@ class Source:
     @property
     def size(self) -> int:
         """Bytes that the file holds."""
-        return self.file.stat().st_size if isinstance(self.file, Path) else len(self.file.data)
+        return os.stat(self.file).st_size if isinstance(self.file, str) else len(self.file.data)
 
     def open(self) -> BufferedReader | BytesIO:
         """Open the file for reading."""
-        return open(self.file, "rb") if isinstance(self.file, Path) else BytesIO(self.file.data)
+        return open(self.file, "rb") if isinstance(self.file, str) else BytesIO(self.file.data)
 
     def read_into(self, room: memoryview, begin: int = 0, head: bytes = b"") -> int:
         """Fill room with the file's bytes from one on; return how many there were. A thousand small files feel it.
@@ -89,7 +91,7 @@ class Source:
         Raises:
             OtherHeadError: The file does not begin with these bytes, all of which stand before `begin`.
         """
-        if not isinstance(self.file, Path):
+        if not isinstance(self.file, str):
             found = self.file.data[begin : begin + len(room)]
             room[: len(found)] = found
             if not self.file.data.startswith(head):
@@ -111,7 +113,7 @@ class Source:
 
     def read(self) -> bytes:
         """Return what the file holds."""
-        return self.file.read_bytes()
+        return Path(self.file).read_bytes() if isinstance(self.file, str) else self.file.data
 
 
 def find_sources(path: str | Path) -> list[Source]:
@@ -122,7 +124,7 @@ def find_sources(path: str | Path) -> list[Source]:
     """
     path = Path(path)
     if path.is_dir():
-        found = [classified for name in _below(path) if (classified := _classified(name, path / name))]
+        found = [classified for name, file in _below(path) if (classified := _classified(name, file))]
     elif not path.exists():
         raise LogError(path, "there is no such file or folder", EXPECTED)
     elif not path.is_file():
@@ -136,15 +138,17 @@ def find_sources(path: str | Path) -> list[Source]:
     return _in_order(_without_doubles(found))
 
 
-def _below(folder: Path) -> Iterator[str]:
-    """Yield the files below a folder by their path in it, with forward slashes."""
+def _below(folder: Path) -> Iterator[tuple[str, str]]:
+    """Yield the files below a folder: their path in it, with forward slashes, and as one opens them."""
     for place, folders, files in os.walk(folder):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
-        below = Path(place).relative_to(folder).as_posix()
-        yield from files if below == "." else (f"{below}/{name}" for name in files)
+        below, here = Path(place).relative_to(folder).as_posix(), str(Path(place))
+        before = "" if below == "." else f"{below}/"
+        here = "" if here == "." else os.path.join(here, "")
+        yield from ((before + name, here + name) for name in files)
 
 
-def _classified(name: str, file: Path | MemberFile) -> Source | None:
+def _classified(name: str, file: str | MemberFile) -> Source | None:
     """Return what a file below a folder is, by its path in it; None where it is no log."""
     if match := _TRACE.search(name):
         return _trace(name, file, match)
@@ -170,7 +174,7 @@ def _classified(name: str, file: Path | MemberFile) -> Source | None:
     return None
 
 
-def _trace(name: str, file: Path | MemberFile, match: re.Match[str]) -> Source:
+def _trace(name: str, file: str | MemberFile, match: re.Match[str]) -> Source:
     root = _before(name, match)
     own = _OWN_FOLDER.search(root)
     stream = ""
@@ -183,10 +187,10 @@ def _trace(name: str, file: Path | MemberFile, match: re.Match[str]) -> Source:
     return Source(file, TRACE, root, phase, stream, worker, int(match["iteration"]))
 
 
-def _bare_trace(name: str, file: Path | MemberFile, match: re.Match[str]) -> Source:
+def _bare_trace(name: str, file: str | MemberFile, match: re.Match[str]) -> Source:
     """Return a trace outside its usual folder; the folders above the one that was named may tell."""
     root = name[: match.start()]
-    whole = file.resolve().as_posix() if isinstance(file, Path) else str(file)
+    whole = Path(file).resolve().as_posix() if isinstance(file, str) else str(file)
     if known := _TRACE.search(whole):
         return replace(_trace(whole, file, known), root=root)
     return Source(file, TRACE, root, None, iteration=int(match[1]))
@@ -194,15 +198,15 @@ def _bare_trace(name: str, file: Path | MemberFile, match: re.Match[str]) -> Sou
 
 def _single(path: Path) -> Source:
     """Return what one file is, by its ending and the folders it lies in."""
-    root = str(path)
+    file = root = str(path)
     if path.suffix == ".json":
-        return replace(_classified(f"metrics/{path.name}", path) or Source(path, METRICS, root), root=root, phase=None)
+        return replace(_classified(f"metrics/{path.name}", file) or Source(file, METRICS, root), root=root, phase=None)
     if path.suffix == ".parquet":
-        return Source(path, EPISODES, root, "training")
+        return Source(file, EPISODES, root, "training")
     if path.suffix == ".csv":
         iteration = _ITERATION.search(path.name)
-        return _bare_trace(path.name, path, iteration) if iteration else Source(path, TRACE, root)
-    return replace(_classified(path.name, path) or Source(path, LOG, root), kind=LOG, root=root, part=None)
+        return _bare_trace(path.name, file, iteration) if iteration else Source(file, TRACE, root)
+    return replace(_classified(path.name, file) or Source(file, LOG, root), kind=LOG, root=root, part=None)
 
 
 def _before(name: str, match: re.Match[str]) -> str:
@@ -257,12 +261,13 @@ def _in_order(found: Iterable[Source]) -> list[Source]:
         number = rounds.get((source.root, source.stream)) if source.phase == "training" else None
         stream = "" if source.phase == "training" else source.stream
         numbered.append(source.placed(number or first[source.root], stream))
-    return [one for _, same in itertools.groupby(sorted(numbered, key=_when), key=_when) for one in _by_name(same)]
+    timed = sorted(((_when(source), source) for source in numbered), key=itemgetter(0))
+    return [one for _, same in itertools.groupby(timed, key=itemgetter(0)) for one in _by_name(same)]
 
 
-def _by_name(sources: Iterable[Source]) -> list[Source]:
+def _by_name(timed: Iterable[tuple[Any, Source]]) -> list[Source]:
     """Return files that happened at the same time by their names; to part names costs more than all else, so late."""
-    found = list(sources)
+    found = [source for _, source in timed]
     return sorted(found, key=lambda source: _natural(source.name)) if len(found) > 1 else found
 
 

@@ -44,7 +44,7 @@ def as_plain_text(source: Source, head: bytes) -> tuple[Source, str]:
             told.append("writes decimal commas")
         text = text.replace(",", ".").replace(sign, ",")
     file = source.file
-    place = (file.parent, file.name) if isinstance(file, Path) else (file.archive, file.name)
+    place = (Path(file).parent, Path(file).name) if isinstance(file, str) else (file.archive, file.name)
     plain = replace(source, file=MemberFile(*place, text.encode()))
     by, cure = ("a spreadsheet", CURE) if sign else ("PowerShell", "")
     return plain, f"{' and '.join(told)}, as {by} saves it; read as such{cure}"

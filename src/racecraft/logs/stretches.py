@@ -73,14 +73,14 @@ class Stretch:
     def _load_whole(self) -> Loaded:
         """Read whole texts, each with the end of a line behind its last one."""
         room = _room(self.bytes + len(self.pieces))
-        lines, at = [], 0
+        bytes_of, ends, at = room.data, [], 0
         for piece in self.pieces:
-            begin, at = at, at + piece.text.read_into(room[at : at + piece.end - piece.begin].data, piece.begin)
-            if at > begin and room[at - 1] != _NEW_LINE:
-                room[at] = _NEW_LINE
+            begin, at = at, at + piece.text.read_into(bytes_of[at : at + piece.end - piece.begin], piece.begin)
+            if at > begin and bytes_of[at - 1] != _NEW_LINE:
+                bytes_of[at] = _NEW_LINE
                 at += 1
-            lines.append(int(rows.ends_of_lines(room[begin:at])))
-        return Loaded(_closed(room, at), at, True, lines)
+            ends.append(at)
+        return Loaded(_closed(room, at), at, True, _lines_in(room, ends))
 
 
 def stretches(texts: Sequence[Text]) -> Iterator[Stretch]:
@@ -109,8 +109,15 @@ def _load_piece(piece: Piece) -> Loaded:
     room = _room(end - begin)
     length = piece.text.read_into(room[: end - begin].data, begin)
     stop = piece.end - begin
-    ends = int(rows.ends_of_lines(room[: max(min(stop, length) - 1, 0)]))
+    (ends,) = _lines_in(room, [max(min(stop, length) - 1, 0)])
     return Loaded(_closed(room, length), stop, not before, [ends + (not before)])
+
+
+def _lines_in(text: Array, ends: Sequence[int]) -> list[int]:
+    """Return how many lines end in each of the texts that stand here one behind the other."""
+    counts = np.empty(len(ends), np.int64)
+    rows.count_lines(text, np.array(ends, np.int64), counts)
+    return [int(count) for count in counts]
 
 
 _rooms = threading.local()

@@ -84,39 +84,34 @@ def read_ticks(
 
 def _placed(trace: pl.DataFrame, pairs: list[tuple[int, Source]], phase: str | None) -> list[pl.DataFrame]:
     """Return AWS's rows under our names, with the columns that their files tell."""
-    import polars as pl
-
     if not trace.height:
         return []
     told = phase or (phase_of_rows(trace) if any(source.phase is None for _, source in pairs) else None)
-    origin = pl.DataFrame(
-        {
-            "file": [place for place, _ in pairs],
-            "round": [source.round for _, source in pairs],
-            "phase": [source.phase or told for _, source in pairs],
-            "stream": [source.stream for _, source in pairs],
-            "worker": [source.worker for _, source in pairs],
-            "iteration": [source.iteration for _, source in pairs],
-        },
-        schema_overrides={name: kind for name, kind in schema(TICK_COLUMNS).items()} | {"phase": pl.Enum(PHASES)},
-    )
-    counts = trace["file"].rle().struct.unnest()
-    rows = origin.join(counts, left_on="file", right_on="value", how="right", maintain_order="right")
-    told_by_path = [name for name in ("round", "phase", "stream", "worker", "iteration") if name not in trace.columns]
-    repeated = [_repeated(rows[name], rows["len"]) for name in told_by_path]
+    files = dict(pairs)
+    runs = trace["file"].rle().struct.unnest()
+    sources = [files[place] for place in runs["value"]]
+    told_by_path: dict[str, list[Any]] = {
+        "round": [source.round for source in sources],
+        "phase": [source.phase or told for source in sources],
+        "stream": [source.stream for source in sources],
+        "worker": [source.worker for source in sources],
+        "iteration": [source.iteration for source in sources],
+    }
+    columns = [_repeated(k, one, runs["len"]) for k, one in told_by_path.items() if k not in trace.columns]
     named = trace.rename({theirs: ours for theirs, ours in OURS.items() if theirs in trace.columns})
-    return [named.with_columns(*repeated)]
+    return [named.with_columns(columns)]
 
 
-def _repeated(values: pl.Series, counts: pl.Series) -> pl.Series:
-    """Return each value so many times."""
+def _repeated(name: str, values: list[Any], counts: pl.Series) -> pl.Series | pl.Expr:
+    """Return each value so many times; one value for all rows takes no room."""
     import polars as pl
 
-    if values.n_unique() == 1:
-        return values.new_from_index(0, int(counts.sum()))
-    if values.dtype.is_integer() and not values.null_count():
-        return pl.Series(values.name, np.repeat(values.to_numpy(), counts.to_numpy()))
-    return values.gather(np.repeat(np.arange(len(values), dtype=np.uint32), counts.to_numpy()))
+    kind = schema(TICK_COLUMNS)[name]
+    if len(set(values)) == 1:
+        return pl.lit(values[0], kind).alias(name)
+    if kind.is_integer():
+        return pl.Series(name, np.repeat(np.array(values, np.int32), counts.to_numpy()), kind)
+    return pl.Series(name, values, kind).gather(np.repeat(np.arange(len(values), dtype=np.uint32), counts.to_numpy()))
 
 
 def _own_episodes(place: int, source: Source) -> tuple[list[pl.DataFrame], list[Damage]]:

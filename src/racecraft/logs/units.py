@@ -5,18 +5,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 if TYPE_CHECKING:
     import polars as pl
 
 
-OURS = {
-    "yaw": (np.multiply, math.pi / 180.0),
-    "steer": (np.multiply, math.pi / 180.0),
-    "progress": (np.divide, 100.0),
-}
-"""AWS's name of a column → what is done with its values, and by what number, to make ours of them."""
+OURS = {"yaw": (math.pi / 180.0, 1.0), "steer": (math.pi / 180.0, 1.0), "progress": (1.0, 100.0)}
+"""AWS's name of a column → what its values are multiplied with, then divided by, to make ours of them."""
 
 
 def in_our_units(trace: pl.DataFrame) -> pl.DataFrame:
@@ -26,7 +20,7 @@ def in_our_units(trace: pl.DataFrame) -> pl.DataFrame:
     """
     import polars as pl
 
-    told = {name: act for name, act in OURS.items() if name in trace.columns}
+    told = {name: numbers for name, numbers in OURS.items() if name in trace.columns}
     return trace.with_columns(
-        pl.Series(name, act(trace[name].to_numpy(), number)) for name, (act, number) in told.items()
+        pl.Series(name, trace[name].to_numpy() * factor / divisor) for name, (factor, divisor) in told.items()
     )

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from racecraft.kernels import inner_kernel, kernel
-from racecraft.kernels.bits import decimal_digits, is_plain_number, ones, same_bytes, trailing_zeros, word_at
+from racecraft.kernels.bits import decimal_digits, fused, ones, same_bytes, trailing_zeros, whole_digits, word_at
 from racecraft.logs.kernels.decimals import number_of, product
 from racecraft.logs.limits import HIGHEST
 
@@ -23,15 +23,17 @@ _BYTE = _U(0xFF)
 _ZEROS = _U(0x3030303030303030)
 _TO_HIGH_BIT = _U(0x7676767676767676)
 _HIGH_BITS = _U(0x8080808080808080)
-_LOW_BITS = _U(0x0101010101010101)
 _POINT_ZERO = _U(0x302E)
 _MINUS = _U(0x2D)
 _MOST_LETTERS = 31
 _EXACT_LETTERS = 15
 """So many digits and their power of ten are exact in a float, and one division rounds them right."""
-_FLOAT_TENS = np.array([float(10**k) for k in range(_EXACT_LETTERS + 1)])
+_TENS = np.array([float(10**k) for k in range(32)])
+_SIGNED_TENS = np.concatenate([_TENS, -_TENS])
+_MOST_EXACT_TEN = 1e22
+"""The highest power of ten that a float holds exactly."""
+_MOST_DIVIDED = 1 << 62
 _MOST_WHOLE_DIGITS = round(math.log10(HIGHEST))
-_POINTS = _U(0x2E2E2E2E2E2E2E2E)
 _KEPT_BITS = 6
 KEPT = 1 << _KEPT_BITS
 _ZERO_ALONE = _U(ord("0") << 56)
@@ -112,6 +114,28 @@ def no_numbers_yet(columns):
 
 
 @inner_kernel
+def _kept_at(field):
+    """Return the place of a short field among those that are kept."""
+    return np.int64((field * _SPREAD) >> _U(64 - _KEPT_BITS))
+
+
+@inner_kernel
+def _short_field(text, start, stop):
+    """Return a field of one to eight letters, moved up to the highest byte."""
+    return word_at(text, start) << (_8 * _U(8 - (stop - start)))
+
+
+@inner_kernel
+def may_be_kept(text, start, stop, fields):
+    """Tell whether a field is one of one to eight letters that was read before, or would push out none that was."""
+    if not 0 < stop - start <= 8:
+        return False
+    field = _short_field(text, start, stop)
+    kept = fields[_kept_at(field)]
+    return (kept == field) | (kept == _ZERO_ALONE)
+
+
+@inner_kernel
 def short_float(text, start, stop, fields, values):
     """Read a number of one to eight letters as `float_between` does; look first whether it was read before.
 
@@ -124,8 +148,8 @@ def short_float(text, start, stop, fields, values):
         fields: uint64 (KEPT,), the fields that were read, moved up to the highest byte; read and written.
         values: float64 (KEPT,), their numbers; read and written.
     """
-    field = word_at(text, start) << (_8 * _U(8 - (stop - start)))
-    place = np.int64((field * _SPREAD) >> _U(64 - _KEPT_BITS))
+    field = _short_field(text, start, stop)
+    place = _kept_at(field)
     if fields[place] == field:
         return values[place], True
     value, sure = float_between(text, start, stop)
@@ -143,11 +167,59 @@ def float_between(text, start, stop):
         return 0.0, False
     number, places, sure = decimal_digits(text, start, stop)
     if stop - start <= _EXACT_LETTERS:
-        value = np.float64(np.int64(number)) / _FLOAT_TENS[places]
+        value = np.float64(np.int64(number)) / _TENS[places]
     else:
         value, exact = product(number, places)
         sure &= exact
     return value * (1.0 - 2.0 * negative), sure & (value < HIGHEST)
+
+
+@kernel
+def room_for_numbers(count):
+    """Return room for so many numbers taken apart: where their fields begin and end, their digits, powers of ten."""
+    return np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count, np.uint64), np.empty(count)
+
+
+@inner_kernel
+def digits_between(text, start, stop):
+    """Take a number such as -12.5 or 7 that fills a field apart.
+
+    Returns:
+        Its digits, uint64; the power of ten that they are to be divided by, negative where the number is; and whether
+        it is one.
+    """
+    negative = np.int64((word_at(text, start) & _BYTE) == _MINUS)
+    start += negative
+    digits, places, sure = decimal_digits(text, start, stop)
+    sure &= (stop > start) & (stop - start <= _MOST_LETTERS)
+    return digits, _SIGNED_TENS[_U(32 * negative) | _U(places)], sure
+
+
+@inner_kernel
+def divide(digits, tens, quotients, left):
+    """Divide whole numbers by powers of ten, correctly rounded; several at once.
+
+    A quotient q of what a float holds of a number lacks c, which is no more than q's last place and known to some
+    fifty bits. Where q + c is rounded the same with a little more and with a little less, it is right. The little is
+    q * 2^-98; c is wrong by less than q * 2^-102, as each of its three roundings is by less than q * 2^-104.
+
+    Args:
+        digits: uint64 (N,).
+        tens: float64 (N,), with signs.
+        quotients: float64 (N,), written.
+        left: bool (N,), set where the quotient is not sure.
+    """
+    for k in range(len(digits)):
+        number, ten = np.int64(digits[k]), tens[k]
+        held = np.float64(number)
+        quotient = held / ten
+        lacking = (fused(-quotient, ten, held) + np.float64(number - np.int64(held))) / ten
+        little = quotient * 2.0**-98
+        right = quotient + (lacking + little)
+        sure = (right == quotient + (lacking - little)) & (abs(right) < HIGHEST)
+        sure &= (number >= 0) & (number < _MOST_DIVIDED) & (abs(ten) <= _MOST_EXACT_TEN)
+        quotients[k] = right
+        left[k] |= not sure
 
 
 @inner_kernel
@@ -155,15 +227,7 @@ def is_plain_float(text, start, stop):
     """Tell whether `float_between` or `decimals` could read the number that fills a field, without reading it."""
     start += (word_at(text, start) & _BYTE) == _MINUS
     length = stop - start
-    is_low = (length <= _MOST_WHOLE_DIGITS) | _has_point(text, start) | _has_point(text, start + 8)
-    return is_low and 0 < length <= _MOST_LETTERS and is_plain_number(text, start, stop)
-
-
-@inner_kernel
-def _has_point(text, at):
-    """Tell whether one of the eight bytes from here on is a point."""
-    bits = word_at(text, at) ^ _POINTS
-    return ((bits - _LOW_BITS) & ~bits & _HIGH_BITS) != _0
+    return (length > 0) & (length <= _MOST_LETTERS) & (whole_digits(text, start, stop) <= _MOST_WHOLE_DIGITS)
 
 
 @inner_kernel

@@ -7,16 +7,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from racecraft.kernels import inner_kernel, kernel
+from racecraft.kernels import inner_kernel, kernel, lean_kernel
 from racecraft.kernels.bits import trailing_zeros, word_at
 from racecraft.logs.kernels.decimals import decimal_at, digits_at
 from racecraft.logs.kernels.fields import (
     SPARE_MARKS,
+    digits_between,
+    divide,
     find_marks,
     float_between,
     is_plain_float,
     is_the_same,
+    may_be_kept,
     no_numbers_yet,
+    room_for_numbers,
     short_float,
     whole_between,
 )
@@ -51,18 +55,27 @@ _TRUE, _FALSE, _FOUR_BYTES, _FIVE_BYTES = word("True"), word("False"), _U((1 << 
 
 
 @kernel
-def ends_of_lines(data):
-    """Return how many lines end in a text, uint8."""
-    count = 0
-    for byte in data:
-        count += byte == _NEW_LINE
-    return count
+def count_lines(data, ends, counts):
+    """Count the lines of texts that stand one behind the other.
+
+    Args:
+        data: uint8, the texts.
+        ends: int64 (T,), where each of them ends.
+        counts: int64 (T,), written: how many lines end in it.
+    """
+    begin = 0
+    for place, end in enumerate(ends):
+        count = 0
+        for byte in data[begin:end]:
+            count += byte == _NEW_LINE
+        counts[place], begin = count, end
 
 
 @kernel
 def read_lines(
-    data, end, begins_whole, marked, kinds, statuses, place, floats, wholes, flags, status, lines, odd, gaps
-):
+    data, end, begins_whole, marked, kinds, units, statuses, pieces,
+    place, floats, wholes, flags, status, lines, files, odd, gaps,
+):  # fmt: skip
     """Read the lines of a text that begin before `end`; the columns have room for R of them behind `place`.
 
     Args:
@@ -71,14 +84,18 @@ def read_lines(
         begins_whole: Whether a line begins at byte 0; else behind the first end of a line.
         marked: Whether rows stand behind SIM_TRACE_LOG: among other lines; else every line is a row.
         kinds: int64 (C,), what each field of a row is; fields of a kind go to its columns in their order.
+        units: float64 (number of FLOAT, 2), what the values of a column are multiplied with, then divided by.
         statuses: uint64 (S, 3), words of at most sixteen bytes: the first eight, the others, how many there are.
+        pieces: int64 (P, 3), the files that the text is made of: how many lines begin up to the end of each, what is
+            to be added to the number of a line counted from 0 in the text, and the file's index.
         place: How many rows of other texts stand in the columns.
         floats: float64 (number of FLOAT, place + R), written.
         wholes: int32 (number of WHOLE and ACTION, place + R), written; a continuous action is -1.
         flags: bool (number of FLAG, place + R), written.
         status: uint8 (place + R,), written.
-        lines: int32 (place + R,), written: the number of each row's line; the first line is 0.
-        odd: int32 (R, 3), written: begin, end and line of the rows that were left out.
+        lines: int32 (place + R,), written: the number of each row's line in its file.
+        files: uint32 (place + R,), written: the index of its file.
+        odd: int32 (R, 3), written: begin, end and line of the rows that were left out; the text's first line is 0.
         gaps: int32 (R, 2), written: begin and end of the text between marked rows.
 
     Returns:
@@ -92,6 +109,7 @@ def read_lines(
     marks, line_marks = np.zeros(2 * _BLOCK_BYTES, np.int32), np.empty(2 * _BLOCK_BYTES, np.int32)
     starts, first_marks = np.empty(2 * _BLOCK_BYTES, np.int32), np.empty(2 * _BLOCK_BYTES, np.int32)
     short, values = no_numbers_yet(len(floats))
+    taken_apart = room_for_numbers(2 * _BLOCK_BYTES)
     left = np.zeros(len(odd), np.bool_)
     rows = odds = gap_count = line_count = 0
     in_gap = False
@@ -101,6 +119,7 @@ def read_lines(
         if room > len(marks):
             marks, line_marks = np.zeros(room, np.int32), np.empty(room, np.int32)
             starts, first_marks = np.empty(room, np.int32), np.empty(room, np.int32)
+            taken_apart = room_for_numbers(room)
         mark_count, lines_here = find_marks(text, at, behind, marks, line_marks)
         if word_at(text, behind - 1) & _BYTE != _U(_NEW_LINE):
             marks[mark_count], line_marks[lines_here] = behind, mark_count
@@ -129,7 +148,7 @@ def read_lines(
         left_here = left[rows : rows + count]
         _read_columns(
             text, count, starts, first_marks, marks.ctypes.data, kinds, statuses, to, floats, wholes, flags,
-            status[to:], left_here, short, values,
+            status[to:], left_here, short, values, taken_apart,
         )  # fmt: skip
         for row in range(count):
             if left_here[row]:
@@ -139,16 +158,58 @@ def read_lines(
                     odd[odds, 0], odd[odds, 1] = starts[row], _next_line(text, starts[row], length)
                     odd[odds, 2] = lines[to + row]
                     odds += 1
+        _convert(floats, to, to + count, units)
         rows, line_count = rows + count, line_count + lines_here
     if odds:
         rows = _close_ranks(left[:rows], place, floats, wholes, flags, status, lines)
+    _tell_files(lines[place : place + rows], files[place : place + rows], pieces)
     return rows, odds, gap_count, line_count
 
 
-@kernel
+@inner_kernel
+def _convert(floats, begin, end, units):
+    """Multiply and divide these rows of the columns that have other units."""
+    for number in range(len(floats)):
+        column = floats[number, begin:end]
+        factor, divisor = units[number]
+        if factor != 1.0:
+            for row in range(len(column)):
+                column[row] *= factor
+        if divisor != 1.0:
+            for row in range(len(column)):
+                column[row] /= divisor
+
+
+@inner_kernel
+def _tell_files(lines, files, pieces):
+    """Number lines by their files instead of by the whole text, and write which file each stands in."""
+    begin = 0
+    for piece in range(len(pieces)):
+        end = _first_from(lines, begin, pieces[piece, 0])
+        for row in range(begin, end):
+            lines[row] += np.int32(pieces[piece, 1])
+            files[row] = np.uint32(pieces[piece, 2])
+        begin = end
+
+
+@inner_kernel
+def _first_from(numbers, begin, least):
+    """Return where the first number from `begin` on stands that is no less than `least`, of numbers that grow."""
+    end = len(numbers)
+    while begin < end:
+        middle = (begin + end) // 2
+        if numbers[middle] < least:
+            begin = middle + 1
+        else:
+            end = middle
+    return begin
+
+
+@lean_kernel
 def _read_columns(
-    text, count, starts, first_marks, marks, kinds, statuses, place, floats, wholes, flags, status, left, short, values
-):
+    text, count, starts, first_marks, marks, kinds, statuses, place, floats, wholes, flags, status, left, short, values,
+    taken_apart,
+):  # fmt: skip
     """Read so many rows, column by column, so that a processor guesses right; `left` tells the not plainly sound."""
     float_count = whole_count = flag_count = 0
     last = len(kinds) - 1
@@ -157,7 +218,7 @@ def _read_columns(
         if kind == FLOAT:
             column = floats[float_count, place:]
             kept = short[float_count], values[float_count]
-            _float_column(text, field, last, count, starts, first_marks, marks, column, left, *kept)
+            _float_column(text, field, last, count, starts, first_marks, marks, column, left, *kept, taken_apart)
             float_count += 1
         elif kind == CHECKED:
             _check_column(text, field, last, count, starts, first_marks, marks, left)
@@ -187,8 +248,22 @@ def _ends_of(text, field, last, row, starts, first_marks, marks):
     return start, stop
 
 
-@kernel
-def _float_column(text, field, last, count, starts, first_marks, marks, column, left, short, values):
+@lean_kernel
+def _float_column(text, field, last, count, starts, first_marks, marks, column, left, short, values, taken_apart):
+    if count == 0:
+        return
+    start, stop = _ends_of(text, field, last, 0, starts, first_marks, marks)
+    last_start, last_stop = _ends_of(text, field, last, count - 1, starts, first_marks, marks)
+    alike = is_the_same(text, start, stop, last_start, last_stop)
+    if alike or may_be_kept(text, start, stop, short) or may_be_kept(text, last_start, last_stop, short):
+        _alike_floats(text, field, last, count, starts, first_marks, marks, column, left, short, values)
+    else:
+        _unlike_floats(text, field, last, count, starts, first_marks, marks, column, left, taken_apart)
+
+
+@inner_kernel
+def _alike_floats(text, field, last, count, starts, first_marks, marks, column, left, short, values):
+    """Read a column in which the same few numbers come again and again: each is looked up first."""
     value, sure, start_before, stop_before = 0.0, False, 0, 0
     for row in range(count):
         start, stop = _ends_of(text, field, last, row, starts, first_marks, marks)
@@ -203,14 +278,26 @@ def _float_column(text, field, last, count, starts, first_marks, marks, column, 
         left[row] |= not sure
 
 
-@kernel
+@inner_kernel
+def _unlike_floats(text, field, last, count, starts, first_marks, marks, column, left, taken_apart):
+    """Read a column of ever other numbers: one act at a time for all of them, which a processor overlaps better."""
+    begins, ends, digits, tens = taken_apart
+    for row in range(count):
+        begins[row], ends[row] = _ends_of(text, field, last, row, starts, first_marks, marks)
+    for row in range(count):
+        digits[row], tens[row], is_number = digits_between(text, begins[row], ends[row])
+        left[row] |= not is_number
+    divide(digits[:count], tens, column, left)
+
+
+@lean_kernel
 def _check_column(text, field, last, count, starts, first_marks, marks, left):
     for row in range(count):
         start, stop = _ends_of(text, field, last, row, starts, first_marks, marks)
         left[row] |= not is_plain_float(text, start, stop)
 
 
-@kernel
+@lean_kernel
 def _whole_column(text, field, last, count, starts, first_marks, marks, column, left, may_be_two):
     for row in range(count):
         start, stop = _ends_of(text, field, last, row, starts, first_marks, marks)
@@ -221,7 +308,7 @@ def _whole_column(text, field, last, count, starts, first_marks, marks, column, 
         left[row] |= not sure
 
 
-@kernel
+@lean_kernel
 def _flag_column(text, field, last, count, starts, first_marks, marks, column, left):
     for row in range(count):
         start, stop = _ends_of(text, field, last, row, starts, first_marks, marks)
@@ -232,7 +319,7 @@ def _flag_column(text, field, last, count, starts, first_marks, marks, column, l
         left[row] |= not (true | false)
 
 
-@kernel
+@lean_kernel
 def _status_column(text, field, last, count, starts, first_marks, marks, statuses, column, left):
     usual = np.uint8(0)
     for row in range(count):
