@@ -16,8 +16,8 @@ demo: env  ## train the default car on re:Invent 2018 from its camera until it l
 test: env  ## every test that CI runs, on two cores: tests with warnings as errors, doctests, examples
 	$(BIN)/python -m pytest -q -n 2 --dist loadfile
 
-quick: env  ## the everyday loop: what a room does by itself; commands, trainings and jobs are left to `make test`
-	$(BIN)/python -m pytest -q -n 2 --dist loadfile $(foreach room,cli compat docs jobs training,--ignore=tests/$(room))
+quick: env  ## the everyday loop: what a room does by itself; commands, trainings, jobs and slow tests are left to `make test`
+	$(BIN)/python -m pytest -q --quick -n 2 --dist loadfile $(foreach room,cli compat docs jobs training,--ignore=tests/$(room))
 
 check: env  ## form: format, lint, types, import floors, generated docs current
 	$(BIN)/ruff format --check src tests scripts benchmarks examples

@@ -4,6 +4,8 @@ Processes that tests spawn shall find `tests` too, be it `pytest` that was typed
 
 And Ctrl-C shall reach the programs that tests start: a suite that a shell began in the background ignores it, and so
 would they.
+
+`--quick` leaves out the tests that `tests/slow.txt` names (see `scripts/list_slow_tests.py`).
 """
 
 import os
@@ -11,8 +13,25 @@ import signal
 import sys
 from pathlib import Path
 
+import pytest
+
 os.environ.setdefault("GOMP_SPINCOUNT", "2000")
 if (root := str(Path(__file__).parent)) not in sys.path:
     sys.path.insert(0, root)
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Let `make quick` ask for the everyday loop."""
+    parser.addoption("--quick", action="store_true", help="leave out the tests that tests/slow.txt names")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave slow tests out where that was asked for."""
+    if config.getoption("--quick"):
+        lines = (Path(__file__).parent / "tests" / "slow.txt").read_text(encoding="utf-8").splitlines()
+        slow = {line for line in lines if not line.startswith("#")}
+        left_out = [item for item in items if item.nodeid.split("[")[0] in slow]
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if item not in set(left_out)]
