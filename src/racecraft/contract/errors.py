@@ -105,10 +105,12 @@ class ContractError(RacecraftError):
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return a clause that names the nearest known name, or lists them all when none is near.
+    """Return a clause that names the nearest known name, the first of several as near, or lists all when none is.
 
     >>> nearest("horizn", ["horizon", "num_worlds"])
     "Did you mean 'horizon'?"
+    >>> nearest("reinvent", ["reinvent_base", "reinvent_wood"])
+    "Did you mean 'reinvent_base'?"
     >>> nearest("q", ["left", "right"])
     'Known: left, right.'
     >>> nearest("q", [])
@@ -118,7 +120,13 @@ def nearest(name: str, known: Iterable[str]) -> str:
     if not names:
         return "There is none."
     by_folded_name = {candidate.casefold(): candidate for candidate in names}
-    match = difflib.get_close_matches(name.casefold(), by_folded_name, n=1)
-    if match:
-        return f"Did you mean '{by_folded_name[match[0]]}'?"
+    folded = name.casefold()
+    likeness = {near: _likeness(near, folded) for near in difflib.get_close_matches(folded, by_folded_name, n=9)}
+    alike = [by_folded_name[near] for near, score in likeness.items() if score == max(likeness.values())]
+    if alike:
+        return f"Did you mean '{min(alike, key=names.index)}'?"
     return f"Known: {', '.join(names)}."
+
+
+def _likeness(name: str, other: str) -> float:
+    return difflib.SequenceMatcher(None, name, other).ratio()

@@ -7,13 +7,14 @@ import re
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 import pytest
 from tests.browser import Browser, needs_chromium
 from tests.logs import makers
 from tests.reference import HAS_ALL, LARGE, TRACES
 
 from racecraft.analysis.deepracer import logs as analysis
-from racecraft.analysis.deepracer.logs.page import STYLE, Extras, _explorer, write_logs_page
+from racecraft.analysis.deepracer.logs.page import STYLE, Extras, _explorer, _headline, write_logs_page
 from racecraft.analysis.deepracer.logs.page_data import _start_line, page_data
 from racecraft.analysis.page import page as document
 from racecraft.logs import read
@@ -64,6 +65,16 @@ def test_of_many_steps_the_fast_and_the_late_ones_travel(ticks, monkeypatch):
     assert {23, 24, 0, 1, 2} <= set(shown), "evaluations and full laps come first"
     assert 22 in shown, "then the latest"
     assert 3 not in shown
+
+
+def test_workers_are_counted_and_rounds_told_where_there_are_several(ticks):
+    def told(**columns):
+        return "".join(_headline(ticks.with_columns(**columns), None, "a log"))
+
+    number = pl.col("unique_episode").cast(pl.Int32)
+    assert ">worker<" in told()
+    assert ">workers<" in told(worker=number % 2)
+    assert ">workers, 3 rounds<" in told(round=1 + number % 3)
 
 
 def test_titles_and_damage_are_escaped_and_told(ticks, tmp_path):

@@ -143,6 +143,8 @@ def _headline(ticks: pl.DataFrame, track: Track | None, title: str) -> Iterator[
     where = f"{track.title or track.name}, {track.direction}" if track is not None else "an unknown track"
     yield f"<h1>{page.escaped(title)}</h1>"
     yield f'<p class="quiet">{page.escaped(where)} · {", ".join(ticks["phase"].cast(str).unique().sort())}</p>'
+    workers = episodes.select("round", "worker").unique().height
+    rounds = episodes["round"].n_unique()
     best = f"{full['seconds'].to_numpy().min():.2f} s" if full.height else "none yet"
     yield page.tiles(
         [
@@ -151,7 +153,7 @@ def _headline(ticks: pl.DataFrame, track: Track | None, title: str) -> Iterator[
             (f"{100 * episodes['progress_share'].to_numpy().mean():.0f} %", "mean progress"),
             (f"{ticks.height:,}", "steps"),
             (f"{episodes.select('round', 'iteration').unique().height:,}", "iterations"),
-            (f"{episodes.select('round', 'worker').unique().height:,}", "workers, all rounds"),
+            (f"{workers:,}", "worker" if workers == 1 else "workers" if rounds == 1 else f"workers, {rounds} rounds"),
         ]
     )
 
