@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cached_property
@@ -268,20 +268,27 @@ def _say_what_came_of_it(trained: Trained, files: dict[str, Any]) -> None:
     say_next(
         ("see every drive again, and each car's camera", f"racecraft watch {path}"),
         ("film three laps", f"racecraft evaluate {path} --laps 3 --video three-laps.mp4"),
-        *next_trainings(trained.run.read_job()["asked"].get("folder")),
+        *next_trainings(trained.run.read_job()["asked"]),
     )
 
 
-def next_trainings(folder: str | None) -> list[tuple[str, str]]:
+def next_trainings(asked: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return what to train next, purpose and command; whoever trained a folder has a reward of their own already.
 
-    >>> next_trainings("my-car")[0]
-    ('change the reward and train it again', 'racecraft train my-car')
+    Args:
+        asked: What job.json says was asked for.
+
+    >>> next_trainings({"folder": "my-car", "track": "Oval_track"})[0]
+    ('change the reward and train it again', 'racecraft train my-car --track Oval_track')
     """
+    from racecraft.training.deepracer.plan import DEFAULT_TRACK
+
+    folder, track = asked.get("folder"), asked.get("track", DEFAULT_TRACK)
+    train = "racecraft train" if folder is None else f"racecraft train {word(folder)}"
+    elsewhere = ("try another track", f"{train} --track {'Oval_track' if track != 'Oval_track' else DEFAULT_TRACK}")
     if folder is None:
-        return [
-            ("write a reward function of your own", "racecraft new my-car"),
-            ("try another track", "racecraft train --track Oval_track"),
-        ]
-    again = f"racecraft train {word(folder)}"
-    return [("change the reward and train it again", again), ("try another track", f"{again} --track Oval_track")]
+        return [("write a reward function of your own", "racecraft new my-car"), elsewhere]
+    again = train if track == DEFAULT_TRACK else f"{train} --track {word(track)}"
+    if many := asked.get("tracks"):
+        again = f"{train} --tracks {word(','.join(many))}"
+    return [("change the reward and train it again", again), elsewhere]
