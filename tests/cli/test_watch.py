@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -66,5 +67,27 @@ def test_a_training_opens_its_page_and_closes_it(tmp_path):
             time.sleep(0.2)
         training.send_signal(signal.SIGINT)
         training.communicate(timeout=60)
+    with pytest.raises(OSError, match="refused"):
+        told(url + "api/run")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a terminal of its own is POSIX's")
+def test_on_a_terminal_the_page_stays_until_ctrl_c(tmp_path):
+    ours, theirs = os.openpty()
+    command = [*RUN, "train", "--watch", "--no-pictures", "--run", "r", *TINY, "--stop", "iterations=1"]
+    terminal = {"stdin": theirs, "stdout": theirs, "stderr": theirs}
+    with subprocess.Popen(command, cwd=tmp_path, env=NO_BROWSER, **terminal) as training:
+        os.close(theirs)
+        try:
+            said = b""
+            while b"The page stays until Ctrl-C." not in said:
+                said += os.read(ours, 4096)
+            url = re.search(rb"watch: (http\S+/)", said)[1].decode()
+            assert told(url + "api/run")["kind"] == "deepracer"
+            training.send_signal(signal.SIGINT)
+            assert training.wait(timeout=20) == 0
+        finally:
+            training.kill()
+    os.close(ours)
     with pytest.raises(OSError, match="refused"):
         told(url + "api/run")

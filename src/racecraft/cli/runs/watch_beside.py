@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,6 +18,8 @@ from racecraft.cli.runs.watch import PORT, open_page, serve
 
 if TYPE_CHECKING:
     from racecraft.training.callbacks import TrainingCallback
+
+LOOK_S = 0.2
 
 
 @contextlib.contextmanager
@@ -74,9 +77,9 @@ class PageBeside:
         self._tell(f"watch: http://127.0.0.1:{self._port}/")
 
     def wait(self) -> None:
-        """Wait until the page is gone."""
-        if self._process is not None:
-            self._process.wait()
+        """Wait until the page is gone, in short waits: a Ctrl-C just before a wait without end would be lost."""
+        while self._process is not None and self._process.poll() is None:
+            time.sleep(LOOK_S)
 
     def close(self) -> None:
         """End the page. Doing so twice is doing so once."""
