@@ -34,10 +34,12 @@ def join_continued(ticks: pl.DataFrame) -> pl.DataFrame:
         *(pl.col(name).first() for name in (*STREAM, "episode")),
         pl.col("tick").first().alias("from"), pl.col("tick").last().alias("to"),
     )  # fmt: skip
-    before = {name: pl.col(name).shift().over(*STREAM) for name in ("episode", "to")}
-    goes_on = training & (before["episode"] == pl.col("episode")) & (before["to"] + 1 == pl.col("from"))
-    whole = (~goes_on.fill_null(False)).cum_sum().over(*STREAM).alias("whole")
-    first = parts.with_columns(whole).with_columns(pl.col("unique_episode").min().over(*STREAM, "whole").alias("first"))
+    before = {"episode": "episode_before", "to": "before"}
+    parts = parts.with_columns(pl.col(name).shift().over(*STREAM).alias(alias) for name, alias in before.items())
+    goes_on = training & (pl.col("episode_before") == pl.col("episode")) & (pl.col("before") + 1 == pl.col("from"))
+    parts = parts.with_columns((~goes_on.fill_null(False)).alias("begins"))
+    parts = parts.with_columns(pl.col("begins").cum_sum().over(*STREAM).alias("whole"))
+    first = parts.with_columns(pl.col("unique_episode").min().over(*STREAM, "whole").alias("first"))
     one = first.select("unique_episode", (pl.col("first").rank("dense") - 1).cast(pl.Int32).alias("one"))
     joined = ticks.join(one, on="unique_episode", how="left", maintain_order="left")
     return joined.with_columns(pl.col("one").alias("unique_episode")).drop("one").sort(
