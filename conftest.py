@@ -32,6 +32,5 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if config.getoption("--quick"):
         lines = (Path(__file__).parent / "tests" / "slow.txt").read_text(encoding="utf-8").splitlines()
         slow = {line for line in lines if not line.startswith("#")}
-        left_out = [item for item in items if item.nodeid.split("[")[0] in slow]
-        config.hook.pytest_deselected(items=left_out)
-        items[:] = [item for item in items if item not in set(left_out)]
+        config.hook.pytest_deselected(items=[item for item in items if item.nodeid.split("[")[0] in slow])
+        items[:] = [item for item in items if item.nodeid.split("[")[0] not in slow]

@@ -26,6 +26,9 @@ def number(ticks: pl.DataFrame) -> pl.DataFrame:
 
     A worker's episode that goes on in the file of its next iteration stays one as long as no other worker's rows stand
     between; those that do `continued.py` puts together.
+
+    Args:
+        ticks: With STREAM, `file`, `episode` and `tick`; round, phase and stream change where the file does, if at all.
     """
     import polars as pl
 

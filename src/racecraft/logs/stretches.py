@@ -73,11 +73,11 @@ class Stretch:
     def _load_whole(self) -> Loaded:
         """Read whole texts, each with the end of a line behind its last one."""
         room = _room(self.bytes + len(self.pieces))
-        bytes_of, ends, at = room.data, [], 0
+        view, ends, at = room.data, [], 0  # sooner looked into than an array
         for piece in self.pieces:
-            begin, at = at, at + piece.text.read_into(bytes_of[at : at + piece.end - piece.begin], piece.begin)
-            if at > begin and bytes_of[at - 1] != _NEW_LINE:
-                bytes_of[at] = _NEW_LINE
+            begin, at = at, at + piece.text.read_into(view[at : at + piece.end - piece.begin], piece.begin)
+            if at > begin and view[at - 1] != _NEW_LINE:
+                view[at] = _NEW_LINE
                 at += 1
             ends.append(at)
         return Loaded(_closed(room, at), at, True, _lines_in(room, ends))

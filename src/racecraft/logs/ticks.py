@@ -97,7 +97,8 @@ def _placed(trace: pl.DataFrame, pairs: list[tuple[int, Source]], phase: str | N
         "worker": [source.worker for source in sources],
         "iteration": [source.iteration for source in sources],
     }
-    columns = [_repeated(k, one, runs["len"]) for k, one in told_by_path.items() if k not in trace.columns]
+    untold = {name: values for name, values in told_by_path.items() if name not in trace.columns}
+    columns = [_repeated(name, values, runs["len"]) for name, values in untold.items()]
     named = trace.rename({theirs: ours for theirs, ours in OURS.items() if theirs in trace.columns})
     return [named.with_columns(columns)]
 

@@ -280,6 +280,8 @@ def next_trainings(asked: Mapping[str, Any]) -> list[tuple[str, str]]:
 
     >>> next_trainings({"folder": "my-car", "track": "Oval_track"})[0]
     ('change the reward and train it again', 'racecraft train my-car --track Oval_track')
+    >>> next_trainings({"folder": "my-car", "track": "Oval_track", "tracks": ["Oval_track", "LGSWide"]})[0][1]
+    'racecraft train my-car --tracks Oval_track,LGSWide'
     """
     from racecraft.training.deepracer.plan import DEFAULT_TRACK
 

@@ -106,10 +106,8 @@ def read_lines(
     if at >= end:
         return 0, 0, 0, 0
     stop = _next_line(text, end - 1, length)
-    marks, line_marks = np.zeros(2 * _BLOCK_BYTES, np.int32), np.empty(2 * _BLOCK_BYTES, np.int32)
-    starts, first_marks = np.empty(2 * _BLOCK_BYTES, np.int32), np.empty(2 * _BLOCK_BYTES, np.int32)
+    marks, line_marks, starts, first_marks, taken_apart = _room_for(2 * _BLOCK_BYTES)
     short, values = no_numbers_yet(len(floats))
-    taken_apart = room_for_numbers(2 * _BLOCK_BYTES)
     left = np.zeros(len(odd), np.bool_)
     rows = odds = gap_count = line_count = 0
     in_gap = False
@@ -117,9 +115,7 @@ def read_lines(
         behind = _next_line(text, min(at + _BLOCK_BYTES, stop) - 1, length)
         room = behind - at + 1 + SPARE_MARKS
         if room > len(marks):
-            marks, line_marks = np.zeros(room, np.int32), np.empty(room, np.int32)
-            starts, first_marks = np.empty(room, np.int32), np.empty(room, np.int32)
-            taken_apart = room_for_numbers(room)
+            marks, line_marks, starts, first_marks, taken_apart = _room_for(room)
         mark_count, lines_here = find_marks(text, at, behind, marks, line_marks)
         if word_at(text, behind - 1) & _BYTE != _U(_NEW_LINE):
             marks[mark_count], line_marks[lines_here] = behind, mark_count
@@ -164,6 +160,13 @@ def read_lines(
         rows = _close_ranks(left[:rows], place, floats, wholes, flags, status, lines)
     _tell_files(lines[place : place + rows], files[place : place + rows], pieces)
     return rows, odds, gap_count, line_count
+
+
+@kernel
+def _room_for(count):
+    """Return room for so many marks, which of them end lines, where rows begin, their first marks, and for a column."""
+    marks, line_marks = np.zeros(count, np.int32), np.empty(count, np.int32)
+    return marks, line_marks, np.empty(count, np.int32), np.empty(count, np.int32), room_for_numbers(count)
 
 
 @inner_kernel
