@@ -17,7 +17,7 @@ test: env  ## every test that CI runs, on two cores: tests with warnings as erro
 	$(BIN)/python -m pytest -q -n 2 --dist loadfile
 
 quick: env  ## the everyday loop: what a room does by itself; commands, trainings, jobs and slow tests are left to `make test`
-	$(BIN)/python -m pytest -q --quick -n 2 --dist loadfile $(foreach room,cli compat docs jobs training,--ignore=tests/$(room))
+	$(BIN)/python -m pytest -q --quick -n 2 --dist loadfile $(foreach part,cli compat docs jobs training worlds/deepracer/training worlds/battlesnake/training worlds/unity/training,--ignore=tests/$(part))
 
 check: env  ## form: format, lint, types, import floors, generated docs current
 	$(BIN)/ruff format --check src tests scripts benchmarks examples

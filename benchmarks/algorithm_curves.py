@@ -26,9 +26,9 @@ from typing import Any
 from racecraft.formats.demonstrations import write_demonstrations
 from racecraft.training.callbacks import TrainingCallback
 from racecraft.training.demonstrating import record_run
-from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.progress import LineWatcher
 from racecraft.training.worlds import train
+from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 HERE = Path(__file__).resolve().parent
 PICTURES = {"simple": "simple-algorithms.png", "worths": "worths.png", "ppo": "ppo.png"}

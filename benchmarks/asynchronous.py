@@ -28,10 +28,10 @@ from gymnasium.envs.classic_control.cartpole import CartPoleEnv
 import racecraft
 from racecraft.formats.whole import write_whole
 from racecraft.training.callbacks import IterationReport
-from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.request import TrainRequest
-from racecraft.training.unity.plan import UnityRequest
 from racecraft.training.worlds import train
+from racecraft.worlds.gymnasium.training.trainer import GymRequest
+from racecraft.worlds.unity.training.plan import UnityRequest
 
 PLAIN, SLOW = "CartPole-v1", "SlowCartPole-v1"
 GOAL = 475.0
@@ -50,7 +50,7 @@ SCENES, SCENE_SECONDS, SCENE_ITERATIONS = 64, 0.016, 12
 SCENE = f"""#!{{python}}
 import sys, time
 sys.path.insert(0, {{home!r}})
-from racecraft.envs.unity import basic_scene
+from racecraft.worlds.unity.env import basic_scene
 class Slow(basic_scene.BasicScene):
     def act(self, actions):
         time.sleep({SCENE_SECONDS})

@@ -199,8 +199,8 @@ def rollout_of(learner: Any) -> Any:
 def car(preset: str) -> Any:
     """Return a learner as a car of a preset has it."""
     from racecraft.algorithms.building import build_learner
-    from racecraft.training.deepracer.plan import RaceRequest
-    from racecraft.training.deepracer.trainer import driven_world, plan
+    from racecraft.worlds.deepracer.training.plan import RaceRequest
+    from racecraft.worlds.deepracer.training.trainer import driven_world, plan
 
     planned = plan(RaceRequest(preset=preset, overrides=("rollout.num_worlds=1", "ppo.precision=float32")))
     return build_learner(planned.algorithm, driven_world(planned, None).spec, planned.settings, 1)
@@ -210,10 +210,10 @@ def snake() -> Any:
     """Return a learner as snakes have it."""
     from racecraft.algorithms.building import build_learner
     from racecraft.algorithms.registry import find_algorithm
-    from racecraft.envs.battlesnake.settings import GameSettings
-    from racecraft.envs.battlesnake.world import WorldSettings
-    from racecraft.training.battlesnake.self_play import SelfPlayWorld, world_settings
-    from racecraft.training.battlesnake.trainer import default_settings
+    from racecraft.worlds.battlesnake.env.settings import GameSettings
+    from racecraft.worlds.battlesnake.env.world import WorldSettings
+    from racecraft.worlds.battlesnake.training.self_play import SelfPlayWorld, world_settings
+    from racecraft.worlds.battlesnake.training.trainer import default_settings
 
     algorithm = find_algorithm("ppo")
     settings = default_settings(algorithm)

@@ -22,11 +22,11 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-from racecraft.formats.aws.training_metrics import TrainingRow, read_metrics_file
 from racecraft.formats.whole import write_whole
-from racecraft.training.deepracer.plan import RaceRequest
 from racecraft.training.progress import LineWatcher
 from racecraft.training.worlds import train as train_run
+from racecraft.worlds.deepracer.files.training_metrics import TrainingRow, read_metrics_file
+from racecraft.worlds.deepracer.training.plan import RaceRequest
 
 HYPERPARAMETERS = {
     "batch_size": 64, "beta_entropy": 0.01, "discount_factor": 0.95, "exploration_type": "categorical",

@@ -19,13 +19,13 @@ from statistics import median
 import numpy as np
 
 from racecraft.contract.world import allocate
-from racecraft.envs.battlesnake.dice import StreamDice
-from racecraft.envs.battlesnake.kernels.steps import random_safe_play
-from racecraft.envs.battlesnake.reference import Referee
-from racecraft.envs.battlesnake.settings import GameSettings
-from racecraft.envs.battlesnake.stages import default_move
-from racecraft.envs.battlesnake.world import BattlesnakeWorld, WorldSettings
 from racecraft.kernels import set_threads
+from racecraft.worlds.battlesnake.env.dice import StreamDice
+from racecraft.worlds.battlesnake.env.kernels.steps import random_safe_play
+from racecraft.worlds.battlesnake.env.reference import Referee
+from racecraft.worlds.battlesnake.env.settings import GameSettings
+from racecraft.worlds.battlesnake.env.stages import default_move
+from racecraft.worlds.battlesnake.env.world import BattlesnakeWorld, WorldSettings
 
 REPEATS = 5
 CASES = (GameSettings(), GameSettings(7, 7, 2), GameSettings(11, 11, 4, "royale", "royale"), GameSettings(19, 19, 8))

@@ -6,10 +6,10 @@ import time
 
 import numpy as np
 
-from racecraft.envs.deepracer.camera import Camera
-from racecraft.envs.deepracer.scene import build_scene
 from racecraft.kernels import set_threads
-from racecraft.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.env.camera import Camera
+from racecraft.worlds.deepracer.env.scene import build_scene
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 SIZES = ((160, 120), (80, 60), (40, 30))
 

@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.training.callbacks import Silent
-from racecraft.training.deepracer.plan import RaceRequest
 from racecraft.training.worlds import train
+from racecraft.worlds.deepracer.training.plan import RaceRequest
 
 NEVER = float("inf")
 RANGES = {

@@ -28,9 +28,9 @@ def measured(preset: str, iterations: int, threads: int) -> dict[str, float]:
     from racecraft.algorithms.ppo import PpoLearner
     from racecraft.players.trained import GreedyPolicy
     from racecraft.rollout.collector import Collector
-    from racecraft.training.deepracer import trainer as car
-    from racecraft.training.deepracer.evaluator import CarEvaluator
     from racecraft.training.processor import prepare_processor
+    from racecraft.worlds.deepracer.training import trainer as car
+    from racecraft.worlds.deepracer.training.evaluator import CarEvaluator
 
     planned = car.plan_car(car.RaceRequest(preset=preset))
     prepare_processor(threads)

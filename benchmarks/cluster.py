@@ -270,11 +270,11 @@ def request_for(name: str, run: Path, times: int = 1) -> Any:
         words += (f"rollout.num_worlds={times * _default_worlds(name, run)}",)
     asked = {"run": run, "stops": (f"iterations={ITERATIONS[name]}",), "overrides": words}
     if name == "cars":
-        from racecraft.training.deepracer.plan import RaceRequest
+        from racecraft.worlds.deepracer.training.plan import RaceRequest
 
         return RaceRequest(**asked)
-    from racecraft.envs.battlesnake.settings import GameSettings
-    from racecraft.training.battlesnake.trainer import SnakeRequest
+    from racecraft.worlds.battlesnake.env.settings import GameSettings
+    from racecraft.worlds.battlesnake.training.trainer import SnakeRequest
 
     return SnakeRequest(GameSettings(11, 11, 4, "standard", "standard"), **asked)
 

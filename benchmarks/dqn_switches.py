@@ -36,13 +36,13 @@ def curve(seed: int, switches: dict[str, Any]) -> list[tuple[int, float]]:
 
     from racecraft.algorithms.dqn import DqnConfig, DqnLearner
     from racecraft.algorithms.networks import NetworkConfig
-    from racecraft.envs.adapters.from_gymnasium import GymnasiumWorld
     from racecraft.players.trained import GreedyPolicy
     from racecraft.rollout.collector import Collector
     from racecraft.rollout.episodes import play_episodes
     from racecraft.rollout.replay import Replay
     from racecraft.rollout.replay_settings import ReplayConfig
     from racecraft.rollout.statistics import summarise
+    from racecraft.worlds.gymnasium.env.from_gymnasium import GymnasiumWorld
 
     torch.set_num_threads(1)
     own = dict(switches)

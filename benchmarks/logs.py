@@ -29,10 +29,10 @@ import polars as pl  # noqa: E402
 from deepracer.logs import AnalysisUtils, DeepRacerLog, PlottingUtils, SimulationLogsIO  # noqa: E402
 from deepracer.tracks import Track as TheirTrack  # noqa: E402
 
-from racecraft.analysis.deepracer import logs as analysis  # noqa: E402
-from racecraft.formats.aws.sim_trace import read_sim_trace  # noqa: E402
-from racecraft.formats.aws.simulation_log import trace_lines  # noqa: E402
-from racecraft.logs import read  # noqa: E402
+from racecraft.worlds.deepracer.analysis import logs as analysis  # noqa: E402
+from racecraft.worlds.deepracer.files.sim_trace import read_sim_trace  # noqa: E402
+from racecraft.worlds.deepracer.files.simulation_log import trace_lines  # noqa: E402
+from racecraft.worlds.deepracer.logs import read  # noqa: E402
 
 HEAT_MAP_ROWS = 100_000
 """Rows of the heat map: theirs walks row by row, and a million would take minutes."""

@@ -18,14 +18,14 @@ import sys
 import tempfile
 from pathlib import Path
 
-from racecraft.formats.generalisation import ROLES, read_generalisation
 from racecraft.formats.whole import write_whole
-from racecraft.tracks.catalogue import load_track, names
-from racecraft.tracks.track import Track
-from racecraft.training.deepracer.hold_out import are_alike
-from racecraft.training.deepracer.plan import RaceRequest
 from racecraft.training.progress import LineWatcher
 from racecraft.training.worlds import train
+from racecraft.worlds.deepracer.files.generalisation import ROLES, read_generalisation
+from racecraft.worlds.deepracer.tracks.catalogue import load_track, names
+from racecraft.worlds.deepracer.tracks.track import Track
+from racecraft.worlds.deepracer.training.hold_out import are_alike
+from racecraft.worlds.deepracer.training.plan import RaceRequest
 
 TRAINED, HELD_OUT = 20, 10
 OPEN = "Straight_track"

@@ -20,12 +20,12 @@ import numpy as np
 
 from by_turns import microseconds
 from racecraft.contract.world import allocate
-from racecraft.envs.deepracer.actions import ActionTable
-from racecraft.envs.deepracer.settings import CameraConfig
-from racecraft.envs.deepracer.world import RaceWorld
-from racecraft.formats.aws.reward_file import RewardFunction, default_reward_source, load_reward_function
 from racecraft.kernels import set_threads
-from racecraft.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.env.actions import ActionTable
+from racecraft.worlds.deepracer.env.settings import CameraConfig
+from racecraft.worlds.deepracer.env.world import RaceWorld
+from racecraft.worlds.deepracer.files.reward_file import RewardFunction, default_reward_source, load_reward_function
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 CARS, TICKS = 32, 32
 KEEPS = """

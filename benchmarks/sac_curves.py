@@ -23,8 +23,8 @@ import matplotlib.pyplot as plt
 
 from racecraft.formats.whole import write_whole
 from racecraft.training.callbacks import IterationReport
-from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.worlds import train
+from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 WORLDS = {
     "Pendulum-v1": (5_000, -200.0, ()),

@@ -24,14 +24,14 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch import nn
 
+from racecraft.adapters.sb3_vec_env import sb3_vec_env
 from racecraft.algorithms.kernels.plain_look import NO_BEND, RELU
 from racecraft.algorithms.plain_look import Layer, end_to_end
-from racecraft.envs.adapters.sb3_vec_env import sb3_vec_env
-from racecraft.evaluation.deepracer.laps import judge_starts
 from racecraft.kernels import set_threads
-from racecraft.training.deepracer.bench_laps import bench_laps
-from racecraft.training.deepracer.plan import RaceRequest, plan_car
-from racecraft.training.deepracer.trainer import load_reward, race_world, warm_up
+from racecraft.worlds.deepracer.evaluation.laps import judge_starts
+from racecraft.worlds.deepracer.training.bench_laps import bench_laps
+from racecraft.worlds.deepracer.training.plan import RaceRequest, plan_car
+from racecraft.worlds.deepracer.training.trainer import load_reward, race_world, warm_up
 
 LIMIT_SECONDS = 120.0
 

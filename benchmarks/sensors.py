@@ -15,15 +15,15 @@ import numpy as np
 
 from by_turns import microseconds
 from racecraft.contract.world import Array, allocate
-from racecraft.envs.deepracer.actions import action_space
-from racecraft.envs.deepracer.promise import CRITIC_NAME
-from racecraft.envs.deepracer.sensors import car_sensors
-from racecraft.envs.deepracer.settings import BoxesConfig, CameraConfig
-from racecraft.envs.deepracer.variation import VariationConfig
-from racecraft.envs.deepracer.world import RaceWorld
-from racecraft.formats.aws.model_metadata import action_space_from_aws
 from racecraft.kernels import set_threads
-from racecraft.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.env.actions import action_space
+from racecraft.worlds.deepracer.env.promise import CRITIC_NAME
+from racecraft.worlds.deepracer.env.sensors import car_sensors
+from racecraft.worlds.deepracer.env.settings import BoxesConfig, CameraConfig
+from racecraft.worlds.deepracer.env.variation import VariationConfig
+from racecraft.worlds.deepracer.env.world import RaceWorld
+from racecraft.worlds.deepracer.files.model_metadata import action_space_from_aws
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 CARS, TICKS, TURNS = 32, 32, 40
 TRACK = "reinvent_base"

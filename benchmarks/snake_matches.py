@@ -14,13 +14,13 @@ With `--keep FILE` every game is written there as soon as it is over, and the sa
 stand there: a hundred games against a slow server need not be one sitting.
 
 Where an address is among the two, time is that of the clock: `--milliseconds` is the game's timeout, as the official
-program has it, players of ours keep their margin within it (`players/battlesnake/time_budget.py`), and one thinks after
-the other, so that both have the machine to themselves. Answers that came late, and that failed otherwise, are counted
-for each side; nothing else should run meanwhile. With `--think MS` both sides have so much of the *processor* for a
-move, for a machine that does much else: players of ours look at their thread's seconds, servers at what whoever started
-them lets them see; every answer is waited for, and those that took longer than the timeout are counted as late. How
-long answers took by the clock stands in every game. With `--lost FOLDER` games that the first did not win are written
-there, for `racecraft snakes study`.
+program has it, players of ours keep their margin within it (`worlds/battlesnake/players/time_budget.py`), and one
+thinks after the other, so that both have the machine to themselves. Answers that came late, and that failed
+otherwise, are counted for each side; nothing else should run meanwhile. With `--think MS` both sides have so much of
+the *processor* for a move, for a machine that does much else: players of ours look at their thread's seconds, servers
+at what whoever started them lets them see; every answer is waited for, and those that took longer than the timeout
+are counted as late. How long answers took by the clock stands in every game. With `--lost FOLDER` games that the
+first did not win are written there, for `racecraft snakes study`.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from racecraft.envs.battlesnake.board import Board
-    from racecraft.envs.battlesnake.settings import GameSettings
-    from racecraft.evaluation.battlesnake.seats import Seat
-    from racecraft.players.battlesnake.messages import GameCard
-    from racecraft.players.battlesnake.protocol import Message, SnakePlayer
+    from racecraft.worlds.battlesnake.env.board import Board
+    from racecraft.worlds.battlesnake.env.settings import GameSettings
+    from racecraft.worlds.battlesnake.evaluation.seats import Seat
+    from racecraft.worlds.battlesnake.players.messages import GameCard
+    from racecraft.worlds.battlesnake.players.protocol import Message, SnakePlayer
 
 SEED_OF_MATCHES, MOST_TURNS = 3_000_017, 1000
 PATIENCE = 3600.0
@@ -50,10 +50,10 @@ PATIENCE = 3600.0
 def pair_of_games(first: str, second: str, size: int, snakes: int, milliseconds: float, pair: int) -> list[dict]:
     """Play two games on the same dice, seats swapped; return what each was worth to the first, and how long it was."""
     from racecraft.contract.random_streams import stream_keys
-    from racecraft.envs.battlesnake.dice import StreamDice
-    from racecraft.envs.battlesnake.reference import Referee
-    from racecraft.envs.battlesnake.settings import GameSettings
-    from racecraft.players.battlesnake.find import find_player, warm_up
+    from racecraft.worlds.battlesnake.env.dice import StreamDice
+    from racecraft.worlds.battlesnake.env.reference import Referee
+    from racecraft.worlds.battlesnake.env.settings import GameSettings
+    from racecraft.worlds.battlesnake.players.find import find_player, warm_up
 
     key = int(stream_keys(SEED_OF_MATCHES, "matches", pair + 1)[pair])
     told = []
@@ -139,11 +139,11 @@ def games_by_the_clock(
         lost: A folder for the games that the first did not win.
     """
     from racecraft.contract.random_streams import stream_keys
-    from racecraft.envs.battlesnake.dice import StreamDice
-    from racecraft.envs.battlesnake.settings import GameSettings
-    from racecraft.evaluation.battlesnake.match import play
-    from racecraft.evaluation.battlesnake.record import write_record
-    from racecraft.evaluation.battlesnake.seats import take_seat
+    from racecraft.worlds.battlesnake.env.dice import StreamDice
+    from racecraft.worlds.battlesnake.env.settings import GameSettings
+    from racecraft.worlds.battlesnake.evaluation.match import play
+    from racecraft.worlds.battlesnake.evaluation.record import write_record
+    from racecraft.worlds.battlesnake.evaluation.seats import take_seat
 
     def left(board: Board, game: int) -> set[bool]:
         """Return which sides have somebody left; True is the first."""
@@ -218,7 +218,7 @@ class Keeper:
 
 def _by_the_processor(seat: Seat, seconds: float) -> Any:
     """Let a player of ours think for so long, and wait for whoever sits there."""
-    from racecraft.players.battlesnake.protocol import SnakePlayer
+    from racecraft.worlds.battlesnake.players.protocol import SnakePlayer
 
     if isinstance(seat.player, SnakePlayer):
         seat.player = Told(seat.player, seconds)
@@ -280,7 +280,7 @@ def _count_own_time() -> None:
     """Let search look at the processor's seconds; torch then has to stay on its thread."""
     import torch
 
-    from racecraft.players.battlesnake import certainty, search
+    from racecraft.worlds.battlesnake.players import certainty, search
 
     torch.set_num_threads(1)
     certainty.time = search.time = SimpleNamespace(monotonic=time.thread_time)

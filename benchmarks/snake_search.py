@@ -26,18 +26,18 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.envs.battlesnake.board import Board
-from racecraft.envs.battlesnake.dice import StreamDice
-from racecraft.envs.battlesnake.reference import Referee
-from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.kernels import kernel, set_threads
-from racecraft.players.battlesnake.certainty import Certainty
-from racecraft.players.battlesnake.flood_fill import FloodFill
-from racecraft.players.battlesnake.foresight import position_of, pouring_room
-from racecraft.players.battlesnake.kernels.position import play_on
-from racecraft.players.battlesnake.kernels.worth import appraise
-from racecraft.players.battlesnake.sight import safe_moves
-from racecraft.players.battlesnake.tree import Tree
+from racecraft.worlds.battlesnake.env.board import Board
+from racecraft.worlds.battlesnake.env.dice import StreamDice
+from racecraft.worlds.battlesnake.env.reference import Referee
+from racecraft.worlds.battlesnake.env.settings import GameSettings
+from racecraft.worlds.battlesnake.players.certainty import Certainty
+from racecraft.worlds.battlesnake.players.flood_fill import FloodFill
+from racecraft.worlds.battlesnake.players.foresight import position_of, pouring_room
+from racecraft.worlds.battlesnake.players.kernels.position import play_on
+from racecraft.worlds.battlesnake.players.kernels.worth import appraise
+from racecraft.worlds.battlesnake.players.sight import safe_moves
+from racecraft.worlds.battlesnake.players.tree import Tree
 
 POSITIONS = 16
 ROUNDS = 5

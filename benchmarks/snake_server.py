@@ -60,9 +60,9 @@ def fresh_policy(run: Path) -> str:
 
 async def measure(name: str, games: int, seconds: float) -> dict[str, Any]:
     """Serve a player, let the clients play, and return the figures."""
-    from racecraft.players.battlesnake.find import find_player, warm_up
-    from racecraft.players.battlesnake.protocol import ManyPlayer
-    from racecraft.serving.snake_server import SnakeServer, answer_before_thinking, settle
+    from racecraft.worlds.battlesnake.players.find import find_player, warm_up
+    from racecraft.worlds.battlesnake.players.protocol import ManyPlayer
+    from racecraft.worlds.battlesnake.serving.snake_server import SnakeServer, answer_before_thinking, settle
 
     answer_before_thinking()
     player = find_player(name)
@@ -138,11 +138,11 @@ async def client(
 
 def positions() -> list[bytes]:
     """Return requests of positions of one game under way; the game's id is GAME."""
-    from racecraft.envs.battlesnake.dice import StreamDice
-    from racecraft.envs.battlesnake.reference import Referee
-    from racecraft.envs.battlesnake.settings import GameSettings
-    from racecraft.players.battlesnake.messages import GameCard, message
-    from racecraft.players.battlesnake.sight import best_safe_move
+    from racecraft.worlds.battlesnake.env.dice import StreamDice
+    from racecraft.worlds.battlesnake.env.reference import Referee
+    from racecraft.worlds.battlesnake.env.settings import GameSettings
+    from racecraft.worlds.battlesnake.players.messages import GameCard, message
+    from racecraft.worlds.battlesnake.players.sight import best_safe_move
 
     settings, found, key = GameSettings(11, 11, 4), [], 0
     while len(found) < POSITIONS:

@@ -32,12 +32,12 @@ def trained(minutes: float, seed: int, place: str) -> dict:
 
 def greedy_duels(place: str, games: int) -> dict:
     """Play the policy alone against flood_fill, all games side by side."""
-    from racecraft.envs.battlesnake.settings import GameSettings
-    from racecraft.envs.battlesnake.world import WorldSettings
-    from racecraft.evaluation.battlesnake.batch import play_batch
     from racecraft.evaluation.rating import wilson
-    from racecraft.players.battlesnake.trained import load_trained_snake
-    from racecraft.training.battlesnake.evaluator import count
+    from racecraft.worlds.battlesnake.env.settings import GameSettings
+    from racecraft.worlds.battlesnake.env.world import WorldSettings
+    from racecraft.worlds.battlesnake.evaluation.batch import play_batch
+    from racecraft.worlds.battlesnake.players.trained import load_trained_snake
+    from racecraft.worlds.battlesnake.training.evaluator import count
 
     snake = load_trained_snake(place)
     world = WorldSettings(GameSettings(11, 11, 2), view=snake.seen.view, outlook=snake.seen.outlook)
@@ -50,10 +50,10 @@ def greedy_duels(place: str, games: int) -> dict:
 def search_duel(place: str, milliseconds: float, pair: int) -> list[float]:
     """Play two games on the same dice, seats swapped; return what each was worth to the policy's side."""
     from racecraft.contract.random_streams import stream_keys
-    from racecraft.envs.battlesnake.dice import StreamDice
-    from racecraft.envs.battlesnake.settings import GameSettings
-    from racecraft.evaluation.battlesnake.match import play
-    from racecraft.evaluation.battlesnake.seats import THINKING_SHARE, take_seat
+    from racecraft.worlds.battlesnake.env.dice import StreamDice
+    from racecraft.worlds.battlesnake.env.settings import GameSettings
+    from racecraft.worlds.battlesnake.evaluation.match import play
+    from racecraft.worlds.battlesnake.evaluation.seats import THINKING_SHARE, take_seat
 
     key = int(stream_keys(SEED_OF_DUELS, "search duels", pair + 1)[pair])
     mine, other = take_seat(f"search+{place}", "mine"), take_seat("search", "other")

@@ -20,8 +20,8 @@ import numpy as np
 
 import racecraft
 from racecraft.contract.world import allocate
-from racecraft.envs.unity.session import Choice, Session
-from racecraft.envs.unity.world import UnityWorld
+from racecraft.worlds.unity.env.session import Choice, Session
+from racecraft.worlds.unity.env.world import UnityWorld
 
 NAME, STAY = "Basic?team=0", 0
 ROUNDS = 3
@@ -77,7 +77,7 @@ def official_exchanges_per_second(python: str, agents: int) -> float:
         home = Path(racecraft.__file__).parent.parent
         program.write_text(
             f"#!{sys.executable}\nimport sys\nsys.path.insert(0, {str(home)!r})\n"
-            "from racecraft.envs.unity.basic_scene import main\nsys.exit(main())\n"
+            "from racecraft.worlds.unity.env.basic_scene import main\nsys.exit(main())\n"
         )
         program.chmod(program.stat().st_mode | stat.S_IXUSR)
         command = [python, "-c", OFFICIAL, str(program), str(agents), str(ROUNDS), str(SECONDS)]

@@ -16,17 +16,17 @@ from pathlib import Path
 import numpy as np
 
 from racecraft.contract.world import allocate
-from racecraft.envs.deepracer.actions import action_space
-from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
-from racecraft.envs.deepracer.side_by_side import SideBySide
-from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
-from racecraft.envs.deepracer.world import RaceWorld
-from racecraft.formats.aws.model_metadata import action_space_from_aws
 from racecraft.formats.live_ticks import wish_for_ticks
 from racecraft.formats.run_folder import RunFolder
-from racecraft.tracks.catalogue import load_track
-from racecraft.training.deepracer import live
-from racecraft.training.deepracer.live import RING_TICKS, LivePublisher
+from racecraft.worlds.deepracer.env.actions import action_space
+from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
+from racecraft.worlds.deepracer.env.side_by_side import SideBySide
+from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
+from racecraft.worlds.deepracer.env.world import RaceWorld
+from racecraft.worlds.deepracer.files.model_metadata import action_space_from_aws
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.training import live
+from racecraft.worlds.deepracer.training.live import RING_TICKS, LivePublisher
 
 TURNS, CARS = 15, 32
 PLAYED_SECONDS = RING_TICKS / TICKS_PER_SECOND

@@ -30,7 +30,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
+from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
 
 STEADY = ("ppo.learning_rate=1e-8", "evaluation.every=1000000")
 PERIOD_SECONDS, SETTLE_SECONDS = 7.5, 0.5

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from racecraft.tracks.catalogue import load_track
-from racecraft.tracks.picture import PaintedPath, draw_track
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.tracks.picture import PaintedPath, draw_track
 
 track = load_track("2022_reinvent_champ_ccw")
 share = np.linspace(0.0, 1.0, 600)

@@ -5,7 +5,7 @@ import math
 import gymnasium
 import numpy as np
 
-import racecraft.envs.adapters  # noqa: F401  (registers racecraft/DeepRacer-v0)
+import racecraft.adapters  # noqa: F401  (registers racecraft/DeepRacer-v0)
 
 LOOK_AHEAD_M = 0.6
 

@@ -8,9 +8,9 @@ import torch
 
 from racecraft.algorithms.registry import register_algorithm
 from racecraft.algorithms.reinforce import ReinforceConfig, ReinforceLearner
-from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.progress import LineWatcher
 from racecraft.training.worlds import train
+from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 
 class HillClimbing(ReinforceLearner):

@@ -10,9 +10,9 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 
-from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.progress import LineWatcher
 from racecraft.training.worlds import train
+from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 
 class Room(gymnasium.Env):

@@ -11,9 +11,9 @@ import torch
 from torch import nn
 
 from racecraft.players.trained import load_policy
-from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.progress import LineWatcher
 from racecraft.training.worlds import train
+from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 
 class Waves(nn.Module):

@@ -19,10 +19,10 @@ import numpy as np
 from PIL import Image
 from scipy.ndimage import binary_erosion, distance_transform_edt, gaussian_filter, zoom
 
-from racecraft.envs.deepracer.camera import Camera, mount_for_version
-from racecraft.envs.deepracer.scene import GREY_WEIGHTS, Scene, build_scene
-from racecraft.tracks.catalogue import load_track
-from racecraft.tracks.track import Track
+from racecraft.worlds.deepracer.env.camera import Camera, mount_for_version
+from racecraft.worlds.deepracer.env.scene import GREY_WEIGHTS, Scene, build_scene
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.tracks.track import Track
 
 FRAMES_MOUNT = mount_for_version("1")
 """The reference frames are of 2019: they are looked at through the eyes that a car of version 1 has here."""

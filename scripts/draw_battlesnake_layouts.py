@@ -17,7 +17,7 @@ DRAWN = (
     "hz_islands_bridges", "hz_islands_bridges_lg", "hz_rivers_bridges", "hz_rivers_bridges_lg", "hz_rivers_bridges_xl",
 )  # fmt: skip
 LISTED_FOOD = {"arcade_maze", "hz_castle_wall", "hz_castle_wall_lg", "hz_castle_wall_xl"}
-TARGET = Path(__file__).parents[1] / "src/racecraft/envs/battlesnake/layouts.toml"
+TARGET = Path(__file__).parents[1] / "src/racecraft/worlds/battlesnake/env/layouts.toml"
 
 
 def main(path: str) -> None:

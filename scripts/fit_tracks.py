@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.tracks.fit import fit_shape, misses
-from racecraft.tracks.importer import import_track
-from racecraft.tracks.look import TrackLook
-from racecraft.tracks.shape_file import rows_from_record, shape_text
-from racecraft.tracks.track import Track
+from racecraft.worlds.deepracer.tracks.fit import fit_shape, misses
+from racecraft.worlds.deepracer.tracks.importer import import_track
+from racecraft.worlds.deepracer.tracks.look import TrackLook
+from racecraft.worlds.deepracer.tracks.shape_file import rows_from_record, shape_text
+from racecraft.worlds.deepracer.tracks.track import Track
 
 SOURCE = "AWS DeepRacer simulation application, route file of the same name"
 LICENCE = "Apache-2.0"

@@ -5,8 +5,8 @@
 PUBLIC holds unpacked copies of the public repositories that RECORDINGS names, each in a folder `owner+name`; without it
 only the recordings of ../shared/data count. Each car is fitted to some recordings and judged on others: other
 trainings, other tracks, other racers. Prints the table of docs/fidelity.md and the profiles that
-`envs/deepracer/vehicle.py` holds. What is made small is the distance to the recorded car after a second, measured by
-what is far at that speed, every recording and every band of speed counting the same.
+`worlds/deepracer/env/vehicle.py` holds. What is made small is the distance to the recorded car after a second,
+measured by what is far at that speed, every recording and every band of speed counting the same.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize
 
-from racecraft.envs.deepracer.vehicle import NO_LIMIT, PROFILES, CarProfile
-from racecraft.evaluation.deepracer.open_loop import drive_open_loop, real_speeds
-from racecraft.evaluation.deepracer.recompute import Retold, recompute
-from racecraft.formats.aws.sim_trace import TRACE_COLUMNS, SimTrace, SimTraceError, read_sim_trace
-from racecraft.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.env.vehicle import NO_LIMIT, PROFILES, CarProfile
+from racecraft.worlds.deepracer.evaluation.open_loop import drive_open_loop, real_speeds
+from racecraft.worlds.deepracer.evaluation.recompute import Retold, recompute
+from racecraft.worlds.deepracer.files.sim_trace import TRACE_COLUMNS, SimTrace, SimTraceError, read_sim_trace
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 
 class Recording(NamedTuple):

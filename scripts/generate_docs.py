@@ -94,7 +94,7 @@ JSON object on one line of standard output, everything else on standard error.
 
 def reward_page() -> str:
     """Return every key of the dictionary a reward function is given."""
-    from racecraft.envs.deepracer.reward_params import REWARD_PARAMETERS
+    from racecraft.worlds.deepracer.env.reward_params import REWARD_PARAMETERS
 
     rows = []
     for key, text in REWARD_PARAMETERS.items():
@@ -166,7 +166,7 @@ def metrics_page() -> str:
 
 def tracks_page() -> str:
     """Return every circuit of the catalogue."""
-    from racecraft.tracks.catalogue import names, summary
+    from racecraft.worlds.deepracer.tracks.catalogue import names, summary
 
     rows = []
     for found in map(summary, names()):
@@ -191,7 +191,7 @@ closed, lines cross, the road is too narrow or too wide, or rows are out of orde
 
 def run_env_page() -> str:
     """Return every variable of run.env, and whether it is obeyed."""
-    from racecraft.formats.aws.run_env_variables import BY_NAME, OTHER_SPELLINGS, STATUSES
+    from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, OTHER_SPELLINGS, STATUSES
 
     def table(status: str) -> str:
         rows = [
@@ -220,7 +220,7 @@ Documents, older versions and slips of the original's code use these names; they
 
 def glossary_page() -> str:
     """Return the words of the console, the JSON files and run.env beside ours."""
-    from racecraft.training.deepracer.glossary import GLOSSARY, Term
+    from racecraft.worlds.deepracer.training.glossary import GLOSSARY, Term
 
     def code(names: str) -> str:
         return ", ".join(f"`{name.strip()}`" for name in names.split(",") if name.strip())
@@ -244,15 +244,15 @@ function is given), the variable of DeepRacer for Cloud, and ours. `racecraft ex
 
 def track_pictures() -> dict[str, str]:
     """Return a small picture of every circuit: place under docs/ → SVG."""
-    from racecraft.tracks.catalogue import load_track, names
-    from racecraft.tracks.thumbnail import thumbnail_svg
+    from racecraft.worlds.deepracer.tracks.catalogue import load_track, names
+    from racecraft.worlds.deepracer.tracks.thumbnail import thumbnail_svg
 
     return {f"pictures/tracks/{name}.svg": thumbnail_svg(load_track(name)) for name in names()}
 
 
 def gallery_page() -> str:
     """Return every circuit as a picture with its name."""
-    from racecraft.tracks.catalogue import names, summary
+    from racecraft.worlds.deepracer.tracks.catalogue import names, summary
 
     picture = "width: 100%; margin: 0 0 6px; padding: 0; border: 0"
     cards = [
@@ -277,7 +277,7 @@ table.
 
 def worlds_page() -> str:
     """Return the card of every world that can be trained from the command line."""
-    from racecraft.envs.deepracer import world
+    from racecraft.worlds.deepracer.env import world
 
     return (
         "# Worlds\n\nA world's card says what it promises; it stands at the top of the world's own file.\n\n"
@@ -287,7 +287,7 @@ def worlds_page() -> str:
 
 def fidelity_page() -> str:
     """Return where our car world departs from the original, and how to bring each habit back."""
-    from racecraft.envs.deepracer.fidelity import KEPT_IN_BOTH, NOT_EMULATED, as_table
+    from racecraft.worlds.deepracer.env.fidelity import KEPT_IN_BOTH, NOT_EMULATED, as_table
 
     return f"""# Fidelity
 
@@ -306,7 +306,7 @@ In neither, because it would be dishonest or of no use to rebuild:
 
 def variation_page() -> str:
     """Return the disturbances, what each level has of them, and what is written down of an episode."""
-    from racecraft.envs.deepracer.variation import DRAWN, LEVELS, as_table
+    from racecraft.worlds.deepracer.env.variation import DRAWN, LEVELS, as_table
 
     drawn = _table(("field", "unit", "meaning"), [(f"`{one.name}`", one.unit, one.doc) for one in DRAWN])
     levels = _list(f"`{name}`: {meaning}" for name, meaning in LEVELS.items())

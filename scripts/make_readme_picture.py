@@ -15,15 +15,15 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from racecraft.contract.world import Array
-from racecraft.envs.deepracer import race
-from racecraft.envs.deepracer.camera import Camera
-from racecraft.envs.deepracer.scene import build_scene
-from racecraft.evaluation.deepracer.drive import DriveKeeper
-from racecraft.evaluation.deepracer.laps import judge_laps
-from racecraft.players.deepracer.trained_car import load_trained_car
-from racecraft.tracks.catalogue import load_track
-from racecraft.tracks.picture import PaintedPath, draw_track
-from racecraft.tracks.track import Track
+from racecraft.worlds.deepracer.env import race
+from racecraft.worlds.deepracer.env.camera import Camera
+from racecraft.worlds.deepracer.env.scene import build_scene
+from racecraft.worlds.deepracer.evaluation.drive import DriveKeeper
+from racecraft.worlds.deepracer.evaluation.laps import judge_laps
+from racecraft.worlds.deepracer.players.trained_car import load_trained_car
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.tracks.picture import PaintedPath, draw_track
+from racecraft.worlds.deepracer.tracks.track import Track
 
 PICTURE = Path(__file__).resolve().parents[1] / "docs" / "pictures" / "lap.png"
 VIEWS_AT = (0.10, 0.40, 0.66)

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from racecraft.contract.world import allocate
-from racecraft.envs.deepracer.actions import action_space
-from racecraft.envs.deepracer.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig
-from racecraft.envs.deepracer.side_by_side import SideBySide
-from racecraft.envs.deepracer.world import RaceWorld
-from racecraft.formats.aws.model_metadata import action_space_from_aws
 from racecraft.formats.episodes import write_episodes
 from racecraft.formats.run_folder import RunFolder
-from racecraft.tracks.catalogue import load_track
-from racecraft.training.deepracer.recorder import EpisodeRecorder
+from racecraft.worlds.deepracer.env.actions import action_space
+from racecraft.worlds.deepracer.env.settings import BotsConfig, BoxesConfig, CameraConfig, RaceConfig
+from racecraft.worlds.deepracer.env.side_by_side import SideBySide
+from racecraft.worlds.deepracer.env.world import RaceWorld
+from racecraft.worlds.deepracer.files.model_metadata import action_space_from_aws
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.training.recorder import EpisodeRecorder
 
 ACTIONS = [{"steering_angle": angle, "speed": 2.0, "index": k} for k, angle in enumerate((-20.0, 0.0, 20.0))]
 RACE, CAMERA = RaceConfig(), CameraConfig(width=16, height=12)

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from racecraft.envs.deepracer.kernels.boxes import SIDE_LIGHT, SUN_SHARE, SUN_X, SUN_Y
-from racecraft.envs.deepracer.scene import MATERIALS
+from racecraft.worlds.deepracer.env.kernels.boxes import SIDE_LIGHT, SUN_SHARE, SUN_X, SUN_Y
+from racecraft.worlds.deepracer.env.scene import MATERIALS
 
 WIDTH, HEIGHT, SAMPLES = 80, 60, 6
 GROUND = 40

@@ -177,7 +177,7 @@ def slow_server():
 def test_by_the_processor_a_late_answer_is_waited_for_and_still_counted(run_all, slow_server, tmp_path, monkeypatch):
     """Upwards from the start is the wall after some turns: each answer of the server comes 30 ms late, none is lost."""
     matches = importlib.import_module("snake_matches")
-    from racecraft.players.battlesnake import certainty, search
+    from racecraft.worlds.battlesnake.players import certainty, search
 
     asked = []
     choose = search.Search.choose
@@ -198,7 +198,7 @@ def test_by_the_processor_a_late_answer_is_waited_for_and_still_counted(run_all,
 
 
 def test_a_game_that_was_not_won_is_kept_to_be_studied(run_all, slow_server, tmp_path):
-    from racecraft.evaluation.battlesnake.record import read_record
+    from racecraft.worlds.battlesnake.evaluation.record import read_record
 
     matches = importlib.import_module("snake_matches")
     (game,) = matches.games_by_the_clock(slow_server, "hungry", 7, 2, 500, range(1), None, tmp_path)

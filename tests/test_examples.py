@@ -41,9 +41,9 @@ def test_there_are_examples():
 
 
 def test_the_fast_car_is_a_folder_that_trains():
-    from racecraft.envs.deepracer.vehicle import MAX_SPEED_MPS
-    from racecraft.formats.aws.reward_file import load_reward_function, validate
-    from racecraft.training.deepracer.trainer import RaceRequest, plan_car
+    from racecraft.worlds.deepracer.env.vehicle import MAX_SPEED_MPS
+    from racecraft.worlds.deepracer.files.reward_file import load_reward_function, validate
+    from racecraft.worlds.deepracer.training.trainer import RaceRequest, plan_car
 
     folder = EXAMPLES / "fast_car"
     plan = plan_car(RaceRequest(folder=folder))
@@ -57,7 +57,7 @@ CARS = {"six_boxes": "OBJECT_AVOIDANCE", "three_bots": "HEAD_TO_BOT", "overtakin
 
 @pytest.mark.parametrize("name", CARS)
 def test_a_car_among_others_is_a_folder_that_trains(name):
-    from racecraft.training.deepracer.trainer import RaceRequest, plan_car
+    from racecraft.worlds.deepracer.training.trainer import RaceRequest, plan_car
 
     planned = plan_car(RaceRequest(folder=EXAMPLES / name))
     assert planned.settings.race.type == CARS[name]
@@ -67,7 +67,7 @@ def test_a_car_among_others_is_a_folder_that_trains(name):
 
 
 def test_the_boxes_are_six_and_the_bots_three():
-    from racecraft.training.deepracer.trainer import RaceRequest, plan_car
+    from racecraft.worlds.deepracer.training.trainer import RaceRequest, plan_car
 
     boxes = plan_car(RaceRequest(folder=EXAMPLES / "six_boxes")).settings.boxes
     assert (boxes.number, boxes.random, boxes.min_distance) == (6, True, 2.0)
@@ -75,7 +75,7 @@ def test_the_boxes_are_six_and_the_bots_three():
 
 
 def test_the_overtaking_car_is_paid_by_the_default_of_its_race():
-    from racecraft.formats.aws.reward_file import default_reward_source
+    from racecraft.worlds.deepracer.files.reward_file import default_reward_source
 
     text = (EXAMPLES / "overtaking" / "reward_function.py").read_text(encoding="utf-8")
     assert text == default_reward_source(has_objects=True, has_rivals=True)

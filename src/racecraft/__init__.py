@@ -23,14 +23,14 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from racecraft import logs
     from racecraft.algorithms.registry import register_algorithm
     from racecraft.api.judging import evaluate
     from racecraft.api.runs import load_policy, read_run
     from racecraft.api.training import resume, train
     from racecraft.api.tuning import train_population, tune
     from racecraft.api.worlds import make_world
-    from racecraft.tracks.catalogue import load_track
+    from racecraft.worlds.deepracer import logs
+    from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 _WHERE = {
     "train": "racecraft.api",
@@ -41,7 +41,7 @@ _WHERE = {
     "train_population": "racecraft.api",
     "make_world": "racecraft.api",
     "read_run": "racecraft.api",
-    "load_track": "racecraft.tracks.catalogue",
+    "load_track": "racecraft.worlds.deepracer.tracks.catalogue",
     "register_algorithm": "racecraft.algorithms.registry",
 }
 
@@ -63,7 +63,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name == "logs":
-        return importlib.import_module("racecraft.logs")
+        return importlib.import_module("racecraft.worlds.deepracer.logs")
     if name in _WHERE:
         return getattr(importlib.import_module(_WHERE[name]), name)
     raise AttributeError(f"module 'racecraft' has no attribute {name!r}")

@@ -12,10 +12,10 @@ from racecraft.algorithms.registry import ALGORITHMS, Algorithm, find_algorithm
 from racecraft.algorithms.stacking import StackedLearner
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import ArraySpec, DiscreteActions, WorldSpec
-from racecraft.formats.aws.hyperparameters import Hyperparameters
 from racecraft.settings.composition import Settings
-from racecraft.training.deepracer.presets import default_settings, settings_for
 from racecraft.training.settings import RuntimeConfig
+from racecraft.worlds.deepracer.files.hyperparameters import Hyperparameters
+from racecraft.worlds.deepracer.training.presets import default_settings, settings_for
 
 SPEC = WorldSpec("toy", 4, 1, {"position": ArraySpec((2,), np.float32)}, DiscreteActions(3))
 ASKED = {

@@ -17,7 +17,7 @@ from racecraft.contract.world import (
     WorldSpec,
 )
 from racecraft.formats.demonstrations import Demonstrations, write_demonstrations
-from racecraft.formats.unity.demonstrations import Demonstration, Transitions
+from racecraft.worlds.unity.files.demonstrations import Demonstration, Transitions
 
 SEEN = {"x": ArraySpec((2,), np.float32), "true": ArraySpec((1,), np.float32, privileged=True)}
 SPEC = WorldSpec("toy", 2, 1, SEEN, DiscreteActions(3))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import torch
-from tests.formats.tensorflow.policies import layers_for
+from tests.worlds.deepracer.files.tensorflow.policies import layers_for
 
 from racecraft.algorithms.architecture import architecture_from
 from racecraft.algorithms.networks import ActorCritic
@@ -11,9 +11,15 @@ from racecraft.algorithms.plain_layers import NoPlainLayersError, layers_of, pol
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.twin_critics import SoftActorCritic
 from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions
-from racecraft.envs.deepracer.promise import CAMERA_NAME
-from racecraft.envs.deepracer.sensors import LIDAR, STEREO, car_sensors
-from racecraft.formats.aws.policy_layers import DenseLayer, NetworkLayers, PolicyLayers, PolicyLayersError, SensorLayers
+from racecraft.worlds.deepracer.env.promise import CAMERA_NAME
+from racecraft.worlds.deepracer.env.sensors import LIDAR, STEREO, car_sensors
+from racecraft.worlds.deepracer.files.policy_layers import (
+    DenseLayer,
+    NetworkLayers,
+    PolicyLayers,
+    PolicyLayersError,
+    SensorLayers,
+)
 
 SENSORS = [(CAMERA_NAME,), (STEREO,), (CAMERA_NAME, LIDAR)]
 

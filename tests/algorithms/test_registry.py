@@ -142,8 +142,8 @@ def test_what_learns_from_whole_episodes_is_given_one_of_every_world(kind, algor
 
 
 def test_snakes_are_not_taught_by_whole_games():
-    from racecraft.envs.battlesnake.settings import GameSettings
-    from racecraft.training.battlesnake.trainer import SnakeRequest, plan
+    from racecraft.worlds.battlesnake.env.settings import GameSettings
+    from racecraft.worlds.battlesnake.training.trainer import SnakeRequest, plan
 
     with pytest.raises(SettingError, match=r"--algorithm es learns from whole episodes.*Use ppo"):
         plan(SnakeRequest(GameSettings(), algorithm="es"))

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from racecraft.analysis.deepracer.drive import Drive, as_drive
 from racecraft.analysis.figures import FigureError, draw_curves, draw_path, has_values, path_figure
 from racecraft.analysis.metrics import METRICS, metrics_markdown
-from racecraft.envs.deepracer import race
 from racecraft.formats.whole import OutputFileError
+from racecraft.worlds.deepracer.analysis.drive import Drive, as_drive
+from racecraft.worlds.deepracer.env import race
 
 
 def metric_rows(count, **more):

@@ -6,23 +6,23 @@ from dataclasses import replace
 import numpy as np
 import polars as pl
 import pytest
-from tests.logs import makers
+from tests.worlds.deepracer.logs import makers
 
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.analysis.account_words import asked_words, happened_words
-from racecraft.analysis.deepracer.logs.advice import advice
-from racecraft.analysis.deepracer.logs.judged import Judged
 from racecraft.analysis.learner import Learner, learner_of_job, learner_of_log
 from racecraft.analysis.learning_advice import learning_advice
 from racecraft.analysis.report import write_report
 from racecraft.analysis.run_facts import read_facts
 from racecraft.formats.episodes import STATUSES
 from racecraft.formats.run_folder import RunFolder
-from racecraft.logs import read
 from racecraft.reporting.account import advice_of, as_asked
 from racecraft.settings.overrides import as_dictionary
-from racecraft.tracks.catalogue import load_track
-from racecraft.training.deepracer.presets import default_settings
+from racecraft.worlds.deepracer.analysis.logs.advice import advice
+from racecraft.worlds.deepracer.analysis.logs.judged import Judged
+from racecraft.worlds.deepracer.logs import read
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.training.presets import default_settings
 
 COUNT = 20
 PPO = Learner("ppo", {"ppo": {"learning_rate": 4e-4, "entropy_weight": 0.02}, "rollout": {"horizon": 64}})

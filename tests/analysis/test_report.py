@@ -12,14 +12,14 @@ import pytest
 from tests.browser import Browser, needs_chromium
 
 from racecraft.analysis import page
-from racecraft.analysis.deepracer.report_parts import console_cost
 from racecraft.analysis.figures import FigureError
 from racecraft.analysis.report import write_report
 from racecraft.analysis.run_facts import ReportError
-from racecraft.envs.deepracer import race
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.episodes import write_episodes
 from racecraft.formats.run_folder import RunFolder
+from racecraft.worlds.deepracer.analysis.report_parts import console_cost
+from racecraft.worlds.deepracer.env import race
 
 FETCHING = ("src", "href", "srcset", "poster", "data", "action", "xlink:href")
 

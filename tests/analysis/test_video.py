@@ -8,10 +8,10 @@ import pytest
 
 from racecraft.analysis import video
 from racecraft.analysis.dashboard import BAD, BANNER_FOOT, GOOD
-from racecraft.analysis.deepracer.drive import Drive
 from racecraft.contract.errors import UserInputError
-from racecraft.envs.deepracer import race
 from racecraft.formats.whole import OutputFileError
+from racecraft.worlds.deepracer.analysis.drive import Drive
+from racecraft.worlds.deepracer.env import race
 
 BANNER_ROW, BANNER_COLUMN = video.HEIGHT - BANNER_FOOT - 6, 30
 

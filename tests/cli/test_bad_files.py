@@ -7,7 +7,7 @@ import pytest
 from tests.cli.conftest import TINY
 
 from racecraft.formats.run_folder import RunFolder
-from racecraft.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 ROWS = load_track("Oval_track").rows
 

@@ -9,7 +9,7 @@ import pytest
 from tests.cli.conftest import TINY
 
 from racecraft.formats.run_folder import RunFolder
-from racecraft.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 REWARD = "def reward_function(params):\n    return 1.0\n"
 METADATA = {

@@ -10,7 +10,7 @@ from tests.cli.conftest import TINY
 
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_lock import RunLock
-from racecraft.tracks.catalogue import load_track, names
+from racecraft.worlds.deepracer.tracks.catalogue import load_track, names
 
 
 def test_train_evaluate_and_look(racecraft, tmp_path):

@@ -8,8 +8,8 @@ import pytest
 from tests.cli.conftest import TINY
 from tests.jobs.conftest import end_supervisor
 
-from racecraft.formats.aws.drfc_book import NotedJob, job_of, note_job
 from racecraft.jobs.home import JobHome
+from racecraft.worlds.deepracer.files.drfc_book import NotedJob, job_of, note_job
 
 SETTINGS = f'RACECRAFT_SET="{" ".join(TINY[1::2])}"\nRACECRAFT_STOP=iterations=1\n'
 

@@ -5,8 +5,8 @@ import json
 import pytest
 from tests.cli.conftest import TINY
 
-from racecraft.evaluation.deepracer.judged_race import JudgedRace
 from racecraft.formats.run_folder import RunFolder
+from racecraft.worlds.deepracer.evaluation.judged_race import JudgedRace
 
 
 @pytest.fixture
@@ -65,7 +65,7 @@ def judged(monkeypatch):
         kept.append((rules, reverse))
         raise EnoughError
 
-    monkeypatch.setattr("racecraft.cli.deepracer.evaluate.race_car", keep)
+    monkeypatch.setattr("racecraft.worlds.deepracer.cli.evaluate.race_car", keep)
 
     def run(racecraft, *words):
         with pytest.raises(EnoughError):

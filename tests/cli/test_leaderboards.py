@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from racecraft.cli.deepracer.leaderboards import _on_track
-from racecraft.formats.aws.leaderboards import WITHOUT_ROUTE, read_leaderboards
-from racecraft.tracks.catalogue import load_track, names
+from racecraft.worlds.deepracer.cli.leaderboards import _on_track
+from racecraft.worlds.deepracer.files.leaderboards import WITHOUT_ROUTE, read_leaderboards
+from racecraft.worlds.deepracer.tracks.catalogue import load_track, names
 
 RACES = """\
 Arn,Name,LaunchTime,TrackArn,MinimumLaps,RaceType,TimingMethod

@@ -3,7 +3,7 @@
 import json
 
 import polars as pl
-from tests.logs import makers
+from tests.worlds.deepracer.logs import makers
 
 
 def test_a_log_is_told_in_a_table(racecraft, tmp_path):

@@ -5,8 +5,8 @@ import json
 import pytest
 from tests.cli.conftest import TINY
 
-from racecraft.formats.generalisation import read_generalisation
 from racecraft.formats.run_folder import RunFolder
+from racecraft.worlds.deepracer.files.generalisation import read_generalisation
 
 TRAIN = ("train", *TINY, "--no-pictures", "--run", "r", "--stop", "iterations=1")
 GROUPS = ("--group", "cars=2", "--group", "race=OBJECT_AVOIDANCE boxes.number=1 cars=2")

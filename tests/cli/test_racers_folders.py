@@ -8,7 +8,7 @@ from tests.cli.conftest import TINY
 
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
-from racecraft.training.deepracer.race_environment import OBEYED
+from racecraft.worlds.deepracer.training.race_environment import OBEYED
 
 METADATA = {
     "sensor": ["FRONT_FACING_CAMERA"],

@@ -5,11 +5,11 @@ import shutil
 
 import pytest
 from tests.cli.conftest import TINY
-from tests.formats.tensorflow.policies import layers_for, write_listed
+from tests.worlds.deepracer.files.tensorflow.policies import layers_for, write_listed
 
-from racecraft.formats.aws.policy_graph import graph_of
-from racecraft.formats.aws.training_metrics import read_metrics_file
-from racecraft.formats.tensorflow.graph import write_graph
+from racecraft.worlds.deepracer.files.policy_graph import graph_of
+from racecraft.worlds.deepracer.files.tensorflow.graph import write_graph
+from racecraft.worlds.deepracer.files.training_metrics import read_metrics_file
 
 STOP = ("--stop", "iterations=1", "--no-pictures")
 

@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import pytest
 from tests.cli.conftest import TINY
 
-from racecraft.evaluation.deepracer import robustness
-from racecraft.evaluation.deepracer.laps import Lap, LapReport
-from racecraft.evaluation.deepracer.robustness import Bar
+from racecraft.worlds.deepracer.evaluation import robustness
+from racecraft.worlds.deepracer.evaluation.laps import Lap, LapReport
+from racecraft.worlds.deepracer.evaluation.robustness import Bar
 
 
 @pytest.fixture

@@ -112,9 +112,9 @@ def test_play_says_who_killed_whom_and_which_turns_failed(racecraft, tmp_path):
 
 
 def test_whose_body_it_was_is_said():
-    from racecraft.cli.battlesnake.play import fate
-    from racecraft.envs.battlesnake.board import Snake
-    from racecraft.players.battlesnake.messages import GameCard
+    from racecraft.worlds.battlesnake.cli.play import fate
+    from racecraft.worlds.battlesnake.env.board import Snake
+    from racecraft.worlds.battlesnake.players.messages import GameCard
 
     card = GameCard("g", names={"s0": "Flo", "s1": "Ann"})
     assert fate(Snake("s0", [(1, 1)], 90, "head-collision", "s1", 41), card) == "head-collision by Ann on turn 41"

@@ -10,7 +10,7 @@ from dataclasses import asdict
 
 import pytest
 
-from racecraft.players.battlesnake.weights import AMONG_SEVERAL
+from racecraft.worlds.battlesnake.players.weights import AMONG_SEVERAL
 
 NEW = ("snakes", "arena", "new", "-W", 7, "-H", 7, "--snakes", 2, "--most-turns", 30, "-t", 300)
 

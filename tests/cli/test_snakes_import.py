@@ -2,8 +2,8 @@
 
 import json
 
-from tests.evaluation.battlesnake.test_game_files import game_of
-from tests.evaluation.battlesnake.test_imported import pieces_of, written
+from tests.worlds.battlesnake.evaluation.test_game_files import game_of
+from tests.worlds.battlesnake.evaluation.test_imported import pieces_of, written
 
 
 def test_one_of_several_games_is_chosen_by_number(racecraft, tmp_path):

@@ -28,5 +28,5 @@ def test_words_that_name_no_command_have_all_of_them(words):
 def test_a_command_is_imported_alone():
     code = "import sys; from racecraft.cli.table import app_for; app_for(['logs']); print(*sys.modules)"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert "racecraft.cli.deepracer.logs" in found
-    assert "racecraft.cli.deepracer.train" not in found
+    assert "racecraft.worlds.deepracer.cli.logs" in found
+    assert "racecraft.worlds.deepracer.cli.train" not in found

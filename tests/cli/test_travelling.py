@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tests.cli.conftest import TINY
 
-from racecraft.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 HELPER = "from shapes_here import deep\n\n\ndef pay(params):\n    return 1.0 - deep.far(params)\n"
 DEEP = "def far(params):\n    return params['distance_from_center'] / 10\n"

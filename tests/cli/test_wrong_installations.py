@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from racecraft.formats.aws.drfc_book import NotedJob, note_job
 from racecraft.formats.job_spec import JobSpec
 from racecraft.formats.run_folder import RunFolder
 from racecraft.jobs.home import JobHome
 from racecraft.jobs.job import new_job
+from racecraft.worlds.deepracer.files.drfc_book import NotedJob, note_job
 
 GOOD = {
     "run.env": "DR_WORLD_NAME=reinvent_base\n",

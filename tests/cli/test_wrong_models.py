@@ -12,13 +12,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.cli.conftest import TINY
-from tests.formats.tensorflow.policies import layers_for, write_listed
+from tests.worlds.deepracer.files.tensorflow.policies import layers_for, write_listed
 
-from racecraft.formats.aws.policy_graph import graph_of
-from racecraft.formats.aws.policy_weights import arrays_of
 from racecraft.formats.run_folder import RunFolder
-from racecraft.formats.tensorflow.checkpoint import write_checkpoint
-from racecraft.formats.tensorflow.graph import Graph, Node, write_graph
+from racecraft.worlds.deepracer.files.policy_graph import graph_of
+from racecraft.worlds.deepracer.files.policy_weights import arrays_of
+from racecraft.worlds.deepracer.files.tensorflow.checkpoint import write_checkpoint
+from racecraft.worlds.deepracer.files.tensorflow.graph import Graph, Node, write_graph
 
 FRONT, STEREO, SECTORS, STEPS = "FRONT_FACING_CAMERA", "STEREO_CAMERAS", "SECTOR_LIDAR", "DISCRETIZED_SECTOR_LIDAR"
 HEAD = "main_level/agent/main/online/network_1/ppo_head_0"

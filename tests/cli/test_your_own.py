@@ -228,7 +228,7 @@ def test_an_own_environment_trains_by_class_and_by_id(racecraft, folder):
 
 def test_an_own_world_trains_by_class(racecraft, folder):
     (folder / "my_world.py").write_text(
-        "from racecraft.envs.adapters.from_gymnasium import GymnasiumWorld\n"
+        "from racecraft.worlds.gymnasium.env.from_gymnasium import GymnasiumWorld\n"
         "class Poles(GymnasiumWorld):\n"
         "    def __init__(self, num_worlds): super().__init__('CartPole-v1', num_worlds)\n"
         "class Hole:\n    def __init__(self, num_worlds): pass\n"

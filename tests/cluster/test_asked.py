@@ -17,8 +17,8 @@ from racecraft.cluster.transport import ClusterError
 from racecraft.compat.foreign import foreign_names
 from racecraft.contract.errors import MissingExtraError, SettingError
 from racecraft.training.callbacks import Silent
-from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.worlds import train
+from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 
 @pytest.mark.parametrize(

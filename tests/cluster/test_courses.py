@@ -18,11 +18,11 @@ from racecraft.formats import live_ticks
 from racecraft.formats.episodes import columns_of_all
 from racecraft.formats.live_ticks import wish_for_ticks
 from racecraft.formats.run_folder import RunFolder
-from racecraft.players.deepracer.run_courses import cars_on, courses_of_run
 from racecraft.training.callbacks import Silent
-from racecraft.training.deepracer import live
-from racecraft.training.deepracer.plan import RaceRequest, plan_car
 from racecraft.training.worlds import resume, train
+from racecraft.worlds.deepracer.players.run_courses import cars_on, courses_of_run
+from racecraft.worlds.deepracer.training import live
+from racecraft.worlds.deepracer.training.plan import RaceRequest, plan_car
 
 FEW = (*(word for word in SMALL if "num_worlds" not in word), "evaluation.episodes=1")
 GROUPS = ("track=Oval_track cars=2", "track=Vegas_track race=OBJECT_AVOIDANCE boxes.number=2 cars=3")

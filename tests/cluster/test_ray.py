@@ -18,9 +18,9 @@ from tests.cluster.workers_here import spread_here
 
 from racecraft.cluster.spreading import spread_over
 from racecraft.training.callbacks import Silent
-from racecraft.training.deepracer.plan import RaceRequest
-from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.worlds import resume, train
+from racecraft.worlds.deepracer.training.plan import RaceRequest
+from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 pytest.importorskip("ray", reason="needs ray: pip install 'racecraft[cluster]'")
 

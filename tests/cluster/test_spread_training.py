@@ -13,13 +13,13 @@ from racecraft.cluster.crew import LOST_IN_A_ROW
 from racecraft.cluster.patience import patience
 from racecraft.cluster.transport import ClusterError
 from racecraft.contract.errors import SettingError, UserInputError
-from racecraft.envs.battlesnake.settings import GameSettings
 from racecraft.formats.checkpoint import Checkpoints
-from racecraft.training.battlesnake.trainer import SnakeRequest
 from racecraft.training.callbacks import Silent
-from racecraft.training.deepracer.plan import RaceRequest
-from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.worlds import resume, train
+from racecraft.worlds.battlesnake.env.settings import GameSettings
+from racecraft.worlds.battlesnake.training.trainer import SnakeRequest
+from racecraft.worlds.deepracer.training.plan import RaceRequest
+from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 SMALL = (
     "rollout.num_worlds=4",

@@ -16,8 +16,8 @@ from racecraft.cluster.transport import ClusterError
 from racecraft.cluster.worker import Worker
 from racecraft.contract.errors import SettingError
 from racecraft.training.callbacks import Silent
-from racecraft.training.deepracer.plan import RaceRequest
 from racecraft.training.worlds import resume, train
+from racecraft.worlds.deepracer.training.plan import RaceRequest
 
 SMALL = (
     "rollout.num_worlds=6",

@@ -7,7 +7,7 @@ import argparse
 
 import numpy as np
 
-from racecraft.envs.unity.player import ActionCard, Info, Seen, run_player
+from racecraft.worlds.unity.env.player import ActionCard, Info, Seen, run_player
 
 BEHAVIOR = "3DBall?team=0"
 AGENTS, EDGE, SPEED = 12, 1.0, 0.05

@@ -23,7 +23,7 @@ from racecraft.contract.errors import InputFileError, SettingError
 from racecraft.evaluation.judge import judge_run
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import OutputFileError
-from racecraft.training.gymnasium.trainer import GymRequest, plan
+from racecraft.worlds.gymnasium.training.trainer import GymRequest, plan
 
 EXAMPLES = os.environ.get("RACECRAFT_SAGEMAKER_EXAMPLES")
 METRIC = r"\[.*,.*\]\<stdout\>\:\| *{} *\| *([-+]?[0-9]*\.?[0-9]*) *\|"

@@ -18,7 +18,7 @@ from racecraft.compat.foreign import run_script
 from racecraft.contract.errors import InputFileError, SettingError
 from racecraft.evaluation.judge import judge_run
 from racecraft.formats.run_folder import RunFolder
-from racecraft.training.gymnasium.trainer import GymRequest, plan
+from racecraft.worlds.gymnasium.training.trainer import GymRequest, plan
 
 EXAMPLES = os.environ.get("RACECRAFT_SAGEMAKER_EXAMPLES")
 REWARD = re.compile(r"^Training>.*Total reward=(.*?),", re.MULTILINE)

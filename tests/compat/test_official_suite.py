@@ -65,7 +65,7 @@ def manifest(folder):
     """Write a manifest whose scenes are our stand-ins, as zips of one program each."""
     home, here = Path(racecraft.__file__).parent.parent, Path(__file__).parent
     lines = ["environments:"]
-    for scene, module in (("Basic", "racecraft.envs.unity.basic_scene"), ("3DBall", "ball_scene")):
+    for scene, module in (("Basic", "racecraft.worlds.unity.env.basic_scene"), ("3DBall", "ball_scene")):
         program = f'#!/bin/sh\nPYTHONPATH="{home}:{here}" exec "{sys.executable}" -P -m {module} "$@"\n'
         archive = folder / f"{scene}.zip"
         with zipfile.ZipFile(archive, "w") as zipped:

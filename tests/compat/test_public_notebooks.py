@@ -26,7 +26,7 @@ from pathlib import Path
 import pytest
 
 import racecraft
-from racecraft.logs import local_streams
+from racecraft.worlds.deepracer.logs import local_streams
 
 ANALYSIS, WORKSHOP = (os.environ.get(f"RACECRAFT_{name}_NOTEBOOKS") for name in ("ANALYSIS", "WORKSHOP"))
 RUN = os.environ.get("RACECRAFT_LOGS_RUN")
@@ -121,7 +121,7 @@ def test_visual_analysis_sees_through_models_of_ours(tmp_path):
 
 @pytest.mark.skipif(not WORKSHOP, reason="RACECRAFT_WORKSHOP_NOTEBOOKS names no copy of aws-deepracer-workshops")
 def test_the_workshops_notebook_of_2019_runs_through_our_names(tmp_path, run, monkeypatch):
-    from racecraft.reporting.notebooks.cells import MODULES
+    from racecraft.worlds.deepracer.notebooks.cells import MODULES
 
     copy = Path(WORKSHOP).expanduser().resolve()
     copy = copy if copy.name == "log-analysis" else copy / "log-analysis"

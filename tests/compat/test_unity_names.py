@@ -13,7 +13,7 @@ from racecraft.compat.foreign import foreign_names
 pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
 
 HOME = Path(racecraft.__file__).parent.parent
-SCENES = Path(__file__).parents[1] / "envs" / "unity"
+SCENES = Path(__file__).parents[1] / "worlds" / "unity" / "env"
 
 
 @pytest.fixture(autouse=True)
@@ -174,7 +174,7 @@ SENDS_PICTURES = """
 import sys
 sys.path[:0] = [{home!r}, {scenes!r}]
 from scenes import PictureScene
-from racecraft.envs.unity.player import Player
+from racecraft.worlds.unity.env.player import Player
 Player(PictureScene(), int(sys.argv[sys.argv.index("--mlagents-port") + 1]), package_version={version!r}).live()
 """
 SEES_PICTURES = """

@@ -81,7 +81,7 @@ def test_the_published_wrapper_starts_the_build_that_sagemaker_brings(tmp_path, 
     build = tmp_path / "Basic"
     build.write_text(
         f"#!{sys.executable}\nimport sys; sys.path.insert(0, {str(home)!r})\n"
-        "from racecraft.envs.unity.basic_scene import main\nsys.exit(main())\n"
+        "from racecraft.worlds.unity.env.basic_scene import main\nsys.exit(main())\n"
     )
     monkeypatch.setenv("SM_CHANNEL_TRAIN", str(tmp_path))
     monkeypatch.chdir(tmp_path)

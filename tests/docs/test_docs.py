@@ -83,7 +83,7 @@ def test_every_command_has_a_heading_and_every_option_a_row():
 
 
 def test_every_reward_key_has_a_row():
-    from racecraft.envs.deepracer.reward_params import REWARD_PARAMETERS
+    from racecraft.worlds.deepracer.env.reward_params import REWARD_PARAMETERS
 
     page = (DOCS / "reference/reward_parameters.md").read_text(encoding="utf-8")
     assert [key for key in REWARD_PARAMETERS if f"\n| `{key}` |" not in page] == []
@@ -114,15 +114,15 @@ def ppo_figures():
 
 
 def test_every_track_has_a_row():
-    from racecraft.tracks.catalogue import names
+    from racecraft.worlds.deepracer.tracks.catalogue import names
 
     page = (DOCS / "reference/tracks.md").read_text(encoding="utf-8")
     assert [name for name in names() if f"\n| `{name}` |" not in page] == []
 
 
 def test_every_key_of_a_racers_files_is_spoken_of():
-    from racecraft.formats.aws.model_metadata import KEYS
-    from racecraft.training.deepracer.presets import FROM_JSON, UNUSED
+    from racecraft.worlds.deepracer.files.model_metadata import KEYS
+    from racecraft.worlds.deepracer.training.presets import FROM_JSON, UNUSED
 
     page = (DOCS / "racing/your_folder.md").read_text(encoding="utf-8")
     keys = [*FROM_JSON, *UNUSED, "exploration_type", *KEYS]
@@ -130,7 +130,7 @@ def test_every_key_of_a_racers_files_is_spoken_of():
 
 
 def test_every_setting_that_a_hyperparameter_becomes_is_named_beside_it():
-    from racecraft.training.deepracer.presets import FROM_JSON
+    from racecraft.worlds.deepracer.training.presets import FROM_JSON
 
     rows = (DOCS / "racing/your_folder.md").read_text(encoding="utf-8").splitlines()
     for key, places in FROM_JSON.items():
@@ -139,8 +139,8 @@ def test_every_setting_that_a_hyperparameter_becomes_is_named_beside_it():
 
 
 def test_every_preset_and_every_stop_is_told():
-    from racecraft.training.deepracer.presets import PRESETS
     from racecraft.training.stopping import KINDS
+    from racecraft.worlds.deepracer.training.presets import PRESETS
 
     presets = (DOCS / "racing/presets.md").read_text(encoding="utf-8")
     started = (DOCS / "racing/getting_started.md").read_text(encoding="utf-8")
@@ -150,7 +150,7 @@ def test_every_preset_and_every_stop_is_told():
 
 def test_everything_that_a_run_folder_holds_is_told():
     from racecraft.formats import run_folder
-    from racecraft.formats.aws.model_folder import AwsModelFolder
+    from racecraft.worlds.deepracer.files.model_folder import AwsModelFolder
 
     page = (DOCS / "racing/run_folder.md").read_text(encoding="utf-8")
     names = [value for name, value in vars(run_folder).items() if name.isupper() and isinstance(value, str)]
@@ -370,7 +370,7 @@ def quoted_notes(page):
 
 
 def test_the_notes_quoted_for_a_training_without_files_are_said():
-    from racecraft.training.deepracer.trainer import RaceRequest, plan_car
+    from racecraft.worlds.deepracer.training.trainer import RaceRequest, plan_car
 
     quoted = quoted_notes("racing/getting_started.md")
     assert len(quoted) >= 3
@@ -378,7 +378,7 @@ def test_the_notes_quoted_for_a_training_without_files_are_said():
 
 
 def test_the_notes_quoted_for_a_template_of_deepracer_for_cloud_are_said(tmp_path):
-    from racecraft.training.deepracer.trainer import RaceRequest, plan_car
+    from racecraft.worlds.deepracer.training.trainer import RaceRequest, plan_car
 
     (tmp_path / "hyperparameters.json").write_text(
         '{"batch_size": "64", "beta_entropy": "0.01", "discount_factor": "0.999", "e_greedy_value": "0.05",'
@@ -394,7 +394,7 @@ def test_the_notes_quoted_for_a_template_of_deepracer_for_cloud_are_said(tmp_pat
 def test_the_letter_quoted_for_a_misspelt_setting_is_what_is_said():
     from racecraft.contract.errors import SettingError
     from racecraft.settings.overrides import apply_overrides
-    from racecraft.training.deepracer.presets import default_settings
+    from racecraft.worlds.deepracer.training.presets import default_settings
 
     with pytest.raises(SettingError) as caught:
         apply_overrides(default_settings(), ["ppo.learnin_rate=1"])
@@ -403,7 +403,7 @@ def test_the_letter_quoted_for_a_misspelt_setting_is_what_is_said():
 
 def test_the_letters_quoted_for_bad_reward_functions_are_what_is_said(tmp_path, monkeypatch):
     from racecraft.contract.errors import RewardError, RewardFileError
-    from racecraft.formats.aws.reward_file import example_situations, load_reward_function
+    from racecraft.worlds.deepracer.files.reward_file import example_situations, load_reward_function
 
     monkeypatch.chdir(tmp_path)
     file = Path("my-car/reward_function.py")

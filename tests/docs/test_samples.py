@@ -8,10 +8,10 @@ from types import SimpleNamespace
 import pytest
 from tests.cli.conftest import TINY, racecraft  # noqa: F401 (a fixture)
 
-from racecraft.cli.deepracer.train import _say_what_came_of_it
 from racecraft.training.callbacks import EvaluationResult, IterationReport
-from racecraft.training.deepracer.plan import RaceRequest, plan_car
 from racecraft.training.progress import LineWatcher
+from racecraft.worlds.deepracer.cli.train import _say_what_came_of_it
+from racecraft.worlds.deepracer.training.plan import RaceRequest, plan_car
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "racing" / "getting_started.md"
 SAMPLES = re.findall(r"^```text\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)

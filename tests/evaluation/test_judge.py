@@ -102,7 +102,7 @@ POLICY = SimpleNamespace(checkpoint=SimpleNamespace(iteration=12), metadata={"se
 def test_an_environment_is_judged_by_a_hundred_episodes_in_twenty_copies(
     tmp_path, monkeypatch, words, worlds, episodes, seed
 ):
-    from racecraft.evaluation import environments
+    from racecraft.worlds.gymnasium import evaluation as environments
 
     run = RunFolder.create(tmp_path / "run", {"kind": "gymnasium"})
     asked = []
@@ -124,9 +124,9 @@ def test_an_environment_is_judged_by_a_hundred_episodes_in_twenty_copies(
 def test_a_snake_is_judged_against_every_anchor_and_shared_first_places_are_no_wins(
     tmp_path, monkeypatch, words, games, seed
 ):
-    from racecraft.evaluation.battlesnake import batch
-    from racecraft.players.battlesnake import trained
-    from racecraft.players.battlesnake.anchors import ANCHORS
+    from racecraft.worlds.battlesnake.evaluation import batch
+    from racecraft.worlds.battlesnake.players import trained
+    from racecraft.worlds.battlesnake.players.anchors import ANCHORS
 
     run = RunFolder.create(tmp_path / "run", {"kind": "battlesnake", "asked": {"game": {"players": 3}}})
     asked = []
@@ -155,8 +155,8 @@ def test_a_snake_is_judged_against_every_anchor_and_shared_first_places_are_no_w
     ],
 )
 def test_a_car_is_judged_by_three_laps_from_the_start_line_of_its_track(tmp_path, monkeypatch, words, named, laps):
-    from racecraft.evaluation.deepracer import laps as of_laps
-    from racecraft.players.deepracer import trained_car
+    from racecraft.worlds.deepracer.evaluation import laps as of_laps
+    from racecraft.worlds.deepracer.players import trained_car
 
     run = RunFolder.create(tmp_path / "run", {"kind": "deepracer"})
     asked = []
@@ -176,8 +176,8 @@ def test_a_car_is_judged_by_three_laps_from_the_start_line_of_its_track(tmp_path
 
 @pytest.mark.parametrize(("words", "starts"), [({"tracks": "a,b"}, 5), ({"tracks": ["a", "b"], "laps": 2}, 2)])
 def test_on_several_tracks_a_car_drives_from_five_starts_each(tmp_path, monkeypatch, words, starts):
-    from racecraft.evaluation.deepracer import by_track
-    from racecraft.players.deepracer import trained_car
+    from racecraft.worlds.deepracer.evaluation import by_track
+    from racecraft.worlds.deepracer.players import trained_car
 
     run = RunFolder.create(tmp_path / "run", {"kind": "deepracer"})
     monkeypatch.setattr(trained_car, "load_trained_car", lambda path, which: "car")
@@ -200,7 +200,7 @@ def test_on_several_tracks_a_car_drives_from_five_starts_each(tmp_path, monkeypa
     ],
 )  # fmt: skip
 def test_a_scene_is_judged_by_twenty_episodes_as_it_was_trained(tmp_path, monkeypatch, asked, words, made, played):
-    from racecraft.envs.unity import builds, world
+    from racecraft.worlds.unity.env import builds, world
 
     run = RunFolder.create(tmp_path / "run", {"kind": "unity", "asked": asked})
     (run.evaluations / "1.json").write_text('{"most_steps": 70}')

@@ -8,15 +8,15 @@ import warnings
 
 import numpy as np
 import pytest
-from tests.formats.tensorflow.policies import METADATA, RANGES, layers_for, moments
+from tests.worlds.deepracer.files.tensorflow.policies import METADATA, RANGES, layers_for, moments
 
 from racecraft.contract.errors import MissingExtraError, SettingError
 from racecraft.export import policy_file
 from racecraft.export.agreement import ExportError, as_fed, averages
 from racecraft.export.policy_file import FORMATS, export_policy
-from racecraft.formats.aws.policy_graph import graph_of, input_name, output_name
-from racecraft.formats.tensorflow.graph import write_graph
-from racecraft.players.deepracer.foreign_model import import_model
+from racecraft.worlds.deepracer.files.policy_graph import graph_of, input_name, output_name
+from racecraft.worlds.deepracer.files.tensorflow.graph import write_graph
+from racecraft.worlds.deepracer.players.foreign_model import import_model
 
 FRONT, STEREO, LIDAR, SECTORS, OLD = "FRONT_FACING_CAMERA", "STEREO_CAMERAS", "LIDAR", "SECTOR_LIDAR", "observation"
 PACKAGES = {"onnx": "onnxruntime", "openvino": "openvino", "tflite": "tensorflow"}

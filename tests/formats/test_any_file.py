@@ -8,7 +8,8 @@ import pytest
 
 from racecraft.contract.errors import InputFileError
 from racecraft.formats import checkpoint, episodes
-from racecraft.formats.aws import (
+from racecraft.formats.json_text import read_json
+from racecraft.worlds.deepracer.files import (
     hyperparameters,
     model_metadata,
     run_env,
@@ -17,8 +18,7 @@ from racecraft.formats.aws import (
     training_metrics,
     training_params,
 )
-from racecraft.formats.json_text import read_json
-from racecraft.formats.unity import demonstrations
+from racecraft.worlds.unity.files import demonstrations
 
 TRACE_ROW = "0,1.0,3.2,0.68,0.16,-10.0,2.0,[-10.0 2.0],0.5,False,True,0.79,1,17.7,245.9,prepare,0.0,0,1.5"
 METRICS = [training_metrics.evaluation_row(start_s=1, end_s=2, trial=1, progress_share=1, status="lap_complete")]

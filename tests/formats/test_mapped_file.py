@@ -8,8 +8,8 @@ import pytest
 from racecraft.formats import mapped_file
 from racecraft.formats.mapped_file import array_on_disk, let_go, map_file, pieces, spans
 from racecraft.formats.tensor_file import digest, read_tensors, write_tensors
-from racecraft.formats.tensorflow.arithmetic import GraphFunction
-from racecraft.formats.tensorflow.graph import Graph, Node
+from racecraft.worlds.deepracer.files.tensorflow.arithmetic import GraphFunction
+from racecraft.worlds.deepracer.files.tensorflow.graph import Graph, Node
 
 
 @pytest.fixture
@@ -91,7 +91,7 @@ def test_a_product_in_pieces_is_the_product(matrix, numbers, monkeypatch):
     right = numbers if matrix == "rows" else numbers.T
     left = np.random.default_rng(1).random((2, len(right)), np.float32)
     graph = Graph([Node("x", "Placeholder"), Node("w", "Const", (), {"value": right}), Node("y", "MatMul", ("x", "w"))])
-    monkeypatch.setattr("racecraft.formats.tensorflow.arithmetic.PIECE_BYTES", 40)
+    monkeypatch.setattr("racecraft.worlds.deepracer.files.tensorflow.arithmetic.PIECE_BYTES", 40)
     monkeypatch.setattr(mapped_file, "PIECE_BYTES", 40)
     np.testing.assert_allclose(GraphFunction(graph, "y")({"x": left}), left @ right, rtol=1e-6)
 

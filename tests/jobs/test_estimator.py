@@ -11,10 +11,10 @@ from tests.compat.test_sagemaker_scripts import CART
 from racecraft.contract.errors import SettingError
 from racecraft.estimator import RLEstimator, RLFramework, RLToolkit, Session, UnexpectedStatusException
 from racecraft.jobs.capacity import Capacity
-from racecraft.jobs.container import ChannelError, CodeError
-from racecraft.jobs.endpoint import EndpointAnswer, EndpointError
 from racecraft.jobs.hyperparameters import as_arguments, check_overrides, decoded, encoded
 from racecraft.jobs.store import NameTakenError
+from racecraft.sagemaker.container import ChannelError, CodeError
+from racecraft.sagemaker.endpoint import EndpointAnswer, EndpointError
 
 TOOLKIT = {"toolkit": RLToolkit.RAY, "toolkit_version": "1.6.0", "framework": RLFramework.PYTORCH, "role": "r"}
 TELLS = """

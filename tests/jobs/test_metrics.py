@@ -3,9 +3,9 @@
 import pytest
 
 from racecraft.contract.errors import SettingError
-from racecraft.jobs.estimator_words import RLToolkit, default_metric_definitions
 from racecraft.jobs.follow import follow, last_words
 from racecraft.jobs.metrics import check_definitions, read_metrics
+from racecraft.sagemaker.estimator_words import RLToolkit, default_metric_definitions
 
 RAY = default_metric_definitions(RLToolkit.RAY)
 

@@ -14,12 +14,12 @@ from tests.cli.conftest import racecraft  # noqa: F401 - the fixture
 
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.contract.errors import SettingError
-from racecraft.envs.battlesnake.source_experiment import StarterPackGames
-from racecraft.evaluation.battlesnake.whole_games import RandomMoves, play_whole_games
 from racecraft.formats.reproduction import COLUMNS, read_table
 from racecraft.jobs.reproduction.comparison import Asked, ComparisonError, compare
 from racecraft.jobs.reproduction.rows import GYMS, require_rows, rows_for
-from racecraft.training.gymnasium.trainer import GymRequest, plan
+from racecraft.worlds.battlesnake.env.source_experiment import StarterPackGames
+from racecraft.worlds.battlesnake.evaluation.whole_games import RandomMoves, play_whole_games
+from racecraft.worlds.gymnasium.training.trainer import GymRequest, plan
 
 REPRODUCE = (sys.executable, "-m", "racecraft", "snakes", "reproduce", "aws")
 QUICK = ("--minutes=0.05", "--games=3")
@@ -76,7 +76,7 @@ def test_two_rows_leave_table_chart_and_page_and_asked_again_nothing_is_trained_
     assert (tmp_path / "made" / "chart.png").read_bytes()[:4] == b"\x89PNG"
     assert "apex" not in (tmp_path / "made" / "table.csv").read_text()
     page = (tmp_path / "made" / "page.html").read_text(encoding="utf-8")
-    assert "racecraft gym train racecraft.envs.battlesnake.source_experiment:StarterPackGames" in page
+    assert "racecraft gym train racecraft.worlds.battlesnake.env.source_experiment:StarterPackGames" in page
     metrics = {name: (tmp_path / "made" / name / "metrics.jsonl").stat().st_mtime_ns for name in ("old", "dqn-1-core")}
     again = run(*words, cwd=tmp_path)
     assert "best over old, the source's rows: dqn-1-core" in again.stdout
@@ -168,7 +168,7 @@ def test_a_learner_with_a_core_of_its_own_leaves_the_actors_the_others():
 
     from racecraft.algorithms.building import build_learner
     from racecraft.settings.overrides import apply_overrides
-    from racecraft.training.gymnasium.trainer import default_settings
+    from racecraft.worlds.gymnasium.training.trainer import default_settings
 
     before = os.sched_getaffinity(0)
     apex = find_algorithm("apex")

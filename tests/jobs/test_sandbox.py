@@ -8,7 +8,7 @@ import pytest
 
 from racecraft.cli.app import main
 from racecraft.compat.foreign import run_script
-from racecraft.jobs.sandbox.fates import reason_for
+from racecraft.sagemaker.sandbox.fates import reason_for
 
 pytest.importorskip("yaml", reason="pyyaml is not installed")
 

@@ -12,17 +12,17 @@ import pytest
 from numba.core.errors import NumbaError
 
 import racecraft
-from racecraft.envs.battlesnake.kernels import begin, food_and_hazards, observe, outlook, rules, steps
 from racecraft.kernels import inner_kernel, kernel, lean_kernel
 from racecraft.kernels.compile import cache_folder, is_warm, sources
-from racecraft.training.deepracer.trainer import KERNEL
+from racecraft.worlds.battlesnake.env.kernels import begin, food_and_hazards, observe, outlook, rules, steps
+from racecraft.worlds.deepracer.training.trainer import KERNEL
 
 HOUSE = Path(racecraft.__file__).parent
 FROZEN = "WHEELBASE_M = 0.163974\n"
-"""A number of `envs/deepracer/vehicle.py` that a kernel of another file has in its machine code."""
+"""A number of `worlds/deepracer/env/vehicle.py` that a kernel of another file has in its machine code."""
 ASKED = """
-from racecraft.envs.deepracer.kernels.vehicle import driven_curvature
-from racecraft.envs.deepracer.vehicle import PROFILES
+from racecraft.worlds.deepracer.env.kernels.vehicle import driven_curvature
+from racecraft.worlds.deepracer.env.vehicle import PROFILES
 print(driven_curvature(PROFILES["v6"], 1.0, 0.3))
 """
 
@@ -56,7 +56,7 @@ def test_a_number_edited_in_another_file_is_the_kernels_at_once_and_a_warm_start
     elsewhere = shutil.copytree(house, tmp_path / "elsewhere" / "racecraft")  # a fresh clone beside it
     assert curvature(elsewhere, RACECRAFT_CACHE=str(house.parent / "cache")) == before
     assert compiled(house) == first
-    vehicle = house / "envs" / "deepracer" / "vehicle.py"
+    vehicle = house / "worlds" / "deepracer" / "env" / "vehicle.py"
     assert FROZEN in vehicle.read_text(encoding="utf-8")
     vehicle.write_text(vehicle.read_text(encoding="utf-8").replace(FROZEN, "WHEELBASE_M = 0.327948\n"))
     after = curvature(house)
@@ -67,7 +67,8 @@ def test_a_number_edited_in_another_file_is_the_kernels_at_once_and_a_warm_start
 def test_what_no_kernel_looks_at_compiles_nothing_anew():
     """An edit of a command or of a page must not cost a minute."""
     made_of = {path.relative_to(HOUSE).as_posix() for path in sources(HOUSE)}
-    assert {"envs/deepracer/kernels/race.py", "envs/deepracer/race.py", "envs/deepracer/vehicle.py"} <= made_of
+    car = {"worlds/deepracer/env/kernels/race.py", "worlds/deepracer/env/race.py", "worlds/deepracer/env/vehicle.py"}
+    assert car <= made_of
     assert {path.relative_to(HOUSE).as_posix() for path in HOUSE.rglob("kernels/*.py")} <= made_of
     assert not {path for path in made_of if path.startswith(("cli/", "api/", "training/", "reporting/", "analysis/"))}
 
@@ -133,5 +134,5 @@ def test_a_first_training_is_one_whose_own_kernel_was_never_compiled(tmp_path, m
     (cache_folder() / "kernels_0" / "race.tick-82.py311.1.nbc").touch()
     assert is_warm(KERNEL)
     file, function = KERNEL.split(".")
-    text = (HOUSE / "envs" / "deepracer" / "kernels" / f"{file}.py").read_text(encoding="utf-8")
+    text = (HOUSE / "worlds" / "deepracer" / "env" / "kernels" / f"{file}.py").read_text(encoding="utf-8")
     assert f"\ndef {function}(" in text

@@ -5,11 +5,11 @@ import pytest
 from racecraft.algorithms.policy_spec import MULTI_POLICY, PolicySpec
 from racecraft.contract.errors import RunFolderError
 from racecraft.contract.world import ContinuousActions, DiscreteActions, GroupedActions, MultiDiscreteActions
-from racecraft.envs.unity.behaviors import Behavior, Sensor, UnityActions
-from racecraft.envs.unity.cards import card_for
-from racecraft.envs.unity.world import spec_of
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import SPEC, spec_in
+from racecraft.worlds.unity.env.behaviors import Behavior, Sensor, UnityActions
+from racecraft.worlds.unity.env.cards import card_for
+from racecraft.worlds.unity.env.world import spec_of
 
 SIGHT = (Sensor("sight", (3,), (3,)),)
 

@@ -8,12 +8,12 @@ import pytest
 import typer
 
 from racecraft.analysis import learning_advice
-from racecraft.analysis.deepracer.logs import advice
 from racecraft.analysis.learner import Learner
 from racecraft.cli.app import app
 from racecraft.reporting.account import as_asked, of_one_mind
 from racecraft.settings.overrides import apply_overrides
-from racecraft.training.deepracer.presets import default_settings
+from racecraft.worlds.deepracer.analysis.logs import advice
+from racecraft.worlds.deepracer.training.presets import default_settings
 
 LEARNER = Learner("ppo", {"ppo": {"learning_rate": 5e-4, "entropy_weight": 0.01}, "rollout": {"horizon": 64}})
 OPTIONS = {

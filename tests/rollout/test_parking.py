@@ -6,13 +6,13 @@ import numpy as np
 import torch
 
 from racecraft.algorithms.learner import Decision
-from racecraft.envs.deepracer import race
-from racecraft.envs.deepracer.actions import ActionTable
-from racecraft.envs.deepracer.settings import CameraConfig, RaceConfig
-from racecraft.envs.deepracer.world import RaceWorld
 from racecraft.rollout.collector import Collector
-from racecraft.tracks.catalogue import load_track
-from racecraft.training.deepracer.recorder import EpisodeRecorder
+from racecraft.worlds.deepracer.env import race
+from racecraft.worlds.deepracer.env.actions import ActionTable
+from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
+from racecraft.worlds.deepracer.env.world import RaceWorld
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.training.recorder import EpisodeRecorder
 
 ACTIONS = ActionTable.of([(math.radians(angle), 1.0) for angle in (-30, 0, 30)])
 

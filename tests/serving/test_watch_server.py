@@ -14,12 +14,12 @@ import pytest
 from PIL import Image
 
 from racecraft.contract.errors import UserInputError
-from racecraft.envs.deepracer.settings import BoxesConfig
 from racecraft.formats.run_folder import RunFolder
 from racecraft.serving.port import choose_port, is_free
 from racecraft.serving.watch_server import WatchServer
-from racecraft.training.deepracer import live
-from racecraft.training.deepracer.live import LivePublisher
+from racecraft.worlds.deepracer.env.settings import BoxesConfig
+from racecraft.worlds.deepracer.training import live
+from racecraft.worlds.deepracer.training.live import LivePublisher
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 from browser import Browser, needs_chromium  # noqa: E402

@@ -18,8 +18,8 @@ from racecraft.contract.blame import own_line
 from racecraft.contract.errors import EnvironmentFailedError, RacecraftError, UserInputError
 from racecraft.formats.run_folder import RunFolder
 from racecraft.training.callbacks import Silent
-from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.worlds import train
+from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 FINE = """\
 import gymnasium, numpy as np

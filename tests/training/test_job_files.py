@@ -7,12 +7,12 @@ from importlib.metadata import version
 import pytest
 import torch
 
-from racecraft.envs.battlesnake.settings import GameSettings
-from racecraft.training.battlesnake import evaluator
-from racecraft.training.battlesnake.trainer import SnakeRequest
-from racecraft.training.deepracer.plan import RaceRequest
-from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.worlds import WORLDS, resume, train
+from racecraft.worlds.battlesnake.env.settings import GameSettings
+from racecraft.worlds.battlesnake.training import evaluator
+from racecraft.worlds.battlesnake.training.trainer import SnakeRequest
+from racecraft.worlds.deepracer.training.plan import RaceRequest
+from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 NET = ("network.hidden_units=8", "rollout.num_worlds=2", "rollout.horizon=8", "evaluation.episodes=2")
 EYE = ("camera.width=16", "camera.height=12", "network.conv_filters=4", "network.conv_kernels=4",
@@ -21,7 +21,7 @@ EYE = ("camera.width=16", "camera.height=12", "network.conv_filters=4", "network
 
 def unity_request(**words):
     pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
-    from racecraft.training.unity.plan import UnityRequest
+    from racecraft.worlds.unity.training.plan import UnityRequest
 
     return UnityRequest(build="builtin:Basic", **words)
 

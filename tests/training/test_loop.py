@@ -8,15 +8,15 @@ from types import SimpleNamespace
 import pytest
 
 from racecraft.algorithms.learner import DivergedError
-from racecraft.cli.deepracer.train import what_came_of_it
 from racecraft.contract.world import EpisodeRecord
 from racecraft.rollout.settings import RolloutConfig
 from racecraft.training.callbacks import EndedAlike, EvaluationResult, IterationReport
-from racecraft.training.deepracer.trainer import summary
 from racecraft.training.loop import TrainingLoop
 from racecraft.training.progress import LineWatcher, LiveWatcher
 from racecraft.training.settings import EvaluationConfig
 from racecraft.training.stopping import parse_stops
+from racecraft.worlds.deepracer.cli.train import what_came_of_it
+from racecraft.worlds.deepracer.training.trainer import summary
 
 
 def lap(progress, seconds):

@@ -10,11 +10,11 @@ import pytest
 import torch
 
 from racecraft.contract.errors import MissingExtraError, SettingError
-from racecraft.jobs.estimator_words import experiment_variables
+from racecraft.sagemaker.estimator_words import experiment_variables
 from racecraft.training.callbacks import EvaluationResult, IterationReport, Silent
-from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.mlflow_tracking import EXPERIMENT, MlflowRun, RunDescription, tracking_uri
 from racecraft.training.worlds import resume, train
+from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 TINY = ("rollout.num_worlds=2", "rollout.horizon=16", "evaluation.episodes=1")
 JOB = {

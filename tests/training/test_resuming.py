@@ -16,11 +16,11 @@ from typer.testing import CliRunner
 
 from racecraft.analysis.account_words import asked_words
 from racecraft.analysis.run_facts import read_facts
-from racecraft.cli.gym import gym as gym_command
-from racecraft.cli.unity import unity as unity_command
 from racecraft.contract.errors import RunFolderError, SettingError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
+from racecraft.worlds.gymnasium.cli import gym as gym_command
+from racecraft.worlds.unity.cli import unity as unity_command
 
 APP = typer.Typer()
 APP.add_typer(unity_command.app, name="unity")

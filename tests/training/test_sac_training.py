@@ -8,14 +8,14 @@ import pytest
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.algorithms.sac import SacConfig
 from racecraft.contract.errors import SettingError
-from racecraft.formats.aws.hyperparameters import Hyperparameters
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import load_policy
-from racecraft.training.deepracer.plan import RaceRequest, plan_car
-from racecraft.training.deepracer.presets import settings_for
-from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.worlds import resume, train
+from racecraft.worlds.deepracer.files.hyperparameters import Hyperparameters
+from racecraft.worlds.deepracer.training.plan import RaceRequest, plan_car
+from racecraft.worlds.deepracer.training.presets import settings_for
+from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 CONTINUOUS = {
     "action_space": {"steering_angle": {"low": -30, "high": 30}, "speed": {"low": 1, "high": 2}},

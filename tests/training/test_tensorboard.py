@@ -8,9 +8,9 @@ import torch
 
 from racecraft.contract.errors import MissingExtraError
 from racecraft.training.callbacks import Callbacks, EvaluationResult, IterationReport
-from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.tensorboard import FOLDER, TensorBoard
 from racecraft.training.worlds import train
+from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 
 class Silence:

@@ -27,8 +27,8 @@ from racecraft.contract.world import (
     WorldSpec,
 )
 from racecraft.formats.demonstrations import Demonstrations, read_demonstrations
-from racecraft.formats.unity.demonstrations import SUFFIX, Demonstration, Transitions
-from racecraft.formats.unity.demonstrations import read_demonstrations as read_unity_demonstrations
+from racecraft.worlds.unity.files.demonstrations import SUFFIX, Demonstration, Transitions
+from racecraft.worlds.unity.files.demonstrations import read_demonstrations as read_unity_demonstrations
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ def _seen_in(one: Demonstration) -> dict[str, ArraySpec]:
 
 
 def _actions_of(one: Demonstration) -> SingleActions:
-    """Return what is decided, as a Unity world promises it (`envs/unity/actions.py`)."""
+    """Return what is decided, as a Unity world promises it (`worlds/unity/env/actions.py`)."""
     numbers = ContinuousActions((-1.0,) * one.num_continuous, (1.0,) * one.num_continuous)
     if not one.branches:
         return numbers

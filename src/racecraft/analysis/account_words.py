@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from racecraft.analysis import page
-from racecraft.analysis.deepracer.logs.judged import judged_in_run
 from racecraft.analysis.run_facts import RunFacts
+from racecraft.worlds.deepracer.analysis.logs.judged import judged_in_run
 
 PAID = "paid for "
 """What a note of the run says before what a car without a reward function is paid for."""

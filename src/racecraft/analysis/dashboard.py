@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.analysis.deepracer.drive import LAP_COMPLETE, Drive
-from racecraft.analysis.deepracer.track_map import SHADES, TrackMap, dab, speed_shades
 from racecraft.contract.world import Array
-from racecraft.tracks.track import Track
+from racecraft.worlds.deepracer.analysis.drive import LAP_COMPLETE, Drive
+from racecraft.worlds.deepracer.analysis.track_map import SHADES, TrackMap, dab, speed_shades
+from racecraft.worlds.deepracer.tracks.track import Track
 
 RGB = tuple[int, int, int]
 

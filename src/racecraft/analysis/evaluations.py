@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from racecraft.analysis.page import Bar
-from racecraft.formats.generalisation import HELD_OUT, TRAINED, TrackResult
+from racecraft.worlds.deepracer.files.generalisation import HELD_OUT, TRAINED, TrackResult
 
 Row = tuple[object, ...]
 

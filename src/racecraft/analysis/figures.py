@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from racecraft.analysis.deepracer.drive import CRASHED, GRIEF, LAP_COMPLETE, Drive, as_drive, what_befell
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import Array
 from racecraft.formats.whole import whole_file
-from racecraft.tracks.picture import INK, PAPER, QUIET, PaintedPath, draw_track
-from racecraft.tracks.track import Track
+from racecraft.worlds.deepracer.analysis.drive import CRASHED, GRIEF, LAP_COMPLETE, Drive, as_drive, what_befell
+from racecraft.worlds.deepracer.tracks.picture import INK, PAPER, QUIET, PaintedPath, draw_track
+from racecraft.worlds.deepracer.tracks.track import Track
 
 if TYPE_CHECKING:
     import polars as pl

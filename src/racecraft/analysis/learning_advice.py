@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from racecraft.analysis import figures
-from racecraft.analysis.deepracer.logs.advice import Advice
-from racecraft.analysis.deepracer.logs.plot import Plot
 from racecraft.analysis.figures import Curve, MetricRows, Panel
 from racecraft.analysis.learner import Learner
 from racecraft.contract.world import Array
+from racecraft.worlds.deepracer.analysis.logs.advice import Advice
+from racecraft.worlds.deepracer.analysis.logs.plot import Plot
 
 FEWEST = 10
 """Iterations below which nothing is said."""

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from racecraft.analysis.figures import BLUE
-from racecraft.tracks.picture import INK, PAPER, QUIET
+from racecraft.worlds.deepracer.tracks.picture import INK, PAPER, QUIET
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,7 +11,7 @@ from racecraft.analysis.page import card, drawing, escaped, page, source, table,
 from racecraft.analysis.tuning_page import plain
 from racecraft.formats.population import MemberRound, PopulationRecord
 from racecraft.formats.whole import write_whole
-from racecraft.tracks.picture import INK, QUIET
+from racecraft.worlds.deepracer.tracks.picture import INK, QUIET
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,17 +8,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from racecraft.analysis import tables
-from racecraft.analysis.deepracer.drive import Drive
-from racecraft.analysis.deepracer.failure_places import Why
-from racecraft.analysis.deepracer.logs.advice import Advice
-from racecraft.analysis.deepracer.logs.own import NoPlot
-from racecraft.analysis.deepracer.logs.plot import Plot
 from racecraft.contract.errors import TrackError, UserInputError
 from racecraft.formats.checkpoint import Checkpoints
-from racecraft.formats.generalisation import TrackResult, read_generalisation
 from racecraft.formats.run_folder import RunFolder
-from racecraft.tracks.catalogue import load_track
-from racecraft.tracks.track import Track
+from racecraft.worlds.deepracer.analysis.drive import Drive
+from racecraft.worlds.deepracer.analysis.failure_places import Why
+from racecraft.worlds.deepracer.analysis.logs.advice import Advice
+from racecraft.worlds.deepracer.analysis.logs.own import NoPlot
+from racecraft.worlds.deepracer.analysis.logs.plot import Plot
+from racecraft.worlds.deepracer.files.generalisation import TrackResult, read_generalisation
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.tracks.track import Track
 
 if TYPE_CHECKING:
     import polars as pl

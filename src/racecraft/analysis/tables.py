@@ -8,11 +8,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from racecraft.analysis.deepracer.drive import GRIEF, LAP_COMPLETE, STILL_DRIVING
 from racecraft.contract.errors import UserInputError
-from racecraft.envs.deepracer.vehicle import TICK_SECONDS
 from racecraft.formats.episodes import read_episodes
 from racecraft.formats.run_folder import RunFolder
+from racecraft.worlds.deepracer.analysis.drive import GRIEF, LAP_COMPLETE, STILL_DRIVING
+from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
 
 if TYPE_CHECKING:
     import polars as pl

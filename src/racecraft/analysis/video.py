@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from racecraft.analysis.dashboard import Dashboard, lay_banner
-from racecraft.analysis.deepracer.drive import Drive, as_drive
 from racecraft.contract.errors import MissingExtraError, UserInputError
 from racecraft.contract.world import Array
-from racecraft.envs.deepracer.camera import MOUNT_V3, Camera, CameraMount
-from racecraft.envs.deepracer.scene import build_scene
-from racecraft.envs.deepracer.vehicle import TICKS_PER_SECOND
 from racecraft.formats.whole import whole_file
-from racecraft.tracks.track import Track
+from racecraft.worlds.deepracer.analysis.drive import Drive, as_drive
+from racecraft.worlds.deepracer.env.camera import MOUNT_V3, Camera, CameraMount
+from racecraft.worlds.deepracer.env.scene import build_scene
+from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
+from racecraft.worlds.deepracer.tracks.track import Track
 
 if TYPE_CHECKING:
     import polars as pl

@@ -38,10 +38,10 @@ def make_world(kind: str, **words: Any) -> World:
 def _cars(track: Any = "reinvent_base", actions: Any = None, **words: Any) -> World:
     import math
 
-    from racecraft.envs.deepracer.actions import ActionTable
-    from racecraft.envs.deepracer.world import RaceWorld
-    from racecraft.formats.aws.model_metadata import default_model_metadata
-    from racecraft.tracks.catalogue import load_track
+    from racecraft.worlds.deepracer.env.actions import ActionTable
+    from racecraft.worlds.deepracer.env.world import RaceWorld
+    from racecraft.worlds.deepracer.files.model_metadata import default_model_metadata
+    from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
     if actions is None:
         pairs = [(one.steering_rad, one.speed_mps) for one in default_model_metadata().actions]
@@ -54,8 +54,8 @@ def _cars(track: Any = "reinvent_base", actions: Any = None, **words: Any) -> Wo
 def _snakes(**words: Any) -> World:
     import dataclasses
 
-    from racecraft.envs.battlesnake.settings import GameSettings
-    from racecraft.envs.battlesnake.world import BattlesnakeWorld, WorldSettings
+    from racecraft.worlds.battlesnake.env.settings import GameSettings
+    from racecraft.worlds.battlesnake.env.world import BattlesnakeWorld, WorldSettings
 
     of_game = {field.name for field in dataclasses.fields(GameSettings)}
     game = GameSettings(**{name: value for name, value in words.items() if name in of_game})
@@ -65,12 +65,12 @@ def _snakes(**words: Any) -> World:
 
 
 def _gymnasium(environment: Any, num_worlds: int = 1, **words: Any) -> World:
-    from racecraft.envs.adapters.from_gymnasium import GymnasiumWorld
+    from racecraft.worlds.gymnasium.env.from_gymnasium import GymnasiumWorld
 
     return GymnasiumWorld(environment, num_worlds, **words)
 
 
 def _unity(build: str, **words: Any) -> World:
-    from racecraft.envs.unity.world import UnityWorld
+    from racecraft.worlds.unity.env.world import UnityWorld
 
     return UnityWorld(build, **words)

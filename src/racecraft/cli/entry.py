@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from racecraft.contract.errors import RacecraftError, UserInputError
 
-IMPORTED_AHEAD = ("racecraft.training.deepracer.trainer", "racecraft.cli.deepracer.dr.group")
+IMPORTED_AHEAD = ("racecraft.worlds.deepracer.training.trainer", "racecraft.worlds.deepracer.cli.dr.group")
 """What dr-start-training has imported before its job knows its words."""
 
 

@@ -29,7 +29,7 @@ def settings(
         racecraft settings my-folder
     """
     if folder is not None:
-        from racecraft.cli.deepracer.folder_settings import print_folder_settings
+        from racecraft.worlds.deepracer.cli.folder_settings import print_folder_settings
 
         print_folder_settings(folder, json)
         return

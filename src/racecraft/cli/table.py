@@ -22,7 +22,7 @@ class Command:
 
     name: str
     module: str
-    """Below racecraft.cli; a CONTEXT in it holds the settings of the command's context."""
+    """Below racecraft; a CONTEXT in it holds the settings of the command's context."""
     attribute: str
     """Its function; of a group its `app`."""
     panel: str
@@ -30,7 +30,7 @@ class Command:
 
     def add_to(self, app: typer.Typer) -> None:
         """Import it and add it."""
-        module: Any = import_module(f"racecraft.cli.{self.module}")
+        module: Any = import_module(f"racecraft.{self.module}")
         found, context = getattr(module, self.attribute), getattr(module, "CONTEXT", None)
         if isinstance(found, typer.Typer):
             app.add_typer(found, name=self.name, rich_help_panel=self.panel)
@@ -39,40 +39,40 @@ class Command:
 
 
 COMMANDS = (
-    Command("new", "deepracer.new", "new", TRAIN),
-    Command("train", "deepracer.train", "train", TRAIN),
-    Command("stop", "runs.stop", "stop", TRAIN),
-    Command("tune", "jobs.tune", "tune", TRAIN),
-    Command("algorithms", "algorithms", "algorithms", TRAIN),
-    Command("settings", "settings", "settings", TRAIN),
-    Command("explain", "explain", "explain", TRAIN),
-    Command("watch", "runs.watch", "watch", JUDGE),
-    Command("evaluate", "deepracer.evaluate", "evaluate", JUDGE),
-    Command("race", "deepracer.race", "race", JUDGE),
-    Command("checkpoints", "runs.checkpoints", "checkpoints", JUDGE),
-    Command("leaderboards", "deepracer.leaderboards", "leaderboards", JUDGE),
-    Command("report", "runs.report", "report", UNDERSTAND),
-    Command("why", "runs.why", "why", UNDERSTAND),
-    Command("look", "runs.look", "look", UNDERSTAND),
-    Command("sensors", "deepracer.sensors", "sensors", UNDERSTAND),
-    Command("logs", "deepracer.logs", "logs", UNDERSTAND),
-    Command("notebooks", "runs.notebooks", "notebooks", UNDERSTAND),
-    Command("replay", "deepracer.replay", "replay", UNDERSTAND),
-    Command("tracks", "deepracer.tracks", "app", WORLDS),
-    Command("snakes", "battlesnake.snakes", "app", WORLDS),
-    Command("unity", "unity.unity", "app", WORLDS),
-    Command("gym", "gym.gym", "app", WORLDS),
-    Command("import", "runs.import_model", "import_", EXCHANGE),
-    Command("export", "runs.export", "export", EXCHANGE),
-    Command("serve", "runs.serve", "serve", EXCHANGE),
-    Command("record", "runs.record", "record", EXCHANGE),
-    Command("bucket", "buckets.buckets", "app", EXCHANGE),
-    Command("init", "deepracer.init", "init", EXCHANGE),
-    Command("dr", "deepracer.dr.group", "app", EXCHANGE),
-    Command("jobs", "jobs.jobs", "app", WORKSHOP),
-    Command("run", "run", "run", WORKSHOP),
-    Command("sandbox", "jobs.sandbox", "sandbox", WORKSHOP),
-    Command("bench", "bench", "app", WORKSHOP),
+    Command("new", "worlds.deepracer.cli.new", "new", TRAIN),
+    Command("train", "worlds.deepracer.cli.train", "train", TRAIN),
+    Command("stop", "cli.runs.stop", "stop", TRAIN),
+    Command("tune", "cli.jobs.tune", "tune", TRAIN),
+    Command("algorithms", "cli.algorithms", "algorithms", TRAIN),
+    Command("settings", "cli.settings", "settings", TRAIN),
+    Command("explain", "worlds.deepracer.cli.explain", "explain", TRAIN),
+    Command("watch", "cli.runs.watch", "watch", JUDGE),
+    Command("evaluate", "worlds.deepracer.cli.evaluate", "evaluate", JUDGE),
+    Command("race", "worlds.deepracer.cli.race", "race", JUDGE),
+    Command("checkpoints", "cli.runs.checkpoints", "checkpoints", JUDGE),
+    Command("leaderboards", "worlds.deepracer.cli.leaderboards", "leaderboards", JUDGE),
+    Command("report", "cli.runs.report", "report", UNDERSTAND),
+    Command("why", "worlds.deepracer.cli.why", "why", UNDERSTAND),
+    Command("look", "worlds.deepracer.cli.look", "look", UNDERSTAND),
+    Command("sensors", "worlds.deepracer.cli.sensors", "sensors", UNDERSTAND),
+    Command("logs", "worlds.deepracer.cli.logs", "logs", UNDERSTAND),
+    Command("notebooks", "worlds.deepracer.cli.notebooks", "notebooks", UNDERSTAND),
+    Command("replay", "worlds.deepracer.cli.replay", "replay", UNDERSTAND),
+    Command("tracks", "worlds.deepracer.cli.tracks", "app", WORLDS),
+    Command("snakes", "worlds.battlesnake.cli.snakes", "app", WORLDS),
+    Command("unity", "worlds.unity.cli.unity", "app", WORLDS),
+    Command("gym", "worlds.gymnasium.cli.gym", "app", WORLDS),
+    Command("import", "worlds.deepracer.cli.import_model", "import_", EXCHANGE),
+    Command("export", "cli.runs.export", "export", EXCHANGE),
+    Command("serve", "cli.runs.serve", "serve", EXCHANGE),
+    Command("record", "cli.runs.record", "record", EXCHANGE),
+    Command("bucket", "cli.buckets.buckets", "app", EXCHANGE),
+    Command("init", "worlds.deepracer.cli.init", "init", EXCHANGE),
+    Command("dr", "worlds.deepracer.cli.dr.group", "app", EXCHANGE),
+    Command("jobs", "cli.jobs.jobs", "app", WORKSHOP),
+    Command("run", "cli.run", "run", WORKSHOP),
+    Command("sandbox", "cli.jobs.sandbox", "sandbox", WORKSHOP),
+    Command("bench", "worlds.deepracer.cli.bench", "app", WORKSHOP),
 )
 """In the order of `racecraft --help`."""
 

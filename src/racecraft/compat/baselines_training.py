@@ -24,14 +24,14 @@ from racecraft.compat.tally import Watched
 from racecraft.compat.travelling_environments import leave_if_begun_again, script_code
 from racecraft.contract.errors import RacecraftError, SettingError, UserInputError
 from racecraft.contract.world import Array
-from racecraft.evaluation.environments import reward_threshold
 from racecraft.formats.run_folder import JOB
 from racecraft.formats.whole import OutputFileError, output_letter
 from racecraft.players.trained import load_policy
 from racecraft.training import worlds
 from racecraft.training.callbacks import IterationReport, Silent
-from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.trainer import Trained
+from racecraft.worlds.gymnasium.evaluation import reward_threshold
+from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 REMEMBERED = 100
 """Episodes that PPO1's means look back on."""

@@ -15,8 +15,8 @@ from racecraft.contract.errors import SettingError
 from racecraft.formats.run_folder import JOB, STOP
 from racecraft.training import worlds
 from racecraft.training.callbacks import IterationReport, Silent
-from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.trainer import Trained
+from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 LONGEST_EPISODE = 10_000
 """Steps after which an episode of the script's own environment is cut; Coach cuts none."""

@@ -28,12 +28,12 @@ from racecraft.compat.tally import Tally, Watched
 from racecraft.compat.travelling_environments import leave_if_begun_again, script_code
 from racecraft.compat.travelling_models import refuse_to_train
 from racecraft.contract.errors import SettingError, nearest
-from racecraft.envs.adapters.asking import made
 from racecraft.formats.run_folder import JOB, RunFolder
 from racecraft.training import worlds
 from racecraft.training.gathering import Spread
-from racecraft.training.gymnasium.trainer import GymRequest
 from racecraft.training.trainer import Trained
+from racecraft.worlds.gymnasium.env.asking import made
+from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
 NAMESPACE, DEFAULT_POLICY = "from_script", "default_policy"
 _creators: dict[str, Callable[[Any], Any]] = {}

@@ -22,8 +22,8 @@ from torch import Tensor, nn
 from racecraft.compat.travelling_models import texts_of
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.contract.world import ActionSpec, ArraySpec, ContinuousActions, DiscreteActions, MultiDiscreteActions
-from racecraft.envs.adapters.from_gymnasium import SOLE_NAME
 from racecraft.training.own_code import TRAVELS
+from racecraft.worlds.gymnasium.env.from_gymnasium import SOLE_NAME
 
 MODULE, NAME = "script_model_", "Model"
 """How the modules are called in which registered models are found, and what each is called there."""

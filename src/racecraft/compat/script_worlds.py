@@ -35,8 +35,8 @@ from racecraft.contract.world import (
     allocate,
     mask_width,
 )
-from racecraft.envs.adapters.asking import asked, made, reward_given, unfit
-from racecraft.envs.adapters.from_gymnasium import action_spec, array_spec, parts_of
+from racecraft.worlds.gymnasium.env.asking import asked, made, reward_given, unfit
+from racecraft.worlds.gymnasium.env.from_gymnasium import action_spec, array_spec, parts_of
 
 MASK, ALL, SOLE_AGENT = "action_mask", "__all__", "agent_0"
 PLACE = "racecraft.compat.script_worlds"

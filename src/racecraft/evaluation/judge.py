@@ -95,10 +95,10 @@ def _judge_car(
     laps: int | None = None,
     tracks: Sequence[str] | None = None,
 ) -> dict[str, Any]:
-    from racecraft.evaluation.deepracer.by_track import STARTS, judge_named, told_of
-    from racecraft.evaluation.deepracer.laps import judge_laps
-    from racecraft.players.deepracer.trained_car import load_trained_car
-    from racecraft.tracks.catalogue import load_track
+    from racecraft.worlds.deepracer.evaluation.by_track import STARTS, judge_named, told_of
+    from racecraft.worlds.deepracer.evaluation.laps import judge_laps
+    from racecraft.worlds.deepracer.players.trained_car import load_trained_car
+    from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
     car = load_trained_car(run.path, which)
     if tracks is not None:
@@ -115,7 +115,7 @@ def _judge_car(
 def _judge_gymnasium(
     run: RunFolder, which: str, episodes: int = EPISODES, seed: int = SEED_OF_JUDGING
 ) -> dict[str, Any]:
-    from racecraft.evaluation.environments import opened_judging_world
+    from racecraft.worlds.gymnasium.evaluation import opened_judging_world
 
     policy = load_policy(run, which)
     with opened_judging_world(run, min(episodes, JUDGING_WORLDS)) as world:
@@ -123,8 +123,8 @@ def _judge_gymnasium(
 
 
 def _judge_unity(run: RunFolder, which: str, episodes: int = 20, seed: int = 0) -> dict[str, Any]:
-    from racecraft.envs.unity.builds import find_build
-    from racecraft.envs.unity.world import UnityWorld
+    from racecraft.worlds.unity.env.builds import find_build
+    from racecraft.worlds.unity.env.world import UnityWorld
 
     policy, asked = load_policy(run, which), run.read_job()["asked"]
     behaviors = asked["behavior"]
@@ -158,12 +158,12 @@ def _patience_of(run: RunFolder) -> int | None:
 
 
 def _judge_snake(run: RunFolder, which: str, episodes: int = 50, seed: int = SEED_OF_JUDGING) -> dict[str, Any]:
-    from racecraft.envs.battlesnake.settings import GameSettings
-    from racecraft.envs.battlesnake.world import WorldSettings
-    from racecraft.evaluation.battlesnake.batch import play_batch
     from racecraft.evaluation.rating import wilson
-    from racecraft.players.battlesnake.anchors import ANCHORS
-    from racecraft.players.battlesnake.trained import snake_config_in
+    from racecraft.worlds.battlesnake.env.settings import GameSettings
+    from racecraft.worlds.battlesnake.env.world import WorldSettings
+    from racecraft.worlds.battlesnake.evaluation.batch import play_batch
+    from racecraft.worlds.battlesnake.players.anchors import ANCHORS
+    from racecraft.worlds.battlesnake.players.trained import snake_config_in
 
     policy, game = load_policy(run, which), GameSettings(**run.read_job()["asked"]["game"])
     seen = snake_config_in(policy.metadata["settings"])

@@ -17,9 +17,9 @@ import numpy as np
 from racecraft.algorithms.plain_layers import WORTHS
 from racecraft.contract.errors import RacecraftError
 from racecraft.contract.world import Array
-from racecraft.export.car_frames import drive_for_frames
-from racecraft.formats.aws.policy_layers import DISCRETE, PolicyLayers
-from racecraft.players.deepracer.trained_car import TrainedCar
+from racecraft.worlds.deepracer.export.car_frames import drive_for_frames
+from racecraft.worlds.deepracer.files.policy_layers import DISCRETE, PolicyLayers
+from racecraft.worlds.deepracer.players.trained_car import TrainedCar
 
 TOLERANCE = 1e-4
 """How far numbers in [-1, 1] units, and likelihoods, may lie apart: float32, sums in another order."""

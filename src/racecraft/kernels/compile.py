@@ -109,8 +109,8 @@ def _cache_root() -> Path:
 def sources(package: Path) -> list[Path]:
     """Return the files that compiled code is made of: every `kernels/*.py`, and what they import at their top, onward.
 
-    Kernels freeze the globals they use. A number that `kernels/race.py` takes from `envs/deepracer/vehicle.py` stands
-    in the machine code, so that an edit there is an edit of the kernel.
+    Kernels freeze the globals they use. A number that `kernels/race.py` takes from `worlds/deepracer/env/vehicle.py`
+    stands in the machine code, so that an edit there is an edit of the kernel.
     """
     return sorted(_read_by(package.rglob("kernels/*.py"), package))
 

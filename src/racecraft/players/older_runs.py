@@ -56,8 +56,8 @@ def refuse_older_heads(path: Any, metadata: Metadata, spec: PolicySpec | None) -
         RunFolderError: It is such a run.
     """
     from racecraft.contract.world import ContinuousActions, DiscreteActions
-    from racecraft.envs.unity.actions import ActionTable
-    from racecraft.envs.unity.cards import behaviors_in
+    from racecraft.worlds.unity.env.actions import ActionTable
+    from racecraft.worlds.unity.env.cards import behaviors_in
 
     for base, (behavior, _) in behaviors_in(metadata).items():
         today = ActionTable(behavior.actions).spec
@@ -80,9 +80,9 @@ def _spec(spec: WorldSpec, settings: Metadata) -> PolicySpec:
 
 
 def _of_car(metadata: Metadata) -> PolicySpec:
-    from racecraft.envs.deepracer.promise import world_spec
-    from racecraft.envs.deepracer.settings import CameraConfig
-    from racecraft.players.deepracer.trained_car import actions_of
+    from racecraft.worlds.deepracer.env.promise import world_spec
+    from racecraft.worlds.deepracer.env.settings import CameraConfig
+    from racecraft.worlds.deepracer.players.trained_car import actions_of
 
     settings = metadata["settings"]
     return _spec(world_spec(actions_of(metadata["model_metadata"]), CameraConfig(**settings["camera"])), settings)
@@ -90,8 +90,8 @@ def _of_car(metadata: Metadata) -> PolicySpec:
 
 def _of_snake(metadata: Metadata) -> PolicySpec:
     from racecraft.contract.world import DiscreteActions
-    from racecraft.envs.battlesnake.board import MOVES
-    from racecraft.envs.battlesnake.observation import observation_specs
+    from racecraft.worlds.battlesnake.env.board import MOVES
+    from racecraft.worlds.battlesnake.env.observation import observation_specs
 
     settings = metadata["settings"]
     seen = observation_specs(settings["selfplay"]["view"], settings["selfplay"]["outlook"])
@@ -99,7 +99,7 @@ def _of_snake(metadata: Metadata) -> PolicySpec:
 
 
 def _of_gymnasium(metadata: Metadata) -> PolicySpec:
-    from racecraft.envs.adapters.from_gymnasium import GymnasiumWorld
+    from racecraft.worlds.gymnasium.env.from_gymnasium import GymnasiumWorld
 
     world = GymnasiumWorld(metadata["environment"], 1)
     try:
@@ -109,9 +109,9 @@ def _of_gymnasium(metadata: Metadata) -> PolicySpec:
 
 
 def _of_unity(metadata: Metadata) -> PolicySpec:
-    from racecraft.envs.unity.cards import behaviors_in
-    from racecraft.envs.unity.several import joint_spec
-    from racecraft.envs.unity.world import spec_of
+    from racecraft.worlds.unity.env.cards import behaviors_in
+    from racecraft.worlds.unity.env.several import joint_spec
+    from racecraft.worlds.unity.env.world import spec_of
 
     shared = metadata["settings"]
     parts = {

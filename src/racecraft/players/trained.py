@@ -21,9 +21,9 @@ from racecraft.contract.world import Array
 from racecraft.formats.checkpoint import BEST, CheckpointEntry, Checkpoints
 from racecraft.formats.checkpoint_ranking import find_checkpoint, split_source
 from racecraft.formats.run_folder import RunFolder
-from racecraft.players.borrowed import borrowed_run
 from racecraft.players.older_runs import older_spec, refuse_older_heads
 from racecraft.players.own_code import own_code_of
+from racecraft.worlds.deepracer.players.borrowed import borrowed_run
 
 if TYPE_CHECKING:
     from racecraft.algorithms.plain_look import PlainLook

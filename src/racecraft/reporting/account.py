@@ -8,21 +8,21 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from racecraft.analysis.deepracer.logs import own_plots, track_or_none
-from racecraft.analysis.deepracer.logs.advice import Advice, advice
-from racecraft.analysis.deepracer.logs.judged import judged_in_run
-from racecraft.analysis.deepracer.logs.own import NoPlot, made_or_why
-from racecraft.analysis.deepracer.logs.plot import Plot
 from racecraft.analysis.learner import learner_of_job
 from racecraft.analysis.learning_advice import learning_advice
 from racecraft.formats.run_folder import RunFolder
-from racecraft.logs import read
-from racecraft.logs.errors import LogError
+from racecraft.worlds.deepracer.analysis.logs import own_plots, track_or_none
+from racecraft.worlds.deepracer.analysis.logs.advice import Advice, advice
+from racecraft.worlds.deepracer.analysis.logs.judged import judged_in_run
+from racecraft.worlds.deepracer.analysis.logs.own import NoPlot, made_or_why
+from racecraft.worlds.deepracer.analysis.logs.plot import Plot
+from racecraft.worlds.deepracer.logs import read
+from racecraft.worlds.deepracer.logs.errors import LogError
 
 if TYPE_CHECKING:
     import polars as pl
 
-    from racecraft.tracks.track import Track
+    from racecraft.worlds.deepracer.tracks.track import Track
 
 KIND = "deepracer"
 TRAIN = "racecraft train"

@@ -8,24 +8,24 @@ from pathlib import Path
 
 import numpy as np
 
-from racecraft.analysis.deepracer.drive import PAUSE, as_drive
-from racecraft.analysis.deepracer.drive import Drive as CarDrive
-from racecraft.analysis.deepracer.films.film import FilmStyle, PictureCount, write_film
-from racecraft.analysis.deepracer.films.shells import DEEPRACER
-from racecraft.analysis.deepracer.films.views import AWS_FOLDERS
 from racecraft.analysis.figures import draw_curves, draw_path
 from racecraft.analysis.report import write_report
 from racecraft.analysis.video import film_title, small_film, write_video
 from racecraft.contract.world import Array
-from racecraft.evaluation.deepracer.drive import DriveKeeper
-from racecraft.evaluation.deepracer.judged_race import JudgedRace, RaceRecord, judge_race
-from racecraft.evaluation.deepracer.laps import LapReport, judge_laps
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import make_folder
-from racecraft.players.deepracer.trained_car import KIND, TrainedCar, load_trained_car
 from racecraft.reporting.account import advice_of, own_plots_of
-from racecraft.reporting.explaining import explain_failures
-from racecraft.tracks.track import Track
+from racecraft.worlds.deepracer.analysis.drive import PAUSE, as_drive
+from racecraft.worlds.deepracer.analysis.drive import Drive as CarDrive
+from racecraft.worlds.deepracer.analysis.explaining import explain_failures
+from racecraft.worlds.deepracer.analysis.films.film import FilmStyle, PictureCount, write_film
+from racecraft.worlds.deepracer.analysis.films.shells import DEEPRACER
+from racecraft.worlds.deepracer.analysis.films.views import AWS_FOLDERS
+from racecraft.worlds.deepracer.evaluation.drive import DriveKeeper
+from racecraft.worlds.deepracer.evaluation.judged_race import JudgedRace, RaceRecord, judge_race
+from racecraft.worlds.deepracer.evaluation.laps import LapReport, judge_laps
+from racecraft.worlds.deepracer.players.trained_car import KIND, TrainedCar, load_trained_car
+from racecraft.worlds.deepracer.tracks.track import Track
 
 VIDEO, PATH_PICTURE, CURVES, REPORT = "lap.mp4", "path.png", "curves.png", "report.html"
 WHY: dict[str, int] = {"starts": 12, "places": 2, "failures": 4, "seconds": 10}
@@ -174,7 +174,7 @@ def show_drive(
 
 
 def film_drive(drive: Drive, video: Path, style: FilmStyle, count: PictureCount | None = None) -> tuple[Path, Path]:
-    """Film a drive with one of the cameras of `analysis/deepracer/films/views.py`; return the film and its strip."""
+    """Film a drive with one of the cameras of `films/views.py`; return the film and its strip."""
     car = drive.car
     return write_film(
         video, drive.shown, drive.track, style, car.mount, car.light, title=_headline(car), objects=drive.objects,

@@ -45,7 +45,7 @@ from racecraft.serving.service_thread import ServiceThread
 
 if TYPE_CHECKING:
     from racecraft.analysis.watching.onboard import OnboardCamera
-    from racecraft.players.deepracer.run_courses import LaidCourse
+    from racecraft.worlds.deepracer.players.run_courses import LaidCourse
 
 FRESH = (("Cache-Control", "no-store"),)
 PEOPLE, POLICY = "/camera.jpg", "/policy.png"
@@ -132,7 +132,7 @@ class _CarViews:
     """What a car's run has to look at beyond its curves, course by course; each is laid out when it is asked for."""
 
     def __init__(self, run: RunFolder, job: dict[str, Any]) -> None:
-        from racecraft.players.deepracer.run_courses import cars_on, courses_of_run
+        from racecraft.worlds.deepracer.players.run_courses import cars_on, courses_of_run
 
         self._job, self._courses = job, courses_of_run(run)
         self._cameras: dict[int, OnboardCamera] = {}

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
-from racecraft.formats.generalisation import TrackResult
+from racecraft.worlds.deepracer.files.generalisation import TrackResult
 
 
 @dataclass(frozen=True)

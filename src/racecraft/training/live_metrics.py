@@ -15,8 +15,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
 from racecraft.contract.errors import UserInputError
-from racecraft.formats.aws.training_metrics import STATUS_LABELS
 from racecraft.training.callbacks import EndedAlike, IterationReport
+from racecraft.worlds.deepracer.files.training_metrics import STATUS_LABELS
 
 HOST = "127.0.0.1"
 PATH = "/metrics"

@@ -12,9 +12,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from racecraft.formats.run_folder import RunFolder
-from racecraft.formats.unity.demonstrations import SUFFIX
 from racecraft.formats.whole import make_folder, write_whole
 from racecraft.settings.composition import Settings
+from racecraft.worlds.unity.files.demonstrations import SUFFIX
 
 SETTING = "demonstrations"
 """The setting that names a file, in whatever group."""

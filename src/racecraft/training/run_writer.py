@@ -19,12 +19,12 @@ from racecraft.algorithms.weights import to_arrays
 from racecraft.contract.world import Array
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.episodes import write_episodes
-from racecraft.formats.generalisation import write_generalisation
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import write_whole
 from racecraft.rollout.collector import Collects
 from racecraft.training.background import Background, Gate
 from racecraft.training.callbacks import IterationReport
+from racecraft.worlds.deepracer.files.generalisation import write_generalisation
 
 HELD_SECONDS = 1.0
 """Where collecting takes longer than so, what writing takes of it is not worth speaking of."""

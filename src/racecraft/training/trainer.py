@@ -28,7 +28,6 @@ from racecraft.contract.world import Array, World, WorldSpec
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.checkpoint_ranking import load_weights, split_source
 from racecraft.formats.run_folder import RunFolder
-from racecraft.players.borrowed import IMPORTED, borrowed_run
 from racecraft.players.own_code import own_code_of
 from racecraft.players.trained import SPEC
 from racecraft.rollout.collector import Collector, Collects
@@ -48,6 +47,7 @@ from racecraft.training.run_writer import EpisodeFiles, RunWriter, Stateful, Tic
 from racecraft.training.stopping import StopCondition, parse_stops
 from racecraft.training.tensorboard import FOLDER, TensorBoard, summary_writer
 from racecraft.training.versions import machine, versions
+from racecraft.worlds.deepracer.players.borrowed import IMPORTED, borrowed_run
 
 if TYPE_CHECKING:
     from racecraft.rollout.replay import Replay

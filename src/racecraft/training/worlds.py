@@ -25,10 +25,10 @@ from racecraft.training.resume import Say
 from racecraft.training.trainer import Experiment, Trained
 
 WORLDS = {
-    "deepracer": "racecraft.training.deepracer.trainer",
-    "battlesnake": "racecraft.training.battlesnake.trainer",
-    "gymnasium": "racecraft.training.gymnasium.trainer",
-    "unity": "racecraft.training.unity.trainer",
+    "deepracer": "racecraft.worlds.deepracer.training.trainer",
+    "battlesnake": "racecraft.worlds.battlesnake.training.trainer",
+    "gymnasium": "racecraft.worlds.gymnasium.training.trainer",
+    "unity": "racecraft.worlds.unity.training.trainer",
 }
 """Kinds of run, as job.json calls them, and the module that trains them."""
 

@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 
 from racecraft.contract.world import Array
-from racecraft.envs.deepracer.camera import Camera, mount_for_version
-from racecraft.envs.deepracer.fidelity import habits
-from racecraft.envs.deepracer.light import light_for
-from racecraft.envs.deepracer.objects import KINDS, ObjectPlan
-from racecraft.envs.deepracer.placing import plan_objects
-from racecraft.envs.deepracer.scene import build_scene
-from racecraft.envs.deepracer.settings import CameraConfig, objects_of
-from racecraft.envs.deepracer.vehicle import FRONT_POINT_M
-from racecraft.players.deepracer.run_courses import LaidCourse
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import from_dictionary
+from racecraft.worlds.deepracer.env.camera import Camera, mount_for_version
+from racecraft.worlds.deepracer.env.fidelity import habits
+from racecraft.worlds.deepracer.env.light import light_for
+from racecraft.worlds.deepracer.env.objects import KINDS, ObjectPlan
+from racecraft.worlds.deepracer.env.placing import plan_objects
+from racecraft.worlds.deepracer.env.scene import build_scene
+from racecraft.worlds.deepracer.env.settings import CameraConfig, objects_of
+from racecraft.worlds.deepracer.env.vehicle import FRONT_POINT_M
+from racecraft.worlds.deepracer.players.run_courses import LaidCourse
 
 FOR_PEOPLE = (320, 240)
 """Pixels of the view for people; the policy's has its own size."""

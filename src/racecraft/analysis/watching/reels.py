@@ -24,7 +24,7 @@ from racecraft.contract.world import Array
 from racecraft.formats.episodes import STATUSES, read_episodes
 from racecraft.formats.live_ticks import OBJECTS, read_live_ticks
 from racecraft.formats.run_folder import RunFolder
-from racecraft.tracks.track import Track
+from racecraft.worlds.deepracer.tracks.track import Track
 
 CHANNELS = {
     "x": ("x_m", 3, 1.0),

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 import typer
 
 if TYPE_CHECKING:
-    from racecraft.formats.aws.drfc_folder import DrfcFolder
     from racecraft.storage.access import Access
     from racecraft.storage.address import Address
     from racecraft.storage.object_store import ObjectStore, StoredObject
+    from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def listed(store: ObjectStore, place: Address) -> dict[str, StoredObject]:
 
 def installation_at(folder: Path | None) -> DrfcFolder | None:
     """Return the DeepRacer-for-Cloud folder that stands there; None where there is none."""
-    from racecraft.formats.aws.drfc_folder import RUN_ENV, open_drfc_folder
+    from racecraft.worlds.deepracer.files.drfc_folder import RUN_ENV, open_drfc_folder
 
     if folder is None or not (folder / RUN_ENV).is_file():
         return None
@@ -125,7 +125,7 @@ def installation_at(folder: Path | None) -> DrfcFolder | None:
 
 
 def _access_in(drfc: DrfcFolder, address: Address | None) -> Access | None:
-    from racecraft.storage.drfc_buckets import local_bucket, upload_bucket
+    from racecraft.worlds.deepracer.files.drfc_buckets import local_bucket, upload_bucket
 
     for place in (local_bucket(drfc), upload_bucket(drfc)):
         if place is not None and address is not None and place.address.bucket == address.bucket:

@@ -14,11 +14,11 @@ from racecraft.cli.buckets.reach import installation_at, listed, open_store, rea
 from racecraft.cli.output import word
 
 if TYPE_CHECKING:
-    from racecraft.formats.aws.drfc_folder import DrfcFolder
     from racecraft.storage.mirror import Mirrored
     from racecraft.storage.mirror_note import Place
     from racecraft.storage.object_store import ObjectStore
     from racecraft.training.callbacks import IterationReport, TrainingCallback
+    from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
 
 Tell = Callable[[str], None]
 SHELF = Path("runs", "s3")
@@ -84,8 +84,8 @@ def bring_in(drfc: DrfcFolder, bucket: Place, into: Path, tell: Tell, missing_on
         UserInputError: Something is not there, or the network fails.
     """
     from racecraft.storage.address import Address, is_address
-    from racecraft.storage.drfc_buckets import place_of
     from racecraft.storage.transfer import pull
+    from racecraft.worlds.deepracer.files.drfc_buckets import place_of
 
     store = open_store(bucket.access)
     files = place_of(drfc, bucket, "DR_LOCAL_S3_CUSTOM_FILES_PREFIX").address
@@ -117,8 +117,8 @@ def place_of_mirror(mirror: str | None, folder: Path | None, run: Path | None, t
     if mirror is None and folder is None and run is None:
         return None  # nothing names a bucket: its code is not brought along
     from racecraft.storage.address import Address
-    from racecraft.storage.drfc_buckets import local_bucket, place_of
     from racecraft.storage.mirror_note import Place, noted_place
+    from racecraft.worlds.deepracer.files.drfc_buckets import local_bucket, place_of
 
     if mirror is not None:
         address = Address.parse(mirror)

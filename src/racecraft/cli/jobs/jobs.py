@@ -214,7 +214,7 @@ def enter(folder: Annotated[Path, typer.Argument(help="A job's own folder.")]) -
     """Run an estimator's script in the rooms of its job; started by a supervisor."""
     from racecraft.cli.script_errors import told_as_python_would
     from racecraft.compat.foreign import run_script
-    from racecraft.jobs.container import entered
+    from racecraft.sagemaker.container import entered
 
     with told_as_python_would(), entered(folder) as (script, arguments):
         run_script(script, arguments)

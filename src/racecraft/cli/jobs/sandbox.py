@@ -10,7 +10,7 @@ import typer
 from racecraft.cli.options import Json
 
 if TYPE_CHECKING:
-    from racecraft.jobs.sandbox.making import Sandbox
+    from racecraft.sagemaker.sandbox.making import Sandbox
 
 
 def sandbox(
@@ -40,9 +40,9 @@ def sandbox(
     from racecraft.cli.output import print_json
     from racecraft.contract.errors import SettingError
     from racecraft.jobs.home import JobHome
-    from racecraft.jobs.sandbox.making import SandboxError, make
-    from racecraft.jobs.sandbox.stack import plan
-    from racecraft.jobs.session import REGION
+    from racecraft.sagemaker.sandbox.making import SandboxError, make
+    from racecraft.sagemaker.sandbox.stack import plan
+    from racecraft.sagemaker.session import REGION
 
     given: dict[str, str] = {}
     for word in parameter or ():
@@ -62,7 +62,7 @@ def sandbox(
 
 def _print(made: Sandbox) -> None:
     """Say what was made, what was not and why, and the outputs."""
-    from racecraft.jobs.sandbox.addresses import SNAKE_ADDRESS
+    from racecraft.sagemaker.sandbox.addresses import SNAKE_ADDRESS
 
     print(f"stack {made.plan.name}: {made.folder}")
     for name, bucket in made.buckets.items():

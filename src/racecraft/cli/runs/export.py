@@ -11,9 +11,9 @@ from racecraft.cli.named_run import RUN_HELP, named_run
 from racecraft.contract.errors import SettingError, nearest
 
 if TYPE_CHECKING:
-    from racecraft.export.car_model import CarExport
     from racecraft.export.policy_file import PolicyExport
-    from racecraft.export.unity_run import UnityExport
+    from racecraft.worlds.deepracer.export.car_model import CarExport
+    from racecraft.worlds.unity.export.unity_run import UnityExport
 
 FILES = ("onnx", "openvino", "tflite")
 TARGETS = ("unity", "car", "drfc", "console", *FILES)
@@ -74,7 +74,7 @@ def export_run(
 
 def _export_car(run: Path, checkpoint: str, output: Path | None, check: bool, json: bool) -> None:
     from racecraft.cli.output import print_json
-    from racecraft.export.car_model import export_to_car
+    from racecraft.worlds.deepracer.export.car_model import export_to_car
 
     exported = export_to_car(run, checkpoint, output, check)
     if json:
@@ -136,7 +136,7 @@ def _told_of_car(exported: CarExport | PolicyExport) -> str:
 
 def _export_aws(run: Path, to: str, which: str | None, output: Path | None, check: bool, json: bool) -> None:
     from racecraft.cli.output import print_json
-    from racecraft.export.aws_folder import export_to_aws
+    from racecraft.worlds.deepracer.export.aws_folder import export_to_aws
 
     done = export_to_aws(run, to, output, check, which)
     agreement = done.agreement
@@ -155,7 +155,7 @@ def _export_aws(run: Path, to: str, which: str | None, output: Path | None, chec
 
 def _export_unity(run: Path, checkpoint: str, output: Path | None, json: bool) -> None:
     from racecraft.cli.output import print_json
-    from racecraft.export.unity_run import export_to_unity
+    from racecraft.worlds.unity.export.unity_run import export_to_unity
 
     exported = export_to_unity(run, checkpoint, output)
     if json:

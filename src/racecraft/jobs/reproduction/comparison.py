@@ -26,7 +26,6 @@ import numpy as np
 from racecraft.contract.errors import SettingError, UserInputError
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import World
-from racecraft.evaluation.battlesnake.whole_games import RandomMoves, play_whole_games
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.job_spec import JobSpec
 from racecraft.formats.reproduction import MASKED_RANDOM, RANDOM, Moment, RowResult
@@ -35,6 +34,7 @@ from racecraft.formats.whole import make_folder, write_whole
 from racecraft.jobs import children
 from racecraft.jobs.reproduction.rows import MASKED, PLAIN, WORLDS, Row
 from racecraft.players.trained import load_policy
+from racecraft.worlds.battlesnake.evaluation.whole_games import RandomMoves, play_whole_games
 
 ASKED, LOGS = "comparison.json", "logs"
 MOMENTS = 8

@@ -18,7 +18,7 @@ GYMS = {
     "exact": "the official rules, seen as our snakes see them",
 }
 """Which world is played in."""
-WORLDS = "racecraft.envs.battlesnake.source_experiment"
+WORLDS = "racecraft.worlds.battlesnake.env.source_experiment"
 PLAIN = {"starter-pack": "StarterPackGames", "exact": "ExactGames"}
 MASKED = {"starter-pack": "MaskedStarterPackGames", "exact": "MaskedExactGames"}
 

@@ -7,10 +7,10 @@ from typing import Any
 from racecraft.compat.local_buckets import Buckets, Resource
 from racecraft.contract.arguments import require_arguments
 from racecraft.contract.errors import SettingError, nearest
-from racecraft.jobs.estimator import TrainingJob
 from racecraft.jobs.home import JobHome
-from racecraft.jobs.sandbox.making import recorded_stacks
-from racecraft.jobs.session import ACCOUNT, REGION, ROLE, buckets_of
+from racecraft.sagemaker.estimator import TrainingJob
+from racecraft.sagemaker.sandbox.making import recorded_stacks
+from racecraft.sagemaker.session import ACCOUNT, REGION, ROLE, buckets_of
 
 ACCOUNT_ARGUMENTS = ("aws_access_key_id", "aws_secret_access_key", "aws_session_token", "region_name")
 SESSION_ARGUMENTS = (*ACCOUNT_ARGUMENTS, "botocore_session", "profile_name", "aws_account_id")

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from racecraft.compat.names.mlagents_envs.exception import UnityActionException
-from racecraft.envs.unity.behaviors import CHW, AgentRows, Behavior, Sensor
+from racecraft.worlds.unity.env.behaviors import CHW, AgentRows, Behavior, Sensor
 
 AgentId = int
 BehaviorName = str

@@ -28,8 +28,8 @@ from racecraft.compat.names.mlagents_envs.exception import (
 )
 from racecraft.compat.names.mlagents_envs.side_channel.side_channel import SideChannel
 from racecraft.compat.names.mlagents_envs.side_channel.side_channel_manager import SideChannelManager
-from racecraft.envs.unity.builds import Build
-from racecraft.envs.unity.errors import (
+from racecraft.worlds.unity.env.builds import Build
+from racecraft.worlds.unity.env.errors import (
     BuildError,
     PlayerLeftError,
     PlayerTimeoutError,
@@ -37,9 +37,9 @@ from racecraft.envs.unity.errors import (
     SessionClosedError,
     UnityError,
 )
-from racecraft.envs.unity.session import Choice, Moment, Session, require_patience
-from racecraft.envs.unity.side_channels import SideChannels
-from racecraft.envs.unity.wire import EDITOR_PORT
+from racecraft.worlds.unity.env.session import Choice, Moment, Session, require_patience
+from racecraft.worlds.unity.env.side_channels import SideChannels
+from racecraft.worlds.unity.env.wire import EDITOR_PORT
 
 Said = TypeVar("Said")
 _PACKAGE_OF_0 = "gym_unity"
@@ -53,8 +53,8 @@ class UnityEnvironment(BaseEnv):
     whose Python was 0.x. A script that imports `gym_unity`, a name of 0.x alone, is shown (H, W, C) by every player.
 
     Args:
-        file_name: A build, as ML-Agents names it, or anything `racecraft.envs.unity.builds.find_build` understands;
-            None for the Editor.
+        file_name: A build, as ML-Agents names it, or anything `racecraft.worlds.unity.env.builds.find_build`
+            understands; None for the Editor.
         worker_id: Added to `base_port`.
         base_port: The first port; None for whichever is free.
         seed: Given to the scene at its start.

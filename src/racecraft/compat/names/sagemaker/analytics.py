@@ -1,6 +1,6 @@
 """`sagemaker.analytics`."""
 
-from racecraft.jobs.estimator import TrainingJobAnalytics
-from racecraft.jobs.tuning.search_analytics import HyperparameterTuningJobAnalytics
+from racecraft.sagemaker.estimator import TrainingJobAnalytics
+from racecraft.sagemaker.search_analytics import HyperparameterTuningJobAnalytics
 
 __all__ = ["HyperparameterTuningJobAnalytics", "TrainingJobAnalytics"]

@@ -1,5 +1,5 @@
 """`sagemaker.deserializers`."""
 
-from racecraft.jobs.endpoint import JSONDeserializer, NumpyDeserializer
+from racecraft.sagemaker.endpoint import JSONDeserializer, NumpyDeserializer
 
 __all__ = ["JSONDeserializer", "NumpyDeserializer"]

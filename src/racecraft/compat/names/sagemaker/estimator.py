@@ -1,5 +1,5 @@
 """`sagemaker.estimator`: of the many, the one that trains agents."""
 
-from racecraft.jobs.estimator import RLEstimator
+from racecraft.sagemaker.estimator import RLEstimator
 
 __all__ = ["RLEstimator"]

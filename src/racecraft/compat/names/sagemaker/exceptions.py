@@ -1,5 +1,5 @@
 """`sagemaker.exceptions`."""
 
-from racecraft.jobs.estimator import UnexpectedStatusException
+from racecraft.sagemaker.estimator import UnexpectedStatusException
 
 __all__ = ["UnexpectedStatusException"]

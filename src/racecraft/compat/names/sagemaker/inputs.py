@@ -1,5 +1,5 @@
 """`sagemaker.inputs`."""
 
-from racecraft.jobs.session import TrainingInput
+from racecraft.sagemaker.session import TrainingInput
 
 __all__ = ["TrainingInput"]

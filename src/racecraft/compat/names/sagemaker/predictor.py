@@ -1,6 +1,6 @@
 """`sagemaker.predictor`, in the names of both versions of the SDK."""
 
-from racecraft.jobs.endpoint import JSONDeserializer, JSONSerializer, Predictor
+from racecraft.sagemaker.endpoint import JSONDeserializer, JSONSerializer, Predictor
 
 RealTimePredictor = Predictor
 json_serializer = JSONSerializer()

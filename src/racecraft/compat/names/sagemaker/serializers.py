@@ -1,5 +1,5 @@
 """`sagemaker.serializers`."""
 
-from racecraft.jobs.endpoint import JSONSerializer, NumpySerializer
+from racecraft.sagemaker.endpoint import JSONSerializer, NumpySerializer
 
 __all__ = ["JSONSerializer", "NumpySerializer"]

@@ -1,6 +1,6 @@
 """`sagemaker.session`."""
 
-from racecraft.jobs.session import Session, TrainingInput, get_execution_role
+from racecraft.sagemaker.session import Session, TrainingInput, get_execution_role
 
 s3_input = TrainingInput
 

@@ -15,8 +15,8 @@ from typing import Any
 from racecraft.compat.names.mlagents_envs.environment import UnityEnvironment
 from racecraft.compat.names.mlagents_envs.exception import UnityEnvironmentException
 from racecraft.compat.names.mlagents_envs.registry.base_registry_entry import BaseRegistryEntry
-from racecraft.envs.unity.builds import BUILTIN, Build, RegistryEntry, executable_in, fetch_entry, find_build
-from racecraft.envs.unity.errors import BuildError
+from racecraft.worlds.unity.env.builds import BUILTIN, Build, RegistryEntry, executable_in, fetch_entry, find_build
+from racecraft.worlds.unity.env.errors import BuildError
 
 
 class RemoteRegistryEntry(BaseRegistryEntry):

@@ -14,7 +14,7 @@ from racecraft.compat.names.mlagents_envs.exception import UnityEnvironmentExcep
 from racecraft.compat.names.mlagents_envs.registry.base_registry_entry import BaseRegistryEntry
 from racecraft.compat.names.mlagents_envs.registry.remote_registry_entry import stand_in_for
 from racecraft.contract.errors import nearest
-from racecraft.envs.unity.builds import (
+from racecraft.worlds.unity.env.builds import (
     BUILTIN,
     Build,
     RegistryEntry,
@@ -23,7 +23,7 @@ from racecraft.envs.unity.builds import (
     manifest_source,
     read_manifest,
 )
-from racecraft.envs.unity.errors import BuildError
+from racecraft.worlds.unity.env.errors import BuildError
 
 
 class UnknownSceneError(UnityEnvironmentException, KeyError):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from racecraft.compat.names.mlagents_envs.exception import UnityCommunicationException, UnitySideChannelException
 from racecraft.compat.names.mlagents_envs.side_channel.side_channel import IncomingMessage, SideChannel
-from racecraft.envs.unity.side_channels import ENGINE_CONFIGURATION, SideChannels
+from racecraft.worlds.unity.env.side_channels import ENGINE_CONFIGURATION, SideChannels
 
 
 class EngineConfig(NamedTuple):

@@ -7,7 +7,7 @@ from enum import IntEnum
 
 from racecraft.compat.names.mlagents_envs.exception import UnityCommunicationException
 from racecraft.compat.names.mlagents_envs.side_channel.side_channel import IncomingMessage, SideChannel
-from racecraft.envs.unity.side_channels import (
+from racecraft.worlds.unity.env.side_channels import (
     ENVIRONMENT_PARAMETERS,
     Gaussian,
     MultiRange,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import uuid
 
 from racecraft.compat.names.mlagents_envs.side_channel.side_channel import IncomingMessage, SideChannel
-from racecraft.envs.unity.side_channels import FLOAT_PROPERTIES, SideChannels
+from racecraft.worlds.unity.env.side_channels import FLOAT_PROPERTIES, SideChannels
 
 
 class FloatPropertiesChannel(SideChannel):

@@ -7,7 +7,7 @@ import uuid
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
-from racecraft.envs.unity.side_channels import Reader, SideChannels, pack_floats, pack_string, split
+from racecraft.worlds.unity.env.side_channels import Reader, SideChannels, pack_floats, pack_string, split
 
 
 class IncomingMessage:

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 from racecraft.compat.names.mlagents_envs.exception import UnityEnvironmentException
 from racecraft.compat.names.mlagents_envs.side_channel.side_channel import SideChannel
-from racecraft.envs.unity.errors import WireError
-from racecraft.envs.unity.side_channels import SideChannels, split
+from racecraft.worlds.unity.env.errors import WireError
+from racecraft.worlds.unity.env.side_channels import SideChannels, split
 
 _log = logging.getLogger("racecraft.unity")
 

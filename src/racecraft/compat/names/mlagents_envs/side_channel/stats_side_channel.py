@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 
 from racecraft.compat.names.mlagents_envs.side_channel.side_channel import IncomingMessage, SideChannel
-from racecraft.envs.unity.side_channels import STATISTICS
+from racecraft.worlds.unity.env.side_channels import STATISTICS
 
 
 class StatsAggregationMethod(Enum):

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.arguments import names_of, require_arguments
-from racecraft.jobs.endpoint import Predictor, deploy, trained_run_in, unpacked_model
-from racecraft.jobs.estimator_words import DEPLOY_ARGUMENTS, MODEL_ARGUMENTS
 from racecraft.jobs.home import JobHome
+from racecraft.sagemaker.endpoint import Predictor, deploy, trained_run_in, unpacked_model
+from racecraft.sagemaker.estimator_words import DEPLOY_ARGUMENTS, MODEL_ARGUMENTS
 
 NAME = "model"
 

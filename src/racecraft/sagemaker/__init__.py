@@ -1,0 +1,1 @@
+"""SageMaker's names and files: estimator, sessions, containers, endpoints, CloudFormation."""

@@ -1,0 +1,244 @@
+"""CloudFormation's functions, worked out as plain values. Begin with `Functions.value`.
+
+    Ref  Fn::GetAtt  Fn::Sub  Fn::Join  Fn::Split  Fn::Select  Fn::FindInMap  Fn::GetAZs  Fn::Base64
+    Fn::If  Fn::Equals  Fn::And  Fn::Or  Fn::Not  Condition  Fn::Length  Fn::ToJsonString
+
+What asks the cloud itself (Fn::ImportValue, Fn::Transform, Fn::Cidr) raises `NotHereError`. Fn::Base64 gives its text
+as it is: nobody here would decode it.
+
+Source: CloudFormation's reference, "Intrinsic function reference".
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any, NoReturn, Protocol
+
+from racecraft.contract.errors import UserInputError, nearest
+from racecraft.sagemaker.cloudformation.references import PLACEHOLDER
+from racecraft.sagemaker.cloudformation.source import At
+from racecraft.sagemaker.cloudformation.template import Template
+
+NO_VALUE = object()
+"""What `!Ref AWS::NoValue` is: its key or place is left out."""
+STAND_IN_REGION = "us-east-1"
+"""Whose row of a mapping is taken where this machine's region has none."""
+ZONES = "abc"
+
+
+class NotHereError(UserInputError):
+    """A value rests on something that only the cloud has; the message is the reason alone."""
+
+
+class Resolver(Protocol):
+    """Knows what resources are called once they stand."""
+
+    def name_of(self, resource: str, at: At) -> str:
+        """Return what `Ref` gives of a resource."""
+        ...
+
+    def attribute_of(self, resource: str, attribute: str, at: At) -> str:
+        """Return what `Fn::GetAtt` gives of it."""
+        ...
+
+
+class Functions:
+    """Works out a template's values.
+
+    Args:
+        template: Where they stand.
+        parameters: Values of parameters and pseudo parameters, by name.
+        resolver: Knows the resources.
+    """
+
+    def __init__(self, template: Template, parameters: Mapping[str, Any], resolver: Resolver) -> None:
+        self._template, self._resolver = template, resolver
+        self._parameters = {**parameters, "AWS::NoValue": NO_VALUE}
+        self._conditions: dict[str, bool] = {}
+        self.notes: list[str] = []
+        """What stands in for something else, a clause each."""
+
+    def value(self, value: Any, at: At) -> Any:
+        """Return a value with every function in it worked out.
+
+        Raises:
+            TemplateError: A function is unknown or given what it cannot use.
+            NotHereError: It rests on something that only the cloud has.
+        """
+        if isinstance(value, list):
+            parts = [self.value(part, (*at, str(place))) for place, part in enumerate(value)]
+            return [part for part in parts if part is not NO_VALUE]
+        if not isinstance(value, dict):
+            return value
+        if len(value) == 1:
+            ((name, inside),) = value.items()
+            is_condition = name == "Condition" and isinstance(inside, str)
+            if is_condition or name == "Ref" or name.startswith("Fn::"):
+                return self._function(name, inside, (*at, name))
+        worked = {key: self.value(part, (*at, key)) for key, part in value.items()}
+        return {key: part for key, part in worked.items() if part is not NO_VALUE}
+
+    def text(self, value: Any, at: At) -> str:
+        """Return a value that must come to a word.
+
+        Raises:
+            TemplateError: It does not.
+            NotHereError: It rests on something that only the cloud has.
+        """
+        worked = self.value(value, at)
+        if not isinstance(worked, str):
+            self._refuse(at, _kind(worked), "a word")
+        return str(worked)
+
+    def holds(self, condition: str | None) -> bool:
+        """Return whether a condition holds; None always does."""
+        if condition is None:
+            return True
+        if condition not in self._conditions:
+            told = self._template.conditions[condition]
+            self._conditions[condition] = self._truth(told, ("Conditions", condition))
+        return self._conditions[condition]
+
+    def _function(self, name: str, inside: Any, at: At) -> Any:
+        asked = _FUNCTIONS.get(name)
+        if asked is None:
+            self._refuse(at, "an unknown function", "a function of CloudFormation", nearest(name, _FUNCTIONS))
+        return asked(self, inside, at)
+
+    def _ref(self, inside: Any, at: At) -> Any:
+        name = self._name(inside, at)
+        return self._parameters[name] if name in self._parameters else self._resolver.name_of(name, at)
+
+    def _get_att(self, inside: Any, at: At) -> str:
+        parts = inside.split(".", 1) if isinstance(inside, str) else inside
+        if not isinstance(parts, list) or len(parts) != 2:
+            self._refuse(at, _kind(inside), "a resource and an attribute")
+        return self._resolver.attribute_of(self._name(parts[0], at), self.text(parts[1], (*at, "1")), at)
+
+    def _sub(self, inside: Any, at: At) -> str:
+        text, own = inside, {}
+        if isinstance(inside, list):
+            text, own = self._parts(inside, 2, at)
+        if not isinstance(text, str) or not isinstance(own, dict):
+            self._refuse(at, _kind(inside), "a text, or a text and a group of names")
+
+        def filled(name: str) -> str:
+            if name in own:
+                return self.text(own[name], (*at, "1", name))
+            return self.text({"Fn::GetAtt": name} if "." in name else {"Ref": name}, at)
+
+        return PLACEHOLDER.sub(lambda found: filled(found[1].strip()), text).replace("${!", "${")
+
+    def _join(self, inside: Any, at: At) -> str:
+        between, parts = self._parts(inside, 2, at)
+        words = self.value(parts, (*at, "1"))
+        if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
+            self._refuse((*at, "1"), _kind(words), "a list of words")
+        return self.text(between, (*at, "0")).join(words)
+
+    def _split(self, inside: Any, at: At) -> list[str]:
+        between, text = self._parts(inside, 2, at)
+        separator = self.text(between, (*at, "0"))
+        if not separator:
+            self._refuse((*at, "0"), "nothing", "what stands between the parts")
+        return self.text(text, (*at, "1")).split(separator)
+
+    def _select(self, inside: Any, at: At) -> Any:
+        place, parts = self._parts(inside, 2, at)
+        number, values = self.text(place, (*at, "0")), self.value(parts, (*at, "1"))
+        if not isinstance(values, list) or not (number.isdecimal() and int(number) < len(values)):
+            count = len(values) if isinstance(values, list) else 0
+            self._refuse(at, f"place {number} of {count}", "a place in the list, counted from 0")
+        return values[int(number)]
+
+    def _find_in_map(self, inside: Any, at: At) -> Any:
+        names = [self.text(part, (*at, str(place))) for place, part in enumerate(self._parts(inside, 3, at))]
+        rows = self._template.mappings.get(names[0])
+        if rows is None:
+            self._refuse((*at, "0"), f"'{names[0]}'", "a mapping", nearest(names[0], self._template.mappings))
+        row = rows.get(names[1])
+        if row is None and names[1] == self._parameters["AWS::Region"] and STAND_IN_REGION in rows:
+            row = rows[STAND_IN_REGION]
+            note = f"mapping {names[0]} has no region '{names[1]}'; its row {STAND_IN_REGION} is taken"
+            self.notes += [] if note in self.notes else [note]
+        if row is None:
+            self._refuse((*at, "1"), f"'{names[1]}'", f"a row of {names[0]}", nearest(names[1], rows))
+        columns = row if isinstance(row, dict) else {}
+        if names[2] not in columns:
+            self._refuse((*at, "2"), f"'{names[2]}'", f"a column of {names[0]}", nearest(names[2], columns))
+        return columns[names[2]]
+
+    def _get_azs(self, inside: Any, at: At) -> list[str]:
+        region = self.text(inside, at) or self._parameters["AWS::Region"]
+        return [f"{region}{zone}" for zone in ZONES]
+
+    def _if(self, inside: Any, at: At) -> Any:
+        condition, then, otherwise = self._parts(inside, 3, at)
+        holds = self.holds(self._name(condition, at))
+        return self.value(then if holds else otherwise, (*at, "1" if holds else "2"))
+
+    def _not(self, inside: Any, at: At) -> bool:
+        return not self._truth(self._parts(inside, 1, at)[0], (*at, "0"))
+
+    def _any_or_all(self, inside: Any, at: At) -> bool:
+        if not isinstance(inside, list) or not 2 <= len(inside) <= 10:
+            self._refuse(at, _kind(inside), "two to ten conditions")
+        each = [self._truth(part, (*at, str(place))) for place, part in enumerate(inside)]
+        return all(each) if at[-1] == "Fn::And" else any(each)
+
+    def _equals(self, inside: Any, at: At) -> bool:
+        one, other = self._parts(inside, 2, at)
+        return bool(self.value(one, (*at, "0")) == self.value(other, (*at, "1")))
+
+    def _condition(self, inside: Any, at: At) -> bool:
+        return self.holds(self._name(inside, at))
+
+    def _length(self, inside: Any, at: At) -> str:
+        values = self.value(inside, at)
+        if not isinstance(values, list):
+            self._refuse(at, _kind(values), "a list")
+        return str(len(values))
+
+    def _to_json(self, inside: Any, at: At) -> str:
+        return json.dumps(self.value(inside, at), separators=(",", ":"))
+
+    def _of_the_cloud(self, inside: Any, at: At) -> Any:
+        place = f"{self._template.path}:{self._template.source.line(at)}"
+        raise NotHereError(f"{place}: {at[-1]} asks AWS itself, and nobody there is asked.")
+
+    def _truth(self, told: Any, at: At) -> bool:
+        worked = self.value(told, at)
+        if not isinstance(worked, bool):
+            self._refuse(at, _kind(worked), "Fn::Equals, Fn::And, Fn::Or, Fn::Not or Condition")
+        return bool(worked)
+
+    def _parts(self, inside: Any, count: int, at: At) -> list[Any]:
+        if not isinstance(inside, list) or len(inside) != count:
+            self._refuse(at, _kind(inside), f"a list of {count}")
+        return list(inside)
+
+    def _name(self, inside: Any, at: At) -> str:
+        if not isinstance(inside, str):
+            self._refuse(at, _kind(inside), "a name")
+        return str(inside)
+
+    def _refuse(self, at: At, found: str, expected: str, cure: str = "") -> NoReturn:
+        self._template.source.refuse(at, found, expected, cure)
+
+
+_FUNCTIONS = {
+    "Ref": Functions._ref, "Fn::GetAtt": Functions._get_att, "Fn::Sub": Functions._sub, "Fn::Join": Functions._join,
+    "Fn::Split": Functions._split, "Fn::Select": Functions._select, "Fn::FindInMap": Functions._find_in_map,
+    "Fn::GetAZs": Functions._get_azs, "Fn::Base64": Functions.value, "Fn::If": Functions._if,
+    "Fn::Not": Functions._not, "Fn::And": Functions._any_or_all, "Fn::Or": Functions._any_or_all,
+    "Fn::Equals": Functions._equals, "Condition": Functions._condition, "Fn::Length": Functions._length,
+    "Fn::ToJsonString": Functions._to_json, "Fn::ImportValue": Functions._of_the_cloud,
+    "Fn::Transform": Functions._of_the_cloud, "Fn::Cidr": Functions._of_the_cloud,
+}  # fmt: skip
+
+
+def _kind(value: Any) -> str:
+    if isinstance(value, list):
+        return f"a list of {len(value)}"
+    return {dict: "a group of keys", type(None): "nothing", bool: "a condition"}.get(type(value), repr(value))

@@ -1,0 +1,125 @@
+"""A template's parameters: what was given, what stands in for the rest, and what each allows. Begin with `settled`.
+
+Source: CloudFormation's user guide, "Parameters".
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from racecraft.contract.errors import UserInputError, nearest
+from racecraft.sagemaker.cloudformation.source import At, TemplateError
+from racecraft.sagemaker.cloudformation.template import Template
+
+HIDDEN = "****"
+
+
+class ParameterError(UserInputError):
+    """A parameter's value is missing or not allowed."""
+
+
+def settled(template: Template, given: Mapping[str, str]) -> dict[str, Any]:
+    """Return every parameter's value; lists (CommaDelimitedList, List<…>) as lists.
+
+    Args:
+        template: Says which there are.
+        given: Values by name.
+
+    Raises:
+        ParameterError: One is missing, unknown or not allowed.
+        TemplateError: A declaration cannot be used.
+    """
+    for name in given:
+        if name not in template.parameters:
+            known = nearest(name, template.parameters) if template.parameters else "It has none."
+            raise ParameterError(f"--parameter {name}: {template.path} has no such parameter. {known}")
+    missing = [name for name, said in template.parameters.items() if name not in given and "Default" not in said]
+    if missing:
+        words = " ".join(f"--parameter {name}=…" for name in missing)
+        raise ParameterError(
+            f"{template.path}: {', '.join(missing)}: no value and no default; expected one for each. Add {words}"
+        )
+    return {name: _value(template, name, said, given) for name, said in template.parameters.items()}
+
+
+def shown(template: Template, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values as they may be printed and kept: what the template calls NoEcho is hidden."""
+    hidden = {name for name, said in template.parameters.items() if said.get("NoEcho") == "true"}
+    return {name: HIDDEN if name in hidden else value for name, value in values.items()}
+
+
+def _value(template: Template, name: str, said: Mapping[str, Any], given: Mapping[str, str]) -> Any:
+    at: At = ("Parameters", name)
+    kind = said.get("Type")
+    if not isinstance(kind, str):
+        template.source.refuse(at, "no `Type`", "a parameter's type such as String")
+    value = given[name] if name in given else said["Default"]
+    if not isinstance(value, str):
+        template.source.refuse((*at, "Default"), "no word", "a word or a number")
+    is_list = kind == "CommaDelimitedList" or kind.startswith("List<")
+    parts = [part.strip() for part in value.split(",")] if is_list else [value]
+    checked = [_allowed(template, name, said, part) for part in parts]
+    return checked if is_list else checked[0]
+
+
+def _allowed(template: Template, name: str, said: Mapping[str, Any], value: str) -> str:
+    """Return a value that the template allows.
+
+    Raises:
+        ParameterError: It does not.
+    """
+    allowed = said.get("AllowedValues")
+    if isinstance(allowed, list) and value not in allowed:
+        if value.lower() in ("true", "false") and value.lower() in allowed:
+            return value.lower()  # YAML's True and the word "True" are one to whoever types it
+        raise _refusal(template, name, said, value, f"one of {', '.join(map(str, allowed))}")
+    pattern = said.get("AllowedPattern")
+    if isinstance(pattern, str) and not _matches(template, name, pattern, value):
+        raise _refusal(template, name, said, value, f"something like {pattern}")
+    if said["Type"] in ("Number", "List<Number>"):
+        _check_number(template, name, said, value)
+    for key, is_wrong in (("MinLength", lambda n: len(value) < n), ("MaxLength", lambda n: len(value) > n)):
+        if key in said and is_wrong(_limit(template, name, said, key)):
+            raise _refusal(template, name, said, value, f"{key} {said[key]}")
+    return value
+
+
+def _check_number(template: Template, name: str, said: Mapping[str, Any], value: str) -> None:
+    try:
+        number = float(value)
+    except ValueError:
+        raise _refusal(template, name, said, value, "a number") from None
+    if "MinValue" in said and number < _limit(template, name, said, "MinValue"):
+        raise _refusal(template, name, said, value, f"at least {said['MinValue']}")
+    if "MaxValue" in said and number > _limit(template, name, said, "MaxValue"):
+        raise _refusal(template, name, said, value, f"at most {said['MaxValue']}")
+
+
+def _limit(template: Template, name: str, said: Mapping[str, Any], key: str) -> float:
+    try:
+        return float(said[key])
+    except (TypeError, ValueError):
+        raise TemplateError(
+            template.path, repr(said[key]), "a number",
+            line=template.source.line(("Parameters", name, key)), key=f"Parameters.{name}.{key}",
+        ) from None  # fmt: skip
+
+
+def _matches(template: Template, name: str, pattern: str, value: str) -> bool:
+    try:
+        return re.fullmatch(pattern, value) is not None
+    except re.error as cause:
+        at = ("Parameters", name, "AllowedPattern")
+        raise TemplateError(
+            template.path, f"{pattern!r} ({cause})", "a regular expression", line=template.source.line(at),
+            key=".".join(at),
+        ) from cause  # fmt: skip
+
+
+def _refusal(template: Template, name: str, said: Mapping[str, Any], value: str, expected: str) -> ParameterError:
+    shown_value = HIDDEN if said.get("NoEcho") == "true" else repr(value)
+    why = str(said.get("ConstraintDescription") or "").strip()
+    letter = f"{template.path}: parameter {name} is {shown_value}; expected {expected}. Give --parameter {name}=…"
+    return ParameterError(f"{letter} ({why})" if why else letter)

@@ -1,0 +1,1 @@
+"""The worlds that racecraft brings, a package each; none imports another."""

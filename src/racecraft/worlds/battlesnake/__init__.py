@@ -1,0 +1,1 @@
+"""Battlesnake: snakes on a board, and everything that is about them."""

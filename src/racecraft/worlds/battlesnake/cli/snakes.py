@@ -1,0 +1,91 @@
+"""`racecraft snakes`: play, judge, watch and serve Battlesnakes; every verb has a file beside this one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from racecraft.worlds.battlesnake.cli import arena as snakes_arena
+from racecraft.worlds.battlesnake.cli import import_game as snakes_import
+from racecraft.worlds.battlesnake.cli import play as snakes_play
+from racecraft.worlds.battlesnake.cli import reproduce as snakes_reproduce
+from racecraft.worlds.battlesnake.cli import serve as snakes_serve
+from racecraft.worlds.battlesnake.cli import study as snakes_study
+from racecraft.worlds.battlesnake.cli import tournament as snakes_tournament
+from racecraft.worlds.battlesnake.cli import train as snakes_train
+from racecraft.worlds.battlesnake.cli import tune as snakes_tune
+from racecraft.worlds.battlesnake.cli import watch as snakes_watch
+from racecraft.worlds.battlesnake.cli.options import JSON
+
+app = typer.Typer(help="Battlesnake: train a snake, play games, hold tournaments, watch, serve.", no_args_is_help=True)
+
+
+@app.command()
+def players(json: JSON = False) -> None:
+    """List the built-in players, weakest first."""
+    from racecraft.cli.output import print_json
+    from racecraft.worlds.battlesnake.players.find import PLAYERS
+
+    if json:
+        print_json({"players": PLAYERS})
+        return
+    for name, what in PLAYERS.items():
+        print(f"{name:14} {what}")
+    print("\nRUN            a snake you trained: runs/snakes-1, runs/snakes-1:last")
+    print("search+NAME    search on top of another player, a RUN or a FILE.py")
+    print("search:FILE    search by weights that `snakes tune` found: search:tuned.json")
+    print("search:RUN     search that asks a trained snake about every position it comes to")
+    print("FILE.py        your own: def move(data): …")
+
+
+app.command()(snakes_play.play)
+app.command()(snakes_tournament.tournament)
+app.add_typer(snakes_arena.app, name="arena")
+app.command()(snakes_train.train)
+app.command()(snakes_reproduce.reproduce)
+app.command()(snakes_serve.serve)
+app.command()(snakes_watch.watch)
+app.command()(snakes_watch.film)
+app.command()(snakes_watch.gif)
+
+
+@app.command()
+def verify(
+    record: Annotated[Path, typer.Argument(help="Games: see below; may be gzipped.")],
+    json: JSON = False,
+) -> None:
+    """Replay games by our rules and count what differs; exit code 1 where something does.
+
+    It takes what `snakes play --output` and the official `battlesnake play --output` write, a snake's own log of a
+    production game, the production engine's frames, and recorded games as JSON Lines.
+
+    Example: racecraft snakes verify game.jsonl
+
+    Example: racecraft snakes verify games.jsonl.gz --json
+    """
+    from racecraft.cli.output import print_json, say
+    from racecraft.worlds.battlesnake.evaluation.game_files import verify_file
+
+    report = verify_file(record)
+    if json:
+        print_json(report.to_dict())
+    else:
+        for example in report.examples:
+            print(example + "\n")
+        for sentence in report.unread:
+            print(f"note: {sentence}")
+        counts = {"game": report.games, "step": report.steps, "mismatch": report.mismatches}
+        told = (
+            f"{count} {word}{'' if count == 1 else 'es' if word == 'mismatch' else 's'}"
+            for word, count in counts.items()
+        )
+        say(", ".join(told), quiet_stdout=False)
+    if not report.agrees:
+        raise typer.Exit(1)
+
+
+app.command("import")(snakes_import.import_game)
+app.command()(snakes_study.study)
+app.command()(snakes_tune.tune)

@@ -1,0 +1,1 @@
+"""Arenas that last: snakes that come and go, every game, ratings."""

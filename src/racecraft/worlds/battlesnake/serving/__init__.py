@@ -1,0 +1,1 @@
+"""Servers for snakes: the webhook, the board, the arena."""

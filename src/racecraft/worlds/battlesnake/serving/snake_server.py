@@ -1,0 +1,345 @@
+"""A snake behind the official webhook API: `GET /`, `POST /start`, `/move`, `/end` (facts: A.10).
+
+Every `/move` is answered within the game's timeout less a margin: the player thinks in a thread; what it has not said
+when time runs out is not waited for, and a move that is at least safe, worked out in a blink, goes out instead. Many
+games run at once and share the threads; a player of many boards is asked for all that wait together
+(`batching_queue.py`), one that has its answer in a blink at once, without a thread. Where the machine is so busy that
+requests wait before they are read, that wait is taken off the time (`loop_lag.py`); where it lasts, a game more is
+refused (503), so that those under way are answered in time. What is kept of a game is dropped at its end, or after a
+silence.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import gc
+import os
+import signal
+import sys
+import time
+from collections import OrderedDict, deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import takewhile
+from typing import Protocol
+
+from racecraft.serving.batching_queue import BatchingQueue
+from racecraft.serving.http_service import HttpError, HttpService, Request
+from racecraft.serving.loop_lag import LoopLag
+from racecraft.serving.port import port_error
+from racecraft.worlds.battlesnake.env.board import MOVES, BoardError
+from racecraft.worlds.battlesnake.players.messages import LOOKS, Letter, read_message
+from racecraft.worlds.battlesnake.players.protocol import (
+    JsonPlayer,
+    ManyPlayer,
+    Message,
+    PlayerError,
+    Question,
+    QuickPlayer,
+    SnakePlayer,
+)
+from racecraft.worlds.battlesnake.players.sight import best_safe_move, find_snake
+from racecraft.worlds.battlesnake.players.time_budget import NETWORK_MARGIN_MS, THINKING_SHARE, seconds_to_answer
+from racecraft.worlds.battlesnake.players.worker_pool import WorkerPool
+
+SILENCE_SECONDS = 600.0
+ABANDONED_SECONDS = 30.0
+"""A game silent for so long gives its place up to a new one where there is no other."""
+LIVELY_SECONDS = 2.0
+"""Games heard of within so long are thought to ask again at any moment."""
+CROWDED_SHARE = 0.75
+"""Share of its fair time that a move gets where there are more games than threads: the way in and out takes its own."""
+OVERRUN_RATE = 0.1
+"""How quickly it learns by how much players overrun their time, as they do where other programs want the cores."""
+MOST_LAG_SHARE = 0.5
+"""Share of a move's time that its request is thought to have waited before it was read; no game more where it lasts."""
+MOST_GAMES = 10_000
+LATENCIES_KEPT = 100_000
+
+
+@dataclass
+class Count:
+    """What a server has done so far."""
+
+    games: int = 0
+    moves: int = 0
+    late: int = 0
+    """Moves for which the player had not answered in time; a safe move went out instead."""
+    failed: int = 0
+    """Moves for which the player failed; a safe move went out instead."""
+    refused: int = 0
+    """Requests answered with an error."""
+    latencies_ms: deque[float] = field(default_factory=lambda: deque(maxlen=LATENCIES_KEPT))
+    """Time from a move's request to its answer, the latest ones."""
+
+    def within_ms(self, share: float) -> float:
+        """Return the time within which a share (0 to 1) of the latest moves was answered; 0 before the first."""
+        ordered = sorted(self.latencies_ms)
+        return ordered[min(len(ordered) - 1, int(share * len(ordered)))] if ordered else 0.0
+
+    def p99_ms(self) -> float:
+        """Return the time within which 99 of 100 moves were answered; 0 before the first."""
+        return self.within_ms(0.99)
+
+
+class SnakeServer:
+    """Answers for one player, in any number of games.
+
+    Args:
+        player: Who decides.
+        looks: Colour, head and tail; what is missing has the official default.
+        author: Told on `GET /`.
+        margin_ms: Time of the timeout that is left unused.
+        silence_seconds: A game not heard of for so long is forgotten.
+        most_games: Games at once; a new one beyond them is refused (503), so that those under way are answered in time.
+        threads: How many moves are thought about at the same time; None: one a core.
+        complain: Called with a sentence when the player failed.
+        clock: Seconds that only grow; decides how long a game has been silent.
+    """
+
+    def __init__(
+        self,
+        player: SnakePlayer | JsonPlayer,
+        looks: dict[str, str] | None = None,
+        author: str = "",
+        margin_ms: int = NETWORK_MARGIN_MS,
+        silence_seconds: float = SILENCE_SECONDS,
+        most_games: int = MOST_GAMES,
+        threads: int | None = None,
+        complain: Callable[[str], None] | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.count, self._clock = Count(), clock
+        self._player, self._author = player, author
+        self._looks = {key: (looks or {}).get(key) or default for key, default in LOOKS.items()}
+        self._margin_ms, self._silence_seconds = margin_ms, silence_seconds
+        self._most_games = most_games
+        self._complain = complain or (lambda sentence: None)
+        self._pool = WorkerPool(threads or os.cpu_count() or 1)
+        self._queue = BatchingQueue(player.choose_many) if isinstance(player, ManyPlayer) else None
+        self._lag = LoopLag()
+        self._thinking = 0
+        self._overrun = 0.0
+        self._heard: OrderedDict[tuple[str, str], float] = OrderedDict()
+        self._service = HttpService(self._answer)
+
+    @property
+    def games_open(self) -> int:
+        """Games (a snake's own, each) that began and have neither ended nor fallen silent."""
+        self._forget_silent()
+        return len(self._heard)
+
+    async def listen(self, host: str = "127.0.0.1", port: int = 8000) -> int:
+        """Begin to listen, on this machine only unless told otherwise; return the port. Raises OSError."""
+        self._lag.watch()
+        return await self._service.listen(host, port)
+
+    async def close(self) -> None:
+        """Stop; players that still think are left behind."""
+        self._lag.close()
+        await self._service.close()
+        self._pool.close()
+        if self._queue is not None:
+            self._queue.close()
+
+    async def _answer(self, request: Request) -> Message:
+        try:
+            return await self._route(request)
+        except HttpError:
+            self.count.refused += 1
+            raise
+
+    async def _route(self, request: Request) -> Message:
+        ways = {"/": "GET", "/start": "POST", "/move": "POST", "/end": "POST"}
+        path = request.path.rstrip("/") or "/"
+        if path not in ways:
+            raise HttpError(404, "no_such_page", f"there is no {path[:80]}; there are {', '.join(ways)}.")
+        if request.method != ways[path]:
+            raise HttpError(405, "wrong_method", f"{path} wants {ways[path]}.")
+        if path == "/":
+            return {"apiversion": "1", "author": self._author, **self._looks, "version": "racecraft"}
+        message = request.json()
+        try:
+            letter = read_message(message)
+        except BoardError as error:
+            raise HttpError(422, "bad_board", str(error)) from error
+        if path == "/move":
+            return {"move": await self._move(letter, message, request.arrived)}
+        self._note(letter, ended=path == "/end")
+        await self._tell(path[1:], letter, message)
+        return {}
+
+    async def _move(self, letter: Letter, message: Message, arrived: float) -> str:
+        try:
+            find_snake(letter.board, letter.you)
+        except PlayerError as error:
+            raise HttpError(422, "bad_board", f"you: {error}") from error
+        self._note(letter)
+        seconds = self._seconds(letter)
+        unread = min(self._lag.seconds, MOST_LAG_SHARE * seconds)
+        word = await self._think(letter, message, arrived + seconds - unread)
+        if word is None:
+            word = best_safe_move(letter.board, letter.settings, letter.you)
+        self.count.moves += 1
+        self.count.latencies_ms.append((time.monotonic() - arrived) * 1000)
+        return word
+
+    async def _think(self, letter: Letter, message: Message, deadline: float) -> str | None:
+        """Return the player's move, or None where it failed or was not in time."""
+        self._thinking += 1
+        try:
+            if self._queue is not None:
+                question = Question(letter.board, letter.you, letter.settings)
+                word = await self._queue.ask(question, deadline)
+            elif isinstance(self._player, QuickPlayer):
+                if time.monotonic() >= deadline:
+                    raise TimeoutError
+                word = self._ask(letter, message, deadline)
+            else:
+                word = await self._wait(lambda: self._ask(letter, message, deadline), deadline - time.monotonic())
+            if word not in MOVES:
+                raise PlayerError(f"the player answered {word!r:.60}; expected one of {', '.join(MOVES)}.")
+        except TimeoutError:
+            self.count.late += 1
+            return None
+        except Exception as error:  # a player's own failure is no reason to lose the game
+            self._note_failure(error)
+            return None
+        finally:
+            self._thinking -= 1
+        return word
+
+    async def _wait(self, act: Callable[[], str], seconds: float) -> str:
+        """Return what `act` gives in a thread, or leave it behind and raise TimeoutError."""
+        task = self._pool.submit(act)
+        try:
+            return str(await asyncio.wait_for(asyncio.wrap_future(task), max(0.0, seconds)))
+        except TimeoutError:
+            self._pool.leave_behind(task)
+            raise
+
+    def _note_failure(self, error: Exception) -> None:
+        self.count.failed += 1
+        self._complain(str(error) or type(error).__name__)
+
+    def _ask(self, letter: Letter, message: Message, deadline: float) -> str:
+        """Ask the player, in a thread: one that looks at boards thinks for its fair share of the time that is left."""
+        left = max(0.0, deadline - time.monotonic())
+        if not isinstance(self._player, SnakePlayer):
+            return self._player.move(message, left)
+        asking = max(self._thinking, self._lively())
+        share = 1.0 if asking <= self._pool.size else CROWDED_SHARE * self._pool.size / asking
+        seconds = max(0.0, THINKING_SHARE * left * share - (self._overrun if share < 1.0 else 0.0))
+        begun = time.monotonic()
+        word = self._player.choose(letter.board, letter.settings, letter.you, seconds)
+        over = time.monotonic() - begun - seconds
+        self._overrun += OVERRUN_RATE * (max(0.0, over) - self._overrun)
+        return word
+
+    def _lively(self) -> int:
+        """Return how many games may ask at any moment, so that the first of them leaves time for the others."""
+        since = self._clock() - LIVELY_SECONDS
+        return sum(1 for _ in takewhile(lambda heard: heard > since, reversed(list(self._heard.values()))))
+
+    async def _tell(self, what: str, letter: Letter, message: Message) -> None:
+        """Pass a start or an end on to a player that wants to know."""
+        if isinstance(self._player, SnakePlayer):
+            return
+        act, seconds = getattr(self._player, what), self._seconds(letter)
+        try:
+            await self._wait(lambda: act(message, seconds), seconds)
+        except TimeoutError:
+            pass  # it has no answer to give
+        except Exception as error:
+            self._note_failure(error)
+
+    def _seconds(self, letter: Letter) -> float:
+        return seconds_to_answer(letter.timeout_ms, self._margin_ms)
+
+    def _note(self, letter: Letter, ended: bool = False) -> None:
+        """Remember when a game was heard of last; forget the ended and the silent, refuse a new one beyond the cap."""
+        self._forget_silent()
+        key = (letter.game_id, letter.you)
+        known = self._heard.pop(key, None) is not None
+        if ended:
+            return
+        if not known:
+            self._refuse_where_late(letter)
+        if not known and len(self._heard) >= self._most_games:
+            self._make_room()
+        self.count.games += not known
+        self._heard[key] = self._clock()
+
+    def _refuse_where_late(self, letter: Letter) -> None:
+        """Refuse a game more (503) where those under way already wait for half of their time before they are read."""
+        if self._heard and self._lag.lasting_seconds > MOST_LAG_SHARE * self._seconds(letter):
+            self._complain("a game was refused: the machine is so busy that answers to one more would be late.")
+            raise HttpError(
+                503, "too_busy", "this machine is too busy to answer one game more in time; try again later."
+            )
+
+    def _make_room(self) -> None:
+        """Give the place of a game that seems abandoned to a new one; without one, refuse (503)."""
+        if self._clock() - next(iter(self._heard.values())) < ABANDONED_SECONDS:
+            self._complain(f"a game beyond {self._most_games} at once was refused; see --games.")
+            raise HttpError(503, "too_many_games", f"{self._most_games} games are under way; try again later.")
+        self._heard.popitem(last=False)
+
+    def _forget_silent(self) -> None:
+        now = self._clock()
+        while self._heard and now - next(iter(self._heard.values())) >= self._silence_seconds:
+            self._heard.popitem(last=False)
+
+
+def answer_before_thinking() -> None:
+    """Set this process up for many short answers; called once, before a player is loaded.
+
+    A thread that thinks hands the interpreter back after half a millisecond instead of five, so that the one that
+    answers is not kept waiting; and a policy uses one core for its small batches, because two wait for each other
+    longer than they save, most of all beside another busy program. Who sets OMP_NUM_THREADS has the last word.
+    """
+    sys.setswitchinterval(0.0005)
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+
+def settle() -> None:
+    """Take what was loaded so far out of the search for garbage; called once, when the player is ready.
+
+    With torch loaded a full search goes through half a million objects that stay anyway, and holds every answer up for
+    a fifth of a second.
+    """
+    gc.collect()
+    gc.freeze()
+
+
+class Listens(Protocol):
+    """Whoever answers at an address."""
+
+    async def listen(self, host: str, port: int) -> int:
+        """Begin to listen; return the port."""
+        ...
+
+    async def close(self) -> None:
+        """Stop."""
+        ...
+
+
+async def serve_until_cancelled(server: Listens, host: str, port: int, ready: Callable[[int], None]) -> None:
+    """Listen until the task is cancelled or the process is told to end (SIGTERM); `ready` is told the port.
+
+    Raises:
+        PortError: The address cannot be listened on.
+    """
+    try:
+        found = await server.listen(host, port)
+    except (OSError, OverflowError) as error:
+        raise port_error(host, port, error) from error
+    ended = asyncio.Event()
+    with contextlib.suppress(NotImplementedError):  # Windows has no such signal
+        asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, ended.set)
+    ready(found)
+    try:
+        await ended.wait()
+    finally:
+        await server.close()

@@ -1,0 +1,214 @@
+"""What a training learned and forgot, place by place, and whether it knows its starts only. Plain values and words.
+
+Begin with `Passages` and `StartsCompared`; `passages_part` and `starts_part` are their parts of a page.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import comb
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from racecraft.analysis import page
+from racecraft.analysis.learning_advice import rose
+from racecraft.contract.world import Array
+from racecraft.worlds.deepracer.analysis.logs.plot import HEAT, QUIET
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+KNOWN, LOST = 0.9, 0.6
+"""Share of the cars that get through a place from which it is known, and below which it is not."""
+ENOUGH = 4
+"""Cars that must have come to a place before anything is said of it."""
+CHANCE = 0.05
+"""A difference that chance alone makes more often than this is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Passages:
+    """How many cars of C checkpoints, from the same starts, came to each of P places and got through."""
+
+    run: str
+    iterations: Sequence[int]
+    """(C,) of the checkpoints, rising."""
+    places: Sequence[str]
+    """(P,) segments of the track in driving order, such as "3 left"."""
+    reached: Array
+    """int64 (P, C)."""
+    passed: Array
+    """int64 (P, C)."""
+    rewards: Sequence[float | None] = ()
+    """What an episode was paid in the mean in each checkpoint's iteration, (C,); () or None: not known."""
+    typed: str = "racecraft train"
+    """How this training is asked for, folder and track included."""
+
+    @property
+    def share(self) -> Array:
+        """Share of those that came to it which got through, (P, C); NaN where fewer than ENOUGH came."""
+        some = self.reached >= ENOUGH
+        return np.where(some, self.passed / np.maximum(self.reached, 1), np.nan)
+
+    @property
+    def forgotten(self) -> list[tuple[int, int, int]]:
+        """Places that an earlier checkpoint knew and the last one that came there does not: (place, then, now)."""
+        found = []
+        for place, row in enumerate(self.share):
+            told = np.flatnonzero(np.isfinite(row))
+            known = told[row[told] >= KNOWN]
+            if len(known) and row[told[-1]] < LOST:
+                found.append((place, int(known[-1]), int(told[-1])))
+        return found
+
+
+def passages_words(told: Passages) -> list[str]:
+    """Return what a training forgot, in sentences, what it was paid meanwhile, and the command that helps."""
+    share = told.share
+    lines = [
+        f"Segment {told.places[place]} was known and is forgotten: at iteration {told.iterations[then]} "
+        f"{100 * share[place, then]:.0f} % got through, at iteration {told.iterations[now]} "
+        f"{100 * share[place, now]:.0f} %."
+        for place, then, now in told.forgotten
+    ]
+    if not lines:
+        return [f"Of {len(told.iterations)} checkpoints none forgot a place that an earlier one knew."]
+    then, now = min(then for _, then, _ in told.forgotten), max(now for _, _, now in told.forgotten)
+    go_on = f"{told.typed} --from {told.run}:{told.iterations[then]} --set ppo.learning_rate=1e-4"
+    return [*lines, f"{_why_forgotten(told, then, now)}: {go_on}"]
+
+
+def _why_forgotten(told: Passages, then: int, now: int) -> str:
+    """Return what to do about it, up to the command: a reward that rose meanwhile may pay for something else."""
+    paid = [told.rewards[k] if told.rewards else None for k in (then, now)]
+    if paid[0] is None or paid[1] is None or not rose(paid[0], paid[1]):
+        return "Go on from what knew the way, in smaller steps"
+    return (
+        f"Meanwhile the mean reward of an episode rose from {paid[0]:.4g} to {paid[1]:.4g}: see whether it pays for "
+        "something else than getting round and change it, then go on from what knew the way"
+    )
+
+
+def passages_part(told: Passages) -> Iterator[str]:
+    """Yield the part of a page."""
+    yield "<h2>What it learned and forgot</h2>"
+    said = "".join(f"<p>{page.escaped(line)}</p>" for line in passages_words(told))
+    words = "Share of the cars that got through each segment, by checkpoint"
+    yield page.card(said + page.photograph(passages_figure(told), words))
+
+
+def passages_figure(told: Passages) -> Figure:
+    """Return the table place by checkpoint, in colours and per cent."""
+    from matplotlib import colormaps
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    share = told.share
+    places, checkpoints = share.shape
+    figure = Figure(
+        figsize=(max(9.0, 1.8 + 0.62 * checkpoints), 0.9 + 0.32 * places), layout="constrained", facecolor="white"
+    )
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    colours = colormaps[HEAT].with_extremes(bad="#f0f2f4")
+    axes.imshow(np.ma.masked_invalid(share), cmap=colours, vmin=0.0, vmax=1.0, aspect="auto")
+    for (p, c), value in np.ndenumerate(share):
+        if np.isfinite(value):
+            ink = "white" if value < 0.55 else "black"
+            axes.text(c, p, f"{100 * value:.0f}", ha="center", va="center", fontsize=9, color=ink)
+    axes.set_xticks(range(checkpoints), [str(one) for one in told.iterations], fontsize=9)
+    axes.set_yticks(range(places), list(told.places), fontsize=9)
+    axes.tick_params(length=0)
+    axes.set_xlabel("iteration of the checkpoint", fontsize=9, color=QUIET)
+    axes.set_title(f"got through, % of the cars that came there (grey: fewer than {ENOUGH})", fontsize=10, loc="left")
+    for side in axes.spines.values():
+        side.set_visible(False)
+    return figure
+
+
+@dataclass(frozen=True)
+class StartsCompared:
+    """Laps from starts that were trained on against laps from places in between."""
+
+    trained_starts: int
+    """Places that training started from."""
+    spacing_m: float
+    """The widest gap between two of them, m."""
+    trained: int
+    """Laps from such places."""
+    trained_full: int
+    between: int
+    """Laps from inside the gaps."""
+    between_full: int
+    trained_progress: float
+    """Mean, per cent of a lap."""
+    between_progress: float
+    near_m: float = 0.0
+    """Where starts are few each was driven from several times, so far around it, m."""
+
+    @property
+    def by_chance(self) -> float:
+        """How likely chance alone makes the starts in between so much worse or more (Fisher's exact test).
+
+        >>> round(StartsCompared(4, 1.0, 8, 8, 8, 2, 100.0, 40.0).by_chance, 4)
+        0.0035
+        """
+        full, laps = self.trained_full + self.between_full, self.trained + self.between
+        ways = comb(laps, full)
+        return sum(
+            comb(self.between, k) * comb(self.trained, full - k) for k in range(self.between_full + 1) if k <= full
+        ) / max(ways, 1)
+
+    @property
+    def is_over_fitted(self) -> bool:
+        """Whether it laps from where it was trained and not from in between, and not by chance."""
+        return self.by_chance < CHANCE
+
+
+def starts_words(told: StartsCompared) -> str:
+    """Return what the starts tell, in words."""
+    places = f"{told.trained} places it was trained to start from"
+    if told.near_m:
+        where = "the place" if told.trained_starts == 1 else f"the {told.trained_starts} places"
+        places = f"{where} it was trained to start from, give or take {100 * told.near_m:.0f} cm,"
+    said = (
+        f"From {places} {told.trained_full} of {told.trained} laps were driven to the end "
+        f"({told.trained_progress:.0f} % of a lap in the mean), from places in between {told.between_full} of "
+        f"{told.between} ({told.between_progress:.0f} %)."
+    )
+    if told.is_over_fitted:
+        return (
+            f"{said} It knows its starts, not the track: start from more places, with more worlds side by side "
+            "(--set rollout.num_worlds=32) and race.change_start on."
+        )
+    if not told.trained_full:
+        return f"{said} It does not lap from its own starts either, so that they are not what keeps it from lapping."
+    return f"{said} It does not hang on where it starts."
+
+
+def starts_part(told: StartsCompared) -> Iterator[str]:
+    """Yield the part of a page."""
+    yield "<h2>Does it know its starts only?</h2>"
+    heads = ("starts", "laps", "driven to the end", "mean progress")
+    rows = [
+        ("trained on", told.trained, told.trained_full, f"{told.trained_progress:.1f} %"),
+        ("in between", told.between, told.between_full, f"{told.between_progress:.1f} %"),
+    ]
+    yield page.card(f"<p>{page.escaped(starts_words(told))}</p>" + page.table(heads, rows, (1, 2, 3)))
+
+
+def passages_facts(told: Passages) -> dict[str, Any]:
+    """Return the table as plain values; a share of too few cars is None."""
+    return {
+        "checkpoints": list(told.iterations),
+        "places": [
+            {"segment": name, "passed_share": [None if np.isnan(one) else float(one) for one in row]}
+            for name, row in zip(told.places, told.share, strict=True)
+        ],
+        "forgotten": [
+            {"segment": told.places[p], "known_at": told.iterations[a], "lost_at": told.iterations[b]}
+            for p, a, b in told.forgotten
+        ],
+    }

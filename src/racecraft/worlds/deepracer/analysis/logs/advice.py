@@ -1,0 +1,284 @@
+"""What to change before the next training, in sentences that were computed from the log. Begin with `advice`.
+
+Each rule looks at one thing and stays silent where it has nothing to say, or too little to go by.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from racecraft.analysis.learner import Learner
+from racecraft.worlds.deepracer.analysis.drive import CRASHED
+from racecraft.worlds.deepracer.analysis.logs.actions import action_histogram, action_table
+from racecraft.worlds.deepracer.analysis.logs.episodes import QUINTILES, simulation_agg
+from racecraft.worlds.deepracer.analysis.logs.exits import exit_points, exits_by_segment
+from racecraft.worlds.deepracer.analysis.logs.judged import Judged
+from racecraft.worlds.deepracer.analysis.logs.laps import correlation, sector_correlations, sector_losses
+from racecraft.worlds.deepracer.analysis.logs.plot import Plot, PlotError, values
+from racecraft.worlds.deepracer.analysis.logs.progress import training_progress
+from racecraft.worlds.deepracer.analysis.logs.scatter import scatter_of_laps
+from racecraft.worlds.deepracer.analysis.logs.segments import find_segments
+from racecraft.worlds.deepracer.analysis.logs.step_times import stability
+from racecraft.worlds.deepracer.analysis.logs.straights import straights_and_curves
+from racecraft.worlds.deepracer.tracks.track import Track
+
+if TYPE_CHECKING:
+    import polars as pl
+
+FEWEST_EPISODES = 20
+UNDER_WAY = ("prepare", "in_progress")
+"""How an episode stands that the end of the training cut off; it tells nothing of how far a car comes."""
+FEWEST_EXITS = 5
+"""Exits at one place of which something is said."""
+RARE = 0.01
+CHANGED = 0.03
+"""Of a lap; a smaller change of mean progress is none, nor is one of less than two of its standard errors."""
+FIRST_LAP_TICKS = (3_600, 19_500)
+"""After so many steps six trainings of AWS's consoles and DeepRacer for Cloud came to their first full lap (their
+simulation traces of 2022 and 2026)."""
+RELATED = 0.5
+"""Correlation of an episode's reward and progress below which they have little to do with each other; ten trainings of
+ours and of AWS's that pay for coming forward have 0.9 to 1."""
+GETS_ROUND = 0.5
+"""Mean progress from which it is worth asking for speed."""
+ANEW = "racecraft train my-car --from RUN:best"
+"""Go on from the best with another reward or other actions: those of the folder my-car."""
+
+
+@dataclass(frozen=True)
+class Advice:
+    """A finding and what to try."""
+
+    found: str
+    """What the log shows, with figures."""
+    try_: str
+    """What to change, or to leave."""
+    plot: Callable[[], Plot] | None = None
+    """Makes the figure that shows it."""
+    command: str = ""
+    """What to type next; RUN stands for the run or log."""
+
+
+def advice(
+    ticks: pl.DataFrame, track: Track | None, learner: Learner | None = None, judged: Judged | None = None
+) -> list[Advice]:
+    """Return what a training's ticks suggest, the weightiest first; nothing where there are too few episodes.
+
+    Exits of a car that gets round when it is judged are no fault of its own: it explored.
+
+    Args:
+        ticks: A training's.
+        track: The circuit; None: unknown, and nothing is said of places.
+        learner: Which algorithm learned, and how it was set; None: unknown, and no setting of it is named.
+        judged: Its evaluations; None: unknown, and the training's episodes alone are gone by.
+    """
+    episodes, judged = _as_they_ended(ticks), judged or Judged()
+    if episodes.height < FEWEST_EPISODES:
+        return []
+    late = episodes.filter(episodes["quintile"].is_in(QUINTILES[3:]))
+    gets_round = judged.gets_round or late["progress_share"].mean() >= GETS_ROUND  # type: ignore[operator]
+    found = [*_timing(ticks)]
+    if not judged.gets_round:
+        found += _unrelated(ticks, episodes)
+    found += [*_learning(ticks, episodes, learner or Learner(), judged), *_slow_laps(ticks, episodes)]
+    if track is not None:
+        last = ticks.filter(ticks["unique_episode"].is_in(late["unique_episode"].implode()))
+        if not judged.gets_round:
+            found += _quietly(_exits, last, track)
+        if gets_round:
+            found += _quietly(_speed, last, track)
+        found += _quietly(_sectors, ticks, track)
+    return [*found, *_actions(ticks)] if gets_round else found
+
+
+def _as_they_ended(ticks: pl.DataFrame) -> pl.DataFrame:
+    """Return the episodes that ended, in the order of the iterations in which they did, and fifths by that order.
+
+    By their beginnings the last ones would be short ones only: those that drive long are still under way.
+    """
+    import polars as pl
+
+    ended = ticks.group_by("unique_episode").agg(pl.col("iteration").last().alias("ended"))
+    rank = pl.int_range(pl.len()) * len(QUINTILES) // pl.len()
+    fifth = rank.replace_strict(list(range(5)), list(QUINTILES), return_dtype=pl.Enum(QUINTILES))
+    return (
+        simulation_agg(ticks)
+        .filter(~pl.col("status").cast(pl.String).is_in(UNDER_WAY).fill_null(False))
+        .join(ended, on="unique_episode", maintain_order="left")
+        .sort("round", "ended", "unique_episode")
+        .with_columns(fifth.alias("quintile"))
+    )
+
+
+def _quietly(
+    rule: Callable[[pl.DataFrame, Track], Iterator[Advice]], ticks: pl.DataFrame, track: Track
+) -> list[Advice]:
+    """Return what a rule says; nothing where the ticks do not carry it, as exits where no car left the road."""
+    try:
+        return list(rule(ticks, track))
+    except PlotError:
+        return []
+
+
+def _timing(ticks: pl.DataFrame) -> Iterator[Advice]:
+    table = stability(ticks).data
+    shaky = table.filter(~table["steady"].fill_null(True))
+    if shaky.height > 0.1 * table.height:
+        yield Advice(
+            f"In {shaky.height} of {table.height} iterations the simulator could not keep fifteen steps a second.",
+            "Give it fewer workers or a faster machine first: a car trained with late steps drives late.",
+            lambda: stability(ticks),
+            "racecraft logs RUN --page logs.html",
+        )
+
+
+def _learning(ticks: pl.DataFrame, episodes: pl.DataFrame, learner: Learner, judged: Judged) -> Iterator[Advice]:
+    import polars as pl
+
+    progress = pl.col("progress_share")
+    fifths = episodes.group_by("quintile").agg(
+        progress.mean(), (progress.var().fill_null(0.0) / pl.len()).alias("error"), pl.col("complete").mean()
+    )
+    told = {row[0]: row[1:] for row in fifths.rows()}
+    (before, one, _), (now, other, full) = told[QUINTILES[3]], told[QUINTILES[4]]
+    change, sure = now - before, max(CHANGED, 2.0 * math.sqrt(one + other))
+    words = f"{judged.words()} While it explored, mean" if judged.shares else "Mean"
+    words += f" progress went from {100 * before:.0f} % in the fourth fifth of the episodes to {100 * now:.0f} % in "
+    words += f"the last, {100 * full:.0f} % of which are full laps."
+    if judged.gets_round:
+        try_ = "It laps: ask for more speed next, in a reward or in actions of your own."
+        command = ANEW
+    elif change > sure:
+        try_ = "It is still learning: train on from the last checkpoint before you change anything."
+        command = "racecraft train --run RUN --resume --stop minutes=10"
+    elif change < -sure:
+        try_ = "It has got worse: go on from the best checkpoint, with a smaller learning rate."
+        command = f"racecraft train --from RUN:best{learner.smaller_steps()}"
+    elif not episodes["complete"].any() and ticks.height < FIRST_LAP_TICKS[1]:
+        first, last = (f"{count:,}" for count in FIRST_LAP_TICKS)
+        try_ = f"It is early: AWS's own trainings came to a first full lap after {first} to {last} steps, this one has "
+        try_ += f"{ticks.height:,}. Train on before you change anything."
+        command = "racecraft train --run RUN --resume --stop minutes=10"
+    elif full < 0.5:
+        where = "it crashes" if _mostly_crashes(episodes) else "it leaves the road"
+        try_ = f"It stands still below full laps: change the reward or the actions where {where}."
+        command = "racecraft why RUN"
+    else:
+        try_ = "It stands still and finishes: ask for more speed, in the reward or in the actions."
+        command = ANEW
+    yield Advice(words, try_, lambda: training_progress(ticks), command)
+
+
+def _mostly_crashes(episodes: pl.DataFrame) -> bool:
+    """Tell whether most of the last fifth's failures ran into something."""
+    import polars as pl
+
+    ends = episodes.filter(~pl.col("complete") & (pl.col("quintile") == QUINTILES[4]))["status"].cast(pl.String)
+    return bool((ends == CRASHED).sum() > len(ends) / 2)
+
+
+def _unrelated(ticks: pl.DataFrame, episodes: pl.DataFrame) -> Iterator[Advice]:
+    told = correlation(*values(episodes, "reward", "progress_share"))
+    if told is not None and told < RELATED:
+        more = "paid less" if told < 0.0 else "hardly paid more"
+        yield Advice(
+            f"Episodes that get farther are {more} ({told:+.2f} between reward and progress; 1 is perfect).",
+            "The car is paid for something else than coming forward: look at the common rewards, and at what a lap "
+            "that gets nowhere is paid.",
+            lambda: scatter_of_laps(ticks),
+            "racecraft logs RUN --page logs.html --reward new_reward.py",
+        )
+
+
+def _slow_laps(ticks: pl.DataFrame, episodes: pl.DataFrame) -> Iterator[Advice]:
+    full = episodes.filter(episodes["complete"])
+    told = correlation(*values(full, "reward", "seconds"))
+    if full.height >= 10 and told is not None and told > 0.3:
+        yield Advice(
+            f"Among {full.height} full laps the slow ones are paid more ({told:+.2f} between time and reward).",
+            "Each step is paid, so more steps pay more: divide by the steps, or pay speed.",
+            lambda: scatter_of_laps(ticks, complete=True),
+            "racecraft logs RUN --page logs.html --reward new_reward.py",
+        )
+
+
+def _exits(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
+    table = exits_by_segment(ticks, track)
+    worst = table.row(0, named=True)
+    if worst["exits"] >= FEWEST_EXITS and (worst["share"] * table.height > 1.5 or worst["share"] >= 0.25):
+        crashes, place = worst["crashes"] > worst["exits"] / 2, worst["name"]
+        of_them = f", {worst['crashes']} of them crashes" if crashes else ""
+        end, cure = ("crash", "keeping clear of what stands in the way") if crashes else ("leave", "the right line")
+        yield Advice(
+            f"Segment {_place(track, place)} takes {worst['exits']} of {table['exits'].sum()} exits of the last two "
+            f"fifths{of_them}; {100 * worst['passed_share']:.0f} % get through it, at {worst['speed_mps']:.2f} m/s "
+            f"where they {end}.",
+            f"Pay for {cure} or less speed in {place}, and start more episodes before it.",
+            lambda: exit_points(ticks, track),
+            "racecraft why RUN",
+        )
+
+
+def _place(track: Track, name: str) -> str:
+    """Return a segment's name with its waypoints, which a reward function knows it by."""
+    for segment in find_segments(track).all:
+        if segment.name == name:
+            ends = (np.abs(track.arc[:, None] - np.array([segment.begin, segment.end]) * track.length)).argmin(axis=0)
+            return f"{name} (waypoints {ends[0]} to {ends[1]})"
+    return name
+
+
+def _speed(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
+    table = straights_and_curves(ticks, track).data.drop_nulls("speed_mps")
+    straight = table.filter(table["kind"] == "straight")
+    top = float(ticks["speed_mps"].max() or 0.0)  # type: ignore[arg-type]
+    if straight.height:
+        weight = straight["ticks"] / straight["ticks"].sum()
+        mean = float((straight["speed_mps"] * weight).sum())
+        if mean < 0.8 * top:
+            slow = (
+                "raise the lowest speed of the range"
+                if (ticks["action"] < 0).any()
+                else "make the slow action that points ahead faster"
+            )
+            yield Advice(
+                f"On straights it asks for {mean:.2f} m/s on average, of {top:.2f} m/s it may.",
+                f"Speed is not used: pay for it on straights, or {slow}.",
+                lambda: straights_and_curves(ticks, track),
+                ANEW,
+            )
+
+
+def _sectors(ticks: pl.DataFrame, track: Track) -> Iterator[Advice]:
+    table = sector_correlations(ticks, track)
+    worst = table.row(0, named=True)
+    lost = float(table["lost_seconds"].sum())
+    yield Advice(
+        f"Full laps lose {lost:.2f} s to the best sectors put together, {worst['lost_seconds']:.2f} s of it in "
+        f"{_place(track, worst['name'])}.",
+        f"Look at {worst['name']} first: it has the most time to win.",
+        lambda: sector_losses(ticks, track),
+        "racecraft evaluate RUN --laps 5 --video laps.mp4",
+    )
+
+
+def _actions(ticks: pl.DataFrame) -> Iterator[Advice]:
+    if (ticks["action"] < 0).any():
+        return
+    last = int(ticks["iteration"].max() or 0)  # type: ignore[arg-type]
+    rare = action_table(ticks.filter(ticks["iteration"] >= 0.8 * last))
+    rare = rare.filter(rare["share"] < RARE)
+    if rare.height:
+        names = "; ".join(rare["name"].to_list()[:4])
+        yield Advice(
+            f"Late in the training {rare.height} action{'s are' if rare.height > 1 else ' is'} chosen in less than one "
+            f"step of a hundred: {names}.",
+            "An action nobody chooses only dilutes exploration: leave it out of the next car.",
+            lambda: action_histogram(ticks),
+            "racecraft new my-car",
+        )

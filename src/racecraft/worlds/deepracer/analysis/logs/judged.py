@@ -1,0 +1,90 @@
+"""What a training's evaluations say: how far its car came when it drove without exploring. Begin with `Judged`.
+
+A training's own episodes explore, and fail by that long after the car can drive: what is wrong with a training is told
+by both together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from racecraft.worlds.deepracer.analysis.logs.episodes import FULL, simulation_agg
+
+if TYPE_CHECKING:
+    import polars as pl
+
+ROUND = 0.95
+"""Mean progress of an evaluation from which its car gets round, share of a lap."""
+LATEST = 2
+"""So many evaluations, the latest, have to get round."""
+PER_CENT = 100.0
+
+
+@dataclass(frozen=True)
+class Judged:
+    """The evaluations of a training, in their order."""
+
+    shares: tuple[float, ...] = ()
+    """Mean progress of each, share of a lap."""
+    best_lap_seconds: float | None = None
+    """The fastest full lap of all; None: there was none, or times are not told."""
+
+    @property
+    def gets_round(self) -> bool:
+        """Whether the car laps when it does not explore, by the latest evaluations.
+
+        >>> Judged((0.2, 1.0, 0.98)).gets_round, Judged((1.0, 0.6)).gets_round, Judged().gets_round
+        (True, False, False)
+        """
+        return bool(self.shares) and min(self.shares[-LATEST:]) >= ROUND
+
+    def words(self) -> str:
+        """Return a sentence of what the latest evaluations came to; "" where there was none.
+
+        >>> Judged((0.2, 1.0, 0.98), 14.5).words()
+        'Judged without exploration, its last 2 evaluations came to 100 % and 98 % of a lap; its best lap took 14.50 s.'
+        """
+        if not self.shares:
+            return ""
+        last = self.shares[-LATEST:]
+        came = " and ".join(f"{PER_CENT * share:.0f} %" for share in last)
+        count = f"last {len(last)} evaluations" if len(last) > 1 else "evaluation"
+        lap = f"; its best lap took {self.best_lap_seconds:.2f} s" if self.best_lap_seconds else ""
+        return f"Judged without exploration, its {count} came to {came} of a lap{lap}."
+
+
+def judged_in_run(metrics: Sequence[Mapping[str, Any]]) -> Judged:
+    """Return the evaluations of a run of cars, by its metrics.jsonl."""
+    told = [row for row in metrics if row.get("evaluation_score") is not None]
+    laps = [float(row["best_lap_seconds"]) for row in told if row.get("best_lap_seconds")]
+    return Judged(tuple(float(row["evaluation_score"]) / PER_CENT for row in told), min(laps, default=None))
+
+
+def judged_in_log(ticks: pl.DataFrame, metrics: pl.DataFrame | None) -> Judged:
+    """Return the evaluations that a log tells of.
+
+    Those between a training's iterations, by the metrics files, of the latest round; where there is none, evaluations
+    that were driven by themselves, by the steps.
+
+    Args:
+        ticks: The table of `racecraft.worlds.deepracer.logs`.
+        metrics: Its table of metrics files; None: there are none.
+    """
+    import polars as pl
+
+    share, seconds = pl.col("progress_share"), pl.col("seconds")
+    lap = seconds.filter(share >= FULL).min()
+    asked = pl.DataFrame() if metrics is None else metrics.filter(pl.col("phase") == "evaluation")
+    trained = pl.DataFrame() if metrics is None else metrics.filter(pl.col("phase") == "training")
+    if asked.height and trained.height:
+        latest = asked.filter(pl.col("round") == asked["round"].max())
+        rows = latest.group_by("iteration", maintain_order=True).agg(share.mean(), lap).sort("iteration")
+    else:
+        driven = ticks.filter(pl.col("phase") == "evaluation")
+        if not driven.height:
+            return Judged()
+        rows = simulation_agg(driven).group_by("round", "stream", maintain_order=True).agg(share.mean(), lap)
+    best = rows["seconds"].min()
+    return Judged(tuple(rows["progress_share"].to_list()), None if best is None else float(best))  # type: ignore[arg-type]

@@ -1,0 +1,254 @@
+"""A look on one web page: what the car goes by, in words, a table by surface, where it doubts, the film.
+
+Begin with `write_look_page`; `findings` are its sentences.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from racecraft.analysis import page
+from racecraft.analysis.figures import BLUE, DARK_RED, small_axes
+from racecraft.formats.whole import write_whole
+from racecraft.worlds.deepracer.analysis.look import Look, glowing, shining
+from racecraft.worlds.deepracer.analysis.look_film import Place
+from racecraft.worlds.deepracer.analysis.surfaces import OBSTACLE, SurfaceAttention
+from racecraft.worlds.deepracer.env.sensors import LIDARS
+from racecraft.worlds.deepracer.tracks.picture import INK, QUIET, PaintedPath, draw_track
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+DOUBTS = 6
+"""Pictures of the greatest doubt that are shown."""
+APART = 15
+"""Ticks that must lie between two of them: a second."""
+OFF_THE_TRACK = ("wall", "sky")
+MANY, FEW = 0.2, 0.05
+"""Shares of decisions that count as many and as few."""
+UNDECIDED = 0.05
+"""Below this mean gap between best and second best, of probability, the order of options is almost chance."""
+
+
+@dataclass(frozen=True, eq=False)
+class LapLook:
+    """A look at a lap that was driven for it."""
+
+    look: Look
+    place: Place
+    progress_percent: Any
+    """(T,) of the lap, 0 to 100."""
+    surfaces: Sequence[SurfaceAttention]
+    """Most attention first; empty where the policy's camera is none of ours."""
+    outcome: str
+    """How the lap ended, in words."""
+
+
+def findings(surfaces: Sequence[SurfaceAttention], look: Look, run: str = "RUN", imported: bool = False) -> list[str]:
+    """Return what a look comes to, in sentences; the weightiest first.
+
+    A surface beside the track is only blamed where no other counts for more: of a policy that is thrown by whatever is
+    painted over, nothing can be said of the one. Of one that is hardly decided no surface is.
+
+    Args:
+        surfaces: What was found out of each.
+        look: The look.
+        run: What a command calls the run.
+        imported: Whether it was trained elsewhere, and can only be begun anew with its weights.
+    """
+    told = []
+    gap = float(np.mean(look.confidence.gap))
+    if gap < UNDECIDED:
+        told.append(
+            f"It is hardly decided: its best action is only {100 * gap:.1f} % likelier than the second, so little "
+            "turns a decision. Train on before you read much into what it looks at: "
+            f"racecraft train {f'--from {run}' if imported else f'--run {run} --resume'}."
+        )
+    if not surfaces:
+        return told
+    tried = {row.surface: row.changed for row in surfaces if row.changed is not None}
+    off = max(((tried.get(name, 0.0), name) for name in OFF_THE_TRACK), default=(0.0, ""))
+    of_track = max(((share, name) for name, share in tried.items() if name not in OFF_THE_TRACK), default=(0.0, ""))
+    is_decided = gap >= UNDECIDED or not np.isfinite(gap)
+    if off[0] >= MANY and is_decided and off[0] <= of_track[0]:
+        told.append(
+            f"Whatever is painted over turns its decisions: {100 * of_track[0]:.0f} % with the {of_track[1]}, "
+            f"{100 * off[0]:.0f} % with the {off[1]}. It goes by the picture as a whole, the {off[1]} included."
+        )
+    elif off[0] >= MANY and is_decided:
+        told.append(
+            f"It goes by what is not the track: with the {off[1]} painted over, {100 * off[0]:.0f} % of its decisions "
+            f"are others. Where the {off[1]} looks different it will drive differently; see it on another track before "
+            f"you race: racecraft evaluate {run} --track Oval_track."
+        )
+    elif tried and off[0] <= FEW:
+        told.append("Walls and sky hardly matter to it: painted over, at most one decision of twenty is another.")
+    edge = max(tried.get(name, 0.0) for name in ("border line", "grass"))
+    if edge >= MANY and is_decided:
+        told.append(f"It goes by the edge of the road: without it {100 * edge:.0f} % of its decisions are others.")
+    if (obstacles := tried.get(OBSTACLE)) is not None and is_decided:
+        if obstacles <= FEW:
+            told.append(
+                "What stands on the road hardly matters to it: with a box or bot in sight at most one decision of "
+                "twenty is another without it. It does not drive round them by sight: give it more episodes among them."
+            )
+        else:
+            told.append(
+                f"It sees what stands on the road: with a box or bot in sight {100 * obstacles:.0f} % of its decisions "
+                "are others without it."
+            )
+    keen = max(surfaces, key=lambda row: row.times_its_area)
+    told.append(
+        f"For its size the {keen.surface} gets most attention: {100 * keen.attention:.0f} % on {100 * keen.area:.1f} % "
+        "of the picture."
+    )
+    return told
+
+
+def write_look_page(
+    path: str | Path,
+    lap: LapLook,
+    title: str,
+    film: bytes | None = None,
+    run: str = "RUN",
+    imported: bool = False,
+) -> Path:
+    """Write the page of a look at a lap; `run` and `imported` as in `findings`.
+
+    Raises:
+        OutputFileError: The page cannot be written.
+    """
+    sentences = findings(lap.surfaces, lap.look, run, imported)
+    write_whole(path, page.page(f"{title} – what it looks at", _parts(lap, title, film, sentences)))
+    return Path(path)
+
+
+def _parts(lap: LapLook, title: str, film: bytes | None, sentences: Sequence[str]) -> Iterator[str]:
+    """Yield the page from top to bottom."""
+    yield "<h1>What it looks at</h1>"
+    track = lap.place.track
+    yield f'<p class="quiet">{page.escaped(title)} · {page.escaped(track.title or track.name)} · {lap.outcome}</p>'
+    if sentences:
+        yield page.card("".join(f"<p>{page.escaped(one)}</p>" for one in sentences))
+    if film is not None:
+        yield page.card(page.film(film, "The lap: camera, what counted in it, what was chosen"), "large")
+    yield from _surfaces(lap.surfaces)
+    yield from _senses(lap.look)
+    yield from _sureness(lap)
+    yield (
+        '<p class="quiet">Attention is the size of integrated gradients: what every pixel added to the decision, '
+        "against an even grey. Painted over: the surface takes the grey of what surrounds it and the same moments are "
+        "decided again.</p>"
+    )
+
+
+def _surfaces(surfaces: Sequence[SurfaceAttention]) -> Iterator[str]:
+    if not surfaces:
+        return
+    yield "<h2>By surface</h2>"
+    heads = ("surface", "attention", "", "of the picture", "times its area", "other decisions when painted over")
+    rows = [
+        (
+            row.surface, f"{100 * row.attention:.1f} %", page.Bar(row.attention), f"{100 * row.area:.1f} %",
+            f"{row.times_its_area:.1f}", "–" if row.changed is None else f"{100 * row.changed:.0f} %",
+        )
+        for row in surfaces
+    ]  # fmt: skip
+    yield page.card(page.table(heads, rows, numbers=(1, 3, 4, 5)))
+
+
+def _senses(look: Look) -> Iterator[str]:
+    """Yield what a car with a LiDAR goes by: how much of it is the camera, and which beams or sectors count."""
+    if not look.beside:
+        return
+    yield "<h2>By what it sees with</h2>"
+    rows = [(name, f"{100 * share:.1f} %", page.Bar(share)) for name, share in look.senses.items()]
+    yield page.card(page.table(("observation", "attention", ""), rows, numbers=(1,)))
+    for name in look.beside:
+        yield page.card(page.drawing(beside_figure(look, name), f"Which of its numbers count: {name}"))
+
+
+def beside_figure(look: Look, name: str) -> Figure:
+    """Return how much each number of an observation that is no picture counts, over the whole lap."""
+    mean = look.beside[name].mean(axis=0)
+    figure, axes = small_axes(f"{name}: attention", 9.0, 2.4, 12)
+    axes.bar(np.arange(len(mean)), 100.0 * mean / (mean.sum() or 1.0), width=0.8, color=BLUE)
+    across = "from the right to the left of the LiDAR's nose" if name in LIDARS else "number"
+    axes.set_xlabel(across, fontsize=11, color=QUIET)
+    axes.set_ylabel("%", fontsize=11, color=QUIET)
+    axes.set_xticks([])
+    return figure
+
+
+def _sureness(lap: LapLook) -> Iterator[str]:
+    yield "<h2>How sure it is along the lap</h2>"
+    values, words = lap.look.sureness
+    if lap.look.is_equally_sure:
+        yield page.card(
+            f"<p>Equally sure everywhere: its {page.escaped(words)}, is {float(values[0]):.2f} at every moment. Such a "
+            "policy learns one spread for the whole lap, which says how far it has come, not where it doubts.</p>"
+        )
+        return
+    yield page.card(page.drawing(sureness_figure(lap), f"Along the lap: {words}"))
+    yield page.card(page.photograph(sureness_map(lap), f"On the track: {words}"))
+    yield "<h2>Where it doubts most</h2>"
+    yield page.card(page.photograph(doubts_figure(lap), "The pictures it was least sure of", dpi=130))
+
+
+def sureness_figure(lap: LapLook) -> Figure:
+    """Return how sure it was over the lap."""
+    values, words = lap.look.sureness
+    figure, axes = small_axes(words, 9.0, 2.8, 12)
+    axes.plot(lap.progress_percent, values, color=BLUE, lw=1.2)
+    axes.plot(
+        np.asarray(lap.progress_percent)[_doubts(lap.look)], values[_doubts(lap.look)], "X", color=DARK_RED, ms=7,
+        label="shown below",
+    )  # fmt: skip
+    axes.set_xlabel("progress (% of the lap)", fontsize=11, color=QUIET)
+    axes.set_xlim(0, 100)
+    beside_title = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}  # never on the curve
+    axes.legend(frameon=False, fontsize=10, labelcolor=INK, **beside_title)
+    return figure
+
+
+def sureness_map(lap: LapLook) -> Figure:
+    """Return how sure it was, on the track."""
+    values, words = lap.look.sureness
+    path = PaintedPath(lap.place.xy, values, words)
+    return draw_track(lap.place.track, paths=[path], number_every=0, title="How sure it is")
+
+
+def doubts_figure(lap: LapLook) -> Figure:
+    """Return the pictures of greatest doubt, with what counted in them."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    look, heat = lap.look, shining(lap.look.heat)
+    rows = _doubts(look)
+    columns = min(3, max(1, len(rows)))
+    lines = max(1, -(-len(rows) // columns))
+    figure = Figure(figsize=(9.0, 2.95 * lines), layout="constrained")
+    FigureCanvasAgg(figure)
+    for number, row in enumerate(rows):
+        axes = figure.add_subplot(lines, columns, number + 1)
+        axes.imshow(glowing(look.frames[row], heat[row], (400, 300)))
+        axes.axis("off")
+        told = [f"{what} {words}" for what, _, words in look.told(row)]
+        axes.set_title(f"{lap.progress_percent[row]:.0f} % of the lap\n" + "\n".join(told), fontsize=9, loc="left")
+    return figure
+
+
+def _doubts(look: Look) -> list[int]:
+    """Return the pictures of greatest doubt that do not lie beside each other, in the order of the lap."""
+    kept: list[int] = []
+    for row in look.doubtful.tolist():
+        if all(abs(row - other) >= APART for other in kept):
+            kept.append(row)
+        if len(kept) == DOUBTS:
+            break
+    return sorted(kept)

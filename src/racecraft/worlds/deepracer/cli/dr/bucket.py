@@ -1,0 +1,88 @@
+"""`dr-local-aws`: the few words of `aws s3` that racers say to the local bucket, said to its folder."""
+
+from __future__ import annotations
+
+import datetime
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from racecraft.cli.output import word
+from racecraft.contract.errors import SettingError, UserInputError
+from racecraft.worlds.deepracer.cli.dr.here import installation
+
+if TYPE_CHECKING:
+    from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
+
+WORDS = {"allow_extra_args": True, "ignore_unknown_options": True}
+
+
+def local_aws(context: typer.Context) -> None:
+    """Say `s3 ls` or `s3 cp` to the local bucket; it is a folder, so every other program can look into it as well.
+
+    Examples:
+
+        racecraft dr local-aws s3 ls s3://bucket/rl-deepracer-sagemaker/
+
+        racecraft dr local-aws s3 cp s3://bucket/custom_files/reward_function.py .
+    """
+    drfc = installation(context)
+    if drfc.local_is_s3:
+        print(
+            f"- what this machine has of it; `racecraft bucket list --folder {word(drfc.path)}` asks the bucket itself"
+        )
+    words = [word for word in context.args if not word.startswith("--")]
+    recursive = "--recursive" in context.args
+    if words[:2] == ["s3", "ls"] and len(words) <= 3:
+        _list(drfc, words[2] if len(words) == 3 else f"s3://{drfc.bucket.name}/", recursive)
+    elif words[:2] == ["s3", "cp"] and len(words) == 4:
+        _copy(_place(drfc, words[2]), _place(drfc, words[3]), recursive)
+    else:
+        raise SettingError(
+            f"'{' '.join(context.args)}' is not understood; expected s3 ls [s3://…] or s3 cp FROM TO. "
+            f"The bucket is the folder {drfc.bucket}: cp, ls and rm work there."
+        )
+
+
+def _place(drfc: DrfcFolder, text: str) -> Path:
+    if not text.startswith("s3://"):
+        return Path(text)
+    bucket, _, key = text.removeprefix("s3://").rstrip("/").partition("/")
+    return drfc.in_bucket(text.rstrip("/")) if key else drfc.in_bucket(f"s3://{bucket}/-").parent
+
+
+def _list(drfc: DrfcFolder, text: str, recursive: bool) -> None:
+    place = _place(drfc, text)
+    if not place.exists():
+        raise UserInputError(f"{text}: there is nothing; expected a prefix of {drfc.bucket}.")
+    found = [place] if place.is_file() else sorted(place.rglob("*") if recursive else place.iterdir())
+    for path in found:
+        if path.is_dir():
+            if not recursive:
+                print(f"{'PRE':>30} {path.name}/")
+            continue
+        when = datetime.datetime.fromtimestamp(path.stat().st_mtime).strftime("%Y-%m-%d %H:%M:%S")
+        name = path.relative_to(place) if place.is_dir() else path.name
+        print(f"{when} {path.stat().st_size:>10} {name}")
+
+
+def _copy(source: Path, target: Path, recursive: bool) -> None:
+    from racecraft.formats.run_lock import unwritable
+    from racecraft.formats.whole import make_folder
+
+    if not source.exists():
+        raise UserInputError(f"{source}: there is nothing to copy; expected a file or a folder.")
+    if source.is_dir() and not recursive:
+        raise UserInputError(f"{source}: is a folder; expected a file, or --recursive.")
+    try:
+        if source.is_dir():
+            shutil.copytree(source, target, dirs_exist_ok=True)
+        else:
+            target = target / source.name if target.is_dir() else target
+            make_folder(target.parent)
+            shutil.copy2(source, target)
+    except OSError as error:
+        raise unwritable(target, error) from error
+    print(f"copied {source} to {target}")

@@ -1,0 +1,168 @@
+"""What dr- commands do beside where a bucket is S3: its folder here is what this machine has of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from racecraft.cli.buckets.reach import listed, open_store
+from racecraft.cli.buckets.training import bring_in
+from racecraft.cli.output import word
+
+if TYPE_CHECKING:
+    from racecraft.storage.mirror_note import Place
+    from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
+
+CUSTOM, MODEL, UPLOAD = "DR_LOCAL_S3_CUSTOM_FILES_PREFIX", "DR_LOCAL_S3_MODEL_PREFIX", "DR_UPLOAD_S3_PREFIX"
+
+
+def send_custom_files(drfc: DrfcFolder) -> None:
+    """Put the racer's files into the bucket, where it is S3.
+
+    Raises:
+        UserInputError: The store refuses it, or the network fails.
+    """
+    if (place := _local(drfc, CUSTOM)) is not None:
+        _send(drfc.custom_prefix, place)
+
+
+def fetch_custom_files(drfc: DrfcFolder) -> None:
+    """Fetch the racer's files into the folder that stands for the bucket, where it is S3.
+
+    Raises:
+        UserInputError: There are none, or the network fails.
+    """
+    if (place := _local(drfc, CUSTOM)) is not None:
+        _fetch(place, drfc.custom_prefix)
+
+
+def fetch_for_training(drfc: DrfcFolder) -> None:
+    """Fetch what a training reads, where the bucket is S3.
+
+    Raises:
+        UserInputError: Something is not there, or the network fails.
+    """
+    if not drfc.local_is_s3:
+        return
+    from racecraft.worlds.deepracer.files.drfc_buckets import local_bucket
+
+    if (bucket := local_bucket(drfc)) is not None:
+        bring_in(drfc, bucket, drfc.bucket, print)
+
+
+def place_of_model(drfc: DrfcFolder) -> Place | None:
+    """Return where the model is kept beside its run folder; None: nowhere."""
+    return _local(drfc, MODEL)
+
+
+def place_in_bucket(drfc: DrfcFolder, prefix: str) -> Place | None:
+    """Return where a prefix that was typed is kept beside its folder; None: nowhere."""
+    from racecraft.storage.mirror_note import Place
+    from racecraft.worlds.deepracer.files.drfc_buckets import local_bucket
+
+    bucket = local_bucket(drfc)
+    return None if bucket is None else Place(bucket.address.below(prefix), bucket.access, bucket.installation)
+
+
+def require_free(place: Place | None) -> None:
+    """Refuse a prefix of S3 that holds objects.
+
+    Raises:
+        BucketError: It does.
+    """
+    from racecraft.storage.address import BucketError
+
+    if place is not None and (found := listed(open_store(place.access), place.address)):
+        raise BucketError(
+            f"{place.address}: holds {len(found)} objects already; expected a free prefix. Give another, or wipe it "
+            "with -w."
+        )
+
+
+def wipe(place: Place | None) -> None:
+    """Take all objects of a prefix of S3 away.
+
+    Raises:
+        UserInputError: The store refuses it, or the network fails.
+    """
+    if place is None:
+        return
+    store = open_store(place.access)
+    found = listed(store, place.address)
+    if found:
+        store.remove(place.address.bucket, [place.address.key(name) for name in found])
+        print(f"{place.address}: wiped, {len(found)} objects")
+
+
+def place_of_upload(drfc: DrfcFolder, local: bool) -> Place | None:
+    """Return where an upload goes beside its folder; None: nowhere.
+
+    Args:
+        drfc: The installation.
+        local: Whether it goes into the local bucket.
+    """
+    from racecraft.worlds.deepracer.files.drfc_buckets import place_of, upload_bucket
+
+    if local:
+        return _local(drfc, UPLOAD)
+    bucket = upload_bucket(drfc)
+    return None if bucket is None else place_of(drfc, bucket, UPLOAD)
+
+
+def send(folder: Path, place: Place | None) -> None:
+    """Put a folder into its place in S3, where there is one; what the network did not take, a letter tells.
+
+    Raises:
+        UserInputError: The store refuses it, or the network fails.
+    """
+    if place is not None:
+        _send(folder, place)
+
+
+def fetched_model(drfc: DrfcFolder, source: str) -> Path:
+    """Return the folder of a model that is named by its address, fetched first where its bucket is S3.
+
+    Raises:
+        UserInputError: There is no such model, or the network fails.
+    """
+    from racecraft.storage.address import Address
+    from racecraft.storage.mirror_note import Place
+    from racecraft.worlds.deepracer.files.drfc_buckets import local_bucket, upload_bucket
+
+    if not (drfc.local_is_s3 or drfc.upload_is_s3):
+        return drfc.in_bucket(source)
+    address = Address.parse(source)
+    for bucket in (local_bucket(drfc), upload_bucket(drfc)):
+        if bucket is not None and bucket.address.bucket == address.bucket:
+            folder = drfc.in_bucket(source)
+            _fetch(Place(address, bucket.access), folder)
+            return folder
+    return drfc.in_bucket(source)
+
+
+def _local(drfc: DrfcFolder, name: str) -> Place | None:
+    if not drfc.local_is_s3:
+        return None
+    from racecraft.worlds.deepracer.files.drfc_buckets import local_bucket, place_of
+
+    bucket = local_bucket(drfc)
+    return None if bucket is None else place_of(drfc, bucket, name)
+
+
+def _send(folder: Path, place: Place) -> None:
+    from racecraft.storage.retrying import NetworkError
+    from racecraft.storage.transfer import push
+
+    try:
+        done = push(open_store(place.access), folder, place.address)
+    except NetworkError as error:
+        cure = f"racecraft bucket push {word(folder)} {place.command}"
+        raise NetworkError(f"{error} {folder} is whole; `{cure}` brings the rest there.") from error
+    print(f"{place.address}: {len(done.moved)} files put, {done.skipped} stood there already")
+
+
+def _fetch(place: Place, folder: Path) -> None:
+    from racecraft.storage.transfer import pull
+
+    done = pull(open_store(place.access), place.address, folder)
+    print(f"{place.address}: {len(done.moved)} files fetched into {folder}, {done.skipped} stood there already")

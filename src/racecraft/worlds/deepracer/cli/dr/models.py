@@ -1,0 +1,163 @@
+"""`dr-upload-model`, `dr-download-model`, `dr-upload-car-zip`: a model from one bucket to another, as whole folders."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from racecraft.contract.errors import SettingError, UserInputError
+from racecraft.worlds.deepracer.cli.dr.elsewhere import (
+    fetched_model,
+    place_in_bucket,
+    place_of_model,
+    place_of_upload,
+    require_free,
+    send,
+)
+from racecraft.worlds.deepracer.cli.dr.elsewhere import wipe as wipe_place
+from racecraft.worlds.deepracer.cli.dr.here import ask_first, installation, say_notes, trained_model
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from racecraft.storage.mirror_note import Place
+    from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
+
+CAR_ZIP = "carfile.tar.gz"
+"""What the archive is called, as at DeepRacer for Cloud."""
+
+Force = Annotated[bool, typer.Option("-f", help="Ask no question.")]
+WipeTarget = Annotated[bool, typer.Option("-w", help="Wipe the target first, where a model lies there already.")]
+DryRun = Annotated[bool, typer.Option("-d", help="Say what would be done, and do nothing.")]
+Checkpoint = Annotated[str | None, typer.Option("-c", help="The number of an iteration: only its weights go along.")]
+
+
+def upload_model(
+    context: typer.Context,
+    force: Force = False,
+    wipe: WipeTarget = False,
+    dry_run: DryRun = False,
+    best: Annotated[bool, typer.Option("-b", help="The best checkpoint; by default the last.")] = False,
+    checkpoint: Checkpoint = None,
+    prefix: Annotated[str, typer.Option("-p", help="The model to upload; by default that of run.env.")] = "",
+    increment: Annotated[bool, typer.Option("-1", help="First raise the number in DR_UPLOAD_S3_PREFIX.")] = False,
+    import_: Annotated[bool, typer.Option("-i", help="Import it into the console, which has closed: refused.")] = False,
+    import_as: Annotated[str, typer.Option("-I", help="The same under a name: refused.")] = "",
+    local: Annotated[bool, typer.Option("-L", help="Into the local bucket.")] = False,
+) -> None:
+    """Copy a model with one checkpoint into the bucket for uploads, under DR_UPLOAD_S3_PREFIX.
+
+    Examples:
+
+        racecraft dr upload-model -f -b
+
+        racecraft dr upload-model -fbL
+    """
+    if import_ or import_as:
+        raise SettingError("-i: the console that models were imported into has closed; expected -i left out.")
+    if best and checkpoint is not None:
+        raise SettingError(f"-b and -c {checkpoint}: two checkpoints are asked for; expected one of them.")
+    drfc = installation(context)
+    say_notes(drfc)
+    if increment:
+        _raise_upload_prefix(drfc, dry_run)
+        drfc = installation(context)
+    target = drfc.in_bucket(drfc.text("DR_UPLOAD_S3_PREFIX")) if local else drfc.upload
+    source = drfc.in_bucket(prefix) if prefix else trained_model(drfc).path
+    which = "best" if best else checkpoint or "last"
+    _copy(source, target, which, force, wipe, dry_run, place_of_upload(drfc, local))
+
+
+def increment_upload_model(context: typer.Context, force: Force = False) -> None:
+    """Raise the number at the end of DR_UPLOAD_S3_PREFIX in run.env; the old file stays as run.env.bak.
+
+    Example: racecraft dr increment-upload-model -f
+    """
+    drfc = installation(context)
+    ask_first(f"Write another DR_UPLOAD_S3_PREFIX into {drfc.config}?", force)
+    _raise_upload_prefix(drfc, dry_run=False)
+
+
+def download_model(
+    context: typer.Context,
+    source: Annotated[str, typer.Option("-s", help="s3://BUCKET/PREFIX of one of our buckets, or a folder.")],
+    target: Annotated[str, typer.Option("-t", help="The prefix in the local bucket that it gets.")],
+    force: Force = False,
+    wipe: WipeTarget = False,
+    dry_run: DryRun = False,
+    checkpoint: Checkpoint = None,
+) -> None:
+    """Copy a model into the local bucket, from where a training can begin with it.
+
+    Example: racecraft dr download-model -s s3://upload/fast-car-1 -t fast-car-2 -f
+    """
+    from pathlib import Path
+
+    drfc = installation(context)
+    say_notes(drfc)
+    place = fetched_model(drfc, source) if source.startswith("s3://") else Path(source)
+    _copy(place, drfc.in_bucket(target), checkpoint, force, wipe, dry_run, place_in_bucket(drfc, target))
+
+
+def upload_car_zip(
+    context: typer.Context,
+    local: Annotated[bool, typer.Option("-L", help="Into the model's own folder in the local bucket.")] = False,
+    force: Force = False,
+) -> None:
+    """Make the archive that a physical car drives with, of the best checkpoint, into the bucket for uploads.
+
+    Example: racecraft dr upload-car-zip -L -f
+    """
+    from racecraft.cli.runs.export import export_run
+
+    drfc = installation(context)
+    say_notes(drfc)
+    model = trained_model(drfc).path
+    target = (model if local else drfc.upload) / CAR_ZIP
+    if target.exists():
+        ask_first(f"{target} stands there already. Write over it?", force)
+    export_run(model, None, "car", target)
+    send(target, place_of_model(drfc) if local else place_of_upload(drfc, local=False))
+
+
+def _copy(
+    source: Path,
+    target: Path,
+    which: str | None,
+    force: bool,
+    wipe: bool,
+    dry_run: bool,
+    place: Place | None = None,
+) -> None:
+    """Copy a model, and put the copy into its place in S3, where there is one."""
+    from racecraft.formats.checkpoint_ranking import find_checkpoint
+    from racecraft.formats.run_folder import RunFolder
+    from racecraft.worlds.deepracer.files.model_copy import copy_model, require_empty, wipe_model
+
+    run = RunFolder.open(source)
+    if target.resolve() == source.resolve():
+        raise UserInputError(f"{target}: is the model itself; expected another place to copy it to.")
+    chosen = None if which is None else find_checkpoint(run, which)
+    what = "all checkpoints" if chosen is None else f"checkpoint: {chosen.iteration} ({chosen.steps} steps)"
+    if dry_run:
+        print(f"would copy {source} to {target}, {what}; nothing was done")
+        return
+    ask_first(f"Copy {source} to {target}, {what}?", force)
+    if wipe:
+        wipe_model(target)
+        wipe_place(place)
+    require_empty(target)
+    require_free(place)
+    copy_model(run, target, which)
+    print(f"copied {source} to {target}, {what}")
+    send(target, place)
+
+
+def _raise_upload_prefix(drfc: DrfcFolder, dry_run: bool) -> None:
+    from racecraft.worlds.deepracer.files.run_env import edit_run_env, next_prefix
+
+    raised = next_prefix(drfc.text("DR_UPLOAD_S3_PREFIX"))
+    if not dry_run:
+        edit_run_env(drfc.config, {"DR_UPLOAD_S3_PREFIX": raised})
+    print(f"DR_UPLOAD_S3_PREFIX {'would be' if dry_run else 'is'} {raised}")

@@ -1,0 +1,96 @@
+"""`dr-start-viewer`, `dr-stop-viewer`, `dr-start-loganalysis`, `dr-start-metrics`: what a model shows."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+import typer
+
+from racecraft.worlds.deepracer.cli.dr.here import begin_job, installation, latest_job, stop_job, trained_model
+from racecraft.worlds.deepracer.files.drfc_book import VIEWER
+
+if TYPE_CHECKING:
+    from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
+
+BEGINS_SECONDS = 60.0
+"""So long a page waits for the run folder of a training that is just beginning."""
+
+
+def start_viewer(context: typer.Context) -> None:
+    """Watch the cars of this run id train, on a page at DR_WEBVIEWER_PORT, until dr-stop-viewer.
+
+    Example: racecraft dr start-viewer
+    """
+    open_viewer(context, installation(context))
+
+
+def run_viewer(context: typer.Context) -> None:
+    """Serve the page in this process; dr-start-viewer has it done in the background."""
+    from racecraft.cli.runs.watch import watch_run
+    from racecraft.formats.run_folder import JOB
+
+    drfc = installation(context)
+    until = time.monotonic() + BEGINS_SECONDS
+    while not (drfc.model / JOB).is_file() and time.monotonic() < until:
+        time.sleep(0.5)
+    watch_run(drfc.model, None, _port(drfc), open_it=False, json=False)
+
+
+def stop_viewer(context: typer.Context) -> None:
+    """Close the page of dr-start-viewer; the training goes on.
+
+    Example: racecraft dr stop-viewer
+    """
+    from racecraft.jobs.states import State
+
+    job = latest_job(installation(context), VIEWER)
+    if job is None or job.ended:
+        why = f" ({job.name} ended by itself: {job.reason})" if job is not None and job.state is State.FAILED else ""
+        print(f"no viewer is open, so nothing was closed{why}")
+        return
+    stop_job(job)
+    print("the viewer is closed")
+
+
+def open_viewer(context: typer.Context, drfc: DrfcFolder) -> None:
+    """Serve the page in the background and say where it is.
+
+    Raises:
+        RunEnvError: DR_WEBVIEWER_PORT is no port.
+    """
+    address = f"http://localhost:{_port(drfc)}"
+    job = latest_job(drfc, VIEWER)
+    if job is not None and not job.ended:
+        print(f"the viewer is open already: {address}")
+        return
+    begin_job(context, drfc, VIEWER, drfc.model, ("run-viewer",))
+    print(f"{address} shows {drfc.model} in a moment; dr-stop-viewer closes it")
+
+
+def _port(drfc: DrfcFolder) -> int:
+    port = drfc.env.run.number("DR_WEBVIEWER_PORT", 8100, 1, 65535)
+    if port != int(port):
+        raise drfc.letter("DR_WEBVIEWER_PORT", "a whole number from 1 to 65535")
+    return int(port)
+
+
+def start_loganalysis(context: typer.Context) -> None:
+    """Write the page of plots that the log notebooks draw, of this model's logs.
+
+    Example: racecraft dr start-loganalysis
+    """
+    from racecraft.worlds.deepracer.cli.logs import logs
+
+    model = trained_model(installation(context)).path
+    logs([model], page=model / "logs.html")
+
+
+def start_metrics(context: typer.Context) -> None:
+    """Write the page of this model: curves, best lap, actions, settings, cost.
+
+    Example: racecraft dr start-metrics
+    """
+    from racecraft.cli.runs.report import report
+
+    report(trained_model(installation(context)).path)

@@ -1,0 +1,88 @@
+"""One tick of driving, as a kernel; the model and its figures are told in `env/vehicle.py`."""
+
+from __future__ import annotations
+
+import math
+
+from racecraft.kernels import kernel
+from racecraft.worlds.deepracer.env.vehicle import NO_LIMIT, SUBSTEPS, TICK_SECONDS, WHEELBASE_M
+
+SUBSTEP_SECONDS = TICK_SECONDS / SUBSTEPS
+
+
+@kernel
+def drive(car, x, y, yaw, speed, steering, old_steering, old_speed, new_steering, new_speed, seconds=TICK_SECONDS):  # noqa: D417, PLR0913
+    """Advance one car by one tick.
+
+    Args:
+        car: CarProfile.
+        x, y: base_link, m.
+        yaw: rad, counter-clockwise.
+        speed: Along the car's nose, m/s.
+        steering: Angle the wheels have now, rad, positive left.
+        old_steering, old_speed: Last tick's command (rad, m/s); it acts until the delays have passed.
+        new_steering, new_speed: This tick's command (rad, m/s).
+        seconds: How long the tick lasts.
+
+    Returns:
+        x, y, yaw, speed, steering after the tick.
+    """
+    substeps = max(1, int(seconds / SUBSTEP_SECONDS + 0.5))
+    step = seconds / substeps
+    steering_share = 1.0
+    if car.steering_lag > 0.0:
+        steering_share = 1.0 - math.exp(-step / car.steering_lag)
+    steering_from = int(car.steering_delay / step + 0.5)
+    speed_from = int(car.speed_delay / step + 0.5)
+    for substep in range(substeps):
+        steering_command = new_steering if substep >= steering_from else old_steering
+        speed_command = new_speed if substep >= speed_from else old_speed
+        steering += (steering_command - steering) * steering_share
+        speed = approach_speed(car, speed, speed_command, step)
+        turn = speed * driven_curvature(car, speed, steering) * step
+        # Along the chord: the heading halfway through the substep, which keeps circles round at any substep.
+        heading = yaw + 0.5 * turn
+        forward, left = speed * step, car.rotation_centre * turn
+        x += forward * math.cos(heading) - left * math.sin(heading)
+        y += forward * math.sin(heading) + left * math.cos(heading)
+        yaw += turn
+    return x, y, wrap_angle(yaw), speed, steering
+
+
+@kernel
+def driven_curvature(car, speed, steering):
+    """Return how sharply the car turns, 1/m, left positive: what its wheels ask for, as far as its tyres hold."""
+    tangent = math.tan(steering)
+    asked = car.curvature_gain * tangent * (1.0 - car.curvature_droop * abs(tangent)) / WHEELBASE_M
+    if car.curvature_fade > 0.0:
+        asked = asked / (1.0 + car.curvature_fade * speed)
+    asked += car.pull
+    if car.grip >= NO_LIMIT:
+        return asked
+    slide = asked * speed * speed / car.grip
+    slide *= slide
+    return asked / math.sqrt(math.sqrt(1.0 + slide * slide))
+
+
+@kernel
+def approach_speed(car, speed, command, seconds):
+    """Return the speed so many seconds later, m/s."""
+    target = car.speed_gain * command
+    if car.speed_lag <= 0.0:
+        return target
+    acceleration = (target - speed) / car.speed_lag
+    acceleration = min(max(acceleration, -car.max_braking), car.max_acceleration)
+    return speed + acceleration * seconds
+
+
+@kernel
+def wrap_angle(angle):
+    """Return the angle in [-pi, pi], rad."""
+    return math.atan2(math.sin(angle), math.cos(angle))
+
+
+@kernel
+def wheels_after(profile, car, steering, seconds):
+    """Return the angle of the wheels, rad, after they were told so for so many seconds."""
+    _, _, _, _, angle = drive(profile, 0.0, 0.0, 0.0, 0.0, car.steering, car.old_steering, 0.0, steering, 0.0, seconds)
+    return angle

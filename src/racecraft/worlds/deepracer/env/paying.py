@@ -1,0 +1,99 @@
+"""Asks the user's reward functions about a tick that was driven.
+
+A reward hears of the road as the car met it: objects and other cars as they stood when the tick's report was written,
+not where they have gone since. So what was found before a tick is kept until it is paid.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from racecraft.contract.errors import ContractError
+from racecraft.contract.world import Array
+from racecraft.worlds.deepracer.env import race
+from racecraft.worlds.deepracer.env.objects import OBJECT_STATE, Around, ObjectPlan, Objects
+from racecraft.worlds.deepracer.env.reward_params import ObjectReports, RewardParams
+from racecraft.worlds.deepracer.tracks.track import Track
+
+RewardFunction = Callable[[dict[str, Any]], float]
+IS_PAID = np.array([status not in {race.PREPARE, race.PARK, race.PAUSE} for status in range(len(race.STATUSES))])
+"""Whether a car of each status earns something, bool (S,)."""
+
+
+class Paying:
+    """What reward functions are told of N worlds of M cars.
+
+    Args:
+        track: As cars drive it.
+        reverse: Whether it was turned round for that.
+        plan: What stands or drives on it.
+        objects: Where that is now, in every world.
+        around: What each car finds around it, where M > 1.
+    """
+
+    def __init__(self, track: Track, reverse: bool, plan: ObjectPlan, objects: Objects, around: Around) -> None:
+        self._params = RewardParams(track, reverse)
+        self._plan, self._objects, self._around = plan, objects, around
+        self.seen_objects = np.zeros(objects.boxes.shape[:2], OBJECT_STATE)
+        """How objects stood when the tick just taken was written down, OBJECT_STATE (N, K)."""
+        self.seen_boxes = np.zeros_like(objects.boxes)
+        """And where, (N, K, 6), as `boxes`."""
+        self._told = [part.copy() for part in self._found]
+        """And what each car then found around it: boxes, states and how many of them count, as in `Around`."""
+
+    def keep(self, is_asked: bool) -> None:
+        """Keep how everything stands before a tick; what single cars find only where a reward is asked."""
+        if self._objects.kinds.size:
+            self.seen_objects[:], self.seen_boxes[:] = self._objects.states, self._objects.boxes
+        if is_asked and self._is_shared:
+            for kept, found in zip(self._told, self._found, strict=True):
+                kept[:] = found
+
+    def pay(self, reward: RewardFunction | Sequence[RewardFunction], reports: Array, rewards: Array) -> None:
+        """Write what cars earned in a tick.
+
+        Args:
+            reward: One for all, or one for each car, N * M of them.
+            reports: TICK_REPORT (N, M).
+            rewards: (N, M), written; cars that wait or were carried off the road earn nothing, and theirs stay.
+
+        Raises:
+            RewardError: A function failed; those of the cars before it were written.
+        """
+        flat, paid = reports.reshape(-1), rewards.flat
+        called = IS_PAID[flat["status"]]
+        of_car = [reward] * called.size if callable(reward) else reward
+        objects = self._object_reports() if self._around.kinds.size else None
+        cars = np.flatnonzero(called)
+        for car, params in zip(cars.tolist(), self._params.of(flat[called], objects, cars), strict=True):
+            paid[car] = of_car[car](params)
+
+    @property
+    def _is_shared(self) -> bool:
+        """Whether several cars meet in a world, so that each finds something else around it."""
+        return self._around.boxes.shape[1] > 1
+
+    @property
+    def _found(self) -> tuple[Array, Array, Array]:
+        """What each car finds around it now: boxes, states and how many of them count."""
+        return self._around.boxes, self._around.states, self._around.counts
+
+    def _object_reports(self) -> ObjectReports:
+        drive, count = bool(self._plan.knots.size), len(self._plan.kinds)
+        if not self._is_shared:
+            return ObjectReports(self.seen_boxes, self.seen_objects, count, drive, self._plan.speed)
+        boxes, states, counts = (told.reshape(-1, *told.shape[2:]) for told in self._told)
+        return ObjectReports(boxes, states, count, drive, self._plan.speed, counts)
+
+
+def require_rewards(reward: RewardFunction | Sequence[RewardFunction] | None, cars: int) -> None:
+    """Refuse reward functions that are neither one for all nor one for each car.
+
+    Raises:
+        ContractError: They are another number.
+    """
+    if isinstance(reward, Sequence) and len(reward) != cars:
+        raise ContractError(f"{len(reward)} reward functions were given; expected one for all or {cars}")

@@ -1,0 +1,77 @@
+"""What marshals go by in a race, and where it may begin: settings made definite for one track. Begin at `rules_of`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from racecraft.contract.errors import ContractError, SettingError
+from racecraft.contract.world import Array
+from racecraft.worlds.deepracer.env import race
+from racecraft.worlds.deepracer.env.fidelity import (
+    AWS_MAX_TICKS,
+    SANE_LEAST_SPEED,
+    SANE_MAX_SECONDS,
+    TICK_JITTER,
+    WHEEL_KICK,
+    habits,
+)
+from racecraft.worlds.deepracer.env.settings import RaceConfig
+from racecraft.worlds.deepracer.tracks.track import Track
+
+
+def rules_of(race_config: RaceConfig, track_length: float, laps: int, start_ahead: float) -> race.Rules:
+    """Return the rules of a race.
+
+    Args:
+        race_config: As it is asked for.
+        track_length: Length of the centre line, m.
+        laps: An episode ends after so many complete laps.
+        start_ahead: How far ahead of another car of its world a car starts again, m.
+    """
+    has = habits(race_config.fidelity)
+    return race.Rules(
+        max_ticks=most_ticks(race_config, track_length, laps),
+        laps=laps,
+        start_advance=race_config.start_advance if race_config.change_start else 0.0,
+        cut_ends=has.cut_is_an_end,
+        jitter=TICK_JITTER if has.ticks_jitter else 0.0,
+        wheel_kick=WHEEL_KICK if has.wheels_wander else 0.0,
+        keeps_wheels=has.wheels_keep_their_angle,
+        start_ahead=start_ahead,
+    )
+
+
+def most_ticks(race_config: RaceConfig, track_length: float, laps: int) -> int:
+    """Return the limit on an episode of so many laps: what was asked for a lap, or what the fidelity has."""
+    if race_config.max_episode_seconds is not None:
+        return race.max_ticks(race_config.max_episode_seconds * laps)
+    if habits(race_config.fidelity).episodes_are_endless:
+        return AWS_MAX_TICKS
+    return race.max_ticks(max(SANE_MAX_SECONDS, track_length / SANE_LEAST_SPEED) * laps)
+
+
+def first_starts(start_shares: Sequence[float] | Array | None, num_worlds: int) -> Array:
+    """Return where each world's first car first starts, share of the lap (N,); where nobody says, spread evenly.
+
+    Raises:
+        ContractError: There is not one for each world.
+    """
+    shares = np.arange(num_worlds) / num_worlds if start_shares is None else np.asarray(start_shares, float)
+    if shares.shape != (num_worlds,):
+        raise ContractError(f"start_shares has shape {shares.shape}; expected ({num_worlds},)")
+    return shares
+
+
+def require_grid(track: Track, cars: int) -> None:
+    """Refuse more cars than can start behind one another on the lap.
+
+    Raises:
+        SettingError: So many do not fit.
+    """
+    if cars * race.START_GAP_M > track.length:
+        raise SettingError(
+            f"{cars} cars start {race.START_GAP_M} m behind one another, and {track.name} is {track.length:.1f} m "
+            f"long; expected at most {int(track.length / race.START_GAP_M)} cars"
+        )

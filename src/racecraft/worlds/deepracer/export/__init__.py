@@ -1,0 +1,1 @@
+"""Hand a car's policy over: AWS's model folder, the archive of a physical car."""

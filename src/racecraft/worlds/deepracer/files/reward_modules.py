@@ -1,0 +1,153 @@
+"""The modules of a reward: the racer's file and those beside it, loaded anew for each car. Begin with `RewardModules`.
+
+A module that stands beside the file (`racing_line.py`, a folder `helpers/`) is imported from there and is one car's
+own, like the file itself; modules of Python and installed packages are everybody's, and Python's own names are never
+taken. Texts are read once, so that copies made later are copies of what was read first, and a run folder can hold them.
+
+How: the racer's module gets an `__import__` of its own, which looks beside the file first. While it does so, the car's
+own modules stand in `sys.modules`; afterwards they are taken out again.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import sys
+import threading
+import types
+from collections.abc import Callable, Mapping, Sequence
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from importlib.util import decode_source, spec_from_loader
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from racecraft.worlds.deepracer.files.reward_analysis import imported_names
+
+_lock = threading.RLock()
+"""Held while a car's modules stand in `sys.modules`."""
+
+
+def modules_beside(path: Path, tree: ast.Module) -> dict[str, str]:
+    """Return the texts of the modules beside a file that it imports, and those import, by name such as "helpers/a.py".
+
+    A module that is no text or no Python is left to the import, which says so.
+    """
+    folder = path.parent
+    found: dict[str, str] = {}
+    waiting = sorted(imported_names(tree))
+    while waiting:
+        name = waiting.pop()
+        files = [folder / f"{name}.py"] if (folder / f"{name}.py").is_file() else sorted((folder / name).rglob("*.py"))
+        for file in files if name not in sys.stdlib_module_names else ():
+            key = file.relative_to(folder).as_posix()
+            if key not in found and file != path:
+                found[key] = decode_source(file.read_bytes())
+                waiting += sorted(_imports_of(found[key]))
+    return found
+
+
+class RewardModules:
+    """Loads copies of a racer's module.
+
+    Args:
+        path: The racer's file; its name stands in tracebacks.
+        code: The file, compiled.
+        texts: The modules beside it, from `modules_beside`.
+    """
+
+    def __init__(self, path: Path, code: types.CodeType, texts: Mapping[str, str]) -> None:
+        self.path, self.code, self.texts = path, code, texts
+        self.tops = {PurePosixPath(name).parts[0].removesuffix(".py") for name in texts}
+        """First names of the modules beside the file."""
+        self._codes: dict[str, types.CodeType] = {}
+
+    def load(self, name: str, say: Callable[..., None]) -> types.ModuleType:
+        """Run the racer's module, as a copy of its own.
+
+        Args:
+            name: What the module is called.
+            say: Stands for `print` in it and in the modules beside it.
+
+        Raises:
+            BaseException: Whatever it raises.
+        """
+        module = types.ModuleType(name)
+        module.__file__ = str(self.path)
+        own = _OwnImports(self, say)
+        vars(module).update(own.names)
+        sys.modules[name] = module  # dataclasses and their like look their module up
+        exec(self.code, vars(module))
+        return module
+
+    def file_of(self, name: str) -> tuple[str, bool] | None:
+        """Return the file of a module by its dotted name, and whether it is a package; None where there is none."""
+        stem = name.replace(".", "/")
+        if f"{stem}.py" in self.texts:
+            return f"{stem}.py", False
+        if f"{stem}/__init__.py" in self.texts:
+            return f"{stem}/__init__.py", True
+        return ("", True) if any(file.startswith(f"{stem}/") for file in self.texts) else None
+
+    def code_of(self, file: str) -> types.CodeType:
+        """Return the code of a module beside the racer's."""
+        if file not in self._codes:
+            self._codes[file] = compile(self.texts[file], str(self.path.parent / file), "exec", dont_inherit=True)
+        return self._codes[file]
+
+
+class _OwnImports(MetaPathFinder, Loader):
+    """The modules of one copy: finds them, runs them, and keeps them out of everybody's way."""
+
+    def __init__(self, modules: RewardModules, say: Callable[..., None]) -> None:
+        self._modules = modules
+        self._mine: dict[str, types.ModuleType] = {}
+        self.names: dict[str, Any] = {"print": say}
+        """What stands in the module before it runs."""
+        if modules.tops:
+            self.names["__builtins__"] = {**vars(builtins), "__import__": self._import}
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None = None, target: types.ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Find a module beside the racer's."""
+        found = self._modules.file_of(fullname)
+        if found is None:
+            return None
+        spec = spec_from_loader(fullname, self, origin=str(self._modules.path.parent / found[0]), is_package=found[1])
+        if spec is not None:
+            spec.has_location = bool(found[0])
+        return spec
+
+    def exec_module(self, module: types.ModuleType) -> None:
+        """Run a module beside the racer's."""
+        file, _ = self._modules.file_of(module.__name__) or ("", True)
+        vars(module).update(self.names)
+        if file:
+            exec(self._modules.code_of(file), vars(module))
+
+    def _import(self, name: str, *rest: Any) -> types.ModuleType:
+        """Stand in for `__import__`."""
+        level = rest[3] if len(rest) > 3 else 0
+        if self in sys.meta_path or (level == 0 and name.partition(".")[0] not in self._modules.tops):
+            return builtins.__import__(name, *rest)
+        with _lock:
+            others = {key: sys.modules.pop(key) for key in list(sys.modules) if self._is_beside(key)}
+            sys.modules.update(self._mine)
+            sys.meta_path.insert(0, self)
+            try:
+                return builtins.__import__(name, *rest)
+            finally:
+                sys.meta_path.remove(self)
+                self._mine = {key: sys.modules.pop(key) for key in list(sys.modules) if self._is_beside(key)}
+                sys.modules.update(others)
+
+    def _is_beside(self, name: str) -> bool:
+        return name.partition(".")[0] in self._modules.tops
+
+
+def _imports_of(text: str) -> set[str]:
+    try:
+        return imported_names(ast.parse(text))
+    except (SyntaxError, ValueError, RecursionError):
+        return set()

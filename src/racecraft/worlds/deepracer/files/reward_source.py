@@ -1,0 +1,118 @@
+"""What a reward file says, before it is run: its text, its code, the modules beside it, and what they tell.
+
+Begin with `read_reward_source`.
+"""
+
+from __future__ import annotations
+
+import ast
+import tokenize
+import types
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+
+from racecraft.contract.errors import RewardFileError
+from racecraft.formats.run_folder import REWARD_FUNCTION
+from racecraft.formats.whole import make_folder, write_whole
+from racecraft.worlds.deepracer.files.reward_analysis import RewardAnalysis, analyse
+from racecraft.worlds.deepracer.files.reward_modules import modules_beside
+
+KIND = "a Python file with `def reward_function(params):` that returns a number"
+PACKAGES = {"cv2": "opencv-python-headless", "PIL": "pillow", "skimage": "scikit-image", "sklearn": "scikit-learn"}
+"""What is installed under another name than it is imported by."""
+
+
+@dataclass(frozen=True)
+class RewardSource:
+    """A reward file that was read."""
+
+    path: Path
+    text: str
+    code: types.CodeType
+    analysis: RewardAnalysis
+    modules: Mapping[str, str] = field(default_factory=dict)
+    """The modules beside it that it needs: texts by name, such as "racing_line.py" and "helpers/a.py"."""
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is worth telling its author, a clause each."""
+        return tuple(f"{self.path.name}:{remark.line}: {remark.text}" for remark in self.analysis.remarks)
+
+
+def read_reward_source(path: str | Path) -> RewardSource:
+    """Read a reward file and the modules beside it; nothing is run.
+
+    Raises:
+        RewardFileError: The file is missing or empty, is no Python, or would end the whole process.
+    """
+    path = Path(path)
+    text = _read(path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SyntaxWarning)
+        warnings.simplefilter("ignore", DeprecationWarning)
+        tree, code = _parsed(path, text)
+    analysis = analyse(tree)
+    if (exits := analysis.ends_process) is not None:
+        raise RewardFileError(
+            path, f"{exits.text} would end the whole training at once, before anything is saved",
+            "a function that returns a number", "Take it out; an exception ends a training with a letter.",
+            line=exits.line,
+        )  # fmt: skip
+    try:
+        return RewardSource(path, text, code, analysis, modules_beside(path, tree))
+    except (SyntaxError, UnicodeDecodeError, OSError) as error:
+        raise RewardFileError(path, f"a module beside it cannot be read ({error})", "modules in UTF-8") from None
+
+
+def write_reward(source: RewardSource, folder: Path) -> None:
+    """Write a reward file as it was read, and the modules beside it, into a folder from which it can be loaded again.
+
+    Raises:
+        OutputFileError: A file cannot be written.
+    """
+    for name, text in source.modules.items():
+        make_folder((folder / name).parent)
+        write_whole(folder / name, text)
+    write_whole(folder / REWARD_FUNCTION, source.text)
+
+
+def how_to_install(name: str, path: Path) -> str:
+    """Return what to do about a module that is missing."""
+    top = name.partition(".")[0]
+    package = PACKAGES.get(top, top)
+    return (
+        f"Install '{top}' into this environment with `python -m pip install {package}`, or put {top}.py beside "
+        f"{path.name}."
+    )
+
+
+def _read(path: Path) -> str:
+    cure = "`racecraft new` writes one to begin with."
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise RewardFileError(path, "there is no such file", KIND, cure) from None
+    except OSError as error:
+        raise RewardFileError(path, f"the file cannot be read ({error.strerror})", KIND) from error
+    if not data.strip():
+        raise RewardFileError(path, "the file is empty", KIND, cure)
+    try:
+        encoding, _ = tokenize.detect_encoding(BytesIO(data).readline)
+        return data.decode(encoding)
+    except (SyntaxError, UnicodeDecodeError, LookupError) as error:
+        raise RewardFileError(path, f"no text that Python reads ({error})", "a text file in UTF-8") from None
+
+
+def _parsed(path: Path, text: str) -> tuple[ast.Module, types.CodeType]:
+    text = text.removeprefix("\ufeff")
+    try:
+        return ast.parse(text, str(path)), compile(text, str(path), "exec", dont_inherit=True)
+    except SyntaxError as error:
+        shown = (error.text or "").strip()
+        near = f" in `{shown}`" if shown else ""
+        raise RewardFileError(path, f"{error.msg}{near}", "valid Python", line=error.lineno) from None
+    except (ValueError, RecursionError, MemoryError) as error:
+        raise RewardFileError(path, f"no Python ({error})", "valid Python") from None

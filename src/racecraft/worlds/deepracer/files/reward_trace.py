@@ -1,0 +1,93 @@
+"""How a reward came about: every number that the racer's function assigned on the way. Begin with `RewardTrace`.
+
+The function runs unchanged, under the interpreter's own tracing, which tells of every line before it is run; what a
+line changed is seen at the next one.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from numbers import Real
+from types import FrameType
+from typing import Any
+
+from racecraft.worlds.deepracer.files.reward_examples import Params
+from racecraft.worlds.deepracer.files.reward_file import RewardFunction
+
+
+@dataclass(frozen=True, order=True)
+class Term:
+    """A line that gave a variable a number."""
+
+    line: int
+    """Of the racer's file, counted from 1."""
+    name: str
+    """Of the variable."""
+
+
+class RewardTrace:
+    """A reward function that also tells how it came to its last answer.
+
+    Args:
+        reward: The racer's, loaded.
+    """
+
+    def __init__(self, reward: RewardFunction) -> None:
+        self.reward = reward
+        self.terms: dict[Term, float] = {}
+        """Of the last call, in the order of lines; of a line that ran often what it gave last."""
+
+    def call(self, params: Params) -> float:
+        """Return the reward of one tick, as `RewardFunction.call` does.
+
+        Raises:
+            RewardError: The function failed.
+        """
+        found: dict[Term, float] = {}
+        before = sys.gettrace()
+        sys.settrace(_tracer(str(self.reward.path), found))
+        try:
+            return self.reward.call(params)
+        finally:
+            sys.settrace(before)
+            self.terms = dict(sorted(found.items()))
+
+    def text(self, term: Term) -> str:
+        """Return the line of a term as it is written, without the space around it."""
+        lines = self.reward.source.text.splitlines()
+        return lines[term.line - 1].strip() if term.line <= len(lines) else ""
+
+
+def _tracer(path: str, found: dict[Term, float]) -> Any:
+    """Return the function that the interpreter tells of every frame; it looks into those of one file."""
+
+    def enter(frame: FrameType, event: str, arg: Any) -> Any:
+        is_theirs = frame.f_code.co_filename == path and not frame.f_code.co_name.startswith("<")
+        return _Lines(frame, found).see if is_theirs else None
+
+    return enter
+
+
+class _Lines:
+    """Sees one frame's lines and keeps what each of them changed."""
+
+    def __init__(self, frame: FrameType, found: dict[Term, float]) -> None:
+        self._found, self._line = found, frame.f_lineno
+        self._before = _numbers(frame.f_locals)
+
+    def see(self, frame: FrameType, event: str, arg: Any) -> Any:
+        """Keep what the line before this one changed."""
+        if event not in ("line", "return"):
+            return self.see
+        now = _numbers(frame.f_locals)
+        for name, value in now.items():
+            if self._before.get(name) != value:
+                self._found[Term(self._line, name)] = value
+        self._before, self._line = now, frame.f_lineno
+        return self.see
+
+
+def _numbers(names: Mapping[str, Any]) -> dict[str, float]:
+    return {name: float(value) for name, value in names.items() if isinstance(value, Real)}

@@ -1,0 +1,125 @@
+"""Rows in the text of a simulation log, old or new, and what the log says beside them.
+
+Begin with `read_log`. A row is what follows SIM_TRACE_LOG: on a line; newer logs write the names of nodes in front.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import re
+from collections import Counter
+from collections.abc import Collection, Iterator
+from typing import TYPE_CHECKING, Any
+
+from racecraft.worlds.deepracer.files.sim_trace import NAMES, TRACE_COLUMNS
+from racecraft.worlds.deepracer.logs.errors import Damage
+from racecraft.worlds.deepracer.logs.rows_of_text import MARK, read_rows
+from racecraft.worlds.deepracer.logs.sources import Source
+from racecraft.worlds.deepracer.logs.spreadsheets import as_plain_text
+from racecraft.worlds.deepracer.logs.texts import Text
+
+if TYPE_CHECKING:
+    import polars as pl
+
+_ENDED = re.compile(rb"Worker=(\d+), Episode=(\d+),[^\n]*?Training iteration=(\d+)")
+_WORLD = re.compile(r"WORLD_NAME:?\s*=?\s*([A-Za-z0-9_\-]+)")
+_NODE = re.compile(r"^\s*(?:\[[^\]]*\]\s+)+", re.MULTILINE)
+_HYPERPARAMETERS = re.compile(r"Using the following hyper-parameters\s*(\{.*?\})", re.DOTALL)
+_ACTIONS = re.compile(r"ction space from file: (.+)")
+_FEWEST = sum(column.required for column in TRACE_COLUMNS)
+_VERSIONS = {fields: NAMES[:fields] for fields in range(_FEWEST, len(NAMES) + 1)}
+_VERSIONS[18] = (*NAMES[:17], NAMES[18])  # between 2022 and 2026 the count of obstacles was left out
+"""How many values a row has → their names; a log that was written by several simulators has several."""
+HEAD_BYTES = 1 << 20
+SAMPLED_ROWS = 200
+USUAL_EPISODES = 20
+"""Episodes an iteration where a log does not say (the console's default)."""
+
+
+def read_log(
+    place: int, source: Source, before: dict[str, Any] | None = None, wanted: Collection[str] | None = None
+) -> tuple[pl.DataFrame, list[Damage], dict[str, Any]]:
+    """Read one log.
+
+    Args:
+        place: Index of the file among the table's files.
+        source: The log.
+        before: What earlier pieces of a log that rolled over said.
+        wanted: As in `read_rows`.
+
+    Returns:
+        AWS's columns in our units and `file`, `line`, `iteration`; what was damaged; and what the log says of world,
+        hyperparameters and actions.
+    """
+    import polars as pl
+
+    try:
+        with source.open() as file:
+            source, told = as_plain_text(source, file.read(2))
+        header = _header(source)
+    except OSError as error:
+        return pl.DataFrame(), [Damage(source.name, None, f"cannot be read ({error.strerror}); left out")], {}
+    if not header:
+        return pl.DataFrame(), [], {}
+    wide = [Damage(source.name, None, told)] if told else []
+    if not _FEWEST <= len(header) <= len(NAMES):
+        what = f"{len(header)} values in a row where {_FEWEST} to {len(NAMES)} are expected; left out"
+        return pl.DataFrame(), [Damage(source.name, None, what)], {}
+    rows = read_rows(header, [Text(place, source)], marked=True, wanted=wanted, versions=_VERSIONS)
+    says = (before or {}) | what_it_says(rows.between)
+    frame = rows.frame
+    if frame.height:
+        frame = frame.with_columns(_iterations(frame["episode"], rows.between, says, source.phase))
+    return frame, wide + rows.damage, says
+
+
+def _header(source: Source) -> tuple[str, ...]:
+    """Return AWS's names of a log's columns, by how many values most of its first rows have; () where it has no row."""
+    counts: Counter[int] = Counter()
+    for line in itertools.islice(_lines_with_rows(source), SAMPLED_ROWS):
+        counts[line.split(MARK.encode(), 1)[1].split(b"\t", 1)[0].count(b",") + 1] += 1
+    fields = counts.most_common(1)[0][0] if counts else 0
+    return _VERSIONS.get(fields, ("",) * fields)
+
+
+def _lines_with_rows(source: Source) -> Iterator[bytes]:
+    with source.open() as file:
+        yield from (line for line in file if MARK.encode() in line)
+
+
+def _iterations(episodes: pl.Series, data: bytes, says: dict[str, Any], phase: str | None) -> pl.Series:
+    """Return the iteration of each row: as the log's own lines tell, else by the episodes an iteration takes."""
+    import polars as pl
+
+    told = {int(episode) - 1: int(iteration) for _, episode, iteration in _ENDED.findall(data)}
+    per = says.get("hyperparameters", {}).get("num_episodes_between_training", USUAL_EPISODES)
+    per = per if isinstance(per, int) and per > 0 else USUAL_EPISODES
+    counted = pl.Series("iteration", episodes // per, dtype=pl.Int32)
+    if phase in ("evaluation", "leaderboard"):
+        return pl.Series("iteration", [0], dtype=pl.Int32).new_from_index(0, len(episodes))
+    if not told:
+        return counted
+    known = pl.DataFrame({"episode": list(told), "told": list(told.values())}, schema_overrides={"episode": pl.Int32})
+    joined = pl.DataFrame({"episode": episodes, "counted": counted}).join(known, on="episode", how="left")
+    return joined.select(pl.coalesce("told", "counted").cast(pl.Int32).alias("iteration"))["iteration"]
+
+
+def what_it_says(data: bytes) -> dict[str, Any]:
+    """Return what the head of a log says of world, hyperparameters and action space."""
+    head = _NODE.sub("", data[:HEAD_BYTES].decode("utf-8", errors="replace"))
+    says: dict[str, Any] = {}
+    if world := _WORLD.search(head):
+        says["world"] = world[1]
+    if match := _HYPERPARAMETERS.search(head):
+        says |= _json("hyperparameters", match[1])
+    if match := _ACTIONS.search(head):
+        says |= _json("action_space", match[1].replace("'", '"'))
+    return says
+
+
+def _json(key: str, text: str) -> dict[str, Any]:
+    try:
+        return {key: json.loads(text)}
+    except ValueError:
+        return {}

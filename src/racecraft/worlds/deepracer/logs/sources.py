@@ -1,0 +1,283 @@
+"""Which files below a path are logs, and what each tells: phase, stream, round, worker, iteration.
+
+Begin with `find_sources`. A file is known by the tail of its path, whichever tool laid it out; what stands before that
+tail is the model's own folder, and each such folder is a round of its own. Sources come in the order in which they
+happened, so that their rows need no sorting.
+
+Layouts: facts: DeepRacer for Cloud with one worker and several, the console's log archive, DeepRacer on AWS
+(`sim-trace`, `logs`, `metrics` below a model), our run folder.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from io import BufferedReader, BytesIO, FileIO
+from operator import itemgetter
+from pathlib import Path
+from typing import Any
+
+from racecraft.formats.run_folder import FORMAT as RUN_FORMAT
+from racecraft.formats.run_folder import JOB
+from racecraft.worlds.deepracer.logs.archive import MemberFile, is_archive, members
+from racecraft.worlds.deepracer.logs.errors import LogError
+
+TRACE, LOG, METRICS, EPISODES, ABOUT = "trace", "log", "metrics", "episodes", "about"
+EXPECTED = (
+    "a run folder, a DeepRacer model or log folder, its .tar.gz, a simulation log, a simulation trace (.csv) or "
+    "metrics (.json)"
+)
+_TRACE = re.compile(r"(?P<tail>(?:^|/)(?:(?P<worker>\d{1,9})/)?(?P<phase>training|evaluation|leaderboard)-simtrace/"
+                    r"(?P<iteration>\d{1,9})-iteration\.csv)$")  # fmt: skip
+_OWN_FOLDER = re.compile(r"(?:^|/)(?:sim-trace/(?:training|evaluation|leaderboard)(?:/(?P<long>[^/]+))?|"
+                         r"evaluation-(?P<stamp>\d+)|sim-trace)$")  # fmt: skip
+_LOG = re.compile(r"(?P<tail>(?:^|/)(?:logs/)?(?:(?P<phase>training|evaluation|leaderboard|robomaker)/)?"
+                  r"(?P<name>[^/]+)\.log(?:\.(?P<part>\d{1,9}))?)$")  # fmt: skip
+_METRICS = re.compile(r"(?P<tail>(?:^|/)metrics/(?:(?P<phase>training|evaluation)/)?(?P<name>[^/]+)\.json)$")
+_EPISODES = re.compile(r"(?P<tail>(?:^|/)episodes/(?P<number>\d{1,9})\.parquet)$")
+_ABOUT = re.compile(r"(?P<tail>(?:^|/)(?:model/model_metadata\.json|ip/hyperparameters\.json|training_params\.yaml|"
+                    r"model_metadata\.json|hyperparameters\.json|job\.json))$")  # fmt: skip
+_ITERATION = re.compile(r"(?<!\d)(\d{1,9})-iteration\.csv$")
+_PHASE = re.compile(r"(training|evaluation|leaderboard)", re.IGNORECASE)
+_METRICS_WORKER = re.compile(r"TrainingMetrics_(\d{1,9})$")
+_STAMP = re.compile(r"(\d{14})")
+
+
+class OtherHeadError(Exception):
+    """A file begins otherwise than those beside it."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file that tells something."""
+
+    file: str | MemberFile
+    """The path of a file, or one in an archive; to make a `Path` of each would take half of the time to find them."""
+    kind: str
+    """TRACE, LOG, METRICS, EPISODES or ABOUT."""
+    root: str
+    """The model's own folder."""
+    phase: str | None = None
+    """One of PHASES; None: the rows must tell."""
+    stream: str = ""
+    worker: int = 0
+    iteration: int = 0
+    round: int = 1
+    part: int | None = None
+    """Number of a piece of a log that rolled over; None: the last one."""
+
+    @property
+    def name(self) -> str:
+        """The file, as the user would name it."""
+        return str(self.file)
+
+    @property
+    def size(self) -> int:
+        """Bytes that the file holds."""
+        return os.stat(self.file).st_size if isinstance(self.file, str) else len(self.file.data)
+
+    def open(self) -> BufferedReader | BytesIO:
+        """Open the file for reading."""
+        return open(self.file, "rb") if isinstance(self.file, str) else BytesIO(self.file.data)
+
+    def read_into(self, room: memoryview, begin: int = 0, head: bytes = b"") -> int:
+        """Fill room with the file's bytes from one on; return how many there were. A thousand small files feel it.
+
+        Raises:
+            OtherHeadError: The file does not begin with these bytes, all of which stand before `begin`.
+        """
+        if not isinstance(self.file, str):
+            found = self.file.data[begin : begin + len(room)]
+            room[: len(found)] = found
+            if not self.file.data.startswith(head):
+                raise OtherHeadError
+            return len(found)
+        with FileIO(self.file) as file:
+            if head and file.read(len(head)) != head:
+                raise OtherHeadError
+            if begin != len(head):
+                file.seek(begin)
+            count = 0
+            while count < len(room) and (more := file.readinto(room[count:])):
+                count += more
+        return count
+
+    def placed(self, round: int, stream: str) -> Source:
+        """Return the file as one of a round and of a stream."""
+        return self if (round, stream) == (self.round, self.stream) else replace(self, round=round, stream=stream)
+
+    def read(self) -> bytes:
+        """Return what the file holds."""
+        return Path(self.file).read_bytes() if isinstance(self.file, str) else self.file.data
+
+
+def find_sources(path: str | Path) -> list[Source]:
+    """Return the logs at a path: a file, an archive, or a folder with whatever lies below it.
+
+    Raises:
+        LogError: There is nothing at the path, or no log in it.
+    """
+    path = Path(path)
+    if path.is_dir():
+        found = [classified for name, file in _below(path) if (classified := _classified(name, file))]
+    elif not path.exists():
+        raise LogError(path, "there is no such file or folder", EXPECTED)
+    elif not path.is_file():
+        raise LogError(path, "is neither file nor folder, but a pipe or a device", EXPECTED)
+    elif is_archive(path):
+        found = [classified for member in members(path) if (classified := _classified(member.name, member))]
+    else:
+        found = [_single(path)]
+    if not any(source.kind != ABOUT for source in found):
+        raise LogError(path, "no log was found there", EXPECTED)
+    return _in_order(_without_doubles(found))
+
+
+def _below(folder: Path) -> Iterator[tuple[str, str]]:
+    """Yield the files below a folder: their path in it, with forward slashes, and as one opens them."""
+    for place, folders, files in os.walk(folder):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        below, here = Path(place).relative_to(folder).as_posix(), str(Path(place))
+        before = "" if below == "." else f"{below}/"
+        here = "" if here == "." else os.path.join(here, "")
+        yield from ((before + name, here + name) for name in files)
+
+
+def _classified(name: str, file: str | MemberFile) -> Source | None:
+    """Return what a file below a folder is, by its path in it; None where it is no log."""
+    if match := _TRACE.search(name):
+        return _trace(name, file, match)
+    if match := _ITERATION.search(name):
+        return _bare_trace(name, file, match)
+    if match := _METRICS.search(name):
+        stamp = _STAMP.search(match["name"])
+        worker = _METRICS_WORKER.search(match["name"])
+        evaluation = match["phase"] == "evaluation" or match["name"].startswith("EvaluationMetrics")
+        stream = (stamp[1] if stamp else match["name"]) if evaluation else ""
+        phase = "evaluation" if evaluation else "training"
+        return Source(file, METRICS, _before(name, match), phase, stream, int(worker[1]) if worker else 0)
+    if match := _EPISODES.search(name):
+        return Source(file, EPISODES, _before(name, match), "training", iteration=int(match["number"]))
+    if match := _LOG.search(name):
+        known = _PHASE.search(match["phase"] or "") or _PHASE.search(match["name"])
+        word = known[1].lower() if known else None
+        stream = match["name"] if word in ("evaluation", "leaderboard") else ""
+        part = int(match["part"]) if match["part"] else None
+        return Source(file, LOG, _before(name, match), word, stream, part=part)
+    if match := _ABOUT.search(name):
+        return Source(file, ABOUT, _before(name, match))
+    return None
+
+
+def _trace(name: str, file: str | MemberFile, match: re.Match[str]) -> Source:
+    root = _before(name, match)
+    own = _OWN_FOLDER.search(root)
+    stream = ""
+    phase = match["phase"]
+    if own:
+        root = root[: own.start()]
+        stream = own["stamp"] or own["long"] or ""
+        phase = "leaderboard" if "leaderboard" in own[0] else phase
+    worker = int(match["worker"]) if match["worker"] and phase == "training" else 0
+    return Source(file, TRACE, root, phase, stream, worker, int(match["iteration"]))
+
+
+def _bare_trace(name: str, file: str | MemberFile, match: re.Match[str]) -> Source:
+    """Return a trace outside its usual folder; the folders above the one that was named may tell."""
+    root = name[: match.start()]
+    whole = Path(file).resolve().as_posix() if isinstance(file, str) else str(file)
+    if known := _TRACE.search(whole):
+        return replace(_trace(whole, file, known), root=root)
+    return Source(file, TRACE, root, None, iteration=int(match[1]))
+
+
+def _single(path: Path) -> Source:
+    """Return what one file is, by its ending and the folders it lies in."""
+    file = root = str(path)
+    if path.suffix == ".json":
+        return replace(_classified(f"metrics/{path.name}", file) or Source(file, METRICS, root), root=root, phase=None)
+    if path.suffix == ".parquet":
+        return Source(file, EPISODES, root, "training")
+    if path.suffix == ".csv":
+        iteration = _ITERATION.search(path.name)
+        return _bare_trace(path.name, file, iteration) if iteration else Source(file, TRACE, root)
+    return replace(_classified(path.name, file) or Source(file, LOG, root), kind=LOG, root=root, part=None)
+
+
+def _before(name: str, match: re.Match[str]) -> str:
+    return name[: match.start("tail")]
+
+
+def _without_doubles(found: list[Source]) -> list[Source]:
+    """Leave out what tells the same again: logs where traces of that phase stand, traces where our own episodes do."""
+    told = {(source.root, source.phase): source.kind for source in found if source.kind == TRACE}
+    ours = {source.root for source in found if source.kind == EPISODES and _is_ours(source, found)}
+
+    def says_it_first(source: Source) -> bool:
+        if source.kind == LOG:
+            return (source.root, source.phase) not in told and source.root not in ours
+        if source.kind == TRACE and source.phase == "training":
+            return source.root not in ours
+        return source.kind != EPISODES or source.root in ours or len(found) == 1
+
+    return [source for source in found if says_it_first(source)]
+
+
+def _is_ours(episodes: Source, found: list[Source]) -> bool:
+    """Tell whether a run of ours stands where these episodes lie."""
+    for source in found:
+        if source.kind == ABOUT and source.root == episodes.root and source.name.endswith(JOB):
+            return about(source).get("format") == RUN_FORMAT
+    return False
+
+
+def about(source: Source) -> dict[str, Any]:
+    """Return what a JSON file beside the logs says; nothing where it is no JSON object."""
+    try:
+        value = json.loads(source.read())
+    except (ValueError, OSError):
+        return {}
+    return value if isinstance(value, dict) else {}
+
+
+def _in_order(found: Iterable[Source]) -> list[Source]:
+    """Return sources as they happened; each root, and each training of a root, is a round."""
+    found = list(found)
+    rounds: dict[tuple[str, str], int] = {}
+    trainings = {(source.root, source.stream) for source in found if source.phase == "training"}
+    for key in sorted(trainings | {(source.root, "") for source in found}, key=lambda key: _natural("/".join(key))):
+        streams = [stream for root, stream in trainings if root == key[0]]
+        if not key[1] and streams and "" not in streams:
+            continue
+        rounds[key] = len(rounds) + 1
+    first = {root: min(number for (one, _), number in rounds.items() if one == root) for root, _ in rounds}
+    numbered = []
+    for source in found:
+        number = rounds.get((source.root, source.stream)) if source.phase == "training" else None
+        stream = "" if source.phase == "training" else source.stream
+        numbered.append(source.placed(number or first[source.root], stream))
+    timed = sorted(((_when(source), source) for source in numbered), key=itemgetter(0))
+    return [one for _, same in itertools.groupby(timed, key=itemgetter(0)) for one in _by_name(same)]
+
+
+def _by_name(timed: Iterable[tuple[Any, Source]]) -> list[Source]:
+    """Return files that happened at the same time by their names; to part names costs more than all else, so late."""
+    found = [source for _, source in timed]
+    return sorted(found, key=lambda source: _natural(source.name)) if len(found) > 1 else found
+
+
+def _when(source: Source) -> tuple[Any, ...]:
+    order = {"training": 0, None: 0, "evaluation": 1, "leaderboard": 2}[source.phase]
+    part = source.part if source.part is not None else 1 << 30
+    return source.round, order, _natural(source.stream), source.iteration, source.worker, part
+
+
+@lru_cache(maxsize=1024)
+def _natural(name: str) -> list[tuple[int, int | str]]:
+    """Return a key by which 2 comes before 10."""
+    return [(0, int(part)) if part.isdigit() else (1, part) for part in re.split(r"(\d+)", name)]

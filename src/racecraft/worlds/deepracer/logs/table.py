@@ -1,0 +1,178 @@
+"""What was read: one lazy table of ticks, one of metrics, what was damaged. Begin with `Logs`; `read.py` makes it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from racecraft.contract.errors import MissingExtraError
+from racecraft.worlds.deepracer.logs.asked import Asked
+from racecraft.worlds.deepracer.logs.clocks import CLOCK_COLUMNS, jumps
+from racecraft.worlds.deepracer.logs.errors import Damage, LogError
+from racecraft.worlds.deepracer.logs.metric_rows import read_metrics
+from racecraft.worlds.deepracer.logs.sources import ABOUT, EXPECTED, METRICS, Source, about
+from racecraft.worlds.deepracer.logs.ticks import OURS, Said
+
+if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
+    import polars as pl
+
+
+@dataclass(frozen=True, eq=False)
+class Logs:
+    """Logs that were found; a file is opened when something in it is asked for the first time.
+
+    Args:
+        sources: The files, in the order in which they were written.
+        phase: What rows belong to whose path does not tell; None: the rows tell.
+    """
+
+    sources: tuple[Source, ...]
+    phase: str | None = None
+
+    @property
+    def ticks(self) -> pl.LazyFrame:
+        """One row a tick: TICK_COLUMNS, in SI units, radians and shares; a question reads the columns it needs."""
+        return self._asked.lazy()
+
+    @property
+    def metrics(self) -> pl.LazyFrame:
+        """One row an episode of AWS's metrics files: METRIC_COLUMNS."""
+        return self._read_metrics[0].lazy()
+
+    @property
+    def training(self) -> pl.LazyFrame:
+        """The ticks of the training alone."""
+        return self._of("training")
+
+    @property
+    def evaluations(self) -> pl.LazyFrame:
+        """The ticks of evaluations and submissions."""
+        import polars as pl
+
+        return self.ticks.filter(pl.col("phase") != "training")
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Names of the files; the column `file` is an index among them."""
+        return tuple(source.name for source in self.sources)
+
+    @cached_property
+    def damaged(self) -> tuple[Damage, ...]:
+        """What could not be taken as it stands: file, line, what."""
+        clocks = self._asked.columns(CLOCK_COLUMNS)
+        return (*self._asked.beside()[0], *self._read_metrics[1], *jumps(clocks, self.files))
+
+    @cached_property
+    def about(self) -> Said:
+        """What the files say beside the ticks: `world`, `hyperparameters`, `action_space`, as far as they do."""
+        said: Said = {}
+        for source in self.sources:
+            if source.kind == ABOUT:
+                said = {**_told(source), **said}
+        return {**self._asked.beside()[1], **said}
+
+    def require_ticks(self) -> pl.DataFrame:
+        """Return the ticks.
+
+        Raises:
+            LogError: There is not one; with the first damage, if that is why.
+        """
+        ticks = self._asked.columns()
+        if not ticks.height:
+            none = Damage(self.files[0] if self.files else "", None, "the files hold no row of a simulation trace")
+            first = next(iter(self.damaged), none)
+            raise LogError(first.file, first.what, EXPECTED, line=first.line)
+        return ticks
+
+    def to_pandas(self, names: str = "racecraft") -> pd.DataFrame:
+        """Return the ticks as a pandas frame.
+
+        Args:
+            names: "racecraft", or "deepracer-utils" for that library's names, degrees and percent, so that cells
+                written for it go on.
+
+        Raises:
+            MissingExtraError: pandas is not installed.
+            LogError: `names` is neither.
+        """
+        import polars as pl
+
+        if names not in ("racecraft", "deepracer-utils"):
+            raise LogError("names", repr(names), '"racecraft" or "deepracer-utils"')
+        try:
+            import pandas as pd
+        except ImportError:
+            raise MissingExtraError("to_pandas needs pandas; install it with: pip install pandas") from None
+        frame = self._asked.columns()
+        words = {column: pl.col(column).cast(pl.String) for column in ("phase", "status")}
+        frame = frame.with_columns(**words)
+        if names == "deepracer-utils":
+            frame = _in_their_words(frame)
+        return pd.DataFrame({name: frame[name].to_numpy() for name in frame.columns})
+
+    def _of(self, phase: str) -> pl.LazyFrame:
+        import polars as pl
+
+        return self.ticks.filter(pl.col("phase") == phase)
+
+    @cached_property
+    def _asked(self) -> Asked:
+        return Asked(self.sources, self.phase)
+
+    @cached_property
+    def _read_metrics(self) -> tuple[pl.DataFrame, list[Damage]]:
+        if not any(source.kind == METRICS for source in self.sources):
+            return read_metrics((), self.phase)
+        return read_metrics(self.sources, self.phase)
+
+
+THEIRS = {
+    "X": "x", "Y": "y", "steer": "steering_angle", "throttle": "speed", "all_wheels_on_track": "on_track",
+}  # fmt: skip
+"""Columns that deepracer-utils calls otherwise than the trace does."""
+
+
+def _in_their_words(frame: pl.DataFrame) -> pl.DataFrame:
+    """Return the ticks under deepracer-utils' names and in AWS's units."""
+    import polars as pl
+
+    named = {ours: THEIRS.get(theirs, theirs) for theirs, ours in OURS.items()}
+    kept = ("iteration", "worker", "unique_episode", "stream")
+    return frame.select(
+        *(pl.col(ours).alias(theirs) for ours, theirs in named.items() if ours != "obstacle_crashes"), *kept
+    ).with_columns(
+        pl.col("yaw").degrees(),
+        pl.col("steering_angle").degrees(),
+        pl.col("progress") * 100.0,
+        pl.col("steps").cast(pl.Float64),
+    )
+
+
+def _told(source: Source) -> Said:
+    """Return what a file beside the logs says."""
+    if source.name.endswith(".yaml"):
+        try:
+            return _world_of(source.read().decode("utf-8", errors="replace").splitlines())
+        except OSError:
+            return {}
+    value: dict[str, Any] = about(source)
+    name = source.name.rsplit("/", 1)[-1]
+    if name == "hyperparameters.json" and value:
+        return {"hyperparameters": value}
+    if name == "model_metadata.json" and "action_space" in value:
+        return {"action_space": value["action_space"]}
+    if name == "job.json":
+        track = value.get("track")
+        return {"world": track["name"]} if isinstance(track, dict) and "name" in track else {}
+    return {}
+
+
+def _world_of(lines: Sequence[str]) -> Said:
+    for line in lines:
+        key, _, value = line.partition(":")
+        if key.strip() == "WORLD_NAME" and value.strip(" '\"\r"):
+            return {"world": value.strip(" '\"\r")}
+    return {}

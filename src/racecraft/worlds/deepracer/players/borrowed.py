@@ -1,0 +1,39 @@
+"""A run by its path, be it a folder of ours or a model of AWS's that is borrowed as one. Begin with `borrowed_run`.
+
+Whoever trains on a pole opens runs by this door, too: what knows cars and tracks is imported when a model is met.
+"""
+
+from __future__ import annotations
+
+import atexit
+import shutil
+import tempfile
+from pathlib import Path
+
+from racecraft.formats.run_folder import JOB, RunFolder
+from racecraft.worlds.deepracer.files.model_archive import is_archive
+from racecraft.worlds.deepracer.files.trained_model import looks_foreign
+
+IMPORTED = "imported"
+"""What job.json holds of a run that was imported: where from."""
+
+
+def is_foreign(path: str | Path) -> bool:
+    """Tell whether a path is no run of ours but may be a model of AWS's: archive, folder, graph or checkpoint."""
+    path = Path(path)
+    return not (path / JOB).is_file() and (is_archive(path) or looks_foreign(path))
+
+
+def borrowed_run(source: str | Path) -> RunFolder:
+    """Return a model of AWS's as a run folder that lives as long as this process; a run of ours is opened as it is.
+
+    Raises:
+        UserInputError: Whatever cannot be used, as a letter.
+    """
+    if not is_foreign(source):
+        return RunFolder.open(source)
+    from racecraft.worlds.deepracer.players.foreign_model import import_model, name_of
+
+    folder = tempfile.mkdtemp(prefix="racecraft-model-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return import_model(source, Path(folder) / name_of(Path(source))).run

@@ -1,0 +1,60 @@
+"""Which of the original's cars is trained, in whose light, and how its waypoints count. Begin with `choose_car`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from racecraft.settings.composition import Settings
+from racecraft.settings.overrides import with_values
+from racecraft.worlds.deepracer.evaluation.recorded_car import recorded_car
+from racecraft.worlds.deepracer.files.model_metadata import ModelMetadata
+from racecraft.worlds.deepracer.tracks.track import Track
+
+
+def choose_car(
+    settings: Settings, metadata: ModelMetadata, asked: str | None, is_set: bool, folder: Path | None
+) -> tuple[Settings, tuple[str, ...]]:
+    """Return settings with the car filled in, and a note where the racer's recordings chose it.
+
+    In this order: what was set or asked for; the car that replays the recordings in the racer's folder best; the one
+    that goes with the metadata's version. Cars of version 1 and 2 drive in the light of 2019.
+
+    Args:
+        settings: As they stand.
+        metadata: The racer's model_metadata.json.
+        asked: A car that was asked for by name.
+        is_set: `race.car` was set, and stays.
+        folder: The racer's folder.
+    """
+    notes: tuple[str, ...] = ()
+    if not is_set:
+        car, notes = (asked, ()) if asked else _recorded_or_written(metadata, folder)
+        settings = with_values(settings, "race", {"car": car})
+    if settings.camera.light == "car" and metadata.version in ("1", "2"):
+        settings = with_values(settings, "camera", {"light": "2019"})
+    return settings, notes
+
+
+def _recorded_or_written(metadata: ModelMetadata, folder: Path | None) -> tuple[str, tuple[str, ...]]:
+    found = None if folder is None else recorded_car(folder)
+    if found is None:
+        return metadata.car, ()
+    tried = ", ".join(f"{car} {far:.2f} m" for car, far in found.strayed_m.items())
+    why = f"car {found.car}: it replays {found.rows} rows recorded in {folder} best (after a second {tried} away)"
+    return found.car, (why if found.car == metadata.car else f"{why}; the metadata's version says {metadata.car}",)
+
+
+def waypoint_notes(settings: Settings, track: Track) -> tuple[str, ...]:
+    """Return a note where the track's route file repeats a row, as a reward may speak of waypoints by number."""
+    if not track.repeated_rows:
+        return ()
+    rows = ", ".join(map(str, track.repeated_rows))
+    if settings.race.waypoints == "as_filed":
+        return (
+            f"waypoint {rows} of {track.name} repeats the one before and is counted, as in all logs of AWS we know; a "
+            "reward with the numbers of simapp 6.0.5's code wants race.waypoints=distinct",
+        )
+    return (
+        f"waypoint {rows} of {track.name} repeats the one before and is not counted; a reward with the numbers of "
+        "AWS's logs wants race.waypoints=as_filed",
+    )

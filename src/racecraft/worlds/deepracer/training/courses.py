@@ -1,0 +1,157 @@
+"""Where cars of one training drive differently: several tracks, several races, both directions at once.
+
+Begin with `Course`: what was written, in worker-N.env (`courses_asked`) or typed (`groups.py`). `lay_out` makes it
+definite: a track and a `RaceConfig` each, over which the cars of a training are shared out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from racecraft.contract.errors import SettingError, TrackError
+from racecraft.contract.world import Array
+from racecraft.settings.composition import Settings
+from racecraft.settings.overrides import apply_overrides, with_values
+from racecraft.worlds.deepracer.env.settings import (
+    TIME_TRIAL,
+    with_race_groups,
+)
+from racecraft.worlds.deepracer.files.run_env import EnvFolder, RunEnv
+from racecraft.worlds.deepracer.players.run_courses import LaidCourse, cars_on, of_race
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.tracks.track import Track
+
+MAX_WORKERS = 64
+ALTERNATES = "DR_TRAIN_ALTERNATE_DRIVING_DIRECTION"
+
+
+@dataclass(frozen=True)
+class Course:
+    """A course as it was asked for; what it does not say is as in the rest of the training."""
+
+    worker: int = 1
+    """Number of the worker; 1 is run.env itself."""
+    track: str | None = None
+    overrides: tuple[str, ...] = ()
+    """group.name=value, as after --set; of the race and of what stands or drives in its way."""
+    other_way: bool = False
+    """In the direction that is not `race.reverse`'s: half of the cars, where directions alternate."""
+    env: RunEnv | None = None
+    """The file in which it was written, for letters."""
+    place: str = ""
+    """Where else it was said, for letters."""
+    cars: int | None = None
+    """How many cars drive there; None: as many as on any other that does not say."""
+
+
+def courses_asked(
+    whole: EnvFolder, track_variable: str, overrides_of: Callable[[RunEnv], tuple[str, ...]]
+) -> tuple[Course, ...]:
+    """Return the courses that an installation asks for, both directions where they alternate; none where all is one.
+
+    Args:
+        whole: run.env and the worker files.
+        track_variable: The variable that names the track.
+        overrides_of: Reads the settings of a worker's race from its file.
+
+    Raises:
+        RunEnvError: DR_WORKERS is no number, a worker's file is missing, or a value in one cannot be used.
+    """
+    courses = [Course(other_way=way, env=whole.run) for way in _ways(whole.run, whole.run)]
+    if whole.run.flag("DR_TRAIN_MULTI_CONFIG"):
+        for number in range(2, _workers(whole.run) + 1):
+            if number not in whole.workers:
+                raise whole.run.letter(
+                    "DR_TRAIN_MULTI_CONFIG",
+                    f"a file worker-{number}.env beside run.env",
+                    "Write it, lower DR_WORKERS, or set DR_TRAIN_MULTI_CONFIG=False.",
+                    found=f"DR_WORKERS asks for {_workers(whole.run)} courses and there is no worker-{number}.env",
+                )
+            env = whole.workers[number]
+            told = overrides_of(env)
+            courses += [Course(number, env.values.get(track_variable), told, way, env) for way in _ways(env, whole.run)]
+    return tuple(courses) if len(courses) > 1 else ()
+
+
+def lay_out(asked: tuple[Course, ...], track: Track, settings: Settings, track_variable: str) -> tuple[LaidCourse, ...]:
+    """Return the courses with their tracks loaded, the training's own first.
+
+    Args:
+        asked: As `courses_asked` gives them.
+        track: The training's own.
+        settings: Likewise.
+        track_variable: Names the track in a worker's file.
+
+    Raises:
+        RunEnvError: A worker's track cannot be used.
+    """
+    return tuple(_laid(course, track, of_race(settings), track_variable) for course in asked)
+
+
+def notes_on_courses(courses: tuple[LaidCourse, ...], settings: Settings) -> tuple[str, ...]:
+    """Say how many cars drive on which course; nothing where all is one."""
+    if not courses:
+        return ()
+    counts = cars_on(courses, settings.rollout.num_worlds)
+    told = ", ".join(
+        f"{count} on {course.track.name}{' the other way' if course.race.reverse else ''}"
+        + ("" if course.race.type == TIME_TRIAL else f" ({course.race.type})")
+        for count, course in zip(counts, courses, strict=True)
+    )
+    return (f"cars side by side: {told}; each course is judged from {settings.evaluation.episodes} starts",)
+
+
+def both_ways(courses: tuple[LaidCourse, ...]) -> bool:
+    """Tell whether one track is driven in both directions."""
+    ways = {(course.track.name, course.race.reverse) for course in courses}
+    return any((name, not reverse) in ways for name, reverse in ways)
+
+
+def starts(course: LaidCourse, cars: int) -> Array:
+    """Return where the cars of a course first start, shares of the lap (N,), spread evenly from its first start."""
+    return (course.race.start_offset + np.arange(cars) / cars) % 1.0
+
+
+def _laid(course: Course, track: Track, settings: Settings, track_variable: str) -> LaidCourse:
+    settings = _with_overrides(settings, course)
+    if course.other_way:
+        settings = with_values(settings, "race", {"reverse": not settings.race.reverse})
+    if course.track is None:
+        return LaidCourse(track, settings, course.cars)
+    try:
+        return LaidCourse(load_track(course.track), settings, course.cars)
+    except TrackError as error:
+        if course.env is None:
+            raise
+        found = f"'{course.track}': {error.found}"
+        raise course.env.letter(track_variable, error.expected, error.cure, found) from error
+
+
+def _with_overrides(settings: Settings, course: Course) -> Settings:
+    """Return the settings of a course's race: the training's own, or where its type differs, that type's own."""
+    overrides = course.overrides
+    types = [one.partition("=")[2] for one in overrides if one.startswith("race.type=")]
+    if types and types[-1] != settings.race.type:
+        bare = Settings(race=settings.race, variation=settings.variation)
+        settings = with_race_groups(with_values(bare, "race", {"type": types[-1]}))
+    try:
+        return apply_overrides(settings, overrides)
+    except SettingError as error:
+        if not course.place:
+            raise
+        raise SettingError(f"{course.place}: {error}") from error
+
+
+def _ways(env: RunEnv, run: RunEnv) -> tuple[bool, ...]:
+    alternates = env.flag(ALTERNATES, run.flag(ALTERNATES))
+    return (False, True) if alternates else (False,)
+
+
+def _workers(env: RunEnv) -> int:
+    workers = env.number("DR_WORKERS", 1, 1, MAX_WORKERS)
+    if workers != int(workers):
+        raise env.letter("DR_WORKERS", f"a whole number from 1 to {MAX_WORKERS}")
+    return int(workers)

@@ -1,0 +1,114 @@
+"""Judge the greedy policy of a car in training: one episode from each of several starts, side by side.
+
+With fidelity aws every episode of an evaluation begins where training's next one would, and what chance does to its
+ticks and wheels is its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from racecraft.contract.policy import Policy
+from racecraft.contract.world import EpisodeRecord
+from racecraft.training.callbacks import EvaluationResult, ended_alike
+from racecraft.training.stopping import LAPS
+from racecraft.worlds.deepracer.env import race
+from racecraft.worlds.deepracer.env.side_by_side import SideBySide
+from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
+from racecraft.worlds.deepracer.env.world import RaceWorld
+from racecraft.worlds.deepracer.evaluation.by_track import Judged, figures_of, headline_of, results_by_track, summary_of
+from racecraft.worlds.deepracer.evaluation.laps import Lap, LapReport, judge_laps, judge_starts
+from racecraft.worlds.deepracer.files.generalisation import TRAINED, TrackResult
+from racecraft.worlds.deepracer.training.against import AgainstWorld
+
+FLYING_LAPS = 3
+"""Laps in a row that a policy drives before it is called stable."""
+
+
+class CarEvaluator:
+    """Drives the policy on a world of its own.
+
+    Args:
+        world: As many cars as starts; no reward.
+        policy: The policy, greedy; it follows its learner.
+        trained_in: The training's own world; with fidelity aws, evaluations start where its next episode would.
+        best_by: What makes a checkpoint the best: "progress", "reward" or "laptime"; of equals the faster.
+        flying: One car on each course that drives FLYING_LAPS laps in one episode, to confirm that it is stable; none:
+            no such proof.
+        by_track: What is judged, course by course, where there are several; those that are held out stand last and
+            count neither for the score nor for the best checkpoint. Empty: one track.
+
+    The score is the mean over the tracks that are trained on, each with as many laps; it is solved where all are full.
+    """
+
+    score_name = "progress %"
+    stop_kinds = LAPS
+
+    def __init__(
+        self,
+        world: RaceWorld | SideBySide,
+        policy: Policy,
+        trained_in: RaceWorld | SideBySide | AgainstWorld | None = None,
+        best_by: str = "progress",
+        flying: Sequence[RaceWorld] = (),
+        by_track: Sequence[Judged] = (),
+    ) -> None:
+        self._world, self._policy, self._trained_in, self._best_by = world, policy, trained_in, best_by
+        self._flying, self._by_track = tuple(flying), tuple(by_track)
+
+    def score(self, episode: EpisodeRecord) -> float:
+        """Return the progress of an episode, per cent."""
+        return episode.facts["progress_percent"]
+
+    def goal_reached(self, episode: EpisodeRecord) -> bool:
+        """Tell whether an episode was a full lap."""
+        return episode.status == race.STATUSES[race.LAP_COMPLETE]
+
+    def watch(self, episodes: Sequence[EpisodeRecord]) -> None:
+        """Training's episodes change nothing here."""
+
+    def evaluate(self) -> EvaluationResult:
+        """Drive from every start."""
+        episodes = 0
+        if self._trained_in is not None and begins_where_training_does(self._world):
+            self._world.move_starts(np.full(self._world.spec.num_worlds, self._trained_in.next_start_share))
+            episodes = self._trained_in.episodes_begun
+        every = judge_starts(self._policy, self._world, seed=episodes)
+        results = results_by_track(every, self._by_track)
+        report = LapReport(every.laps[: len(every) - sum(one.laps for one in results if one.role != TRAINED)])
+        best = report.best_lap_seconds
+        headlines = ["" if best is None else f"best lap {best:.2f} s", headline_of(results)]
+        return EvaluationResult(
+            report.mean_progress_percent,
+            report.all_full,
+            goal_reached=best is not None,
+            figures={"best_lap_seconds": best, **figures_of(results)},
+            headline=" | ".join(filter(None, headlines)),
+            details=report.as_dictionary() | _table(results),
+            steps=sum(lap.steps for lap in every.laps),
+            selection=(report.merit(self._best_by), -float("inf") if best is None else -best),
+            by_track=results,
+            by_status=ended_alike((lap.status, lap.reward, lap.progress_percent, _seconds(lap)) for lap in every.laps),
+        )
+
+    def confirm(self) -> bool:
+        """Drive three laps one after the other: what laps from every start need not survive its own finish line."""
+        return all(judge_laps(self._policy, one, FLYING_LAPS).all_full for one in self._flying)
+
+
+def _seconds(lap: Lap) -> float:
+    """Return how long a lap was driven, s of simulated time, finished or not."""
+    return lap.steps * TICK_SECONDS
+
+
+def _table(results: Sequence[TrackResult]) -> dict[str, Any]:
+    """Return what evaluations/N.json says of each track; nothing where there is one."""
+    return {"tracks": [one.as_dictionary() for one in results], "by_role": summary_of(results)} if results else {}
+
+
+def begins_where_training_does(judged: RaceWorld | SideBySide) -> bool:
+    """Tell whether every evaluation begins where training's next episode would: it asks the world that trains."""
+    return judged.habits.evaluation_follows_training

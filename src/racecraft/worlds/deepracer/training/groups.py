@@ -1,0 +1,203 @@
+"""Groups of cars as they are typed: which tracks, which races, how many cars. Begin with `groups_asked`.
+
+A group is a few words, `track=Oval_track race=OBJECT_AVOIDANCE boxes.number=3 direction=both cars=8`, or the same as a
+dictionary. What it does not say is as in the rest of the training; one that names no track races on every track named.
+"""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from racecraft.contract.errors import SettingError, nearest
+from racecraft.rollout.settings import RolloutConfig
+from racecraft.settings.describe import value_text
+from racecraft.worlds.deepracer.env.settings import RACE_TYPES, race_groups
+from racecraft.worlds.deepracer.players.run_courses import shares
+from racecraft.worlds.deepracer.tracks.catalogue import names as catalogue_names
+from racecraft.worlds.deepracer.training.courses import Course
+
+WORDS = ("track", "race", "direction", "cars")
+"""What a group says beside the settings of its race."""
+RACE_GROUPS = ("race", "boxes", "bots")
+"""Groups of settings that may differ from one group of cars to the next."""
+DIRECTIONS = {"forward": (False,), "reverse": (True,), "both": (False, True)}
+"""Whether a track is driven in reverse, by word."""
+SHARED = ("race.fidelity", "race.waypoints", "race.reward_seconds")
+"""Settings of the race that are one for all."""
+OTHER_WORDS = {"race.type": "race=", "race.reverse": "direction="}
+ALL = "all"
+MAX_CARS = 65536
+FEW_CARS = 4
+"""Cars on each of many roads, at least."""
+EVERY, SHARE = 10, 0.25
+"""Iterations between evaluations of many roads, and steps that they may take for each step of training: an untrained
+car that drives in a circle is judged until its time is out, on every road."""
+
+Group = str | Mapping[str, Any]
+"""As typed, or by word."""
+
+
+def groups_asked(named: Sequence[str], groups: Sequence[Group]) -> tuple[Course, ...]:
+    """Return the courses of a training; none where it is one track and nothing else is said.
+
+    Args:
+        named: The tracks that are named, as `track_names` gives them.
+        groups: What is said of each group.
+
+    Raises:
+        SettingError: A word that no group knows, a race that there is not, no cars, or what is shared by all.
+    """
+    if not groups:
+        return tuple(Course(track=name) for name in named) if len(named) > 1 else ()
+    courses: list[Course] = []
+    for number, group in enumerate(groups, 1):
+        told, place = _words(group, number)
+        tracks_of_it: list[str | None] = [told["track"]] if "track" in told else [*named] or [None]
+        for track in tracks_of_it:
+            courses += _courses(told, track, place)
+    return tuple(courses)
+
+
+def track_names(tracks: Sequence[str], away: Sequence[str] = ()) -> list[str]:
+    """Return the names of a list as typed, each once; "all" leaves those `away` out.
+
+    >>> track_names(["Oval_track,Vegas_track", "Oval_track"])
+    ['Oval_track', 'Vegas_track']
+    """
+    found = [name.strip() for part in tracks for name in part.split(",") if name.strip()]
+    every = [name for name in catalogue_names() if name not in away] if ALL in found else []
+    return list(dict.fromkeys(one for name in found for one in (every if name == ALL else [name])))
+
+
+def worlds_for(courses: Sequence[Course]) -> tuple[str, ...]:
+    """Return settings that so many courses want where nobody says otherwise, as after --set.
+
+    Cars enough that each road has a few, and evaluations rare: they are long.
+    """
+    if not courses:
+        return ()
+    said = [course.cars for course in courses]
+    cars = sum(filter(None, said)) + FEW_CARS * said.count(None)
+
+    worlds = cars if None not in said else max(cars, RolloutConfig().num_worlds)
+    every = EVERY if len(courses) > FEW_CARS else 1
+    return (f"rollout.num_worlds={worlds}", f"evaluation.every={every}", f"evaluation.share={SHARE}")
+
+
+def read_groups(path: Path) -> tuple[Group, ...]:
+    """Return the groups of a file: a JSON list of them, each an object by word or a text.
+
+    Raises:
+        SettingError: It cannot be read, or is no such list.
+    """
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise SettingError(f"{path}: cannot be read ({error}); expected a JSON list of groups.") from error
+    if not isinstance(told, list) or not told or not all(isinstance(one, dict | str) for one in told):
+        raise SettingError(f'{path}: is no list of groups; expected [{{"track": "Oval_track", "cars": 8}}, …].')
+    return tuple(told)
+
+
+def _words(group: Group, number: int) -> tuple[dict[str, str], str]:
+    """Return a group's words, and what letters call it."""
+    if isinstance(group, Mapping):
+        told = {}
+        for word, value in group.items():
+            inner = value if isinstance(value, Mapping) else None
+            if inner is None:
+                told[str(word)] = _text(value)
+            else:
+                told |= {f"{word}.{name}": _text(one) for name, one in inner.items()}
+        return told, f"group {number}"
+    place = f"--group '{group}'"
+    told = {}
+    for part in shlex.split(group):
+        word, equals, value = part.partition("=")
+        if not equals:
+            raise SettingError(f"{place}: '{part}' says nothing; expected word=value, such as track=Oval_track cars=8.")
+        if word in told:
+            raise SettingError(f"{place}: {word} is said twice; expected it once.")
+        told[word] = value
+    return told, place
+
+
+def _text(value: Any) -> str:
+    return value if isinstance(value, str) else value_text(tuple(value) if isinstance(value, list) else value)
+
+
+def _courses(told: Mapping[str, str], track: str | None, place: str) -> list[Course]:
+    """Return the courses of one group on one track: two where it drives both ways, with half of its cars each."""
+    for word in told:
+        _require_known(word, place)
+    ways = _choice(told, "direction", tuple(DIRECTIONS), place)
+    race = _choice(told, "race", RACE_TYPES, place)
+    overrides = [f"race.type={race}"] if race else []
+    overrides += [f"{word}={value}" for word, value in told.items() if "." in word]
+    cars = _cars(told, place)
+    _require_race_of(told, race, place)
+    course = Course(track=track, overrides=tuple(overrides), place=place, cars=cars)
+    if ways is None:
+        return [course]
+    directions = DIRECTIONS[ways]
+    if cars is not None and cars < len(directions):
+        raise SettingError(f"{place}: one car cannot drive both ways; expected cars=2 or more.")
+    parts = [None] * len(directions) if cars is None else shares(cars, len(directions))
+    reverse = [f"race.reverse={value_text(way)}" for way in directions]
+    return [
+        replace(course, overrides=(*course.overrides, way), cars=part) for way, part in zip(reverse, parts, strict=True)
+    ]
+
+
+def _require_known(word: str, place: str) -> None:
+    """Refuse a word that is none, and a setting that one network, one car or all groups share."""
+    head = word.partition(".")[0]
+    if word in OTHER_WORDS:
+        raise SettingError(f"{place}: {word} is not said so; expected {OTHER_WORDS[word]}.")
+    if word in SHARED or ("." in word and head not in RACE_GROUPS):
+        raise SettingError(
+            f"{place}: {word} is one for the whole training; expected {', '.join(WORDS)} or a setting of race, boxes "
+            "or bots. Say it with --set, for all groups."
+        )
+    if word in ("sensor", "sensors", "action_space", "actions", "camera"):
+        raise SettingError(
+            f"{place}: {word} belongs to the car, and one network drives every group; expected groups with the same "
+            "sensors and actions. Say them in model_metadata.json, for all of them."
+        )
+    if "." not in word and word not in WORDS:
+        raise SettingError(f"{place}: a group knows no '{word}'. {nearest(word, WORDS)}")
+
+
+def _require_race_of(told: Mapping[str, str], race: str | None, place: str) -> None:
+    """Refuse settings of objects that the group's own race does not have; without a race the training's decides."""
+    for word in told:
+        head = word.partition(".")[0]
+        owners = [one for one in RACE_TYPES if head in race_groups(one)]
+        if owners and race is not None and race not in owners:
+            raise SettingError(
+                f"{place}: {word} is of a race of {owners[0]}, not of {race}; expected race={owners[0]}."
+            )
+
+
+def _choice(told: Mapping[str, str], word: str, known: tuple[str, ...], place: str) -> str | None:
+    if word not in told:
+        return None
+    folded = {one.casefold(): one for one in known}
+    found = folded.get(told[word].casefold().replace("-", "_"))
+    if found is None:
+        raise SettingError(f"{place}: there is no {word} '{told[word]}'. {nearest(told[word], known)}")
+    return found
+
+
+def _cars(told: Mapping[str, str], place: str) -> int | None:
+    if "cars" not in told:
+        return None
+    text = told["cars"]
+    if not (text.isascii() and text.isdigit()) or not 1 <= int(text) <= MAX_CARS:
+        raise SettingError(f"{place}: cars={text}; expected a whole number from 1 to {MAX_CARS}. Leave the group out.")
+    return int(text)

@@ -1,0 +1,101 @@
+"""A racer's folder: reward function, hyperparameters, metadata; any of the three may be absent."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from racecraft.contract.errors import UserInputError
+from racecraft.formats.run_folder import HYPERPARAMETERS
+from racecraft.worlds.deepracer.env.settings import HEAD_TO_BOT, HEAD_TO_MODEL, OBJECT_AVOIDANCE, TIME_TRIAL
+from racecraft.worlds.deepracer.files.hyperparameters import Hyperparameters, read_hyperparameters
+from racecraft.worlds.deepracer.files.model_metadata import ModelMetadata, default_model_metadata, read_model_metadata
+from racecraft.worlds.deepracer.files.racer_files import METADATA, PLACES, REWARD, RacerFiles, find_racer_files
+from racecraft.worlds.deepracer.files.reward_analysis import NO_OBJECTS
+from racecraft.worlds.deepracer.files.reward_source import RewardSource, read_reward_source
+
+RUN_ENV = "run.env"
+EXPECTED = (
+    f"expected a folder with {REWARD}, {HYPERPARAMETERS} and {METADATA}, any one of them. `racecraft new FOLDER` makes "
+    "one; without a folder, `racecraft train` uses defaults."
+)
+
+
+@dataclass(frozen=True)
+class ModelFolder:
+    """What a racer brought, and defaults for what is absent."""
+
+    reward: RewardSource | None
+    """None: the default reward function."""
+    metadata: ModelMetadata
+    hyperparameters: Hyperparameters
+    notes: tuple[str, ...] = field(default=())
+    """What is worth saying: absent files, unknown keys, what does nothing."""
+
+
+PAID_FOR = {
+    TIME_TRIAL: "staying near the centre line",
+    OBJECT_AVOIDANCE: "the middle of the lane that the next box leaves free",
+    HEAD_TO_BOT: "the middle of the lane that the next bot leaves free",
+    HEAD_TO_MODEL: "speed, in the lane that the next car leaves free",
+}
+"""What a car without a reward function is paid for, by type of race."""
+
+
+def notes_in(model: ModelFolder, race_type: str) -> list[str]:
+    """Return what is worth saying of a racer's files in a race: what is paid by default, and no word of other races."""
+    own = [] if model.reward is not None else [f"no {REWARD}: paid for {PAID_FOR[race_type]}"]
+    return own + [note for note in model.notes if race_type == TIME_TRIAL or NO_OBJECTS not in note]
+
+
+def read_model_folder(folder: Path | None, keys: Mapping[str, Path] | None = None) -> ModelFolder:
+    """Read a racer's folder; None stands for no folder at all.
+
+    The two JSON files are also found where AWS's own model folders keep them: `model/` and `ip/`.
+
+    A file of nearly the right name is taken for the one that is missing, and told of.
+
+    Args:
+        folder: Where they are looked for.
+        keys: Files that were named one by one, by the right name of each; they come first.
+
+    Raises:
+        UserInputError: The folder does not exist, holds nothing of a racer's, or one of its files cannot be used.
+    """
+    if folder is not None and not folder.is_dir():
+        what = "is a file" if folder.exists() else "there is no such folder"
+        raise UserInputError(f"{folder}: {what}; {EXPECTED}")
+    files = _found(folder, keys or {})
+    if folder is not None and files.is_empty and not (folder / RUN_ENV).is_file():
+        raise UserInputError(f"{folder}: holds none of a racer's files; {EXPECTED}")
+    notes = list(files.notes)
+    reward = None
+    if files.reward is not None:
+        reward = read_reward_source(files.reward)
+        notes += reward.remarks
+    metadata = default_model_metadata()
+    if files.metadata is None:
+        notes.append(f"no {METADATA}: {len(metadata.actions)} actions, ±30°, ±15°, 0° at 0.5 and 1 m/s")
+    else:
+        metadata = read_model_metadata(files.metadata)
+        notes += [f"{METADATA}: {note}" for note in metadata.notes]
+    given = Hyperparameters()
+    if files.hyperparameters is None:
+        notes.append(f"no {HYPERPARAMETERS}: the preset's values")
+    else:
+        given = read_hyperparameters(files.hyperparameters)
+        notes += [f"{HYPERPARAMETERS}: {note}" for note in given.notes]
+    return ModelFolder(reward, metadata, given, tuple(notes))
+
+
+def _found(folder: Path | None, keys: Mapping[str, Path]) -> RacerFiles:
+    if folder is None or len(keys) == len(PLACES):
+        return RacerFiles(keys.get(REWARD), keys.get(METADATA), keys.get(HYPERPARAMETERS))
+    found = find_racer_files(folder)
+    return RacerFiles(
+        keys.get(REWARD, found.reward),
+        keys.get(METADATA, found.metadata),
+        keys.get(HYPERPARAMETERS, found.hyperparameters),
+        found.notes,
+    )

@@ -1,0 +1,71 @@
+"""A folder to begin with: reward function, hyperparameters, metadata and a page that explains them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from racecraft.contract.errors import UserInputError
+from racecraft.formats.whole import write_whole
+from racecraft.worlds.deepracer.files.model_metadata import default_model_metadata, write_model_metadata
+from racecraft.worlds.deepracer.files.reward_file import default_reward_source
+
+HYPERPARAMETERS = """\
+{
+  "lr": 0.0005,
+  "discount_factor": 0.97,
+  "num_epochs": 4,
+  "batch_size": 256,
+  "beta_entropy": 0.01,
+  "loss_type": "mean squared error"
+}
+"""
+
+README = """\
+# A car of your own
+
+Three files make a car; all three are the files AWS DeepRacer knows, so they travel both ways.
+
+| file | what it says |
+|---|---|
+| `reward_function.py` | what the car is paid for, 15 times a second; the place where your ideas go |
+| `model_metadata.json` | what the car can do: pairs of steering angle (degrees, positive left) and speed (m/s) |
+| `hyperparameters.json` | how it learns; any line may be deleted, and a default is then used and named |
+
+Train it, from the folder that holds this one:
+
+    racecraft train {name}
+    racecraft evaluate runs/reinvent_base-1 --video lap.mp4
+
+Things to try first:
+
+1. Print something in `reward_function`: it lands in `log.txt` of the run.
+2. Pay for speed: add `params["speed"]` to what is returned, and look at the lap time.
+3. Give the car faster actions in `model_metadata.json`, up to 4 m/s.
+4. Another track: `racecraft tracks list`, then `racecraft train {name} --track Oval_track`.
+
+Every parameter the reward function is given is listed in the documentation under *The reward function*.
+"""
+
+
+def new_model(folder: Path) -> list[Path]:
+    """Write the four files into a new or empty folder and return their paths.
+
+    Raises:
+        UserInputError: The folder holds something already, or cannot be made.
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        what = "is not empty" if folder.is_dir() else "is a file"
+        raise UserInputError(f"{folder}: {what}; expected a new or empty folder. Choose another name.")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserInputError(
+            f"{folder}: cannot be made ({error.strerror}); expected a place you may write to."
+        ) from error
+    write_whole(folder / "reward_function.py", default_reward_source())
+    write_whole(folder / "hyperparameters.json", HYPERPARAMETERS)
+    write_model_metadata(default_model_metadata(), folder / "model_metadata.json")
+    write_whole(folder / "README.md", README.format(name=folder.name))
+    return [
+        folder / name for name in ("reward_function.py", "model_metadata.json", "hyperparameters.json", "README.md")
+    ]

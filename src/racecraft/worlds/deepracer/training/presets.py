@@ -1,0 +1,334 @@
+"""From a preset, a racer's JSON files and overrides to the settings of one training. Begin with `settings_for`.
+
+The order is: the preset, then the fidelity, then what `hyperparameters.json` gives, then each `--set`. Whatever is not
+used is said.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from racecraft.algorithms.apex import ApexConfig
+from racecraft.algorithms.dqn import DqnConfig
+from racecraft.algorithms.half_precision import settled
+from racecraft.algorithms.networks import NetworkConfig
+from racecraft.algorithms.registry import Algorithm, find_algorithm
+from racecraft.algorithms.sac import SacConfig
+from racecraft.contract.errors import SettingError, nearest
+from racecraft.rollout.settings import RolloutConfig
+from racecraft.settings.composition import Settings
+from racecraft.settings.overrides import apply_overrides, with_values
+from racecraft.training.settings import ClusterConfig, EvaluationConfig, RuntimeConfig, composed
+from racecraft.worlds.deepracer.env.fidelity import FIDELITIES, habits
+from racecraft.worlds.deepracer.env.sensors import STEREO
+from racecraft.worlds.deepracer.env.settings import (
+    AgainstConfig,
+    BotsConfig,
+    BoxesConfig,
+    CameraConfig,
+    RaceConfig,
+    with_race_groups,
+)
+from racecraft.worlds.deepracer.env.variation import VariationConfig
+from racecraft.worlds.deepracer.files.hyperparameters import Hyperparameters
+from racecraft.worlds.deepracer.files.lidar_config import LIDARS
+from racecraft.worlds.deepracer.files.model_metadata import NETWORKS, ModelMetadata
+
+PPO = find_algorithm("ppo")
+
+PRESETS = {
+    "fast": "the learner and network that lap soonest on two cores",
+    "aws": "the learner and networks of AWS DeepRacer, figure by figure",
+}
+"""Every preset, with what it seeks."""
+FIDELITY_OF = {"fast": "sane", "aws": "aws"}
+"""The fidelity that goes with a preset where none is asked for."""
+
+SHALLOW, NORMAL, DEEP = NETWORKS
+
+
+@dataclass(frozen=True)
+class AwsNetwork:
+    """One of the networks a racer's `neural_network` names."""
+
+    convolutions: tuple[tuple[int, int, int], ...]
+    """(filters, kernel px, stride px) of each, over a camera of one eye. AWS's dense layers behind them stand before
+    anything is flattened, so they work on each place by itself: convolutions of one pixel."""
+    stereo_convolutions: tuple[tuple[int, int, int], ...]
+    """The same over two eyes, with no dense layers behind."""
+    hidden_units: tuple[int, ...]
+    """The "middleware"."""
+    memory_steps: int
+    """What the original's trainer could remember of an iteration."""
+
+
+FEW, MANY = ((32, 8, 4), (64, 4, 2), (64, 3, 1)), ((32, 3, 1), (64, 3, 2), (64, 3, 1), (128, 3, 2), (128, 3, 1))
+AWS_NETWORKS: Mapping[str, AwsNetwork] = {
+    SHALLOW: AwsNetwork(FEW, FEW, (512,), 10_000),
+    NORMAL: AwsNetwork(((32, 5, 2), (32, 3, 1), (64, 3, 2), (64, 3, 1), (64, 1, 1)), MANY, (512,), 3_000),
+    DEEP: AwsNetwork(
+        ((32, 8, 4), (32, 4, 2), (64, 4, 2), (64, 3, 1), (512, 1, 1), (512, 1, 1)), MANY, (256, 128), 3_000
+    ),
+}
+"""Facts: simapp `sensors/utils.py`, `deepracer_memory.py`; Coach `embedder.py` (flattens last). Its batch norm, tanh
+and dropout entries were never used."""
+AWS_LIDAR_UNITS = (256, 256)
+"""Dense layers over any LiDAR, whatever the network's name."""
+
+TUNED: Mapping[str, Any] = {
+    "dqn": DqnConfig(
+        learning_rate=5e-4, discount=0.97, batch_size=128, train_every=16, target_every=200, epsilon_last=0.03,
+        epsilon_steps=30_000, optimiser="adam", max_grad_norm=10.0, double=True, n_step=3,
+    ),
+    "apex": ApexConfig(learning_rate=5e-4, discount=0.97, target_every=200, optimiser="adam"),
+    "sac": SacConfig(learning_rate=1e-3, batch_size=128, gradient_steps_per_step=0.5),
+}  # fmt: skip
+"""What each algorithm learns cars with; one that is not here takes its own defaults."""
+TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {
+    "sac": {
+        "rollout": RolloutConfig(num_worlds=16, horizon=16),
+        "evaluation": EvaluationConfig(every=4),
+        "runtime": RuntimeConfig(threads=1),
+    },
+}
+"""Groups of the car's settings that an algorithm wants otherwise. One thread: steps this small only wait
+for a second one."""
+
+AWS_VALUES: Mapping[str, Mapping[str, Any]] = {
+    "camera": {"width": 160, "height": 120},
+    "rollout": {"num_worlds": 20, "episodes_per_iteration": 20},
+    "network": {
+        "activation": "relu", "privileged_critic": False, "separate_networks": True, "initialisation": "glorot",
+    },
+    "ppo": {
+        "learning_rate": 3e-4, "discount": 0.99, "epochs": 5, "batch_size": 64, "entropy_weight": 0.01,
+        "value_loss": "huber",
+        "gae_lambda": 0.95, "clip": 0.2, "value_weight": 1.0, "max_grad_norm": None,
+        "adam_epsilon": 1e-5, "adam_form": "tensorflow", "standardise": "rollout", "drop_remainder": True,
+        "probability_floor": 1e-8, "exploration": "categorical", "epsilon_last": 0.05, "epsilon_steps": 10_000,
+        "precision": "auto",
+    },
+    "sac": {
+        "learning_rate": 3e-4, "discount": 0.99, "batch_size": 64, "temperature": "0.2", "target_rate": 1.0,
+        "gradient_steps_per_step": 1.0, "adam_epsilon": 1e-5, "adam_form": "tensorflow", "noise_correlation": 0.0,
+    },
+    "evaluation": {"every": 1, "share": None, "episodes": 5},
+}  # fmt: skip
+"""What the preset `aws` changes. Facts: Coach `clipped_ppo_agent.py`, `ppo_head.py`; where a racer's file says nothing,
+the hyperparameters are those of DeepRacer for Cloud's template, which differ from simapp's own in three: discount 0.99
+(0.999), 5 epochs (10), huber (mean squared error)."""
+
+FROM_JSON: Mapping[str, tuple[tuple[str, str], ...]] = {
+    "lr": tuple((group, "learning_rate") for group in ("ppo", "sac", "dqn", "apex")),
+    "discount_factor": tuple((group, "discount") for group in ("ppo", "sac", "dqn", "apex")),
+    "num_epochs": (("ppo", "epochs"),),
+    "batch_size": tuple((group, "batch_size") for group in ("ppo", "sac", "dqn", "apex")),
+    "beta_entropy": (("ppo", "entropy_weight"),),
+    "loss_type": (("ppo", "value_loss"),),
+    "num_episodes_between_training": (("rollout", "episodes_per_iteration"),),
+    "exploration_type": (("ppo", "exploration"),),
+    "e_greedy_value": (("ppo", "epsilon_last"),),
+    "epsilon_steps": (("ppo", "epsilon_steps"),),
+    "sac_alpha": (("sac", "temperature"),),
+    "stack_size": (("network", "stack_size"),),
+}
+"""Which setting each hyperparameter becomes: that of the training's own algorithm."""
+
+ASKED_BY = {"clipped_ppo": "ppo", "sac": "sac"}
+"""Which algorithm each `training_algorithm` of model_metadata.json is; the default where it is absent is PPO's."""
+
+IN_OUR_WORDS = {"mean squared error": "mse"}
+"""Values of the file that we spell otherwise."""
+
+UNUSED = {
+    "term_cond_avg_score": "AWS ignored it too; say `--stop`",
+}
+"""Hyperparameters that change nothing here, and why."""
+
+
+def settings_for(
+    preset: str,
+    hyperparameters: Hyperparameters,
+    overrides: Iterable[str],
+    fidelity: str | None = None,
+    metadata: ModelMetadata | None = None,
+    algorithm: Algorithm = PPO,
+) -> tuple[Settings, list[str]]:
+    """Return the settings of a training and what is worth saying about them, a clause each.
+
+    Args:
+        preset: One of `PRESETS`.
+        hyperparameters: What the racer's file gives.
+        overrides: "group.name=value", as typed.
+        fidelity: "sane" or "aws"; None: the one that goes with the preset.
+        metadata: The racer's car; the preset `aws` takes its `neural_network`.
+        algorithm: What learns.
+
+    Raises:
+        SettingError: An unknown preset or fidelity, or an override that is not legal.
+    """
+    if preset not in PRESETS:
+        raise SettingError(f"There is no preset '{preset}'. {nearest(preset, PRESETS)}")
+    if fidelity is not None and fidelity not in FIDELITIES:
+        raise SettingError(f"There is no fidelity '{fidelity}'. {nearest(fidelity, FIDELITIES)}")
+    settings, notes = preset_settings(preset, metadata, algorithm)
+    settings = with_fidelity(settings, fidelity or FIDELITY_OF[preset], network_of(metadata))
+    settings = _with_json(settings, hyperparameters, notes)
+    overrides = tuple(overrides)
+    settings = apply_overrides(settings, (one for one in overrides if one.split("=")[0].strip() == "race.type"))
+    settings = with_race_groups(copy_critics_as_aws(settings) if preset == "aws" else settings)
+    settings = apply_overrides(settings, overrides)
+    settings = fit_exploration(settings, metadata, notes)
+    return fit_worlds_to_episodes(settle_precision(settings, notes), notes), notes
+
+
+def default_settings(algorithm: Algorithm = PPO) -> Settings:
+    """Return the settings of the preset `fast`, which seeks the least wall time to skill on two cores.
+
+    The groups of every type of race are in it; `settings_for` leaves those of others out.
+    """
+    world = Settings(
+        race=RaceConfig(),
+        boxes=BoxesConfig(),
+        bots=BotsConfig(),
+        against=AgainstConfig(),
+        camera=CameraConfig(),
+        variation=VariationConfig(),
+        rollout=RolloutConfig(),
+        network=NetworkConfig(),
+        evaluation=EvaluationConfig(share=1.5),
+        runtime=RuntimeConfig(),
+        cluster=ClusterConfig(),
+    )
+    for name, group in TUNED_WORLDS.get(algorithm.name, {}).items():
+        world = world.with_group(name, group)
+    return composed(world, algorithm, TUNED.get(algorithm.name))
+
+
+def preset_settings(
+    preset: str, metadata: ModelMetadata | None = None, algorithm: Algorithm = PPO
+) -> tuple[Settings, list[str]]:
+    """Return a preset's settings for a car, and what is worth saying about them."""
+    asked = metadata.neural_network if metadata is not None else SHALLOW
+    if preset == "fast":
+        return default_settings(algorithm), [f"preset fast: its own small network is trained, not {asked}"]
+    settings = default_settings(algorithm)
+    for group, values in AWS_VALUES.items():
+        settings = with_values(settings, group, values) if group in settings else settings
+    if not algorithm.critic:
+        settings = with_values(settings, "network", {"separate_networks": False})
+    name = network_of(metadata)
+    notes = [] if name == asked else [f"{asked} with the sensor 'observation' is {name}, as at AWS"]
+    sensors = () if metadata is None else metadata.sensors
+    return with_values(settings, "network", aws_network_values(AWS_NETWORKS[name], sensors)), notes
+
+
+def aws_network_values(row: AwsNetwork, sensors: Collection[str]) -> dict[str, Any]:
+    """Return the settings of a network with an embedder for every sensor on board."""
+    is_stereo = STEREO in sensors
+    filters, kernels, strides = zip(*(row.stereo_convolutions if is_stereo else row.convolutions), strict=True)
+    return {
+        "conv_filters": filters,
+        "conv_kernels": kernels,
+        "conv_strides": strides,
+        "image_units": None,
+        "vector_units": AWS_LIDAR_UNITS if any(name in LIDARS for name in sensors) else None,
+        "hidden_units": row.hidden_units,
+    }
+
+
+def network_of(metadata: ModelMetadata | None) -> str:
+    """Return the network AWS would train for a car: what it names, but for the sensor `observation` the shallow one."""
+    if metadata is None or "observation" in metadata.sensors:
+        return SHALLOW
+    return metadata.neural_network
+
+
+def with_fidelity(settings: Settings, fidelity: str, network: str = SHALLOW) -> Settings:
+    """Return the settings with the world's habits, and with what they ask of the learner's memory."""
+    settings = with_values(settings, "race", {"fidelity": fidelity})
+    cap = AWS_NETWORKS[network].memory_steps if habits(fidelity).memory_is_finite else None
+    return with_values(settings, "rollout", {"memory_steps": cap})
+
+
+def stops_given(hyperparameters: Hyperparameters) -> tuple[str, ...]:
+    """Return the stops that the racer's file asks for, as typed.
+
+    `term_cond_max_episodes` counts iterations, in spite of its name, as at AWS.
+
+    >>> stops_given(Hyperparameters(term_cond_max_episodes=60))
+    ('iterations=60',)
+    """
+    given = hyperparameters.term_cond_max_episodes
+    return () if given is None else (f"iterations={given}",)
+
+
+def _with_json(settings: Settings, given: Hyperparameters, notes: list[str]) -> Settings:
+    greedy = given.exploration_type == "e-greedy"
+    for name in given.given:
+        value = getattr(given, name)
+        if name == "exploration_type" and value == "additive_noise":
+            notes.append(f"{name} '{value}' changes nothing: actions are drawn from the policy's own distribution")
+        elif name in ("e_greedy_value", "epsilon_steps") and not greedy:
+            notes.append(f"{name} changes nothing: exploration is categorical")
+        elif name in UNUSED:
+            notes.append(f"{name} changes nothing: {UNUSED[name]}")
+        elif (place := _place_of(name, settings)) is None:
+            whose = " and ".join(group.upper() for group, _ in FROM_JSON[name])
+            notes.append(f"{name} changes nothing: it belongs to {whose}")
+        else:
+            group, setting = place
+            value = f"{value:g}" if name == "sac_alpha" else IN_OUR_WORDS.get(value, value)
+            settings = with_values(settings, group, {setting: value})
+            if name == "stack_size" and settings.network.stack_size > 1:
+                notes.append(f"stack_size: {value} frames are seen at once; AWS ignored it and showed one")
+    return settings
+
+
+def _place_of(name: str, settings: Settings) -> tuple[str, str] | None:
+    """Return (group, setting) of a hyperparameter in a training; None where no group of it has one."""
+    return next((place for place in FROM_JSON[name] if place[0] in settings), None)
+
+
+def copy_critics_as_aws(settings: Settings) -> Settings:
+    """Return settings whose SAC copies its critics as often as AWS's: every so many steps as episodes an iteration."""
+    every = settings.rollout.episodes_per_iteration
+    return with_values(settings, "sac", {"target_interval": every}) if "sac" in settings and every else settings
+
+
+def settle_precision(settings: Settings, notes: list[str]) -> Settings:
+    """Put what this processor multiplies fast in the place of the precision `auto`; bfloat16 is added to `notes`."""
+    if "ppo" not in settings:
+        return settings
+    precision = settled(settings.ppo.precision)
+    if settings.ppo.precision == "auto" and precision == "bfloat16":
+        notes.append("layers multiply in bfloat16; --set ppo.precision=float32 is slower and exactly AWS's")
+    return with_values(settings, "ppo", {"precision": precision})
+
+
+def fit_exploration(settings: Settings, metadata: ModelMetadata | None, notes: list[str]) -> Settings:
+    """Let a car with continuous actions explore by its own distribution alone; a change is added to `notes`."""
+    if "ppo" not in settings or metadata is None or metadata.action_space_type == "discrete":
+        return settings
+    if settings.ppo.exploration == "categorical":
+        return settings
+    notes.append(
+        f"exploration {settings.ppo.exploration} chooses from a list of actions; continuous ones are drawn from the "
+        "policy's own normal distribution"
+    )
+    return with_values(settings, "ppo", {"exploration": "categorical"})
+
+
+def fit_worlds_to_episodes(settings: Settings, notes: list[str]) -> Settings:
+    """Give every world the same quota of whole episodes: their number must divide the episodes of an iteration.
+
+    A change is added to `notes`.
+    """
+    episodes, worlds = settings.rollout.episodes_per_iteration, settings.rollout.num_worlds
+    if episodes is None or episodes % worlds == 0:
+        return settings
+    fitting = max(count for count in range(1, min(episodes, worlds) + 1) if episodes % count == 0)
+    notes.append(f"{fitting} worlds, not {worlds}, so that each plays {episodes // fitting} of {episodes} episodes")
+    return with_values(settings, "rollout", {"num_worlds": fitting})

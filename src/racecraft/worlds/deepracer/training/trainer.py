@@ -1,0 +1,320 @@
+"""Train a car: what its world brings along to the common road. Begin with `opened`.
+
+plan (`plan.py`) → reward function → worlds that are driven and judged in → `Experiment` → `training/trainer.py`
+"""
+
+from __future__ import annotations
+
+import contextlib
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+
+from racecraft.algorithms.learner import Learner
+from racecraft.contract.errors import RunFolderError
+from racecraft.contract.world import Array, allocate
+from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.whole import write_whole
+from racecraft.kernels.compile import is_warm
+from racecraft.players.trained import GreedyPolicy
+from racecraft.training.loop import Outcome
+from racecraft.training.opponent_pool import OpponentPool
+from racecraft.training.parts import Block
+from racecraft.training.resume import Say
+from racecraft.training.trainer import Experiment, RunAttendants
+from racecraft.training.versions import versions
+from racecraft.worlds.deepracer.env.camera import mount_for_version
+from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL, TIME_TRIAL, objects_of
+from racecraft.worlds.deepracer.env.side_by_side import SideBySide
+from racecraft.worlds.deepracer.env.world import RaceWorld
+from racecraft.worlds.deepracer.evaluation.by_track import Judged, judged_course
+from racecraft.worlds.deepracer.evaluation.compiled_drive import compiled_drive
+from racecraft.worlds.deepracer.files.generalisation import HELD_OUT, TRAINED
+from racecraft.worlds.deepracer.files.hyperparameters import write_hyperparameters
+from racecraft.worlds.deepracer.files.model_metadata import as_aws_dict, write_model_metadata
+from racecraft.worlds.deepracer.files.reward_file import (
+    CALL_SECONDS,
+    RewardFunction,
+    default_reward_source,
+    load_reward_function,
+)
+from racecraft.worlds.deepracer.files.reward_source import RewardSource, write_reward
+from racecraft.worlds.deepracer.players.run_courses import LaidCourse, of_race
+from racecraft.worlds.deepracer.tracks.importer import route_file, travels
+from racecraft.worlds.deepracer.training.against import AgainstWorld
+from racecraft.worlds.deepracer.training.aws.files import AwsFiles
+from racecraft.worlds.deepracer.training.aws.setup import aws_setup
+from racecraft.worlds.deepracer.training.cloning import fit_critic, require_same_shape
+from racecraft.worlds.deepracer.training.courses import both_ways, starts
+from racecraft.worlds.deepracer.training.evaluator import FLYING_LAPS, CarEvaluator, begins_where_training_does
+from racecraft.worlds.deepracer.training.live import LivePublisher
+from racecraft.worlds.deepracer.training.live_elsewhere import LiveHarvests
+from racecraft.worlds.deepracer.training.plan import (
+    KIND,
+    CarPlan,
+    RaceRequest,
+    asked_of,
+    job_of,
+    plan_car,
+    plan_resume,
+)
+from racecraft.worlds.deepracer.training.presets import default_settings
+from racecraft.worlds.deepracer.training.recorder import EpisodeRecorder
+from racecraft.worlds.deepracer.training.rivals import against_world, require_racing
+
+KERNEL = "race.tick"
+"""What a car's world compiles last and longest."""
+
+__all__ = ["KIND", "RaceRequest", "Request", "default_settings", "opened", "plan", "plan_car", "plan_resume", "summary"]
+
+Request = RaceRequest
+plan = plan_car
+
+AWS_STAYS = (
+    "with fidelity aws every evaluation begins where training's next episode would, and cars in several processes have "
+    "no such one place; --fidelity sane has none of it."
+)
+
+
+@contextlib.contextmanager
+def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
+    """Line up the cars that are driven and those that are judged.
+
+    Raises:
+        RewardFileError: The reward function cannot be loaded.
+    """
+    settings, seed = planned.settings, planned.seed
+    reward = load_reward(planned.model.reward, settings.race.reward_seconds, settings.race.type)
+    world, pool = learned_world(planned, reward)
+    judged = judged_world(planned, reward)
+    flying = [race_world(planned, 1, None, np.zeros(1), FLYING_LAPS, course) for course in planned.all_courses]
+
+    def evaluator(learner: Learner, run: RunFolder) -> CarEvaluator:
+        by_track = judged_courses(planned)
+        policy = GreedyPolicy(learner)
+        for course in _courses_of((judged, *flying)):
+            if (drive := compiled_drive(policy, course)) is not None:
+                drive.compile()
+        return CarEvaluator(judged, policy, world, settings.evaluation.best_by, flying, by_track)
+
+    yield Experiment(
+        kind=KIND,
+        world=world,
+        algorithm=planned.algorithm,
+        settings=settings,
+        seed=seed,
+        stops=planned.stops,
+        evaluator=evaluator,
+        asked=asked_of(planned),
+        metadata={"model_metadata": as_aws_dict(planned.model.metadata), "track": planned.track.name},
+        title=f"{_where(planned)}, car {settings.race.car}",
+        folder_name=planned.track.name if len(_names(planned)) == 1 else f"{len(_names(planned))}-tracks",
+        job=job_of(planned),
+        notes=planned.notes,
+        after_update=lambda learner: None if pool is None else pool.learned(learner),
+        parts={} if pool is None else {"opponents": pool},
+        lay_files=lambda run: lay_files(planned, reward, run),
+        warm_up=lambda tell: warm_up((world, judged, *flying), tell),
+        attend=lambda run, notes: attended(planned, reward, run, notes),
+        same_shape=lambda path, metadata: require_same_shape(planned, path, metadata),
+        fitted=fit_critic,
+        recorder=EpisodeRecorder,
+        unpaid=None if planned.against else lambda share: driven_world(share, None),
+        stays=AWS_STAYS if begins_where_training_does(judged) else "",
+    )
+
+
+def summary(planned: CarPlan, run: RunFolder, outcome: Outcome) -> dict[str, Any]:
+    """Return the figures of `racecraft train --json`."""
+    judged, best = outcome.last, outcome.best
+    return {
+        "seconds_to_first_full_lap": _rounded(outcome.seconds_to_first_goal),
+        "seconds_to_stable_laps": _rounded(outcome.seconds_to_stable),
+        "seconds": _rounded(outcome.seconds),
+        "env_steps": outcome.steps,
+        "iterations": outcome.iterations,
+        "env_steps_per_second": _rounded(outcome.steps / outcome.seconds) if outcome.seconds else None,
+        "best_lap_seconds": _rounded(best.figures.get("best_lap_seconds")) if best else None,
+        "evaluation": judged.details if judged else None,
+        "stopped_by": outcome.reason,
+        "run": str(run.path),
+        "track": planned.track.name,
+        "seed": planned.seed,
+        "versions": versions(),
+    }
+
+
+@contextlib.contextmanager
+def attended(planned: CarPlan, reward: RewardFunction, run: RunFolder, notes: Sequence[str]) -> Iterator[RunAttendants]:
+    """Open the run's log, where the reward function prints, and whoever keeps ticks for us and for AWS's tools."""
+    metadata, hyperparameters = planned.model.metadata, planned.model.hyperparameters
+    with open_log(run) as log:
+        reward.output = log
+        log.writelines(f"{note}\n" for note in notes)
+        recorder = EpisodeRecorder()
+        setup = aws_setup(
+            planned.track.name,
+            planned.settings,
+            metadata,
+            hyperparameters,
+            run.path.name,
+            planned.env,
+            both_ways(planned.courses),
+        )
+        yield RunAttendants(recorder, AwsFiles(run.path, setup), [recorder, LivePublisher(run)], LiveHarvests(run))
+
+
+def lay_files(planned: CarPlan, reward: RewardFunction, run: RunFolder) -> None:
+    """Lay copies of the racer's files into a new run folder."""
+    write_reward(reward.source, run.path)
+    write_model_metadata(planned.model.metadata, run.model_metadata)
+    write_hyperparameters(planned.model.hyperparameters, run.hyperparameters)
+    if travels(planned.track):
+        write_whole(run.track, route_file(planned.track))
+    others = {track.name: track for track in (*(one.track for one in planned.courses), *planned.held_out)}
+    for name, track in others.items():
+        if travels(track):
+            run.tracks.mkdir(exist_ok=True)
+            write_whole(run.tracks / f"{name}.npy", route_file(track))
+
+
+def learned_world(
+    planned: CarPlan, reward: RewardFunction
+) -> tuple[RaceWorld | SideBySide | AgainstWorld, OpponentPool | None]:
+    """Return what is learned in, and the pool of past selves where they are met there.
+
+    Raises:
+        UserInputError: Whoever is to be raced against cannot be.
+    """
+    if not planned.against:
+        return driven_world(planned, reward), None
+    require_racing(planned)
+    return against_world(planned, lambda cars: one_for_each(reward, cars))
+
+
+def driven_world(planned: CarPlan, reward: RewardFunction | None) -> RaceWorld | SideBySide:
+    """Return the cars that are trained, shared out among the courses where there are several; None pays nothing."""
+    courses = planned.all_courses
+    blocks = planned.blocks or tuple(Block(0, cars, cars) for cars in planned.parts)
+
+    def driven(course: LaidCourse, block: Block) -> RaceWorld:
+        paid = None if reward is None else one_for_each(reward, block.count)
+        first = starts(course, block.of)[block.first : block.first + block.count]
+        return race_world(planned, block.count, paid, first, course=course)
+
+    worlds = [driven(course, block) for course, block in zip(courses, blocks, strict=True) if block.count]
+    if not planned.courses:
+        return worlds[0]
+    return SideBySide(worlds, any(objects_of(course.settings) is not None for course in courses))
+
+
+def race_world(
+    planned: CarPlan,
+    num_cars: int,
+    reward: Sequence[Callable[[dict[str, Any]], float]] | None = None,
+    start_shares: Array | None = None,
+    laps: int = 1,
+    course: LaidCourse | None = None,
+) -> RaceWorld:
+    """Return cars as planned, on a course of their own where one is given.
+
+    Their first starts are spread evenly round the track unless given.
+    """
+    course = course or LaidCourse(planned.track, of_race(planned.settings))
+    return RaceWorld(
+        course.track,
+        planned.actions,
+        reward,
+        race_config=course.race,
+        camera_config=planned.settings.camera,
+        num_cars=num_cars,
+        start_shares=start_shares,
+        laps=laps,
+        mount=mount_for_version(planned.model.metadata.version),
+        sensors=planned.sensors,
+        objects=objects_of(course.settings),
+        variation=course.settings.variation,
+    )
+
+
+def judged_world(planned: CarPlan, reward: RewardFunction) -> RaceWorld | SideBySide:
+    """Return the cars that are judged, so many on each course; they are rewarded where that makes a checkpoint best.
+
+    Courses that are only judged on come last.
+    """
+    evaluation = planned.settings.evaluation
+
+    def judged(course: LaidCourse) -> RaceWorld:
+        paid = one_for_each(reward, evaluation.episodes) if evaluation.best_by == "reward" else None
+        return race_world(planned, evaluation.episodes, paid, course=course)
+
+    courses = [judged(course) for course in (*planned.all_courses, *planned.held_out_courses)]
+    return SideBySide(courses) if len(courses) > 1 else courses[0]
+
+
+def judged_courses(planned: CarPlan) -> list[Judged]:
+    """Return what is judged, in the order of `judged_world`; none where it is one course and nothing is held out."""
+    courses = [*((one, TRAINED) for one in planned.all_courses), *((one, HELD_OUT) for one in planned.held_out_courses)]
+    if len(courses) == 1:
+        return []
+    starts = planned.settings.evaluation.episodes
+    return [judged_course(course, role, starts) for course, role in courses]
+
+
+def one_for_each(reward: RewardFunction, num_cars: int) -> list[Callable[[dict[str, Any]], float]]:
+    """Return a reward function for each car, with state of its own where it may keep any."""
+    return [copy.call for copy in reward.copies(num_cars)]
+
+
+def load_reward(
+    source: RewardSource | None, seconds: float = CALL_SECONDS, race_type: str = TIME_TRIAL
+) -> RewardFunction:
+    """Load the racer's reward function, or the default one of the race where there is none."""
+    if source is not None:
+        return load_reward_function(source, seconds=seconds)
+    with tempfile.TemporaryDirectory() as folder:
+        default = Path(folder) / "reward_function.py"
+        default.write_text(default_reward_source(race_type != TIME_TRIAL, race_type == HEAD_TO_MODEL), encoding="utf-8")
+        return load_reward_function(default, seconds=seconds)
+
+
+def open_log(run: RunFolder) -> TextIO:
+    """Open the run's log for more lines; the reward function prints there."""
+    try:
+        return open(run.log, "a", encoding="utf-8", buffering=1)
+    except OSError as error:
+        raise RunFolderError(f"{run.log}: cannot be written ({error.strerror}); expected a log file.") from error
+
+
+def warm_up(worlds: Sequence[RaceWorld | SideBySide | AgainstWorld], say: Say) -> None:
+    """Compile the kernels before the clock starts; on the first run ever that takes a while and is said."""
+    if not is_warm(KERNEL):
+        say("First run on this machine: compiling the simulator (once, a minute or two) …")
+    for one in _courses_of(worlds):
+        reward, one.reward = one.reward, None
+        buffers = allocate(one.spec)
+        one.reset(buffers, seed=0)
+        actions = one.spec.actions
+        one.step(np.zeros((*buffers.reward.shape, *actions.shape), actions.dtype), buffers)
+        one.reward = reward
+
+
+def _names(planned: CarPlan) -> list[str]:
+    """Return the names of the tracks that are trained on, each once."""
+    return list(dict.fromkeys(course.track.name for course in planned.all_courses))
+
+
+def _where(planned: CarPlan) -> str:
+    names = _names(planned)
+    return f"{len(names)} tracks" if len(names) > 1 else planned.track.title or planned.track.name
+
+
+def _courses_of(worlds: Sequence[RaceWorld | SideBySide | AgainstWorld]) -> list[RaceWorld]:
+    return [course for one in worlds for course in ((one,) if isinstance(one, RaceWorld) else one.courses)]
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else round(value, 3)

@@ -1,0 +1,79 @@
+"""`racecraft gym`: any Gymnasium environment on the same loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from racecraft.cli.option_groups import takes_groups
+from racecraft.cli.options import Cluster
+from racecraft.cli.training import Left, Road, TrainingOptions, verdict
+from racecraft.contract.errors import SettingError
+
+if TYPE_CHECKING:
+    from racecraft.training.trainer import Trained
+    from racecraft.worlds.gymnasium.training.trainer import GymRequest
+
+app = typer.Typer(help="Train on any registered Gymnasium environment.", no_args_is_help=True)
+
+
+@app.callback()
+def gym() -> None:
+    """Train on any registered Gymnasium environment."""
+
+
+@dataclass(frozen=True)
+class GymTraining(TrainingOptions):
+    """What a training of an environment is asked."""
+
+    stop: Annotated[
+        list[str] | None,
+        typer.Option(help="score=475, minutes=10, iterations=50, steps=200000; may be repeated."),
+    ] = None
+    run: Annotated[Path | None, typer.Option(help="Run folder to make; by default runs/ID-N.")] = None
+
+
+@app.command()
+@takes_groups
+def train(
+    context: typer.Context,
+    environment: Annotated[
+        str | None, typer.Argument(metavar="ID", help="A registered id, such as CartPole-v1.")
+    ] = None,
+    *,
+    options: GymTraining,
+    cluster: Cluster = None,
+) -> None:
+    """Train until the environment is solved.
+
+    Examples:
+
+        racecraft gym train CartPole-v1
+
+        racecraft gym train Pendulum-v1 --stop score=-200 --stop minutes=5
+
+        racecraft gym train --run runs/CartPole-v1-1 --resume --stop minutes=5
+    """
+
+    def request() -> GymRequest:
+        from racecraft.worlds.gymnasium.training.trainer import GymRequest
+
+        if environment is None:
+            raise SettingError("no environment is named; expected ID, such as: racecraft gym train CartPole-v1")
+        return GymRequest(environment, **options.asked(options.source()))
+
+    road = Road("gymnasium", "runs/CartPole-v1-1", ("environment",), model=environment, cluster=cluster)
+    road.train(context, options, request, _tell_trained)
+
+
+def _tell_trained(trained: Trained, left: Left) -> None:
+    summary = trained.summary()
+    judged, steps = summary["evaluation"], f"{summary['env_steps']:,} steps; run: {trained.run.path}"
+    if judged is None:
+        print(f"{summary['environment']}: stopped before its first evaluation, after {steps}")
+        return
+    told = f"{verdict(summary)}mean return {judged['mean_return']:.1f} over {judged['episodes']} greedy episodes"
+    print(f"{summary['environment']}: {told} after {steps}")

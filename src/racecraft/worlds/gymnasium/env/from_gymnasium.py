@@ -1,0 +1,232 @@
+"""Any Gymnasium environment as a `World`: N copies side by side, one agent each. Begin with `GymnasiumWorld`.
+
+The copies are stepped here one after the other and not by `gymnasium.vector`, for three reasons: observations go
+straight into the caller's arrays; an ended copy begins again in the same step with its final observation kept; and
+every episode is begun with a seed of its own, a pure function of (seed, copy, episode). So copy n tells the same story
+whatever runs beside it, and the world can be saved without any pickle: a saved state is the episode's number and the
+actions taken since it began, and loading it plays them again. That asks one thing of the environment: an episode must
+depend on nothing but its seed and its actions.
+
+Spaces: observations Box, Discrete (shown as one-hot) and Dict of them; actions Discrete and one-dimensional Box.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+
+from racecraft.contract.errors import ContractError, UserInputError
+from racecraft.contract.random_streams import stream_keys
+from racecraft.contract.world import (
+    Array,
+    ArraySpec,
+    ContinuousActions,
+    DiscreteActions,
+    SingleActions,
+    StepBuffers,
+    WorldSpec,
+)
+from racecraft.worlds.gymnasium.env.asking import asked, asked_to_reset, asked_to_step, made, reward_given, unfit
+
+SOLE_NAME = "observation"
+"""Name of the observation where the environment has only one and gives it none."""
+
+
+class GymnasiumWorld:
+    """N copies of a Gymnasium environment as a world.
+
+    Args:
+        make: The environment's id, such as "CartPole-v1", or a function that returns a new environment.
+        num_worlds: N, copies side by side.
+        settings: Further arguments of `gymnasium.make`.
+
+    Raises:
+        UserInputError: No such environment, or a space that cannot be shown.
+    """
+
+    def __init__(self, make: str | Callable[[], gymnasium.Env], num_worlds: int, **settings: Any) -> None:
+        self._envs = [_make(make, settings) for _ in range(num_worlds)]
+        first = self._envs[0]
+        name = make if isinstance(make, str) else type(first.unwrapped).__name__
+        self._parts = parts_of(first.observation_space, name)
+        actions, self._first_action = action_spec(first.action_space, name)
+        observations = {key: array_spec(space, f"{name}, observation '{key}'") for key, space in self._parts.items()}
+        self._spec = WorldSpec(name, num_worlds, 1, observations, actions)
+        self._is_dict = isinstance(first.observation_space, spaces.Dict)
+        self._seed = 0
+        self._episode = np.zeros(num_worlds, np.int64)
+        self._history: list[list[Any]] = [[] for _ in range(num_worlds)]
+        self._keys = stream_keys(0, "gymnasium episodes", num_worlds)
+        self._parked = np.zeros(num_worlds, bool)
+        self._seen: list[Any] = [None] * num_worlds
+        self._begun = self._closed = False
+
+    @property
+    def spec(self) -> WorldSpec:
+        """The shape of this world's promise."""
+        return self._spec
+
+    def reset(self, buffers: StepBuffers, seed: int) -> None:
+        """Begin every copy anew."""
+        self._set_seed(seed)
+        self._episode[:] = 0
+        self._parked[:] = False
+        for n in range(self._spec.num_worlds):
+            self._show(self._begin(n), buffers.observations, n)
+        buffers.active[:] = True
+        self._begun = True
+
+    def step(self, actions: Array, buffers: StepBuffers) -> None:
+        """Advance every copy by one tick; ended ones begin again at once."""
+        if not self._begun:
+            raise ContractError(f"{self._spec.name}: step before reset; expected reset first.")
+        buffers.active[:] = True
+        for n, env in enumerate(self._envs):
+            if self._parked[n]:
+                self._stand(n, buffers)
+                continue
+            action = self._told(actions[n, 0])
+            seen, reward, terminated, truncated, _ = asked_to_step(env, action)
+            self._history[n].append(action)
+            buffers.reward[n, 0] = reward_given(env, reward)
+            buffers.terminated[n, 0] = terminated
+            buffers.truncated[n, 0] = truncated
+            if terminated or truncated:
+                self._show(seen, buffers.final_observations, n)
+                self._episode[n] += 1
+                seen = self._begin(n)
+            self._show(seen, buffers.observations, n)
+
+    def park(self, rows: Array) -> None:
+        """Leave copies (bool (N, 1)) standing until the next reset: they are not stepped and show what they showed."""
+        self._parked[:] = rows[:, 0]
+
+    def save_state(self) -> dict[str, Array]:
+        """Return the seed, each copy's episode and the actions taken in it."""
+        lengths = np.array([len(taken) for taken in self._history], np.int64)
+        actions = self._spec.actions
+        taken = np.zeros((len(lengths), int(lengths.max()), *actions.shape), actions.dtype)
+        for n, history in enumerate(self._history):
+            if history:
+                taken[n, : len(history)] = np.asarray(history) - self._first_action
+        return {
+            "seed": np.array(self._seed, np.int64),
+            "episode": self._episode.copy(),
+            "lengths": lengths,
+            "actions": taken,
+        }
+
+    def load_state(self, state: Mapping[str, Array], buffers: StepBuffers) -> None:
+        """Begin the saved episodes again and play their actions up to where they were."""
+        self._set_seed(int(state["seed"]))
+        self._episode[:] = state["episode"]
+        for n, env in enumerate(self._envs):
+            seen = self._begin(n)
+            for k in range(int(state["lengths"][n])):
+                action = self._told(state["actions"][n, k])
+                seen = asked_to_step(env, action)[0]
+                self._history[n].append(action)
+            self._show(seen, buffers.observations, n)
+        buffers.active[:] = True
+        self._parked[:] = False
+        self._begun = True
+
+    def close(self) -> None:
+        """Close every copy; closing twice is closing once."""
+        if not self._closed:
+            self._closed = True
+            for env in self._envs:
+                asked(env, "close")
+
+    def _set_seed(self, seed: int) -> None:
+        self._seed = seed
+        self._keys = stream_keys(seed, "gymnasium episodes", self._spec.num_worlds)
+
+    def _begin(self, n: int) -> Any:
+        """Begin the present episode of copy n and return what it shows."""
+        self._history[n] = []
+        key = (int(self._keys[n]) + 0x9E3779B97F4A7C15 * int(self._episode[n])) % (1 << 64)
+        seen, _ = asked_to_reset(self._envs[n], key >> 33)
+        return seen
+
+    def _stand(self, n: int, buffers: StepBuffers) -> None:
+        """Show of a parked copy what it showed when it was parked; nothing comes of its tick."""
+        buffers.reward[n, 0] = 0.0
+        buffers.terminated[n, 0] = buffers.truncated[n, 0] = False
+        self._show(self._seen[n], buffers.observations, n)
+
+    def _told(self, action: Any) -> Any:
+        """Return an action as the environment wants it."""
+        if isinstance(self._spec.actions, DiscreteActions):
+            return int(action) + self._first_action
+        return np.array(action, np.float32)
+
+    def _show(self, seen: Any, named: dict[str, Array], n: int) -> None:
+        self._seen[n] = seen
+        try:
+            for name, space in self._parts.items():
+                value = seen[name] if self._is_dict else seen
+                if isinstance(space, spaces.Discrete):
+                    if value < space.start:
+                        raise ValueError(f"{value} is below {space.start}")
+                    named[name][n, 0] = 0.0
+                    named[name][n, 0, int(value) - int(space.start)] = 1.0
+                else:
+                    named[name][n, 0] = value
+        except (LookupError, TypeError, ValueError) as error:
+            env, method = self._envs[n], "step" if self._history[n] else "reset"
+            raise unfit(env, method, "observation", seen, env.observation_space, error) from error
+
+
+def _make(make: str | Callable[[], gymnasium.Env], settings: dict[str, Any]) -> gymnasium.Env:
+    env: gymnasium.Env = made(make if callable(make) else lambda: _registered(make, settings))
+    return env
+
+
+def _registered(name: str, settings: dict[str, Any]) -> gymnasium.Env:
+    try:
+        return gymnasium.make(name, disable_env_checker=True, **settings)
+    except gymnasium.error.Error as error:
+        raise UserInputError(
+            f"Gymnasium cannot make '{name}': {error}. Expected an id that is registered and whose packages are "
+            "installed, such as CartPole-v1."
+        ) from error
+
+
+def parts_of(space: spaces.Space, name: str) -> dict[str, spaces.Box | spaces.Discrete]:
+    """Return the named boxes and choices that an observation space is made of."""
+    named = dict(space.spaces) if isinstance(space, spaces.Dict) else {SOLE_NAME: space}
+    known: dict[str, spaces.Box | spaces.Discrete] = {}
+    for key, part in named.items():
+        if isinstance(part, spaces.Box | spaces.Discrete):
+            known[key] = part
+        else:
+            raise UserInputError(
+                f"{name}: observation '{key}' is {part}; expected Box, Discrete or a Dict of them. "
+                "gymnasium.wrappers.FlattenObservation makes a Box of most others."
+            )
+    return known
+
+
+def array_spec(space: spaces.Box | spaces.Discrete, what: str) -> ArraySpec:
+    """Return how a box or a choice is shown."""
+    if isinstance(space, spaces.Discrete):
+        return ArraySpec((int(space.n),), np.float32, 0.0, 1.0, doc=f"{what}: one-hot of {space.n} states")
+    # Doubles are shown as float32: networks read no more, and the storage is half.
+    kind = np.dtype(np.float32) if space.dtype == np.float64 else np.dtype(space.dtype)
+    low, high = float(np.min(space.low)), float(np.max(space.high))
+    return ArraySpec(space.shape, kind, low, high, doc=f"{what}: {space}")
+
+
+def action_spec(space: spaces.Space, name: str) -> tuple[SingleActions, int]:
+    """Return the actions and the number of the first discrete one."""
+    if isinstance(space, spaces.Discrete):
+        return DiscreteActions(int(space.n)), int(space.start)
+    if isinstance(space, spaces.Box) and len(space.shape) == 1:
+        low, high = (tuple(float(x) for x in bound) for bound in (space.low, space.high))
+        return ContinuousActions(low, high), 0
+    raise UserInputError(f"{name}: actions are {space}; expected Discrete or a one-dimensional Box.")

@@ -1,0 +1,1 @@
+"""Unity scenes over ML-Agents' protocol, and everything that is about them."""

@@ -1,0 +1,1 @@
+"""Hand a policy over to Unity: the ONNX file that a scene loads."""

@@ -1,0 +1,284 @@
+"""Templates: what CloudFormation's functions come to, and what it refuses, with the line."""
+
+import pytest
+
+from racecraft.contract.errors import MissingExtraError
+from racecraft.sagemaker.cloudformation.functions import Functions, NotHereError
+from racecraft.sagemaker.cloudformation.parameters import ParameterError, settled, shown
+from racecraft.sagemaker.cloudformation.start_script import Fetched, Unpacked, Written, read_start_script
+from racecraft.sagemaker.cloudformation.template import Output, Resource, TemplateError, read_template
+
+pytest.importorskip("yaml", reason="pyyaml is not installed")
+
+HEAD = """\
+Parameters:
+  Size: {Type: String, Default: 007}
+  Zones: {Type: CommaDelimitedList, Default: "a, b,c"}
+Mappings:
+  Prices: {us-east-1: {day: 3}, Tokyo: {day: 4}}
+Conditions:
+  Small: !Equals [!Ref Size, 007]
+  Both: !And [!Condition Small, {"Fn::Not": [!Equals [x, y]]}]
+  Neither: !Not [!Or [!Condition Small, !Condition Both]]
+Resources:
+  Box: {Type: "AWS::S3::Bucket"}
+"""
+
+
+class Names:
+    def name_of(self, resource, at):
+        return f"the-{resource}"
+
+    def attribute_of(self, resource, attribute, at):
+        return f"the-{resource}'s-{attribute}"
+
+
+def written(tmp_path, text):
+    path = tmp_path / "t.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def functions(tmp_path, output):
+    template = read_template(written(tmp_path, f"{HEAD}Outputs:\n  It:\n    Value: {output}\n"))
+    values = {**settled(template, {}), "AWS::Region": "here"}
+    return Functions(template, values, Names()), template.outputs["It"].value
+
+
+@pytest.mark.parametrize(
+    ("asked", "expected"),
+    [
+        ("!Ref Size", "007"),
+        ("{Ref: Box}", "the-Box"),
+        ("!GetAtt Box.Arn", "the-Box's-Arn"),
+        ("{'Fn::GetAtt': [Box, Outputs.A.B]}", "the-Box's-Outputs.A.B"),
+        ("{'Fn::GetAtt': Box.Outputs.A.B}", "the-Box's-Outputs.A.B"),
+        ("!GetAtt Box.Outputs.A.B", "the-Box's-Outputs.A.B"),
+        ("!Sub '${Size}/${Box}/${Box.Arn}/${!Kept}/$x'", "007/the-Box/the-Box's-Arn/${Kept}/$x"),
+        ("!Sub ['${A}-${Size}', {A: !Ref Box}]", "the-Box-007"),
+        ("!Join ['-', [a, !Ref Size, !Ref 'AWS::Region']]", "a-007-here"),
+        ("!Join ['', !Split [',', 'a,b']]", "ab"),
+        ("!Select [1, !Ref Zones]", "b"),
+        ("!Select ['0', !GetAZs '']", "herea"),
+        ("!FindInMap [Prices, Tokyo, day]", "4"),
+        ("!If [Small, yes it is, !Ref Box]", "yes it is"),
+        ("!If [Neither, 1, 2]", "2"),
+        ("{a: !Ref AWS::NoValue, b: [!Ref AWS::NoValue, c]}", {"b": ["c"]}),
+        ("{'Fn::Base64': !Sub 'cd ${Size}'}", "cd 007"),
+        ("!Length [a, b]", "2"),
+        ("!And [!Condition Small, !Condition Neither]", False),
+        ("!And [!Condition Small, !Condition Both, !Not [!Condition Neither]]", True),
+        ("!Or [!Condition Small, !Condition Neither]", True),
+        ("!Or [!Condition Neither, !Condition Neither]", False),
+        ("!Equals [!Ref Zones, [a, b, c]]", True),
+        ("!GetAZs eu-west-1", ["eu-west-1a", "eu-west-1b", "eu-west-1c"]),
+        ("!Split [', ', 'a, b, c']", ["a", "b", "c"]),
+        ("2012-10-17", "2012-10-17"),
+        ("!ToJsonString {a: !Ref Size}", '{"a":"007"}'),
+        ("{Condition: {StringEquals: {a: !Ref Size}}}", {"Condition": {"StringEquals": {"a": "007"}}}),
+        ("{Effect: Allow}", {"Effect": "Allow"}),
+    ],
+)
+def test_functions_come_to_what_the_reference_says(tmp_path, asked, expected):
+    worker, value = functions(tmp_path, asked)
+    assert worker.value(value, ("Outputs", "It", "Value")) == expected
+
+
+def test_conditions_hold_as_they_are_written(tmp_path):
+    worker, _ = functions(tmp_path, "x")
+    assert [worker.holds(name) for name in ("Small", "Both", "Neither", None)] == [True, True, False, True]
+
+
+def test_a_mapping_by_region_has_a_row_that_stands_in_and_says_so(tmp_path):
+    worker, value = functions(tmp_path, "!FindInMap [Prices, !Ref AWS::Region, day]")
+    assert worker.value(value, ()) == "3"
+    assert worker.value(value, ()) == "3"
+    assert worker.notes == ["mapping Prices has no region 'here'; its row us-east-1 is taken"], "told once"
+
+
+def test_what_only_the_cloud_knows_is_said_to_be_so(tmp_path):
+    worker, value = functions(tmp_path, "!ImportValue other-stack")
+    with pytest.raises(NotHereError, match="t.yaml:14: Fn::ImportValue asks AWS itself"):
+        worker.value(value, ("Outputs", "It", "Value"))
+
+
+@pytest.mark.parametrize(
+    ("text", "letter"),
+    [
+        ("Resources: [", r"t\.yaml:\d: not YAML"),
+        ("a: 1\nb: {", r"t\.yaml:\d: not YAML"),
+        ("", "no group `Resources`"),
+        ("Resources: {}", "expected at least one resource"),
+        ("- a", "no group `Resources`"),
+        ("Resource: {}\nResources: {A: {Type: T}}", r"t\.yaml:1: Resource: an unknown.*Did you mean 'Resources'"),
+        ("Resources:\n  A: {Typ: T}", r"t\.yaml:2: Resources\.A: no `Type`"),
+        ("Resources: [a]", r"t\.yaml:1: Resources: a list; expected a group of keys"),
+        ("Resources:\n  A: b", r"t\.yaml:2: Resources\.A: 'b'; expected a group of keys"),
+        ("Resources:\n  A:\n    Type: T\n    Condition: [b]", r"t\.yaml:4: Resources\.A\.Condition: no word"),
+        ("Resources: {A: {Type: T}}\nOutputs:\n  It: {Description: a}", r"t\.yaml:3: Outputs\.It: no `Value`"),
+        ("Resources:\n  A: {Type: T}\n  A: {Type: U}", r"t\.yaml:3: .*stands twice \(first in line 2\)"),
+        ("Resources:\n  A: &x {Type: T}\n  B: *x", "an alias"),
+        ("Resources:\n  A: {<<: {Type: T}}", "no merges"),
+        ("Resources:\n  A: !!python/object:os.system {Type: T}", "the tag tag:yaml.org,2002:python/object:os.system"),
+        ("Resources:\n  A: !Reff x", r"t\.yaml:2: .*the tag !Reff.*Did you mean 'Ref'"),
+        (
+            "Resources:\n  Box: {Type: T}\n  B:\n    Type: T\n    Properties:\n      X: !Ref Bux",
+            r"t\.yaml:6: Resources\.B\.Properties\.X\.Ref: points to 'Bux'.*Did you mean 'Box'",
+        ),
+        ("Resources:\n  A:\n    Type: T\n    DependsOn: [C]", r"t\.yaml:4: .*DependsOn: points to 'C'"),
+        ("Resources:\n  Conditions: {Type: T, DependsOn: C}", r"t\.yaml:2: .*DependsOn: points to 'C'"),
+        ("Resources:\n  A: {Type: T, Condition: Warm}", r"t\.yaml:2: .*points to 'Warm'.*a condition"),
+        ("Resources:\n  A: {Type: T, Properties: {X: !Sub 'a${B.C}'}}", "points to 'B'"),
+        ("Resources:\n  A: {Type: T, Properties: {X: !FindInMap [M, a, b]}}", "points to 'M'.*a mapping"),
+        (
+            "Resources:\n  A: {Type: T, DependsOn: B}\n  B:\n    Type: T\n    Properties: {X: !GetAtt A.Y}",
+            r"waits for itself: A → B → A",
+        ),
+        ("Conditions:\n  C: !Not [!Condition C]\nResources: {A: {Type: T}}", r"t\.yaml:2: .*waits for itself: C → C"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_with_its_line(tmp_path, text, letter):
+    with pytest.raises(TemplateError, match=letter):
+        read_template(written(tmp_path, text))
+
+
+def test_a_template_says_what_it_is_for_and_what_is_made_under_which_condition(tmp_path):
+    text = """\
+Description: " A box. "
+Conditions: {Small: !Equals [a, a]}
+Resources:
+  Box: {Type: "AWS::S3::Bucket", Condition: Small, Properties: {Name: b}}
+  Bare: {Type: T}
+Outputs:
+  It: {Value: !Ref Box, Description: " its name ", Condition: Small}
+  Other: {Value: a}
+"""
+    template = read_template(written(tmp_path, text))
+    assert template.description == "A box."
+    assert template.resources["Box"] == Resource("Box", "AWS::S3::Bucket", {"Name": "b"}, "Small")
+    assert template.resources["Box"].at == ("Resources", "Box", "Properties")
+    assert template.resources["Bare"] == Resource("Bare", "T", {}, None)
+    assert list(template.outputs.values()) == [
+        Output("It", {"Ref": "Box"}, "its name", "Small"), Output("Other", "a", "", None),
+    ]  # fmt: skip
+    assert read_template(written(tmp_path, "Outputs:\nResources: {A: {Type: T}}")).description == ""
+
+
+def test_one_name_may_stand_for_a_parameter_and_a_condition_as_in_the_workshops_template(tmp_path):
+    text = "Parameters:\n  Make: {Type: String}\nConditions:\n  Make: !Equals [!Ref Make, True]\n"
+    assert read_template(written(tmp_path, f"{text}Resources: {{A: {{Type: T}}}}")).conditions
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        ("!Bar x", "a function of CloudFormation"),
+        ("{'Fn::Joint': [a, [b]]}", "a function of CloudFormation.*Did you mean 'Fn::Join'"),
+        ("!Ref [a]", "a name"),
+        ("!GetAtt [Box]", "a resource and an attribute"),
+        ("!GetAtt [Box, a, b]", "a resource and an attribute"),
+        ("!GetAtt {a: b, c: d}", "a resource and an attribute"),
+        ("!Sub '${Zones}'", "a list of 3; expected a word"),
+        ("!Join [[a], [b]]", "a list of 1; expected a word"),
+        ("!Select [{a: b}, [c]]", "a group of keys; expected a word"),
+        ("!Sub {a: b}", "a text, or a text and a group of names"),
+        ("!Sub [[a], {b: c}]", "a text, or a text and a group of names"),
+        ("!Sub ['x', [a]]", "a text, or a text and a group of names"),
+        ("!Sub ['x']", "a list of 2"),
+        ("!Join [a]", "a list of 2"),
+        ("!Join [a, b]", "a list of words"),
+        ("!Join [a, [{b: c}]]", "a list of words"),
+        ("!Split ['', 'a b']", "what stands between the parts"),
+        ("!Select [9, [a]]", "a place in the list"),
+        ("!Select [1, [a]]", "a place in the list"),
+        ("!Select [-1, [a]]", "a place in the list"),
+        ("!Select [0, a]", "place 0 of 0"),
+        ("!If [Small, 1]", "a list of 3"),
+        ("!FindInMap [!Join ['', [Pri, ses]], Tokyo, day]", "a mapping"),
+        ("!FindInMap [Prices, !Join ['', [To, kio]], day]", "a row of Prices.*Did you mean 'Tokyo'"),
+        ("!FindInMap [Prices, Tokyo, night]", "a column of Prices"),
+        ("!Not [!Ref Size]", "Fn::Equals, Fn::And, Fn::Or, Fn::Not or Condition"),
+        ("!And [!Condition Small]", "two to ten conditions"),
+        (f"!Or [{', '.join(['!Condition Small'] * 11)}]", "two to ten conditions"),
+        ("!And {a: b}", "two to ten conditions"),
+        ("!Length x", "a list"),
+    ],
+)
+def test_a_function_that_is_given_what_it_cannot_use_is_refused(tmp_path, value, expected):
+    def worked_out():
+        worker, told = functions(tmp_path, value)
+        return worker.value(told, ("Outputs", "It", "Value"))
+
+    with pytest.raises(TemplateError, match=rf"t\.yaml:14: .*{expected}"):
+        worked_out()
+
+
+def test_two_and_ten_conditions_are_taken(tmp_path):
+    for count in (2, 10):
+        worker, value = functions(tmp_path, f"!And [{', '.join(['!Condition Small'] * count)}]")
+        assert worker.value(value, ("Outputs", "It", "Value")) is True
+
+
+def test_a_parameter_that_is_no_word_or_of_no_type_is_refused_with_its_line(tmp_path):
+    for said, letter in (("{Default: a}", r"t\.yaml:2: .*no `Type`"), ("{Type: String, Default: [a]}", "no word")):
+        template = read_template(written(tmp_path, f"Parameters:\n  Make: {said}\nResources: {{A: {{Type: T}}}}\n"))
+        with pytest.raises(TemplateError, match=letter):
+            settled(template, {})
+
+
+def test_json_is_read_too(tmp_path):
+    path = written(tmp_path, '{\n\t"Resources": {\n\t\t"A": {"Type": "T", "Properties": {"X": {"Ref": "A2"}}}}}')
+    with pytest.raises(TemplateError, match=r"t\.yaml:3: .*'A2'"):
+        read_template(path)
+
+
+def test_parameters_are_held_to_what_the_template_allows(tmp_path):
+    text = """\
+Parameters:
+  Make: {Type: String, Default: True, AllowedValues: [True, False], ConstraintDescription: one of two}
+  Name: {Type: String, AllowedPattern: "^[a-z]+$", MaxLength: 4}
+  Count: {Type: Number, Default: 2, MinValue: 1, MaxValue: 9}
+  Secret: {Type: String, NoEcho: true, Default: psst, MinLength: 3}
+Resources: {A: {Type: T}}
+"""
+    template = read_template(written(tmp_path, text))
+    values = settled(template, {"Name": "abc", "Make": "False"})
+    assert values == {"Make": "false", "Name": "abc", "Count": "2", "Secret": "psst"}
+    assert shown(template, values)["Secret"] == "****"
+    for given, letter in (
+        ({}, "Name: no value and no default.*Add --parameter Name=…"),
+        ({"Name": "ABC"}, "Name is 'ABC'"),
+        ({"Name": "abcde"}, "MaxLength 4"),
+        ({"Name": "abc", "Make": "maybe"}, r"one of true, false.*\(one of two\)"),
+        ({"Name": "abc", "Count": "ten"}, "a number"),
+        ({"Name": "abc", "Count": "10"}, "at most 9"),
+        ({"Name": "abc", "Nam": "x"}, "no such parameter. Did you mean 'Name'"),
+        ({"Name": "abc", "Secret": "x"}, r"Secret is \*\*\*\*; expected MinLength 3"),
+    ):
+        with pytest.raises(ParameterError, match=letter):
+            settled(template, given)
+
+
+def test_a_start_script_is_read_line_by_line():
+    script = read_start_script(
+        "#!/bin/bash\nset -e\nsudo -u ec2-user -i <<EOF\ncd /home/ec2-user/SageMaker/\nwget -q https://h/p/a.zip\n"
+        "unzip -q a.zip -d in\ncurl -sO https://h/b.ipynb?x=1\ncurl https://h/c -o d/c.py\n"
+        "aws s3 cp s3://b/k/e.txt . \naws s3 sync s3://b/src/ code\ngit clone https://h/r.git\ntouch o.json\n"
+        "echo '{\"a\": 1}' >> o.json\ncd ..\ncurl -O https://h/x; rm -rf /\necho boo > /etc/passwd\n"
+        "curl -o ../../y https://h/y\nEOF\n"
+    )
+    assert script.acts == [
+        Fetched("a.zip", "https://h/p/a.zip"), Unpacked("a.zip", "in"), Fetched("b.ipynb", "https://h/b.ipynb?x=1"),
+        Fetched("d/c.py", "https://h/c"), Fetched("e.txt", "s3://b/k/e.txt"), Fetched("code", "s3://b/src/", True),
+        Fetched("r", "https://h/r.git", True), Written("o.json", "", True), Written("o.json", '{"a": 1}\n', True),
+    ]  # fmt: skip
+    assert script.left == [
+        "set -e", "sudo -u ec2-user -i <<EOF", "cd ..", "curl -O https://h/x; rm -rf /", "echo boo > /etc/passwd",
+        "curl -o ../../y https://h/y",
+    ]  # fmt: skip
+
+
+def test_without_the_package_the_lack_is_said_by_name(tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "yaml", None)
+    with pytest.raises(MissingExtraError, match=r"pip install 'racecraft\[unity\]'"):
+        read_template(written(tmp_path, HEAD))

@@ -1,0 +1,12 @@
+"""Which race of a car against its slower self is filmed."""
+
+import numpy as np
+
+from racecraft.worlds.battlesnake.training.self_rating import most_passing
+from racecraft.worlds.deepracer.evaluation.head_to_head import RaceResult, Showing
+
+
+def test_the_race_with_most_overtakes_is_filmed_of_those_that_were_kept():
+    races = tuple((Showing("last", 1, overtakes=count), Showing("slower", 2, overtakes=9)) for count in (0, 2, 2, 5))
+    assert most_passing(RaceResult(("last", "slower"), races, (np.zeros(1),) * 3)) == 1
+    assert most_passing(RaceResult(("last", "slower"), races, (np.zeros(1),) * 4)) == 3

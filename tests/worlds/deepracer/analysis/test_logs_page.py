@@ -1,0 +1,248 @@
+"""The page of a log in a real browser: episodes can be chosen, zoomed and stepped through; nothing is fetched."""
+
+import base64
+import io
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from tests.browser import Browser, needs_chromium
+from tests.reference import HAS_ALL, LARGE, TRACES
+from tests.worlds.deepracer.logs import makers
+
+from racecraft.analysis.page import page as document
+from racecraft.worlds.deepracer.analysis import logs as analysis
+from racecraft.worlds.deepracer.analysis.logs.page import STYLE, Extras, _explorer, _headline, write_logs_page
+from racecraft.worlds.deepracer.analysis.logs.page_data import _start_line, page_data
+from racecraft.worlds.deepracer.logs import read
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
+
+DOCS = Path(__file__).resolve().parents[4] / "docs" / "racing"
+
+
+@pytest.fixture(scope="module")
+def ticks(tmp_path_factory):
+    full = [makers.episode(k, 1.0, 46 + 15 * k, status="lap_complete") for k in range(3)]
+    columns = makers.joined(*full, *(makers.episode(3 + k, 0.3) for k in range(20)))
+    folder = tmp_path_factory.mktemp("log")
+    makers.write(folder / "training-simtrace/0-iteration.csv", columns)
+    makers.write(folder / "evaluation-20220709200242/evaluation-simtrace/0-iteration.csv", makers.lap_by_lap(2, 40))
+    return read(folder).ticks.collect()
+
+
+@pytest.fixture(scope="module")
+def address(ticks, tmp_path_factory):
+    path = tmp_path_factory.mktemp("page") / "log.html"
+    write_logs_page(path, ticks, load_track("reinvent_base"), "a <b> log", Extras(("a.csv:7: X is 'east'",)))
+    return path.as_uri()
+
+
+@pytest.fixture(params=[(1200, 900), (390, 844)], ids=["desk", "phone"])
+def browser(request, tmp_path):
+    width, height = request.param
+    one = Browser(tmp_path / "profile", width, height)
+    one.say("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=width < 500)
+    yield one
+    one.close()
+
+
+def test_what_travels_to_the_page_comes_out_as_it_went_in(ticks):
+    data = page_data(ticks, load_track("reinvent_base"))
+    told = np.frombuffer(base64.b64decode(data["ticks"]["x_m"]), "<i2") * data["steps"]["x_m"]
+    assert np.abs(told - ticks["x_m"].to_numpy()).max() <= 0.001 + 1e-9
+    assert sum(data["episodes"]["ticks"]) == ticks.height
+    assert data["left_out"] == 0
+    assert json.loads(json.dumps(data, allow_nan=False))["track"]["closed"] is True
+
+
+def test_of_many_steps_the_fast_and_the_late_ones_travel(ticks, monkeypatch):
+    monkeypatch.setattr("racecraft.worlds.deepracer.analysis.logs.page_data.MOST_TICKS", 300)
+    episodes = page_data(ticks, load_track("reinvent_base"))["episodes"]
+    shown = [number for number, count in zip(episodes["unique_episode"], episodes["ticks"], strict=True) if count]
+    assert {23, 24, 0, 1, 2} <= set(shown), "evaluations and full laps come first"
+    assert 22 in shown, "then the latest"
+    assert 3 not in shown
+
+
+def test_workers_are_counted_and_rounds_told_where_there_are_several(ticks):
+    def told(**columns):
+        return "".join(_headline(ticks.with_columns(**columns), None, "a log"))
+
+    number = pl.col("unique_episode").cast(pl.Int32)
+    assert ">worker<" in told()
+    assert ">workers<" in told(worker=number % 2)
+    assert ">workers, 3 rounds<" in told(round=1 + number % 3)
+
+
+def test_titles_and_damage_are_escaped_and_told(ticks, tmp_path):
+    path = write_logs_page(tmp_path / "p.html", ticks, None, "a <b> log", Extras(("x.csv:7: X is '<script>'",)))
+    text = path.read_text()
+    assert "a &lt;b&gt; log" in text
+    assert "X is &#x27;&lt;script&gt;&#x27;" in text
+    assert "Name it with --track" in text
+
+
+@needs_chromium
+def test_the_page_in_a_browser(browser, address):
+    browser.open(address)
+    browser.until("document.querySelectorAll('#rows tr').length === 25")
+    told = "document.getElementById('told').textContent"
+    assert browser.value(told).startswith("Episode 23 (evaluation"), "the fastest full lap is chosen"
+    browser.value("document.querySelectorAll('#rows tr')[2].click()")
+    first = browser.value(told)
+    browser.value("document.getElementById('several').click(); document.querySelectorAll('#rows tr')[3].click()")
+    assert browser.value(told).startswith(first + "; Episode")
+    picture = "document.getElementById('map').toDataURL()"
+    before = browser.value(picture)
+    browser.value("document.getElementById('closer').click()")
+    assert browser.value(picture) != before
+    browser.value("document.getElementById('whole').click()")
+    assert browser.value(picture) == before
+    browser.value("document.getElementById('map').focus()")
+    browser.press("ArrowRight")
+    assert "step 1:" in browser.value(told)
+    browser.press("ArrowRight")
+    assert "step 2:" in browser.value(told)
+    assert browser.value("document.documentElement.scrollWidth <= window.innerWidth"), "nothing sticks out sideways"
+    assert browser.value("performance.getEntriesByType('resource').length") == 0
+    assert browser.complaints == []
+
+
+@needs_chromium
+def test_pointing_at_a_path_reads_it_and_the_wheel_zooms(browser, address):
+    browser.open(address)
+    browser.until("document.querySelectorAll('#rows tr').length === 25")
+    browser.value("document.getElementById('map').scrollIntoView()")
+    box = browser.value("(r => [r.x, r.y, r.width, r.height])(document.getElementById('map').getBoundingClientRect())")
+    shot = browser.value("document.getElementById('map').toDataURL()")
+    x, y = brightest(shot)
+    browser.say("Input.dispatchMouseEvent", type="mouseMoved", x=box[0] + x, y=box[1] + y)
+    browser.until("document.getElementById('told').textContent.includes('waypoint')")
+    before = browser.value("document.getElementById('map').toDataURL()")
+    browser.say("Input.dispatchMouseEvent", type="mouseWheel", x=box[0] + x, y=box[1] + y, deltaX=0, deltaY=-300)
+    browser.until(f"document.getElementById('map').toDataURL().length !== {len(before)}")
+    assert browser.complaints == []
+
+
+@needs_chromium
+def test_the_map_is_as_high_as_its_road_and_pictures_can_be_read_on_a_phone(browser, address):
+    browser.open(address)
+    browser.until("document.querySelectorAll('#rows tr').length === 25")
+    wide, high = browser.value("(r => [r.width, r.height])(document.getElementById('map').getBoundingClientRect())")
+    x0, y0, x1, y1 = load_track("reinvent_base").bounds
+    phone = browser.value("window.innerWidth") < 500
+    if phone:
+        assert wide / high == pytest.approx((x1 - x0 + 1.2) / (y1 - y0 + 1.2), rel=0.02), (
+            "no empty ground above or below"
+        )
+    plots = browser.value("[...document.querySelectorAll('.plot')].map(e => [e.clientWidth, e.scrollWidth])")
+    assert len(plots) > 15
+    assert all(inside >= 600 and (inside > room) is phone for room, inside in plots), "pushed sideways, not shrunk"
+    rows = browser.value("[...document.querySelectorAll('#rows tr')].map(e => e.getBoundingClientRect().height)")
+    assert max(rows) < 45, "one line an episode"
+
+
+@needs_chromium
+def test_the_page_on_paper(browser, address):
+    """Canvases, which are not drawn again for paper, keep their shape there; what can only be clicked is left out."""
+    browser.open(address)
+    browser.until("document.querySelectorAll('#rows tr').length === 25")
+    browser.say("Emulation.setEmulatedMedia", media="print")
+    browser.value("document.querySelector('main').style.maxWidth = '300px'")
+    for name in ("map", "chart"):
+        shown, drawn = browser.value(
+            f"(e => [e.getBoundingClientRect().width / e.getBoundingClientRect().height, e.width / e.height])"
+            f"(document.getElementById('{name}'))"
+        )
+        assert shown == pytest.approx(drawn, rel=0.02)
+    hidden = "[...document.querySelectorAll('.tools, .list, details')].every(e => e.offsetHeight === 0)"
+    assert browser.value(hidden)
+    assert browser.value("getComputedStyle(document.querySelector('#legend i')).printColorAdjust") == "exact"
+
+
+SPY = """
+window.told = [];
+const pen = CanvasRenderingContext2D.prototype, to = pen.moveTo, line = pen.lineTo;
+let last = [0, 0];
+pen.moveTo = function (x, y) { last = [x, y]; to.call(this, x, y); };
+pen.lineTo = function (x, y) {
+  window.told.push([this.lineWidth, ...last, x, y]); last = [x, y]; line.call(this, x, y);
+};
+"""
+
+
+@needs_chromium
+@pytest.mark.parametrize("name", ["reinvent_base", "reInvent2019_wide_cw"])
+def test_the_map_tells_the_direction_and_draws_no_path_to_where_a_car_was_set_down(name, browser, tmp_path):
+    track = load_track(name)
+    columns = makers.episode(0, 0.3, ticks=40, track=track)
+    columns["X"][0] += 3.0
+    ticks = read(makers.write(tmp_path / "training-simtrace" / "0-iteration.csv", columns)).ticks.collect()
+    (tmp_path / "p.html").write_text(document("p", [STYLE, *_explorer(ticks, track)]))
+    browser.say("Page.addScriptToEvaluateOnNewDocument", source=SPY)
+    browser.open((tmp_path / "p.html").as_uri())
+    browser.until("document.querySelectorAll('#rows tr').length === 1")
+    told = np.array(browser.value("(window.told = [], document.getElementById('whole').click(), window.told)"))
+    path, arrow = told[told[:, 0] == 3.0, 1:], told[np.isclose(told[:, 0], 1.6), 1:]
+    assert len(path) == 38, "of 39 steps one was not driven"
+    (x0, y0, x1, y1), yaw = arrow[0], track.pose_at(0.0).yaw
+    assert np.cos(np.arctan2(y0 - y1, x1 - x0) - yaw) > 0.99, "screens count downwards"
+
+
+def brightest(shot):
+    """Return a pixel of a painted path on a picture of the map."""
+    from PIL import Image
+
+    picture = np.asarray(Image.open(io.BytesIO(base64.b64decode(shot.split(",")[1]))).convert("RGB")).astype(int)
+    painted = (np.ptp(picture, axis=2) > 60) & (picture[..., 2] < 180)
+    y, x = np.argwhere(painted)[painted.sum() // 2]
+    return int(x), int(y)
+
+
+def test_every_plot_of_the_room_is_in_its_face():
+    assert len(analysis.__all__) == len(set(analysis.__all__))
+    assert all(hasattr(analysis, name) for name in analysis.__all__)
+
+
+def test_the_start_line_stands_across_the_road():
+    """On Oval_track, whose rows do not lie opposite one another: within a degree of square to the road."""
+    track = load_track("Oval_track")
+    (x0, y0), (x1, y1) = _start_line(track)
+    yaw = track.pose_at(0.0).yaw
+    along = (x1 - x0) * np.cos(yaw) + (y1 - y0) * np.sin(yaw)
+    assert abs(along) < np.hypot(x1 - x0, y1 - y0) * np.sin(np.radians(1.0))
+
+
+ON_THE_MAP = {"simulation_agg", "best_laps", "one_episode", "selected_laps"}
+"""Tables and plots that are the list of episodes and the map on which they are chosen."""
+SHOWN_AS = {
+    "scatter_of_laps": "scatter scatter_complete", "reward_heat_map": "heat_map", "action_index_map": "action_map",
+    "one_iteration": "top_iterations", "last_iteration": "one_iteration", "segments_plot": "segments",
+    "exits_by_segment_plot": "exits_by_segment", "best_episode_distributions": "episode_distributions",
+    "sector_correlations": "sector_losses", "metrics_summary": "completion_progress",
+}  # fmt: skip
+"""What a plot or table is called on the page, where not as its function is."""
+
+
+@pytest.mark.skipif(not HAS_ALL, reason=LARGE)
+def test_every_plot_and_table_under_the_name_racers_know_is_on_the_page_of_a_real_training(tmp_path):
+    log = read([TRACES / "drfc-1-worker"])
+    extras = Extras(metrics=log.metrics.collect(), reward=lambda params: 1.0)
+    track = load_track("reinvent_base")
+    page = write_logs_page(tmp_path / "p.html", log.ticks.collect(), track, "log", extras).read_text(encoding="utf-8")
+    there = set(re.findall(r'data-plot="(\w+)"', page))
+    table = (
+        (DOCS / "logs.md")
+        .read_text(encoding="utf-8")
+        .split("| racers call it | function |")[1]
+        .strip()
+        .split("\n\n")[0]
+    )
+    named = [name.split("(")[0] for row in table.splitlines() for name in re.findall(r"`([\w.]+)", row.split("|")[-2])]
+    named = [name for name in named if name in analysis.__all__]
+    assert len(named) >= 40
+    missing = {name for name in named if name not in ON_THE_MAP and not set(SHOWN_AS.get(name, name).split()) <= there}
+    assert missing == set()

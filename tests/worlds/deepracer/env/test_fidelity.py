@@ -1,0 +1,231 @@
+"""Each of the original's habits: one row, one switch, and the world with and without it."""
+
+import dataclasses
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import racecraft
+from racecraft.contract.world import allocate
+from racecraft.settings.table import rows_of
+from racecraft.worlds.deepracer.env import race
+from racecraft.worlds.deepracer.env.actions import ActionTable
+from racecraft.worlds.deepracer.env.fidelity import (
+    AWS_MAX_TICKS,
+    DEPARTURES,
+    FIDELITIES,
+    WHEEL_KICK,
+    Habits,
+    as_table,
+    habits,
+)
+from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
+from racecraft.worlds.deepracer.env.vehicle import PROFILES, TICK_SECONDS
+from racecraft.worlds.deepracer.env.world import RaceWorld
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.training.evaluator import CarEvaluator
+
+ACTIONS = ActionTable.of([(math.radians(angle), 1.0) for angle in (-30, 0, 30)])
+SOURCE = Path(racecraft.__file__).parent
+
+
+def make_world(fidelity, num_cars=2, **options):
+    config = RaceConfig(fidelity=fidelity, **options)
+    return RaceWorld(
+        load_track("reinvent_base"), ACTIONS, lambda params: 1.0,
+        race_config=config, camera_config=CameraConfig(16, 12), num_cars=num_cars,
+    )  # fmt: skip
+
+
+def test_each_habit_is_one_row_and_one_switch():
+    names = [field.name for field in dataclasses.fields(Habits)]
+    assert [row.habit for row in DEPARTURES] == names
+    for row in DEPARTURES:
+        asked = [
+            path.relative_to(SOURCE).as_posix()
+            for path in SOURCE.rglob("*.py")
+            if path.name != "fidelity.py"
+            for line in path.read_text(encoding="utf-8").splitlines()
+            if f".{row.habit}" in line
+        ]
+        assert asked == [row.asked_in], f"{row.habit} is asked in {asked}"
+    assert all(getattr(habits("aws"), name) and not getattr(habits("sane"), name) for name in names)
+
+
+def test_the_table_names_every_habit_and_the_setting_every_fidelity():
+    assert all(row.original in as_table() and row.sane in as_table() for row in DEPARTURES)
+    (setting,) = [row for row in rows_of(RaceConfig, "race") if row.name == "fidelity"]
+    assert setting.choices == tuple(FIDELITIES)
+
+
+def test_the_prepare_tick_is_learned_from_at_aws_with_no_reward():
+    for fidelity, learned in (("aws", True), ("sane", False)):
+        world = make_world(fidelity)
+        buffers = allocate(world.spec)
+        world.reset(buffers, 0)
+        assert (buffers.active == learned).all()
+        world.step(np.ones((2, 1), np.int64), buffers)
+        assert buffers.active.all()
+        assert (buffers.reward == 0).all(), "the reward function is not called in the prepare tick"
+
+
+def test_a_cut_is_an_end_at_aws_and_a_cut_where_sane():
+    for fidelity in FIDELITIES:
+        world = make_world(fidelity, max_episode_seconds=1.0)
+        buffers = allocate(world.spec)
+        world.reset(buffers, 0)
+        for _ in range(15):
+            assert not buffers.ended.any()
+            world.step(np.ones((2, 1), np.int64), buffers)
+        assert (buffers.terminated == (fidelity == "aws")).all()
+        assert (buffers.truncated == (fidelity == "sane")).all()
+        assert {one.status for one in world.take_episodes()} == {"time_up" if fidelity == "aws" else "truncated"}
+
+
+def test_episodes_are_endless_at_aws():
+    assert make_world("aws")._rules.max_ticks == AWS_MAX_TICKS == 100_000
+    assert make_world("sane")._rules.max_ticks == race.max_ticks(100.0)
+    assert make_world("aws", max_episode_seconds=2.0)._rules.max_ticks == 30, "who asks for a limit gets it"
+
+
+class Straight:
+    """Drives straight on."""
+
+    def act(self, observations, action_mask=None):
+        return np.ones((len(next(iter(observations.values()))), 1), np.int64)
+
+    def forget(self, rows):
+        """Remembers nothing."""
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+def test_evaluation_starts_where_training_would_only_at_aws(fidelity):
+    trained_in, judged = make_world(fidelity, start_advance=0.05), make_world(fidelity, num_cars=4)
+    buffers = allocate(trained_in.spec)
+    trained_in.reset(buffers, 0)
+    while trained_in.cars["episode"][0, 0] < 3:
+        trained_in.step(np.ones((2, 1), np.int64), buffers)
+    before = trained_in.cars
+    verdict = CarEvaluator(judged, Straight(), trained_in).evaluate()
+    starts = [lap["start_percent"] for lap in verdict.details["laps"]]
+    driven = int(before["episode"].sum())  # as if one car had driven them all, 5 % of the lap each
+    assert starts == pytest.approx([5.0 * driven] * 4 if fidelity == "aws" else [0.0, 25.0, 50.0, 75.0])
+    assert (trained_in.cars == before).all(), "evaluating moves nothing in the training"
+
+
+def test_the_episodes_of_an_evaluation_at_aws_begin_alike_and_end_apart():
+    """And the next evaluation, after another training episode, is another throw of the same dice."""
+    trained_in, judged = make_world("aws"), make_world("aws", num_cars=4)
+    trained_in.reset(allocate(trained_in.spec), 0)
+    first = CarEvaluator(judged, Straight(), trained_in).evaluate()
+    again = CarEvaluator(judged, Straight(), trained_in).evaluate()
+    assert first == again
+    # Two may leave the road beside the same corner of the centre line, and so with the same progress.
+    assert len({lap["progress_percent"] for lap in first.details["laps"]}) >= 3
+    trained_in._cars["episode"] += 20  # whole laps of starts on
+    assert CarEvaluator(judged, Straight(), trained_in).evaluate() != first
+
+
+def test_a_tick_is_as_long_as_the_seed_says_and_a_fifteenth_of_a_second_on_average():
+    def speeds(fidelity, seed):
+        world = make_world(fidelity, num_cars=64)
+        buffers = allocate(world.spec)
+        world.reset(buffers, seed)
+        for _ in range(8):
+            before = world.cars
+            world.step(np.ones((64, 1), np.int64), buffers)
+        return (
+            np.hypot(world.cars["x"] - before["x"], world.cars["y"] - before["y"]) / world.cars["speed"] / TICK_SECONDS
+        )
+
+    assert (speeds("aws", 1) == speeds("aws", 1)).all()
+    assert (speeds("aws", 1) != speeds("aws", 2)).any()
+    assert np.ptp(speeds("sane", 1)) < 1e-3
+    lengths = speeds("aws", 1)
+    assert lengths.min() > 0.9
+    assert lengths.max() < 1.1
+    assert np.ptp(lengths) > 0.12
+    assert lengths.mean() == pytest.approx(speeds("sane", 1).mean(), abs=0.02)
+
+
+def wheels_of(world, seed, ticks, choice=1):
+    """Return the angle of the wheels, rad, tick after tick, (ticks, N); the prepare tick is left out."""
+    buffers = allocate(world.spec)
+    world.reset(buffers, seed)
+    world.step(np.full((len(world.cars), 1), choice, np.int64), buffers)
+    angles = []
+    for _ in range(ticks):
+        world.step(np.full((len(world.cars), 1), choice, np.int64), buffers)
+        angles.append(world.cars["steering"][:, 0])
+    return np.array(angles)
+
+
+def test_wheels_wander_at_aws_by_their_push_and_come_back_as_they_steer():
+    pushed = wheels_of(make_world("aws", num_cars=4000), 1, 12)
+    assert (wheels_of(make_world("sane"), 1, 12) == 0.0).all(), "told to stand straight, they do"
+    stays = math.exp(-TICK_SECONDS / PROFILES["v6"].steering_lag)  # what a tick leaves of an angle
+    first = stays * WHEEL_KICK * math.sqrt(1.0 + stays**2)  # after the prepare tick's push and this one's
+    assert pushed[0].std() == pytest.approx(first, rel=0.05)
+    settled = stays * WHEEL_KICK / math.sqrt(1.0 - stays**2)
+    assert pushed[-1].std() == pytest.approx(settled, rel=0.05)
+    assert abs(pushed[-1].mean()) < 4.0 * settled / math.sqrt(4000)
+    assert np.corrcoef(pushed[-2], pushed[-1])[0, 1] == pytest.approx(stays, abs=0.04)
+
+
+def test_the_ideal_car_has_no_weak_hinges():
+    assert (wheels_of(make_world("aws", car="kinematic"), 1, 12) == 0.0).all()
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+def test_a_car_put_back_keeps_its_wheels_only_at_aws(fidelity):
+    """Two ticks of the last command, one of steering straight: what the replay of real logs starts with, too."""
+    world = make_world(fidelity, car="v4", max_episode_seconds=1.0)
+    world._rules = world._rules._replace(jitter=0.0, wheel_kick=0.0)
+    buffers = allocate(world.spec)
+    world.reset(buffers, 0)
+    left = np.full((2, 1), 2, np.int64)
+    for _ in range(14):
+        world.step(left, buffers)
+    driven = world.cars["steering"]
+    world.step(left, buffers)
+    assert buffers.ended.all()
+    told = math.radians(30.0)
+    stays = math.exp(-TICK_SECONDS / PROFILES["v4"].steering_lag)
+    kept = told + (driven - told) * stays**2 if fidelity == "aws" else 0.0
+    assert world.cars["steering"] == pytest.approx(kept)
+    world.step(left, buffers)  # the prepare tick
+    assert world.cars["steering"] == pytest.approx(kept * stays)
+
+
+def test_a_saved_race_goes_on_with_its_own_dice():
+    worlds = [make_world("aws"), make_world("aws")]
+    buffers = [allocate(world.spec) for world in worlds]
+    for world, buffer, seed in zip(worlds, buffers, (5, 6), strict=True):
+        world.reset(buffer, seed)
+        for _ in range(5):
+            world.step(np.ones((2, 1), np.int64), buffer)
+    worlds[1].load_state(worlds[0].save_state(), buffers[1])
+    for world, buffer in zip(worlds, buffers, strict=True):
+        for _ in range(5):
+            world.step(np.ones((2, 1), np.int64), buffer)
+    assert (worlds[0].cars == worlds[1].cars).all()
+
+
+def test_the_sane_world_ignores_the_switches_bit_for_bit():
+    """The same drive in both, but for chance and the wheels' start; what is learned from may differ."""
+    choices = np.random.default_rng(3).integers(0, 3, (60, 2, 1))
+    seen = {}
+    for fidelity in FIDELITIES:
+        world = make_world(fidelity)
+        world._rules = world._rules._replace(jitter=0.0, wheel_kick=0.0, keeps_wheels=False)
+        buffers = allocate(world.spec)
+        world.reset(buffers, 0)
+        seen[fidelity] = []
+        for row in choices:
+            world.step(row, buffers)
+            seen[fidelity].append((world.reports.copy(), buffers.reward.copy()))
+    for (left, reward), (right, other) in zip(seen["aws"], seen["sane"], strict=True):
+        assert (left == right).all()
+        assert (reward == other).all()

@@ -1,0 +1,273 @@
+"""The figures of the fidelity report by hand: small traces whose every mismatch and distance is known."""
+
+import math
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from racecraft.contract.errors import InputFileError, UserInputError
+from racecraft.worlds.deepracer.evaluation import replay_report
+from racecraft.worlds.deepracer.evaluation.open_loop import Windows
+from racecraft.worlds.deepracer.evaluation.recompute import Retold
+from racecraft.worlds.deepracer.evaluation.replay_report import FileReplay, ReplayReport
+from racecraft.worlds.deepracer.files.sim_trace import SimTrace, SimTraceError
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
+
+NAN = math.nan
+OVAL = load_track("Oval_track")
+
+
+def at(rows, *places):
+    found = np.zeros(rows, bool)
+    found[list(places)] = True
+    return found
+
+
+def retold(rows=10, waypoints=None, **marks):
+    """A trace of so many rows that agrees with ours but where `marks` says."""
+    named = ("begins", "restarts", "held", "reversed", "progress_wrong", "waypoint_wrong", "wheels_wrong",
+             "off_track_judged", "off_track_wrong", "progress_far")  # fmt: skip
+    flags = {name: at(rows, *marks.get(name, [0] if name == "begins" else [])) for name in named}
+    return Retold(places=np.zeros((rows, 3)), progress=np.zeros(rows), waypoints=waypoints, **flags)
+
+
+def windows(first=(), half=(), one=(), turns=None):
+    """Windows that open at some rows, and how far our car strayed in each after half a second and after one."""
+    first = np.array(first, int)
+    position = {"0.5s": np.array(half, float), "1s": np.array(one, float)}
+    yaw = turns or {name: np.zeros(len(first)) for name in position}
+    return Windows(first, np.full(len(first), 3), np.zeros((len(first), 16, 3)), position, yaw)
+
+
+def trace(rows=10, **columns):
+    nowhere = {"X": np.zeros(rows), "Y": np.zeros(rows)}
+    return SimTrace({"episode": np.arange(rows) // 5, "steps": np.arange(rows) % 5 + 1.0, **nowhere, **columns})
+
+
+def report(*files, exact=True, car="v4"):
+    made = tuple(FileReplay(Path("a.csv"), trace(len(one.begins)), one, windows()) for one in files)
+    return ReplayReport(OVAL, exact, car, made, {car: 0.1})
+
+
+def test_the_figures_of_two_files_are_added_up():
+    marks = {
+        "begins": [0, 5], "reversed": [5, 6, 7, 8, 9], "progress_wrong": [1], "waypoint_wrong": [1, 2],
+        "wheels_wrong": [1, 2, 3], "off_track_judged": [0, 1, 2, 3, 4], "off_track_wrong": [0, 1, 2, 3],
+    }  # fmt: skip
+    turns = {"0.5s": np.radians([1.0, 2.0, 3.0]), "1s": np.radians([4.0, NAN, 5.0])}
+    far = windows([1, 3, 6], [0.1, 0.2, 0.4], [0.5, NAN, 0.6], turns)
+    first = FileReplay(Path("a.csv"), trace(), retold(**marks), far)
+    other = FileReplay(Path("b.csv"), trace(4), retold(4), windows([0], [0.3], [0.7]))
+    told = ReplayReport(OVAL, True, "v4", (first, other), {"v4": 0.6}).as_dictionary()
+    assert (told["rows"], told["episodes"], told["reversed_episodes"]) == (14, 3, 1)
+    names = ("progress", "closest_waypoint", "all_wheels", "off_track")
+    assert [told[f"{name}_mismatches"] for name in names] == [1, 2, 3, 4]
+    assert told["windows"] == {"0.5s": 4, "1s": 3}
+    # Ninety per cent of the way through 0.1, 0.2, 0.3, 0.4 and 0.5, 0.6, 0.7.
+    assert told["open_loop_position_m"] == {"0.5s": {"median": 0.25, "p90": 0.37}, "1s": {"median": 0.6, "p90": 0.68}}
+    assert told["open_loop_yaw_deg"] == {"0.5s": {"median": 1.5, "p90": 2.7}, "1s": {"median": 4.0, "p90": 4.8}}
+    assert (told["track"], told["direction"]) == ("Oval_track", "both")
+    assert (told["car"], told["cars_tried_m"]) == ("v4", {"v4": 0.6})
+    assert [one["rows"] for one in told["files"]] == [10, 4]
+    assert told["files"][1]["off_track_mismatches"] is None, "no row says whether the car was off"
+    assert [one["file"] for one in told["files"]] == ["a.csv", "b.csv"]
+
+
+def test_the_worst_windows_come_first_and_are_five_with_row_and_errors_to_five_places():
+    half = [0.1, 0.123456789, NAN, 0.3, 0.2, 0.3, 0.05]
+    one = [0.2, NAN, NAN, 0.1, 0.25, 0.4, 0.06]
+    turns = {"0.5s": np.full(7, math.radians(2.0)), "1s": np.full(7, NAN)}
+    file = FileReplay(Path("a.csv"), trace(), retold(), windows([1, 2, 3, 4, 6, 7, 8], half, one, turns))
+    told = file.worst_windows()
+    assert [(row["episode"], row["steps"]) for row in told] == [(1, 3), (0, 5), (1, 2), (0, 2), (0, 3)]
+    assert told[4]["position_m"] == {"0.5s": 0.12346, "1s": None}
+    assert told[0]["yaw_deg"] == {"0.5s": 2.0, "1s": None}
+
+
+@pytest.mark.parametrize(
+    ("exact", "marks", "is_same"),
+    [
+        (True, {}, True),
+        (True, {"progress_wrong": [3]}, False),
+        (True, {"waypoint_wrong": [3]}, False),
+        (True, {"progress_far": [3]}, True),
+        (False, {"progress_wrong": [3], "waypoint_wrong": [3]}, True),
+        (False, {"progress_far": [3]}, False),
+        (True, {"wheels_wrong": [1]}, True),
+        (True, {"wheels_wrong": [1, 2]}, False),
+        (False, {"wheels_wrong": [1, 2]}, False),
+    ],
+)
+def test_a_track_is_the_same_where_all_agrees_but_two_wheels_in_a_thousand_rows(exact, marks, is_same):
+    """Six hundred rows: one and a fifth may differ."""
+    assert report(retold(500), retold(100, **marks), exact=exact).is_same_track is is_same
+
+
+@pytest.mark.parametrize(
+    ("slow", "fast", "is_same"),
+    [
+        ([0.1] * 30, [0.9] * 19, True),  # too few fast windows to be asked
+        ([0.1] * 30, [0.9] * 20, False),
+        ([0.9] * 19, [0.1] * 30, True),
+        ([0.1] * 5, [0.9] * 4, True),
+        ([0.1] * 5, [0.9] * 5, False),
+        ([0.9], [], False),
+        ([0.1], [], True),
+        ([], [], None),
+    ],
+)
+def test_a_band_of_speed_is_asked_where_twenty_windows_or_as_many_as_of_the_other_tell(slow, fast, is_same):
+    strayed, speeds = np.array(slow + fast), np.array([1.0] * len(slow) + [3.0] * len(fast))
+    told = SimpleNamespace(car="v4", _by_speed=lambda horizon: (strayed, speeds))
+    assert ReplayReport.is_same_car.fget(told) is is_same
+
+
+@pytest.mark.parametrize(("speed", "limit"), [(1.0, 0.066), (3.0, 0.1375)])
+def test_where_no_window_lasts_a_second_half_of_one_tells_by_little_more_than_half_the_limit(speed, limit):
+    """v4 may stray 0.12 m in a second below 2 m/s and 0.25 above; 55 % of it in half a second."""
+    for far, is_same in ((limit - 0.001, True), (limit + 0.001, False)):
+        by = {"1s": ([], []), "0.5s": ([far], [speed])}
+        told = SimpleNamespace(car="v4", _by_speed=lambda name, by=by: tuple(map(np.array, by[name])))
+        assert ReplayReport.is_same_car.fget(told) is is_same
+
+
+@pytest.mark.parametrize(
+    ("reversed_rows", "direction"),
+    [([], "forward"), ([0, 1, 2, 3, 4, 5, 6, 7, 8, 9], "reversed"), ([5, 6], "both"), ([6], "forward")],
+)
+def test_the_direction_is_that_of_the_episodes(reversed_rows, direction):
+    assert report(retold(begins=[0, 5], reversed=reversed_rows)).direction == direction
+
+
+def test_rows_that_a_route_file_repeats_are_counted_one_way_where_all_files_agree():
+    assert report(retold(), retold()).waypoints is None
+    assert report(retold(), retold(waypoints="as_filed")).waypoints == "as_filed"
+    assert report(retold(waypoints="distinct"), retold(waypoints="as_filed")).waypoints is None
+
+
+def test_notes_tell_what_a_reader_should_know():
+    assert report(retold()).notes() == []
+    (filed,), (distinct,) = report(retold(waypoints="as_filed")).notes(), report(retold(waypoints="distinct")).notes()
+    assert "this recording counts it" in filed
+    assert "race.waypoints=as_filed" in filed
+    assert "this recording does not count it" in distinct
+    half = report(retold(waypoint_wrong=[0, 1, 2, 3, 4]))
+    assert half.notes() == []
+    (numbered,) = report(retold(waypoint_wrong=[0, 1, 2, 3, 4, 5])).notes()
+    assert numbered.startswith("6 of 10 closest waypoints differ")
+    (smooth,) = report(retold(), exact=False).notes()
+    assert "smooth curve" in smooth
+
+
+def test_errors_are_those_of_windows_that_reach_so_far_and_speeds_are_beside_them():
+    x = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9])
+    columns = trace(X=x, Y=np.zeros(10))
+    seen = windows([0, 1], [0.1, 0.2], [NAN, 0.3])
+    seen = Windows(seen.first, np.array([2, 8]), seen.paths, seen.position_m, seen.yaw_rad)
+    told = ReplayReport(OVAL, True, "v4", (FileReplay(Path("a.csv"), columns, retold(), seen),), {})
+    assert {name: errors.tolist() for name, errors in told.errors_m().items()} == {"0.5s": [0.1, 0.2], "1s": [0.3]}
+    strayed, speeds = told._by_speed("1s")
+    assert (strayed.tolist(), speeds.tolist()) == ([0.3], [pytest.approx(1.5)])
+
+
+def test_a_car_strays_by_the_median_of_the_longest_way_that_was_measured():
+    far = replay_report._strayed
+    assert far([windows([0, 1], [9, 9], [1.0, NAN]), windows([2], [9], [2.0])]) == 1.5
+    assert far([windows([0, 1], [3.0, 5.0], [NAN, NAN])]) == 4.0
+    assert far([windows([0], [NAN], [NAN]), windows()]) == math.inf
+
+
+def touched(folder, *names):
+    for name in names:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text("")
+    return [folder / name for name in names]
+
+
+def test_the_traces_of_a_folder_come_by_folder_and_by_number(tmp_path):
+    """An iteration without a number counts as the first; what is no trace is left."""
+    files = touched(tmp_path, "a/odd-iteration.csv", "a/1-iteration.csv", "a/2-iteration.csv", "a/10-iteration.csv",
+                    "b/0-iteration.csv")  # fmt: skip
+    touched(tmp_path, "b/notes.csv", "c/0-iteration.json")
+    (single,) = touched(tmp_path, "b/single.csv")
+    assert replay_report._files([str(tmp_path / "b" / "single.csv"), tmp_path]) == [single, *files]
+    with pytest.raises(UserInputError, match="No trace was named"):
+        replay_report._files([])
+    with pytest.raises(SimTraceError, match=r"without any \*-iteration\.csv"):
+        replay_report._files([single, *[tmp_path / "c"]])
+
+
+def numbers(rows, **changes):
+    told = {name: np.array(changes.get(name, np.ones(rows)), float) for name in replay_report.NUMBERS}
+    return told | {"episode": np.zeros(rows)}
+
+
+def test_rows_with_numbers_that_are_none_are_named_up_to_twenty(monkeypatch):
+    x = np.full(25, NAN)
+    x[[0, 24]] = 1.0
+    yaw = np.ones(25)
+    yaw[1] = math.inf
+    monkeypatch.setattr(replay_report, "read_sim_trace", lambda path: SimTrace(numbers(25, X=x, yaw=yaw), ("before",)))
+    read = replay_report._read(Path("a.csv"))
+    assert len(read) == 2
+    assert len(read.damaged) == 1 + 20
+    assert read.damaged[:2] == ("before", "a.csv: sound row 2: X is nan and yaw is inf; the row was passed over")
+    monkeypatch.setattr(replay_report, "read_sim_trace", lambda path: SimTrace(numbers(2, X=[NAN, 1], Y=[1, NAN])))
+    with pytest.raises(SimTraceError, match="every row holds a number that is not finite"):
+        replay_report._read(Path("a.csv"))
+    sound = SimTrace(numbers(2))
+    monkeypatch.setattr(replay_report, "read_sim_trace", lambda path: sound)
+    assert replay_report._read(Path("a.csv")) is sound
+
+
+@pytest.mark.parametrize(
+    ("length", "far", "waypoints", "refused"),
+    [
+        (20.0, 5, 10, ""),  # just half of the progress is elsewhere, and of the same length
+        (20.0, 6, 0, "6 of 10 rows"),
+        (20.09, 0, 10, ""),  # within half a per cent it is the same length
+        (20.3, 0, 9, ""),  # of another length: nine of ten waypoints may be numbered otherwise
+        (20.3, 0, 10, "10 of 10 rows"),
+        (20.3, 5, 9, ""),
+        (20.3, 5, 10, "10 of 10 rows"),
+        (20.3, 6, 0, "6 of 10 rows"),
+        (19.7, 0, 10, "10 of 10 rows"),
+    ],
+)
+def test_a_trace_is_of_another_track_by_its_progress_or_by_length_and_waypoints(length, far, waypoints, refused):
+    circuit = SimpleNamespace(name="mine", length=20.0)
+    told = retold(progress_far=range(far), waypoint_wrong=range(waypoints))
+    seen = trace(track_len=np.full(10, length))
+    if not refused:
+        replay_report._refuse_other_track(Path("a.csv"), seen, told, circuit)
+        return
+    words = rf"{refused} lie elsewhere on mine \(20\.00 m\).*a track of {length:.2f} m"
+    with pytest.raises(InputFileError, match=words):
+        replay_report._refuse_other_track(Path("a.csv"), seen, told, circuit)
+
+
+def test_tracks_of_the_length_that_a_trace_speaks_of_are_named_where_there_are():
+    circuit = SimpleNamespace(name="mine", length=20.0)
+    told = retold(progress_far=range(10))
+    with pytest.raises(InputFileError, match=r"Of that length there are: .*Oval_track"):
+        replay_report._refuse_other_track(Path("a.csv"), trace(track_len=np.full(10, OVAL.length)), told, circuit)
+    with pytest.raises(InputFileError, match="The catalogue has none of that length"):
+        replay_report._refuse_other_track(Path("a.csv"), trace(track_len=np.full(10, 999.0)), told, circuit)
+
+
+def test_a_trace_in_which_nobody_drove_is_refused_with_what_its_rows_say():
+    parked = trace(2, episode_status=np.array(["pause", "park"]))
+    with pytest.raises(SimTraceError, match=r"\(only park, pause\)"):
+        replay_report._refuse_parked(Path("a.csv"), parked, retold(2))
+    with pytest.raises(SimTraceError, match="no row in which a car was driven"):
+        replay_report._refuse_parked(Path("a.csv"), trace(2), retold(2, held=[0, 1]))
+    replay_report._refuse_parked(Path("a.csv"), trace(2), retold(2, held=[0]))
+    driven = trace(2, episode_status=np.array(["pause", "in_progress"]))
+    replay_report._refuse_parked(Path("a.csv"), driven, retold(2, held=[0, 1]))
+
+
+@pytest.mark.parametrize(("name", "is_file"), [("a/Track.npy", True), ("track.NPY", True), ("reinvent_base", False)])
+def test_a_route_file_is_known_by_its_ending(name, is_file):
+    assert replay_report._is_route_file(name) is is_file

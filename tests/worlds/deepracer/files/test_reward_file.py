@@ -1,0 +1,455 @@
+"""`reward_function.py`: loaded unchanged, called cheaply, answered with letters."""
+
+import inspect
+import io
+import itertools
+import linecache
+import signal
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+from racecraft.contract.errors import RewardError, RewardFileError
+from racecraft.worlds.deepracer.files.reward_file import (
+    default_reward_source,
+    example_situations,
+    load_reward_function,
+    validate,
+)
+
+
+def written(tmp_path, text, name="reward_function.py"):
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def loaded(tmp_path, text, output=None):
+    return load_reward_function(written(tmp_path, text), output)
+
+
+@pytest.fixture(autouse=True)
+def _the_path_as_it_was(monkeypatch):
+    import sys
+
+    monkeypatch.setattr(sys, "path", list(sys.path))
+
+
+def test_our_own_reward_pays_by_bands_of_the_width(tmp_path):
+    reward = loaded(tmp_path, default_reward_source())
+    pays = [
+        reward.call({"distance_from_center": share * 0.8, "track_width": 0.8})
+        for share in (0.0, 0.0999, 0.11, 0.2499, 0.26, 0.4999, 0.51)
+    ]
+    assert pays == [1.0, 1.0, 0.5, 0.5, 0.1, 0.1, 1e-3]
+    assert set(validate(reward)) == set(example_situations())
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [
+        ("2", 2.0),
+        ("True", 1.0),
+        ("0.25", 0.25),
+        ("numpy.float32(0.5)", 0.5),
+        ("numpy.int64(3)", 3.0),
+        ("numpy.bool_(True)", 1.0),
+        ("numpy.array(1.5)", 1.5),
+        ("1e5", 1e5),
+        ("'1.0'", 1.0),
+        ("' 2e1 '", 20.0),
+        ("numpy.ones(1)", 1.0),
+        ("numpy.full((1, 1), 2.5)", 2.5),
+        ("__import__('decimal').Decimal('0.5')", 0.5),
+    ],
+)
+def test_every_kind_of_number_becomes_a_float(tmp_path, text, number):
+    got = loaded(tmp_path, f"import numpy\ndef reward_function(params):\n    return {text}\n").call({})
+    assert type(got) is float
+    assert got == number
+
+
+def test_state_of_the_module_lives_on_and_each_load_has_its_own(tmp_path):
+    text = "count = 0\ndef reward_function(params):\n    global count\n    count += 1\n    return count\n"
+    first, second = loaded(tmp_path, text), loaded(tmp_path, text)
+    assert [first.call({}), first.call({}), second.call({})] == [1.0, 2.0, 1.0]
+
+
+def test_the_class_idiom_is_understood(tmp_path):
+    text = (
+        "class Reward:\n    def __init__(self):\n        self.n = 0\n"
+        "    def reward_function(self, params):\n        self.n += 1\n        return self.n\n"
+        "reward = Reward()\n"
+    )
+    reward = loaded(tmp_path, text)
+    assert [reward.call({}), reward.call({})] == [1.0, 2.0]
+
+
+def test_prints_go_to_the_log_even_from_a_module_beside_it(tmp_path, capsys):
+    written(tmp_path, "def tell(x):\n    print('helper', x)\n    return 1.0\n", "racing_helper.py")
+    log = io.StringIO()
+    text = "import racing_helper\ndef reward_function(p):\n    print('at', p['x'], sep='=')\n"
+    text += "    return racing_helper.tell(2)\n"
+    reward = loaded(tmp_path, text, log)
+    reward.call({"x": 1})
+    assert log.getvalue() == "at=1\nhelper 2\n"
+    reward.output = None
+    reward.call({"x": 3})
+    assert capsys.readouterr().out == "at=3\nhelper 2\n"
+
+
+def test_modules_beside_two_reward_files_do_not_mix(tmp_path):
+    for name, pay in [("a", 1), ("b", 2)]:
+        (tmp_path / name).mkdir()
+        written(tmp_path / name, f"PAY = {pay}\n", "racing_helper.py")
+        written(tmp_path / name, "from racing_helper import PAY\ndef reward_function(p):\n    return PAY\n")
+    first = load_reward_function(tmp_path / "a" / "reward_function.py")
+    second = load_reward_function(tmp_path / "b" / "reward_function.py")
+    assert (first.call({}), second.call({})) == (1.0, 2.0)
+
+
+def test_a_module_may_be_imported_while_the_function_runs(tmp_path):
+    written(tmp_path, "PAY = 7\n", "racing_helper_late.py")
+    text = "def reward_function(p):\n    import racing_helper_late\n    return racing_helper_late.PAY\n"
+    assert loaded(tmp_path, text).call({}) == 7.0
+
+
+def test_a_call_asks_nobody_but_the_reward_function_itself(tmp_path):
+    """How long it takes is a benchmark; here is counted who is called: our door, the limit's, and the racer's."""
+    reward, called = loaded(tmp_path, "def reward_function(params):\n    return 1.0\n"), []
+    reward.call(None)
+    sys.setprofile(lambda frame, event, _: called.append(frame.f_code.co_name) if event == "call" else None)
+    try:
+        reward.call(None)
+    finally:
+        sys.setprofile(None)
+    assert called == ["call", "call", "reward_function"]
+
+
+PARAMS = {"x": 1.25, "waypoints": [(0.0, float(k)) for k in range(119)]}
+HEAD = "import numpy\ndef deep(n): return deep(n - 1) if n else numpy.zeros(0)[3]\n"
+FAILING = [  # body, line, found
+    ("    return None", 3, "returned None, of type NoneType"),
+    ("    return 'one'", 3, "returned 'one', of type str"),
+    ("    return 'nan'", 3, "returned nan"),
+    ("    return 10**400", 3, "too large for a number"),
+    ("    return 10**5000", 3, "a value that cannot be shown"),
+    ("    return [1.0]", 3, "of type list"),
+    ("    return float('nan')", 3, "returned nan"),
+    ("    return float('-inf')", 3, "returned -inf"),
+    ("    return 100001", 3, "returned 100001"),
+    ("    return numpy.ones(2)", 3, "of type ndarray"),
+    ("    return {}", 3, "returned {}, of type dict"),
+    ("    return 1j", 3, "of type complex"),
+    ("    pay = 1\n    return pay / 0", 5, "ZeroDivisionError: division by zero"),
+    ("    return params['heading']", 4, "KeyError: 'heading'"),
+    ("    return deep(3)", 2, "IndexError: index 3"),
+    ("    exit(1)", 4, "SystemExit: 1"),
+    ("    raise KeyboardInterrupt", 4, "KeyboardInterrupt"),
+    ("    import sys\n    sys.exit('over')", 5, "SystemExit: over"),
+    ("    raise GeneratorExit('x')", 4, "GeneratorExit: x"),
+    ("    import shapely_missing", 4, "`python -m pip install shapely_missing`"),
+    ("    return reward_function(params)", 4, "RecursionError"),
+]
+
+
+@pytest.mark.parametrize(("body", "line", "found"), FAILING)
+def test_a_failing_reward_gets_a_letter_with_line_and_parameters(tmp_path, body, line, found):
+    path = written(tmp_path, f"{HEAD}def reward_function(params):\n{body}\n")
+    with pytest.raises(RewardError) as caught:
+        load_reward_function(path).call(dict(PARAMS))
+    letter = str(caught.value)
+    assert letter.startswith(f"{path}:{line}: reward_function ")
+    assert found in letter
+    assert "expected a number" in letter
+    assert "x = 1.25" in letter
+    assert "waypoints = [(0.0, 0.0), (0.0, 1.0), ... 119 in all]" in letter
+
+
+@pytest.fixture
+def heeded():
+    """Ctrl-C is heard, even where the tests run in the background, which turns it off."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("heeded")
+def test_a_persons_ctrl_c_is_no_fault_of_the_reward(tmp_path):
+    press = "import signal\ndef reward_function(p):\n    signal.raise_signal(signal.SIGINT)\n    return 1\n"
+    with pytest.raises(KeyboardInterrupt):
+        loaded(tmp_path, press).call({})
+    with pytest.raises(KeyboardInterrupt):
+        loaded(tmp_path, press + "reward_function(1)\n")
+
+
+def test_a_ctrl_c_that_the_rewards_own_code_raises_is_a_fault_of_it(tmp_path):
+    text = "def inner():\n    raise KeyboardInterrupt\ndef reward_function(params):\n    return inner()\n"
+    with pytest.raises(RewardError, match=r"reward_function\.py:2: reward_function raised KeyboardInterrupt"):
+        loaded(tmp_path, text).call({"x": 1})
+
+
+def test_a_reward_that_hangs_is_ended_with_the_line_it_was_in(tmp_path):
+    text = "def reward_function(p):\n    k = 0\n    while True:\n        k += 1\n"
+    with pytest.raises(RewardError) as caught:
+        load_reward_function(written(tmp_path, text), seconds=0.1).call({"x": 1})
+    assert "reward_function had not returned after 0.1 s" in str(caught.value)
+    assert str(caught.value).partition(": ")[0] in [f"{tmp_path / 'reward_function.py'}:{line}" for line in (3, 4)]
+
+
+def test_a_reward_that_catches_its_end_and_answers_late_is_ended_all_the_same(tmp_path):
+    body = "    try:\n        while True:\n            pass\n    except:\n        pass\n    return 1.0\n"
+    reward = load_reward_function(written(tmp_path, f"def reward_function(params):\n{body}"), seconds=0.05)
+    with pytest.raises(RewardError, match=r"reward_function\.py:\d: reward_function had not returned after 0.05 s"):
+        reward.call({})
+
+
+def test_a_file_that_hangs_while_it_is_imported_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("racecraft.worlds.deepracer.files.reward_file.IMPORT_SECONDS", 0.1)
+    with pytest.raises(RewardFileError, match=r"had not returned after 0\.1 s while it was imported"):
+        loaded(tmp_path, "while True:\n    pass\n")
+
+
+def test_the_moments_that_a_reward_is_tried_at_follow_one_another():
+    """A reward that divides by the steps or the progress since its last call is as good as any (3 of 283 public)."""
+    moments = list(example_situations().values())
+    for before, after in itertools.pairwise(moments):
+        assert all(before[name] < after[name] for name in ("steps", "progress", "sim_time"))
+
+
+def test_a_reward_that_pays_by_the_steps_since_a_checkpoint_is_taken(tmp_path):
+    text = (
+        "before = {'steps': 0, 'progress': 0}\n"
+        "def reward_function(params):\n"
+        "    grew = {name: params[name] - before[name] for name in before}\n"
+        "    before.update(steps=params['steps'], progress=params['progress'])\n"
+        "    return grew['progress'] / grew['steps']\n"
+    )
+    assert all(paid > 0 for paid in validate(loaded(tmp_path, text)).values())
+
+
+def test_a_parameter_that_is_not_there_is_named_with_the_nearest(tmp_path):
+    reward = loaded(tmp_path, "def reward_function(params):\n    return params['distance_from_centre']\n")
+    with pytest.raises(RewardError, match="Did you mean 'distance_from_center'?"):
+        validate(reward)
+
+
+def test_the_letter_holds_the_line_itself_and_the_traceback_the_users_file(tmp_path):
+    path = written(tmp_path, "def reward_function(params):\n    return 1 / params['x']\n")
+    with pytest.raises(RewardError) as caught:
+        load_reward_function(path).call({"x": 0})
+    assert "return 1 / params['x']" in str(caught.value)
+    assert isinstance(caught.value.__cause__, ZeroDivisionError)
+    assert linecache.getline(str(path), 2).strip() == "return 1 / params['x']"
+
+
+def test_a_fault_in_a_module_beside_it_is_told_with_both_lines(tmp_path):
+    written(tmp_path, "def far(x):\n    return part(x)\n\ndef part(x):\n    return 1 / x\n", "helper.py")
+    reward = loaded(tmp_path, "import helper\ndef reward_function(params):\n    return helper.far(params['x'])\n")
+    with pytest.raises(RewardError) as caught:
+        reward.call({"x": 0})
+    line, *_ = str(caught.value).splitlines()
+    assert line.startswith(f"{tmp_path / 'reward_function.py'}:3: reward_function raised ZeroDivisionError")
+    assert f"(raised in {tmp_path / 'helper.py'}:5)" in line
+
+
+UNLOADABLE = [  # text, line, found, helped by
+    ("", None, "the file is empty", "racecraft new"),
+    ("\n\n", None, "the file is empty", "racecraft new"),
+    ("x = 1\ndef reward_function(params)\n    return 1\n", 2, "def reward_function(params)", "valid Python"),
+    ("def reward_function(params):\n\treturn 1\n        return 2\n", 3, "inconsistent", "valid Python"),
+    ("import no_such_module_here\n", 1, "ModuleNotFoundError", "Install 'no_such_module_here'"),
+    ("x = 1\ny = x / 0\n", 2, "ZeroDivisionError", "can be imported"),
+    ("import sys\nsys.exit(3)\n", 2, "SystemExit", "can be imported"),
+    ("def reward_funktion(params):\n    return 1\n", None, "no function", "Did you mean 'reward_funktion'"),
+    ("x = 1\nraise KeyboardInterrupt\n", 2, "raised KeyboardInterrupt while it was imported", "can be imported"),
+    ("import os\nos._exit(3)\n", 2, "`os._exit` would end the whole training at once", "Take it out"),
+    ("from os import _exit\ndef reward_function(p):\n    _exit(0)\n", 1, "`os._exit`", "Take it out"),
+    ("from scipy_missing import x\n", 1, "ModuleNotFoundError", "`python -m pip install scipy_missing`"),
+    ("import sklearn_missing, PIL_.x\n", 1, "No module named 'sklearn_missing'", "or put sklearn_missing.py beside"),
+    ("reward = 3\n", None, "no function `reward_function`", "def reward_function(params)"),
+    ("reward_function = 3\n", None, "`reward_function` is 3", "def reward_function(params)"),
+    ("def reward_function():\n    return 1\n", 1, "`reward_function()`", "`def reward_function(params):`"),
+    ("\ndef reward_function(a, b):\n    return 1\n", 2, "`reward_function(a, b)`", "`def reward_function(params):`"),
+    ("class Reward:\n    def reward_function(self, p):\n        return 1\n", None, "no function", "reward = Reward()"),
+    ("x = '\x00'\n", None, "", "valid Python"),
+]
+
+
+@pytest.mark.parametrize(("text", "line", "found", "cure"), UNLOADABLE)
+def test_a_file_that_cannot_be_loaded_gets_a_letter(tmp_path, text, line, found, cure):
+    path = written(tmp_path, text)
+    with pytest.raises(RewardFileError) as caught:
+        load_reward_function(path)
+    letter = str(caught.value)
+    assert letter.startswith(str(path) + (f":{line}: " if line else ""))
+    assert found in letter
+    assert "expected" in letter
+    assert cure in letter
+
+
+def test_a_missing_file_and_a_file_that_is_no_text_get_letters(tmp_path):
+    with pytest.raises(RewardFileError, match=r"nothing\.py: there is no such file"):
+        load_reward_function(tmp_path / "nothing.py")
+    (tmp_path / "r.py").write_bytes(b"x = '\xff\xfe\xfd'\n")
+    with pytest.raises(RewardFileError, match="no text that Python reads"):
+        load_reward_function(tmp_path / "r.py")
+
+
+def test_a_byte_order_mark_and_windows_line_ends_are_read(tmp_path):
+    path = tmp_path / "reward_function.py"
+    path.write_bytes(b"\xef\xbb\xbfdef reward_function(params):\r\n    return 1 / 0\r\n")
+    with pytest.raises(RewardError, match=r"reward_function\.py:2: "):
+        load_reward_function(path).call({})
+
+
+def test_what_python_only_warns_of_is_not_told(tmp_path):
+    """A racer's file of Python 3.6: an escape that is none, a comparison with a number by `is`."""
+    text = 'def reward_function(params):\n    "Pays \\d."\n    return 2.0 if params["x"] is 1 else 1.0\n'
+    assert loaded(tmp_path, text).call({"x": 3}) == 1.0
+
+
+def test_what_numpy_returns_is_no_surprise(tmp_path):
+    reward = loaded(tmp_path, "import numpy as np\ndef reward_function(p):\n    return np.exp(-p['d'])\n")
+    assert reward.call({"d": 0.0}) == 1.0
+    with pytest.raises(RewardError, match="returned inf"), np.errstate(over="ignore"):
+        reward.call({"d": -1e4})
+
+
+def test_a_car_among_cars_is_paid_for_speed_in_the_lane_that_is_free(tmp_path):
+    """Behind a car on the left of a road 1 m wide: the right lane pays more than the middle, and that than the left."""
+    reward = loaded(tmp_path, default_reward_source(has_objects=True, has_rivals=True))
+    behind = {**example_situations()["an object ahead"], "projection_distance": 5.5}
+
+    def paid(place, **changes):
+        beside = {"distance_from_center": abs(place), "is_left_of_center": place > 0}
+        return reward.call({**behind, **beside, **changes})
+
+    assert paid(-0.25) > paid(0.0) > paid(0.25) > 1e-3
+    assert paid(-0.25, speed=2.0) == 2 * paid(-0.25, speed=1.0) == 2.0
+    assert paid(-0.25, is_crashed=True) == paid(-0.25, is_offtrack=True) == 1e-3
+    far = {"projection_distance": 1.0}
+    assert paid(0.0, **far) > paid(-0.25, **far), "nobody near: the middle of the road"
+    passed = {"projection_distance": 6.3 + 0.3}
+    assert paid(-0.25, **passed) > paid(0.0, **passed), "beside the other, until it is passed"
+    assert paid(0.0, projection_distance=6.3 + 0.5) > paid(-0.25, projection_distance=6.3 + 0.5)
+
+
+@pytest.mark.parametrize(("letters", "told"), [(198, "'" + "a" * 198 + "'"), (199, "'" + "a" * 199 + "...")])
+def test_of_a_long_answer_a_letter_shows_200_letters(tmp_path, letters, told):
+    with pytest.raises(RewardError) as refused:
+        loaded(tmp_path, f"def reward_function(params):\n    return 'a' * {letters}\n").call({})
+    assert f"returned {told}, of type str" in str(refused.value)
+
+
+def test_a_helper_of_nearly_the_name_is_none_to_rename(tmp_path):
+    with pytest.raises(RewardFileError) as refused:
+        loaded(tmp_path, "reward_functions = 3\ndef _reward_function(params):\n    return 1.0\n")
+    assert "Rename it" not in str(refused.value)
+
+
+@pytest.mark.parametrize("pay", ["1e5", "-1e5", "100000", "-100000"])
+def test_a_reward_of_a_hundred_thousand_is_the_largest(tmp_path, pay):
+    """AWS ended a training beyond it."""
+    assert loaded(tmp_path, f"def reward_function(p):\n    return {pay}\n").call({}) == float(pay)
+    for beyond in (f"{pay} * 1.000001", f"int({pay} * 1.00001)"):
+        with pytest.raises(RewardError, match="expected a number from -1e5 to 1e5"):
+            loaded(tmp_path, f"def reward_function(p):\n    return {beyond}\n").call({})
+
+
+def test_a_call_may_last_as_long_as_at_awss_validator():
+    assert inspect.signature(load_reward_function).parameters["seconds"].default == 5
+
+
+ODD = """\
+import numpy
+class Sized:
+    size = 1
+    def __float__(self):
+        return 2.0
+class Many:
+    size = 2
+    def item(self):
+        return 9.0
+    def __float__(self):
+        return 3.0
+ANSWERS = [Sized(), Many(), numpy.full((1, 1), 4.0), numpy.float32(5), True]
+def reward_function(k):
+    return ANSWERS[k]
+"""
+
+
+def test_whatever_float_takes_is_a_number_and_arrays_of_one_are_without_a_warning(tmp_path):
+    reward = loaded(tmp_path, ODD)
+    assert [reward.call(k) for k in range(5)] == [2.0, 3.0, 4.0, 5.0, 1.0]
+
+
+def test_what_copies_print_goes_where_the_first_ones_goes(tmp_path, capsys):
+    log, other = io.StringIO(), io.StringIO()
+    text = "seen = []\ndef reward_function(p):\n    print('here', end='!')\n    print('there', file=p)\n    return 1\n"
+    reward = loaded(tmp_path, text, log)
+    (copy,) = reward.copies(1)
+    (again,) = copy.copies(1)
+    for one in (reward, copy, again):
+        one.call(other)
+    assert (log.getvalue(), other.getvalue(), capsys.readouterr().out) == ("here!" * 3, "there\n" * 3, "")
+
+
+def test_a_file_that_fails_leaves_no_module_behind(tmp_path):
+    before = set(sys.modules)
+    with pytest.raises(RewardFileError):
+        loaded(tmp_path, "x = 1 / 0\n")
+    assert {name for name in set(sys.modules) - before if name.startswith("racecraft_reward")} == set()
+
+
+def test_of_a_fault_deep_in_the_file_the_innermost_line_is_told(tmp_path):
+    text = (
+        "def part(x):\n    return 1 / x\ndef far(x):\n    return part(x)\ndef reward_function(p):\n    return far(0)\n"
+    )
+    with pytest.raises(RewardError, match=r"reward_function\.py:2: .*\n    return 1 / x\n"):
+        loaded(tmp_path, text).call({})
+    with pytest.raises(RewardFileError, match=r"reward_function\.py:2: raised ZeroDivisionError"):
+        loaded(tmp_path, text + "far(0)\n")
+    with pytest.raises(RewardError, match=r"reward_function\.py:1: .*\n    def reward_function\(p\): return 1 / 0\n"):
+        loaded(tmp_path, "def reward_function(p): return 1 / 0").call({})
+
+
+@pytest.mark.parametrize("raised", ["KeyError", "KeyError(3)", "KeyError('x')"])
+def test_a_missing_key_that_is_no_parameter_has_no_nearest(tmp_path, raised):
+    reward = loaded(tmp_path, f"def reward_function(p):\n    raise {raised}\n")
+    params = {} if "'" in raised else {"x": 1}
+    with pytest.raises(RewardError, match="expected a number. Mend this line, or guard it") as caught:
+        reward.call(params)
+    assert "nearest" not in str(caught.value)
+
+
+def test_a_call_that_cannot_be_ended_is_told_of_with_its_line(tmp_path, capsys):
+    """The thread that looks on asks where another one sits; here it is asked from within."""
+    reward = loaded(tmp_path, "x = 1\ndef reward_function(p):\n    p(1)\n    return 1\n")
+    reward.call(lambda k: reward._tell_stuck(threading.get_ident()))
+    reward._tell_stuck(-1)
+    said = capsys.readouterr().err.splitlines()
+    path = tmp_path / "reward_function.py"
+    assert said == [f"{place}: does not return and cannot be ended here; Ctrl-C ends the training."
+                    for place in (f"{path}:3", path)]  # fmt: skip
+
+
+def test_a_reward_that_is_no_plain_function_is_told_at_the_first_line(tmp_path):
+    text = "import functools\ndef pay(p, k):\n    return k\nreward_function = functools.partial(pay, k=None)\n"
+    with pytest.raises(RewardError, match=r"reward_function\.py:1: reward_function returned None"):
+        loaded(tmp_path, text).call({})
+
+
+def test_only_a_function_of_the_files_own_may_be_meant(tmp_path):
+    with pytest.raises(RewardFileError) as refused:
+        loaded(tmp_path, "from math import sqrt as reward_functio\n")
+    assert "reward_functio'" not in str(refused.value)
+
+
+def test_what_is_no_set_of_parameters_is_shown_as_it_is(tmp_path):
+    with pytest.raises(RewardError, match=r"\n  parameters: \[1, 2, ... 7 in all\]"):
+        loaded(tmp_path, "def reward_function(p):\n    return None\n").call([1, 2, 3, 4, 5, 6, 7])
+    with pytest.raises(RewardError, match=r"parameters of that moment:\n    a = \(1, 2, 3, 4, 5, 6\)\n    b = \[\]"):
+        loaded(tmp_path, "def reward_function(p):\n    return None\n").call({"a": (1, 2, 3, 4, 5, 6), "b": []})

@@ -1,0 +1,65 @@
+"""A reward file before it is run: read, written again, refused."""
+
+import pytest
+
+from racecraft.contract.errors import RewardFileError
+from racecraft.worlds.deepracer.files.reward_source import how_to_install, read_reward_source, write_reward
+
+
+def test_a_file_and_what_it_needs_are_written_as_they_were(tmp_path):
+    (tmp_path / "helpers").mkdir()
+    (tmp_path / "helpers" / "inner.py").write_text("PAY = 2\n")
+    (tmp_path / "mine.py").write_text("from helpers.inner import PAY\ndef reward_function(p):\n    return PAY\n")
+    source = read_reward_source(tmp_path / "mine.py")
+    (tmp_path / "again").mkdir()
+    write_reward(source, tmp_path / "again")
+    again = read_reward_source(tmp_path / "again" / "reward_function.py")
+    assert (again.text, again.modules) == (source.text, {"helpers/inner.py": "PAY = 2\n"})
+
+
+@pytest.mark.parametrize("line", ["x = '\\d'", "x = 1 is 1"])
+def test_what_python_only_warns_of_stops_nobody(tmp_path, line):
+    (tmp_path / "r.py").write_text(f"{line}\ndef reward_function(p):\n    return 1\n")
+    assert read_reward_source(tmp_path / "r.py").analysis.ends_process is None
+
+
+@pytest.mark.parametrize(
+    ("name", "package", "top"),
+    [("cv2", "opencv-python-headless", "cv2"), ("PIL.Image", "pillow", "PIL"), ("pandas.io", "pandas", "pandas")],
+)
+def test_a_missing_module_is_named_as_it_is_installed(tmp_path, name, package, top):
+    assert how_to_install(name, tmp_path / "r.py") == (
+        f"Install '{top}' into this environment with `python -m pip install {package}`, or put {top}.py beside r.py."
+    )
+
+
+def test_a_remark_is_told_with_file_and_line(tmp_path):
+    (tmp_path / "r.py").write_text("def reward_function(p):\n    return float(p['steps'] == 1)\n")
+    (remark,) = read_reward_source(tmp_path / "r.py").remarks
+    assert remark.startswith("r.py:2: `p['steps'] == 1` never holds")
+
+
+def test_what_is_no_python_is_refused_with_its_line(tmp_path):
+    (tmp_path / "r.py").write_text("x = 1\ny = (\n")
+    with pytest.raises(RewardFileError, match=r"r\.py:2: '\(' was never closed in `y = \(`; expected valid Python"):
+        read_reward_source(tmp_path / "r.py")
+    (tmp_path / "r.py").write_text(" \n\t\n")
+    with pytest.raises(RewardFileError, match="the file is empty"):
+        read_reward_source(tmp_path / "r.py")
+    with pytest.raises(RewardFileError, match="cannot be read"):
+        read_reward_source(tmp_path)
+
+
+def test_a_module_beside_it_that_is_no_text_is_refused(tmp_path):
+    (tmp_path / "helper.py").write_bytes(b"\xff\xfe\xfd")
+    (tmp_path / "r.py").write_text("import helper\ndef reward_function(p):\n    return 1\n")
+    with pytest.raises(RewardFileError, match=r"r\.py: a module beside it cannot be read"):
+        read_reward_source(tmp_path / "r.py")
+
+
+def test_annotations_are_what_python_makes_of_them(tmp_path):
+    """Python compiles a text with the future imports of whoever compiles it, unless it is told not to."""
+    (tmp_path / "r.py").write_text("def reward_function(p: int): ...\n")
+    names = {}
+    exec(read_reward_source(tmp_path / "r.py").code, names)
+    assert names["reward_function"].__annotations__ == {"p": int}

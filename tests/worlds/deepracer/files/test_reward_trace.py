@@ -1,0 +1,58 @@
+"""How a reward came about: each number that a line of the racer's file assigned, and no others."""
+
+import sys
+
+import pytest
+
+from racecraft.contract.errors import RewardError
+from racecraft.worlds.deepracer.files.reward_file import load_reward_function
+from racecraft.worlds.deepracer.files.reward_trace import RewardTrace, Term
+
+TEXT = """\
+from helper_traced import twice
+def part(x):
+    y = x + 1
+    return y
+def reward_function(params):
+    speed = params["speed"]
+    word = "fast"
+    pay = 1.0
+    for k in range(3):
+        pay = pay + k
+    total = sum(j for j in range(4))
+    pay = twice(pay) + part(speed)
+    same = same_again = pay
+    pay = pay
+    return pay"""
+
+
+@pytest.fixture
+def trace(tmp_path):
+    (tmp_path / "helper_traced.py").write_text("def twice(x):\n    z = 2 * x\n    return z\n")
+    (tmp_path / "reward_function.py").write_text(TEXT)
+    return RewardTrace(load_reward_function(tmp_path / "reward_function.py"))
+
+
+def test_every_number_that_a_line_gave_is_kept_by_line_and_name(trace):
+    """Of the loop its last turn: 1 + 0 + 1 + 2 = 4; then 2 * 4 + (2 + 1) = 11."""
+    before = sys.gettrace()
+    assert trace.call({"speed": 2.0}) == 11.0
+    assert sys.gettrace() is before
+    assert trace.terms == {
+        Term(3, "y"): 3, Term(6, "speed"): 2, Term(8, "pay"): 1, Term(9, "k"): 2, Term(10, "pay"): 4,
+        Term(11, "total"): 6, Term(12, "pay"): 11, Term(13, "same"): 11, Term(13, "same_again"): 11,
+    }  # fmt: skip
+    assert [(term.line, term.name) for term in trace.terms] == sorted((term.line, term.name) for term in trace.terms)
+
+
+def test_a_term_is_shown_with_its_line(trace):
+    shown = [trace.text(Term(line, "")) for line in (1, 6, 15, 16)]
+    assert shown == ["from helper_traced import twice", 'speed = params["speed"]', "return pay", ""]
+
+
+def test_a_reward_that_fails_has_told_what_it_reached(trace):
+    before = sys.gettrace()
+    with pytest.raises(RewardError, match="KeyError"):
+        trace.call({})
+    assert sys.gettrace() is before
+    assert trace.terms == {}

@@ -1,0 +1,204 @@
+"""Damaged files: what is wrong is named by file and line, and the rest is read."""
+
+import math
+
+import numpy as np
+import polars as pl
+import pytest
+from tests.worlds.deepracer.logs import makers
+
+from racecraft.worlds.deepracer.logs import read, rows_of_text
+
+
+def spoiled(tmp_path, change, name="0-iteration.csv", **details):
+    """Write two iterations, the first with its lines changed; return its path, and what was read of both."""
+    folder = tmp_path / "training-simtrace"
+    lines = makers.csv_text(makers.iteration(range(3), **details)).split("\n")
+    folder.mkdir()
+    (folder / name).write_text("\n".join(change(lines)))
+    makers.write(folder / "1-iteration.csv", makers.iteration(range(3, 6)))
+    return folder / name, read(tmp_path)
+
+
+def test_a_torn_last_row_is_named_and_the_rest_is_read(tmp_path):
+    path, logs = spoiled(tmp_path, lambda lines: [*lines[:-2], lines[-2][:25]])
+    assert logs.ticks.collect().height == 2 * 36 - 1
+    assert [(one.file, one.line) for one in logs.damaged] == [(str(path), 37)]
+    assert "values where 17 are expected" in logs.damaged[0].what
+
+
+def test_a_value_that_is_none_is_named_with_its_column(tmp_path):
+    def change(lines):
+        cells = lines[4].split(",")
+        cells[2] = "east"
+        return [*lines[:4], ",".join(cells), *lines[5:]]
+
+    path, logs = spoiled(tmp_path, change)
+    assert str(logs.damaged[0]) == f"{path}:5: X is 'east'; the row was passed over"
+    frame = logs.ticks.collect()
+    assert frame.height == 71
+    assert 5 not in frame.filter(pl.col("file") == 0)["line"].to_list()
+    assert {4, 6} <= set(frame.filter(pl.col("file") == 0)["line"].to_list())
+
+
+def test_a_pose_that_is_not_a_number_is_damage(tmp_path):
+    path, logs = spoiled(
+        tmp_path, lambda lines: [line.replace(",", ",nan,", 1) if k == 3 else line for k, line in enumerate(lines)]
+    )
+    assert [one.line for one in logs.damaged] == [4]
+
+    def change(lines):
+        cells = lines[7].split(",")
+        cells[4] = "nan"
+        return [*lines[:7], ",".join(cells), *lines[8:]]
+
+    (tmp_path / "b").mkdir()
+    path, logs = spoiled(tmp_path / "b", change)
+    assert str(logs.damaged[0]) == f"{path}:8: yaw is 'nan'; the row was passed over"
+
+
+def test_too_many_values_are_named(tmp_path):
+    path, logs = spoiled(tmp_path, lambda lines: [f"{line},7" if k == 9 else line for k, line in enumerate(lines)])
+    assert str(logs.damaged[0]) == f"{path}:10: 18 values where 17 are expected; the row was passed over"
+    assert logs.ticks.collect().height == 71
+
+
+def test_an_empty_file_and_one_that_is_no_trace_are_named(tmp_path):
+    path, logs = spoiled(tmp_path, lambda lines: [])
+    assert str(logs.damaged[0]) == f"{path}: the file is empty"
+    assert logs.ticks.collect().height == 36
+    (tmp_path / "b").mkdir()
+    path, logs = spoiled(tmp_path / "b", lambda lines: ["a,b,c", "1,2,3"])
+    assert str(logs.damaged[0]).startswith(f"{path}:1: no column episode, steps, X")
+
+
+def test_a_file_with_its_header_alone_is_no_damage(tmp_path):
+    _, logs = spoiled(tmp_path, lambda lines: [lines[0], ""])
+    assert (logs.ticks.collect().height, logs.damaged) == (36, ())
+
+
+def test_files_of_several_versions_are_one_table(tmp_path):
+    def old(lines):
+        return [",".join(line.split(",")[:15]) if line else line for line in lines]
+
+    _, logs = spoiled(tmp_path, old)
+    frame = logs.ticks.collect()
+    assert (frame.height, logs.damaged) == (72, ())
+    assert frame.filter(pl.col("iteration") == 0)["status"].null_count() == 36
+    assert frame.filter(pl.col("iteration") == 1)["status"].null_count() == 0
+    assert frame["unique_episode"].n_unique() == 6
+
+
+@pytest.mark.parametrize("little", [0, 1 << 30])
+@pytest.mark.parametrize("odd", range(4))
+def test_a_trace_among_many_is_read_by_its_own_header_wherever_it_stands(tmp_path, monkeypatch, little, odd):
+    monkeypatch.setattr(rows_of_text, "LITTLE_BYTES", little)
+    makers.drfc(tmp_path, iterations=4)
+    alike = read(tmp_path).ticks.collect()
+    path = tmp_path / "training-simtrace" / f"{odd}-iteration.csv"
+    head, *rows = path.read_text().splitlines()
+    turned = [",".join(reversed(line.split(","))) for line in (head, *rows)]
+    path.write_text("\n".join(turned) + "\n")
+    assert read(tmp_path).ticks.collect().equals(alike)
+    path.write_text("\n".join([head.upper(), *rows]) + "\n")
+    assert read(tmp_path).ticks.collect().equals(alike)
+    path.write_text(head[:20])
+    logs = read(tmp_path)
+    assert logs.ticks.collect().height == alike.filter(pl.col("iteration") != odd).height
+    assert [str(one.file) for one in logs.damaged] == [str(path)]
+
+
+@pytest.mark.parametrize("little", [0, 1 << 30])
+def test_angles_and_progress_are_ours_to_the_last_bit(tmp_path, monkeypatch, little):
+    """8.1818 % is 0.081818 of a lap, not 0.08181800000000002; so it is in a row beside a damaged one."""
+    monkeypatch.setattr(rows_of_text, "LITTLE_BYTES", little)
+    path = tmp_path / "0-iteration.csv"
+    head, *rows = makers.csv_text(makers.iteration(range(2))).splitlines()
+    place = {name: head.split(",").index(name) for name in ("yaw", "steer", "progress")}
+    told = {"yaw": "-34.27517943144103", "steer": "30.0", "progress": "8.1818"}
+    rows = [row.split(",") for row in rows]
+    for row in rows:
+        for name, value in told.items():
+            row[place[name]] = value
+    rows[3][place["yaw"]] = "north"
+    rows[5][place["yaw"]] = "-3.427517943144103e1"  # read by the careful reader in both
+    path.write_text("\n".join([head, *(",".join(row) for row in rows)]) + "\n")
+    ticks = read(path).ticks.select("yaw_rad", "steering_rad", "progress_share").collect()
+    assert ticks.height == len(rows) - 1
+    assert ticks.unique().row(0) == (math.radians(-34.27517943144103), math.radians(30.0), 0.081818)
+    assert ticks.n_unique() == 1
+
+
+def test_columns_in_another_order_are_found_by_name(tmp_path):
+    _, logs = spoiled(tmp_path, lambda lines: [",".join(reversed(line.split(","))) if line else line for line in lines])
+    frame = logs.ticks.collect()
+    assert logs.damaged == ()
+    same = [
+        name
+        for name in frame.columns
+        if name not in ("line", "file", "iteration", "episode", "unique_episode", "time_s")
+    ]
+    assert (
+        frame.filter(pl.col("iteration") == 0).select(same).equals(frame.filter(pl.col("iteration") == 1).select(same))
+    )
+
+
+def test_continuous_actions_are_read_with_and_without_damage(tmp_path):
+    _, logs = spoiled(tmp_path, lambda lines: lines, continuous=True)
+    frame = logs.ticks.collect().filter(pl.col("iteration") == 0)
+    assert (frame["action"] == -1).all()
+    assert np.allclose(np.degrees(frame["steering_rad"].to_numpy()[:3]), np.degrees([-0.5, 0.0, 0.5]))
+    (tmp_path / "b").mkdir()
+    _, logs = spoiled(tmp_path / "b", lambda lines: [*lines[:-2], "half"], continuous=True)
+    assert (logs.ticks.collect().height, len(logs.damaged)) == (71, 1)
+
+
+def test_a_clock_that_jumps_is_named_and_its_rows_are_kept(tmp_path):
+    columns = makers.iteration(range(2))
+    columns["tstamp"][5:12] -= 100.0
+    columns["tstamp"][18:24] += 60.0
+    path = makers.write(tmp_path / "training-simtrace" / "0-iteration.csv", columns)
+    logs = read(tmp_path)
+    assert [(one.file, one.line) for one in logs.damaged] == [(str(path), 7), (str(path), 20)]
+    assert "runs back by 99.933 s" in logs.damaged[0].what
+    assert "leaps by 60.067 s" in logs.damaged[1].what
+    assert logs.ticks.collect().height == 24
+
+
+def test_many_bad_rows_are_counted_after_the_first_twenty(tmp_path):
+    _, logs = spoiled(tmp_path, lambda lines: [lines[0], *["x"] * 30, *lines[1:]])
+    assert len(logs.damaged) == 21
+    assert logs.damaged[-1].what == "10 more rows were passed over"
+    assert logs.ticks.collect().height == 72
+
+
+def test_a_bad_line_in_a_log_is_named_by_its_line_in_the_log(tmp_path):
+    lines = makers.log_text(makers.iteration(range(2))).splitlines()
+    lines[6] = lines[6][:40]
+    (tmp_path / "a.log").write_text("\n".join([*lines[:3], "", 'an "odd" line', "", *lines[3:]]))
+    logs = read(tmp_path / "a.log")
+    assert [(one.file, one.line) for one in logs.damaged] == [(str(tmp_path / "a.log"), 10)]
+    assert logs.ticks.collect().height == 23
+
+
+def test_metrics_that_are_no_json_are_named_and_the_traces_read(tmp_path):
+    makers.drfc(tmp_path)
+    (tmp_path / "metrics").mkdir()
+    (tmp_path / "metrics" / "TrainingMetrics.json").write_text('{"metrics": [')
+    logs = read(tmp_path)
+    assert logs.ticks.collect().height == 72
+    assert [one.what.startswith("no valid JSON") for one in logs.damaged] == [True]
+
+
+def test_many_damaged_files_among_sound_ones_cost_no_sound_row(tmp_path):
+    makers.drfc(tmp_path, iterations=9)
+    for k in (1, 4, 8):
+        path = tmp_path / "training-simtrace" / f"{k}-iteration.csv"
+        path.write_text(path.read_text().replace(",False,", ",Fal,", 1))
+    logs = read(tmp_path)
+    frame = logs.ticks.collect()
+    assert frame.height == 9 * 36 - 3
+    assert sorted(one.line for one in logs.damaged) == [2, 2, 2]
+    assert frame["unique_episode"].is_sorted()
+    assert frame["unique_episode"].n_unique() == 27
+    assert frame["iteration"].is_sorted()

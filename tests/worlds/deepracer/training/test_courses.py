@@ -1,0 +1,127 @@
+"""Courses of one training: what worker files and alternating directions ask for, found in what is really driven."""
+
+import json
+
+import polars
+import pytest
+from tests.worlds.deepracer.training.test_run_env_effects import SMALL, Silence
+
+from racecraft.contract.errors import RunFolderError, SettingError
+from racecraft.training.worlds import resume, train
+from racecraft.worlds.deepracer.files.run_env import RunEnvError
+from racecraft.worlds.deepracer.players.run_courses import shares
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
+from racecraft.worlds.deepracer.training.plan import RaceRequest, plan_car, plan_resume
+
+FOUR_CARS = (
+    *SMALL,
+    "evaluation.episodes=2",
+    "rollout.num_worlds=4",
+    "rollout.horizon=24",
+    "race.max_episode_seconds=1",
+)
+
+
+def folder_with(tmp_path, *lines, **workers):
+    folder = tmp_path / "my-car"
+    folder.mkdir(exist_ok=True)
+    (folder / "run.env").write_text("\n".join(lines) + "\n")
+    for name, text in workers.items():
+        (folder / f"{name.replace('_', '-')}.env").write_text(text)
+    return folder
+
+
+MULTI = ("DR_TRAIN_MULTI_CONFIG=True", "DR_WORKERS=2", "DR_WORLD_NAME=reinvent_base", "RACECRAFT_STOP=iterations=1")
+
+
+def test_a_worker_file_s_cars_drive_on_its_own_track_and_the_run_goes_on_there(tmp_path):
+    folder = folder_with(tmp_path, *MULTI, worker_2="DR_WORLD_NAME=Oval_track\nDR_TRAIN_REVERSE_DIRECTION=True\n")
+    trained = train(RaceRequest(folder, run=tmp_path / "run", overrides=FOUR_CARS), Silence(), lambda _: None)
+    lengths = [load_track(name).as_filed().length for name in ("reinvent_base", "Oval_track")]
+    ticks = polars.read_parquet(trained.run.episodes / "1.parquet")
+    driven = dict(ticks.group_by("world").agg(polars.col("track_length_m").first()).iter_rows())
+    assert [driven[world] for world in range(4)] == pytest.approx([lengths[0]] * 2 + [lengths[1]] * 2)
+    assert len(json.loads((trained.run.evaluations / "1.json").read_text())["laps"]) == 4  # two on each course
+    told = trained.run.read_job()["courses"]
+    assert [(one["track"], one["settings"]["race"]["reverse"]) for one in told] == [
+        ("reinvent_base", False),
+        ("Oval_track", True),
+    ]
+    again = resume(tmp_path / "run", ("iterations=2",), Silence(), lambda _: None)
+    ticks = polars.read_parquet(again.run.episodes / "2.parquet")
+    assert set(ticks["track_length_m"].round(3)) == {round(length, 3) for length in lengths}
+
+
+def test_a_course_that_has_changed_since_is_not_driven_on(tmp_path):
+    folder = folder_with(tmp_path, *MULTI, worker_2="DR_WORLD_NAME=Oval_track\n")
+    trained = train(RaceRequest(folder, run=tmp_path / "run", overrides=FOUR_CARS), Silence(), lambda _: None)
+    job = trained.run.read_job()
+    job["courses"][1]["hash"] = "another"
+    trained.run.write_job(job)
+    with pytest.raises(RunFolderError, match="its course on 'Oval_track' has changed since the run began"):
+        plan_resume(tmp_path / "run")
+
+
+def test_half_of_the_cars_drive_the_other_way_where_directions_alternate(tmp_path):
+    folder = folder_with(tmp_path, "DR_TRAIN_ALTERNATE_DRIVING_DIRECTION=True", "RACECRAFT_STOP=iterations=1")
+    trained = train(RaceRequest(folder, run=tmp_path / "run", overrides=FOUR_CARS), Silence(), lambda _: None)
+    ticks = polars.read_parquet(trained.run.episodes / "1.parquet").filter(polars.col("tick") == 1)
+    track = load_track("reinvent_base")
+    for world, circuit in ((0, track), (2, track.reversed())):
+        first = ticks.filter(polars.col("world") == world).row(0, named=True)
+        assert first["yaw_rad"] == pytest.approx(circuit.pose_at_share(0.0).yaw, abs=1e-6)
+    note = "cars side by side: 2 on reinvent_base, 2 on reinvent_base the other way"
+    assert any(note in said for said in trained.run.read_job()["notes"])
+    params = (trained.run.path / "training_params.yaml").read_text()
+    assert 'ALTERNATE_DRIVING_DIRECTION: "True"' in params or "ALTERNATE_DRIVING_DIRECTION: 'True'" in params
+
+
+def test_workers_of_both_directions_make_four_courses(tmp_path):
+    folder = folder_with(
+        tmp_path, *MULTI, "DR_TRAIN_ALTERNATE_DRIVING_DIRECTION=True", worker_2="DR_WORLD_NAME=Oval_track"
+    )
+    planned = plan_car(RaceRequest(folder, overrides=FOUR_CARS))
+    laid = [(course.track.name, course.race.reverse) for course in planned.courses]
+    assert laid == [("reinvent_base", False), ("reinvent_base", True), ("Oval_track", False), ("Oval_track", True)]
+
+
+WRONG = [  # lines of run.env, worker-2.env, file, what the letter holds
+    (MULTI, None, "run.env:1", "DR_WORKERS asks for 2 courses and there is no worker-2.env"),
+    ((*MULTI[:1], "DR_WORKERS=1.5"), None, "run.env:2", "DR_WORKERS: '1.5'; expected a whole number"),
+    ((*MULTI[:1], "DR_WORKERS=0"), None, "run.env:2", "DR_WORKERS: '0'; expected a number from 1 to 64"),
+    (MULTI, "DR_WORLD_NAME=Ovl_track", "worker-2.env:1", "DR_WORLD_NAME: 'Ovl_track'"),
+    (MULTI, "\nDR_RACE_TYPE=HEAD_TO_MODEL", "worker-2.env:2", "'HEAD_TO_MODEL' races on one course only"),
+    (MULTI, "DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_NUMBER_OF_OBSTACLES=x", "worker-2.env:2", "DR_OA_NUMBER_OF"),
+    (MULTI, "DR_TRAIN_REVERSE_DIRECTION=left", "worker-2.env:1", "expected True or False"),
+    (MULTI, "DR_TRAIN_START_POSITION_OFFSET=2", "worker-2.env:1", "expected a number from 0 to 1"),
+    (MULTI, "DR_WORLD_NAME", "worker-2.env:1", "expected lines of KEY=VALUE"),
+    (("DR_TRAIN_ALTERNATE_DRIVING_DIRECTION=both",), None, "run.env:1", "'both'; expected True or False"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("lines", "worker", "place", "found"), WRONG)
+def test_what_cannot_be_laid_out_gets_a_letter_with_file_and_line(tmp_path, lines, worker, place, found):
+    folder = folder_with(tmp_path, *lines, **({} if worker is None else {"worker_2": worker}))
+    with pytest.raises(RunEnvError) as caught:
+        plan_car(RaceRequest(folder))
+    assert str(caught.value).startswith(str(folder / place))
+    assert found in str(caught.value)
+
+
+def test_cars_are_shared_out_evenly_and_no_course_goes_empty():
+    assert shares(5, 2) == [3, 2]
+    with pytest.raises(SettingError, match="rollout.num_worlds is 1, and 2 courses are to be driven"):
+        shares(1, 2)
+
+
+def test_a_worker_may_race_among_boxes_beside_a_time_trial(tmp_path):
+    """What racers asked for: one course bare, one with boxes; a critic is told of boxes where there are some."""
+    boxes = "DR_RACE_TYPE=OBJECT_AVOIDANCE\nDR_OA_NUMBER_OF_OBSTACLES=2\n"
+    folder = folder_with(tmp_path, *MULTI, worker_2=boxes)
+    planned = plan_car(RaceRequest(folder, overrides=FOUR_CARS))
+    assert [course.race.type for course in planned.courses] == ["TIME_TRIAL", "OBJECT_AVOIDANCE"]
+    assert planned.courses[1].settings.boxes.number == 2
+    trained = train(RaceRequest(folder, run=tmp_path / "run", overrides=FOUR_CARS), Silence(), lambda _: None)
+    assert trained.outcome.iterations == 1
+    again = plan_resume(tmp_path / "run")
+    assert [course.as_dictionary() for course in again.courses] == [one.as_dictionary() for one in planned.courses]
