@@ -19,11 +19,11 @@ test: env  ## every test that CI runs, on two cores: tests with warnings as erro
 quick: env  ## the everyday loop: what a room does by itself; commands, trainings, jobs and slow tests are left to `make test`
 	$(BIN)/python -m pytest -q --quick -n 2 --dist loadfile $(foreach part,cli compat docs jobs training worlds/deepracer/training worlds/battlesnake/training worlds/unity/training,--ignore=tests/$(part))
 
-check: env  ## form: format, lint, types, import floors, generated docs current
+check: env  ## form: format, lint, types, import rules, generated docs current
 	$(BIN)/ruff format --check src tests scripts benchmarks examples
 	$(BIN)/ruff check src tests scripts benchmarks examples
 	$(BIN)/mypy
-	$(BIN)/python -m pytest -q tests/test_floors.py
+	$(BIN)/python -m pytest -q tests/test_imports.py
 	$(BIN)/python scripts/generate_docs.py --check
 	$(BIN)/mkdocs build --strict --quiet
 
