@@ -50,12 +50,13 @@ def pages() -> dict[str, str]:
 def settings_page() -> str:
     """Return the table of settings."""
     from racecraft.algorithms.registry import ALGORITHMS
+    from racecraft.contract.kinds import kind_names
     from racecraft.settings.describe import settings_markdown
-    from racecraft.training.worlds import WORLDS, kind_named
+    from racecraft.training.worlds import training_in
 
     composed = {
-        (world, name): kind_named(world).default_settings(algorithm)
-        for world in WORLDS
+        (world, name): training_in(world).default_settings(algorithm)
+        for world in kind_names()
         for name, algorithm in ALGORITHMS.items()
     }
 

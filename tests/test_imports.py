@@ -23,6 +23,7 @@ LAYERS = (
     "jobs", "league", "cluster",
     "sagemaker", "compat", "estimator",
     "serving", "api", "cli",
+    "kind",
 )  # fmt: skip
 """From the lowest up, one order for the core's packages and for those inside a world."""
 

@@ -122,23 +122,23 @@ def test_an_algorithm_that_does_not_fit_names_those_that_do():
 
 
 def test_settings_of_a_users_own_algorithm_are_composed():
-    from racecraft.training.worlds import kind_named
+    from racecraft.training.worlds import training_in
 
     class Own(ReinforceLearner):
         from racecraft.algorithms.reinforce import ReinforceConfig as Config
 
-    settings = kind_named("gymnasium").default_settings(algorithm_of(Own, "x:Own"))
+    settings = training_in("gymnasium").default_settings(algorithm_of(Own, "x:Own"))
     assert settings.own.discount == 0.99
 
 
 @pytest.mark.parametrize("kind", ["gymnasium", "deepracer", "unity"])
 @pytest.mark.parametrize("algorithm", ["reinforce", "es"])
 def test_what_learns_from_whole_episodes_is_given_one_of_every_world(kind, algorithm):
-    from racecraft.training.worlds import kind_named
+    from racecraft.training.worlds import training_in
 
-    rollout = kind_named(kind).default_settings(find_algorithm(algorithm)).rollout
+    rollout = training_in(kind).default_settings(find_algorithm(algorithm)).rollout
     assert rollout.episodes_per_iteration == rollout.num_worlds
-    assert kind_named(kind).default_settings(find_algorithm("ppo")).rollout.episodes_per_iteration is None
+    assert training_in(kind).default_settings(find_algorithm("ppo")).rollout.episodes_per_iteration is None
 
 
 def test_snakes_are_not_taught_by_whole_games():

@@ -7,10 +7,10 @@ import pytest
 from typer.testing import CliRunner
 
 from racecraft.cli.app import app
-from racecraft.cli.table import COMMANDS, app_for
+from racecraft.cli.table import app_for, commands
 
 
-@pytest.mark.parametrize("command", COMMANDS, ids=lambda one: one.name)
+@pytest.mark.parametrize("command", commands(), ids=lambda one: one.name)
 def test_a_command_by_itself_helps_as_it_does_among_all(command):
     words = [command.name, "--help"]
     alone, among_all = (CliRunner().invoke(one, words, prog_name="racecraft") for one in (app_for(words), app))
@@ -30,3 +30,10 @@ def test_a_command_is_imported_alone():
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert "racecraft.worlds.deepracer.cli.logs" in found
     assert "racecraft.worlds.deepracer.cli.train" not in found
+
+
+def test_a_command_of_no_world_looks_for_no_world():
+    code = "import sys; from racecraft.cli.table import app_for; app_for(['stop']); print(*sys.modules)"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert "racecraft.cli.runs.stop" in found
+    assert not any(name.startswith("racecraft.worlds") for name in found)

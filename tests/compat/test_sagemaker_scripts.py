@@ -16,7 +16,7 @@ from racecraft.contract.errors import EnvironmentFailedError, SettingError
 from racecraft.formats.run_folder import RunFolder
 from racecraft.jobs import hyperparameters
 from racecraft.jobs.hyperparameters import CONFIG_WORDS
-from racecraft.training.worlds import kind_named
+from racecraft.training.worlds import training_in
 
 CART = """
 import gym
@@ -221,7 +221,7 @@ def test_every_word_is_one_that_an_estimator_lets_through_and_every_setting_is_o
     assert set(words_of(algorithm)) - set(CONFIG_WORDS) == set()
     from racecraft.algorithms.registry import find_algorithm
 
-    groups = kind_named("gymnasium").default_settings(find_algorithm(algorithm))
+    groups = training_in("gymnasium").default_settings(find_algorithm(algorithm))
     for word in words_of(algorithm).values():
         group, dot, name = word.setting.partition(".")
         assert not dot or hasattr(getattr(groups, group), name), word

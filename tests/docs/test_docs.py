@@ -62,11 +62,12 @@ def commands_on(path):
 
 def test_every_setting_has_a_row():
     from racecraft.algorithms.registry import ALGORITHMS
+    from racecraft.contract.kinds import kind_names
     from racecraft.settings.table import rows_of
-    from racecraft.training.worlds import WORLDS, kind_named
+    from racecraft.training.worlds import training_in
 
     page = (DOCS / "reference/settings.md").read_text(encoding="utf-8")
-    composed = [kind_named(world).default_settings(one) for world in WORLDS for one in ALGORITHMS.values()]
+    composed = [training_in(world).default_settings(one) for world in kind_names() for one in ALGORITHMS.values()]
     names = [row.full_name for one in composed for name in one for row in rows_of(getattr(one, name), name)]
     assert len(set(names)) > 50
     assert [name for name in names if f"\n| `{name}` |" not in page] == []

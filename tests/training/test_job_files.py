@@ -7,7 +7,8 @@ from importlib.metadata import version
 import pytest
 import torch
 
-from racecraft.training.worlds import WORLDS, resume, train
+from racecraft.contract.kinds import kind_names
+from racecraft.training.worlds import resume, train
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.training import evaluator
 from racecraft.worlds.battlesnake.training.trainer import SnakeRequest
@@ -52,7 +53,7 @@ def threads_as_before():
 
 
 def test_every_kind_is_tried():
-    assert set(REQUESTS) == set(WORLDS)
+    assert set(REQUESTS) == set(kind_names())
 
 
 @pytest.mark.parametrize("kind", REQUESTS)

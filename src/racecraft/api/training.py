@@ -46,7 +46,7 @@ def train(
     Raises:
         UserInputError: Whatever was asked for and cannot be used, as a letter.
     """
-    request_class = worlds.kind_named(kind).Request
+    request_class = worlds.training_in(kind).Request
     known = {field.name for field in dataclasses.fields(request_class)}
     for name in asked:
         if name not in known:

@@ -8,9 +8,9 @@ ends with a letter and exit code 2.
 from __future__ import annotations
 
 from racecraft.cli.entry import say_letters
-from racecraft.cli.table import COMMANDS, app_with
+from racecraft.cli.table import app_with, commands
 
-app = app_with(COMMANDS)
+app = app_with(commands())
 """All of it; `entry.main` makes do with the command that is named."""
 
 

@@ -40,9 +40,9 @@ def settings(
     from racecraft.settings.describe import value_text
     from racecraft.settings.overrides import as_dictionary
     from racecraft.settings.table import rows_of
-    from racecraft.training.worlds import kind_named
+    from racecraft.training.worlds import training_in
 
-    defaults = kind_named(world).default_settings(find_algorithm(algorithm))
+    defaults = training_in(world).default_settings(find_algorithm(algorithm))
     if json:
         print_json(as_dictionary(defaults))
         return

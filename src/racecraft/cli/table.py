@@ -1,80 +1,43 @@
-"""Every command in one table, imported when it is asked for. Begin with `COMMANDS`, then `app_with`.
+"""Every command in one table, imported when it is asked for. Begin with `commands`, then `app_with`.
 
-To import all of them takes a quarter of a second, which a command that is named does not wait for.
+What belongs to no world stands here; a world's commands stand in its `WorldKind`. To import all of them takes a quarter
+of a second, which a command that is named does not wait for.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
 import typer
 
-TRAIN, JUDGE, UNDERSTAND = "Train", "Watch and judge", "Understand"
-WORLDS, EXCHANGE, WORKSHOP = "Worlds", "In and out", "Workshop"
+from racecraft.contract.kind import EXCHANGE, JUDGE, PANELS, TRAIN, UNDERSTAND, WORKSHOP, Command
+from racecraft.contract.kinds import kinds
 
-
-@dataclass(frozen=True)
-class Command:
-    """What stands behind a word of the command line."""
-
-    name: str
-    module: str
-    """Below racecraft; a CONTEXT in it holds the settings of the command's context."""
-    attribute: str
-    """Its function; of a group its `app`."""
-    panel: str
-    """Heading below which `--help` lists it."""
-
-    def add_to(self, app: typer.Typer) -> None:
-        """Import it and add it."""
-        module: Any = import_module(f"racecraft.{self.module}")
-        found, context = getattr(module, self.attribute), getattr(module, "CONTEXT", None)
-        if isinstance(found, typer.Typer):
-            app.add_typer(found, name=self.name, rich_help_panel=self.panel)
-        else:
-            app.command(name=self.name, rich_help_panel=self.panel, context_settings=context)(found)
-
-
-COMMANDS = (
-    Command("new", "worlds.deepracer.cli.new", "new", TRAIN),
-    Command("train", "worlds.deepracer.cli.train", "train", TRAIN),
-    Command("stop", "cli.runs.stop", "stop", TRAIN),
-    Command("tune", "cli.jobs.tune", "tune", TRAIN),
-    Command("algorithms", "cli.algorithms", "algorithms", TRAIN),
-    Command("settings", "cli.settings", "settings", TRAIN),
-    Command("explain", "worlds.deepracer.cli.explain", "explain", TRAIN),
-    Command("watch", "cli.runs.watch", "watch", JUDGE),
-    Command("evaluate", "worlds.deepracer.cli.evaluate", "evaluate", JUDGE),
-    Command("race", "worlds.deepracer.cli.race", "race", JUDGE),
-    Command("checkpoints", "cli.runs.checkpoints", "checkpoints", JUDGE),
-    Command("leaderboards", "worlds.deepracer.cli.leaderboards", "leaderboards", JUDGE),
-    Command("report", "cli.runs.report", "report", UNDERSTAND),
-    Command("why", "worlds.deepracer.cli.why", "why", UNDERSTAND),
-    Command("look", "worlds.deepracer.cli.look", "look", UNDERSTAND),
-    Command("sensors", "worlds.deepracer.cli.sensors", "sensors", UNDERSTAND),
-    Command("logs", "worlds.deepracer.cli.logs", "logs", UNDERSTAND),
-    Command("notebooks", "worlds.deepracer.cli.notebooks", "notebooks", UNDERSTAND),
-    Command("replay", "worlds.deepracer.cli.replay", "replay", UNDERSTAND),
-    Command("tracks", "worlds.deepracer.cli.tracks", "app", WORLDS),
-    Command("snakes", "worlds.battlesnake.cli.snakes", "app", WORLDS),
-    Command("unity", "worlds.unity.cli.unity", "app", WORLDS),
-    Command("gym", "worlds.gymnasium.cli.gym", "app", WORLDS),
-    Command("import", "worlds.deepracer.cli.import_model", "import_", EXCHANGE),
-    Command("export", "cli.runs.export", "export", EXCHANGE),
-    Command("serve", "cli.runs.serve", "serve", EXCHANGE),
-    Command("record", "cli.runs.record", "record", EXCHANGE),
-    Command("bucket", "cli.buckets.buckets", "app", EXCHANGE),
-    Command("init", "worlds.deepracer.cli.init", "init", EXCHANGE),
-    Command("dr", "worlds.deepracer.cli.dr.group", "app", EXCHANGE),
-    Command("jobs", "cli.jobs.jobs", "app", WORKSHOP),
-    Command("run", "cli.run", "run", WORKSHOP),
-    Command("sandbox", "cli.jobs.sandbox", "sandbox", WORKSHOP),
-    Command("bench", "worlds.deepracer.cli.bench", "app", WORKSHOP),
+GENERAL = (
+    Command("stop", "racecraft.cli.runs.stop:stop", TRAIN),
+    Command("tune", "racecraft.cli.jobs.tune:tune", TRAIN),
+    Command("algorithms", "racecraft.cli.algorithms:algorithms", TRAIN),
+    Command("settings", "racecraft.cli.settings:settings", TRAIN),
+    Command("watch", "racecraft.cli.runs.watch:watch", JUDGE),
+    Command("checkpoints", "racecraft.cli.runs.checkpoints:checkpoints", JUDGE),
+    Command("report", "racecraft.cli.runs.report:report", UNDERSTAND),
+    Command("export", "racecraft.cli.runs.export:export", EXCHANGE),
+    Command("serve", "racecraft.cli.runs.serve:serve", EXCHANGE),
+    Command("record", "racecraft.cli.runs.record:record", EXCHANGE),
+    Command("bucket", "racecraft.cli.buckets.buckets:app", EXCHANGE),
+    Command("jobs", "racecraft.cli.jobs.jobs:app", WORKSHOP),
+    Command("run", "racecraft.cli.run:run", WORKSHOP),
+    Command("sandbox", "racecraft.cli.jobs.sandbox:sandbox", WORKSHOP),
 )
-"""In the order of `racecraft --help`."""
+"""Commands of no world."""
+
+
+def commands() -> list[Command]:
+    """Return every command that is installed, in the order of `racecraft --help`; within a panel worlds come first."""
+    found = [*(command for kind in kinds() for command in kind.commands), *GENERAL]
+    return sorted(found, key=lambda command: PANELS.index(command.panel))
 
 
 def app_for(words: list[str]) -> typer.Typer:
@@ -83,8 +46,20 @@ def app_for(words: list[str]) -> typer.Typer:
     >>> [one.name for one in app_for(["logs", "--help"]).registered_commands]
     ['logs']
     """
-    named = [one for one in COMMANDS if words[:1] == [one.name]]
-    return app_with(named or COMMANDS)
+    first = words[0] if words else ""
+    general = [one for one in GENERAL if one.name == first]  # which no world need be looked for
+    return app_with(general or [one for one in commands() if one.name == first] or commands())
+
+
+def add(command: Command, app: typer.Typer) -> None:
+    """Import a command and add it."""
+    name, _, attribute = command.target.partition(":")
+    module: Any = import_module(name)
+    found, context = getattr(module, attribute), getattr(module, "CONTEXT", None)
+    if isinstance(found, typer.Typer):
+        app.add_typer(found, name=command.name, rich_help_panel=command.panel)
+    else:
+        app.command(name=command.name, rich_help_panel=command.panel, context_settings=context)(found)
 
 
 def app_with(commands: Iterable[Command]) -> typer.Typer:
@@ -100,7 +75,7 @@ def app_with(commands: Iterable[Command]) -> typer.Typer:
     )
     app.callback(invoke_without_command=True)(root)
     for command in commands:
-        command.add_to(app)
+        add(command, app)
     return app
 
 

@@ -27,7 +27,7 @@ class Order:
     """Which worlds a worker opens."""
 
     kind: str
-    """A key of `training.worlds.WORLDS`."""
+    """The name of a `WorldKind`."""
     planned: Any
     """The plan of that kind, with the share's worlds."""
     share: Share

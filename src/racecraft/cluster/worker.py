@@ -33,7 +33,7 @@ from racecraft.training.gathering import ThrowsDice
 from racecraft.training.processor import prepare_processor
 from racecraft.training.trainer import Experiment
 from racecraft.training.versions import versions
-from racecraft.training.worlds import kind_named
+from racecraft.training.worlds import training_in
 
 Answer = TypeVar("Answer")
 
@@ -87,7 +87,7 @@ class Worker:
 
     def _open(self, order: Order) -> Opened:
         self._share, self._sends_actions, self._keeps_rows = order.share, order.sends_actions, order.keeps_rows
-        opened = kind_named(order.kind).opened(order.planned, lambda text: None)
+        opened = training_in(order.kind).opened(order.planned, lambda text: None)
         self._experiment: Experiment = self._worlds.enter_context(opened)
         settings = self._experiment.settings
         prepare_processor(settings.runtime.threads, settings.runtime.device)

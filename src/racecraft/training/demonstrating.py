@@ -7,7 +7,7 @@ from racecraft.formats.demonstrations import Demonstrations
 from racecraft.players.trained import load_policy
 from racecraft.rollout.demonstrate import demonstrate
 from racecraft.training.resume import Say
-from racecraft.training.worlds import kind_named
+from racecraft.training.worlds import training_in
 
 
 def record_run(
@@ -33,7 +33,7 @@ def record_run(
             f"{run} holds {len(policy.spec.policies)} policies, one for each group of agents; expected a run of one."
         )
     kind = policy.run.read_job()["kind"]
-    module = kind_named(kind)
+    module = training_in(kind)
     with module.opened(module.plan_resume(policy.run.path, ()), say) as experiment:
         source = {
             "run": str(policy.run.path),

@@ -14,7 +14,7 @@ class TrainRequest:
     """What every training can be asked."""
 
     kind: ClassVar[str]
-    """Which world; a key of `worlds.WORLDS`."""
+    """Which kind of world; the name of a `WorldKind`."""
     algorithm: str | None = None
     """What learns: a name of the registry, or "module:Class"; None: what the user's own files ask for, else
     DEFAULT_ALGORITHM."""

@@ -1,19 +1,17 @@
-"""Which kinds of training there are, and the one way to each: request → plan → train. Begin with `train`.
+"""The one way to a training in any kind of world: request → plan → train. Begin with `train`.
 
-A kind is a module with four functions; `TrainingKind` says what each promises. Modules are imported when they are asked
-for, so that a snake's training needs nothing of a car's.
+`WorldTraining` says what a kind of world promises here; its `WorldKind.training` names it.
 """
 
 from __future__ import annotations
 
 import contextlib
-import importlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Protocol, cast
 
 from racecraft.algorithms.registry import Algorithm
-from racecraft.contract.errors import SettingError, nearest
+from racecraft.contract.kinds import find_kind
 from racecraft.formats.run_folder import RunFolder
 from racecraft.settings.composition import Settings
 from racecraft.training import trainer
@@ -24,14 +22,6 @@ from racecraft.training.request import TrainRequest
 from racecraft.training.resume import Say
 from racecraft.training.trainer import Experiment, Trained
 
-WORLDS = {
-    "deepracer": "racecraft.worlds.deepracer.training.trainer",
-    "battlesnake": "racecraft.worlds.battlesnake.training.trainer",
-    "gymnasium": "racecraft.worlds.gymnasium.training.trainer",
-    "unity": "racecraft.worlds.unity.training.trainer",
-}
-"""Kinds of run, as job.json calls them, and the module that trains them."""
-
 
 class Plan(Protocol):
     """A request made definite; every kind's own."""
@@ -39,8 +29,8 @@ class Plan(Protocol):
     request: Any
 
 
-class TrainingKind(Protocol):
-    """What the module of a kind offers."""
+class WorldTraining(Protocol):
+    """What trains in a kind of world: a module, or an object."""
 
     Request: type[TrainRequest]
 
@@ -65,15 +55,13 @@ class TrainingKind(Protocol):
         ...
 
 
-def kind_named(name: str) -> TrainingKind:
-    """Return the module that trains a kind.
+def training_in(kind: str, whose: str = "") -> WorldTraining:
+    """Return what trains in a kind of world; `whose` asks, for the message.
 
     Raises:
-        SettingError: There is no such kind.
+        MissingWorldError: No installed package brings the kind.
     """
-    if name not in WORLDS:
-        raise SettingError(f"There is no kind of world '{name}'. {nearest(name, WORLDS)}")
-    return cast(TrainingKind, importlib.import_module(WORLDS[name]))
+    return cast(WorldTraining, find_kind(kind, whose).piece("training"))
 
 
 def plan(request: TrainRequest) -> Any:
@@ -82,7 +70,7 @@ def plan(request: TrainRequest) -> Any:
     Raises:
         UserInputError: Whatever cannot be used, as a letter.
     """
-    return kind_named(request.kind).plan(request)
+    return training_in(request.kind).plan(request)
 
 
 def train(request: TrainRequest, callback: TrainingCallback, say: Say = print, spread: Spread | None = None) -> Trained:
@@ -104,7 +92,7 @@ def carry_out(
     kind: str, planned: Any, callback: TrainingCallback, say: Say = print, spread: Spread | None = None
 ) -> Trained:
     """Train as planned, in a run folder of its own."""
-    module = kind_named(kind)
+    module = training_in(kind)
     request = planned.request
     with _opened(kind, planned, say, spread) as experiment:
         run, outcome = trainer.train(experiment, request.run, callback, say, request.clone_from)
@@ -135,7 +123,7 @@ def resume(
     """
     run = RunFolder.open(path)
     kind = (run.read_job() if kind is None else run.read_job_of(kind)).get("kind", "")
-    module = kind_named(kind)
+    module = training_in(kind, str(path))
     planned = module.plan_resume(Path(path), stops)
     with _opened(kind, planned, say, spread) as experiment:
         outcome = trainer.resume(experiment, run, callback, say)
@@ -146,7 +134,7 @@ def resume(
 @contextlib.contextmanager
 def _opened(kind: str, planned: Any, say: Say, spread: Spread | None) -> Iterator[Experiment]:
     """Open the worlds, and have them carried elsewhere where that is asked for."""
-    with kind_named(kind).opened(planned, say) as experiment:
+    with training_in(kind).opened(planned, say) as experiment:
         elsewhere = contextlib.nullcontext(experiment) if spread is None else spread(kind, planned, experiment, say)
         with elsewhere as settled:
             yield settled

@@ -1,0 +1,124 @@
+"""What a world brings along, as one object: `WorldKind`, and the parts it is made of.
+
+A package registers its object under the entry point group `racecraft.worlds` (pyproject.toml of ours and of a
+stranger's alike); `contract/kinds.py` finds it. A hook names a piece of code as "package.module" or
+"package.module:name" and is imported when it is asked for, so that nobody waits for a world that is not used.
+
+    KIND = WorldKind(
+        name="corridor",
+        title="Corridor",
+        training="my_package.training",
+        make_world="my_package.world:Corridor",
+        judging_world="my_package.training:judging_world",
+    )
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any
+
+TRAIN, JUDGE, UNDERSTAND = "Train", "Watch and judge", "Understand"
+WORLDS, EXCHANGE, WORKSHOP = "Worlds", "In and out", "Workshop"
+PANELS = (TRAIN, JUDGE, UNDERSTAND, WORLDS, EXCHANGE, WORKSHOP)
+"""Headings of `racecraft --help`, in this order."""
+
+
+def load(target: str) -> Any:
+    """Import "package.module", or "package.module:name", and return it.
+
+    >>> load("math:pi") > 3
+    True
+    """
+    module, _, name = target.partition(":")
+    found = import_module(module)
+    return getattr(found, name) if name else found
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command, or a group of commands, of the command line."""
+
+    name: str
+    target: str
+    """A function that Typer understands, or a `typer.Typer`. A CONTEXT in its module holds the settings of the
+    command's context."""
+    panel: str = WORLDS
+    """Heading below which `racecraft --help` lists it; one of PANELS."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """How the scores of a kind's checkpoints are called."""
+
+    name: str = "return (sum of rewards)"
+    """With the unit, as an axis of a chart has it."""
+    best: str = "best checkpoint, mean return"
+    """The score of the best checkpoint."""
+    short: str = "return"
+    """In a table, or beside a figure."""
+
+
+@dataclass(frozen=True)
+class WorldKind:
+    """What a world brings along. `name`, `title` and `training` are required, every other hook has a default.
+
+    `WorldKind.piece` imports what a hook names; where a world leaves a hook out, racecraft does what the hook's
+    sentence says.
+    """
+
+    name: str
+    """What job.json calls its runs ("kind"), and users type: "battlesnake"."""
+    title: str
+    """For people: "Battlesnake"."""
+
+    training: str
+    """An object or module as `racecraft.training.worlds.WorldTraining`: Request, default_settings, plan, plan_resume,
+    opened, summary."""
+    train_command: str = ""
+    """What a person types to train: "racecraft snakes train"; messages name it. Default: they name no command."""
+    commands: tuple[Command, ...] = ()
+    """Its part of the command line."""
+
+    make_world: str = ""
+    """Function (**words) -> World, of `rc.make_world(name, **words)`. Default: only a training makes its worlds."""
+    gymnasium_envs: Mapping[str, tuple[str, str | None]] = field(default_factory=dict)
+    """Ids for `gymnasium.make` ("racecraft/Battlesnake-v0"), each with its environment and its vector environment."""
+    open_run: str = ""
+    """Function (path: str) -> RunFolder | None, of a path that is no run folder: another program's model, opened as
+    a run that lasts as long as this process; None for what it does not know. Default: it knows none."""
+
+    evaluate: str = ""
+    """Function (run: RunFolder, which: str, **words) -> dict of figures. Default: whole episodes in `judging_world`,
+    asked by `episodes` and `seed`."""
+    evaluate_words: tuple[str, ...] = ("episodes", "seed")
+    """Keywords that `evaluate` takes."""
+    judging_world: str = ""
+    """Function (run: RunFolder, num_worlds: int, seed: int) -> World, where a policy is judged; closed afterwards."""
+    score: Score = Score()
+    """What its scores are called."""
+
+    facts: str = ""
+    """Function (run: RunFolder) -> Mapping of what its own parts of a report need. Default: none."""
+    report_parts: str = ""
+    """Function (facts: RunFacts) -> Iterable[PagePart], the world's own parts of a run's report. Default: none."""
+    pictures: str = ""
+    """Function (run: RunFolder, say) -> dict of files by kind: what a training leaves for people. Default: the
+    report."""
+    watch: str = ""
+    """Function (run: RunFolder) -> source of the live page of `racecraft watch`. Default: its curves."""
+    look: str = ""
+    """Why its runs have no live picture, a sentence for the live page. Default: a general one."""
+
+    exporters: Mapping[str, str] = field(default_factory=dict)
+    """For `racecraft export --to NAME`: function (run, which, output, check) -> exported files and figures."""
+    demonstrations: str = ""
+    """Function (path) -> reader of another program's demonstrations, None for a file it does not know. Default: none
+    but racecraft's own."""
+
+    def piece(self, hook: str) -> Any:
+        """Import and return what a hook names ("evaluate"); None where this world leaves it out."""
+        target = getattr(self, hook)
+        return load(target) if target else None

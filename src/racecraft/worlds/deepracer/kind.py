@@ -1,0 +1,32 @@
+"""What DeepRacer brings along as a world."""
+
+from racecraft.contract.kind import EXCHANGE, JUDGE, TRAIN, UNDERSTAND, WORKSHOP, Command, Score, WorldKind
+
+CLI = "racecraft.worlds.deepracer.cli"
+
+KIND = WorldKind(
+    name="deepracer",
+    title="DeepRacer",
+    training="racecraft.worlds.deepracer.training.trainer",
+    train_command="racecraft train",
+    commands=(
+        Command("new", f"{CLI}.new:new", TRAIN),
+        Command("train", f"{CLI}.train:train", TRAIN),
+        Command("explain", f"{CLI}.explain:explain", TRAIN),
+        Command("evaluate", f"{CLI}.evaluate:evaluate", JUDGE),
+        Command("race", f"{CLI}.race:race", JUDGE),
+        Command("leaderboards", f"{CLI}.leaderboards:leaderboards", JUDGE),
+        Command("why", f"{CLI}.why:why", UNDERSTAND),
+        Command("look", f"{CLI}.look:look", UNDERSTAND),
+        Command("sensors", f"{CLI}.sensors:sensors", UNDERSTAND),
+        Command("logs", f"{CLI}.logs:logs", UNDERSTAND),
+        Command("notebooks", f"{CLI}.notebooks:notebooks", UNDERSTAND),
+        Command("replay", f"{CLI}.replay:replay", UNDERSTAND),
+        Command("tracks", f"{CLI}.tracks:app"),
+        Command("import", f"{CLI}.import_model:import_", EXCHANGE),
+        Command("init", f"{CLI}.init:init", EXCHANGE),
+        Command("dr", f"{CLI}.dr.group:app", EXCHANGE),
+        Command("bench", f"{CLI}.bench:app", WORKSHOP),
+    ),
+    score=Score("progress (% of a lap)", "best checkpoint, mean progress", "progress %"),
+)
