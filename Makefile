@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := $(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin)
 
-.PHONY: help env demo test quick check long pythons mutants bench docs format clean
+.PHONY: help env demo test quick check long pythons mutants likeness bench docs format clean
 
 help:  ## list the words
 	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 10
@@ -35,6 +35,9 @@ pythons: env  ## the tests on every promised Python that is installed
 
 mutants: env  ## break the code on purpose and list what no test notices
 	$(BIN)/python scripts/mutants.py --count 300
+
+likeness: env  ## compare what this commit leaves with what its parent leaves
+	$(BIN)/python scripts/compare_revisions.py
 
 bench: env  ## the benchmarks; run them when nothing else runs
 	$(BIN)/python benchmarks/run_all.py
