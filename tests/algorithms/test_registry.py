@@ -18,6 +18,7 @@ from racecraft.algorithms.registry import (
     require_fit,
 )
 from racecraft.algorithms.reinforce import ReinforceLearner
+from racecraft.contract import loading
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import (
     ContinuousActions,
@@ -279,6 +280,6 @@ def test_every_name_is_offered_once_the_registered_before_the_installed(monkeypa
 
 def test_the_present_folder_is_looked_in_first_and_once(monkeypatch):
     monkeypatch.setattr(sys, "path", ["elsewhere"])
-    registry.see_present_folder()
-    registry.see_present_folder()
+    loading.see_present_folder()
+    loading.see_present_folder()
     assert sys.path == ["", "elsewhere"]

@@ -3,7 +3,7 @@
 import subprocess
 import sys
 
-from racecraft.algorithms.registry import see_present_folder
+from racecraft.contract.loading import see_present_folder
 from racecraft.formats.run_folder import RunFolder
 from racecraft.players.own_code import own_code_of
 

@@ -31,9 +31,9 @@ from racecraft.algorithms.convolution import Convolution, in_tiles
 from racecraft.algorithms.dense import Dense
 from racecraft.algorithms.distributions import numbers_width, params_width
 from racecraft.algorithms.light_work import lightly
-from racecraft.algorithms.registry import load_class
 from racecraft.algorithms.running_statistics import RunningStatistics
 from racecraft.contract.errors import SettingError
+from racecraft.contract.loading import load_class
 from racecraft.contract.world import ActionSpec, ArraySpec
 
 CRITIC_UNITS = (128, 128)

@@ -8,13 +8,13 @@ act.
 from __future__ import annotations
 
 import importlib
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import entry_points
 from typing import Any
 
 from racecraft.contract.errors import SettingError, nearest
+from racecraft.contract.loading import load_class
 from racecraft.contract.world import (
     ActionSpec,
     ContinuousActions,
@@ -218,39 +218,6 @@ def all_algorithms() -> list[Algorithm]:
     offered = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
     others = [algorithm_of(point.load(), name) for name, point in offered.items() if name not in _registered]
     return [*ALGORITHMS.values(), *_registered.values(), *(one for one in others if one.name not in ALGORITHMS)]
-
-
-def load_class(name: str, asked_by: str) -> Any:
-    """Import "module:Class"; modules in the present folder are found, too.
-
-    Raises:
-        SettingError: There is no such module or class, or the module fails; the letter says which.
-    """
-    module_name, _, attribute = name.partition(":")
-    if not module_name or not attribute:
-        raise SettingError(f"{asked_by} {name!r} names no class; expected module:Class, such as my_module:MyClass.")
-    see_present_folder()
-    try:
-        module = importlib.import_module(module_name)
-    except ModuleNotFoundError as error:
-        raise SettingError(
-            f"{asked_by} {name}: there is no module '{error.name}'; expected one in this folder or installed."
-        ) from error
-    except Exception as error:
-        raise SettingError(
-            f"{asked_by} {name}: importing {module_name} failed ({error!r}). Mend the module."
-        ) from error
-    found = getattr(module, attribute, None)
-    if found is None:
-        classes = [key for key, value in vars(module).items() if isinstance(value, type)]
-        raise SettingError(f"{asked_by} {name}: {module_name} has no '{attribute}'. {nearest(attribute, classes)}")
-    return found
-
-
-def see_present_folder() -> None:
-    """Let modules in the present folder be imported, as `python -m` does and a console script does not."""
-    if "" not in sys.path:
-        sys.path.insert(0, "")
 
 
 PROMISED = ("eats", "figures", "build", "load_policy", "act", "forget", "choose", "update", "state_dict")

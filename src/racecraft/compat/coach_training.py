@@ -7,11 +7,11 @@ import os
 from pathlib import Path
 from typing import Any
 
-from racecraft.algorithms.registry import see_present_folder
 from racecraft.compat.coach_words import Part, Told, translated
 from racecraft.compat.rllib_training import register_env, registered
 from racecraft.compat.travelling_environments import leave_if_begun_again, script_code
 from racecraft.contract.errors import SettingError
+from racecraft.contract.loading import see_present_folder
 from racecraft.formats.run_folder import JOB, STOP
 from racecraft.training import worlds
 from racecraft.training.callbacks import IterationReport, Silent

@@ -18,8 +18,8 @@ from pathlib import Path
 
 from racecraft.compat.travelling_models import OnlyReadError
 from racecraft.contract.errors import SettingError
+from racecraft.contract.loading import modules_beside
 from racecraft.training.own_code import OwnCode
-from racecraft.worlds.deepracer.files.reward_modules import modules_beside
 from racecraft.worlds.gymnasium.evaluation import REMADE_BY
 
 REMADE = '''"""The environment of {file}, as it was when this run began; it is begun again where the run is judged."""

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import SettingError
-from racecraft.worlds.deepracer.files.reward_modules import modules_beside
+from racecraft.contract.loading import modules_beside
 
 REMADE = '''"""The network of {file}, as it was when this run began; it is read again where the policy is made."""
 

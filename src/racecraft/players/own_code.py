@@ -11,7 +11,7 @@ import importlib
 import sys
 from collections.abc import Iterator
 
-from racecraft.algorithms.registry import see_present_folder
+from racecraft.contract.loading import see_present_folder
 from racecraft.formats.run_folder import CODE, RunFolder
 
 

@@ -15,9 +15,9 @@ from pathlib import Path
 from types import ModuleType
 
 from racecraft.algorithms.policy_spec import PolicySpec
+from racecraft.contract.loading import modules_beside
 from racecraft.formats.run_folder import CODE, RunFolder
 from racecraft.formats.whole import make_folder, write_whole
-from racecraft.worlds.deepracer.files.reward_modules import modules_beside
 
 TRAVELS = "__racecraft_travels__"
 """A module that was made and not read says here which texts it is remade from, by file; or why it cannot be, a str."""

@@ -16,8 +16,8 @@ from typing import Any
 import gymnasium
 from gymnasium.envs.registration import EnvSpec
 
-from racecraft.algorithms.registry import load_class, see_present_folder
 from racecraft.contract.errors import SettingError, UserInputError, nearest
+from racecraft.contract.loading import load_class, see_present_folder
 from racecraft.contract.world import World
 from racecraft.formats.run_folder import CODE, RunFolder
 from racecraft.players.own_code import own_code_of

@@ -13,6 +13,8 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from racecraft.contract.loading import imported_names
+
 STATELESS_MODULES = sys.stdlib_module_names | {"numpy", "scipy", "shapely"}
 """Modules that keep nothing of a car: there is one of each in a process, however many copies of a reward there are."""
 REACHES_ANYTHING = frozenset({"delattr", "eval", "exec", "globals", "locals", "setattr", "vars", "__import__"})
@@ -54,17 +56,6 @@ def analyse(tree: ast.Module) -> RewardAnalysis:
     return RewardAnalysis(
         state, next(_exits(tree), None), (*_vain_steps(tree), *_objects(tree)), tuple(sorted(imported_names(tree)))
     )
-
-
-def imported_names(tree: ast.AST) -> set[str]:
-    """Return the first names of the modules that are imported anywhere in a tree, in functions too."""
-    found: set[str] = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            found |= {alias.name.partition(".")[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            found.add(node.module.partition(".")[0])
-    return found
 
 
 def _state(tree: ast.Module) -> Iterator[Remark]:

@@ -9,7 +9,6 @@ module's own names, which costs nothing per call, so prints can go to the run's 
 
     reward_source.py     what the file says, before it is run
     reward_analysis.py   what its text tells
-    reward_modules.py    how a copy is loaded
     time_limit.py        how a call that hangs is ended
 
 What is taken for a number is what AWS took: whatever `float()` makes one of (facts: simapp `rollout_agent_ctrl.py`).
@@ -31,8 +30,8 @@ from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
 from racecraft.contract.errors import RewardError, RewardFileError, nearest
+from racecraft.contract.loading import UserModules
 from racecraft.worlds.deepracer.files.reward_examples import Params, default_reward_source, example_situations
-from racecraft.worlds.deepracer.files.reward_modules import RewardModules
 from racecraft.worlds.deepracer.files.reward_source import KIND, RewardSource, how_to_install, read_reward_source
 from racecraft.worlds.deepracer.files.time_limit import CallTooLongError, TimeLimit
 
@@ -64,7 +63,7 @@ class RewardFunction:
     """
 
     def __init__(
-        self, source: RewardSource, modules: RewardModules, limit: TimeLimit, family: RewardFunction | None = None
+        self, source: RewardSource, modules: UserModules, limit: TimeLimit, family: RewardFunction | None = None
     ) -> None:
         self.source = source
         self.output: TextIO | None = None
@@ -215,7 +214,7 @@ def load_reward_function(
             imported, or holds no reward function of one parameter.
     """
     source = path if isinstance(path, RewardSource) else read_reward_source(path)
-    modules = RewardModules(source.path, source.code, source.modules)
+    modules = UserModules(source.path, source.code, source.modules)
     limit = TimeLimit(seconds)
     reward = RewardFunction(source, modules, limit)
     limit.stuck = reward._tell_stuck

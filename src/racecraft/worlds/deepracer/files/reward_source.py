@@ -15,10 +15,10 @@ from io import BytesIO
 from pathlib import Path
 
 from racecraft.contract.errors import RewardFileError
+from racecraft.contract.loading import modules_beside
 from racecraft.formats.run_folder import REWARD_FUNCTION
 from racecraft.formats.whole import make_folder, write_whole
 from racecraft.worlds.deepracer.files.reward_analysis import RewardAnalysis, analyse
-from racecraft.worlds.deepracer.files.reward_modules import modules_beside
 
 KIND = "a Python file with `def reward_function(params):` that returns a number"
 PACKAGES = {"cv2": "opencv-python-headless", "PIL": "pillow", "skimage": "scikit-image", "sklearn": "scikit-learn"}

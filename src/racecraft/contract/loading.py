@@ -1,17 +1,19 @@
-"""The modules of a reward: the racer's file and those beside it, loaded anew for each car. Begin with `RewardModules`.
+"""The loader of users' code: classes by "module:Class", and files with the modules beside them.
 
-A module that stands beside the file (`racing_line.py`, a folder `helpers/`) is imported from there and is one car's
-own, like the file itself; modules of Python and installed packages are everybody's, and Python's own names are never
-taken. Texts are read once, so that copies made later are copies of what was read first, and a run folder can hold them.
+`load_class` imports once, as Python does. `UserModules` loads a file as often as copies of it are needed, a car's each:
+a module beside the file (`racing_line.py`, a folder `helpers/`) is imported from there and belongs to one copy, like
+the file itself; modules of Python and of installed packages are shared, and Python's own names are never taken. Texts
+are read once, so that later copies equal the first and a run folder can hold them.
 
-How: the racer's module gets an `__import__` of its own, which looks beside the file first. While it does so, the car's
-own modules stand in `sys.modules`; afterwards they are taken out again.
+How: the user's module gets an `__import__` of its own, which looks beside the file first. Meanwhile the copy's own
+modules stand in `sys.modules`; afterwards they are removed.
 """
 
 from __future__ import annotations
 
 import ast
 import builtins
+import importlib
 import sys
 import threading
 import types
@@ -22,10 +24,54 @@ from importlib.util import decode_source, spec_from_loader
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from racecraft.worlds.deepracer.files.reward_analysis import imported_names
+from racecraft.contract.errors import SettingError, nearest
 
 _lock = threading.RLock()
-"""Held while a car's modules stand in `sys.modules`."""
+"""Held while a copy's modules stand in `sys.modules`."""
+
+
+def load_class(name: str, asked_by: str) -> Any:
+    """Import "module:Class"; modules in the present folder are found, too.
+
+    Raises:
+        SettingError: There is no such module or class, or the module fails; the letter says which.
+    """
+    module_name, _, attribute = name.partition(":")
+    if not module_name or not attribute:
+        raise SettingError(f"{asked_by} {name!r} names no class; expected module:Class, such as my_module:MyClass.")
+    see_present_folder()
+    try:
+        module = importlib.import_module(module_name)
+    except ModuleNotFoundError as error:
+        raise SettingError(
+            f"{asked_by} {name}: there is no module '{error.name}'; expected one in this folder or installed."
+        ) from error
+    except Exception as error:
+        raise SettingError(
+            f"{asked_by} {name}: importing {module_name} failed ({error!r}). Mend the module."
+        ) from error
+    found = getattr(module, attribute, None)
+    if found is None:
+        classes = [key for key, value in vars(module).items() if isinstance(value, type)]
+        raise SettingError(f"{asked_by} {name}: {module_name} has no '{attribute}'. {nearest(attribute, classes)}")
+    return found
+
+
+def see_present_folder() -> None:
+    """Let modules in the present folder be imported, as `python -m` does and a console script does not."""
+    if "" not in sys.path:
+        sys.path.insert(0, "")
+
+
+def imported_names(tree: ast.AST) -> set[str]:
+    """Return the first names of the modules that are imported anywhere in a tree, in functions too."""
+    found: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found.add(node.module.partition(".")[0])
+    return found
 
 
 def modules_beside(path: Path, tree: ast.Module) -> dict[str, str]:
@@ -47,11 +93,11 @@ def modules_beside(path: Path, tree: ast.Module) -> dict[str, str]:
     return found
 
 
-class RewardModules:
-    """Loads copies of a racer's module.
+class UserModules:
+    """Loads copies of a user's module.
 
     Args:
-        path: The racer's file; its name stands in tracebacks.
+        path: The user's file; its name stands in tracebacks.
         code: The file, compiled.
         texts: The modules beside it, from `modules_beside`.
     """
@@ -63,7 +109,7 @@ class RewardModules:
         self._codes: dict[str, types.CodeType] = {}
 
     def load(self, name: str, say: Callable[..., None]) -> types.ModuleType:
-        """Run the racer's module, as a copy of its own.
+        """Run the user's module, as a copy of its own.
 
         Args:
             name: What the module is called.
@@ -90,7 +136,7 @@ class RewardModules:
         return ("", True) if any(file.startswith(f"{stem}/") for file in self.texts) else None
 
     def code_of(self, file: str) -> types.CodeType:
-        """Return the code of a module beside the racer's."""
+        """Return the code of a module beside the user's."""
         if file not in self._codes:
             self._codes[file] = compile(self.texts[file], str(self.path.parent / file), "exec", dont_inherit=True)
         return self._codes[file]
@@ -99,7 +145,7 @@ class RewardModules:
 class _OwnImports(MetaPathFinder, Loader):
     """The modules of one copy: finds them, runs them, and keeps them out of everybody's way."""
 
-    def __init__(self, modules: RewardModules, say: Callable[..., None]) -> None:
+    def __init__(self, modules: UserModules, say: Callable[..., None]) -> None:
         self._modules = modules
         self._mine: dict[str, types.ModuleType] = {}
         self.names: dict[str, Any] = {"print": say}
@@ -110,7 +156,7 @@ class _OwnImports(MetaPathFinder, Loader):
     def find_spec(
         self, fullname: str, path: Sequence[str] | None = None, target: types.ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Find a module beside the racer's."""
+        """Find a module beside the user's."""
         found = self._modules.file_of(fullname)
         if found is None:
             return None
@@ -120,7 +166,7 @@ class _OwnImports(MetaPathFinder, Loader):
         return spec
 
     def exec_module(self, module: types.ModuleType) -> None:
-        """Run a module beside the racer's."""
+        """Run a module beside the user's."""
         file, _ = self._modules.file_of(module.__name__) or ("", True)
         vars(module).update(self.names)
         if file:

@@ -7,8 +7,8 @@ import types
 
 import pytest
 
+from racecraft.contract.loading import UserModules, modules_beside
 from racecraft.worlds.deepracer.files.reward_file import load_reward_function
-from racecraft.worlds.deepracer.files.reward_modules import RewardModules, modules_beside
 
 
 def beside(folder, **texts):
@@ -36,7 +36,7 @@ def test_what_the_file_needs_is_found_and_what_that_needs(tmp_path):
 
 def modules(folder, texts):
     code = compile("", "reward_function.py", "exec")
-    return RewardModules(folder / "reward_function.py", code, texts)
+    return UserModules(folder / "reward_function.py", code, texts)
 
 
 def test_a_name_leads_to_a_module_a_package_or_a_folder(tmp_path):
