@@ -15,7 +15,7 @@ import racecraft
 PACKAGE = Path(racecraft.__file__).parent
 
 LAYERS = (
-    "contract", "kernels", "settings", "formats", "storage",
+    "contract", "kernels", "settings", "pages", "formats", "storage",
     "files", "tracks",
     "algorithms", "adapters", "env", "adapter", "logs",
     "rollout", "players", "evaluation",
@@ -53,7 +53,6 @@ KNOWN_CORE_TO_WORLD = (Path(__file__).parent / "known_imports.txt").read_text(en
 """General modules that still name a world, as `module -> module`."""
 
 KNOWN_BETWEEN_WORLDS = {
-    "worlds.battlesnake.analysis.learning_chart -> worlds.deepracer.tracks.picture",
     "worlds.battlesnake.training.self_rating -> worlds.deepracer.analysis.films.film",
     "worlds.battlesnake.training.self_rating -> worlds.deepracer.analysis.race_film",
     "worlds.battlesnake.training.self_rating -> worlds.deepracer.env.settings",

@@ -177,7 +177,8 @@ def test_an_exit_counts_once_in_every_place_that_counts_exits(run, tmp_path):
 
 
 def test_a_film_travels_inside_the_page(run, tmp_path, reports_along, track):
-    from racecraft.analysis.video import SMALL_HEIGHT, SMALL_WIDTH, film_title, small_film, write_video
+    from racecraft.analysis.video import SMALL_HEIGHT, SMALL_WIDTH, film_title, small_film
+    from racecraft.worlds.deepracer.analysis.lap_film import write_video
 
     large = write_video(tmp_path / "lap.mp4", reports_along(12), track, title="checkpoint 3")
     assert film_title(large) == "checkpoint 3"

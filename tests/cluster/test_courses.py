@@ -12,7 +12,6 @@ import torch
 from tests.cluster.test_spread_training import SMALL, assert_same, curve
 from tests.cluster.workers_here import spread_here
 
-from racecraft.analysis.watching.reels import iteration_reel, live_reel
 from racecraft.cluster.shares import parts_of, plan_of_share, shares_of
 from racecraft.formats import live_ticks
 from racecraft.formats.episodes import columns_of_all
@@ -20,6 +19,7 @@ from racecraft.formats.live_ticks import wish_for_ticks
 from racecraft.formats.run_folder import RunFolder
 from racecraft.training.callbacks import Silent
 from racecraft.training.worlds import resume, train
+from racecraft.worlds.deepracer.analysis.watching.reels import iteration_reel, live_reel
 from racecraft.worlds.deepracer.players.run_courses import cars_on, courses_of_run
 from racecraft.worlds.deepracer.training import live
 from racecraft.worlds.deepracer.training.plan import RaceRequest, plan_car

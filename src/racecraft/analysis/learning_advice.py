@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from racecraft.analysis import figures
+from racecraft.analysis.advice import Advice
 from racecraft.analysis.figures import Curve, MetricRows, Panel
 from racecraft.analysis.learner import Learner
+from racecraft.analysis.plot import Plot
 from racecraft.contract.world import Array
-from racecraft.worlds.deepracer.analysis.logs.advice import Advice
-from racecraft.worlds.deepracer.analysis.logs.plot import Plot
+from racecraft.pages.colours import GREEN
 
 FEWEST = 10
 """Iterations below which nothing is said."""
@@ -67,7 +68,7 @@ def _entropy(metrics: MetricRows, learner: Learner, top_score: float | None) -> 
         f"{metrics[gone[0]]['iteration']} of {metrics[-1]['iteration']}, and the best score is {best:.4g}: it stopped "
         "trying other actions early.",
         "Exploration ended too soon: ask for more entropy, or a smaller learning rate, and begin anew.",
-        _panel(metrics, Panel("entropy of the policy (nat)", (Curve("entropy", "entropy", figures.GREEN),), 0.0)),
+        _panel(metrics, Panel("entropy of the policy (nat)", (Curve("entropy", "entropy", GREEN),), 0.0)),
         f"racecraft train{more}",
     )
 
@@ -114,7 +115,7 @@ def _steps(metrics: MetricRows, learner: Learner) -> Iterator[Advice]:
             f"An update changes the policy by {np.median(change):.3f} nat in the median of the last third; "
             f"up to {FAR:g} is usual.",
             "Updates go too far: take a smaller learning rate or fewer epochs.",
-            _panel(metrics, Panel("change of the policy (KL, nat)", (Curve("approx_kl", "KL", figures.GREEN),), 0.0)),
+            _panel(metrics, Panel("change of the policy (KL, nat)", (Curve("approx_kl", "KL", GREEN),), 0.0)),
             f"racecraft train{learner.smaller_steps()}",
         )
 
@@ -128,7 +129,7 @@ def _critic(metrics: MetricRows, learner: Learner, top_score: float | None) -> I
             f"The critic explains {100 * np.mean(explained):.0f} % of how returns vary in the last third.",
             "The critic learns nothing: the reward jumps or is too large. Keep it between 0 and about 5 a step, and "
             "give an update more steps.",
-            _panel(metrics, Panel("explained variance", (Curve("explained_variance", "explained", figures.GREEN),))),
+            _panel(metrics, Panel("explained variance", (Curve("explained_variance", "explained", GREEN),))),
             f"racecraft train{learner.more_experience()}",
         )
 

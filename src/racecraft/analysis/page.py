@@ -9,8 +9,7 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from racecraft.analysis.figures import BLUE
-from racecraft.worlds.deepracer.tracks.picture import INK, PAPER, QUIET
+from racecraft.pages.colours import BLUE, INK, PAPER, QUIET
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

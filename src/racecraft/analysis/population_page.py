@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from racecraft.analysis.figures import BLUE, ORANGE, small_axes
+from racecraft.analysis.figures import small_axes
 from racecraft.analysis.page import card, drawing, escaped, page, source, table, tiles
 from racecraft.analysis.tuning_page import plain
 from racecraft.formats.population import MemberRound, PopulationRecord
 from racecraft.formats.whole import write_whole
-from racecraft.worlds.deepracer.tracks.picture import INK, QUIET
+from racecraft.pages.colours import BLUE, INK, ORANGE, QUIET
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

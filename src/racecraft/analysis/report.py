@@ -13,17 +13,17 @@ from typing import TYPE_CHECKING, Any
 
 from racecraft.analysis import figures, page
 from racecraft.analysis.account_words import asked_words, happened_words
+from racecraft.analysis.advice import Advice
 from racecraft.analysis.evaluations import judged, judged_by_track
 from racecraft.analysis.metrics import METRICS
+from racecraft.analysis.own_plots import NoPlot
+from racecraft.analysis.plot import Plot
 from racecraft.analysis.run_facts import RunFacts, read_facts
 from racecraft.contract.world import Array
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import write_whole
 from racecraft.worlds.deepracer.analysis.drive import Drive, as_drive
 from racecraft.worlds.deepracer.analysis.failure_places import Why
-from racecraft.worlds.deepracer.analysis.logs.advice import Advice
-from racecraft.worlds.deepracer.analysis.logs.own import NoPlot
-from racecraft.worlds.deepracer.analysis.logs.plot import Plot
 from racecraft.worlds.deepracer.analysis.report_parts import (
     on_the_track,
     what_it_chose,

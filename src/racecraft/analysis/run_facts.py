@@ -7,15 +7,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from racecraft.analysis import tables
+from racecraft.analysis.advice import Advice
+from racecraft.analysis.own_plots import NoPlot
+from racecraft.analysis.plot import Plot
 from racecraft.contract.errors import TrackError, UserInputError
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
+from racecraft.worlds.deepracer.analysis import tables
 from racecraft.worlds.deepracer.analysis.drive import Drive
 from racecraft.worlds.deepracer.analysis.failure_places import Why
-from racecraft.worlds.deepracer.analysis.logs.advice import Advice
-from racecraft.worlds.deepracer.analysis.logs.own import NoPlot
-from racecraft.worlds.deepracer.analysis.logs.plot import Plot
 from racecraft.worlds.deepracer.files.generalisation import TrackResult, read_generalisation
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 from racecraft.worlds.deepracer.tracks.track import Track

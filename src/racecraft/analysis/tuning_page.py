@@ -7,11 +7,11 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from racecraft.analysis.figures import BLUE, ORANGE, small_axes
+from racecraft.analysis.figures import small_axes
 from racecraft.analysis.page import Bar, card, drawing, escaped, page, source, table, tiles
 from racecraft.formats.tuning import TrialRecord, TuningRecord
 from racecraft.formats.whole import write_whole
-from racecraft.worlds.deepracer.tracks.picture import INK, QUIET
+from racecraft.pages.colours import BLUE, INK, ORANGE, QUIET
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,14 +8,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from racecraft.analysis.advice import Advice
 from racecraft.analysis.learner import learner_of_job
 from racecraft.analysis.learning_advice import learning_advice
+from racecraft.analysis.own_plots import NoPlot, made_or_why
+from racecraft.analysis.plot import Plot
 from racecraft.formats.run_folder import RunFolder
 from racecraft.worlds.deepracer.analysis.logs import own_plots, track_or_none
-from racecraft.worlds.deepracer.analysis.logs.advice import Advice, advice
+from racecraft.worlds.deepracer.analysis.logs.advice import advice
 from racecraft.worlds.deepracer.analysis.logs.judged import judged_in_run
-from racecraft.worlds.deepracer.analysis.logs.own import NoPlot, made_or_why
-from racecraft.worlds.deepracer.analysis.logs.plot import Plot
 from racecraft.worlds.deepracer.logs import read
 from racecraft.worlds.deepracer.logs.errors import LogError
 

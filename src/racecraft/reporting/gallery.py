@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from racecraft.analysis.figures import draw_curves, draw_path
+from racecraft.analysis.figures import draw_curves
 from racecraft.analysis.report import write_report
-from racecraft.analysis.video import film_title, small_film, write_video
+from racecraft.analysis.video import film_title, small_film
 from racecraft.contract.world import Array
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import make_folder
@@ -21,6 +21,8 @@ from racecraft.worlds.deepracer.analysis.explaining import explain_failures
 from racecraft.worlds.deepracer.analysis.films.film import FilmStyle, PictureCount, write_film
 from racecraft.worlds.deepracer.analysis.films.shells import DEEPRACER
 from racecraft.worlds.deepracer.analysis.films.views import AWS_FOLDERS
+from racecraft.worlds.deepracer.analysis.lap_film import write_video
+from racecraft.worlds.deepracer.analysis.path_picture import draw_path
 from racecraft.worlds.deepracer.evaluation.drive import DriveKeeper
 from racecraft.worlds.deepracer.evaluation.judged_race import JudgedRace, RaceRecord, judge_race
 from racecraft.worlds.deepracer.evaluation.laps import LapReport, judge_laps

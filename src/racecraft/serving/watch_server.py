@@ -28,13 +28,6 @@ import numpy as np
 
 from racecraft.analysis.watching.facts import curves, run_facts
 from racecraft.analysis.watching.page import watch_page
-from racecraft.analysis.watching.reels import (
-    episode_reel,
-    iteration_reel,
-    kept_iterations,
-    live_reel,
-    track_shape,
-)
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import Array
 from racecraft.formats.live_ticks import wish_for_ticks
@@ -42,9 +35,16 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.serving.http_service import HttpError, HttpService, Reply, Request
 from racecraft.serving.port import LOOPBACK
 from racecraft.serving.service_thread import ServiceThread
+from racecraft.worlds.deepracer.analysis.watching.reels import (
+    episode_reel,
+    iteration_reel,
+    kept_iterations,
+    live_reel,
+    track_shape,
+)
 
 if TYPE_CHECKING:
-    from racecraft.analysis.watching.onboard import OnboardCamera
+    from racecraft.worlds.deepracer.analysis.watching.onboard import OnboardCamera
     from racecraft.worlds.deepracer.players.run_courses import LaidCourse
 
 FRESH = (("Cache-Control", "no-store"),)
@@ -141,7 +141,7 @@ class _CarViews:
 
     def courses(self) -> list[dict[str, Any]]:
         """Return each course: its name, its worlds (None: all there are), boxes and bots as a page draws them."""
-        from racecraft.analysis.watching.onboard import objects_on, objects_told
+        from racecraft.worlds.deepracer.analysis.watching.onboard import objects_on, objects_told
 
         told, first = [], 0
         for course, worlds in zip(self._courses, self._cars, strict=True):
@@ -156,7 +156,7 @@ class _CarViews:
 
     def camera(self, number: int) -> OnboardCamera:
         """Return what renders the views on a course."""
-        from racecraft.analysis.watching.onboard import OnboardCamera
+        from racecraft.worlds.deepracer.analysis.watching.onboard import OnboardCamera
 
         if number not in self._cameras:
             self._cameras[number] = OnboardCamera(self._course(number), self._job)

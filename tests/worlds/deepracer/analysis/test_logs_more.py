@@ -10,14 +10,14 @@ import pytest
 from tests.reference import HAS_ALL, LARGE, TRACES
 from tests.worlds.deepracer.logs import makers
 
+from racecraft.analysis.own_plots import OwnPlotError, made_or_why
+from racecraft.analysis.plot import PlotError
 from racecraft.analysis.report import write_report
 from racecraft.formats.run_folder import RunFolder
 from racecraft.reporting.account import own_plots_of
 from racecraft.worlds.deepracer.analysis import logs as analysis
 from racecraft.worlds.deepracer.analysis.logs.fitting import fit
-from racecraft.worlds.deepracer.analysis.logs.own import OwnPlotError, made_or_why
 from racecraft.worlds.deepracer.analysis.logs.page import Extras, write_logs_page
-from racecraft.worlds.deepracer.analysis.logs.plot import PlotError
 from racecraft.worlds.deepracer.logs import read
 from racecraft.worlds.deepracer.logs.columns import METRIC_COLUMNS, schema
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
@@ -171,7 +171,7 @@ def test_own_plots_stand_on_the_page_and_a_broken_one_says_where(tmp_path, laps)
 
 
 def test_own_plots_come_from_packages_too(monkeypatch, laps):
-    from racecraft.worlds.deepracer.analysis.logs import own
+    from racecraft.analysis import own_plots as own
 
     class Entry:
         name, value = "speed", "their_package:speed"
@@ -248,7 +248,7 @@ def test_a_plot_that_fails_takes_nothing_with_it(tmp_path, laps):
 
 
 def test_a_broken_plot_of_a_package_leaves_the_report_standing(tmp_path, monkeypatch):
-    from racecraft.worlds.deepracer.analysis.logs import own
+    from racecraft.analysis import own_plots as own
 
     def broken(ticks, track):
         raise ValueError("no such <thing>")

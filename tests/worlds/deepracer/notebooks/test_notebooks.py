@@ -8,8 +8,8 @@ import pytest
 from tests.reference import HAS_ALL, LARGE, TRACES
 from tests.worlds.deepracer.logs import makers
 
+from racecraft.analysis.plot import Plot
 from racecraft.worlds.deepracer.analysis.logs import old_names as old_plots
-from racecraft.worlds.deepracer.analysis.logs.plot import Plot
 from racecraft.worlds.deepracer.logs import local_streams, old_names, read
 from racecraft.worlds.deepracer.logs.errors import LogError
 from racecraft.worlds.deepracer.notebooks.cells import MODULES, NOTEBOOKS

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from racecraft.analysis.watching.reels import live_reel
 from racecraft.formats.episodes import STATUSES
 from racecraft.formats.live_ticks import LIVE_SECONDS, WISH_SECONDS, read_live_ticks, wish_for_ticks
 from racecraft.formats.run_folder import RunFolder
+from racecraft.worlds.deepracer.analysis.watching.reels import live_reel
 from racecraft.worlds.deepracer.training import live
 from racecraft.worlds.deepracer.training.live import RING_TICKS, LivePublisher
 

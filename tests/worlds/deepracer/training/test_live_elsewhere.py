@@ -10,12 +10,12 @@ import polars
 import pytest
 from tests.cluster.workers_here import spread_here
 
-from racecraft.analysis.watching.reels import iteration_reel, live_reel
 from racecraft.formats import live_ticks
 from racecraft.formats.live_ticks import WISH_SECONDS, read_live_ticks, wish_for_ticks
 from racecraft.formats.run_folder import RunFolder
 from racecraft.training.callbacks import Silent
 from racecraft.training.worlds import train
+from racecraft.worlds.deepracer.analysis.watching.reels import iteration_reel, live_reel
 from racecraft.worlds.deepracer.training import live
 from racecraft.worlds.deepracer.training.live import RING_TICKS, LivePublisher
 from racecraft.worlds.deepracer.training.live_elsewhere import LiveHarvests

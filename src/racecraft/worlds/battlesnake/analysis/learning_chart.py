@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from racecraft.analysis.figures import BLUE, GREEN, ORANGE, RED, save_figure, small_axes
+from racecraft.analysis.figures import save_figure, small_axes
 from racecraft.analysis.page import card, details, escaped, page, photograph, source, table
 from racecraft.formats.reproduction import OLD, Moment, RowResult, best_over_old
 from racecraft.formats.whole import write_whole
-from racecraft.worlds.deepracer.tracks.picture import INK, QUIET
+from racecraft.pages.colours import BLUE, GREEN, INK, ORANGE, QUIET, RED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -15,9 +15,9 @@ import numpy as np
 
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.recurrent_network import NONE
-from racecraft.analysis import tables
 from racecraft.contract.errors import RewardError, RewardFileError
 from racecraft.contract.world import Array, allocate
+from racecraft.worlds.deepracer.analysis import tables
 from racecraft.worlds.deepracer.analysis.drive import OFF_TRACK
 from racecraft.worlds.deepracer.analysis.failure_places import Before, Cure, FailurePlace, RewardLine, Why
 from racecraft.worlds.deepracer.analysis.logs.segments import Segments, find_segments

@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.analysis.dashboard import GROUND, QUIET, SLOT, STEER, WHITE, fitted, font
-from racecraft.analysis.video import PICTURES_PER_SECOND, encode_film, film_path
+from racecraft.analysis.video import encode_film, film_path
 from racecraft.contract.world import Array
+from racecraft.worlds.deepracer.analysis.dashboard import GROUND, QUIET, SLOT, STEER, WHITE, fitted, font
+from racecraft.worlds.deepracer.analysis.lap_film import PICTURES_PER_SECOND
 from racecraft.worlds.deepracer.analysis.look import Look, glowing, shining
 from racecraft.worlds.deepracer.analysis.track_map import TrackMap, dab
 from racecraft.worlds.deepracer.env.sensors import STEREO

@@ -13,13 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from racecraft.analysis import page
-from racecraft.analysis.figures import BLUE, DARK_RED, small_axes
+from racecraft.analysis.figures import small_axes
 from racecraft.formats.whole import write_whole
+from racecraft.pages.colours import BLUE, INK, QUIET
 from racecraft.worlds.deepracer.analysis.look import Look, glowing, shining
 from racecraft.worlds.deepracer.analysis.look_film import Place
+from racecraft.worlds.deepracer.analysis.path_picture import DARK_RED
 from racecraft.worlds.deepracer.analysis.surfaces import OBSTACLE, SurfaceAttention
 from racecraft.worlds.deepracer.env.sensors import LIDARS
-from racecraft.worlds.deepracer.tracks.picture import INK, QUIET, PaintedPath, draw_track
+from racecraft.worlds.deepracer.tracks.picture import PaintedPath, draw_track
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

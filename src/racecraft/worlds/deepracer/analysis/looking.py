@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from racecraft.analysis.attention import TAKEN, AttentionError, Question, SeeingPolicy, Seen, changed, confidence
-from racecraft.analysis.video import HEIGHT as FILM_HEIGHT
-from racecraft.analysis.video import VIEW_WIDTH, read_film
-from racecraft.analysis.video import WIDTH as FILM_WIDTH
+from racecraft.analysis.video import read_film
 from racecraft.contract.world import Array, ArraySpec
 from racecraft.players.trained import TrainedPolicy
 from racecraft.worlds.deepracer.analysis.drive import Drive
+from racecraft.worlds.deepracer.analysis.lap_film import HEIGHT as FILM_HEIGHT
+from racecraft.worlds.deepracer.analysis.lap_film import VIEW_WIDTH
+from racecraft.worlds.deepracer.analysis.lap_film import WIDTH as FILM_WIDTH
 from racecraft.worlds.deepracer.analysis.look import Look, look_at
 from racecraft.worlds.deepracer.analysis.look_film import Place
 from racecraft.worlds.deepracer.analysis.look_page import LapLook

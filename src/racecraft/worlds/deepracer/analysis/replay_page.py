@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from racecraft.analysis import page
-from racecraft.analysis.figures import BLUE, ORANGE, small_axes
+from racecraft.analysis.figures import small_axes
 from racecraft.contract.world import Array
 from racecraft.formats.whole import write_whole
-from racecraft.worlds.deepracer.tracks.picture import INK, QUIET
+from racecraft.pages.colours import BLUE, INK, ORANGE, QUIET
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from racecraft.analysis import figures, page, tables
+from racecraft.analysis import page
 from racecraft.analysis.run_facts import RunFacts
+from racecraft.worlds.deepracer.analysis import path_picture, tables
 from racecraft.worlds.deepracer.analysis.drive import GRIEF, LAP_COMPLETE, WORDS, Drive, DriveError, what_befell
 from racecraft.worlds.deepracer.analysis.why_page import failure_parts
 from racecraft.worlds.deepracer.tracks.picture import draw_track
@@ -32,10 +33,10 @@ def on_the_track(facts: RunFacts) -> Iterator[str]:
     yield "<h2>On the track</h2>"
     drive = facts.drive or best_drive(facts.ticks, facts.laps)
     if drive is not None:
-        words = figures.story("The best policy" if facts.drive else "Best training episode", drive)
-        slow, fast = figures.speed_limits(drive)
+        words = path_picture.story("The best policy" if facts.drive else "Best training episode", drive)
+        slow, fast = path_picture.speed_limits(drive)
         speeds = f"Driven at {drive.driven_mps.mean():.2f} m/s on average; dark is {slow:.2f} m/s, bright {fast:.2f}."
-        picture = page.photograph(figures.path_figure(facts.track, drive, facts.title), words)
+        picture = page.photograph(path_picture.path_figure(facts.track, drive, facts.title), words)
         yield page.card(f'<p><b>{page.escaped(words)}</b></p>{picture}<p class="quiet">{speeds}</p>')
     if facts.drive is not None and facts.film is not None:
         yield page.card(page.film(facts.film, "A film of the best policy's lap: its view, a map, speed and steering"))
@@ -129,7 +130,7 @@ def _exits_and_endings(track: Track, laps: pl.DataFrame) -> Iterator[str]:
         shown = exits.tail(MOST_EXITS)
         figure = draw_track(track, number_every=10, title="")
         words = what_befell(exits["status"].unique())
-        figures.mark_exits(figure, shown.select("x_m", "y_m").to_numpy(), exits.height, words)
+        path_picture.mark_exits(figure, shown.select("x_m", "y_m").to_numpy(), exits.height, words)
         times = "once" if exits.height == 1 else f"{exits.height:,} times"
         words = f"<p><b>{where} in training</b>: {times}, a cross each"
         words += "." if shown.height == exits.height else f"; the latest {shown.height:,} are drawn."

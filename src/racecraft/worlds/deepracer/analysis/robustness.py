@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from racecraft.analysis.figures import BLUE, GREEN, ORANGE, save_figure
-from racecraft.worlds.deepracer.tracks.picture import INK, PAPER, QUIET
+from racecraft.analysis.figures import save_figure
+from racecraft.pages.colours import BLUE, GREEN, INK, ORANGE, PAPER, QUIET
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

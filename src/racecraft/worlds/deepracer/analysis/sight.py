@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from racecraft.analysis.figures import BLUE, DARK_RED, save_figure
+from racecraft.analysis.figures import save_figure
 from racecraft.contract.world import Array
+from racecraft.pages.colours import BLUE, INK, PAPER, QUIET
+from racecraft.worlds.deepracer.analysis.path_picture import DARK_RED
 from racecraft.worlds.deepracer.env.sensors import BEAM_STEP_RAD, FIRST_BEAM_RAD, STEREO, LidarView
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.files.lidar_config import BEAMS
-from racecraft.worlds.deepracer.tracks.picture import INK, PAPER, QUIET, paint_ground
+from racecraft.worlds.deepracer.tracks.picture import paint_ground
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

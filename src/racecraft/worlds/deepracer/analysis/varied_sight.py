@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from racecraft.analysis.figures import save_figure
 from racecraft.contract.world import Array
-from racecraft.worlds.deepracer.tracks.picture import INK, PAPER, QUIET
+from racecraft.pages.colours import INK, PAPER, QUIET
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -15,6 +15,7 @@ from racecraft.analysis import page
 from racecraft.analysis.figures import small_axes
 from racecraft.contract.world import Array
 from racecraft.formats.whole import write_whole
+from racecraft.pages.colours import CYCLE, INK, RED
 from racecraft.worlds.deepracer.analysis.failure_places import (
     Before,
     FailurePlace,
@@ -24,8 +25,7 @@ from racecraft.worlds.deepracer.analysis.failure_places import (
     sentences,
 )
 from racecraft.worlds.deepracer.analysis.forgetting import Passages, StartsCompared, passages_part, starts_part
-from racecraft.worlds.deepracer.analysis.logs.plot import CYCLE, QUIET, RED, map_sheet
-from racecraft.worlds.deepracer.tracks.picture import INK
+from racecraft.worlds.deepracer.analysis.logs.plot import QUIET, map_sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -14,7 +14,7 @@ from racecraft.contract.errors import SettingError
 if TYPE_CHECKING:
     import polars as pl
 
-    from racecraft.worlds.deepracer.analysis.logs.advice import Advice
+    from racecraft.analysis.advice import Advice
     from racecraft.worlds.deepracer.logs import Logs
     from racecraft.worlds.deepracer.tracks.track import Track
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from racecraft.contract.errors import TrackError
 from racecraft.formats.whole import make_folder, whole_file
+from racecraft.pages.colours import INK, PAPER, QUIET
 from racecraft.worlds.deepracer.tracks.track import Track
 
 if TYPE_CHECKING:
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
 DAYLIGHT = 1.31
 """A lit surface is this much brighter than its texture (facts: simapp camera images)."""
-INK, PAPER, QUIET = "#1d2327", "#ffffff", "#6b7680"
 MARGIN_M = 0.45
 WIDEST_IN, TALLEST_IN, SMALLEST_IN = 11.0, 8.0, 3.2
 PATH_COLOURS, DARKEST = "plasma", 0.15

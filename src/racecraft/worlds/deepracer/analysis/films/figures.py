@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from racecraft.analysis.dashboard import BAD, GOOD, QUIET, WHITE, fitted, font
 from racecraft.contract.world import Array
+from racecraft.worlds.deepracer.analysis.dashboard import BAD, GOOD, QUIET, WHITE, fitted, font
 from racecraft.worlds.deepracer.analysis.drive import LAP_COMPLETE, PAUSE, Drive
 from racecraft.worlds.deepracer.analysis.films.moments import HELD_SECONDS
 from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from racecraft.analysis.dashboard import JUMP_M
 from racecraft.contract.world import Array
+from racecraft.worlds.deepracer.analysis.dashboard import JUMP_M
 from racecraft.worlds.deepracer.analysis.drive import Drive
 from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from racecraft.analysis.dashboard import JUMP_M
 from racecraft.contract.world import Array
+from racecraft.worlds.deepracer.analysis.dashboard import JUMP_M
 from racecraft.worlds.deepracer.analysis.films.moments import Moments
 from racecraft.worlds.deepracer.env.kernels.boxes import sort_back_to_front
 from racecraft.worlds.deepracer.env.objects import BOT_CAR, KINDS

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from racecraft.analysis.dashboard import QUIET, WHITE, fitted, font
 from racecraft.contract.world import Array
+from racecraft.worlds.deepracer.analysis.dashboard import QUIET, WHITE, fitted, font
 from racecraft.worlds.deepracer.analysis.films.figures import STRIP_TOPS, strip_height
 from racecraft.worlds.deepracer.analysis.films.shells import RGB
 

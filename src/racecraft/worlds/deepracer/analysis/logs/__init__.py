@@ -12,6 +12,8 @@ a `Plot` have data and a figure; those that return a table are data alone. Named
 deepracer-analysis and in log-guru.
 """
 
+from racecraft.analysis.own_plots import own_plots
+from racecraft.analysis.plot import Plot, PlotError
 from racecraft.worlds.deepracer.analysis.logs.actions import (
     action_breakdown,
     action_histogram,
@@ -40,7 +42,6 @@ from racecraft.worlds.deepracer.analysis.logs.motion import (
     slides,
     with_motion,
 )  # fmt: skip
-from racecraft.worlds.deepracer.analysis.logs.own import own_plots
 from racecraft.worlds.deepracer.analysis.logs.paths import (
     best_laps,
     last_iteration,
@@ -49,7 +50,6 @@ from racecraft.worlds.deepracer.analysis.logs.paths import (
     selected_laps,
     top_iterations,
 )  # fmt: skip
-from racecraft.worlds.deepracer.analysis.logs.plot import Plot, PlotError
 from racecraft.worlds.deepracer.analysis.logs.progress import training_progress
 from racecraft.worlds.deepracer.analysis.logs.rescoring import new_reward, reward_params
 from racecraft.worlds.deepracer.analysis.logs.rewards import common_rewards, discount_tester, reward_distribution

@@ -11,22 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from racecraft.analysis.plot import Plot, sheet
 from racecraft.contract.world import Array
-from racecraft.worlds.deepracer.analysis.logs.plot import (
-    BLUE,
-    CYCLE,
-    GREEN,
-    QUIET,
-    Plot,
-    few,
-    map_sheet,
-    name_axes,
-    require,
-    sheet,
-    values,
-)  # fmt: skip
+from racecraft.pages.colours import BLUE, CYCLE, GREEN, INK
+from racecraft.worlds.deepracer.analysis.logs.plot import QUIET, few, map_sheet, name_axes, require, values
 from racecraft.worlds.deepracer.analysis.logs.segments import find_segments, in_segments
-from racecraft.worlds.deepracer.tracks.picture import INK
 from racecraft.worlds.deepracer.tracks.track import Track
 
 if TYPE_CHECKING:

@@ -7,19 +7,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from racecraft.analysis.advice import Advice
 from racecraft.analysis.learner import Learner
+from racecraft.analysis.plot import PlotError
 from racecraft.worlds.deepracer.analysis.drive import CRASHED
 from racecraft.worlds.deepracer.analysis.logs.actions import action_histogram, action_table
 from racecraft.worlds.deepracer.analysis.logs.episodes import QUINTILES, simulation_agg
 from racecraft.worlds.deepracer.analysis.logs.exits import exit_points, exits_by_segment
 from racecraft.worlds.deepracer.analysis.logs.judged import Judged
 from racecraft.worlds.deepracer.analysis.logs.laps import correlation, sector_correlations, sector_losses
-from racecraft.worlds.deepracer.analysis.logs.plot import Plot, PlotError, values
+from racecraft.worlds.deepracer.analysis.logs.plot import values
 from racecraft.worlds.deepracer.analysis.logs.progress import training_progress
 from racecraft.worlds.deepracer.analysis.logs.scatter import scatter_of_laps
 from racecraft.worlds.deepracer.analysis.logs.segments import find_segments
@@ -48,20 +49,6 @@ GETS_ROUND = 0.5
 """Mean progress from which it is worth asking for speed."""
 ANEW = "racecraft train my-car --from RUN:best"
 """Go on from the best with another reward or other actions: those of the folder my-car."""
-
-
-@dataclass(frozen=True)
-class Advice:
-    """A finding and what to try."""
-
-    found: str
-    """What the log shows, with figures."""
-    try_: str
-    """What to change, or to leave."""
-    plot: Callable[[], Plot] | None = None
-    """Makes the figure that shows it."""
-    command: str = ""
-    """What to type next; RUN stands for the run or log."""
 
 
 def advice(

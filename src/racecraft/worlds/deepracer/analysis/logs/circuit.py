@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from racecraft.analysis.plot import PlotError
 from racecraft.contract.errors import TrackError
-from racecraft.worlds.deepracer.analysis.logs.plot import PlotError, require
+from racecraft.worlds.deepracer.analysis.logs.plot import require
 from racecraft.worlds.deepracer.tracks.catalogue import load_track, names, summary
 from racecraft.worlds.deepracer.tracks.track import Track
 

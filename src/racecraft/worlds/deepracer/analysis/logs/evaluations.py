@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from racecraft.analysis.plot import Plot, PlotError
 from racecraft.worlds.deepracer.analysis.logs.episodes import simulation_agg
 from racecraft.worlds.deepracer.analysis.logs.motion import with_motion
 from racecraft.worlds.deepracer.analysis.logs.paths import _draw
-from racecraft.worlds.deepracer.analysis.logs.plot import Plot, PlotError, require
+from racecraft.worlds.deepracer.analysis.logs.plot import require
 from racecraft.worlds.deepracer.tracks.track import Track
 
 if TYPE_CHECKING:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from racecraft.analysis.plot import Plot, PlotError, sheet
+from racecraft.pages.colours import RED
 from racecraft.worlds.deepracer.analysis.drive import CRASHED, what_befell
 from racecraft.worlds.deepracer.analysis.logs.circuit import on_track
 from racecraft.worlds.deepracer.analysis.logs.episodes import simulation_agg
-from racecraft.worlds.deepracer.analysis.logs.plot import RED, Plot, PlotError, map_sheet, name_axes, sheet, values
+from racecraft.worlds.deepracer.analysis.logs.plot import map_sheet, name_axes, values
 from racecraft.worlds.deepracer.analysis.logs.segments import find_segments, in_segments
 from racecraft.worlds.deepracer.tracks.track import Track
 

@@ -7,19 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from racecraft.analysis.plot import Plot, PlotError
 from racecraft.contract.world import Array
+from racecraft.pages.colours import ORANGE
 from racecraft.worlds.deepracer.analysis.logs.episodes import simulation_agg
 from racecraft.worlds.deepracer.analysis.logs.motion import with_motion
-from racecraft.worlds.deepracer.analysis.logs.plot import (
-    ORANGE,
-    WORDS,
-    Plot,
-    PlotError,
-    colour_bar,
-    map_sheet,
-    painted_path,
-    values,
-)
+from racecraft.worlds.deepracer.analysis.logs.plot import WORDS, colour_bar, map_sheet, painted_path, values
 from racecraft.worlds.deepracer.analysis.logs.segments import find_segments, in_segments
 from racecraft.worlds.deepracer.tracks.track import Track
 

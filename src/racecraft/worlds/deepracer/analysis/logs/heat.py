@@ -9,19 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from racecraft.analysis.plot import Plot, PlotError
 from racecraft.worlds.deepracer.analysis.logs.actions import action_names, with_action_number
 from racecraft.worlds.deepracer.analysis.logs.plot import (
     HEAT,
     WORDS,
-    Plot,
-    PlotError,
     borders_above,
     colour_bar,
     limits_of,
     map_sheet,
     require,
     values,
-)  # fmt: skip
+)
 from racecraft.worlds.deepracer.tracks.track import Track
 
 if TYPE_CHECKING:

@@ -9,21 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from racecraft.analysis.plot import Plot, PlotError, sheet
+from racecraft.pages.colours import BLUE, GREEN, ORANGE
 from racecraft.worlds.deepracer.analysis.logs.circuit import on_track
 from racecraft.worlds.deepracer.analysis.logs.episodes import simulation_agg
 from racecraft.worlds.deepracer.analysis.logs.motion import with_motion
-from racecraft.worlds.deepracer.analysis.logs.plot import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    Plot,
-    PlotError,
-    few,
-    histogram,
-    name_axes,
-    sheet,
-    values,
-)  # fmt: skip
+from racecraft.worlds.deepracer.analysis.logs.plot import few, histogram, name_axes, values
 from racecraft.worlds.deepracer.analysis.logs.segments import find_segments
 from racecraft.worlds.deepracer.tracks.track import Track
 

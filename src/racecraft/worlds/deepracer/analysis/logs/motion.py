@@ -11,21 +11,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from racecraft.analysis.plot import Plot, sheet
+from racecraft.pages.colours import BLUE, ORANGE
 from racecraft.worlds.deepracer.analysis.logs.circuit import on_track
 from racecraft.worlds.deepracer.analysis.logs.episodes import simulation_agg
 from racecraft.worlds.deepracer.analysis.logs.plot import (
-    BLUE,
-    ORANGE,
-    Plot,
     colour_bar,
     few,
     map_sheet,
     name_axes,
     require,
-    sheet,
     values,
     was_set_down,
-)  # fmt: skip
+)
 from racecraft.worlds.deepracer.tracks.track import Track
 
 if TYPE_CHECKING:

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from racecraft.analysis.plot import Plot, PlotError
 from racecraft.contract.world import Array
+from racecraft.pages.colours import INK
 from racecraft.worlds.deepracer.analysis.logs import actions, episodes, heat, paths, progress
-from racecraft.worlds.deepracer.analysis.logs.plot import QUIET, Plot, PlotError
-from racecraft.worlds.deepracer.tracks.picture import INK
+from racecraft.worlds.deepracer.analysis.logs.plot import QUIET
 from racecraft.worlds.deepracer.tracks.track import Track
 
 if TYPE_CHECKING:

@@ -12,6 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from racecraft.analysis import page
+from racecraft.analysis.advice import Advice
+from racecraft.analysis.own_plots import NoPlot, OwnPlot, made_or_why
+from racecraft.analysis.plot import Plot, PlotError
 from racecraft.formats.whole import write_whole
 from racecraft.worlds.deepracer.analysis.logs import (
     actions,
@@ -32,11 +35,8 @@ from racecraft.worlds.deepracer.analysis.logs import (
     straights,
     waypoints,
 )  # fmt: skip
-from racecraft.worlds.deepracer.analysis.logs.advice import Advice
 from racecraft.worlds.deepracer.analysis.logs.episodes import simulation_agg
-from racecraft.worlds.deepracer.analysis.logs.own import NoPlot, OwnPlot, made_or_why
 from racecraft.worlds.deepracer.analysis.logs.page_data import page_data
-from racecraft.worlds.deepracer.analysis.logs.plot import Plot, PlotError
 from racecraft.worlds.deepracer.analysis.logs.segments import segments_plot
 from racecraft.worlds.deepracer.tracks.track import Track
 

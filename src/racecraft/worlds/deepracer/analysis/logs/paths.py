@@ -7,18 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from racecraft.analysis.plot import Plot, PlotError
 from racecraft.worlds.deepracer.analysis.logs.episodes import per_iteration, simulation_agg
 from racecraft.worlds.deepracer.analysis.logs.plot import (
     WORDS,
-    Plot,
-    PlotError,
     colour_bar,
     limits_of,
     map_sheet,
     painted_path,
     require,
     values,
-)  # fmt: skip
+)
 from racecraft.worlds.deepracer.tracks.track import Track
 
 if TYPE_CHECKING:

@@ -1,42 +1,31 @@
-"""What every plot of this room is: data that were computed at once, and a figure that is drawn when it is looked at.
+"""What the plots of a log share: columns they require, axes, and the plan of a circuit. Begin with `plan`.
 
-Begin with `Plot`. Charts are drawn on `sheet`, maps on `plan`, which leaves the ground white so that a page can be
-printed. Colours are Okabe and Ito's, told apart by colour-blind eyes, and matplotlib's cividis. In grey two of the
-former may be one, so what stands in one panel differs by its line or mark too.
+Charts are drawn on `analysis.plot.sheet`, maps on `plan`, which leaves the ground white so that a page can be printed.
+Colours are Okabe and Ito's and matplotlib's cividis. In grey two of the former may be one, so what stands in one panel
+differs by its line or mark too.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from pathlib import Path
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from racecraft.analysis.figures import save_figure
-from racecraft.contract.errors import UserInputError
+from racecraft.analysis.plot import PlotError, sheet
 from racecraft.contract.world import Array
-from racecraft.worlds.deepracer.tracks.picture import INK, PAPER, QUIET
+from racecraft.pages.colours import GREEN, INK, QUIET
 from racecraft.worlds.deepracer.tracks.track import Track
 
 if TYPE_CHECKING:
     import polars as pl
-    from matplotlib.figure import Figure
 
-BLUE, ORANGE, GREEN, RED, SKY, PINK = "#0072b2", "#e69f00", "#009e73", "#d55e00", "#56b4e9", "#cc79a7"
-CYCLE = (BLUE, ORANGE, GREEN, RED, SKY, PINK)
 HEAT = "cividis"
 ROAD = "#e3e7ea"
 SET_BACK, SET_BACK_M = 5.0, 0.3
 """A step of more than so many usual ones of its episode, and so many metres, was not driven: the car was set down."""
 MOST_DOTS = 20_000
 """Dots drawn in one panel; of more a sample, taken evenly."""
-
-
-class PlotError(UserInputError):
-    """A plot or table cannot be made of these ticks."""
 
 
 def was_set_down(episode: pl.Series, step_m: pl.Series) -> pl.Series:
@@ -53,53 +42,6 @@ def was_set_down(episode: pl.Series, step_m: pl.Series) -> pl.Series:
     down = np.zeros(steps.height, bool)
     down[long.filter(pl.col("step") > SET_BACK * pl.col("usual"))["index"].to_numpy()] = True
     return pl.Series("set_down", down)
-
-
-@dataclass(frozen=True, eq=False)
-class Plot:
-    """Data and their figure.
-
-    Args:
-        name: Short, for file names.
-        title: What is shown.
-        data: One row each thing shown; columns carry their units.
-        draw: Makes the figure.
-    """
-
-    name: str
-    title: str
-    data: pl.DataFrame
-    draw: Callable[[], Figure]
-
-    @cached_property
-    def figure(self) -> Figure:
-        """The figure, drawn at the first look."""
-        return self.draw()
-
-    def save(self, path: str | Path, dpi: int = 140) -> Path:
-        """Write the figure to .png, .svg or .pdf.
-
-        Raises:
-            FigureError: The path has another ending.
-            OutputFileError: The file cannot be written.
-        """
-        return save_figure(self.figure, path, dpi)
-
-    def without_title(self) -> Figure:
-        """Return a figure of its own for a place whose heading says the title; several plots in one keep theirs."""
-        figure = self.draw()
-        if len(named := [axes for axes in figure.axes if axes.get_title(loc="left") or axes.get_title()]) == 1:
-            named[0].set_title("", loc="left")
-            named[0].set_title("")
-        return figure
-
-    def _repr_png_(self) -> bytes:
-        """Return the picture that a notebook shows for the last value of a cell."""
-        import io
-
-        out = io.BytesIO()
-        self.figure.savefig(out, format="png", dpi=100)
-        return out.getvalue()
 
 
 def require(ticks: pl.DataFrame | pl.LazyFrame, *columns: str) -> pl.DataFrame:
@@ -134,28 +76,6 @@ def _must_have(found: Sequence[str], columns: Sequence[str]) -> None:
             f"The ticks have no column {', '.join(missing)}; found {', '.join(found) or 'none'}. "
             "`racecraft.worlds.deepracer.logs.read` gives them all."
         )
-
-
-def sheet(rows: int, columns: int, titles: Sequence[str], size: tuple[float, float] = (4.0, 2.9)) -> tuple[Any, list]:
-    """Return a figure with a grid of plain charts and the list of its axes; charts without a title are left out."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(size[0] * columns, size[1] * rows), facecolor=PAPER, layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = []
-    for k, title in enumerate(titles):
-        one = figure.add_subplot(rows, columns, k + 1)
-        one.set_title(title, loc="left", fontsize=11, color=INK)
-        for side in ("top", "right"):
-            one.spines[side].set_visible(False)
-        for side in ("left", "bottom"):
-            one.spines[side].set_color(QUIET)
-        one.grid(color=QUIET, alpha=0.2, lw=0.8)
-        one.set_axisbelow(True)
-        one.tick_params(labelsize=9, colors=INK, length=2)
-        axes.append(one)
-    return figure, axes
 
 
 COUNTED = ("iteration", "episode", "step", "waypoint")

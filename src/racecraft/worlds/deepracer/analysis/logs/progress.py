@@ -6,18 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from racecraft.analysis.plot import Plot, sheet
+from racecraft.pages.colours import BLUE, GREEN, ORANGE
 from racecraft.worlds.deepracer.analysis.logs.episodes import per_iteration, simulation_agg
-from racecraft.worlds.deepracer.analysis.logs.plot import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    Plot,
-    few,
-    name_axes,
-    nothing,
-    sheet,
-    values,
-)
+from racecraft.worlds.deepracer.analysis.logs.plot import few, name_axes, nothing, values
 
 if TYPE_CHECKING:
     import polars as pl

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from racecraft.worlds.deepracer.analysis.logs.plot import Plot, name_axes, require, sheet, values
+from racecraft.analysis.plot import Plot, sheet
+from racecraft.worlds.deepracer.analysis.logs.plot import name_axes, require, values
 from racecraft.worlds.deepracer.tracks.track import Track
 
 if TYPE_CHECKING:

@@ -7,18 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from racecraft.worlds.deepracer.analysis.logs.plot import (
-    BLUE,
-    CYCLE,
-    GREEN,
-    Plot,
-    PlotError,
-    name_axes,
-    require,
-    sheet,
-    spread_limits,
-    values,
-)  # fmt: skip
+from racecraft.analysis.plot import Plot, PlotError, sheet
+from racecraft.pages.colours import BLUE, CYCLE, GREEN
+from racecraft.worlds.deepracer.analysis.logs.plot import name_axes, require, spread_limits, values
 
 if TYPE_CHECKING:
     import polars as pl

@@ -9,18 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from racecraft.worlds.deepracer.analysis.logs.plot import (
-    BLUE,
-    CYCLE,
-    ORANGE,
-    Plot,
-    PlotError,
-    few,
-    name_axes,
-    require,
-    sheet,
-    values,
-)  # fmt: skip
+from racecraft.analysis.plot import Plot, PlotError, sheet
+from racecraft.pages.colours import BLUE, CYCLE, ORANGE
+from racecraft.worlds.deepracer.analysis.logs.plot import few, name_axes, require, values
 
 if TYPE_CHECKING:
     import polars as pl

@@ -4,18 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from racecraft.analysis.plot import Plot, PlotError, sheet
 from racecraft.contract.world import Array
+from racecraft.pages.colours import BLUE
 from racecraft.worlds.deepracer.analysis.logs.episodes import QUINTILES, simulation_agg
-from racecraft.worlds.deepracer.analysis.logs.plot import (
-    BLUE,
-    Plot,
-    PlotError,
-    few,
-    histogram,
-    name_axes,
-    sheet,
-    values,
-)
+from racecraft.worlds.deepracer.analysis.logs.plot import few, histogram, name_axes, values
 
 if TYPE_CHECKING:
     import polars as pl

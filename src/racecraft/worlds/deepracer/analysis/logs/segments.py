@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from racecraft.analysis.plot import Plot
 from racecraft.contract.world import Array
+from racecraft.pages.colours import BLUE, ORANGE, RED
 from racecraft.worlds.deepracer.analysis.logs.circuit import on_track
-from racecraft.worlds.deepracer.analysis.logs.plot import BLUE, ORANGE, RED, Plot, map_sheet
+from racecraft.worlds.deepracer.analysis.logs.plot import map_sheet
 from racecraft.worlds.deepracer.tracks.track import Track
 
 if TYPE_CHECKING:

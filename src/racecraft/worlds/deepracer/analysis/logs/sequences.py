@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from racecraft.analysis.plot import Plot, PlotError, sheet
+from racecraft.pages.colours import BLUE
 from racecraft.worlds.deepracer.analysis.logs.actions import action_names, with_action_number
-from racecraft.worlds.deepracer.analysis.logs.plot import BLUE, Plot, PlotError, name_axes, sheet, values
+from racecraft.worlds.deepracer.analysis.logs.plot import name_axes, values
 
 if TYPE_CHECKING:
     import polars as pl

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from racecraft.worlds.deepracer.analysis.logs.plot import BLUE, ORANGE, RED, Plot, name_axes, only, sheet, values
+from racecraft.analysis.plot import Plot, sheet
+from racecraft.pages.colours import BLUE, ORANGE, RED
+from racecraft.worlds.deepracer.analysis.logs.plot import name_axes, only, values
 
 if TYPE_CHECKING:
     import polars as pl

@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from racecraft.analysis.plot import Plot, sheet
+from racecraft.pages.colours import BLUE, ORANGE
 from racecraft.worlds.deepracer.analysis.logs.motion import with_motion
-from racecraft.worlds.deepracer.analysis.logs.plot import BLUE, ORANGE, Plot, name_axes, sheet, values
+from racecraft.worlds.deepracer.analysis.logs.plot import name_axes, values
 from racecraft.worlds.deepracer.analysis.logs.segments import find_segments, in_segments
 from racecraft.worlds.deepracer.tracks.track import Track
 

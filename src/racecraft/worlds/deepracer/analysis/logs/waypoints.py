@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from racecraft.analysis.plot import Plot, sheet
+from racecraft.pages.colours import BLUE, ORANGE
 from racecraft.worlds.deepracer.analysis.logs.circuit import on_track
-from racecraft.worlds.deepracer.analysis.logs.plot import BLUE, ORANGE, Plot, name_axes, sheet, values
+from racecraft.worlds.deepracer.analysis.logs.plot import name_axes, values
 from racecraft.worlds.deepracer.analysis.logs.segments import COLOURS, find_segments
 from racecraft.worlds.deepracer.tracks.track import Track
 

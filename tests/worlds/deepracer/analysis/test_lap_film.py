@@ -6,14 +6,15 @@ import av
 import numpy as np
 import pytest
 
-from racecraft.analysis import video
-from racecraft.analysis.dashboard import BAD, BANNER_FOOT, GOOD
+from racecraft.analysis.video import VideoError
 from racecraft.contract.errors import UserInputError
 from racecraft.formats.whole import OutputFileError
+from racecraft.worlds.deepracer.analysis import lap_film
+from racecraft.worlds.deepracer.analysis.dashboard import BAD, BANNER_FOOT, GOOD
 from racecraft.worlds.deepracer.analysis.drive import Drive
 from racecraft.worlds.deepracer.env import race
 
-BANNER_ROW, BANNER_COLUMN = video.HEIGHT - BANNER_FOOT - 6, 30
+BANNER_ROW, BANNER_COLUMN = lap_film.HEIGHT - BANNER_FOOT - 6, 30
 
 
 def boxes(path):
@@ -26,14 +27,14 @@ def boxes(path):
 
 
 def test_a_film_is_h264_for_browsers_and_has_a_picture_a_tick(tmp_path, track, reports_along):
-    path = video.write_video(tmp_path / "lap.mp4", Drive.from_reports(reports_along(35)), track, title="Best lap")
+    path = lap_film.write_video(tmp_path / "lap.mp4", Drive.from_reports(reports_along(35)), track, title="Best lap")
     with av.open(str(path)) as container:
         stream = container.streams.video[0]
         pictures = [frame.to_ndarray(format="rgb24") for frame in container.decode(stream)]
         assert (stream.codec_context.name, stream.codec_context.pix_fmt) == ("h264", "yuv420p")
         assert stream.average_rate == 15
-    assert len(pictures) == 35 + video.HELD_PICTURES
-    assert pictures[0].shape == (video.HEIGHT, video.WIDTH, 3)
+    assert len(pictures) == 35 + lap_film.HELD_PICTURES
+    assert pictures[0].shape == (lap_film.HEIGHT, lap_film.WIDTH, 3)
     assert boxes(path).index("moov") < boxes(path).index("mdat")
     assert [entry.name for entry in tmp_path.iterdir()] == ["lap.mp4"]
     assert np.abs(pictures[-1][BANNER_ROW, BANNER_COLUMN].astype(int) - GOOD).max() < 12
@@ -41,11 +42,13 @@ def test_a_film_is_h264_for_browsers_and_has_a_picture_a_tick(tmp_path, track, r
 
 def test_the_view_is_the_cars_own_and_the_banner_tells_how_it_ended(track, reports_along):
     drive = Drive.from_reports(reports_along(20, race.OFF_TRACK, share=0.2))
-    pictures = [picture.copy() for picture in video.film(drive, track)]
-    assert len(pictures) == 20 + video.HELD_PICTURES
-    camera = video.Camera(video.build_scene(track, "2026", for_people=True), video.VIEW_WIDTH, video.VIEW_HEIGHT)
+    pictures = [picture.copy() for picture in lap_film.film(drive, track)]
+    assert len(pictures) == 20 + lap_film.HELD_PICTURES
+    camera = lap_film.Camera(
+        lap_film.build_scene(track, "2026", for_people=True), lap_film.VIEW_WIDTH, lap_film.VIEW_HEIGHT
+    )
     expected = camera.render_rgb(drive.poses[7:8])[0]
-    assert (pictures[7][:, : video.VIEW_WIDTH] == expected).all()
+    assert (pictures[7][:, : lap_film.VIEW_WIDTH] == expected).all()
     assert tuple(pictures[18][BANNER_ROW, BANNER_COLUMN]) != BAD
     assert tuple(pictures[19][BANNER_ROW, BANNER_COLUMN]) == BAD
     assert (pictures[19] == pictures[-1]).all()
@@ -53,15 +56,15 @@ def test_the_view_is_the_cars_own_and_the_banner_tells_how_it_ended(track, repor
 
 def test_a_drive_that_goes_on_is_not_held_and_has_no_banner(track, reports_along):
     drive = Drive.from_reports(reports_along(5, race.IN_PROGRESS, share=0.1))
-    pictures = [picture.copy() for picture in video.film(drive, track)]
+    pictures = [picture.copy() for picture in lap_film.film(drive, track)]
     assert len(pictures) == 5
     assert tuple(pictures[-1][BANNER_ROW, BANNER_COLUMN]) not in (GOOD, BAD)
 
 
 def test_the_trail_follows_the_car_and_is_wiped_with_each_lap(track, reports_along):
     two_laps = Drive.from_reports(np.concatenate([reports_along(60), reports_along(3, race.IN_PROGRESS, share=0.01)]))
-    dashboard = video.Dashboard(track, two_laps, "", video.PANEL_WIDTH, video.HEIGHT)
-    panel = np.empty((video.HEIGHT, video.PANEL_WIDTH, 3), np.uint8)
+    dashboard = lap_film.Dashboard(track, two_laps, "", lap_film.PANEL_WIDTH, lap_film.HEIGHT)
+    panel = np.empty((lap_film.HEIGHT, lap_film.PANEL_WIDTH, 3), np.uint8)
 
     def trail_pixels(tick):
         dashboard.draw(tick, panel)
@@ -80,17 +83,17 @@ def test_a_full_disk_is_told_and_leaves_the_old_film(tmp_path, track, reports_al
 
     monkeypatch.setattr(av, "open", full)
     with pytest.raises(OutputFileError, match="the disk is full"):
-        video.write_video(path, Drive.from_reports(reports_along(3)), track)
+        lap_film.write_video(path, Drive.from_reports(reports_along(3)), track)
     assert path.read_bytes() == b"old"
     assert len(list(tmp_path.iterdir())) == 1
 
 
 def test_bad_places_and_missing_encoders_are_told(tmp_path, track, reports_along, monkeypatch):
     drive = Drive.from_reports(reports_along(3))
-    with pytest.raises(video.VideoError, match=r"expected a name that ends in \.mp4"):
-        video.write_video(tmp_path / "lap.gif", drive, track)
+    with pytest.raises(VideoError, match=r"expected a name that ends in \.mp4"):
+        lap_film.write_video(tmp_path / "lap.gif", drive, track)
     with pytest.raises(OutputFileError, match="folder does not exist"):
-        video.write_video(tmp_path / "nowhere" / "lap.mp4", drive, track)
+        lap_film.write_video(tmp_path / "nowhere" / "lap.mp4", drive, track)
     monkeypatch.setattr(av, "codecs_available", {"mpeg4"})
     with pytest.raises(UserInputError, match=r"no H\.264 encoder; expected one of libx264"):
-        video.write_video(tmp_path / "lap.mp4", drive, track)
+        lap_film.write_video(tmp_path / "lap.mp4", drive, track)

@@ -9,12 +9,18 @@ import polars as pl
 import pytest
 
 from racecraft.analysis.watching.facts import curves, run_facts
-from racecraft.analysis.watching.reels import ReelError, episode_reel, iteration_reel, kept_iterations, track_shape
 from racecraft.formats.episodes import read_episodes, write_episodes
 from racecraft.formats.run_folder import RunFolder
+from racecraft.worlds.deepracer.analysis.watching.reels import (
+    ReelError,
+    episode_reel,
+    iteration_reel,
+    kept_iterations,
+    track_shape,
+)
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
-sys.path.append(str(Path(__file__).resolve().parents[2]))
+sys.path.append(str(Path(__file__).resolve().parents[4]))
 from kept_run import make_run  # noqa: E402
 
 

@@ -4,7 +4,9 @@ import numpy as np
 import polars as pl
 import pytest
 
-from racecraft.analysis.tables import (
+from racecraft.formats.episodes import write_episodes
+from racecraft.formats.run_folder import RunFolder
+from racecraft.worlds.deepracer.analysis.tables import (
     TableError,
     action_table,
     command_table,
@@ -13,8 +15,6 @@ from racecraft.analysis.tables import (
     laps_table,
     load_episodes,
 )
-from racecraft.formats.episodes import write_episodes
-from racecraft.formats.run_folder import RunFolder
 
 
 @pytest.fixture

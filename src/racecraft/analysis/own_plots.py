@@ -17,9 +17,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from racecraft.analysis.plot import Plot, PlotError, sheet
 from racecraft.contract.errors import UserInputError
-from racecraft.worlds.deepracer.analysis.logs.plot import Plot, PlotError, sheet
-from racecraft.worlds.deepracer.tracks.track import Track
 
 if TYPE_CHECKING:
     import polars as pl
@@ -48,9 +47,9 @@ class OwnPlot:
     name: str
     origin: str
     """The file, or the package's entry point."""
-    make: Callable[[Any, Track | None], Any]
+    make: Callable[[Any, Any], Any]
 
-    def __call__(self, ticks: pl.DataFrame | pl.LazyFrame, track: Track | None) -> Plot:
+    def __call__(self, ticks: pl.DataFrame | pl.LazyFrame, track: Any) -> Plot:
         """Return the plot.
 
         Raises:
@@ -85,7 +84,7 @@ def own_plots(files: Sequence[str | Path] = ()) -> list[OwnPlot]:
     return found
 
 
-def made_or_why(own: Sequence[OwnPlot], ticks: pl.DataFrame, track: Track | None) -> list[Plot | NoPlot]:
+def made_or_why(own: Sequence[OwnPlot], ticks: pl.DataFrame, track: Any) -> list[Plot | NoPlot]:
     """Return each plot, or why there is none: one that fails takes no other with it, and no page."""
     made: list[Plot | NoPlot] = []
     for one in own:
@@ -133,8 +132,8 @@ def _imported(file: Path) -> ModuleType:
     return module
 
 
-def _loaded(entry: Any) -> Callable[[Any, Track | None], Any]:
-    def make(ticks: Any, track: Track | None) -> Any:
+def _loaded(entry: Any) -> Callable[[Any, Any], Any]:
+    def make(ticks: Any, track: Any) -> Any:
         theirs = entry.load()
         make.__doc__ = theirs.__doc__  # its title
         return theirs(ticks, track)
