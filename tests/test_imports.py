@@ -52,22 +52,8 @@ HEAVY = {
 KNOWN_CORE_TO_WORLD = (Path(__file__).parent / "known_imports.txt").read_text(encoding="utf-8").splitlines()
 """General modules that still name a world, as `module -> module`."""
 
-KNOWN_BETWEEN_WORLDS = {
-    "worlds.battlesnake.training.self_rating -> worlds.deepracer.analysis.films.film",
-    "worlds.battlesnake.training.self_rating -> worlds.deepracer.analysis.race_film",
-    "worlds.battlesnake.training.self_rating -> worlds.deepracer.env.settings",
-    "worlds.battlesnake.training.self_rating -> worlds.deepracer.evaluation.head_to_head",
-    "worlds.battlesnake.training.self_rating -> worlds.deepracer.players.driver",
-    "worlds.battlesnake.training.self_rating -> worlds.deepracer.players.trained_car",
-    "worlds.battlesnake.training.self_rating -> worlds.deepracer.tracks.track",
-    "worlds.deepracer.cli.train -> worlds.battlesnake.training.self_rating",
-}
-
 KNOWN_CIRCLES = {
     "algorithms.asynchronous_ppo algorithms.ppo algorithms.recurrent_ppo",
-    "players.older_runs players.trained worlds.deepracer.players.trained_car",
-    "training.gathering training.trainer",
-    "worlds.deepracer.players.borrowed worlds.deepracer.players.foreign_model",
 }
 
 KNOWN_UPWARD = {
@@ -147,7 +133,7 @@ def test_the_core_knows_no_world():
 
 def test_worlds_do_not_import_each_other():
     crossing = {(name, used) for name, used in pairs() if world_of(name) and world_of(used)}
-    assert shown((name, used) for name, used in crossing if world_of(name) != world_of(used)) == KNOWN_BETWEEN_WORLDS
+    assert shown((name, used) for name, used in crossing if world_of(name) != world_of(used)) == set()
 
 
 def test_imports_point_down():

@@ -7,7 +7,8 @@ import pytest
 from typer.testing import CliRunner
 
 from racecraft.cli.app import app
-from racecraft.cli.table import app_for, commands
+from racecraft.cli.commands import commands
+from racecraft.cli.table import app_for
 
 
 @pytest.mark.parametrize("command", commands(), ids=lambda one: one.name)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from racecraft.formats.run_folder import RunFolder
 from racecraft.training.callbacks import EndedAlike, EvaluationResult, IterationReport
 from racecraft.training.live_metrics import BY_STATUS, CONTENT_TYPE, HELP, LEARNER, LiveMetrics, LiveMetricsError
 
@@ -69,7 +70,8 @@ def test_figures_are_served_as_the_training_goes(live):
     assert told["racecraft_training_running"] == 0.0
 
 
-def test_episodes_are_told_by_phase_and_status_as_deepracer_for_cloud_tags_them(live):
+def test_episodes_are_told_by_phase_and_status_as_deepracer_for_cloud_tags_them(live, tmp_path):
+    live.run_made(RunFolder.create(tmp_path / "run", {"kind": "deepracer"}).path)
     live.iteration(report(1, by_status=LAPS))
     told = read(live)
     assert told["dr_training_episodes_elapsed_time", "training", "Lap complete"] == 9500.0

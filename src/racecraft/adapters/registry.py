@@ -1,31 +1,20 @@
-"""The ids of our worlds at Gymnasium.
+"""The ids of installed worlds at Gymnasium.
 
-Gymnasium knows an id once its package was imported: `import racecraft.adapters` registers ours, and so does
-`gymnasium.make("racecraft.adapters:racecraft/DeepRacer-v0")` in one line. This is the one import in the house that
-does something; it writes names into Gymnasium's table and loads no world.
+Gymnasium knows an id once its package was imported: `import racecraft.adapters` registers them, and so does
+`gymnasium.make("racecraft.adapters:racecraft/DeepRacer-v0")` in one line. This import writes names into
+Gymnasium's table and loads no world.
 """
 
 from __future__ import annotations
 
 import gymnasium
 
+from racecraft.contract.kinds import kinds
+
 
 def register_envs() -> None:
-    """Register the ids; doing so twice is doing so once."""
-    if "racecraft/DeepRacer-v0" not in gymnasium.registry:
-        gymnasium.register(
-            id="racecraft/DeepRacer-v0",
-            entry_point="racecraft.worlds.deepracer.adapter:DeepRacerEnv",
-            vector_entry_point="racecraft.worlds.deepracer.adapter:deepracer_vector_env",
-        )
-    if "racecraft/Battlesnake-v0" not in gymnasium.registry:
-        gymnasium.register(
-            id="racecraft/Battlesnake-v0",
-            entry_point="racecraft.worlds.battlesnake.players.gymnasium_env:SnakeEnv",
-            vector_entry_point="racecraft.worlds.battlesnake.players.gymnasium_env:snake_vector_env",
-        )
-    if "racecraft/Unity-v0" not in gymnasium.registry:
-        gymnasium.register(
-            id="racecraft/Unity-v0",
-            entry_point="racecraft.worlds.unity.env.gymnasium_env:unity_env",
-        )
+    """Register the ids of every kind of world that is installed; doing so twice is doing so once."""
+    for kind in kinds():
+        for name, (environment, vector) in kind.gymnasium_envs.items():
+            if name not in gymnasium.registry:
+                gymnasium.register(id=name, entry_point=environment, vector_entry_point=vector)

@@ -7,8 +7,9 @@ ends with a letter and exit code 2.
 
 from __future__ import annotations
 
+from racecraft.cli.commands import commands
 from racecraft.cli.entry import say_letters
-from racecraft.cli.table import app_with, commands
+from racecraft.cli.table import app_with
 
 app = app_with(commands())
 """All of it; `entry.main` makes do with the command that is named."""

@@ -13,9 +13,6 @@ from collections.abc import Callable, Iterator, Sequence
 
 from racecraft.contract.errors import RacecraftError, UserInputError
 
-IMPORTED_AHEAD = ("racecraft.worlds.deepracer.training.trainer", "racecraft.worlds.deepracer.cli.dr.group")
-"""What dr-start-training has imported before its job knows its words."""
-
 
 def main() -> None:
     """Run the command line."""
@@ -50,9 +47,10 @@ def _become_a_job() -> None:
     from racecraft.jobs import lifeline
 
     if "RACECRAFT_SPARE" in os.environ:
+        from racecraft.contract.kinds import kinds
         from racecraft.jobs.ahead import await_words
 
-        await_words(IMPORTED_AHEAD)
+        await_words([module for kind in kinds() for module in kind.imported_ahead])
     lifeline.hold()
 
 
@@ -60,10 +58,19 @@ def _become_a_job() -> None:
 def _head_start(words: Sequence[str]) -> Iterator[None]:
     """Have the interpreter of a training begin to import before this command reads what is to be trained."""
     with contextlib.ExitStack() as until_then:
-        if words[:1] == ["dr"] and "start-training" in words and not {"--help", "-h"} & set(words):
+        if _puts_a_training_into_the_queue(words):
             from racecraft.jobs.ahead import announced
             from racecraft.jobs.home import JobHome
 
             with contextlib.suppress(OSError, RacecraftError):  # which the command will tell in its own words
                 until_then.enter_context(announced(JobHome.of_user()))
         yield
+
+
+def _puts_a_training_into_the_queue(words: Sequence[str]) -> bool:
+    if not words or {"--help", "-h"} & set(words):
+        return False
+    from racecraft.cli.commands import command_named
+
+    command = command_named(words[0])
+    return command is not None and not {*command.queues}.isdisjoint(words[1:])

@@ -12,9 +12,7 @@ def settings(
     folder: Annotated[
         Path | None, typer.Argument(help="A racer's folder: its run.env, variable by variable, and what each does.")
     ] = None,
-    world: Annotated[
-        str, typer.Option(help="Whose defaults: deepracer, battlesnake, gymnasium or unity.")
-    ] = "deepracer",
+    world: Annotated[str, typer.Option(help="Whose defaults, such as deepracer or gymnasium.")] = "deepracer",
     algorithm: Annotated[str, typer.Option(help="What learns; `racecraft algorithms` lists them.")] = "ppo",
     json: Annotated[bool, typer.Option("--json", help="One JSON object on one line.")] = False,
 ) -> None:
@@ -29,9 +27,7 @@ def settings(
         racecraft settings my-folder
     """
     if folder is not None:
-        from racecraft.worlds.deepracer.cli.folder_settings import print_folder_settings
-
-        print_folder_settings(folder, json)
+        _print_folder(folder, json)
         return
     from rich.table import Table
 
@@ -53,3 +49,19 @@ def settings(
         for row in rows_of(getattr(defaults, name), name):
             table.add_row(row.full_name, value_text(getattr(getattr(defaults, name), row.name)), row.unit, row.doc)
     print_table(table)
+
+
+def _print_folder(folder: Path, json: bool) -> None:
+    """Have the world that knows such folders print what it sets.
+
+    Raises:
+        UserInputError: No installed world knows any, or the folder cannot be used.
+    """
+    from racecraft.contract.errors import SettingError
+    from racecraft.contract.kinds import kinds
+
+    for kind in kinds():
+        if kind.folder_settings:
+            kind.piece("folder_settings")(folder, json)
+            return
+    raise SettingError(f"{folder}: no installed world reads folders; expected one that does, such as deepracer.")

@@ -1,7 +1,6 @@
-"""Every command in one table, imported when it is asked for. Begin with `commands`, then `app_with`.
+"""The command line, of the commands that are asked for. Begin with `app_for`.
 
-What belongs to no world stands here; a world's commands stand in its `WorldKind`. To import all of them takes a quarter
-of a second, which a command that is named does not wait for.
+To import all of them takes a quarter of a second, which a command that is named does not wait for.
 """
 
 from __future__ import annotations
@@ -12,32 +11,8 @@ from typing import Any
 
 import typer
 
-from racecraft.contract.kind import EXCHANGE, JUDGE, PANELS, TRAIN, UNDERSTAND, WORKSHOP, Command
-from racecraft.contract.kinds import kinds
-
-GENERAL = (
-    Command("stop", "racecraft.cli.runs.stop:stop", TRAIN),
-    Command("tune", "racecraft.cli.jobs.tune:tune", TRAIN),
-    Command("algorithms", "racecraft.cli.algorithms:algorithms", TRAIN),
-    Command("settings", "racecraft.cli.settings:settings", TRAIN),
-    Command("watch", "racecraft.cli.runs.watch:watch", JUDGE),
-    Command("checkpoints", "racecraft.cli.runs.checkpoints:checkpoints", JUDGE),
-    Command("report", "racecraft.cli.runs.report:report", UNDERSTAND),
-    Command("export", "racecraft.cli.runs.export:export", EXCHANGE),
-    Command("serve", "racecraft.cli.runs.serve:serve", EXCHANGE),
-    Command("record", "racecraft.cli.runs.record:record", EXCHANGE),
-    Command("bucket", "racecraft.cli.buckets.buckets:app", EXCHANGE),
-    Command("jobs", "racecraft.cli.jobs.jobs:app", WORKSHOP),
-    Command("run", "racecraft.cli.run:run", WORKSHOP),
-    Command("sandbox", "racecraft.cli.jobs.sandbox:sandbox", WORKSHOP),
-)
-"""Commands of no world."""
-
-
-def commands() -> list[Command]:
-    """Return every command that is installed, in the order of `racecraft --help`; within a panel worlds come first."""
-    found = [*(command for kind in kinds() for command in kind.commands), *GENERAL]
-    return sorted(found, key=lambda command: PANELS.index(command.panel))
+from racecraft.cli.commands import command_named, commands
+from racecraft.contract.kind import Command
 
 
 def app_for(words: list[str]) -> typer.Typer:
@@ -46,9 +21,8 @@ def app_for(words: list[str]) -> typer.Typer:
     >>> [one.name for one in app_for(["logs", "--help"]).registered_commands]
     ['logs']
     """
-    first = words[0] if words else ""
-    general = [one for one in GENERAL if one.name == first]  # which no world need be looked for
-    return app_with(general or [one for one in commands() if one.name == first] or commands())
+    named = command_named(words[0]) if words else None
+    return app_with(commands() if named is None else [named])
 
 
 def add(command: Command, app: typer.Typer) -> None:

@@ -23,9 +23,8 @@ from racecraft.cli.options import AlgorithmName, Detach, From, Json, Overrides, 
 
 if TYPE_CHECKING:
     from racecraft.training.callbacks import TrainingCallback
-    from racecraft.training.gathering import Spread
     from racecraft.training.request import TrainRequest
-    from racecraft.training.trainer import Trained
+    from racecraft.training.trainer import Spread, Trained
 
 OF_A_NEW_RUN = ("seed", "algorithm", "set_", "from_")
 """Options of every training that a run keeps: at --resume they are refused, unless they say what it was begun with."""

@@ -19,10 +19,10 @@ from racecraft.cluster.transport import Transport
 from racecraft.cluster.twins import Twin
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import WorldSpec
-from racecraft.training.gathering import HearsTicks, Spread
+from racecraft.training.gathering import HearsTicks
 from racecraft.training.resume import Say
 from racecraft.training.run_writer import TickRecorder
-from racecraft.training.trainer import Experiment
+from racecraft.training.trainer import Experiment, Spread
 
 
 @dataclass

@@ -19,7 +19,7 @@ from racecraft.cluster.meeting import MEET_SECONDS, MeetingTransport, attend
 from racecraft.cluster.spreading import spread_by
 from racecraft.contract.errors import SettingError
 from racecraft.jobs.home import JobHome
-from racecraft.training.gathering import Spread
+from racecraft.training.trainer import Spread
 
 CLUSTER_TYPE, SECONDARIES, PREFIX, BUCKET = "rl_cluster_type", "rl_num_instances_secondary", "s3_prefix", "s3_bucket"
 PRIMARY, SECONDARY = "primary", "secondary"

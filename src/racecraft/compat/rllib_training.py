@@ -30,8 +30,7 @@ from racecraft.compat.travelling_models import refuse_to_train
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.formats.run_folder import JOB, RunFolder
 from racecraft.training import worlds
-from racecraft.training.gathering import Spread
-from racecraft.training.trainer import Trained
+from racecraft.training.trainer import Spread, Trained
 from racecraft.worlds.gymnasium.env.asking import made
 from racecraft.worlds.gymnasium.training.trainer import GymRequest
 

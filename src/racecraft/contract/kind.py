@@ -47,6 +47,8 @@ class Command:
     command's context."""
     panel: str = WORLDS
     """Heading below which `racecraft --help` lists it; one of PANELS."""
+    queues: tuple[str, ...] = ()
+    """Words behind it that put a training into the queue at once: its interpreter begins to import meanwhile."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,11 @@ class WorldKind:
     """What a person types to train: "racecraft snakes train"; messages name it. Default: they name no command."""
     commands: tuple[Command, ...] = ()
     """Its part of the command line."""
+    imported_ahead: tuple[str, ...] = ()
+    """Modules that the interpreter of a queued training imports before it knows what is trained."""
+    folder_settings: str = ""
+    """Function (folder: Path, json: bool) that prints what a user's folder sets, for `racecraft settings FOLDER`.
+    Default: its users have no such folders."""
 
     make_world: str = ""
     """Function (**words) -> World, of `rc.make_world(name, **words)`. Default: only a training makes its worlds."""
@@ -96,9 +103,13 @@ class WorldKind:
     evaluate_words: tuple[str, ...] = ("episodes", "seed")
     """Keywords that `evaluate` takes."""
     judging_world: str = ""
-    """Function (run: RunFolder, num_worlds: int, seed: int) -> World, where a policy is judged; closed afterwards."""
+    """Function (run: RunFolder, num_worlds: int) -> context manager of a World, where its policy is judged."""
     score: Score = Score()
     """What its scores are called."""
+
+    status_labels: str = ""
+    """Mapping of the words for how its episodes end to those of metrics for other programs ("off_track": "Off track").
+    Default: the words themselves."""
 
     facts: str = ""
     """Function (run: RunFolder) -> Mapping of what its own parts of a report need. Default: none."""
@@ -114,9 +125,11 @@ class WorldKind:
 
     exporters: Mapping[str, str] = field(default_factory=dict)
     """For `racecraft export --to NAME`: function (run, which, output, check) -> exported files and figures."""
+    demonstration_suffix: str = ""
+    """Ending of another program's demonstration files that `demonstrations` reads: ".demo"."""
     demonstrations: str = ""
-    """Function (path) -> reader of another program's demonstrations, None for a file it does not know. Default: none
-    but racecraft's own."""
+    """Function (path: Path) -> `formats.demonstrations.Demonstrations` of such a file, or of a folder of them. Default:
+    only racecraft's own files are read."""
 
     def piece(self, hook: str) -> Any:
         """Import and return what a hook names ("evaluate"); None where this world leaves it out."""

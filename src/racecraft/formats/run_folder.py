@@ -38,6 +38,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from racecraft.contract.errors import RunFolderError
+from racecraft.contract.kinds import MissingWorldError, find_kind
 from racecraft.formats.run_lock import LOCK, RunLock, holder, unwritable
 from racecraft.formats.whole import OutputFileError, output_letter, write_whole
 
@@ -62,13 +63,9 @@ EPISODES = "episodes"
 EVALUATIONS = "evaluations"
 FOLDERS = (CHECKPOINTS, EPISODES, EVALUATIONS)
 
-MADE_BY = {
-    "deepracer": "racecraft train",
-    "gymnasium": "racecraft gym train",
-    "battlesnake": "racecraft snakes train",
-    "unity": "racecraft unity train",
-}
-"""Kinds of run, as job.json calls them, with the command that makes them and goes on with them."""
+
+IMPORTED = "imported"
+"""What job.json holds of a run that was imported from another program: where from."""
 
 
 @dataclass(frozen=True)
@@ -243,16 +240,15 @@ class RunFolder:
             raise RunFolderError(str(error)) from error
 
     def read_job_of(self, kind: str) -> dict[str, Any]:
-        """Return what was asked of a run that must be of one of the kinds of MADE_BY.
+        """Return what was asked of a run that must be of a kind of world.
 
         Raises:
             RunFolderError: As `read_job`, or the run is of another kind.
         """
         job = self.read_job()
-        theirs = job.get("kind")
-        if theirs != kind:
-            made = f"one of `{MADE_BY[theirs]}`" if theirs in MADE_BY else f"of an unknown kind, {theirs!r}"
-            raise RunFolderError(f"{self.path}: the run is {made}; expected one of `{MADE_BY[kind]}`.")
+        if job.get("kind") != kind:
+            made, expected = (_made_by(str(one)) for one in (job.get("kind"), kind))
+            raise RunFolderError(f"{self.path}: the run is {made}; expected {expected}.")
         return job
 
     def read_job(self) -> dict[str, Any]:
@@ -442,3 +438,12 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         return value.tolist()
     raise TypeError(f"{type(value).__name__} cannot be written as JSON")
+
+
+def _made_by(kind: str) -> str:
+    """Return which runs those of a kind of world are, for a message: by the command that makes them, if it has one."""
+    try:
+        command = find_kind(kind).train_command
+    except MissingWorldError:
+        return f"of an unknown kind, {kind!r}"
+    return f"one of `{command}`" if command else f"one of the kind {kind!r}"

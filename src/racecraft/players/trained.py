@@ -16,14 +16,14 @@ from racecraft.algorithms.policy_spec import MULTI_POLICY, PolicySpec
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.algorithms.stacking import load_stacked
 from racecraft.algorithms.weights import to_tensors
+from racecraft.contract.errors import RunFolderError
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import Array
 from racecraft.formats.checkpoint import BEST, CheckpointEntry, Checkpoints
 from racecraft.formats.checkpoint_ranking import find_checkpoint, split_source
 from racecraft.formats.run_folder import RunFolder
-from racecraft.players.older_runs import older_spec, refuse_older_heads
+from racecraft.players.open_run import open_run
 from racecraft.players.own_code import own_code_of
-from racecraft.worlds.deepracer.players.borrowed import borrowed_run
 
 if TYPE_CHECKING:
     from racecraft.algorithms.plain_look import PlainLook
@@ -96,7 +96,7 @@ def load_policy(run: str | Path | RunFolder, which: str = "") -> TrainedPolicy:
         which: "best", "last", an iteration's number or a merit such as "laptime"; "": what `run` says, else best.
 
     Raises:
-        RunFolderError: There is no run folder, or an older racecraft's whose policy decides otherwise than today.
+        RunFolderError: There is no run folder, or its checkpoint holds no policy spec.
         CheckpointError: No such checkpoint, or a damaged one.
         PolicySpecError: A newer racecraft wrote it.
         SettingError: Its algorithm is a user's own and is not found here.
@@ -111,18 +111,18 @@ def load_policy(run: str | Path | RunFolder, which: str = "") -> TrainedPolicy:
 
 
 def spec_in(run: RunFolder, metadata: Mapping[str, Any]) -> PolicySpec:
-    """Return the spec of a checkpoint; of one that was written before specs were, it is told from its run's kind.
+    """Return the spec of a checkpoint.
 
     Raises:
         PolicySpecError: A newer racecraft wrote it.
-        RunFolderError: An older one did, for actions of another kind.
+        RunFolderError: It holds none.
     """
     if SPEC not in metadata:
-        return older_spec(run, metadata)
-    spec = PolicySpec.from_dictionary(metadata[SPEC])
-    if metadata.get("kind") == "unity":
-        refuse_older_heads(run.path, metadata, spec)
-    return spec
+        raise RunFolderError(
+            f"{run.path}: its checkpoint says neither what the policy sees nor what it decides; expected a policy "
+            "spec. It was not written by racecraft, or is damaged."
+        )
+    return PolicySpec.from_dictionary(metadata[SPEC])
 
 
 def policy_from(spec: PolicySpec, weights: Mapping[str, Any]) -> Policy:
@@ -138,4 +138,4 @@ def policy_from(spec: PolicySpec, weights: Mapping[str, Any]) -> Policy:
 
 def _opened(run: str) -> tuple[RunFolder, str]:
     path, which = split_source(run)
-    return borrowed_run(path), which
+    return open_run(path), which

@@ -13,7 +13,7 @@ from concurrent.futures import CancelledError, Future
 from typing import Generic, TypeVar
 
 from racecraft.contract.errors import ContractError
-from racecraft.worlds.battlesnake.players.worker_pool import WorkerPool
+from racecraft.players.worker_pool import WorkerPool
 
 Question = TypeVar("Question")
 Answer = TypeVar("Answer")

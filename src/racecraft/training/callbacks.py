@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
-from racecraft.worlds.deepracer.files.generalisation import TrackResult
+from racecraft.formats.run_folder import RunFolder
 
 
 @dataclass(frozen=True)
@@ -59,8 +59,8 @@ class EvaluationResult:
     """What makes a checkpoint the best, compared from the first number on, bigger is better; empty: the score."""
     steps: int = 0
     """Steps of agents that were taken for it; 0 where it looked at the training's own."""
-    by_track: tuple[TrackResult, ...] = ()
-    """How it went on each of several tracks, for generalisation.csv; empty where there is one."""
+    write_files: Callable[[RunFolder, int], None] = lambda run, iteration: None
+    """Writes what else of it belongs in the run folder; is given the iteration."""
     by_status: Mapping[str, EndedAlike] = field(default_factory=dict)
     """Its episodes by the world's word for how they ended; empty where the world tells of them otherwise."""
 

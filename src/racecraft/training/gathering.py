@@ -7,17 +7,12 @@ workers, neither the loop nor the files know.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 from racecraft.algorithms.learner import Learner
 from racecraft.contract.world import Array, StepBuffers, World, WorldSpec
 from racecraft.rollout.collector import Collects
 from racecraft.training.run_writer import Columns, TickRecorder
-
-if TYPE_CHECKING:
-    from racecraft.training.trainer import Experiment
-
 
 HearsTicks = Callable[[Sequence[Columns]], None]
 """Hears of a rollout when it has come: each worker's ticks, as episode files hold them, worlds numbered through."""
@@ -39,10 +34,6 @@ class Gatherer(Protocol):
     def collector(self, learner: Learner, horizon: int, hears: HearsTicks | None) -> Collects:
         """Return what collects for a learner, `horizon` ticks at a time, and who hears of the ticks."""
         ...
-
-
-Spread = Callable[[str, Any, "Experiment", Callable[[str], None]], AbstractContextManager["Experiment"]]
-"""Takes a kind of world, a plan and what was opened for it, and gives the same experiment with its worlds elsewhere."""
 
 
 class RecordingObserver(TickRecorder, Protocol):

@@ -12,11 +12,13 @@ import threading
 from collections import Counter
 from collections.abc import Mapping
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import UserInputError
+from racecraft.contract.kinds import find_kind
+from racecraft.formats.run_folder import RunFolder
 from racecraft.training.callbacks import EndedAlike, IterationReport
-from racecraft.worlds.deepracer.files.training_metrics import STATUS_LABELS
 
 HOST = "127.0.0.1"
 PATH = "/metrics"
@@ -73,6 +75,7 @@ class LiveMetrics:
         if not 0 <= port <= HIGHEST_PORT:
             raise LiveMetricsError(f"--metrics-port is {port}; expected 0 to {HIGHEST_PORT}.")
         self._labels = {"model": model, "worker": "0"}
+        self._status_labels: Mapping[str, str] = {}
         self._values: dict[str, float] = {"racecraft_training_running": 0.0}
         self._learner: Mapping[str, float] = {}
         self._alike: dict[str, Mapping[str, EndedAlike]] = {phase: {} for phase in PHASES}
@@ -93,6 +96,10 @@ class LiveMetrics:
     def address(self) -> str:
         """Where they are read."""
         return f"http://{HOST}:{self.port}{PATH}"
+
+    def run_made(self, path: Path) -> None:
+        """Take what the run's world calls the ways in which episodes end."""
+        self._status_labels = find_kind(RunFolder(path).read_job()["kind"]).piece("status_labels") or {}
 
     def begin(self, title: str, stops: str, score_name: str) -> None:
         """Say that it trains."""
@@ -158,10 +165,13 @@ class LiveMetrics:
                 figures = (one.mean_reward, one.mean_score, None if seconds is None else 1000.0 * seconds)
                 for name, value in zip(BY_STATUS, figures, strict=False):
                     if value is not None:
-                        samples[name].append((_tags(phase, status), float(value)))
+                        samples[name].append((self._tags(phase, status), float(value)))
         for (phase, status), count in self._ended.items():
-            samples["racecraft_episodes_ended_total"].append((_tags(phase, status), float(count)))
+            samples["racecraft_episodes_ended_total"].append((self._tags(phase, status), float(count)))
         return samples
+
+    def _tags(self, phase: str, status: str) -> dict[str, str]:
+        return {"phase": phase, "status": self._status_labels.get(status, status)}
 
     def _put_episodes(self, phase: str, alike: Mapping[str, EndedAlike]) -> None:
         with self._lock:
@@ -172,11 +182,6 @@ class LiveMetrics:
         with self._lock:
             self._values.update(values)
             self._learner = self._learner if learner is None else learner
-
-
-def _tags(phase: str, status: str) -> dict[str, str]:
-    """Return the labels of DeepRacer for Cloud's tags; a world's own word for an ending stays where AWS has none."""
-    return {"phase": phase, "status": STATUS_LABELS.get(status, status)}
 
 
 def _labels(labels: Mapping[str, str]) -> str:

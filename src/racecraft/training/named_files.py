@@ -11,10 +11,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from racecraft.contract.kinds import kinds
 from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import make_folder, write_whole
 from racecraft.settings.composition import Settings
-from racecraft.worlds.unity.files.demonstrations import SUFFIX
 
 SETTING = "demonstrations"
 """The setting that names a file, in whatever group."""
@@ -70,7 +70,8 @@ def found_in_run(settings: Settings, run: RunFolder, of: str = "") -> Settings:
 def _files_of(path: Path) -> list[Path]:
     """Return the file itself, or the demonstrations in a folder; nothing where neither is there."""
     if path.is_dir():
-        return sorted(path.glob(f"*{SUFFIX}"))
+        suffixes = {kind.demonstration_suffix for kind in kinds()} - {""}
+        return sorted(file for suffix in suffixes for file in path.glob(f"*{suffix}"))
     return [path] if path.is_file() else []
 
 

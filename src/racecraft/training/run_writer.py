@@ -24,7 +24,6 @@ from racecraft.formats.whole import write_whole
 from racecraft.rollout.collector import Collects
 from racecraft.training.background import Background, Gate
 from racecraft.training.callbacks import IterationReport
-from racecraft.worlds.deepracer.files.generalisation import write_generalisation
 
 HELD_SECONDS = 1.0
 """Where collecting takes longer than so, what writing takes of it is not worth speaking of."""
@@ -207,8 +206,7 @@ class RunWriter:
         if report.result is not None:
             text = json.dumps({"iteration": report.iteration, **report.result.details}, indent=2)
             write_whole(self._run.evaluations / f"{report.iteration}.json", text + "\n")
-            if report.result.by_track:
-                write_generalisation(self._run.generalisation, report.iteration, report.result.by_track)
+            report.result.write_files(self._run, report.iteration)
 
 
 def metrics_row(report: IterationReport) -> dict[str, Any]:

@@ -27,7 +27,8 @@ from racecraft.contract.errors import RacecraftError, RunFolderError
 from racecraft.contract.world import Array, World, WorldSpec
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.checkpoint_ranking import load_weights, split_source
-from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.run_folder import IMPORTED, RunFolder
+from racecraft.players.open_run import open_run
 from racecraft.players.own_code import own_code_of
 from racecraft.players.trained import SPEC
 from racecraft.rollout.collector import Collector, Collects
@@ -47,7 +48,6 @@ from racecraft.training.run_writer import EpisodeFiles, RunWriter, Stateful, Tic
 from racecraft.training.stopping import StopCondition, parse_stops
 from racecraft.training.tensorboard import FOLDER, TensorBoard, summary_writer
 from racecraft.training.versions import machine, versions
-from racecraft.worlds.deepracer.players.borrowed import IMPORTED, borrowed_run
 
 if TYPE_CHECKING:
     from racecraft.rollout.replay import Replay
@@ -132,6 +132,10 @@ class Experiment:
     def spec(self) -> WorldSpec:
         """What the worlds that are learned in promise, wherever they are."""
         return self.world.spec if self.gatherer is None else self.gatherer.spec
+
+
+Spread = Callable[[str, Any, Experiment, Callable[[str], None]], contextlib.AbstractContextManager[Experiment]]
+"""Takes a kind of world, a plan and what was opened for it, and gives the same experiment with its worlds elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -354,7 +358,7 @@ def weights_to_begin_with(
         CheckpointError: No such checkpoint, or a damaged one.
     """
     path, which = split_source(source)
-    run = borrowed_run(path)
+    run = open_run(path)
     run.read_job_of(kind)
     found, metadata = load_weights(run, which)
     notes = same_shape(path, metadata)

@@ -16,11 +16,10 @@ from racecraft.formats.run_folder import RunFolder
 from racecraft.settings.composition import Settings
 from racecraft.training import trainer
 from racecraft.training.callbacks import TrainingCallback
-from racecraft.training.gathering import Spread
 from racecraft.training.loop import Outcome
 from racecraft.training.request import TrainRequest
 from racecraft.training.resume import Say
-from racecraft.training.trainer import Experiment, Trained
+from racecraft.training.trainer import Experiment, Spread, Trained
 
 
 class Plan(Protocol):

@@ -37,7 +37,7 @@ def serve(
     from racecraft.cli.output import say
     from racecraft.players.trained import load_policy
     from racecraft.serving.endpoint_server import EndpointServer
-    from racecraft.worlds.battlesnake.serving.snake_server import answer_before_thinking, settle
+    from racecraft.serving.until_cancelled import answer_before_thinking, settle
 
     answer_before_thinking()
     server = EndpointServer(load_policy(run), policy)
@@ -58,7 +58,7 @@ def _answer_until_interrupted(server: EndpointServer, host: str, port: int, read
 
     from racecraft.cli.output import print_json, say
     from racecraft.formats.whole import write_whole
-    from racecraft.worlds.battlesnake.serving.snake_server import serve_until_cancelled
+    from racecraft.serving.until_cancelled import serve_until_cancelled
 
     def tell(port: int) -> None:
         url = f"http://{host}:{port}"

@@ -7,6 +7,14 @@ KIND = WorldKind(
     title="Battlesnake",
     training="racecraft.worlds.battlesnake.training.trainer",
     train_command="racecraft snakes train",
+    make_world="racecraft.worlds.battlesnake.env.making:make_world",
+    gymnasium_envs={
+        "racecraft/Battlesnake-v0": (
+            "racecraft.worlds.battlesnake.players.gymnasium_env:SnakeEnv",
+            "racecraft.worlds.battlesnake.players.gymnasium_env:snake_vector_env",
+        )
+    },
+    evaluate="racecraft.worlds.battlesnake.evaluation.judged_run:judge_snake",
     commands=(Command("snakes", "racecraft.worlds.battlesnake.cli.snakes:app"),),
     score=Score("rating (Elo)", "best checkpoint, rating", "rating"),
 )

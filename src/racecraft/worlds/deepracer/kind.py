@@ -9,6 +9,19 @@ KIND = WorldKind(
     title="DeepRacer",
     training="racecraft.worlds.deepracer.training.trainer",
     train_command="racecraft train",
+    imported_ahead=("racecraft.worlds.deepracer.training.trainer", f"{CLI}.dr.group"),
+    folder_settings=f"{CLI}.folder_settings:print_folder_settings",
+    make_world="racecraft.worlds.deepracer.env.making:make_world",
+    gymnasium_envs={
+        "racecraft/DeepRacer-v0": (
+            "racecraft.worlds.deepracer.adapter:DeepRacerEnv",
+            "racecraft.worlds.deepracer.adapter:deepracer_vector_env",
+        )
+    },
+    open_run="racecraft.worlds.deepracer.players.borrowed:borrowed_run",
+    evaluate="racecraft.worlds.deepracer.evaluation.judged_run:judge_car",
+    evaluate_words=("track", "tracks", "laps"),
+    status_labels="racecraft.worlds.deepracer.files.training_metrics:STATUS_LABELS",
     commands=(
         Command("new", f"{CLI}.new:new", TRAIN),
         Command("train", f"{CLI}.train:train", TRAIN),
@@ -25,7 +38,7 @@ KIND = WorldKind(
         Command("tracks", f"{CLI}.tracks:app"),
         Command("import", f"{CLI}.import_model:import_", EXCHANGE),
         Command("init", f"{CLI}.init:init", EXCHANGE),
-        Command("dr", f"{CLI}.dr.group:app", EXCHANGE),
+        Command("dr", f"{CLI}.dr.group:app", EXCHANGE, queues=("start-training",)),
         Command("bench", f"{CLI}.bench:app", WORKSHOP),
     ),
     score=Score("progress (% of a lap)", "best checkpoint, mean progress", "progress %"),

@@ -7,5 +7,10 @@ KIND = WorldKind(
     title="Unity",
     training="racecraft.worlds.unity.training.trainer",
     train_command="racecraft unity train",
+    make_world="racecraft.worlds.unity.env.world:UnityWorld",
+    gymnasium_envs={"racecraft/Unity-v0": ("racecraft.worlds.unity.env.gymnasium_env:unity_env", None)},
+    evaluate="racecraft.worlds.unity.evaluation:judge_unity",
+    demonstration_suffix=".demo",
+    demonstrations="racecraft.worlds.unity.training.shown:read_shown",
     commands=(Command("unity", "racecraft.worlds.unity.cli.unity:app"),),
 )

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from racecraft.players.worker_pool import WorkerPool
 from racecraft.worlds.battlesnake.env.board import MOVES, Board, Snake
 from racecraft.worlds.battlesnake.env.dice import StreamDice
 from racecraft.worlds.battlesnake.env.reference import Referee
@@ -21,7 +22,6 @@ from racecraft.worlds.battlesnake.players.protocol import PlayerError, SnakePlay
 from racecraft.worlds.battlesnake.players.search import Search
 from racecraft.worlds.battlesnake.players.sight import best_safe_move, safe_moves
 from racecraft.worlds.battlesnake.players.tree import Tree
-from racecraft.worlds.battlesnake.players.worker_pool import WorkerPool
 
 SMALL = GameSettings(7, 7, 2)
 

@@ -11,6 +11,7 @@ import time
 import pytest
 
 from racecraft.serving.http_service import MOST_BODY_BYTES
+from racecraft.serving.until_cancelled import answer_before_thinking, settle
 from racecraft.worlds.battlesnake.env.board import MOVES
 from racecraft.worlds.battlesnake.env.dice import StreamDice
 from racecraft.worlds.battlesnake.env.reference import Referee
@@ -23,7 +24,7 @@ from racecraft.worlds.battlesnake.players.from_file import load_file_player
 from racecraft.worlds.battlesnake.players.messages import GameCard, message
 from racecraft.worlds.battlesnake.players.protocol import QuickPlayer
 from racecraft.worlds.battlesnake.players.sight import best_safe_move, safe_moves
-from racecraft.worlds.battlesnake.serving.snake_server import SnakeServer, answer_before_thinking, settle
+from racecraft.worlds.battlesnake.serving.snake_server import SnakeServer
 
 
 def letter(game_id="g", timeout_ms=300, you="s0"):

@@ -11,6 +11,7 @@ from tests.worlds.deepracer.files.tensorflow.policies import METADATA, layers_fo
 
 from racecraft.contract.errors import MetadataError, RunFolderError, TrackError, UserInputError
 from racecraft.formats.checkpoint import Checkpoints
+from racecraft.players.open_run import open_run
 from racecraft.players.trained import load_policy
 from racecraft.worlds.deepracer.env.promise import CAMERA_NAME
 from racecraft.worlds.deepracer.files.policy_graph import graph_of
@@ -18,7 +19,7 @@ from racecraft.worlds.deepracer.files.policy_weights import arrays_of
 from racecraft.worlds.deepracer.files.tensorflow.checkpoint import write_checkpoint
 from racecraft.worlds.deepracer.files.tensorflow.graph import Graph, GraphError, Node, write_graph, write_meta_graph
 from racecraft.worlds.deepracer.files.trained_model import ForeignModelError
-from racecraft.worlds.deepracer.players.borrowed import borrowed_run, is_foreign
+from racecraft.worlds.deepracer.players.borrowed import is_foreign
 from racecraft.worlds.deepracer.players.foreign_model import import_model
 from racecraft.worlds.deepracer.players.trained_car import load_trained_car
 from racecraft.worlds.deepracer.training.plan import plan_resume
@@ -89,7 +90,7 @@ def test_a_policy_is_loaded_from_any_form_of_it(model, tmp_path, form):
 
 def test_a_run_of_ours_is_opened_as_it_is(model, tmp_path):
     run = import_model(model[0], tmp_path / "run").run
-    assert borrowed_run(run.path).path == run.path
+    assert open_run(run.path).path == run.path
     assert not is_foreign(tmp_path)
 
 

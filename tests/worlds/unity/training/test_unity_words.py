@@ -1,7 +1,6 @@
 """The words of `mlagents-learn`: what is typed reaches the players, is remembered, and plays without learning."""
 
 import json
-import shutil
 
 import numpy as np
 import pytest
@@ -183,24 +182,6 @@ def test_what_was_trained_is_what_is_exported_cloned_and_served_although_nobody_
     )  # fmt: skip
     cloned = Checkpoints(begun.run.checkpoints).load_policy("0")[0]
     assert all(np.array_equal(cloned[name], last[name]) for name in last)
-
-
-def test_a_run_that_decided_otherwise_is_neither_cloned_nor_resumed_nor_played(run, tmp_path):
-    """Its card says two branches, its policy one choice among their combinations, as an older racecraft had it."""
-    old = tmp_path / "old"
-    shutil.copytree(run, old)
-    shelf = Checkpoints(old / "checkpoints")
-    weights, card = shelf.load_policy("last")
-    card["behavior"]["actions"]["branches"] = [1, 3]
-    shelf.save(2, 200, weights, card, shelf.load_state("last"))
-    letter = "one choice among all their combinations"
-    with pytest.raises(RunFolderError, match=letter):
-        train(UnityRequest("builtin:Basic", run=tmp_path / "new", clone_from=f"{old}:last"), Silence(), str)
-    assert not (tmp_path / "new").exists()
-    with pytest.raises(RunFolderError, match=letter):
-        resume(old, ("iterations=3",), Silence(), str)
-    with pytest.raises(RunFolderError, match=letter):
-        play_scene(UnityRequest(clone_from=f"{old}:last"))
 
 
 def test_schedules_of_a_configuration_come_to_their_end_with_max_steps(tmp_path, monkeypatch):

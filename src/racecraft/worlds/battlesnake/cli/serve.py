@@ -37,10 +37,11 @@ def serve(
     Example: racecraft snakes serve runs/standard-1 --port 8000
     """
     from racecraft.cli.output import say
+    from racecraft.serving.until_cancelled import answer_before_thinking, settle
     from racecraft.worlds.battlesnake.players.find import find_player, warm_up
     from racecraft.worlds.battlesnake.players.from_file import FilePlayer
     from racecraft.worlds.battlesnake.players.looks import colour
-    from racecraft.worlds.battlesnake.serving.snake_server import SnakeServer, answer_before_thinking, settle
+    from racecraft.worlds.battlesnake.serving.snake_server import SnakeServer
 
     answer_before_thinking()
     asked = {"color": colour(color) if color else "", "head": head, "tail": tail}
@@ -75,7 +76,7 @@ def _answer_until_interrupted(server: SnakeServer, host: str, port: int, player:
     import contextlib
 
     from racecraft.cli.output import print_json, say
-    from racecraft.worlds.battlesnake.serving.snake_server import serve_until_cancelled
+    from racecraft.serving.until_cancelled import serve_until_cancelled
 
     def ready(port: int) -> None:
         if json:

@@ -11,6 +11,7 @@ from concurrent.futures import Future, TimeoutError
 from dataclasses import dataclass, field
 from typing import Any
 
+from racecraft.players.worker_pool import WorkerPool
 from racecraft.worlds.battlesnake.env.board import MOVES, Board
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.evaluation.remote import Remote
@@ -19,7 +20,6 @@ from racecraft.worlds.battlesnake.players.from_file import MEMORY_MB, FilePlayer
 from racecraft.worlds.battlesnake.players.messages import LOOKS
 from racecraft.worlds.battlesnake.players.protocol import JsonPlayer, Message, PlayerError, SnakePlayer
 from racecraft.worlds.battlesnake.players.time_budget import THINKING_SHARE, seconds_to_answer
-from racecraft.worlds.battlesnake.players.worker_pool import WorkerPool
 
 SETUP_SECONDS = 5.0
 MOMENTS_KEPT = 1000

@@ -22,6 +22,7 @@ from functools import partial
 import numpy as np
 
 from racecraft.contract.world import Array
+from racecraft.players.worker_pool import WorkerPool
 from racecraft.worlds.battlesnake.env.board import MOVES, Board
 from racecraft.worlds.battlesnake.env.settings import GameSettings
 from racecraft.worlds.battlesnake.players.certainty import Finding
@@ -33,7 +34,6 @@ from racecraft.worlds.battlesnake.players.protocol import SnakePlayer, Weigher
 from racecraft.worlds.battlesnake.players.sight import best_safe_move, find_snake, safe_moves
 from racecraft.worlds.battlesnake.players.tree import Tree
 from racecraft.worlds.battlesnake.players.weights import USUAL, Weights
-from racecraft.worlds.battlesnake.players.worker_pool import WorkerPool
 
 SURE_AMONG = 2
 """Snakes alive up to which it looks for what it can be sure of."""

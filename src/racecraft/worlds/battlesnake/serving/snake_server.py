@@ -12,22 +12,17 @@ silence.
 from __future__ import annotations
 
 import asyncio
-import contextlib
-import gc
 import os
-import signal
-import sys
 import time
 from collections import OrderedDict, deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import takewhile
-from typing import Protocol
 
+from racecraft.players.worker_pool import WorkerPool
 from racecraft.serving.batching_queue import BatchingQueue
 from racecraft.serving.http_service import HttpError, HttpService, Request
 from racecraft.serving.loop_lag import LoopLag
-from racecraft.serving.port import port_error
 from racecraft.worlds.battlesnake.env.board import MOVES, BoardError
 from racecraft.worlds.battlesnake.players.messages import LOOKS, Letter, read_message
 from racecraft.worlds.battlesnake.players.protocol import (
@@ -41,7 +36,6 @@ from racecraft.worlds.battlesnake.players.protocol import (
 )
 from racecraft.worlds.battlesnake.players.sight import best_safe_move, find_snake
 from racecraft.worlds.battlesnake.players.time_budget import NETWORK_MARGIN_MS, THINKING_SHARE, seconds_to_answer
-from racecraft.worlds.battlesnake.players.worker_pool import WorkerPool
 
 SILENCE_SECONDS = 600.0
 ABANDONED_SECONDS = 30.0
@@ -290,56 +284,3 @@ class SnakeServer:
         now = self._clock()
         while self._heard and now - next(iter(self._heard.values())) >= self._silence_seconds:
             self._heard.popitem(last=False)
-
-
-def answer_before_thinking() -> None:
-    """Set this process up for many short answers; called once, before a player is loaded.
-
-    A thread that thinks hands the interpreter back after half a millisecond instead of five, so that the one that
-    answers is not kept waiting; and a policy uses one core for its small batches, because two wait for each other
-    longer than they save, most of all beside another busy program. Who sets OMP_NUM_THREADS has the last word.
-    """
-    sys.setswitchinterval(0.0005)
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-
-
-def settle() -> None:
-    """Take what was loaded so far out of the search for garbage; called once, when the player is ready.
-
-    With torch loaded a full search goes through half a million objects that stay anyway, and holds every answer up for
-    a fifth of a second.
-    """
-    gc.collect()
-    gc.freeze()
-
-
-class Listens(Protocol):
-    """Whoever answers at an address."""
-
-    async def listen(self, host: str, port: int) -> int:
-        """Begin to listen; return the port."""
-        ...
-
-    async def close(self) -> None:
-        """Stop."""
-        ...
-
-
-async def serve_until_cancelled(server: Listens, host: str, port: int, ready: Callable[[int], None]) -> None:
-    """Listen until the task is cancelled or the process is told to end (SIGTERM); `ready` is told the port.
-
-    Raises:
-        PortError: The address cannot be listened on.
-    """
-    try:
-        found = await server.listen(host, port)
-    except (OSError, OverflowError) as error:
-        raise port_error(host, port, error) from error
-    ended = asyncio.Event()
-    with contextlib.suppress(NotImplementedError):  # Windows has no such signal
-        asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, ended.set)
-    ready(found)
-    try:
-        await ended.wait()
-    finally:
-        await server.close()

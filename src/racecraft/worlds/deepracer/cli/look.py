@@ -71,10 +71,10 @@ def _lap(
     from racecraft.analysis.video import film_path, small_film
     from racecraft.cli.output import say
     from racecraft.formats.checkpoint_ranking import split_source
+    from racecraft.formats.run_folder import IMPORTED
     from racecraft.worlds.deepracer.analysis.look_film import write_look_film
     from racecraft.worlds.deepracer.analysis.look_page import findings, write_look_page
     from racecraft.worlds.deepracer.analysis.looking import look_at_lap
-    from racecraft.worlds.deepracer.players.borrowed import IMPORTED
     from racecraft.worlds.deepracer.players.trained_car import load_trained_car
     from racecraft.worlds.deepracer.tracks.catalogue import load_track
 

@@ -221,8 +221,8 @@ def _race_selves(trained: Trained, film: bool, tell: Callable[[str], None]) -> d
     rivals = trained.run.read_job()["asked"].get("against", [])
     if not rivals:
         return None
-    from racecraft.worlds.battlesnake.training.self_rating import rate_selves
     from racecraft.worlds.deepracer.training.rivals import models_among
+    from racecraft.worlds.deepracer.training.self_rating import rate_selves
 
     rated, files = rate_selves(trained.run, models_among(rivals), tell, film)
     return {**rated.as_dictionary(), "files": {kind: str(path) for kind, path in files.items()}}

@@ -1,7 +1,4 @@
-"""A run by its path, be it a folder of ours or a model of AWS's that is borrowed as one. Begin with `borrowed_run`.
-
-Whoever trains on a pole opens runs by this door, too: what knows cars and tracks is imported when a model is met.
-"""
+"""A model of AWS's, opened as a run. What knows cars and tracks is imported when a model is met."""
 
 from __future__ import annotations
 
@@ -14,9 +11,6 @@ from racecraft.formats.run_folder import JOB, RunFolder
 from racecraft.worlds.deepracer.files.model_archive import is_archive
 from racecraft.worlds.deepracer.files.trained_model import looks_foreign
 
-IMPORTED = "imported"
-"""What job.json holds of a run that was imported: where from."""
-
 
 def is_foreign(path: str | Path) -> bool:
     """Tell whether a path is no run of ours but may be a model of AWS's: archive, folder, graph or checkpoint."""
@@ -24,14 +18,14 @@ def is_foreign(path: str | Path) -> bool:
     return not (path / JOB).is_file() and (is_archive(path) or looks_foreign(path))
 
 
-def borrowed_run(source: str | Path) -> RunFolder:
-    """Return a model of AWS's as a run folder that lives as long as this process; a run of ours is opened as it is.
+def borrowed_run(source: str | Path) -> RunFolder | None:
+    """Return a model of AWS's as a run folder that lives as long as this process; None for anything else.
 
     Raises:
-        UserInputError: Whatever cannot be used, as a letter.
+        UserInputError: It cannot be used.
     """
     if not is_foreign(source):
-        return RunFolder.open(source)
+        return None
     from racecraft.worlds.deepracer.players.foreign_model import import_model, name_of
 
     folder = tempfile.mkdtemp(prefix="racecraft-model-")

@@ -9,13 +9,13 @@ from pathlib import Path
 from racecraft.contract.policy import Policy
 from racecraft.formats.checkpoint_ranking import split_source
 from racecraft.formats.run_folder import JOB, RunFolder
+from racecraft.players.open_run import open_run
 from racecraft.worlds.deepracer.env.actions import ActionSpace
 from racecraft.worlds.deepracer.env.camera import Camera, CameraMount
 from racecraft.worlds.deepracer.env.light import light_for
 from racecraft.worlds.deepracer.env.scene import build_scene
 from racecraft.worlds.deepracer.env.sensors import Sensors
 from racecraft.worlds.deepracer.env.settings import CameraConfig
-from racecraft.worlds.deepracer.players.borrowed import borrowed_run
 from racecraft.worlds.deepracer.players.trained_car import KIND, TrainedCar, load_trained_car
 from racecraft.worlds.deepracer.tracks.track import Track
 
@@ -80,7 +80,7 @@ def load_car(source: str) -> TrainedCar:
         UserInputError: Whatever cannot be used, as a letter.
     """
     path, which = split_source(source)
-    return load_trained_car(borrowed_run(path).path, which)
+    return load_trained_car(open_run(path).path, which)
 
 
 def name_of(source: str) -> str:

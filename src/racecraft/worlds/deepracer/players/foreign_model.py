@@ -18,7 +18,7 @@ from racecraft.algorithms.architecture import NetworkConfig
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.contract.errors import TrackError, UserInputError
 from racecraft.formats.checkpoint import Checkpoints
-from racecraft.formats.run_folder import RunFolder
+from racecraft.formats.run_folder import IMPORTED, RunFolder
 from racecraft.formats.whole import OutputFileError, output_letter, write_whole
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.files.hyperparameters import read_hyperparameters, write_hyperparameters
@@ -36,7 +36,6 @@ from racecraft.worlds.deepracer.files.trained_model import (
     find_model,
 )
 from racecraft.worlds.deepracer.files.training_params import ParamsFileError, read_params
-from racecraft.worlds.deepracer.players.borrowed import IMPORTED
 from racecraft.worlds.deepracer.players.foreign_policy import read_foreign_policy
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 from racecraft.worlds.deepracer.tracks.importer import route_file, travels

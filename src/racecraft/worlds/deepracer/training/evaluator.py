@@ -7,12 +7,14 @@ ticks and wheels is its own.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import EpisodeRecord
+from racecraft.formats.run_folder import RunFolder
 from racecraft.training.callbacks import EvaluationResult, ended_alike
 from racecraft.training.stopping import LAPS
 from racecraft.worlds.deepracer.env import race
@@ -21,7 +23,7 @@ from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.evaluation.by_track import Judged, figures_of, headline_of, results_by_track, summary_of
 from racecraft.worlds.deepracer.evaluation.laps import Lap, LapReport, judge_laps, judge_starts
-from racecraft.worlds.deepracer.files.generalisation import TRAINED, TrackResult
+from racecraft.worlds.deepracer.files.generalisation import TRAINED, TrackResult, write_generalisation
 from racecraft.worlds.deepracer.training.against import AgainstWorld
 
 FLYING_LAPS = 3
@@ -90,7 +92,7 @@ class CarEvaluator:
             details=report.as_dictionary() | _table(results),
             steps=sum(lap.steps for lap in every.laps),
             selection=(report.merit(self._best_by), -float("inf") if best is None else -best),
-            by_track=results,
+            write_files=partial(_write_generalisation, results),
             by_status=ended_alike((lap.status, lap.reward, lap.progress_percent, _seconds(lap)) for lap in every.laps),
         )
 
@@ -102,6 +104,12 @@ class CarEvaluator:
 def _seconds(lap: Lap) -> float:
     """Return how long a lap was driven, s of simulated time, finished or not."""
     return lap.steps * TICK_SECONDS
+
+
+def _write_generalisation(results: Sequence[TrackResult], run: RunFolder, iteration: int) -> None:
+    """Write how it went on each of several tracks; nothing where there is one."""
+    if results:
+        write_generalisation(run.generalisation, iteration, results)
 
 
 def _table(results: Sequence[TrackResult]) -> dict[str, Any]:

@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 from racecraft.algorithms.registry import Algorithm, find_algorithm
 from racecraft.contract.errors import RunFolderError, SettingError, TrackError
 from racecraft.formats.checkpoint_ranking import split_source
+from racecraft.formats.run_folder import IMPORTED, RunFolder
 from racecraft.formats.run_folder import TRACK as RUN_TRACK
-from racecraft.formats.run_folder import RunFolder
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import from_dictionary
 from racecraft.training.parts import Block
@@ -28,7 +28,6 @@ from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
 from racecraft.worlds.deepracer.files.model_metadata import as_aws_dict
 from racecraft.worlds.deepracer.files.reward_source import RewardSource
 from racecraft.worlds.deepracer.files.run_env import RunEnv
-from racecraft.worlds.deepracer.players.borrowed import IMPORTED
 from racecraft.worlds.deepracer.players.run_courses import LaidCourse, cars_on, courses_of_job, held_out_of_job, of_race
 from racecraft.worlds.deepracer.players.trained_car import KIND, track_of_run
 from racecraft.worlds.deepracer.tracks.catalogue import load_track

@@ -230,3 +230,8 @@ def action_spec(space: spaces.Space, name: str) -> tuple[SingleActions, int]:
         low, high = (tuple(float(x) for x in bound) for bound in (space.low, space.high))
         return ContinuousActions(low, high), 0
     raise UserInputError(f"{name}: actions are {space}; expected Discrete or a one-dimensional Box.")
+
+
+def make_world(environment: str | Callable[[], gymnasium.Env], num_worlds: int = 1, **settings: Any) -> GymnasiumWorld:
+    """Return copies of an environment side by side, for `rc.make_world`; settings go to `gymnasium.make`."""
+    return GymnasiumWorld(environment, num_worlds, **settings)

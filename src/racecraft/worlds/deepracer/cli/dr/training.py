@@ -175,7 +175,7 @@ def _request(drfc: DrfcFolder) -> Any:
 def _require_trainable(drfc: DrfcFolder, planned: Any) -> None:
     """Refuse what only comes to light when a training begins: what cannot be trained wipes nothing."""
     from racecraft.formats.checkpoint_ranking import load_weights, split_source
-    from racecraft.worlds.deepracer.players.borrowed import borrowed_run
+    from racecraft.players.open_run import open_run
     from racecraft.worlds.deepracer.training.cloning import require_same_shape
     from racecraft.worlds.deepracer.training.trainer import KIND, load_reward
 
@@ -190,6 +190,6 @@ def _require_trainable(drfc: DrfcFolder, planned: Any) -> None:
             "Give another DR_LOCAL_S3_MODEL_PREFIX, or leave out -w.",
             found=f"{path}, which -w would wipe",
         )
-    older = borrowed_run(path)
+    older = open_run(path)
     older.read_job_of(KIND)
     require_same_shape(planned, path, load_weights(older, which)[1])

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from racecraft.worlds.battlesnake.training.self_rating import most_passing
 from racecraft.worlds.deepracer.evaluation.head_to_head import RaceResult, Showing
+from racecraft.worlds.deepracer.training.self_rating import most_passing
 
 
 def test_the_race_with_most_overtakes_is_filmed_of_those_that_were_kept():

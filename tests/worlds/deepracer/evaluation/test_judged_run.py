@@ -1,0 +1,48 @@
+"""A car's run is judged by laps, on one track or several, by hand."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from racecraft.contract.errors import SettingError
+from racecraft.evaluation.judge import judge_run
+from racecraft.formats.run_folder import RunFolder
+from racecraft.worlds.deepracer.evaluation import judged_run
+
+POLICY = SimpleNamespace(checkpoint=SimpleNamespace(iteration=12), metadata={"settings": "its settings"})
+
+
+@pytest.mark.parametrize(
+    ("words", "named", "laps"),
+    [
+        ({}, "its own", 3),
+        ({"laps": 2}, "its own", 2),
+        ({"track": "Oval_track"}, "Oval_track", 3),
+    ],
+)
+def test_a_car_is_judged_by_three_laps_from_the_start_line_of_its_track(tmp_path, monkeypatch, words, named, laps):
+    run = RunFolder.create(tmp_path / "run", {"kind": "deepracer"})
+    asked = []
+    own = SimpleNamespace(name="its own")
+    car = SimpleNamespace(
+        policy=POLICY, trained_on=own, world=lambda track, **how: asked.append((track.name, how)) or "a world"
+    )
+    monkeypatch.setattr(judged_run, "load_trained_car", lambda path, which: asked.append(which) or car)
+    report = SimpleNamespace(as_dictionary=lambda: {"full_laps": 1})
+    monkeypatch.setattr(judged_run, "judge_laps", lambda *told: asked.append(told) or report)
+    told = judge_run(run.path, **words)
+    assert asked == [
+        "best", (named, {"num_cars": 1, "start_shares": [0.0], "laps": laps}), (POLICY, "a world", laps)
+    ]  # fmt: skip
+    assert told == {"run": str(run.path), "checkpoint": 12, "track": named, "full_laps": 1}
+
+
+@pytest.mark.parametrize(("words", "starts"), [({"tracks": "a,b"}, 5), ({"tracks": ["a", "b"], "laps": 2}, 2)])
+def test_on_several_tracks_a_car_drives_from_five_starts_each(tmp_path, monkeypatch, words, starts):
+    run = RunFolder.create(tmp_path / "run", {"kind": "deepracer"})
+    monkeypatch.setattr(judged_run, "load_trained_car", lambda path, which: "car")
+    monkeypatch.setattr(judged_run, "judge_named", lambda car, names, starts: (car, names, starts))
+    monkeypatch.setattr(judged_run, "told_of", lambda car, results, starts: {"told": results, "starts": starts})
+    assert judge_run(run.path, **words) == {"told": ("car", ["a", "b"], starts), "starts": starts}
+    with pytest.raises(SettingError, match="all names in one of them"):
+        judge_run(run.path, track="c", **words)
