@@ -1,11 +1,11 @@
 """Fit the cars to recorded races, and judge them on others: a builder's tool, never needed to run racecraft.
 
-    python scripts/fit_vehicle.py ../shared/data [PUBLIC]
+    python scripts/fit_vehicle.py ../shared/data [PUBLIC] [--judge]
 
 PUBLIC holds unpacked copies of the public repositories that RECORDINGS names, each in a folder `owner+name`; without it
-only the recordings of ../shared/data count. Each car is fitted to some recordings and judged on others: other
-trainings, other tracks, other racers. Prints the table of docs/fidelity.md and the profiles that
-`worlds/deepracer/env/vehicle.py` holds. What is made small is the distance to the recorded car after a second,
+only the recordings of ../shared/data count; with `--judge` nothing is fitted. Each car is fitted to some recordings
+and judged on others: other trainings, other tracks, other racers. Prints the tables of docs/fidelity.md and
+the profiles that `worlds/deepracer/env/vehicle.py` holds. What is made small is the distance to the recorded car after a second,
 measured by what is far at that speed, every recording and every band of speed counting the same.
 """
 
@@ -81,11 +81,11 @@ EARLIER = {
     "v4": CarProfile(
         0.496, 0.0, 0.169, 0.0, 3.35, 3.35, 1.009, 0.867, curvature_droop=0.826, rotation_centre=0.05, pull=0.078
     ),
-    "v5-classic": PROFILES["v6"],
-    "v6": CarProfile(0.167, 0.04, 0.05, 0.02, 1000.0, 1000.0, 1.03, 0.67, curvature_droop=0.25, rotation_centre=0.091),
+    "v5-classic": PROFILES["v6-unlimited"],
+    "v6": PROFILES["v6-unlimited"],
 }
 """What drove under the car's name before: v4 without grip, fitted to the console training alone; under metadata 5 the
-ROS 2 car; the six-parameter fit of v6 that all of this began from (project facts, 1.4)."""
+ROS 2 car; v6 without limits."""
 
 SHAPE = ("steering_lag", "speed_lag", "speed_gain", "curvature_gain", "curvature_droop", "rotation_centre")
 CLASSIC = (*SHAPE, "max_acceleration", "max_braking", "pull", "curvature_fade", "grip")
@@ -96,7 +96,7 @@ BEGIN = {
         steering_lag=0.13, steering_delay=0.0067, speed_lag=0.2, curvature_gain=1.06, curvature_droop=0.15,
         curvature_fade=1.5, pull=0.02, grip=9.0,
     ),
-    "v6": EARLIER["v6"]._replace(steering_delay=0.0334, speed_delay=0.0267),
+    "v6": PROFILES["v6"],
 }  # fmt: skip
 """Where the search begins; delays act in whole substeps of 6.7 ms and stay as they are."""
 FIRST_STEP = {
@@ -114,23 +114,26 @@ MAX_ROUNDS = 420
 Races = Sequence[tuple[SimTrace, Retold]]
 
 
-def main(data: str, public: str | None = None) -> None:
-    """Fit and judge every car."""
+def main(data: str, *more: str) -> None:
+    """Fit every car, unless told only to judge, and judge it by recording and by band of speed."""
+    public = next((word for word in more if word != "--judge"), None)
     roots = [Path(data), *([Path(public)] if public else [])]
     races = {name: read_races(recording, roots) for name, recording in RECORDINGS.items()}
     for car in BEGIN:
         here = {name: races[name] for name, row in RECORDINGS.items() if row.car == car and races[name]}
         seen = {name: drawn(part) for name, part in here.items() if RECORDINGS[name].is_seen}
-        anew = fitted(BEGIN[car], FREE[car], seen, car == "v6")
         candidates = {
             "textbook bicycle": PROFILES["kinematic"],
             "as it was": EARLIER[car],
-            "fitted anew": anew,
             f"shipped as {car}": PROFILES[car],
         }
+        if "--judge" not in more:
+            candidates["fitted anew"] = fitted(BEGIN[car], FREE[car], seen, car == "v6")
         print(f"\n## {car}\n")
         print_table(candidates, here, car == "v6")
-        print(f"\nfitted anew: {rounded(anew)}")
+        print_bands(candidates, here, car == "v6")
+        if "fitted anew" in candidates:
+            print(f"\nfitted anew: {rounded(candidates['fitted anew'])}")
 
 
 def read_races(recording: Recording, roots: Sequence[Path]) -> Races:
@@ -232,6 +235,24 @@ def print_table(candidates: Mapping[str, CarProfile], here: Mapping[str, Races],
             cells.append(" / ".join(f"{np.median(part):.3f}" if len(part) >= 20 else "-" for part in (slow, fast)))
         mark = " (seen)" if label in RECORDINGS and RECORDINGS[label].is_seen else ""
         print(f"| {label}{mark} | {len(slow)} / {len(fast)} | " + " | ".join(cells) + " |")
+
+
+def print_bands(candidates: Mapping[str, CarProfile], here: Mapping[str, Races], clocked: bool) -> None:
+    """Print the median distance in metres after half a second and a second by real speed, unseen and seen apart."""
+    print("\n| real speed, m/s | windows | " + " | ".join(candidates) + " |")
+    print("|---" * (2 + len(candidates)) + "|")
+    for seen in (False, True):
+        names = [name for name in here if RECORDINGS[name].is_seen == seen]
+        judged = [[errors(here[name], profile, clocked) for name in names] for profile in candidates.values()]
+        for low, high in zip(BANDS_MPS[:-1], BANDS_MPS[1:], strict=True):
+            cells = []
+            for parts in judged:
+                near, far, speeds = (np.concatenate([part[k] for part in parts]) for k in range(3))
+                inside = (speeds >= low) & (speeds < high)
+                enough = inside.sum() >= FEWEST_WINDOWS
+                cells.append(f"{np.median(near[inside]):.3f} / {np.median(far[inside]):.3f}" if enough else "-")
+            mark = " (seen)" if seen else ""
+            print(f"| {low:g} to {high:g}{mark} | {inside.sum()} | " + " | ".join(cells) + " |")
 
 
 def rounded(profile: CarProfile) -> CarProfile:

@@ -45,7 +45,7 @@ class DeepRacerEnv(WorldEnv):
             half width that lies between the car and the border, 1 on the centre line.
         actions: (steering angle in degrees, positive left; speed in m/s) pairs; by default the console's ten. Or two
             ranges, `{"steering_angle": (-30, 30), "speed": (0.5, 2)}`: then actions are continuous.
-        car: Vehicle profile: "v4", "v5-classic", "v6" or "kinematic".
+        car: Vehicle profile: "v4", "v5-classic", "v6", "v6-unlimited" or "kinematic".
         width, height: Pixels of the frame.
         sensors: Names as in `model_metadata.json`: one camera, and at most one LiDAR.
         lidar_config: Of a DISCRETIZED_SECTOR_LIDAR, as there.

@@ -28,12 +28,13 @@ TOLD = (
 )  # fmt: skip
 
 CASES = {
-    "a sane race": ("reinvent_base", 5, {"max_episode_seconds": 4.0}, 1),
+    "a sane race": ("reinvent_base", 5, {"car": "v6-unlimited", "max_episode_seconds": 4.0}, 1),
     "as at AWS, the other way round": (
-        "Spain_track", 3, {"fidelity": "aws", "reverse": True, "max_episode_seconds": 5.0}, 1,
+        "Spain_track", 3,
+        {"car": "v6-unlimited", "fidelity": "aws", "reverse": True, "max_episode_seconds": 5.0}, 1,
     ),
     "an open track, the ideal car": ("Straight_track", 2, {"car": "kinematic", "start_advance": 0.31}, 1),
-    "two laps by a steersman": ("Oval_track", 2, {}, 2),
+    "two laps by a steersman": ("Oval_track", 2, {"car": "v6-unlimited"}, 2),
 }  # fmt: skip
 DIGESTS = {
     "a sane race": ("a4c48366b64f5a8d", "f0a575c51731bb22"),

@@ -43,14 +43,16 @@ def test_the_classic_car_takes_off_as_it_did_in_the_logs():
     assert speeds == pytest.approx([0.12, 0.33, 0.54, 0.67, 0.86], abs=0.09)
 
 
-@pytest.mark.parametrize("profile", ["v4", "v5-classic", "v6"])
+@pytest.mark.parametrize("profile", ["v4", "v5-classic", "v6", "v6-unlimited"])
 def test_thirty_degrees_turn_wider_than_the_geometry_says(profile):
     """The wheelbase says 0.28 m."""
     far = drive_ticks(profile, 60, math.radians(30), 1.0)
     farther = drive_ticks(profile, 61, math.radians(30), 1.0)
     yaw_rate = math.remainder(farther[2] - far[2], 2 * math.pi) / TICK_SECONDS
     radius = far[3] / yaw_rate
-    assert radius == pytest.approx({"v4": 0.498, "v5-classic": 0.662, "v6": 0.497}[profile], abs=0.01)
+    assert radius == pytest.approx(
+        {"v4": 0.498, "v5-classic": 0.662, "v6": 0.497, "v6-unlimited": 0.497}[profile], abs=0.01
+    )
 
 
 @pytest.mark.parametrize("profile", PROFILES)
@@ -101,7 +103,7 @@ def test_a_tick_of_the_clock_is_a_tick(profile):
     assert drive(car, *start, *command, 0.05)[0] != whole[0]
 
 
-@pytest.mark.parametrize("profile", ["v6", "kinematic"])
+@pytest.mark.parametrize("profile", ["v6-unlimited", "kinematic"])
 def test_cars_that_neither_fade_nor_slide_turn_as_before_those_terms_to_the_last_bit(profile):
     car = PROFILES[profile]
     assert (car.curvature_fade, car.grip) == (0.0, NO_LIMIT)
@@ -139,6 +141,32 @@ def test_the_earlier_classic_car_slides_at_three_metres_a_second_squared():
     assert steady_turn("v4", 25.0, 1.0)[1] < 2.0
 
 
+@pytest.mark.parametrize("degrees", [10, 20, 30])
+def test_todays_car_holds_nine_metres_a_second_squared(degrees):
+    """Read off circles and steps of two teams at up to 4 m/s (docs/fidelity.md); the car without limits holds more."""
+    assert steady_turn("v6", degrees, 4.0)[1] < 9.0
+    assert steady_turn("v6-unlimited", degrees, 4.0)[1] > 11.0
+    assert steady_turn("v6", degrees, 1.3)[1] == pytest.approx(steady_turn("v6-unlimited", degrees, 1.3)[1], rel=0.01)
+
+
+def test_todays_car_reaches_three_and_a_half_metres_a_second_and_takes_a_third_of_a_second():
+    """Wheels of 36 mm that turn at 100 rad/s, and 10 m/s² from rest: 3.6 m/s after 0.36 s and a little."""
+    speeds = [drive_ticks("v6", ticks, 0.0, 4.0)[3] for ticks in (3, 5, 8)]
+    assert speeds[0] == pytest.approx(10.0 * (3 * TICK_SECONDS - PROFILES["v6"].speed_delay), abs=0.01)
+    assert speeds[1] < 3.4
+    assert speeds[2] == pytest.approx(3.6, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("car", "speed", "is_beyond"),
+    [("v6", 2.5, False), ("v6", 2.6, True), ("v6-unlimited", 3.0, True), ("v4", 4.0, False), ("kinematic", 4.0, False)],
+)
+def test_a_speed_that_no_log_reaches_is_named(car, speed, is_beyond):
+    sentence = vehicle.beyond_logs(car, speed)
+    assert (sentence is not None) == is_beyond
+    assert not is_beyond or "beyond the logs: limits inferred" in sentence
+
+
 @pytest.mark.parametrize("profile", ["v4", "v5-classic"])
 def test_classic_cars_brake_harder_than_they_speed_up(profile):
     """Half a second up from 1 m/s and half a second down from 4, each on its limit but for the last of it."""
@@ -170,21 +198,31 @@ def test_the_numbers_of_every_car_are_those_that_were_fitted():
         "steering_lag": 0.502, "steering_delay": 0.0, "speed_lag": 0.158, "speed_delay": 0.0,
         "max_acceleration": 3.15, "max_braking": 3.86, "speed_gain": 1.019, "curvature_gain": 1.226,
         "curvature_droop": 0.581, "rotation_centre": 0.0401, "pull": 0.0427, "curvature_fade": 0.360, "grip": 3.03,
+        "max_speed": NO_LIMIT,
     }  # fmt: skip
     assert told_by("v5-classic") == {
         "steering_lag": 0.142, "steering_delay": 0.0067, "speed_lag": 0.163, "speed_delay": 0.0,
         "max_acceleration": 3.14, "max_braking": 4.27, "speed_gain": 0.965, "curvature_gain": 1.15,
         "curvature_droop": 0.069, "rotation_centre": 0.0556, "pull": 0.0101, "curvature_fade": 1.647, "grip": 8.97,
+        "max_speed": NO_LIMIT,
     }  # fmt: skip
     assert told_by("v6") == {
+        "steering_lag": 0.167, "steering_delay": 0.0334, "speed_lag": 0.03, "speed_delay": 0.0067,
+        "max_acceleration": 10.0, "max_braking": 10.0, "speed_gain": 1.03, "curvature_gain": 0.67,
+        "curvature_droop": 0.25, "rotation_centre": 0.091, "pull": 0.0, "curvature_fade": 0.0, "grip": 9.0,
+        "max_speed": 3.6,
+    }  # fmt: skip
+    assert told_by("v6-unlimited") == {
         "steering_lag": 0.167, "steering_delay": 0.0334, "speed_lag": 0.05, "speed_delay": 0.0267,
         "max_acceleration": 1000.0, "max_braking": 1000.0, "speed_gain": 1.03, "curvature_gain": 0.67,
         "curvature_droop": 0.25, "rotation_centre": 0.091, "pull": 0.0, "curvature_fade": 0.0, "grip": NO_LIMIT,
+        "max_speed": NO_LIMIT,
     }  # fmt: skip
     assert told_by("kinematic") == {
         "steering_lag": 0.0, "steering_delay": 0.0, "speed_lag": 0.0, "speed_delay": 0.0,
         "max_acceleration": NO_LIMIT, "max_braking": NO_LIMIT, "speed_gain": 1.0, "curvature_gain": 1.0,
         "curvature_droop": 0.0, "rotation_centre": 0.081663, "pull": 0.0, "curvature_fade": 0.0, "grip": NO_LIMIT,
+        "max_speed": NO_LIMIT,
     }  # fmt: skip
 
 

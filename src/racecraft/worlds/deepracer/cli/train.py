@@ -80,7 +80,9 @@ class CarOptions:
 
     car: Annotated[
         str | None,
-        typer.Option(help="v4, v5-classic, v6 or kinematic; by default what the metadata's version asks for."),
+        typer.Option(
+            help="v4, v5-classic, v6, v6-unlimited or kinematic; by default what the metadata's version asks for."
+        ),
     ] = None
     preset: Annotated[
         str, typer.Option(help="fast: the learner and network that lap soonest; aws: those of AWS, figure by figure.")

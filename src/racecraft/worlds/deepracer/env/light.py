@@ -50,7 +50,7 @@ CARPET_LIGHTS = {
 }
 """The same on re:Invent 2018. No frame of it was recorded in 2026: its ground is that of 2021, darker by as much as
 other circuits are, its walls are lit like theirs."""
-LIGHT_OF_CAR = {"v4": "2021", "v5-classic": "2021", "v6": "2026", "kinematic": "2026"}
+LIGHT_OF_CAR = {"v4": "2021", "v5-classic": "2021", "v6": "2026", "v6-unlimited": "2026", "kinematic": "2026"}
 """The light of the simulator that drove a car."""
 
 

@@ -31,8 +31,9 @@ class RaceConfig:
     )
     car: str = setting(
         "v6",
-        "Vehicle profile: the console's car until mid-2022, its later one, today's (ROS 2), or the ideal bicycle.",
-        choices=("v4", "v5-classic", "v6", "kinematic"),
+        "Vehicle profile: the console's car until mid-2022, its later one, today's (ROS 2), today's without limits of "
+        "grip, acceleration and speed, or the ideal bicycle.",
+        choices=("v4", "v5-classic", "v6", "v6-unlimited", "kinematic"),
     )
     max_episode_seconds: float | None = setting(
         None,

@@ -1,11 +1,11 @@
-"""How the car answers steering and throttle: four profiles of one model of few numbers.
+"""How the car answers steering and throttle: five profiles of one model of few numbers.
 
 The textbook bicycle is badly wrong for this car: its steering lags by 0.1 to 0.5 s, it turns less sharply than its
 geometry says, and the faster it goes the less. There have been three real cars, which `scripts/fit_vehicle.py` fits to
 some recorded trainings and judges on others that they had not seen; docs/fidelity.md has the table::
 
     steering  d(delta)/dt = (delta_cmd - delta) / steering_lag
-    speed     dv/dt       = clip((gain * v_cmd - v) / speed_lag, -max_braking, +max_acceleration)
+    speed     dv/dt       = clip((min(gain * v_cmd, max_speed) - v) / speed_lag, -max_braking, +max_acceleration)
     asked     a           = curvature_gain * tan(delta) * (1 - curvature_droop * |tan(delta)|) / wheelbase
                             / (1 + curvature_fade * v) + pull
     curvature c           = a / (1 + (|a| v² / grip)^4)^(1/4)
@@ -75,6 +75,8 @@ class CarProfile(NamedTuple):
     """How that share falls with the speed, s/m."""
     grip: float = NO_LIMIT
     """Lateral acceleration that the tyres hold, m/s²; long before it they begin to slide."""
+    max_speed: float = NO_LIMIT
+    """Fastest the car ever drives, whatever is commanded, m/s."""
 
 
 PROFILES: dict[str, CarProfile] = {
@@ -91,6 +93,11 @@ PROFILES: dict[str, CarProfile] = {
         rotation_centre=0.0556,
     ),
     "v6": CarProfile(
+        steering_lag=0.167, steering_delay=0.0334, speed_lag=0.03, speed_delay=0.0067,
+        max_acceleration=10.0, max_braking=10.0, speed_gain=1.03,
+        curvature_gain=0.67, curvature_droop=0.25, rotation_centre=0.091, grip=9.0, max_speed=3.6,
+    ),
+    "v6-unlimited": CarProfile(
         steering_lag=0.167, steering_delay=0.0334, speed_lag=0.05, speed_delay=0.0267,
         max_acceleration=1000.0, max_braking=1000.0, speed_gain=1.03,
         curvature_gain=0.67, curvature_droop=0.25, rotation_centre=0.091,
@@ -102,4 +109,24 @@ PROFILES: dict[str, CarProfile] = {
     ),
 }  # fmt: skip
 """`v4`: the classic simulator until mid-2022, later only under metadata versions 1 to 4. `v5-classic`: the same
-simulator from July 2022 to the console's end under version 5. `v6`: the ROS 2 build. `kinematic`: the ideal bicycle."""
+simulator from July 2022 to the console's end under version 5. `v6`: the ROS 2 build. `v6-unlimited`: `v6` as racecraft
+drove it at first, with no limit of grip, acceleration or speed. `kinematic`: the ideal bicycle."""
+
+MAX_LOGGED_SPEED_MPS: dict[str, float] = {"v4": 4.0, "v5-classic": 4.0, "v6": 2.5, "v6-unlimited": 2.5}
+"""By car: the fastest speed commanded in any log behind its profile, m/s. Nothing was recorded of `kinematic`."""
+
+
+def beyond_logs(car: str, speed_mps: float) -> str | None:
+    """Return a sentence for pages that show a car at a commanded speed no log reaches; None within the logs.
+
+    Args:
+        car: A name of PROFILES.
+        speed_mps: The fastest speed command shown, m/s.
+    """
+    logged = MAX_LOGGED_SPEED_MPS.get(car)
+    if logged is None or speed_mps <= logged + 1e-9:
+        return None
+    return (
+        f"Up to {speed_mps:g} m/s, beyond the logs: limits inferred "
+        f"(no log of {car} is commanded above {logged:g} m/s)."
+    )

@@ -38,7 +38,7 @@ HORIZONS = {"0.5s": 8, "1s": 15}
 """Where a window is measured, ticks after its first row; the first whole ticks at or after the name's time."""
 EVERY = 5
 """A window opens at every fifth row in which the car was driven."""
-CLOCKED_CARS = ("v6",)
+CLOCKED_CARS = ("v6", "v6-unlimited")
 """Cars whose recorded ticks last as long as their clock says."""
 LONGEST_TICK_SECONDS = 3.0
 TICKS_TO_RESET = 2

@@ -67,7 +67,7 @@ def driven_curvature(car, speed, steering):
 @kernel
 def approach_speed(car, speed, command, seconds):
     """Return the speed so many seconds later, m/s."""
-    target = car.speed_gain * command
+    target = min(car.speed_gain * command, car.max_speed)
     if car.speed_lag <= 0.0:
         return target
     acceleration = (target - speed) / car.speed_lag
