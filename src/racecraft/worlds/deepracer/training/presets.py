@@ -142,6 +142,9 @@ ASKED_BY = {"clipped_ppo": "ppo", "sac": "sac"}
 IN_OUR_WORDS = {"mean squared error": "mse"}
 """Values of the file that we spell otherwise."""
 
+STOP_OF = {"term_cond_max_episodes": "iterations"}
+"""Hyperparameters that end a training, and the stop that each becomes."""
+
 UNUSED = {
     "term_cond_avg_score": "AWS ignored it too; say `--stop`",
 }
@@ -261,8 +264,9 @@ def stops_given(hyperparameters: Hyperparameters) -> tuple[str, ...]:
     >>> stops_given(Hyperparameters(term_cond_max_episodes=60))
     ('iterations=60',)
     """
-    given = hyperparameters.term_cond_max_episodes
-    return () if given is None else (f"iterations={given}",)
+    return tuple(
+        f"{STOP_OF[name]}={getattr(hyperparameters, name)}" for name in hyperparameters.given if name in STOP_OF
+    )
 
 
 def _with_json(settings: Settings, given: Hyperparameters, notes: list[str]) -> Settings:
@@ -275,6 +279,8 @@ def _with_json(settings: Settings, given: Hyperparameters, notes: list[str]) -> 
             notes.append(f"{name} changes nothing: exploration is categorical")
         elif name in UNUSED:
             notes.append(f"{name} changes nothing: {UNUSED[name]}")
+        elif name in STOP_OF:
+            continue
         elif (place := _place_of(name, settings)) is None:
             whose = " and ".join(group.upper() for group, _ in FROM_JSON[name])
             notes.append(f"{name} changes nothing: it belongs to {whose}")
