@@ -77,15 +77,3 @@ def test_a_training_is_called_solved_or_not_only_where_a_score_counts_as_solved(
     settings = ["--set", "rollout.horizon=8", "--set", "evaluation.episodes=1", "--stop", "iterations=1"]
     asked = ["gym", "train", environment, "--run", str(tmp_path / "run"), *settings]
     assert told in CliRunner().invoke(app, asked, catch_exceptions=False).output
-
-
-@pytest.mark.parametrize("asked", ["cluster.gradients=workers", "cluster.send=actions"])
-def test_what_is_asked_of_workers_is_said_to_have_no_say_where_there_are_none(asked, tmp_path):
-    short = ["--set", "rollout.horizon=8", "--set", "evaluation.episodes=1", "--stop", "iterations=1"]
-    words = ["gym", "train", "CartPole-v1", "--run", str(tmp_path / "run"), *short]
-    with_it = CliRunner().invoke(app, [*words, "--set", asked], catch_exceptions=False).output
-    assert f"- {asked} has no say without --cluster" in with_it
-    assert (
-        "has no say"
-        not in CliRunner().invoke(app, [*words[:4], str(tmp_path / "other"), *short], catch_exceptions=False).output
-    )

@@ -9,7 +9,7 @@ import numpy as np
 import polars
 import pytest
 import torch
-from tests.cluster.test_spread_training import SMALL, assert_same, curve
+from tests.cluster.test_spread_training import SMALL, assert_same
 from tests.cluster.workers_here import spread_here
 
 from racecraft.cluster.shares import parts_of, plan_of_share, shares_of
@@ -91,16 +91,6 @@ def test_one_worker_gives_the_curve_of_one_process(tmp_path, name):
     trained(name, tmp_path / "here")
     trained(name, tmp_path / "there", 1)
     assert_same(tmp_path / "here", tmp_path / "there")
-
-
-@pytest.mark.parametrize("more", [("cluster.send=actions",), ("cluster.gradients=workers",)])
-def test_frames_that_do_not_travel_change_nothing(tmp_path, more):
-    frames = trained("one car of a kind", tmp_path / "frames", 3)
-    others = trained("one car of a kind", tmp_path / "others", 3, *more)
-    assert frames.drop("objects").equals(others.drop("objects"))
-    if "cluster.send=actions" in more:
-        assert_same(tmp_path / "frames", tmp_path / "others")
-    assert [row["steps"] for row in curve(tmp_path / "frames")] == [row["steps"] for row in curve(tmp_path / "others")]
 
 
 def test_lost_workers_change_nothing_and_a_run_goes_on(tmp_path):

@@ -21,8 +21,6 @@ class WorkersHere:
     room: int
     lost_at: tuple[int, ...] = ()
     """Which collectings, counted over all workers, are answered by nobody: their worker is lost with its answer."""
-    lost_at_find: tuple[int, ...] = ()
-    """Which questions for gradients, likewise."""
     never_come: bool = False
     slow_to: str = ""
     """A method whose answers are not there when they are first looked for."""
@@ -32,7 +30,7 @@ class WorkersHere:
 
     def __post_init__(self):
         self._answers, self._numbers, self._collectings = {}, itertools.count(), itertools.count()
-        self._findings, self._lost, self._late = itertools.count(), set(), set()
+        self._lost, self._late = set(), set()
 
     def start(self):
         return Worker(Surroundings(tuple(sys.path), os.getcwd()))
@@ -43,8 +41,6 @@ class WorkersHere:
         if self.never_come:
             return ticket
         if what == "collect" and next(self._collectings) in self.lost_at:
-            self._lost.add(worker)
-        if what == "find" and next(self._findings) in self.lost_at_find:
             self._lost.add(worker)
         answer = getattr(worker, what)(cloudpickle.loads(cloudpickle.dumps(message)))
         if what == self.slow_to:

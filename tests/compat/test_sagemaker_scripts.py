@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import threading
 
 import pytest
 from tests.compat.articles import unity_script
@@ -11,6 +12,7 @@ from racecraft.compat import script_models
 from racecraft.compat.foreign import run_script
 from racecraft.compat.old_gym import FromOldGym
 from racecraft.compat.rllib_words import EXPERIMENT_WORDS, LATER_NAMES, LATER_STOPS, STOPS, translated, words_of
+from racecraft.compat.secondary_jobs import PrimaryMissingError, primary_lock, wait_for_primary
 from racecraft.compat.unknown_names import UnknownNameError
 from racecraft.contract.errors import EnvironmentFailedError, SettingError
 from racecraft.formats.run_folder import RunFolder
@@ -105,24 +107,45 @@ def run_beside(tmp_path, *words, **variables):
     )  # fmt: skip
 
 
-def test_a_primary_and_its_secondary_meet_and_train(tmp_path):
-    """The secondary has two cores and brings two workers; its environment is the script's own."""
-    secondary = run_beside(tmp_path, *PAIR, "--rl_cluster_type", "secondary", SM_NUM_CPUS="2")
-    stop = ("--rl.training.stop.training_iteration", "2")
-    primary = run_beside(
-        tmp_path, *PAIR, "--rl_cluster_type", "primary", "--rl_num_instances_secondary", "2", *stop,
-        SM_MODEL_DIR=str(tmp_path / "model"),
-    )  # fmt: skip
-    said, served = primary.communicate(timeout=300)[0], secondary.communicate(timeout=300)[0]
-    assert (primary.returncode, secondary.returncode) == (0, 0), said + served
-    assert "- cluster secondary: 2 workers on 1 machine, the learner here" in said
-    assert "training_iteration: 2" in said
-    assert "- 2 workers for the primary job" in served
-    assert "- the primary is done; 5 questions were answered here" in served  # come, open, begin, two collectings
-    assert "cart 1 3" in served
-    job = RunFolder.open(tmp_path / "model" / "run").read_job()
-    assert job["cluster"] == {"asked": "secondary", "workers": 2}
-    assert sorted(path.name for path in (tmp_path / "jobs" / "meetings").iterdir()) == ["b-dist-snake-1"]
+@pytest.mark.parametrize("first", ["primary", "secondary"])
+def test_a_secondary_waits_until_its_primary_ends(tmp_path, first):
+    model, words = tmp_path / "model", {"secondary": ("--rl_cluster_type", "secondary")}
+    words["primary"] = ("--rl_cluster_type", "primary", "--rl_num_instances_secondary", "2")
+    words["primary"] += ("--rl.training.stop.training_iteration", "2")
+    second = {"primary": "secondary", "secondary": "primary"}[first]
+    jobs = {}
+    for role in (first, second):
+        jobs[role] = run_beside(tmp_path, *PAIR, *words[role], SM_MODEL_DIR=str(model))
+        if role == "primary" and first == "primary":
+            assert jobs[role].wait(300) == 0, "a primary needs nobody"
+    said = {role: job.communicate(timeout=300)[0] for role, job in jobs.items()}
+    assert {role: job.returncode for role, job in jobs.items()} == {"primary": 0, "secondary": 0}, said
+    assert "training_iteration: 2" in said["primary"]
+    assert "- the primary trained with all cores and ended at" in said["secondary"]
+    assert "training_iteration" not in said["secondary"]
+    assert "cluster" not in RunFolder.open(model / "run").read_job()
+    assert list((tmp_path / "jobs" / "primaries").iterdir()) == [], "the next pair starts anew"
+
+
+def test_a_secondary_waits_while_its_primary_trains(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("RACECRAFT_JOBS", str(tmp_path / "jobs"))
+    words, ended = {"s3_bucket": "b", "s3_prefix": "p"}, []
+    lock = primary_lock(words)
+    with pytest.raises(SettingError, match="s3_prefix is 'p', and another primary trains with it"):
+        primary_lock(words)
+    waiting = threading.Thread(target=lambda: ended.append(wait_for_primary(words)))
+    waiting.start()
+    waiting.join(1.0)
+    assert waiting.is_alive()
+    lock.release()
+    waiting.join(10.0)
+    assert ended == [None]
+
+
+def test_a_primary_that_never_starts_is_named(tmp_path, monkeypatch):
+    monkeypatch.setenv("RACECRAFT_JOBS", str(tmp_path / "jobs"))
+    with pytest.raises(PrimaryMissingError, match="b-p.lock: no primary started within 0 s"):
+        wait_for_primary({"s3_bucket": "b", "s3_prefix": "p"}, seconds=0.0)
 
 
 @pytest.mark.parametrize(
@@ -133,7 +156,7 @@ def test_a_primary_and_its_secondary_meet_and_train(tmp_path):
         ({"rl_cluster_type": "primary", "rl_num_instances_secondary": 1}, "expected the same s3_prefix"),
     ],
 )
-def test_two_jobs_that_could_never_meet_are_told(tmp_path, words, letter):
+def test_two_jobs_that_could_never_find_each_other_are_refused(tmp_path, words, letter):
     (tmp_path / "train.py").write_text(CART)
     told = [part for name, value in words.items() for part in (f"--{name}", str(value))]
     with pytest.raises(SettingError, match=letter):

@@ -10,7 +10,6 @@ from tests.compat.test_sagemaker_scripts import CART
 
 from racecraft.contract.errors import SettingError
 from racecraft.estimator import RLEstimator, RLFramework, RLToolkit, Session, UnexpectedStatusException
-from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.hyperparameters import as_arguments, check_overrides, decoded, encoded
 from racecraft.jobs.store import NameTakenError
 from racecraft.sagemaker.container import ChannelError, CodeError
@@ -166,12 +165,6 @@ def test_what_cannot_be_meant_is_said_before_anything_runs(source, words, error,
 def test_the_slips_of_the_printed_code_are_told(source):
     with pytest.warns(UserWarning, match="num_cpus means nothing to RLlib"):
         estimator(hyperparameters={"rl.training.config.num_cpus": 3})
-    primary = estimator(
-        hyperparameters={"rl_cluster_type": "primary", "rl_num_instances_secondary": 2}, dependencies=["common/library"]
-    )
-    with pytest.warns(UserWarning, match="the secondary would never begin"):
-        primary.fit({"train": "data"})
-    primary.latest_training_job.wait(logs=False)
 
 
 def test_an_input_that_is_not_there_is_told_before_a_job_is_made(source, home):
@@ -216,38 +209,29 @@ def test_overrides_of_the_public_notebooks_are_known():
     ("words", "cores"),
     [
         ({}, None),
-        ({"rl_cluster_type": "primary"}, 1),
-        ({"rl_cluster_type": "secondary"}, 3),
+        ({"rl_cluster_type": "primary"}, None),
+        ({"rl_cluster_type": "secondary"}, 0),
         ({"rl_cluster_type": "secondary", "cores": 2}, 2),
     ],
 )
-def test_two_jobs_that_meet_fit_on_one_machine(source, monkeypatch, words, cores):
-    monkeypatch.setattr("racecraft.jobs.capacity.Capacity.of_machine", lambda: Capacity(4, 1000))
+def test_a_primary_takes_all_cores_and_its_secondary_none(source, words, cores):
     asked = {**words}
     made = estimator(cores=asked.pop("cores", None), hyperparameters=asked)
     assert made._spec("one", {}, None).cores == cores
 
 
-def test_two_jobs_meet_on_a_machine_of_one_core_too(source, monkeypatch):
-    monkeypatch.setattr("racecraft.jobs.capacity.Capacity.of_machine", lambda: Capacity(1, 1000))
-    both = [estimator(cores=None, hyperparameters={"rl_cluster_type": one}) for one in ("primary", "secondary")]
-    assert sum(made._spec("one", {}, None).cores for made in both) <= 1
-
-
 @pytest.mark.long
-def test_a_primary_and_a_secondary_are_two_jobs_that_meet(source, home):
-    """As AWS's article prints it, the primary waited for in vain; both end by themselves."""
+def test_a_primary_and_a_secondary_are_two_jobs(source, home):
+    """As AWS's article prints it: the primary is waited for, then the secondary begins; both end by themselves."""
     (source / "train-it.py").write_text(CART)
     shared = {"s3_bucket": "b", "s3_prefix": "p", "rl_num_instances_secondary": 2}
     stop = {"rl.training.stop.training_iteration": 3}
-    primary = estimator(hyperparameters={**shared, **stop, "rl_cluster_type": "primary"}, base_job_name="primary")
-    secondary = estimator(hyperparameters={**shared, "rl_cluster_type": "secondary"}, base_job_name="secondary")
-    with pytest.warns(UserWarning, match="the secondary would never begin"):
-        primary.fit()
+    more = {"cores": None, "base_job_name": "one"}
+    primary = estimator(hyperparameters={**shared, **stop, "rl_cluster_type": "primary"}, **more)
+    secondary = estimator(hyperparameters={**shared, "rl_cluster_type": "secondary"}, **more)
+    primary.fit(logs=False)
     secondary.fit(logs=False)
-    primary.latest_training_job.wait(logs=False)
     for made in (primary, secondary):
         assert made.latest_training_job.describe()["TrainingJobStatus"] == "Completed"
-    assert "- cluster secondary: 1 workers on 1 machine" in home.log(primary.latest_training_job.name).read_text()
-    assert "the primary is done" in home.log(secondary.latest_training_job.name).read_text()
+    assert "the primary trained with all cores" in home.log(secondary.latest_training_job.name).read_text()
     assert len(primary.training_job_analytics.dataframe()) > 0

@@ -5,7 +5,6 @@
     policy_spec.py    what a stranger needs to rebuild a policy from its weights
     ppo.py            proximal policy optimisation: act, then learn from what was collected
     ppo_config.py     its settings
-    sharded_ppo.py    the same where what was collected lies in shards
     dqn.py            deep Q-learning: learn what each choice is worth from all that is remembered
     apex.py           DQN with many unlike actors and a learner beside them
     multi_policy.py   several learners, each with its own rows

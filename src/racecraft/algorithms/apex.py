@@ -27,7 +27,6 @@ from racecraft.algorithms.dqn import FIGURES as DQN_FIGURES
 from racecraft.algorithms.dqn import DqnConfig, DqnLearner
 from racecraft.algorithms.learner import Decision, StateDict
 from racecraft.algorithms.networks import Architecture, NetworkConfig
-from racecraft.algorithms.own_cores import keep_to, keep_to_while, split_cores
 from racecraft.algorithms.q_network import QPolicy, allowed_only
 from racecraft.algorithms.replay_sampler import VALUE_BEST, VALUE_TAKEN, ReplaySampler
 from racecraft.contract.world import Array, ArraySpec, DiscreteActions, WorldSpec
@@ -64,15 +63,12 @@ class ApexConfig:
     double: bool = setting(True, "The network chooses what the target network values.")
     dueling: bool = setting(True, "A moment's worth and what each choice adds are told apart.")
     n_step: int = setting(3, "Rewards summed before a value is asked for.", unit="ticks", low=1, high=100)
-    learner_cores: int = setting(
-        0, "Cores that the learner's thread has for itself, the actors the others (Linux); 0: all share all.", low=0
-    )
 
     def __post_init__(self) -> None:
         check_group(self)
 
 
-APART = ("epsilon", "ladder", "learner_cores")
+APART = ("epsilon", "ladder")
 """Settings that plain DQN knows nothing of."""
 
 
@@ -118,7 +114,7 @@ class ApexLearner(DqnLearner):
             VALUE_TAKEN: ArraySpec((), np.float32, doc="what was expected of what was taken"),
             VALUE_BEST: ArraySpec((), np.float32, doc="what was expected of the best"),
         }
-        self._beside = self._thread(config.learner_cores)
+        self._beside = ThreadPoolExecutor(max_workers=1, thread_name_prefix="learner")
         self._learning: Future[list[Tensor]] | None = None
         self._settled = self._meet()
 
@@ -169,14 +165,6 @@ class ApexLearner(DqnLearner):
         """Go on from what `state_dict` gave; groups other than "network" may be absent (weights alone)."""
         super().load_state_dict(state)
         self._settled = self._meet()
-
-    def _thread(self, own_cores: int) -> ThreadPoolExecutor:
-        """Return the learner's thread; with cores of its own, whoever acts (this thread) keeps to the others."""
-        if not own_cores:
-            return ThreadPoolExecutor(max_workers=1, thread_name_prefix="learner")
-        mine, theirs = split_cores(own_cores, "apex.learner_cores")
-        keep_to_while(self, theirs)
-        return ThreadPoolExecutor(1, "learner", initializer=keep_to, initargs=(mine,))
 
     def _meet(self) -> StateDict:
         """Copy the learner's weights to the actors; return its whole state, the steps it owes included."""

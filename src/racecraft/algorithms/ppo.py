@@ -462,21 +462,21 @@ class PpoLearner:
         else:
             self.half.step(self.optimiser, part)
 
-    def find_gradients(self, batch: Minibatch, config: PpoConfig, times: int | None = None) -> Tensor:
-        """Leave with the weights the gradients of a minibatch's loss, so many times; return the loss's figures (5,)."""
-        figures = self._go_back(batch, config, times)
+    def find_gradients(self, batch: Minibatch, config: PpoConfig) -> Tensor:
+        """Leave with the weights the gradients of a minibatch's loss; return the loss's figures (5,)."""
+        figures = self._go_back(batch, config)
         if self.half is not None:
             self.half.hand_over()
         return figures
 
-    def _go_back(self, batch: Minibatch, config: PpoConfig, times: int | None = None) -> Tensor:
+    def _go_back(self, batch: Minibatch, config: PpoConfig) -> Tensor:
         """As `find_gradients`, with them left where they were found: with the weights of half precision, if any."""
-        if self.written_out is not None and times is None:
+        if self.written_out is not None:
             return self.written_out.find_gradients(batch, config)
         loss, figures = ppo_loss(self.working, self.distribution, batch, config)
         for one in self._learned:
             one.grad = None
-        loss.backward(None if times is None else torch.tensor(float(times), device=self.device))
+        loss.backward()
         return figures
 
     def descend(self) -> Tensor:

@@ -4,8 +4,6 @@ asked.py          what `--cluster` was given: N, auto, HOST:PORT
 shares.py         which worker carries which worlds, with which chance
 messages.py       what passes between the training and a worker
 worker.py         worlds and an actor, in a process of its own
-twins.py          a worker's worlds once more beside the learner, so that frames need not travel
-averaging.py      workers that find gradients in what they collected
 transport.py      how workers are reached, as the rest of the room sees it
 patience.py       how long something is waited for
 crew.py           workers in their places; one that is lost is replaced, and what it was at is done again

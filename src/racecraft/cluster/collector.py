@@ -11,13 +11,11 @@ import numpy as np
 
 from racecraft.algorithms.learner import Learner, counting
 from racecraft.algorithms.rollout_batch import RolloutBatch, side_by_side
-from racecraft.algorithms.sharded_ppo import Drawn, Found
 from racecraft.algorithms.weights import to_arrays
 from racecraft.cluster.crew import Crew, starts_of
 from racecraft.cluster.messages import Harvest, Start, Task, bytes_of
 from racecraft.cluster.shares import Share
 from racecraft.cluster.transport import Ticket
-from racecraft.cluster.twins import Twin
 from racecraft.contract.world import Array, EpisodeRecord, WorldSpec
 from racecraft.formats.episodes import columns_of_all
 from racecraft.rollout.collector import CarriedOtherwiseError
@@ -41,18 +39,6 @@ class Traffic:
     """Of the processor, by all threads of the workers meanwhile, added up."""
     here_seconds: float = 0.0
     """Of the processor, by the thread that asks, from asking to having what was collected."""
-    twin_seconds: float = 0.0
-    """Spent here on seeing again what workers saw."""
-    minibatches: int = 0
-    """Whose gradients workers found."""
-    gradient_bytes_in: int = 0
-    """Of these gradients."""
-    gradient_bytes_out: int = 0
-    """Of the weights and rows that they were found for, counted once a worker."""
-    gradient_seconds: float = 0.0
-    """That gradients were waited for."""
-    finding_seconds: float = 0.0
-    """That the slowest worker of each minibatch spent on finding them."""
 
     def count(self, task: Task, harvests: Sequence[Harvest]) -> None:
         """Count one collecting."""
@@ -61,14 +47,6 @@ class Traffic:
         self.bytes_out += bytes_of(task) * len(harvests)
         self.busy_seconds += sum(harvest.seconds for harvest in harvests)
         self.processor_seconds += sum(harvest.processor_seconds for harvest in harvests)
-
-    def count_gradients(self, drawn: Drawn, parts: Sequence[Found], seconds: float) -> None:
-        """Count one minibatch."""
-        self.minibatches += 1
-        self.gradient_bytes_in += sum(map(bytes_of, parts))
-        self.gradient_bytes_out += bytes_of(drawn) * len(parts)
-        self.gradient_seconds += seconds
-        self.finding_seconds += max(part.seconds for part in parts)
 
 
 class Updates:
@@ -105,7 +83,6 @@ class ClusterCollector:
         parts: The training's further parts, which workers have, too.
         ahead: Whether workers begin the next collecting while the learner learns from this one, with the weights of
             before: for learners that remember, to which a little age does no harm.
-        twin: Makes the twin of a place's worker, given where that begins; None: workers send what they saw.
         hears: Hears of the ticks, where they are kept.
     """
 
@@ -118,17 +95,14 @@ class ClusterCollector:
         updates: Updates,
         parts: Mapping[str, Stateful],
         ahead: bool = False,
-        twin: Callable[[int, Start], Twin] | None = None,
         hears: HearsTicks | None = None,
     ) -> None:
         self._crew, self._spec, self._learner, self._horizon = crew, spec, learner, horizon
-        self._updates, self._parts, self._ahead, self._twin = updates, parts, ahead, twin
-        self._twins: list[Twin] = []
+        self._updates, self._parts, self._ahead = updates, parts, ahead
         self._hears = hears
         self._specs = [opened.spec for opened in crew.opened]
         self._numbers = numbers_of([order.share for order in crew.orders], self._specs)
         self._states: list[Mapping[str, Any] | None] = [None] * len(self._specs)
-        self._latest: tuple[Sent, list[Start]] | None = None
         self._looks: list[Callable[[], None]] = []
         self._episodes: list[EpisodeRecord] = []
         self._ticks: list[dict[str, Array]] = []
@@ -160,18 +134,6 @@ class ClusterCollector:
     def look_meanwhile(self, look: Callable[[], None]) -> None:
         """Have somebody called while workers are at work."""
         self._looks.append(look)
-
-    def find(self, drawn: Drawn) -> list[Found]:
-        """Have every worker find the gradients of a minibatch of the latest rollout, in the order of their places.
-
-        Whoever takes the place of a lost one collects that rollout again, and it is the same.
-        """
-        assert self._latest is not None, "a rollout comes first"
-        began, (sent, starts) = time.perf_counter(), self._latest
-        lost = (("collect", sent.task), ("find", drawn))
-        parts: list[Found] = self._crew.gather(self._crew.ask("find", drawn), starts.__getitem__, lost)
-        self.traffic.count_gradients(drawn, parts, time.perf_counter() - began)
-        return parts
 
     def state(self) -> dict[str, Any]:
         """Return where every worker stands, by place, and the counts of all."""
@@ -211,31 +173,23 @@ class ClusterCollector:
         self._begin()
         sent, self._under_way = self._under_way or self._send(quota), None
         starts = self._starts(sent.task, sent.parts)
-        self._latest = sent, starts
-        harvests: list[Harvest] = self._crew.gather(
-            sent.questions, starts.__getitem__, (("collect", sent.task),), self._look
-        )
+        harvests = self._crew.gather(sent.questions, starts.__getitem__, sent.task, self._look)
         self.traffic.count(sent.task, harvests)
-        if self._twins:
-            harvests = [twin.follow(sent.task, one) for twin, one in zip(self._twins, harvests, strict=True)]
-            self.traffic.twin_seconds = sum(twin.seconds for twin in self._twins)
         self._take_in(sent.task, harvests)
         if self._ahead:
             self._under_way = self._send(quota)
-        batch = side_by_side([harvest.batch for harvest in harvests if isinstance(harvest.batch, RolloutBatch)])
+        batch = side_by_side([harvest.batch for harvest in harvests])
         self.traffic.here_seconds += time.thread_time() - worked
         return batch
 
     def _begin(self) -> None:
         if not self._begun:
-            starts = self._starts(self._task(None), self._states_of_parts())
-            self._crew.begin(starts)
-            self._twins = [self._twin(place, start) for place, start in enumerate(starts)] if self._twin else []
+            self._crew.begin(self._starts(self._task(None), self._states_of_parts()))
             self._begun = True
 
     def _send(self, quota: int | None) -> Sent:
         task = self._task(quota)
-        return Sent(task, self._crew.ask("collect", task), self._states_of_parts())
+        return Sent(task, self._crew.ask(task), self._states_of_parts())
 
     def _states_of_parts(self) -> dict[str, Any]:
         return {name: part.state() for name, part in self._parts.items()}

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from racecraft.cluster.messages import Opened, Order, Start, Trouble
+from racecraft.cluster.messages import Harvest, Opened, Order, Start, Task, Trouble
 from racecraft.cluster.patience import patience
 from racecraft.cluster.transport import ClusterError, Handle, Ticket, Transport, WorkerLostError
 from racecraft.cluster.worker import spec_of_all
@@ -76,24 +76,24 @@ class Crew:
         for place, start in enumerate(starts):
             self._transport.ask(self._workers[place], "begin", start)
 
-    def ask(self, what: str, message: Any) -> dict[Ticket, int]:
-        """Ask every worker for a method with one message; return the questions, each with its worker's place."""
-        shared = self._transport.for_all(message)
-        return {self._transport.ask(worker, what, shared): place for place, worker in enumerate(self._workers)}
+    def ask(self, task: Task) -> dict[Ticket, int]:
+        """Ask every worker to collect; return the questions, each with its worker's place."""
+        shared = self._transport.for_all(task)
+        return {self._transport.ask(worker, "collect", shared): place for place, worker in enumerate(self._workers)}
 
     def gather(
         self,
         under_way: dict[Ticket, int],
         starts: Callable[[int], Start],
-        lost: Sequence[tuple[str, Any]],
+        task: Task,
         look: Callable[[], None] = lambda: None,
-    ) -> list[Any]:
-        """Wait for what every worker answers, in the order of their places.
+    ) -> list[Harvest]:
+        """Wait for what every worker collected, in the order of their places.
 
         Args:
             under_way: The questions of `ask`.
             starts: From where a worker's successor in a place goes on.
-            lost: What the successor is asked then, method and message, one after the other; the last is the question.
+            task: What the successor collects then.
             look: Called every now and then; what it raises breaks the waiting off.
 
         Raises:
@@ -109,8 +109,7 @@ class Crew:
                     self._lost[place] = 0
                 except WorkerLostError as gone:
                     self._replace(place, str(gone), starts(place))
-                    asked = [self._transport.ask(self._workers[place], what, message) for what, message in lost]
-                    waiting[asked[-1]] = place
+                    waiting[self._transport.ask(self._workers[place], "collect", task)] = place
             look()
         return [answers[place] for place in range(len(self._workers))]
 

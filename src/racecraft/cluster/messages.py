@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from racecraft.algorithms.rollout_batch import RolloutBatch
-from racecraft.algorithms.sharded_ppo import Drawn, Found
 from racecraft.cluster.shares import Share
 from racecraft.contract.world import Array, EpisodeRecord, WorldSpec
 
@@ -31,10 +30,6 @@ class Order:
     planned: Any
     """The plan of that kind, with the share's worlds."""
     share: Share
-    sends_actions: bool = False
-    """Whether it tells what was done, and its twin beside the learner sees what was seen."""
-    keeps_rows: bool = False
-    """Whether it keeps what it collected, and finds gradients in it."""
 
 
 @dataclass(frozen=True)
@@ -83,26 +78,13 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Deeds:
-    """What was done in a rollout, from which all that was seen in it follows. T ticks of R rows."""
-
-    actions: Array
-    """(T, R, ...), as the world obeyed them."""
-    reward: Array
-    """float32 (T, R)."""
-    columns: Mapping[str, Array]
-    """(T, R, ...) by name: what the learner noted when it decided."""
-
-
-@dataclass(frozen=True)
 class Harvest:
     """What one worker collected, and where it stands now."""
 
-    batch: RolloutBatch | Deeds
-    """Without what was seen, where that is kept by the worker or seen again by a twin."""
+    batch: RolloutBatch
     episodes: list[EpisodeRecord]
     ticks: dict[str, Array] | None
-    """For the episode files; None where they are not kept, or kept by a twin."""
+    """For the episode files; None where they are not kept."""
     steps: int
     """Environment steps taken in this collecting."""
     seconds: float
@@ -130,4 +112,4 @@ def bytes_of(value: Any) -> int:
         return sum(map(bytes_of, value.values()))
     if isinstance(value, list | tuple):
         return sum(map(bytes_of, value))
-    return bytes_of(vars(value)) if isinstance(value, RolloutBatch | Deeds | Harvest | Task | Drawn | Found) else 0
+    return bytes_of(vars(value)) if isinstance(value, RolloutBatch | Harvest | Task) else 0

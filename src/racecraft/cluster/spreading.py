@@ -8,15 +8,12 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from racecraft.algorithms.learner import Learner
-from racecraft.algorithms.sharded_ppo import Drawn, Found
 from racecraft.cluster.asked import ClusterAsked, read_cluster
-from racecraft.cluster.averaging import averages, require_averaging, require_rows, with_averaging
-from racecraft.cluster.collector import ClusterCollector, Traffic, Updates
+from racecraft.cluster.collector import ClusterCollector, Updates
 from racecraft.cluster.crew import COME_SECONDS, Crew
-from racecraft.cluster.messages import Order, Start
+from racecraft.cluster.messages import Order
 from racecraft.cluster.shares import parts_of, plan_of_share, shares_of
 from racecraft.cluster.transport import Transport
-from racecraft.cluster.twins import Twin
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import WorldSpec
 from racecraft.training.gathering import HearsTicks
@@ -36,12 +33,6 @@ class ClusterGatherer:
     collecting: ClusterCollector | None = None
 
     @property
-    def learner(self) -> Callable[[], Learner] | None:
-        """What makes the learner; None: the algorithm's own."""
-        experiment = self.experiment
-        return with_averaging(experiment, self.spec, self._find) if averages(experiment) else experiment.learner
-
-    @property
     def recorder(self) -> TickRecorder | None:
         """Hands over the ticks that workers kept."""
         return None if self.experiment.recorder is None else self.collecting
@@ -57,21 +48,9 @@ class ClusterGatherer:
             self.updates,
             experiment.parts,
             experiment.algorithm.replay,
-            self._twin if sends_actions(experiment) else None,
             hears,
         )
         return self.collecting
-
-    def _find(self, drawn: Drawn) -> list[Found]:
-        assert self.collecting is not None, "a rollout comes first"
-        return self.collecting.find(drawn)
-
-    def _twin(self, place: int, start: Start) -> Twin:
-        """Return the twin of the worker in a place."""
-        experiment, order = self.experiment, self.crew.orders[place]
-        assert experiment.unpaid is not None
-        recorder = None if experiment.recorder is None else experiment.recorder()
-        return Twin(experiment.unpaid(order.planned), order.share, self.crew.opened[place], start, recorder)
 
 
 def spread_over(cluster: str | int | None) -> Spread | None:
@@ -114,7 +93,7 @@ def spread_by(reach: Callable[[], Transport], asked: ClusterAsked, come_seconds:
         _require_spreadable(experiment)
         say(f"- cluster {asked}: waiting for its workers")
         with contextlib.closing(reach()) as transport:
-            crew = _crew(transport, kind, planned, experiment, come_seconds, say)
+            crew = _crew(transport, kind, planned, come_seconds, say)
             gatherer = ClusterGatherer(crew, crew.open(), experiment)
             _tell(crew, asked, say)
 
@@ -125,7 +104,6 @@ def spread_by(reach: Callable[[], Transport], asked: ClusterAsked, come_seconds:
             yield replace(
                 experiment,
                 gatherer=gatherer,
-                learner=gatherer.learner,
                 after_update=after_update,
                 job={**experiment.job, "cluster": {"asked": str(asked), "workers": len(crew.opened)}},
             )
@@ -134,22 +112,12 @@ def spread_by(reach: Callable[[], Transport], asked: ClusterAsked, come_seconds:
     return spread
 
 
-def sends_actions(experiment: Experiment) -> bool:
-    """Tell whether workers are asked to send what was done rather than what was seen."""
-    return "cluster" in experiment.settings and experiment.settings.cluster.send == "actions"
-
-
-def _crew(transport: Transport, kind: str, planned: Any, experiment: Experiment, come_seconds: float, say: Say) -> Crew:
+def _crew(transport: Transport, kind: str, planned: Any, come_seconds: float, say: Say) -> Crew:
     """Return workers in their places, not yet started."""
     shares = shares_of(parts_of(planned), transport.room, planned.seed)
     if len(shares) < transport.room:
         say(f"- cluster: {transport.room} workers, and rollout.num_worlds is {len(shares)}; so many of them work")
-    if averages(experiment):
-        require_rows(experiment, len(shares))
-    orders = [
-        Order(kind, plan_of_share(planned, share), share, sends_actions(experiment), averages(experiment))
-        for share in shares
-    ]
+    orders = [Order(kind, plan_of_share(planned, share), share) for share in shares]
     return Crew(transport, orders, say, come_seconds)
 
 
@@ -166,13 +134,6 @@ def _require_spreadable(experiment: Experiment) -> None:
             f"--cluster: {experiment.algorithm.name} {experiment.algorithm.stays}. Use ppo, reinforce, dqn, apex or "
             "sac, or leave --cluster out."
         )
-    if averages(experiment):
-        require_averaging(experiment)
-    if sends_actions(experiment) and experiment.unpaid is None:
-        raise SettingError(
-            "cluster.send is actions, and what is seen follows from the learner's alone with cars only, and in "
-            "races against others not even there; expected --set cluster.send=frames."
-        )
 
 
 def _tell(crew: Crew, asked: ClusterAsked, say: Say) -> None:
@@ -188,23 +149,4 @@ def _tell_traffic(gatherer: ClusterGatherer, say: Say) -> None:
     traffic = collecting.traffic
     came, went = traffic.bytes_in / traffic.steps, traffic.bytes_out / traffic.steps
     lost = f", {gatherer.crew.replaced} workers replaced" if gatherer.crew.replaced else ""
-    again = f", seen again here in {traffic.twin_seconds:,.1f} s" if sends_actions(gatherer.experiment) else ""
-    if traffic.minibatches:
-        _tell_gradients(traffic, say)
-    say(f"cluster: {came:,.0f} bytes came and {went:,.0f} went for each of {traffic.steps:,} steps{again}{lost}")
-
-
-def _tell_gradients(traffic: Traffic, say: Say) -> None:
-    came, went, waited, found = (
-        part / traffic.minibatches
-        for part in (
-            traffic.gradient_bytes_in,
-            traffic.gradient_bytes_out,
-            traffic.gradient_seconds,
-            traffic.finding_seconds,
-        )
-    )
-    say(
-        f"cluster: workers found the gradients of {traffic.minibatches:,} minibatches: {came:,.0f} bytes came and "
-        f"{went:,.0f} went for each, {1e3 * waited:,.1f} ms, in which the slowest was at it {1e3 * found:,.1f} ms"
-    )
+    say(f"cluster: {came:,.0f} bytes came and {went:,.0f} went for each of {traffic.steps:,} steps{lost}")

@@ -1,8 +1,7 @@
 """Worlds and an actor in a process of their own. Begin with `Worker.collect`.
 
 A worker opens its share of a training's worlds by the same door as the training itself, builds the same learner for its
-decisions, and takes over weights with every task. It knows nothing of how it is reached. It takes no step: at most it
-finds gradients in what it collected.
+decisions, and takes over weights with every task. It knows nothing of how it is reached, and takes no step.
 """
 
 from __future__ import annotations
@@ -20,12 +19,8 @@ import numpy as np
 
 from racecraft.algorithms.building import build_learner
 from racecraft.algorithms.learner import ACTING, Decision, Learner, counting
-from racecraft.algorithms.ppo import PpoLearner
-from racecraft.algorithms.rollout_batch import RolloutBatch
-from racecraft.algorithms.sharded_ppo import Drawn, Found, PpoShard
 from racecraft.algorithms.weights import to_arrays, to_tensors
-from racecraft.cluster.messages import Deeds, Harvest, Opened, Order, Start, Surroundings, Task, Trouble
-from racecraft.cluster.twins import deeds_of
+from racecraft.cluster.messages import Harvest, Opened, Order, Start, Surroundings, Task, Trouble
 from racecraft.contract.errors import RacecraftError, UserInputError
 from racecraft.contract.world import Array, ArraySpec
 from racecraft.rollout.collector import Collector
@@ -69,10 +64,6 @@ class Worker:
         """Take over the weights, carry them through the worlds and say what happened."""
         return self._told(lambda: self._collect(task))
 
-    def find(self, drawn: Drawn) -> Found | Trouble:
-        """Find the gradients of a minibatch's rows that were collected here."""
-        return self._told(lambda: self._shard.find(drawn))
-
     def close(self) -> None:
         """Close the worlds."""
         self._worlds.close()
@@ -86,7 +77,7 @@ class Worker:
         return self._trouble
 
     def _open(self, order: Order) -> Opened:
-        self._share, self._sends_actions, self._keeps_rows = order.share, order.sends_actions, order.keeps_rows
+        self._share = order.share
         opened = training_in(order.kind).opened(order.planned, lambda text: None)
         self._experiment: Experiment = self._worlds.enter_context(opened)
         settings = self._experiment.settings
@@ -106,12 +97,8 @@ class Worker:
             experiment.parts[name].restore(state)
         rows = start.spec.num_worlds * start.spec.num_agents
         actor = OwnRows(self._learner, start.first_row, rows)
-        if self._keeps_rows:
-            assert isinstance(self._learner, PpoLearner), "others are refused before"
-            self._shard = PpoShard(self._learner, start.first_row, rows)
         self._collector = Collector(experiment.world, actor, start.horizon, self._share.seed_of(start.times_begun))
-        recorder = None if self._sends_actions else experiment.recorder
-        self._recorder = None if recorder is None else recorder()
+        self._recorder = None if experiment.recorder is None else experiment.recorder()
         if self._recorder is not None:
             self._collector.observers.append(self._recorder)
         if start.state is not None:
@@ -128,7 +115,7 @@ class Worker:
         collector = self._collector
         batch = collector.collect() if task.quota is None else collector.collect_episodes(task.quota)
         return Harvest(
-            batch=self._sent(batch),
+            batch=batch,
             episodes=collector.take_episodes(),
             ticks=None if self._recorder is None else self._recorder.take(task.iteration),
             steps=collector.steps_taken - before,
@@ -137,18 +124,11 @@ class Worker:
             processor_seconds=time.process_time() - worked,
         )
 
-    def _sent(self, batch: RolloutBatch) -> RolloutBatch | Deeds:
-        """Return what travels of a rollout."""
-        if self._keeps_rows:
-            return self._shard.take(batch)
-        return deeds_of(batch) if self._sends_actions else batch
-
     def _state(self) -> dict[str, Any]:
         acting = {name: part for name, part in self._learner.state_dict().items() if name in ACTING}
-        collector = self._collector.state()
         throwing = {name: part for name, part in self._experiment.parts.items() if isinstance(part, ThrowsDice)}
         return {
-            "collector": {**collector, "shown": {}} if self._sends_actions else collector,
+            "collector": self._collector.state(),
             "actor": to_arrays(acting),
             "dice": {name: part.dice() for name, part in throwing.items()},
         }

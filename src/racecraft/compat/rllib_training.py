@@ -30,7 +30,7 @@ from racecraft.compat.travelling_models import refuse_to_train
 from racecraft.contract.errors import SettingError, nearest
 from racecraft.formats.run_folder import JOB, RunFolder
 from racecraft.training import worlds
-from racecraft.training.trainer import Spread, Trained
+from racecraft.training.trainer import Trained
 from racecraft.worlds.gymnasium.env.asking import made
 from racecraft.worlds.gymnasium.training.trainer import GymRequest
 
@@ -51,12 +51,8 @@ def register_env(name: str, creator: Callable[[Any], Any]) -> None:
     _creators[name] = creator
 
 
-def train_experiment(experiment: Mapping[str, Any], spread: Spread | None = None) -> Trained:
+def train_experiment(experiment: Mapping[str, Any]) -> Trained:
     """Train; inside a job the run folder stands in its model, and a job that was interrupted goes on there.
-
-    Args:
-        experiment: What the script describes.
-        spread: Carries its worlds elsewhere; None: they are carried here.
 
     Raises:
         SettingError: Something is not understood; the nearest known word is told.
@@ -64,20 +60,18 @@ def train_experiment(experiment: Mapping[str, Any], spread: Spread | None = None
     refuse_to_train()
     told = translated(experiment)
     calls, uncalled = callbacks_of(told.callbacks, experiment.get("config", {}))
-    if spread is not None and calls is not None:
-        calls, uncalled = None, (*uncalled, "callbacks: none is called where another job carries the worlds")
     for sentence in (*told.said, *uncalled):
         print(f"- {sentence}")
     if told.environment not in _creators and (told.env_config or calls is not None):
         _creators[told.environment] = _maker_of(told.environment)
-    tally = Tally() if spread is None and told.environment in _creators else None
-    environment = _environment(told, tally, is_here=spread is None, calls=calls)
+    tally = Tally() if told.environment in _creators else None
+    environment = _environment(told, tally, calls)
     leave_if_begun_again()
     model = os.environ.get("SM_MODEL_DIR")
     run = Path(model, "run") if model else None
     lines = RllibLines(tally, lambda: agents_in(environment), calls, _episodes_of(run), told.algorithm == "ppo")
     if run is not None and (run / JOB).exists():
-        return worlds.resume(run, told.stops, lines, print, "gymnasium", spread)
+        return worlds.resume(run, told.stops, lines, print, "gymnasium")
     code = script_code(environment) if told.environment in _creators else None
     request = GymRequest(
         environment,
@@ -88,16 +82,7 @@ def train_experiment(experiment: Mapping[str, Any], spread: Spread | None = None
         overrides=told.settings,
         environment_code=code,
     )
-    return worlds.train(request, lines, print, spread)
-
-
-def prepare_worlds(experiment: Mapping[str, Any]) -> None:
-    """Have the environment of an experiment be found, for a training elsewhere whose worlds are carried here.
-
-    Raises:
-        SettingError: Something is not understood; the nearest known word is told.
-    """
-    _environment(translated(experiment), None, is_here=False)
+    return worlds.train(request, lines, print)
 
 
 def registered(name: str, env_config: Mapping[str, Any], horizon: int, make: Callable[[], Any] | None = None) -> str:
@@ -137,14 +122,12 @@ def _episodes_of(run: Path | None) -> int:
     return sum(int(row.get("episodes") or 0) for row in RunFolder.open(run).read_metrics())
 
 
-def _environment(told: Translated, tally: Tally | None, is_here: bool, calls: Callbacks | None = None) -> str:
+def _environment(told: Translated, tally: Tally | None, calls: Callbacks | None) -> str:
     """Return what a training calls the environment: Gymnasium's id, or a world of the script's own.
 
     Args:
         told: The experiment.
         tally: Hears of training episodes.
-        is_here: Whether the worlds live in this process; the first is made then to see what it is, and is the first
-            that is trained in.
         calls: Hears of them tick by tick.
     """
     if told.environment not in _creators:
@@ -155,10 +138,6 @@ def _environment(told: Translated, tally: Tally | None, is_here: bool, calls: Ca
             )
         return told.environment
     make = _numbered(told.environment, told.env_config)
-    if not is_here:
-        if told.multiagent:
-            return offered(_described(told, make, None))
-        return registered(told.environment, told.env_config, told.horizon, lambda: _of_one_agent(make()))
     first = make()
     kept = itertools.chain([first], iter(make, None))
     if is_multi_agent(first):
@@ -181,15 +160,6 @@ def _environment(told: Translated, tally: Tally | None, is_here: bool, calls: Ca
     return registered(told.environment, told.env_config, told.horizon, watched)
 
 
-def _of_one_agent(env: Any) -> FromOldGym:
-    if is_multi_agent(env):
-        raise SettingError(
-            f"{type(env).__name__} has several agents, and its worlds are carried by a secondary job; expected "
-            "config.multiagent with their policies and a policy_mapping_fn."
-        )
-    return FromOldGym(env)
-
-
 def _numbered(name: str, env_config: Mapping[str, Any]) -> Callable[[], Any]:
     """Return how a script's environments are made, each with a number of its own."""
     number, creator = itertools.count(1), _creators[name]
@@ -201,9 +171,7 @@ def _num_worlds(told: Translated) -> int:
     return int(count)
 
 
-def _described(
-    told: Translated, make: Callable[[], Any], tally: Tally | None, calls: Callbacks | None = None
-) -> Described:
+def _described(told: Translated, make: Callable[[], Any], tally: Tally | None, calls: Callbacks | None) -> Described:
     """Return what a script says of its environment and its policies.
 
     Raises:

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 from racecraft.contract.arguments import names_of, require_arguments
 from racecraft.contract.errors import MissingExtraError, RacecraftError, SettingError
 from racecraft.formats.job_spec import JobSpec, require_legal_name
-from racecraft.jobs.capacity import Capacity
 from racecraft.jobs.follow import follow
 from racecraft.jobs.home import JobHome
 from racecraft.jobs.hyperparameters import check_overrides
@@ -183,8 +182,8 @@ class RLEstimator:
         metric_definitions: {"Name", "Regex"}, read out of the log; None: the toolkit's own.
         words: Whatever else either version of the SDK takes. `max_run`, `max_wait`, `use_spot_instances`,
             `dependencies`, `environment` and `base_job_name` do here what they do there; `cores` and `memory_mib`,
-            ours, say what the job takes of this machine (by default all its cores; of a primary and a secondary one,
-            and the others); the others are recorded.
+            ours, say what the job takes of this machine (by default all its cores, of a secondary none); the others
+            are recorded.
 
     Raises:
         SettingError: An unknown word or hyperparameter; the nearest known one is told.
@@ -306,13 +305,6 @@ class RLEstimator:
             self._home.forget(name)
             raise
         self.latest_training_job = TrainingJob(name, self._home)
-        if wait and self._waits_for_a_second():
-            warnings.warn(
-                "this is the primary of two jobs, and fit() waits by default, so the secondary would never begin "
-                "(the AWS blog prints it so): it is not waited for; fit(wait=False) says the same",
-                stacklevel=2,
-            )
-            return
         if wait:
             self.latest_training_job.wait(logs)
 
@@ -421,18 +413,9 @@ class RLEstimator:
             store.close()
 
     def _cores(self) -> int | None:
-        """Return what the job takes; of two that meet the primary takes one core, to learn, and the other the rest.
-
-        Where there is one core, the other counts for none: both must run at once.
-        """
-        role = self._hyperparameters.get("rl_cluster_type")
-        if self.cores is not None or role not in ("primary", "secondary"):
-            return self.cores
-        return 1 if role == "primary" else Capacity.of_machine().cores - 1
-
-    def _waits_for_a_second(self) -> bool:
-        told = self._hyperparameters
-        return told.get("rl_cluster_type") == "primary" and int(told.get("rl_num_instances_secondary", 0)) > 0
+        """Return the cores that the job takes; None: all. A secondary only waits for its primary, and takes none."""
+        waits = self.cores is None and self._hyperparameters.get("rl_cluster_type") == "secondary"
+        return 0 if waits else self.cores
 
 
 def _recordable(value: Any) -> Any:

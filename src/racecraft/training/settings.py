@@ -65,27 +65,6 @@ class RuntimeConfig:
         check_group(self)
 
 
-@dataclass(frozen=True)
-class ClusterConfig:
-    """What workers of a `--cluster` do beside collecting, and what they send; without one, nothing."""
-
-    send: str = setting(
-        "frames",
-        "Workers send what their cars saw, or only what they did: then the learner's machine drives it again and sees "
-        "the same, bit by bit. That spares a slow link and costs the learner time.",
-        choices=("frames", "actions"),
-    )
-    gradients: str = setting(
-        "learner",
-        "Who finds gradients: the learner in all rows, or every worker in those that it collected, which then stay "
-        "with it; the learner adds them up and takes the step. For ppo, where learning is what lasts.",
-        choices=("learner", "workers"),
-    )
-
-    def __post_init__(self) -> None:
-        check_group(self)
-
-
 def composed(world: Settings, algorithm: Algorithm, tuned: Any = None) -> Settings:
     """Return a world's settings with the group of an algorithm in them, behind the network's, and what it remembers.
 

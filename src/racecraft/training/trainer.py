@@ -35,7 +35,6 @@ from racecraft.rollout.collector import Collector, Collects
 from racecraft.rollout.episodes import StepObserver
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import as_dictionary
-from racecraft.settings.table import rows_of
 from racecraft.training.callbacks import Callbacks, KnowsRun, TrainingCallback
 from racecraft.training.gathering import Gatherer, HearsTicks, RecordingObserver
 from racecraft.training.loop import Evaluator, Outcome, TrainingLoop
@@ -122,9 +121,6 @@ class Experiment:
     """Who carries the learner through worlds elsewhere; None: it is carried through `world`, here."""
     recorder: Callable[[], RecordingObserver] | None = None
     """Makes what keeps the ticks of worlds elsewhere for the episode files; None: none are kept."""
-    unpaid: Callable[[Any], World] | None = None
-    """Lays the worlds of a plan once more, without rewards; None: where the same is done in them, not the same is seen,
-    since others decide there, too."""
     stays: str = ""
     """Why its worlds cannot be elsewhere, a sentence; "" where they can."""
 
@@ -428,18 +424,9 @@ def note_on_schedules(settings: Settings, algorithm: Algorithm, stops: Sequence[
     return (f"{', '.join(falling)}: linear, but no stop steps= says until when; what they rule stays as it is set",)
 
 
-def _notes_on_no_cluster(experiment: Experiment) -> list[str]:
-    """Return what is asked of workers where there are none: a run of a cluster may go on without one."""
-    if experiment.gatherer is not None or "cluster" not in experiment.settings:
-        return []
-    cluster = experiment.settings.cluster
-    asked = [(row.full_name, getattr(cluster, row.name), row.default) for row in rows_of(cluster, "cluster")]
-    return [f"{name}={value} has no say without --cluster" for name, value, default in asked if value != default]
-
-
 def _say_notes(experiment: Experiment, say: Say) -> None:
     schedules = note_on_schedules(experiment.settings, experiment.algorithm, experiment.stops)
-    for note in (*experiment.notes, *schedules, *_notes_on_no_cluster(experiment)):
+    for note in (*experiment.notes, *schedules):
         say(f"- {note}")
 
 

@@ -107,8 +107,7 @@ def test_a_car_that_was_parked_before_the_others_stands_at_the_end(run):
     assert None not in second["x"]
 
 
-@pytest.mark.parametrize("send", ["frames", "actions"])
-def test_a_training_on_a_cluster_is_watched(tmp_path, send):
+def test_a_training_on_a_cluster_is_watched(tmp_path):
     class Watcher(Silent):
         """Looks at every iteration, and wishes for the next."""
 
@@ -122,7 +121,7 @@ def test_a_training_on_a_cluster_is_watched(tmp_path, send):
 
     watcher = Watcher()
     small = ("rollout.num_worlds=5", "rollout.horizon=30", "evaluation.every=1", "evaluation.episodes=1")
-    overrides = (*small, "runtime.threads=1", "race.type=OBJECT_AVOIDANCE", f"cluster.send={send}")
+    overrides = (*small, "runtime.threads=1", "race.type=OBJECT_AVOIDANCE")
     request = RaceRequest(run=tmp_path / "run", stops=("iterations=3",), overrides=overrides)
     train(request, watcher, lambda text: None, spread_here(2)[0])
     assert [(reel["first"], reel["last"]) for reel in watcher.reels] == [(1, 30), (31, 60), (61, 90)]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import sys
 from typing import Any
 
-from racecraft.compat.pairs import PRIMARY, SECONDARY, carry_for_primary, role_of, spread_to_secondary
-from racecraft.compat.rllib_training import prepare_worlds, train_experiment
+from racecraft.compat.rllib_training import train_experiment
+from racecraft.compat.secondary_jobs import PRIMARY, SECONDARY, primary_lock, role_of, wait_for_primary
 from racecraft.compat.travelling_models import refuse_to_train
 from racecraft.contract.errors import SettingError
 from racecraft.jobs.capacity import Capacity
@@ -41,6 +42,9 @@ class SageMakerRayLauncher:
         refuse_to_train()
         words = _hyperparameters(sys.argv[1:])
         role = role_of(words)
+        if role == SECONDARY:
+            wait_for_primary(words)
+            return
         self.register_env_creator()
         config = self.customize_experiment_config(self.get_experiment_config())
         if "training" not in config:
@@ -50,11 +54,8 @@ class SageMakerRayLauncher:
         for name, value in words.items():
             if name.startswith(PREFIX):
                 _lay(config, name.removeprefix(PREFIX).split("."), value)
-        if role == SECONDARY:
-            prepare_worlds(config["training"])
-            carry_for_primary(words)
-            return
-        train_experiment(config["training"], spread_to_secondary(words) if role == PRIMARY else None)
+        with primary_lock(words) if role == PRIMARY else contextlib.nullcontext():
+            train_experiment(config["training"])
 
     @classmethod
     def train_main(cls) -> None:

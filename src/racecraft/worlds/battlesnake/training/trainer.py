@@ -27,7 +27,7 @@ from racecraft.training.loop import Outcome
 from racecraft.training.opponent_pool import OpponentPool
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
 from racecraft.training.resume import Say, open_to_resume
-from racecraft.training.settings import ClusterConfig, EvaluationConfig, RuntimeConfig, composed
+from racecraft.training.settings import EvaluationConfig, RuntimeConfig, composed
 from racecraft.training.stopping import RATING, StopCondition, parse_stops
 from racecraft.training.trainer import Experiment, summary_of
 from racecraft.worlds.battlesnake.env.settings import GameSettings, SnakeConfig
@@ -51,7 +51,6 @@ WORLD_SETTINGS = Settings(
     ),
     evaluation=EvaluationConfig(every=10, episodes=50),
     runtime=RuntimeConfig(),
-    cluster=ClusterConfig(),
 )
 SEARCHED_SETTINGS = (
     WORLD_SETTINGS.with_group("search", SearchConfig())

@@ -20,7 +20,7 @@ from racecraft.contract.errors import SettingError, nearest
 from racecraft.rollout.settings import RolloutConfig
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, with_values
-from racecraft.training.settings import ClusterConfig, EvaluationConfig, RuntimeConfig, composed
+from racecraft.training.settings import EvaluationConfig, RuntimeConfig, composed
 from racecraft.worlds.deepracer.env.fidelity import FIDELITIES, habits
 from racecraft.worlds.deepracer.env.sensors import STEREO
 from racecraft.worlds.deepracer.env.settings import (
@@ -203,7 +203,6 @@ def default_settings(algorithm: Algorithm = PPO) -> Settings:
         network=NetworkConfig(),
         evaluation=EvaluationConfig(share=1.5),
         runtime=RuntimeConfig(),
-        cluster=ClusterConfig(),
     )
     for name, group in TUNED_WORLDS.get(algorithm.name, {}).items():
         world = world.with_group(name, group)

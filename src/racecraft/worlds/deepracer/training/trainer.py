@@ -122,7 +122,6 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
         same_shape=lambda path, metadata: require_same_shape(planned, path, metadata),
         fitted=fit_critic,
         recorder=EpisodeRecorder,
-        unpaid=None if planned.against else lambda share: driven_world(share, None),
         stays=AWS_STAYS if begins_where_training_does(judged) else "",
     )
 
@@ -195,13 +194,13 @@ def learned_world(
     return against_world(planned, lambda cars: one_for_each(reward, cars))
 
 
-def driven_world(planned: CarPlan, reward: RewardFunction | None) -> RaceWorld | SideBySide:
-    """Return the cars that are trained, shared out among the courses where there are several; None pays nothing."""
+def driven_world(planned: CarPlan, reward: RewardFunction) -> RaceWorld | SideBySide:
+    """Return the cars that are trained, shared out among the courses where there are several."""
     courses = planned.all_courses
     blocks = planned.blocks or tuple(Block(0, cars, cars) for cars in planned.parts)
 
     def driven(course: LaidCourse, block: Block) -> RaceWorld:
-        paid = None if reward is None else one_for_each(reward, block.count)
+        paid = one_for_each(reward, block.count)
         first = starts(course, block.of)[block.first : block.first + block.count]
         return race_world(planned, block.count, paid, first, course=course)
 

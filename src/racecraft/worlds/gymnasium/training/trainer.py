@@ -30,7 +30,7 @@ from racecraft.training.loop import Outcome
 from racecraft.training.own_code import OwnCode, lay_code, own_code_of_names
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
 from racecraft.training.resume import Say, open_to_resume
-from racecraft.training.settings import ClusterConfig, EvaluationConfig, RuntimeConfig, composed
+from racecraft.training.settings import EvaluationConfig, RuntimeConfig, composed
 from racecraft.training.stopping import SCORE, StopCondition, parse_stops
 from racecraft.training.trainer import Experiment, summary_of
 from racecraft.worlds.gymnasium.env.from_vector_env import VectorEnvWorld
@@ -48,7 +48,6 @@ WORLD_SETTINGS = Settings(
     network=NetworkConfig(hidden_units=(64, 64), activation="tanh"),
     evaluation=EvaluationConfig(every=8, episodes=20, stable_after=1),
     runtime=RuntimeConfig(threads=1),
-    cluster=ClusterConfig(),
 )
 """Settings that serve small worlds of vectors. One thread: networks this small only wait for a second one."""
 TUNED: Mapping[str, Any] = {
