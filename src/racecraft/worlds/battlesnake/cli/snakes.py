@@ -10,7 +10,6 @@ import typer
 from racecraft.worlds.battlesnake.cli import arena as snakes_arena
 from racecraft.worlds.battlesnake.cli import import_game as snakes_import
 from racecraft.worlds.battlesnake.cli import play as snakes_play
-from racecraft.worlds.battlesnake.cli import reproduce as snakes_reproduce
 from racecraft.worlds.battlesnake.cli import serve as snakes_serve
 from racecraft.worlds.battlesnake.cli import study as snakes_study
 from racecraft.worlds.battlesnake.cli import tournament as snakes_tournament
@@ -44,7 +43,6 @@ app.command()(snakes_play.play)
 app.command()(snakes_tournament.tournament)
 app.add_typer(snakes_arena.app, name="arena")
 app.command()(snakes_train.train)
-app.command()(snakes_reproduce.reproduce)
 app.command()(snakes_serve.serve)
 app.command()(snakes_watch.watch)
 app.command()(snakes_watch.film)

@@ -1,0 +1,288 @@
+"""AWS's chart of distributed training on snakes on this machine: reward and length over minutes of training.
+
+    python benchmarks/four_runs.py                          train the rows, two minutes each, then judge them
+    python benchmarks/four_runs.py --minutes 6 --row old --row apex
+    python benchmarks/four_runs.py --gym exact              the official rules instead of the starter pack's
+
+Rows train one after the other: the old hand-written DQN, DQN on one core, DQN and Ape-X on all cores, and ours (PPO,
+masked). Then checkpoints from along the way play whole games greedily, every row the same games. The folder keeps a run
+and a JSON file for each row, `chart.png` and `table.md`; the same command continues an interrupted comparison. Run
+nothing else meanwhile.
+
+Facts: battlesnake-and-sagemaker-rl.md B.2, B.3, D. The source states five snakes, one reward, one observation, the same
+hyperparameters and time for all; the old trainer's figures are its script's defaults. Ours are the number of games side
+by side, the layers behind the convolutions and the switches of the memory (RLlib's defaults). All five snakes share one
+network here; RLlib's runs had one each. The source's heterogeneous row gives the learner a GPU; one machine without a
+GPU has no such row.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import importlib
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import racecraft as rc
+from racecraft.contract.policy import Policy
+from racecraft.contract.world import Array, StepBuffers, World
+from racecraft.rollout.episodes import play_episodes
+
+WORLDS = "racecraft.worlds.battlesnake.env.source_experiment"
+PLAIN = {"starter-pack": "StarterPackGames", "exact": "ExactGames"}
+MASKED = {"starter-pack": "MaskedStarterPackGames", "exact": "MaskedExactGames"}
+NETWORKS = {
+    "starter-pack": (
+        "network.conv_filters=16,32,256", "network.conv_kernels=5,3,3", "network.conv_strides=4,1,1",
+        "network.hidden_units=256", "network.activation=relu", "network.stack_size=2",
+    ),
+    "exact": (
+        "network.conv_filters=", "network.conv_kernels=", "network.conv_strides=", "network.image_units=128",
+        "network.hidden_units=128,128", "network.activation=relu",
+    ),
+}  # fmt: skip
+"""Of the starter pack: the convolutions of its own RLlib model (B.2) over two frames."""
+LOOP = ("evaluation.every=1000000", "evaluation.episodes=5")
+"""No evaluation while the clock runs."""
+MOMENTS = 8
+"""Checkpoints of each row that are judged, the last one included."""
+RANDOM = "random moves"
+SEED, SEED_OF_JUDGING = 1, 1_000_000_007
+
+
+@dataclass(frozen=True)
+class Row:
+    """One training of the chart."""
+
+    title: str
+    algorithm: str
+    world: str
+    settings: tuple[str, ...]
+    cores: int
+
+
+def rows_of(gym: str, cores: int) -> dict[str, Row]:
+    plain, masked, network = PLAIN[gym], MASKED[gym], (*NETWORKS[gym], *LOOP)
+    old_trainers = ("learning_rate=5e-4", "discount=0.95", "batch_size=64", "train_every=20", "optimiser=adam")
+    rllib = ("replay.capacity=50000", "replay.keep_mib=0", "runtime.keep_every=1")
+    old = (
+        *_group("dqn", *old_trainers, "target_every=1", "target_share=0.001", "epsilon_last=0.01",
+                "epsilon_steps=40000"),
+        "replay.capacity=5000", "replay.prioritised=false", "replay.keep_mib=0", "rollout.num_worlds=1",
+        "rollout.horizon=20", "runtime.threads=1", "runtime.keep_every=5",
+    )  # fmt: skip
+    dqn = (
+        *_group("dqn", *old_trainers, "double=true", "dueling=true", "target_every=25", "epsilon_last=0.02",
+                "epsilon_steps=10000"),
+        "replay.prioritised=true", *rllib,
+    )  # fmt: skip
+    apex = (*_group("apex", *old_trainers, "n_step=3", "target_every=25"), *rllib)
+    ppo = _group(
+        "ppo", "learning_rate=5e-4", "discount=0.99", "gae_lambda=0.95", "epochs=3", "batch_size=1024",
+        "entropy_weight=0.01",
+    )  # fmt: skip
+    games = ("rollout.num_worlds=64", "rollout.horizon=32", "runtime.keep_every=1")
+    return {
+        "old": Row("hand-written DQN, one game, one core", "dqn", plain, (*network, *old), 1),
+        "dqn-1-core": Row("DQN, one core", "dqn", plain, (*network, *dqn, *_side_by_side(16, 1)), 1),
+        "dqn-all-cores": Row(
+            f"DQN, {cores} cores", "dqn", plain, (*network, *dqn, *_side_by_side(16 * cores, cores)), cores
+        ),
+        "apex": Row(
+            f"Ape-X, {cores} cores shared alike", "apex", plain,
+            (*network, *apex, *_side_by_side(16 * cores, 1)), cores,
+        ),
+        "ours": Row(
+            f"ours: PPO, self-play, masked, {cores} cores", "ppo", masked,
+            (*network, *ppo, *games, f"runtime.threads={cores}"), cores,
+        ),
+    }  # fmt: skip
+
+
+def main() -> None:
+    words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    words.add_argument("--minutes", type=float, default=2.0, help="of training, each row")
+    words.add_argument("--games", type=int, default=100, help="whole games behind each mean")
+    words.add_argument("--gym", choices=sorted(PLAIN), default="starter-pack")
+    words.add_argument("--row", action="append", help="train only these rows")
+    words.add_argument("--folder", type=Path)
+    asked = words.parse_args()
+    folder = asked.folder or Path("four-runs") / f"{asked.gym}-{asked.minutes:g}-{asked.games}"
+    rows = rows_of(asked.gym, len(_usable_cores()))
+    if unknown := set(asked.row or ()) - set(rows):
+        words.error(f"--row {', '.join(sorted(unknown))}; expected some of {', '.join(rows)}")
+    folder.mkdir(parents=True, exist_ok=True)
+    judged = {
+        title: _kept(folder, name, lambda world=world: [_chance(f"{WORLDS}:{world[asked.gym]}", asked.games)])
+        for name, title, world in (("random", RANDOM, PLAIN), ("masked", f"{RANDOM}, masked", MASKED))
+    }
+    for name, row in rows.items():
+        if asked.row and name not in asked.row:
+            continue
+        print(f"{name}: {row.title}, {asked.minutes:g} min", flush=True)
+        judged[row.title] = _kept(folder, name, lambda row=row, name=name: train_and_judge(folder / name, row, asked))
+        write_chart(folder / "chart.png", judged)
+        (folder / "table.md").write_text(table(judged), encoding="utf-8")
+    print(table(judged) + f"\n{folder / 'chart.png'}")
+
+
+def train_and_judge(run: Path, row: Row, asked: argparse.Namespace) -> list[dict[str, float]]:
+    """Train a row in a process of its own on the cores it is given; return what its checkpoints come to."""
+    sets = [f"--set={one}" for one in row.settings]
+    new = [f"{WORLDS}:{row.world}", f"--algorithm={row.algorithm}", *sets, f"--seed={SEED}"]
+    words = ["--resume"] if run.exists() else new
+    stop = [f"--stop=minutes={asked.minutes:g}", f"--run={run}"]
+    with _on_cores(row.cores):
+        subprocess.run([sys.executable, "-m", "racecraft", "gym", "train", *words, *stop], check=True)
+    trained = rc.read_run(run)
+    lines = {int(line["iteration"]): line for line in trained.metrics().iter_rows(named=True)}
+    kept = sorted(lines.keys() & {entry.iteration for entry in trained.checkpoints})
+    if not kept:
+        sys.exit(f"{run}: {asked.minutes:g} minutes kept no checkpoint; give more --minutes")
+    return [
+        {
+            "minutes": lines[iteration]["seconds"] / 60,
+            "steps": lines[iteration]["steps"],
+            **_play(f"{WORLDS}:{row.world}", trained.policy(str(iteration)), asked.games),
+        }
+        for iteration in _along_the_way(kept, lines, asked.minutes)
+    ]
+
+
+def table(judged: dict[str, list[dict[str, float]]]) -> str:
+    """Return the rows at the end of their training as Markdown."""
+    head = ("| row | minutes | steps | reward of a game | turns of a game |", "|---|---|---|---|---|")
+    lines = [
+        f"| {title} | {end['minutes']:.2f} | {end['steps']:,.0f} | {end['reward']:.1f} ± {end['reward_error']:.1f} "
+        f"| {end['length']:.0f} ± {end['length_error']:.0f} |"
+        for title, (*_, end) in judged.items()
+    ]
+    return "\n".join((*head, *lines)) + "\n"
+
+
+def write_chart(path: Path, judged: dict[str, list[dict[str, float]]]) -> None:
+    """Draw reward and length over minutes of training; a band is a standard error, a dotted line is chance."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, both = plt.subplots(2, 1, figsize=(8.6, 8.0), sharex=True, layout="constrained")
+    for axes, name, head in zip(
+        both, ("reward", "length"), ("mean reward of a game, all snakes together", "mean length of a game, turns"),
+        strict=True,
+    ):  # fmt: skip
+        for title, curve in judged.items():
+            minutes, means, errors = (
+                np.array([one[key] for one in curve]) for key in ("minutes", name, f"{name}_error")
+            )
+            if len(curve) == 1 and not minutes[0]:
+                axes.axhline(means[0], color="grey", ls=":" if title == RANDOM else "--", label=title)
+                continue
+            (line,) = axes.plot(minutes, means, marker="o", ms=3.5, label=title)
+            axes.fill_between(minutes, means - errors, means + errors, color=line.get_color(), alpha=0.15, lw=0)
+        axes.set_title(head, loc="left", fontsize=9)
+    both[1].set_yscale("log")
+    both[1].set_xlabel("minutes of training")
+    both[1].legend(frameon=False, fontsize=8)
+    figure.savefig(path, dpi=130)
+    plt.close(figure)
+
+
+class RandomMoves:
+    """A policy of equally likely moves; a mask removes some."""
+
+    def __init__(self) -> None:
+        self._rng = np.random.default_rng(SEED)
+
+    def act(self, observations: dict[str, Array], action_mask: Array | None = None) -> Array:
+        liking = self._rng.random((len(next(iter(observations.values()))), 4))
+        return np.asarray((liking if action_mask is None else liking * action_mask).argmax(axis=1))
+
+    def forget(self, rows: Array) -> None:
+        pass
+
+
+class Tally:
+    """Adds up the first game of each world; it ends when every snake's episode has ended."""
+
+    def __init__(self, world: World) -> None:
+        self._ended = np.zeros((world.spec.num_worlds, world.spec.num_agents), bool)
+        self.reward = np.zeros(world.spec.num_worlds)
+        self.length = np.zeros(world.spec.num_worlds)
+
+    def __call__(self, world: World, buffers: StepBuffers, actions: Array) -> None:
+        playing = ~self._ended.all(axis=1)
+        self.length += playing
+        self.reward += np.where(playing, buffers.reward.sum(axis=1, dtype=np.float64), 0.0)
+        self._ended |= buffers.ended
+
+
+def _chance(world_name: str, games: int) -> dict[str, float]:
+    return {"minutes": 0.0, "steps": 0.0, **_play(world_name, RandomMoves(), games)}
+
+
+def _play(world_name: str, policy: Policy, games: int) -> dict[str, float]:
+    """Return means and standard errors over whole games."""
+    module, _, name = world_name.partition(":")
+    with contextlib.closing(getattr(importlib.import_module(module), name)(games)) as world:
+        tally = Tally(world)
+        play_episodes(policy, world, seed=SEED_OF_JUDGING, observers=[tally])
+    means: dict[str, float] = {}
+    for name, values in (("reward", tally.reward), ("length", tally.length)):
+        means |= {name: float(values.mean()), f"{name}_error": float(values.std() / games**0.5)}
+    return means
+
+
+def _along_the_way(kept: list[int], lines: dict[int, Any], minutes: float) -> list[int]:
+    """Return the kept iterations nearest to evenly spread moments, and the last."""
+    seconds = np.array([lines[iteration]["seconds"] for iteration in kept])
+    wanted = 60 * minutes * np.arange(1, MOMENTS + 1) / MOMENTS
+    return sorted({kept[int(np.abs(seconds - moment).argmin())] for moment in wanted} | {kept[-1]})
+
+
+def _kept(folder: Path, name: str, make: Any) -> list[dict[str, float]]:
+    """Return a row's figures from its file, or make them and keep them."""
+    path = folder / f"{name}.json"
+    if not path.is_file():
+        path.write_text(json.dumps(make(), indent=1) + "\n", encoding="utf-8")
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def _usable_cores() -> list[int]:
+    return sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else list(range(os.cpu_count() or 1))
+
+
+@contextlib.contextmanager
+def _on_cores(count: int) -> Iterator[None]:
+    """Give processes that start meanwhile the first `count` cores (Linux); elsewhere threads alone limit them."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, set(sorted(before)[:count]))
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
+
+
+def _side_by_side(games: int, threads: int) -> tuple[str, ...]:
+    return (f"rollout.num_worlds={games}", "rollout.horizon=8", f"runtime.threads={threads}")
+
+
+def _group(name: str, *settings: str) -> tuple[str, ...]:
+    return tuple(f"{name}.{one}" for one in settings)
+
+
+if __name__ == "__main__":
+    main()
