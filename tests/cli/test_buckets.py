@@ -1,6 +1,6 @@
 """`racecraft bucket` and trainings with a bucket elsewhere, typed as their users type them; wrong ones end with 2.
 
-The store is ours, and rclone's as well where RACECRAFT_RCLONE names that program (`tests/storage/conftest.py`).
+The store is rclone's, which serves a folder as a bucket.
 """
 
 import sys
@@ -9,18 +9,17 @@ from pathlib import Path
 import pytest
 from tests.cli.conftest import TINY
 from tests.storage import servers
-from tests.storage.conftest import RCLONE
 
-pytestmark = servers.needs_s3
+pytestmark = [servers.needs_s3, servers.needs_rclone]
 
 STOP = ("--stop", "iterations=2", "--no-pictures")
 
 
-@pytest.fixture(scope="module", params=["ours", *(["rclone"] if RCLONE else [])])
-def served(request, tmp_path_factory):
+@pytest.fixture(scope="module")
+def served(tmp_path_factory):
     folder = tmp_path_factory.mktemp("served") / "models"
     folder.mkdir()
-    with servers.ours(folder) if request.param == "ours" else servers.rclone(RCLONE, folder.parent) as url:
+    with servers.rclone(folder) as url:
         yield url, folder
 
 

