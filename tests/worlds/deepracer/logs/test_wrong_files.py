@@ -7,7 +7,7 @@ from tests.worlds.deepracer.logs.makers import csv_text, drfc, episode, iteratio
 
 from racecraft.worlds.deepracer.analysis.logs import reward_heat_map, stability
 from racecraft.worlds.deepracer.files.simulation_log import trace_lines
-from racecraft.worlds.deepracer.logs import LogError, read, rows_of_text
+from racecraft.worlds.deepracer.logs import LogError, read
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 
@@ -52,9 +52,7 @@ def test_the_letter_names_a_file_once(tmp_path):
     assert str(letter.value).count("0-iteration.csv") == 1
 
 
-@pytest.mark.parametrize("little", [0, 1 << 30])
-def test_a_log_of_several_versions_loses_no_row(tmp_path, monkeypatch, little):
-    monkeypatch.setattr(rows_of_text, "LITTLE_BYTES", little)
+def test_a_log_of_several_versions_loses_no_row(tmp_path):
     rows = trace_lines(iteration(range(6)))
     fields = rows[0].count(",") + 1
     rows[10:20] = [",".join(row.split(",")[:15]) for row in rows[10:20]]
@@ -87,11 +85,9 @@ def test_the_time_between_the_steps_of_one_step_is_drawn(tmp_path):
     assert stability(read(tmp_path).ticks).figure is not None
 
 
-@pytest.mark.parametrize("little", [0, 1 << 30])
 @pytest.mark.parametrize("wrong", ["1e308", "-1e308", "1e15", "1000000000000000.5", "12345678901234567890.5"])
 @pytest.mark.parametrize("name", ["X", "reward", "track_len", "tstamp", "pause_duration"])
-def test_a_number_that_no_drive_has_is_named_and_its_row_left_out(tmp_path, monkeypatch, little, wrong, name):
-    monkeypatch.setattr(rows_of_text, "LITTLE_BYTES", little)
+def test_a_number_that_no_drive_has_is_named_and_its_row_left_out(tmp_path, wrong, name):
     path = spoilt(tmp_path, name, wrong)
     logs = read(path)
     assert logs.ticks.select("tick").collect().height == 35, "whether or not the column is asked for"
@@ -99,10 +95,8 @@ def test_a_number_that_no_drive_has_is_named_and_its_row_left_out(tmp_path, monk
     assert logs.ticks.collect().height == 35
 
 
-@pytest.mark.parametrize("little", [0, 1 << 30])
 @pytest.mark.parametrize("name", ["episode", "steps", "action", "closest_waypoint"])
-def test_a_count_that_no_drive_comes_to_is_named_and_its_row_left_out(tmp_path, monkeypatch, little, name):
-    monkeypatch.setattr(rows_of_text, "LITTLE_BYTES", little)
+def test_a_count_that_no_drive_comes_to_is_named_and_its_row_left_out(tmp_path, name):
     path = spoilt(tmp_path, name, "2147483647")
     logs = read(path)
     assert logs.ticks.collect().height == 35
@@ -134,11 +128,7 @@ def as_excel(text, sign=";", comma=True):
         ("\t", True, "utf-16", "is UTF-16 text and parts its columns by tabs and writes decimal commas"),
     ],
 )
-@pytest.mark.parametrize("little", [0, 1 << 30])
-def test_a_trace_that_a_spreadsheet_saved_is_read_and_named(
-    tmp_path, monkeypatch, sign, comma, encoding, words, little
-):
-    monkeypatch.setattr(rows_of_text, "LITTLE_BYTES", little)
+def test_a_trace_that_a_spreadsheet_saved_is_read_and_named(tmp_path, sign, comma, encoding, words):
     text = csv_text(iteration(range(3)))
     (tmp_path / "a").mkdir()
     (tmp_path / "b").mkdir()

@@ -10,10 +10,10 @@
     read.py        the door
     sources.py     which files are logs, and what each tells
     archive.py     downloads, read without unpacking
-    asked.py       the table, read when it is asked for: the columns of a question, or all
+    lazy_ticks.py  the table, read at the first query
     ticks.py       from files to one table: trace_rows, log_rows, our own episodes
-    rows_of_text.py  rows out of text: compiled_rows over stretches, the rest line by line
-    careful.py     damaged rows, line by line
+    csv_rows.py    rows out of text, parsed by Polars
+    tolerant_rows.py  damaged rows, one by one
     numbering.py   episodes told apart over files, workers and rounds
     clocks.py      time that runs back or leaps
     metric_rows.py AWS's metrics files

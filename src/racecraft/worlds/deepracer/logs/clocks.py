@@ -13,15 +13,13 @@ if TYPE_CHECKING:
 LEAP_S = 2.0
 """Two ticks of one episode are a fifteenth of a second apart; a leap is thirty times that, pauses aside."""
 MOST_NAMED = 20
-CLOCK_COLUMNS = ("unique_episode", "time_s", "pause_s", "file", "line")
-"""What must be known to tell."""
 
 
 def jumps(ticks: pl.DataFrame, files: Sequence[str]) -> list[Damage]:
     """Return where the clock jumps; the rows stay as they are.
 
     Args:
-        ticks: The table of ticks, with CLOCK_COLUMNS at least.
+        ticks: The table of ticks.
         files: Names of the files, as `file` counts them.
     """
     import polars as pl

@@ -9,19 +9,22 @@ import itertools
 import json
 import re
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from racecraft.worlds.deepracer.files.sim_trace import NAMES, TRACE_COLUMNS
+from racecraft.worlds.deepracer.files.simulation_log import PREFIX
+from racecraft.worlds.deepracer.logs.csv_rows import CHUNK_BYTES, Text, read_rows
 from racecraft.worlds.deepracer.logs.errors import Damage
-from racecraft.worlds.deepracer.logs.rows_of_text import MARK, read_rows
 from racecraft.worlds.deepracer.logs.sources import Source
 from racecraft.worlds.deepracer.logs.spreadsheets import as_plain_text
-from racecraft.worlds.deepracer.logs.texts import Text
 
 if TYPE_CHECKING:
     import polars as pl
 
+_MARK = PREFIX.encode()
 _ENDED = re.compile(rb"Worker=(\d+), Episode=(\d+),[^\n]*?Training iteration=(\d+)")
 _WORLD = re.compile(r"WORLD_NAME:?\s*=?\s*([A-Za-z0-9_\-]+)")
 _NODE = re.compile(r"^\s*(?:\[[^\]]*\]\s+)+", re.MULTILINE)
@@ -38,7 +41,7 @@ USUAL_EPISODES = 20
 
 
 def read_log(
-    place: int, source: Source, before: dict[str, Any] | None = None, wanted: Collection[str] | None = None
+    place: int, source: Source, before: dict[str, Any] | None = None
 ) -> tuple[pl.DataFrame, list[Damage], dict[str, Any]]:
     """Read one log.
 
@@ -46,10 +49,9 @@ def read_log(
         place: Index of the file among the table's files.
         source: The log.
         before: What earlier pieces of a log that rolled over said.
-        wanted: As in `read_rows`.
 
     Returns:
-        AWS's columns in our units and `file`, `line`, `iteration`; what was damaged; and what the log says of world,
+        AWS's columns in AWS's units and `file`, `line`, `iteration`; what was damaged; and what the log says of world,
         hyperparameters and actions.
     """
     import polars as pl
@@ -66,26 +68,48 @@ def read_log(
     if not _FEWEST <= len(header) <= len(NAMES):
         what = f"{len(header)} values in a row where {_FEWEST} to {len(NAMES)} are expected; left out"
         return pl.DataFrame(), [Damage(source.name, None, what)], {}
-    rows = read_rows(header, [Text(place, source)], marked=True, wanted=wanted, versions=_VERSIONS)
-    says = (before or {}) | what_it_says(rows.between)
-    frame = rows.frame
+    others: list[bytes] = []
+    frame, damage = read_rows(_texts(place, source, header, others), _VERSIONS)
+    between = b"".join(others)
+    says = (before or {}) | what_it_says(between)
     if frame.height:
-        frame = frame.with_columns(_iterations(frame["episode"], rows.between, says, source.phase))
-    return frame, wide + rows.damage, says
+        frame = frame.with_columns(_iterations(frame["episode"], between, says, source.phase))
+    return frame, wide + damage, says
+
+
+def _texts(place: int, source: Source, header: tuple[str, ...], others: list[bytes]) -> Iterator[Text]:
+    """Cut the rows out of a log, CHUNK_BYTES at a time; the other lines are put into `others`."""
+    rows: list[bytes] = []
+    lines: list[int] = []
+    size = 0
+    with source.open() as file:
+        for number, line in enumerate(file, 1):
+            before, mark, row = line.partition(_MARK)
+            if not mark:
+                others.append(before)
+                continue
+            rows.append(row.split(b"\t", 1)[0].rstrip(b"\n") + b"\n")
+            lines.append(number)
+            size += len(row)
+            if size >= CHUNK_BYTES:
+                yield Text(place, source.name, header, b"".join(rows), np.array(lines, np.int32))
+                rows, lines, size = [], [], 0
+    if lines:
+        yield Text(place, source.name, header, b"".join(rows), np.array(lines, np.int32))
 
 
 def _header(source: Source) -> tuple[str, ...]:
     """Return AWS's names of a log's columns, by how many values most of its first rows have; () where it has no row."""
     counts: Counter[int] = Counter()
     for line in itertools.islice(_lines_with_rows(source), SAMPLED_ROWS):
-        counts[line.split(MARK.encode(), 1)[1].split(b"\t", 1)[0].count(b",") + 1] += 1
+        counts[line.split(_MARK, 1)[1].split(b"\t", 1)[0].count(b",") + 1] += 1
     fields = counts.most_common(1)[0][0] if counts else 0
     return _VERSIONS.get(fields, ("",) * fields)
 
 
 def _lines_with_rows(source: Source) -> Iterator[bytes]:
     with source.open() as file:
-        yield from (line for line in file if MARK.encode() in line)
+        yield from (line for line in file if _MARK in line)
 
 
 def _iterations(episodes: pl.Series, data: bytes, says: dict[str, Any], phase: str | None) -> pl.Series:

@@ -17,7 +17,7 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from io import BufferedReader, BytesIO, FileIO
+from io import BufferedReader, BytesIO
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -48,10 +48,6 @@ _METRICS_WORKER = re.compile(r"TrainingMetrics_(\d{1,9})$")
 _STAMP = re.compile(r"(\d{14})")
 
 
-class OtherHeadError(Exception):
-    """A file begins otherwise than those beside it."""
-
-
 @dataclass(frozen=True)
 class Source:
     """A file that tells something."""
@@ -76,36 +72,9 @@ class Source:
         """The file, as the user would name it."""
         return str(self.file)
 
-    @property
-    def size(self) -> int:
-        """Bytes that the file holds."""
-        return os.stat(self.file).st_size if isinstance(self.file, str) else len(self.file.data)
-
     def open(self) -> BufferedReader | BytesIO:
         """Open the file for reading."""
         return open(self.file, "rb") if isinstance(self.file, str) else BytesIO(self.file.data)
-
-    def read_into(self, room: memoryview, begin: int = 0, head: bytes = b"") -> int:
-        """Fill room with the file's bytes from one on; return how many there were. A thousand small files feel it.
-
-        Raises:
-            OtherHeadError: The file does not begin with these bytes, all of which stand before `begin`.
-        """
-        if not isinstance(self.file, str):
-            found = self.file.data[begin : begin + len(room)]
-            room[: len(found)] = found
-            if not self.file.data.startswith(head):
-                raise OtherHeadError
-            return len(found)
-        with FileIO(self.file) as file:
-            if head and file.read(len(head)) != head:
-                raise OtherHeadError
-            if begin != len(head):
-                file.seek(begin)
-            count = 0
-            while count < len(room) and (more := file.readinto(room[count:])):
-                count += more
-        return count
 
     def placed(self, round: int, stream: str) -> Source:
         """Return the file as one of a round and of a stream."""

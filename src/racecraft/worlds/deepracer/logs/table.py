@@ -8,9 +8,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from racecraft.contract.errors import MissingExtraError
-from racecraft.worlds.deepracer.logs.asked import Asked
-from racecraft.worlds.deepracer.logs.clocks import CLOCK_COLUMNS, jumps
+from racecraft.worlds.deepracer.logs.clocks import jumps
 from racecraft.worlds.deepracer.logs.errors import Damage, LogError
+from racecraft.worlds.deepracer.logs.lazy_ticks import LazyTicks
 from racecraft.worlds.deepracer.logs.metric_rows import read_metrics
 from racecraft.worlds.deepracer.logs.sources import ABOUT, EXPECTED, METRICS, Source, about
 from racecraft.worlds.deepracer.logs.ticks import OURS, Said
@@ -34,8 +34,8 @@ class Logs:
 
     @property
     def ticks(self) -> pl.LazyFrame:
-        """One row a tick: TICK_COLUMNS, in SI units, radians and shares; a question reads the columns it needs."""
-        return self._asked.lazy()
+        """One row a tick: TICK_COLUMNS, in SI units, radians and shares; files are read at the first query."""
+        return self._lazy_ticks.lazy()
 
     @property
     def metrics(self) -> pl.LazyFrame:
@@ -62,8 +62,8 @@ class Logs:
     @cached_property
     def damaged(self) -> tuple[Damage, ...]:
         """What could not be taken as it stands: file, line, what."""
-        clocks = self._asked.columns(CLOCK_COLUMNS)
-        return (*self._asked.beside()[0], *self._read_metrics[1], *jumps(clocks, self.files))
+        ticks, damage, _ = self._lazy_ticks.read()
+        return (*damage, *self._read_metrics[1], *jumps(ticks, self.files))
 
     @cached_property
     def about(self) -> Said:
@@ -72,7 +72,7 @@ class Logs:
         for source in self.sources:
             if source.kind == ABOUT:
                 said = {**_told(source), **said}
-        return {**self._asked.beside()[1], **said}
+        return {**self._lazy_ticks.read()[2], **said}
 
     def require_ticks(self) -> pl.DataFrame:
         """Return the ticks.
@@ -80,7 +80,7 @@ class Logs:
         Raises:
             LogError: There is not one; with the first damage, if that is why.
         """
-        ticks = self._asked.columns()
+        ticks = self._lazy_ticks.read()[0]
         if not ticks.height:
             none = Damage(self.files[0] if self.files else "", None, "the files hold no row of a simulation trace")
             first = next(iter(self.damaged), none)
@@ -106,7 +106,7 @@ class Logs:
             import pandas as pd
         except ImportError:
             raise MissingExtraError("to_pandas needs pandas; install it with: pip install pandas") from None
-        frame = self._asked.columns()
+        frame = self._lazy_ticks.read()[0]
         words = {column: pl.col(column).cast(pl.String) for column in ("phase", "status")}
         frame = frame.with_columns(**words)
         if names == "deepracer-utils":
@@ -119,8 +119,8 @@ class Logs:
         return self.ticks.filter(pl.col("phase") == phase)
 
     @cached_property
-    def _asked(self) -> Asked:
-        return Asked(self.sources, self.phase)
+    def _lazy_ticks(self) -> LazyTicks:
+        return LazyTicks(self.sources, self.phase)
 
     @cached_property
     def _read_metrics(self) -> tuple[pl.DataFrame, list[Damage]]:

@@ -6,7 +6,7 @@ traces, logs and episodes, in the order in which they happened → our names and
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ from racecraft.worlds.deepracer.logs.log_rows import read_log
 from racecraft.worlds.deepracer.logs.numbering import number, phase_of_rows
 from racecraft.worlds.deepracer.logs.sources import EPISODES, LOG, TRACE, Source
 from racecraft.worlds.deepracer.logs.trace_rows import read_traces
+from racecraft.worlds.deepracer.logs.units import in_our_units
 
 if TYPE_CHECKING:
     import polars as pl
@@ -37,18 +38,15 @@ OURS = {
 Said = dict[str, Any]
 
 
-def read_ticks(
-    sources: Sequence[Source], phase: str | None = None, names: Collection[str] | None = None
-) -> tuple[pl.DataFrame, list[Damage], Said]:
+def read_ticks(sources: Sequence[Source], phase: str | None = None) -> tuple[pl.DataFrame, list[Damage], Said]:
     """Read every tick.
 
     Args:
         sources: All files, in order; a row's `file` is an index among them.
         phase: What rows belong to whose path does not tell; None: the rows tell.
-        names: The columns that are asked for; None: all. The rows are the same.
 
     Returns:
-        The table of TICK_COLUMNS, or those of them; what was damaged; and what logs say of world, hyperparameters and
+        The table of TICK_COLUMNS; what was damaged; and what logs say of world, hyperparameters and
         actions.
     """
     import polars as pl
@@ -56,18 +54,17 @@ def read_ticks(
     frames: list[pl.DataFrame] = []
     damage: list[Damage] = []
     said: Said = {}
-    wanted = None if names is None else [theirs for theirs, ours in OURS.items() if ours in names]
     for kind, group in itertools.groupby(enumerate(sources), key=lambda pair: pair[1].kind):
         pairs = list(group)
         if kind == TRACE:
-            trace, wrong = read_traces(pairs, wanted)
+            trace, wrong = read_traces(pairs)
             frames += _placed(trace, pairs, phase)
             damage += wrong
         elif kind == LOG:
             says: Said = {}
             for place, source in pairs:
                 rolled = source.part != 1 and place > 0 and sources[place - 1].part is not None
-                trace, wrong, says = read_log(place, source, says if rolled else None, wanted)
+                trace, wrong, says = read_log(place, source, says if rolled else None)
                 frames += _placed(trace, [(place, source)], phase)
                 damage += wrong
                 said = {**says, **said}
@@ -77,9 +74,9 @@ def read_ticks(
                 frames += ours
                 damage += wrong
     if not frames:
-        return empty(TICK_COLUMNS).select(pl.all() if names is None else list(names)), damage, said
+        return empty(TICK_COLUMNS), damage, said
     numbered = join_continued(number(pl.concat(frames, how="diagonal")))
-    return _in_columns(numbered, names), damage, said
+    return _in_columns(numbered), damage, said
 
 
 def _placed(trace: pl.DataFrame, pairs: list[tuple[int, Source]], phase: str | None) -> list[pl.DataFrame]:
@@ -99,7 +96,7 @@ def _placed(trace: pl.DataFrame, pairs: list[tuple[int, Source]], phase: str | N
     }
     untold = {name: values for name, values in told_by_path.items() if name not in trace.columns}
     columns = [_repeated(name, values, runs["len"]) for name, values in untold.items()]
-    named = trace.rename({theirs: ours for theirs, ours in OURS.items() if theirs in trace.columns})
+    named = in_our_units(trace).rename({theirs: ours for theirs, ours in OURS.items() if theirs in trace.columns})
     return [named.with_columns(columns)]
 
 
@@ -147,11 +144,11 @@ def _own_episodes(place: int, source: Source) -> tuple[list[pl.DataFrame], list[
     ], []
 
 
-def _in_columns(frame: pl.DataFrame, names: Collection[str] | None) -> pl.DataFrame:
-    """Return the table with all its columns, or these, in their order; what no file has is null."""
+def _in_columns(frame: pl.DataFrame) -> pl.DataFrame:
+    """Return the table with all its columns, in their order; what no file has is null."""
     import polars as pl
 
-    known = {name: kind for name, kind in schema(TICK_COLUMNS).items() if names is None or name in names}
+    known = schema(TICK_COLUMNS)
     return frame.with_columns(
         pl.col(name).cast(kind) if name in frame.columns else pl.lit(None, kind).alias(name)
         for name, kind in known.items()
