@@ -208,7 +208,7 @@ def test_an_archive_that_leads_out_of_the_folder_is_refused_and_nothing_is_made(
     before = sorted(tmp_path.rglob("*"))
     code, _, err = sandbox("workshop.yaml")
     assert code == 2
-    assert "leads out of the folder" in err
+    assert "leads out of the archive" in err
     assert sorted(tmp_path.rglob("*")) == before
 
 

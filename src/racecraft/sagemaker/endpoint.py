@@ -7,7 +7,6 @@ ended it; it takes none of the cores that trainings wait for. Where it answers s
 from __future__ import annotations
 
 import json
-import tarfile
 import time
 import urllib.error
 import urllib.request
@@ -17,6 +16,7 @@ from typing import Any
 
 from racecraft.contract.arguments import require_arguments
 from racecraft.contract.errors import RacecraftError, UserInputError
+from racecraft.formats.archive import ArchiveError, unpack
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.job_spec import JobSpec, require_legal_name
 from racecraft.formats.run_folder import CHECKPOINTS, FORMAT, JOB
@@ -213,10 +213,9 @@ def unpacked_model(archive: Path) -> Path:
         return own
     folder = archive.with_name(archive.name.split(".")[0] + "-unpacked")
     try:
-        with tarfile.open(archive) as packed:
-            packed.extractall(folder, filter="data")
-    except (OSError, tarfile.TarError) as error:
-        raise EndpointError(f"{archive}: cannot be unpacked ({error}); expected a job's model.tar.gz.") from error
+        unpack(archive, folder, "a job's model.tar.gz")
+    except ArchiveError as error:
+        raise EndpointError(str(error)) from error
     return folder
 
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import io
 import json
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -24,11 +23,14 @@ import numpy as np
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.contract.errors import nearest
 from racecraft.contract.world import Array, ArraySpec, DiscreteActions
+from racecraft.formats.archive import ArchiveError, Limits, members
 from racecraft.serving.http_service import HttpError, Reply, Request
 
 JSON, NPY, NPZ = "application/json", "application/x-npy", "application/x-npz"
 NPY_BEGINS = b"\x93NUMPY"
 IMAGES = ("image/png", "image/jpeg")
+LIMITS = Limits(max_bytes=256 * 2**20)
+"""What the arrays of one request may unpack to."""
 MOST_ROWS = 4096
 """Observations in one request."""
 PASSED_OVER = (
@@ -221,10 +223,10 @@ def _npy(body: bytes) -> Array:
 
 def _npz(body: bytes) -> dict[str, Array]:
     try:
-        with np.load(io.BytesIO(body), allow_pickle=False) as arrays:
-            return dict(arrays)
-    except (ValueError, EOFError, OSError, zipfile.BadZipFile, TypeError) as error:
-        raise _bad(f"no NumPy arrays ({error}); expected what numpy.savez writes, numbers only.") from None
+        files = members(body, "what numpy.savez writes", LIMITS)
+        return {str(file.place).removesuffix(".npy"): _npy(file.read()) for file in files}
+    except ArchiveError as error:
+        raise _bad(f"no NumPy arrays ({error.found}); expected what numpy.savez writes, numbers only.") from None
 
 
 def _picture(body: bytes, part: ArraySpec) -> Array:

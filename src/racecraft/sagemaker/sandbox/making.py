@@ -15,7 +15,6 @@ import json
 import os
 import shutil
 import tempfile
-import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,6 +22,7 @@ from typing import Any
 from urllib.parse import urlparse
 
 from racecraft.contract.errors import UserInputError
+from racecraft.formats.archive import ArchiveError, Limits, unpack
 from racecraft.formats.whole import OutputFileError, make_folder, output_letter, write_whole
 from racecraft.jobs.home import JobHome
 from racecraft.sagemaker.cloudformation.start_script import Fetched, Unpacked, Written
@@ -32,7 +32,7 @@ from racecraft.sagemaker.sandbox.stack import Notebook, Plan, Told
 from racecraft.sagemaker.session import buckets_of
 
 FORMAT, VERSION, RECORD = "racecraft sandbox", 1, "sandbox.json"
-MOST_UNPACKED = 4 * 2**30
+LIMITS = Limits(max_bytes=4 * 2**30)
 """Bytes that one archive may come to."""
 
 
@@ -226,22 +226,9 @@ class _Laying:
             return
         target = (self._folder / act.into).resolve()
         try:
-            with zipfile.ZipFile(archive) as packed:
-                if sum(one.file_size for one in packed.infolist()) > MOST_UNPACKED:
-                    raise SandboxError(
-                        f"{act.path}: comes to more than {MOST_UNPACKED} bytes; expected a notebook's files."
-                    )
-                for one in packed.infolist():
-                    if not (target / one.filename).resolve().is_relative_to(target):
-                        raise SandboxError(
-                            f"{act.path}: its file '{one.filename}' leads out of the folder; expected files below it."
-                        )
-                make_folder(target)
-                packed.extractall(target)
-        except (zipfile.BadZipFile, NotImplementedError, RuntimeError) as cause:
-            raise SandboxError(
-                f"{act.path}: cannot be unpacked ({cause}); expected a zip file. Put a whole copy of it there."
-            ) from cause
+            unpack(archive, target, "a zip file of a notebook's files", LIMITS)
+        except ArchiveError as cause:
+            raise SandboxError(f"{act.path}: {cause.found}; expected {cause.expected}. {cause.cure}") from cause
 
     def _write(self, act: Written) -> None:
         target = self._folder / act.path

@@ -1,22 +1,15 @@
 """Archives of models: what belongs to a model comes out, and what was made to do harm is refused by name."""
 
-import contextlib
 import gzip
 import io
 import tarfile
 import zipfile
-from pathlib import Path
 
 import pytest
 
-from racecraft.worlds.deepracer.files import model_archive
+from racecraft.formats.archive import ArchiveError, is_archive
 from racecraft.worlds.deepracer.files.car_archive import GRAPH, METADATA, archive_folder, write_car_archive
 from racecraft.worlds.deepracer.files.model_archive import (
-    FREE_BYTES,
-    MOST_BYTES,
-    ArchiveError,
-    is_archive,
-    require_sane_size,
     unpack_model,
 )
 
@@ -48,7 +41,7 @@ def packed(path, names, mode=None):
     return path
 
 
-@pytest.mark.parametrize("mode", ["w:gz", "w"])
+@pytest.mark.parametrize("mode", ["w:gz", "w:bz2", "w"])
 def test_what_belongs_to_a_model_comes_out_and_nothing_else(tmp_path, mode):
     others = [("training-simtrace/0-iteration.csv", b"1"), ("._model.pb", b"mac"), ("bin/run.sh", b"echo")]
     archive = tar(tmp_path / "a.tar.gz", [*GOOD.items(), *others, (special("agent", tarfile.DIRTYPE), b"")], mode)
@@ -76,9 +69,8 @@ def test_what_a_car_takes_comes_back(tmp_path):
 BAD = {
     "no file": (lambda path: path, "there is no such file"),
     "empty": (lambda path: path.write_bytes(b""), "empty"),
-    "a text": (lambda path: path.write_bytes(b"hello, I am a model"), "no archive"),
-    "a page that says no": (lambda path: path.write_bytes(b"<Error><Code>AccessDenied</Code>"), "no archive"),
-    "bzip2": (lambda path: tar(path, GOOD.items(), "w:bz2"), "packed by bzip2"),
+    "a text": (lambda path: path.write_bytes(b"hello, I am a model"), "not an archive"),
+    "a page that says no": (lambda path: path.write_bytes(b"<Error><Code>AccessDenied</Code>"), "not an archive"),
     "xz": (lambda path: tar(path, GOOD.items(), "w:xz"), "packed by xz"),
     "7z": (lambda path: path.write_bytes(b"7z\xbc\xaf\x27\x1c"), "a 7z archive"),
     "gzip of no tar": (lambda path: path.write_bytes(gzip.compress(b"x" * 2000)), "damaged"),
@@ -130,16 +122,6 @@ def test_a_bad_archive_is_refused_by_a_letter_and_leaves_nothing_behind(tmp_path
     assert outside in ([path], [])
 
 
-def test_a_bomb_is_stopped_long_before_it_has_gone_off(tmp_path, monkeypatch):
-    monkeypatch.setattr(model_archive, "FREE_BYTES", 2**20)
-    path = tar(tmp_path / "bomb.tar.gz", [("logs/zeros.bin", bytes(8 * 2**20))])
-    with pytest.raises(ArchiveError, match="more than 100 times as many"):
-        unpack_model(path, tmp_path / "out")
-    zipped = packed(tmp_path / "bomb.zip", [("logs/zeros.bin", bytes(8 * 2**20))])
-    with pytest.raises(ArchiveError, match="more than 100 times as many"):
-        unpack_model(zipped, tmp_path / "out")
-
-
 def test_a_header_that_asks_for_gigabytes_is_refused(tmp_path):
     """The extended header of a member says how long it is itself; tarfile reads it whole."""
     entry = tarfile.TarInfo("././@PaxHeader")
@@ -148,36 +130,6 @@ def test_a_header_that_asks_for_gigabytes_is_refused(tmp_path):
     path.write_bytes(gzip.compress(entry.tobuf(tarfile.USTAR_FORMAT) + bytes(4096)))
     with pytest.raises(ArchiveError, match="asks for 3221225472 bytes"):
         unpack_model(path, tmp_path / "out")
-
-
-def test_too_many_members_are_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(model_archive, "MOST_MEMBERS", 10)
-    names = [(f"{number}.txt", b"") for number in range(12)]
-    for path in (tar(tmp_path / "a.tar.gz", names), packed(tmp_path / "a.zip", names)):
-        with pytest.raises(ArchiveError, match="more than 10 members"):
-            unpack_model(path, tmp_path / "out")
-
-
-def test_an_archive_is_known_by_its_first_bytes_and_nothing_else_is_one(tmp_path):
-    packed(tmp_path / "model.txt", [("model.pb", b"x")])
-    tar(tmp_path / "model", [("model.pb", b"x")])
-    (tmp_path / "model.tar.gz").write_text("no archive")
-    (tmp_path / "empty.zip").write_bytes(b"")
-    assert [is_archive(tmp_path / name) for name in ("model.txt", "model")] == [True, True]
-    assert [is_archive(tmp_path / name) for name in ("model.tar.gz", "empty.zip", "nowhere", ".")] == [False] * 4
-
-
-@pytest.mark.parametrize(
-    ("unpacked", "packed", "refused"),
-    [(FREE_BYTES, 1, ""), (FREE_BYTES + 1, 1, "more than 100 times"), (FREE_BYTES + 1, FREE_BYTES // 2, ""),
-     (1000, 1, ""), (MOST_BYTES, MOST_BYTES, ""), (MOST_BYTES + 1, MOST_BYTES, "more than 16 GiB")],
-)  # fmt: skip
-def test_what_is_small_or_shrinks_little_is_no_bomb(unpacked, packed, refused):
-    if not refused:
-        require_sane_size(Path("model.tar.gz"), unpacked, packed)
-    else:
-        with pytest.raises(ArchiveError, match=refused):
-            require_sane_size(Path("model.tar.gz"), unpacked, packed)
 
 
 MIB = 2**20
@@ -221,27 +173,6 @@ def test_a_header_may_ask_for_eight_megabytes(tmp_path, size, words):
     path.write_bytes(entry.tobuf(tarfile.USTAR_FORMAT) + bytes(4096))
     with pytest.raises(ArchiveError, match=words):
         unpack_model(path, tmp_path / "out")
-
-
-@pytest.mark.parametrize(
-    ("unpacked", "packed", "refused"),
-    [(256 * MIB, 1, False), (256 * MIB + 1, 1, True), (300 * MIB, 3 * MIB, False), (300 * MIB + 1, 3 * MIB, True),
-     (16 * 1024 * MIB, 1024 * MIB, False), (16 * 1024 * MIB + 1, 1024 * MIB, True)],
-)  # fmt: skip
-def test_from_256_megabytes_on_an_archive_may_shrink_a_hundredfold_and_have_16_gigabytes(unpacked, packed, refused):
-    with pytest.raises(ArchiveError) if refused else contextlib.nullcontext():
-        require_sane_size(Path("model.tar.gz"), unpacked, packed)
-
-
-def test_just_so_many_members_are_taken(tmp_path, monkeypatch):
-    monkeypatch.setattr(model_archive, "MOST_MEMBERS", 10)
-    names = [(f"{number}.txt", b"") for number in range(9)] + [("model.pb", b"x")]
-    for path in (tar(tmp_path / "a.tar.gz", names), packed(tmp_path / "a.zip", names)):
-        assert len(unpack_model(path, tmp_path / path.suffix[1:])) == 1
-    names.append(("one more.txt", b""))
-    for path in (tar(tmp_path / "b.tar.gz", names), packed(tmp_path / "b.zip", names)):
-        with pytest.raises(ArchiveError, match="more than 10 members"):
-            unpack_model(path, tmp_path / "beyond")
 
 
 def test_what_is_inside_folders_of_a_zip_comes_out_in_them(tmp_path):

@@ -1,6 +1,7 @@
 """Params files: what we write we read, and so does a YAML library."""
 
 import pytest
+import yaml
 
 from racecraft.worlds.deepracer.files.training_params import ParamsFileError, read_params, write_params
 
@@ -23,7 +24,6 @@ def test_what_is_written_comes_back_as_text(tmp_path):
 
 
 def test_a_yaml_library_reads_the_same(tmp_path):
-    yaml = pytest.importorskip("yaml", reason="no YAML library is installed")
     write_params(tmp_path / "p.yaml", PARAMS)
     assert yaml.safe_load((tmp_path / "p.yaml").read_text()) == AS_TEXT
 
@@ -36,7 +36,14 @@ def test_what_others_write_is_read(tmp_path):
     assert read_params(tmp_path / "p.yaml") == {"A": "plain", "B": 'two "words"', "C": ["x", "y"], "D": ["1,2", "z"]}
 
 
-@pytest.mark.parametrize(("text", "found"), [("A: 1\nhello\n", ":2: 'hello'"), ("- x\n", ":1: '- x'")])
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("A: 1\nhello\n", ":3: could not find expected ':'"),
+        ("- x\n", ": a YAML list"),
+        ("A: {b: c}\n", ": A: a nested value"),
+    ],
+)
 def test_what_is_no_params_file_gets_a_letter(tmp_path, text, found):
     (tmp_path / "p.yaml").write_text(text)
     with pytest.raises(ParamsFileError) as caught:
@@ -47,47 +54,27 @@ def test_what_is_no_params_file_gets_a_letter(tmp_path, text, found):
 
 
 READ = [  # text, what it says
-    ("A: '\nB: \"\n", {"A": "'", "B": '"'}),
     ("A: 'it''s'\nB: ''\n", {"A": "it's", "B": ""}),
     ('A: "a\\\\b"\n', {"A": "a\\b"}),
-    ('A: ""\n', {"A": ""}),
     ("A:\n- 1\n- 2\n", {"A": ["1", "2"]}),
-    ("A: [1, 2]\n- 3\n", {"A": ["1", "2", "3"]}),
     ("A: []\nB: [ 'x, y' , \"z\",w ]\n", {"A": [], "B": ["x, y", "z", "w"]}),
     ("---\n# said\n\nA:\nB.c: d\n", {"A": "", "B.c": "d"}),
-    ("A: b#c\n", {"A": "b#c"}),
-    ("A: [x\nB: y]\n", {"A": "[x", "B": "y]"}),
+    ("A: b#c\nC: True\nD: 0x10\n", {"A": "b#c", "C": "True", "D": "0x10"}),
+    ("", {}),
     ("- x: 1\n", None),
     ("A: x\n- y\n", None),
     ("A:b\n", None),
-    ("A:\n-x\n", None),
+    ("A: [x\nB: y]\n", None),
+    ("A: &a [x]\nB: [*a, *a]\n", None),
+    ("[" * 2000, None),
 ]
 
 
 @pytest.mark.parametrize(("text", "params"), READ)
-def test_a_line_says_what_yaml_makes_of_it_or_is_refused(tmp_path, text, params):
+def test_values_are_texts_and_lists_of_texts(tmp_path, text, params):
     (tmp_path / "p.yaml").write_text(text)
     if params is None:
-        with pytest.raises(ParamsFileError, match=f"p.yaml:{text.count(chr(10))}: "):
+        with pytest.raises(ParamsFileError, match="p.yaml"):
             read_params(tmp_path / "p.yaml")
     else:
         assert read_params(tmp_path / "p.yaml") == params
-
-
-def test_of_a_line_that_is_none_sixty_letters_are_shown(tmp_path):
-    (tmp_path / "p.yaml").write_text("A: b\n" + "x" * 99)
-    with pytest.raises(ParamsFileError) as caught:
-        read_params(tmp_path / "p.yaml")
-    assert (caught.value.found, caught.value.line) == (repr("x" * 60), 2)
-
-
-def test_lists_of_any_kind_are_written_as_lists(tmp_path):
-    write_params(tmp_path / "p.yaml", {"A": (1, "b'c"), "B": (), "C": [], "D": "text"})
-    assert (tmp_path / "p.yaml").read_text() == "---\nA:\n- '1'\n- 'b''c'\nB: []\nC: []\nD: 'text'\n"
-
-
-def test_what_is_no_text_gets_a_letter(tmp_path):
-    (tmp_path / "p.yaml").write_bytes(b"\xff\xfe\xfd")
-    for path, words in ((tmp_path / "p.yaml", "no UTF-8 text"), (tmp_path, "cannot be read")):
-        with pytest.raises(ParamsFileError, match=words):
-            read_params(path)

@@ -1,12 +1,11 @@
 """`training_params.yaml` and `evaluation_params.yaml`: what DeepRacer for Cloud tells its simulator.
 
-Begin with `write_params` and `read_params`. The files use a sliver of YAML: one key a line, quoted text as value or a
-list of it (one for each car of an evaluation); we write and read that sliver, and need no YAML library for it.
+Begin with `write_params` and `read_params`. The files are YAML: keys, and texts or lists of texts as values (one
+for each car of an evaluation).
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -16,8 +15,6 @@ from racecraft.formats.whole import write_whole
 Params = dict[str, str | list[str]]
 
 _KIND = "lines of KEY: 'value', or KEY: and a list of - 'value'"
-_KEY = re.compile(r"([A-Za-z_][\w.]*)\s*:(?:\s+(.*))?$")
-_INLINE = re.compile(r"""'(?:[^']|'')*'|"[^"]*"|[^,\s][^,]*""")
 
 
 class ParamsFileError(InputFileError):
@@ -43,7 +40,7 @@ def read_params(path: str | Path) -> Params:
     """Read keys and values, all as text.
 
     Raises:
-        ParamsFileError: The file is missing, no text, or a line is none of the kinds above; the letter names it.
+        ParamsFileError: The file is missing, not UTF-8 text, or as for `parse_params`.
     """
     path = Path(path)
     try:
@@ -54,37 +51,38 @@ def read_params(path: str | Path) -> Params:
         raise ParamsFileError(path, "the file is no UTF-8 text", _KIND) from None
     except OSError as error:
         raise ParamsFileError(path, f"the file cannot be read ({error.strerror})", _KIND) from error
-    params: Params = {}
-    key = ""
-    for number, line in enumerate(text.splitlines(), 1):
-        stripped = line.strip()
-        if not stripped or stripped == "---" or stripped.startswith("#"):
-            continue
-        match = _KEY.match(stripped)
-        under = params.get(key)
-        if match and not stripped.startswith("-"):
-            key = match[1]
-            params[key] = _value((match[2] or "").strip())
-        elif stripped.startswith("- ") and (isinstance(under, list) or under == ""):
-            params[key] = [*(under or []), _unquoted(stripped[2:].strip())]
-        else:
-            raise ParamsFileError(path, f"{stripped[:60]!r}", _KIND, line=number)
+    return parse_params(text, path)
+
+
+def parse_params(text: str, name: str | Path) -> Params:
+    """Return keys and values of a file's text, all as text.
+
+    Args:
+        text: The text.
+        name: The file, as errors name it.
+
+    Raises:
+        ParamsFileError: It is not YAML, or a value is neither text nor a list of texts.
+    """
+    import yaml  # type: ignore[import-untyped,unused-ignore]
+
+    try:
+        params = yaml.load(text, Loader=yaml.BaseLoader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark
+        raise ParamsFileError(name, str(error.problem), _KIND, line=mark.line + 1 if mark else None) from error
+    except (yaml.YAMLError, RecursionError) as error:
+        raise ParamsFileError(name, f"not YAML ({str(error)[:80]})", _KIND) from error
+    if not params:
+        return {}
+    if not isinstance(params, dict):
+        raise ParamsFileError(name, f"a YAML {type(params).__name__}", _KIND)
+    for key, value in params.items():
+        texts = value if isinstance(value, list) else [value]
+        if not isinstance(key, str) or not all(isinstance(text, str) for text in texts):
+            raise ParamsFileError(name, "a nested value", _KIND, key=str(key)[:60])
     return params
-
-
-def _value(text: str) -> str | list[str]:
-    if text.startswith("[") and text.endswith("]"):
-        return [_unquoted(part.strip()) for part in _INLINE.findall(text[1:-1].strip())]
-    return _unquoted(text)
 
 
 def _quoted(value: object) -> str:
     return "'" + str(value).replace("'", "''") + "'"
-
-
-def _unquoted(text: str) -> str:
-    if len(text) > 1 and text[0] == text[-1] == "'":
-        return text[1:-1].replace("''", "'")
-    if len(text) > 1 and text[0] == text[-1] == '"':
-        return text[1:-1].replace('\\"', '"').replace("\\\\", "\\")
-    return re.sub(r"\s+#.*$", "", text)

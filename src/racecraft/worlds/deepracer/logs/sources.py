@@ -22,9 +22,10 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
+from racecraft.formats.archive import is_archive
 from racecraft.formats.run_folder import FORMAT as RUN_FORMAT
 from racecraft.formats.run_folder import JOB
-from racecraft.worlds.deepracer.logs.archive import MemberFile, is_archive, members
+from racecraft.worlds.deepracer.logs.archive import MemberFile, members
 from racecraft.worlds.deepracer.logs.errors import LogError
 
 TRACE, LOG, METRICS, EPISODES, ABOUT = "trace", "log", "metrics", "episodes", "about"

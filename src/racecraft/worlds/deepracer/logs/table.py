@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from racecraft.contract.errors import MissingExtraError
+from racecraft.worlds.deepracer.files.training_params import ParamsFileError, parse_params
 from racecraft.worlds.deepracer.logs.clocks import jumps
 from racecraft.worlds.deepracer.logs.errors import Damage, LogError
 from racecraft.worlds.deepracer.logs.lazy_ticks import LazyTicks
@@ -155,9 +155,10 @@ def _told(source: Source) -> Said:
     """Return what a file beside the logs says."""
     if source.name.endswith(".yaml"):
         try:
-            return _world_of(source.read().decode("utf-8", errors="replace").splitlines())
-        except OSError:
+            world = parse_params(source.read().decode("utf-8", errors="replace"), source.name).get("WORLD_NAME")
+        except (OSError, ParamsFileError):
             return {}
+        return {"world": world} if world else {}
     value: dict[str, Any] = about(source)
     name = source.name.rsplit("/", 1)[-1]
     if name == "hyperparameters.json" and value:
@@ -167,12 +168,4 @@ def _told(source: Source) -> Said:
     if name == "job.json":
         track = value.get("track")
         return {"world": track["name"]} if isinstance(track, dict) and "name" in track else {}
-    return {}
-
-
-def _world_of(lines: Sequence[str]) -> Said:
-    for line in lines:
-        key, _, value = line.partition(":")
-        if key.strip() == "WORLD_NAME" and value.strip(" '\"\r"):
-            return {"world": value.strip(" '\"\r")}
     return {}

@@ -7,8 +7,8 @@ import shutil
 import tempfile
 from pathlib import Path
 
+from racecraft.formats.archive import is_archive
 from racecraft.formats.run_folder import JOB, RunFolder
-from racecraft.worlds.deepracer.files.model_archive import is_archive
 from racecraft.worlds.deepracer.files.trained_model import looks_foreign
 
 

@@ -17,12 +17,13 @@ from typing import Any
 from racecraft.algorithms.architecture import NetworkConfig
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.contract.errors import TrackError, UserInputError
+from racecraft.formats.archive import is_archive
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import IMPORTED, RunFolder
 from racecraft.formats.whole import OutputFileError, output_letter, write_whole
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.files.hyperparameters import read_hyperparameters, write_hyperparameters
-from racecraft.worlds.deepracer.files.model_archive import is_archive, unpack_model
+from racecraft.worlds.deepracer.files.model_archive import unpack_model
 from racecraft.worlds.deepracer.files.model_metadata import (
     ModelMetadata,
     as_aws_dict,

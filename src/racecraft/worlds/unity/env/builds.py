@@ -22,7 +22,6 @@ import tempfile
 import urllib.error
 import urllib.parse
 import urllib.request
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -30,6 +29,7 @@ from typing import Any
 
 import racecraft
 from racecraft.contract.errors import nearest
+from racecraft.formats.archive import ArchiveError, unpack
 from racecraft.worlds.unity.env.errors import BuildError, missing_extra
 
 DEFAULT_MANIFEST = "https://storage.googleapis.com/mlagents-test-environments/1.1.0/manifest.yaml"
@@ -289,15 +289,14 @@ def _unpack(archive: Path, folder: Path) -> None:
     folder.parent.mkdir(parents=True, exist_ok=True)
     part = Path(tempfile.mkdtemp(prefix=folder.name, suffix=".part", dir=folder.parent))
     try:
-        with zipfile.ZipFile(archive) as zipped:
-            zipped.extractall(part)
+        unpack(archive, part, "a zip of a build")
         for path in part.rglob("*"):
             path.chmod(0o755)
         part.chmod(0o755)
         if not folder.is_dir():  # another process may have been faster
             os.replace(part, folder)
-    except (zipfile.BadZipFile, NotImplementedError, EOFError) as cause:
-        raise BuildError(f"{archive}: not a zip that can be unpacked ({cause}).") from cause
+    except ArchiveError as cause:
+        raise BuildError(str(cause)) from cause
     finally:
         shutil.rmtree(part, ignore_errors=True)
 

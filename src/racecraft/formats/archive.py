@@ -1,0 +1,293 @@
+"""Archives of unknown origin: `.tar`, `.tar.gz`, `.tar.bz2`, `.zip`. Begin with `members`; `unpack` writes them all.
+
+An archive is read once, from front to back, in pieces of a megabyte. It is refused as soon as a name leads out of it, a
+member is a link or a device, or it unpacks to more than its `Limits`: a zip before anything in it is unpacked, since
+its directory states all sizes; a tar when that many bytes have been seen.
+"""
+
+from __future__ import annotations
+
+import bz2
+import gzip
+import io
+import re
+import shutil
+import stat
+import struct
+import tarfile
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path, PurePosixPath
+from typing import IO, BinaryIO
+
+from racecraft.contract.errors import InputFileError
+from racecraft.formats.whole import make_folder, whole_file
+
+PIECE = 2**20
+MAX_HEADER = 8 * 2**20
+"""Bytes that one read of a header may ask for."""
+
+
+class ArchiveError(InputFileError):
+    """An archive cannot be used: not an archive, damaged, or dangerous."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What an archive may unpack to."""
+
+    max_bytes: int = 16 * 2**30
+    """All members together; consoles take archives of a gigabyte."""
+    max_ratio: int = 100
+    """Unpacked bytes for each packed one; texts of numbers come to ten."""
+    free_bytes: int = 256 * 2**20
+    """Unpacked bytes up to which `max_ratio` does not apply."""
+    max_members: int = 100_000
+
+    def check(self, path: str | Path, unpacked: int, packed: int, kind: str) -> None:
+        """Refuse an archive that grows beyond the limits.
+
+        Raises:
+            ArchiveError: It does.
+        """
+        if unpacked > self.max_bytes:
+            limit = f"{self.max_bytes >> 30} GiB" if self.max_bytes >= 2**30 else f"{self.max_bytes >> 20} MiB"
+            raise ArchiveError(path, f"it unpacks to more than {limit}", kind)
+        if unpacked > self.free_bytes and unpacked > self.max_ratio * packed:
+            found = f"its {packed} bytes unpack to more than {self.max_ratio} times as many"
+            raise ArchiveError(path, found, kind, "It was made to fill a disk.")
+
+
+@dataclass(frozen=True)
+class Member:
+    """A plain file in an archive; to be read before the next one is asked for."""
+
+    archive: Path
+    kind: str
+    """What the archive should be, as errors say it."""
+    place: PurePosixPath
+    """Its path in the archive; stays below any folder that it is joined to."""
+    size: int
+    """Bytes, as the archive states them."""
+    stream: IO[bytes]
+
+    def read(self) -> bytes:
+        """Return what the file holds.
+
+        Raises:
+            ArchiveError: It is damaged.
+        """
+        with _told_of_damage(self.archive, self.kind):
+            return self.stream.read()
+
+    def write(self, target: Path) -> Path:
+        """Write the file to a path, whole or not at all; return the path.
+
+        Raises:
+            ArchiveError: It is damaged.
+            OutputFileError: There is no room for it.
+        """
+        make_folder(target.parent)
+        with _told_of_damage(self.archive, self.kind), whole_file(target) as part, open(part, "wb") as file:
+            shutil.copyfileobj(self.stream, file, PIECE)
+            if file.tell() != self.size:
+                found = f"'{target.name}' ends after {file.tell()} of {self.size} bytes"
+                raise ArchiveError(self.archive, found, self.kind)
+        return target
+
+
+def is_archive(path: str | Path) -> bool:
+    """Tell by its first bytes whether a file is an archive of a kind that is unpacked here."""
+    path = Path(path)
+    if not path.is_file():
+        return False
+    with open(path, "rb") as file:
+        return kind_of(file) in ("gzip", "bzip2", "zip", "tar")
+
+
+def kind_of(file: BinaryIO) -> str:
+    """Return "gzip", "bzip2", "zip" or "tar" by a file's first bytes, or in words what else it is."""
+    head = file.read(512)
+    file.seek(0)
+    if head[257:262] == b"ustar":
+        return "tar"
+    kinds = {
+        b"\x1f\x8b": "gzip", b"BZh": "bzip2", b"PK\x03\x04": "zip", b"PK\x05\x06": "zip",
+        b"\xfd7zXZ": "packed by xz", b"7z\xbc\xaf": "a 7z archive", b"Rar!": "a RAR",
+    }  # fmt: skip
+    return next(
+        (kind for magic, kind in kinds.items() if head.startswith(magic)), "not an archive" if head else "empty"
+    )
+
+
+def unpack(
+    path: str | Path,
+    into: str | Path,
+    kind: str,
+    limits: Limits | None = None,
+    max_size_of: Callable[[PurePosixPath], int | None] | None = None,
+) -> list[Path]:
+    """Write files of an archive below a folder, and return their paths.
+
+    Args:
+        path: The archive.
+        into: The folder; files in it are replaced.
+        kind: What the archive should be, as errors say it.
+        limits: What it may unpack to.
+        max_size_of: The most bytes that a file may have, by its path in the archive; None: it is passed over.
+
+    Raises:
+        ArchiveError: As for `members`; or a file is too large, or stands in the archive twice.
+        OutputFileError: There is no room for it.
+    """
+    written: dict[Path, None] = {}
+    for member in members(path, kind, limits):
+        limit = member.size if max_size_of is None else max_size_of(member.place)
+        if limit is None:
+            continue
+        if member.size > limit:
+            found = f"'{member.place}' has {member.size} bytes"
+            raise ArchiveError(path, found, f"{limit} at most for such a file")
+        target = Path(into) / member.place
+        if target in written:
+            raise ArchiveError(path, f"'{target.name}' stands in it twice at the same place", "each file once")
+        written[member.write(target)] = None
+    return list(written)
+
+
+def members(source: str | Path | bytes, kind: str, limits: Limits | None = None) -> Iterator[Member]:
+    """Yield the plain files of an archive, in its order.
+
+    Args:
+        source: A file, or the bytes of one.
+        kind: What the archive should be, as errors say it.
+        limits: What it may unpack to.
+
+    Raises:
+        ArchiveError: It is missing, not an archive, damaged or dangerous; or it grows beyond the limits.
+    """
+    path = Path("the archive") if isinstance(source, bytes) else Path(source)
+    limits = limits or Limits()
+    with _told_of_damage(path, kind), io.BytesIO(source) if isinstance(source, bytes) else open(path, "rb") as file:
+        packed = file.seek(0, io.SEEK_END)
+        file.seek(0)
+        what = kind_of(file)
+        check = partial(limits.check, path, packed=packed, kind=kind)
+        if what == "zip":
+            yield from _zipped(file, path, kind, limits, check)
+        elif what in ("gzip", "bzip2", "tar"):
+            stream = {"gzip": gzip.open, "bzip2": bz2.open}.get(what, lambda tar: tar)(file)
+            yield from _tarred(_Guard(stream, path, kind, check), path, kind, limits)
+        else:
+            raise ArchiveError(path, what, kind)
+
+
+@contextmanager
+def _told_of_damage(path: Path, kind: str) -> Iterator[None]:
+    try:
+        yield
+    except FileNotFoundError:
+        raise ArchiveError(path, "there is no such file", kind) from None
+    except (tarfile.TarError, zipfile.BadZipFile, zlib.error, EOFError, gzip.BadGzipFile, struct.error) as error:
+        raise ArchiveError(path, f"damaged ({error})", kind, "Copy or download it again.") from error
+    except (NotImplementedError, RuntimeError) as error:  # zipfile's, of a password or an unknown packing
+        raise ArchiveError(path, f"cannot be unpacked ({error})", kind) from error
+    except OSError as error:
+        raise ArchiveError(path, f"cannot be read ({error.strerror or error})", kind) from error
+
+
+class _Guard(io.RawIOBase):
+    """The unpacked stream of a tar, read forwards only, whose size is checked."""
+
+    def __init__(self, stream: IO[bytes], path: Path, kind: str, check: Callable[[int], None]) -> None:
+        self._stream, self._path, self._kind, self._check, self._at = stream, path, kind, check, 0
+
+    def read(self, size: int = -1) -> bytes:
+        """Return the next bytes."""
+        if not 0 <= size <= MAX_HEADER:
+            raise ArchiveError(self._path, f"a header in it asks for {size} bytes", self._kind)
+        data = self._stream.read(size)
+        self._count(len(data))
+        return data
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        """Move forwards, by reading over what lies between."""
+        if whence != io.SEEK_SET or offset < self._at:
+            raise tarfile.ReadError(f"its parts lead back to byte {offset}")
+        while self._at < offset:
+            data = self._stream.read(min(PIECE, offset - self._at))
+            if not data:
+                raise tarfile.ReadError("it ends too early")
+            self._count(len(data))
+        return self._at
+
+    def tell(self) -> int:
+        """Return how much was read."""
+        return self._at
+
+    def seekable(self) -> bool:
+        """Forwards."""
+        return True
+
+    def readable(self) -> bool:
+        """Always."""
+        return True
+
+    def _count(self, more: int) -> None:
+        self._at += more
+        self._check(self._at)
+
+
+def _tarred(guard: _Guard, path: Path, kind: str, limits: Limits) -> Iterator[Member]:
+    with tarfile.open(fileobj=guard, mode="r:") as tar:
+        for count, member in enumerate(tar):
+            _require_few(path, kind, count + 1, limits)
+            tar.members.clear()  # type: ignore[attr-defined]  # a list of them would grow with the archive
+            if member.isdir():
+                continue
+            place = _safe_place(path, member.name)
+            if member.issym() or member.islnk():
+                raise ArchiveError(path, f"'{member.name}' is a link to '{member.linkname}'", "plain files only")
+            if not member.isreg() or member.issparse():
+                what = "a sparse file" if member.issparse() else "a device or a pipe"
+                raise ArchiveError(path, f"'{member.name}' is {what}", "plain files only")
+            stream = tar.extractfile(member)
+            assert stream is not None
+            yield Member(path, kind, place, member.size, stream)
+    while guard.read(PIECE):  # gzip's checksum stands at its very end
+        pass
+
+
+def _zipped(file: IO[bytes], path: Path, kind: str, limits: Limits, check: Callable[[int], None]) -> Iterator[Member]:
+    with zipfile.ZipFile(file) as archive:
+        infos = archive.infolist()
+        _require_few(path, kind, len(infos), limits)
+        check(sum(info.file_size for info in infos))
+        files = [(info, _safe_place(path, info.filename)) for info in infos if not info.is_dir()]
+        for info, _ in files:
+            if stat.S_IFMT(info.external_attr >> 16) not in (0, stat.S_IFREG):
+                raise ArchiveError(path, f"'{info.filename}' is a link or a device", "plain files only")
+        for info, place in files:
+            with archive.open(info) as stream:
+                yield Member(path, kind, place, info.file_size, stream)
+
+
+def _require_few(path: Path, kind: str, count: int, limits: Limits) -> None:
+    if count > limits.max_members:
+        raise ArchiveError(path, f"it holds more than {limits.max_members} members", kind)
+
+
+def _safe_place(path: Path, name: str) -> PurePosixPath:
+    """Return a member's path, which stays below the folder that it is joined to.
+
+    Raises:
+        ArchiveError: It leads elsewhere.
+    """
+    place = PurePosixPath(name.replace("\\", "/"))
+    if place.is_absolute() or ".." in place.parts or re.match(r"[A-Za-z]:", name) or "\0" in name:
+        raise ArchiveError(path, f"'{name}' leads out of the archive", "names inside it", "It was made to do harm.")
+    return place
