@@ -30,9 +30,9 @@ from deepracer.logs import AnalysisUtils, DeepRacerLog, PlottingUtils, Simulatio
 from deepracer.tracks import Track as TheirTrack  # noqa: E402
 
 from racecraft.worlds.deepracer.analysis import logs as analysis  # noqa: E402
-from racecraft.worlds.deepracer.files.sim_trace import read_sim_trace  # noqa: E402
 from racecraft.worlds.deepracer.files.simulation_log import trace_lines  # noqa: E402
 from racecraft.worlds.deepracer.logs import read  # noqa: E402
+from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace  # noqa: E402
 
 HEAT_MAP_ROWS = 100_000
 """Rows of the heat map: theirs walks row by row, and a million would take minutes."""

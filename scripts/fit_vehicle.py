@@ -24,7 +24,9 @@ from scipy.optimize import minimize
 from racecraft.worlds.deepracer.env.vehicle import NO_LIMIT, PROFILES, CarProfile
 from racecraft.worlds.deepracer.evaluation.open_loop import drive_open_loop, real_speeds
 from racecraft.worlds.deepracer.evaluation.recompute import Retold, recompute
-from racecraft.worlds.deepracer.files.sim_trace import TRACE_COLUMNS, SimTrace, SimTraceError, read_sim_trace
+from racecraft.worlds.deepracer.files.sim_trace import TRACE_COLUMNS, SimTrace
+from racecraft.worlds.deepracer.logs.errors import LogError
+from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 
@@ -152,7 +154,7 @@ def traces_of_folder(folder: Path) -> list[SimTrace]:
     for path in sorted(folder.rglob("*-iteration.csv")):
         try:
             traces.append(read_sim_trace(path))
-        except SimTraceError as error:
+        except LogError as error:
             print(f"passed over: {error}", file=sys.stderr)
     return traces
 

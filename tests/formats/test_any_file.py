@@ -13,11 +13,11 @@ from racecraft.worlds.deepracer.files import (
     hyperparameters,
     model_metadata,
     run_env,
-    sim_trace,
     simulation_log,
     training_metrics,
     training_params,
 )
+from racecraft.worlds.deepracer.logs import one_trace
 from racecraft.worlds.unity.files import demonstrations
 
 TRACE_ROW = "0,1.0,3.2,0.68,0.16,-10.0,2.0,[-10.0 2.0],0.5,False,True,0.79,1,17.7,245.9,prepare,0.0,0,1.5"
@@ -45,9 +45,7 @@ def specimen(reader, path):
         hyperparameters.write_hyperparameters(hyperparameters.default_hyperparameters(), path)
     elif reader is run_env.read_run_env:
         path.write_text(run_env.run_env_text())
-    elif reader is sim_trace.read_sim_trace:
-        path.write_text(",".join(sim_trace.NAMES) + f"\n{TRACE_ROW}\n")
-    elif reader is simulation_log.read_simulation_log:
+    elif reader is one_trace.read_sim_trace:
         path.write_text(f"{simulation_log.PREFIX}{TRACE_ROW}\n")
     elif reader is training_metrics.read_metrics_file:
         training_metrics.write_evaluation_metrics(path, METRICS)
@@ -65,8 +63,7 @@ READERS = [
     model_metadata.read_model_metadata,
     hyperparameters.read_hyperparameters,
     run_env.read_run_env,
-    sim_trace.read_sim_trace,
-    simulation_log.read_simulation_log,
+    one_trace.read_sim_trace,
     training_metrics.read_metrics_file,
     training_params.read_params,
     demonstrations.read_demonstration,

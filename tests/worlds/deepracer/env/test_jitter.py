@@ -6,7 +6,7 @@ from tests.reference import HAS_ALL, LARGE, TRACES
 
 from racecraft.worlds.deepracer.env.fidelity import TICK_JITTER
 from racecraft.worlds.deepracer.env.vehicle import TICK_SECONDS
-from racecraft.worlds.deepracer.files.sim_trace import read_sim_trace
+from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
 
 SETTLED_ROWS = 12
 """A car that has been told one speed for so many rows drives it."""

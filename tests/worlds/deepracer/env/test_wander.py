@@ -9,7 +9,8 @@ from racecraft.worlds.deepracer.env.kernels.vehicle import drive
 from racecraft.worlds.deepracer.env.vehicle import FRONT_POINT_M, PROFILES, TICK_SECONDS
 from racecraft.worlds.deepracer.evaluation.open_loop import commands_of, drive_open_loop
 from racecraft.worlds.deepracer.evaluation.recompute import places_of, recompute
-from racecraft.worlds.deepracer.files.sim_trace import SimTrace, read_sim_trace
+from racecraft.worlds.deepracer.files.sim_trace import SimTrace
+from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 FROM_ITERATION = 12

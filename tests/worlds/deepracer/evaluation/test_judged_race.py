@@ -217,7 +217,7 @@ def test_codes_of_mishaps_are_the_worlds():
 def test_the_files_for_aws_tell_the_same_race(tmp_path):
     import json
 
-    from racecraft.worlds.deepracer.files.sim_trace import read_sim_trace
+    from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
     from racecraft.worlds.deepracer.training.aws.race_evaluation import write_aws_race
 
     record, world = drive(JudgedRace(2, off_track_penalty=2.0), Driver([60]))
@@ -242,7 +242,7 @@ def test_the_files_for_aws_tell_the_same_race(tmp_path):
 
 def test_the_trace_counts_crashes_within_each_episode(tmp_path):
     from racecraft.worlds.deepracer.env.settings import BoxesConfig
-    from racecraft.worlds.deepracer.files.sim_trace import read_sim_trace
+    from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
     from racecraft.worlds.deepracer.training.aws.race_evaluation import write_aws_race
 
     rules = JudgedRace(2, is_continuous=False, max_resets=3, reset_behind_dist=1.2)

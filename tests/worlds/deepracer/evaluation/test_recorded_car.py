@@ -8,7 +8,7 @@ import pytest
 
 from racecraft.worlds.deepracer.evaluation import recorded_car as module
 from racecraft.worlds.deepracer.evaluation.recorded_car import recorded_car
-from racecraft.worlds.deepracer.files.sim_trace import SimTraceError
+from racecraft.worlds.deepracer.logs.errors import LogError
 
 
 def touched(folder, **sizes):
@@ -25,7 +25,7 @@ def test_the_three_largest_traces_beside_a_racers_files_are_asked(tmp_path, monk
 
     def read(path):
         asked.append(path.relative_to(tmp_path).as_posix())
-        raise SimTraceError(path, "damaged", "a trace")
+        raise LogError(path, "damaged", "a trace")
 
     monkeypatch.setattr(module, "read_sim_trace", read)
     assert recorded_car(str(tmp_path)) is None

@@ -13,7 +13,8 @@ from racecraft.worlds.deepracer.evaluation.open_loop import commands_of, drive_o
 from racecraft.worlds.deepracer.evaluation.recompute import recompute
 from racecraft.worlds.deepracer.evaluation.replay_picture import draw_replay
 from racecraft.worlds.deepracer.evaluation.replay_report import replay
-from racecraft.worlds.deepracer.files.sim_trace import SimTrace, SimTraceError, write_sim_trace
+from racecraft.worlds.deepracer.files.sim_trace import SimTrace, write_sim_trace
+from racecraft.worlds.deepracer.logs.errors import LogError
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 TRACK = load_track("reinvent_base")
@@ -292,16 +293,16 @@ def test_numbers_that_are_none_are_passed_over_and_named(trace_file):
     x[[7, 8]] = np.nan, np.inf
     report = replay([trace_file(X=x)], "reinvent_base", "v4").as_dictionary()
     assert report["rows"] == 118
-    assert "X is nan" in report["damaged_rows"][0]
+    assert "X is 'nan'" in report["damaged_rows"][0]
     assert math.isfinite(report["open_loop_position_m"]["1s"]["p90"])
 
 
 MISTAKES = {
-    "no such file": (lambda path: path.unlink(), SimTraceError, "no such file"),
-    "empty": (lambda path: path.write_text(""), SimTraceError, "episode"),
-    "only a header": (lambda path: damaged(path, lambda lines: lines[:1]), SimTraceError, "no rows"),
-    "a column is missing": (lambda path: swap(path, ",yaw,", ",jaw,"), SimTraceError, "yaw"),
-    "never driven": (lambda path: swap(path, "in_progress", "pause"), SimTraceError, "driven"),
+    "no such file": (lambda path: path.unlink(), LogError, "no such file"),
+    "empty": (lambda path: path.write_text(""), LogError, "the file is empty"),
+    "only a header": (lambda path: damaged(path, lambda lines: lines[:1]), LogError, "no rows"),
+    "a column is missing": (lambda path: swap(path, ",yaw,", ",jaw,"), LogError, "yaw"),
+    "never driven": (lambda path: swap(path, "in_progress", "pause"), LogError, "driven"),
 }  # fmt: skip
 
 
@@ -326,7 +327,7 @@ def test_an_unknown_track_car_or_folder_is_refused(tmp_path, trace_file):
     with pytest.raises(UserInputError, match="Did you mean 'v4'"):
         replay([trace_file()], "reinvent_base", "v44")
     (tmp_path / "nothing").mkdir()
-    with pytest.raises(SimTraceError, match="without any"):
+    with pytest.raises(LogError, match="without any"):
         replay([tmp_path / "nothing"], "reinvent_base")
 
 

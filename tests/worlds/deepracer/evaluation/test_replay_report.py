@@ -12,7 +12,8 @@ from racecraft.worlds.deepracer.evaluation import replay_report
 from racecraft.worlds.deepracer.evaluation.open_loop import Windows
 from racecraft.worlds.deepracer.evaluation.recompute import Retold
 from racecraft.worlds.deepracer.evaluation.replay_report import FileReplay, ReplayReport
-from racecraft.worlds.deepracer.files.sim_trace import SimTrace, SimTraceError
+from racecraft.worlds.deepracer.files.sim_trace import SimTrace
+from racecraft.worlds.deepracer.logs.errors import LogError
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 NAN = math.nan
@@ -195,31 +196,16 @@ def test_the_traces_of_a_folder_come_by_folder_and_by_number(tmp_path):
     assert replay_report._files([str(tmp_path / "b" / "single.csv"), tmp_path]) == [single, *files]
     with pytest.raises(UserInputError, match="No trace was named"):
         replay_report._files([])
-    with pytest.raises(SimTraceError, match=r"without any \*-iteration\.csv"):
+    with pytest.raises(LogError, match=r"without any \*-iteration\.csv"):
         replay_report._files([single, *[tmp_path / "c"]])
 
 
+NUMBERS = ("X", "Y", "yaw", "steer", "throttle", "progress", "tstamp")
+
+
 def numbers(rows, **changes):
-    told = {name: np.array(changes.get(name, np.ones(rows)), float) for name in replay_report.NUMBERS}
+    told = {name: np.array(changes.get(name, np.ones(rows)), float) for name in NUMBERS}
     return told | {"episode": np.zeros(rows)}
-
-
-def test_rows_with_numbers_that_are_none_are_named_up_to_twenty(monkeypatch):
-    x = np.full(25, NAN)
-    x[[0, 24]] = 1.0
-    yaw = np.ones(25)
-    yaw[1] = math.inf
-    monkeypatch.setattr(replay_report, "read_sim_trace", lambda path: SimTrace(numbers(25, X=x, yaw=yaw), ("before",)))
-    read = replay_report._read(Path("a.csv"))
-    assert len(read) == 2
-    assert len(read.damaged) == 1 + 20
-    assert read.damaged[:2] == ("before", "a.csv: sound row 2: X is nan and yaw is inf; the row was passed over")
-    monkeypatch.setattr(replay_report, "read_sim_trace", lambda path: SimTrace(numbers(2, X=[NAN, 1], Y=[1, NAN])))
-    with pytest.raises(SimTraceError, match="every row holds a number that is not finite"):
-        replay_report._read(Path("a.csv"))
-    sound = SimTrace(numbers(2))
-    monkeypatch.setattr(replay_report, "read_sim_trace", lambda path: sound)
-    assert replay_report._read(Path("a.csv")) is sound
 
 
 @pytest.mark.parametrize(
@@ -259,9 +245,9 @@ def test_tracks_of_the_length_that_a_trace_speaks_of_are_named_where_there_are()
 
 def test_a_trace_in_which_nobody_drove_is_refused_with_what_its_rows_say():
     parked = trace(2, episode_status=np.array(["pause", "park"]))
-    with pytest.raises(SimTraceError, match=r"\(only park, pause\)"):
+    with pytest.raises(LogError, match=r"\(only park, pause\)"):
         replay_report._refuse_parked(Path("a.csv"), parked, retold(2))
-    with pytest.raises(SimTraceError, match="no row in which a car was driven"):
+    with pytest.raises(LogError, match="no row in which a car was driven"):
         replay_report._refuse_parked(Path("a.csv"), trace(2), retold(2, held=[0, 1]))
     replay_report._refuse_parked(Path("a.csv"), trace(2), retold(2, held=[0]))
     driven = trace(2, episode_status=np.array(["pause", "in_progress"]))

@@ -13,9 +13,7 @@ from racecraft.worlds.deepracer.files.hyperparameters import default_hyperparame
 from racecraft.worlds.deepracer.files.model_metadata import default_model_metadata
 from racecraft.worlds.deepracer.files.sim_trace import (
     NAMES,
-    SimTraceError,
     episodes_from_trace,
-    read_sim_trace,
     sim_trace_text,
     trace_from_episodes,
     write_sim_trace,
@@ -24,10 +22,10 @@ from racecraft.worlds.deepracer.files.simulation_log import (
     checkpoint_line,
     episode_line,
     log_head,
-    read_simulation_log,
     trace_lines,
     update_line,
 )
+from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
 
 
 def data(*parts):
@@ -97,62 +95,7 @@ def test_columns_are_known_by_name_in_any_order_and_number(tmp_path):
         assert_array_equal(values, small_trace()[name], err_msg=name)
 
 
-DAMAGE = [  # line 4 becomes this, what is said
-    ("0,3.0,1.0", "3 values where the header names 19"),
-    ("0,3.0,left" + ",0" * 16, "X is 'left'"),
-    ("0.5,3.0" + ",0" * 17, "episode is '0.5'"),
-    ("0,3.0" + ",0" * 17, "done is '0'"),
-    ("0,3.0,1,1,1,1,1,0,1e999x,False,True,1,1,17,1,off_track,0,0,0", "reward is '1e999x'"),
-    ("0,3.0,1,1,1,1,1,[1 2,1,False,True,1,1,17,1,off_track,0,0,0", "action is '[1 2'"),
-    ("0,3.0,1,1,1,1,1,0,1,False,yes,1,1,17,1,off_track,0,0,0", "all_wheels_on_track is 'yes'"),
-    ("0,3.0,1,1,1,1,1,0,1,False,True,1,nan,17,1,off_track,0,0,0", "closest_waypoint is 'nan'"),
-    ("0,3.0,1,1,1,1,1,0,1,False,True,1,1,17,1,,0,0,0", "episode_status is ''"),
-    ("0,3.0,1,1,1,1,1,0,1,False,True,1,1,17,1,off_track,0,0,0,extra", "20 values where the header names 19"),
-    ("0,,1,1,1,1,1,0,1,False,True,1,1,17,1,off_track,0,0,0", "steps is ''"),
-]
-
-
-@pytest.mark.parametrize(("row", "said"), DAMAGE)
-def test_a_damaged_row_is_passed_over_and_named(tmp_path, row, said):
-    lines = sim_trace_text(small_trace()).splitlines()
-    lines[3] = row
-    path = tmp_path / "0-iteration.csv"
-    path.write_text("\n".join(lines))
-    trace = read_sim_trace(path)
-    assert len(trace) == 5
-    assert trace.damaged[0].startswith(f"{path}:4: {said}")
-
-
-def test_many_damaged_rows_are_counted_not_listed(tmp_path):
-    (tmp_path / "t.csv").write_text(sim_trace_text(small_trace()) + "x\n" * 50)
-    trace = read_sim_trace(tmp_path / "t.csv")
-    assert len(trace.damaged) == 21
-    assert "30 more rows" in trace.damaged[-1]
-
-
-WRONG = [  # text, what the letter holds
-    ("", ":1: episode: there is no such column among nothing; expected a CSV file with the columns episode"),
-    ("episode,steps\n0,1.0\n", ":1: X: there is no such column among episode, steps"),
-    ("{}", "there is no such column among {}"),
-    (sim_trace_text(small_trace()).replace("tstamp", "time"), ":1: tstamp: there is no such column"),
-    (sim_trace_text(small_trace()).replace(",", ";"), ":1: episode: there is no such column among episode;steps;X"),
-    (sim_trace_text(small_trace()).split("\n")[0] + "\n", "no sound row; the file holds no rows; expected one row"),
-    (sim_trace_text(small_trace()).split("\n")[0] + "\n1,2\n", "no sound row; 2: 2 values where the header names 19"),
-]
-
-
-@pytest.mark.parametrize(("text", "found"), WRONG)
-def test_what_is_no_trace_gets_a_letter(tmp_path, text, found):
-    (tmp_path / "t.csv").write_text(text)
-    with pytest.raises(SimTraceError) as caught:
-        read_sim_trace(tmp_path / "t.csv")
-    assert str(caught.value).startswith(str(tmp_path / "t.csv"))
-    assert found in str(caught.value)
-
-
-def test_a_missing_file_and_missing_columns_are_told(tmp_path):
-    with pytest.raises(SimTraceError, match="no such file"):
-        read_sim_trace(tmp_path / "t.csv")
+def test_missing_columns_are_named():
     with pytest.raises(ContractError, match="needs the columns episode, steps"):
         sim_trace_text({})
 
@@ -183,7 +126,7 @@ def test_a_log_gives_its_ticks_back(tmp_path):
         trace = small_trace(continuous=continuous)
         lines = [*log_head("reinvent_base", default_model_metadata(), default_hyperparameters()), *trace_lines(trace)]
         (tmp_path / "log.txt").write_text("\n".join(f"[node-1] [agent-9] {line}" for line in lines) + "\n")
-        got = read_simulation_log(tmp_path / "log.txt")
+        got = read_sim_trace(tmp_path / "log.txt")
         assert got.continuous == continuous
         assert_allclose(got.columns["X"], trace["X"], atol=5e-5)
         assert_array_equal(got.columns["episode_status"], trace["episode_status"])
@@ -212,18 +155,6 @@ def test_every_value_is_printed_as_python_prints_it():
     assert {row[4] for row in logged} == {f"{0.00005:.4f}"}
     assert [row[5] for row in logged] == [f"{value:.2f}" for value in trace["steer"].tolist()]
     assert trace_lines({name: part[:0] for name, part in trace.items()}) == []
-
-
-def test_old_logs_of_fifteen_fields_read_and_empty_ones_are_refused(tmp_path):
-    line = trace_lines(small_trace())[0]
-    (tmp_path / "old.log").write_text(",".join(line.split(",")[:15]) + "\n")
-    assert len(read_simulation_log(tmp_path / "old.log").columns) == 15
-    (tmp_path / "old.log").write_text("nothing here\n")
-    with pytest.raises(SimTraceError, match="there is no line of SIM_TRACE_LOG"):
-        read_simulation_log(tmp_path / "old.log")
-    (tmp_path / "old.log").write_text("SIM_TRACE_LOG:1,2,3\n")
-    with pytest.raises(SimTraceError, match=r"old\.log:1: 3 values a line; expected 15 to 19"):
-        read_simulation_log(tmp_path / "old.log")
 
 
 @pytest.fixture
@@ -290,50 +221,6 @@ def test_deepracer_utils_reads_a_log_of_ours(tmp_path, deepracer_log):
     assert log.hyperparameters()["lr"] == 0.0003
     assert log.action_space()[0] == {"steering_angle": -30.0, "speed": 0.5, "index": 0}
     assert log.agent_and_network()["world"] == "reinvent_base"
-
-
-def test_rows_and_columns_are_counted_as_people_count_them(tmp_path):
-    """Twenty damaged rows are named each, of 21 the last is counted; an empty line is no damage."""
-    for many, last in ((20, ":27: 1 values where the header names 19; the row was passed over"),
-                       (21, ": 1 more rows were passed over")):  # fmt: skip
-        path = tmp_path / f"{many}.csv"
-        path.write_text(sim_trace_text(small_trace()) + "x\n" * many + " \n\r\n")
-        damaged = read_sim_trace(path).damaged
-        assert damaged[0] == f"{path}:8: 1 values where the header names 19; the row was passed over"
-        assert (len(damaged), damaged[-1]) == (many, f"{path}{last}") if many == 20 else (21, f"{path}{last}")
-
-
-def test_of_a_head_without_our_columns_nineteen_are_shown(tmp_path):
-    (tmp_path / "t.csv").write_text(",".join(f"c{number}" for number in range(1, 30)) + "\n")
-    with pytest.raises(SimTraceError, match=r"among c1, c2, .* c18, c19; expected") as caught:
-        read_sim_trace(tmp_path / "t.csv")
-    assert (caught.value.line, caught.value.key) == (1, "episode")
-
-
-@pytest.mark.parametrize(
-    ("number", "is_sound"), [(2**53 - 1, True), (2**53, False), (1 - 2**53, True), (-(2**53), False)]
-)
-def test_a_count_is_sound_as_far_as_floats_count(tmp_path, number, is_sound):
-    lines = sim_trace_text(small_trace()).splitlines()
-    row = lines[1].split(",")
-    lines[1] = ",".join([str(number), *row[1:]])
-    (tmp_path / "t.csv").write_text("\n".join(lines))
-    trace = read_sim_trace(tmp_path / "t.csv")
-    assert len(trace.damaged) == (not is_sound)
-    if is_sound:
-        assert trace.columns["episode"][0] == number
-        assert trace.columns["episode"].dtype == np.int64
-
-
-def test_a_file_that_is_no_text_or_a_folder_gets_a_letter(tmp_path):
-    (tmp_path / "t.csv").write_bytes(b"\xff\xfe\xfd")
-    for path, words in ((tmp_path / "t.csv", "no UTF-8 text"), (tmp_path, "cannot be read")):
-        with pytest.raises(SimTraceError, match=words):
-            read_sim_trace(path)
-    with pytest.raises(SimTraceError, match="cannot be read"):
-        read_simulation_log(tmp_path)
-    with pytest.raises(SimTraceError, match="there is no such file"):
-        read_simulation_log(tmp_path / "none.log")
 
 
 def test_a_trace_alone_is_of_the_first_iteration_and_world():
@@ -414,26 +301,6 @@ def test_lines_of_a_training_are_worded_as_aws_worded_them():
         "Policy training> Surrogate loss=0.5, KL divergence=0.25, Entropy=1.5, training epoch=2, learning_rate=0.0003"
     )
     assert checkpoint_line(3, 40) == "Checkpoint> Saving in path=['./checkpoint_sagemaker/agent/3_Step-40.ckpt']"
-
-
-def test_most_lines_of_a_log_say_how_many_fields_there_are(tmp_path):
-    """A line is cut short by the end of a log, or told twice in one; what stands behind a tab is another column's."""
-    lines = [f"{line}\t[node]\tSIM" for line in trace_lines(small_trace())]
-    lines[2:2] = ["SIM_TRACE_LOG:0,1,2", "a word"]
-    (tmp_path / "l.log").write_text("first\n" + "\n".join(lines))
-    trace = read_simulation_log(tmp_path / "l.log")
-    assert (len(trace), list(trace.columns)) == (6, list(NAMES))
-    assert trace.damaged == (f"{tmp_path / 'l.log'}:4: 3 values where the header names 19; the row was passed over",)
-
-
-@pytest.mark.parametrize(("fields", "is_read"), [(14, False), (15, True), (17, True), (19, True), (20, False)])
-def test_a_log_has_fifteen_to_nineteen_fields(tmp_path, fields, is_read):
-    (tmp_path / "l.log").write_text("\n" + ",".join([*trace_lines(small_trace())[0].split(","), "0"][:fields]))
-    if is_read:
-        assert len(read_simulation_log(tmp_path / "l.log").columns) == fields
-    else:
-        with pytest.raises(SimTraceError, match=rf"l\.log:2: {fields} values a line; expected 15 to 19"):
-            read_simulation_log(tmp_path / "l.log")
 
 
 def test_one_very_small_or_large_number_alone_is_printed_as_python_prints_it():

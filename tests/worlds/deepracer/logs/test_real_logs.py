@@ -5,8 +5,8 @@ import polars as pl
 import pytest
 from tests.reference import HAS_ALL, LARGE, TRACES
 
-from racecraft.worlds.deepracer.files.sim_trace import read_sim_trace
 from racecraft.worlds.deepracer.logs import read
+from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
 
 ROWS = {"console-2022": (44247, 28, 560), "drfc-1-worker": (39392, 27, 540), "droa-2026-continuous": (3893, 8, 160)}
 

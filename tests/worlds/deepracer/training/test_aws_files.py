@@ -30,10 +30,9 @@ from racecraft.worlds.deepracer.evaluation.drive import DriveKeeper
 from racecraft.worlds.deepracer.evaluation.laps import judge_laps
 from racecraft.worlds.deepracer.files.hyperparameters import Hyperparameters
 from racecraft.worlds.deepracer.files.model_folder import AwsModelFolder, read_checkpoint_marks
-from racecraft.worlds.deepracer.files.sim_trace import read_sim_trace
-from racecraft.worlds.deepracer.files.simulation_log import read_simulation_log
 from racecraft.worlds.deepracer.files.training_metrics import read_metrics_file
 from racecraft.worlds.deepracer.files.training_params import read_params
+from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
 from racecraft.worlds.deepracer.training.aws.episodes import STATUSES, TICK, EpisodeCutter
 from racecraft.worlds.deepracer.training.aws.files import AwsFiles
 from racecraft.worlds.deepracer.training.aws.setup import aws_setup
@@ -207,7 +206,7 @@ def test_metrics_tell_of_each_episode_and_of_evaluations_where_they_took_place(t
 
 
 def test_the_log_tells_the_ticks_of_the_traces(trained):
-    log = read_simulation_log(trained.place.simulation_log).columns
+    log = read_sim_trace(trained.place.simulation_log).columns
     full = [read_sim_trace(path).columns for path in trained.place.training_traces().values()][:-1]
     ticks = sum(len(trace["steps"]) for trace in full)
     assert len(log["steps"]) in (

@@ -15,7 +15,7 @@ from racecraft.reporting.gallery import drive_laps, report_run
 from racecraft.training.worlds import carry_out, resume
 from racecraft.worlds.deepracer.env.actions import ActionBox
 from racecraft.worlds.deepracer.files.model_folder import AwsModelFolder
-from racecraft.worlds.deepracer.files.sim_trace import read_sim_trace
+from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
 from racecraft.worlds.deepracer.players.trained_car import load_trained_car
 from racecraft.worlds.deepracer.training.aws.evaluation import write_aws_evaluation
 from racecraft.worlds.deepracer.training.plan import RaceRequest, plan_car

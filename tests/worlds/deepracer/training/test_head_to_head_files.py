@@ -3,8 +3,8 @@
 import numpy as np
 
 from racecraft.worlds.deepracer.env import race
-from racecraft.worlds.deepracer.files.sim_trace import read_sim_trace
 from racecraft.worlds.deepracer.files.training_metrics import read_metrics_file
+from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
 from racecraft.worlds.deepracer.training.aws.head_to_head_files import laps_of, waits_of, write_aws_heads
 
 GOES, LAP = race.IN_PROGRESS, race.LAP_COMPLETE

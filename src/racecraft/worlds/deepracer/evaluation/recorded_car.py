@@ -10,7 +10,8 @@ import numpy as np
 from racecraft.worlds.deepracer.evaluation.open_loop import drive_open_loop
 from racecraft.worlds.deepracer.evaluation.recompute import walk
 from racecraft.worlds.deepracer.evaluation.replay_report import RECORDED_CARS
-from racecraft.worlds.deepracer.files.sim_trace import SimTraceError, read_sim_trace
+from racecraft.worlds.deepracer.logs.errors import LogError
+from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
 
 MOST_FILES = 3
 FEWEST_WINDOWS = 20
@@ -41,7 +42,7 @@ def recorded_car(folder: str | Path) -> RecordedCar | None:
     for path in _recordings(Path(folder)):
         try:
             traces.append(read_sim_trace(path))
-        except SimTraceError:
+        except LogError:
             continue  # `racecraft replay` names what is wrong with it
     strayed: dict[str, float] = {}
     for car in RECORDED_CARS if traces else ():

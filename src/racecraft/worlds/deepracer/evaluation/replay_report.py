@@ -19,7 +19,9 @@ from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.env.vehicle import PROFILES
 from racecraft.worlds.deepracer.evaluation.open_loop import HORIZONS, Windows, drive_open_loop, real_speeds
 from racecraft.worlds.deepracer.evaluation.recompute import Retold, recompute
-from racecraft.worlds.deepracer.files.sim_trace import MAX_NAMED_ROWS, SimTrace, SimTraceError, read_sim_trace
+from racecraft.worlds.deepracer.files.sim_trace import SimTrace
+from racecraft.worlds.deepracer.logs.errors import LogError
+from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
 from racecraft.worlds.deepracer.tracks.catalogue import load_track, names, summary
 from racecraft.worlds.deepracer.tracks.track import Track
 
@@ -37,8 +39,6 @@ FEWEST_WINDOWS = 20
 """A band of speed with fewer windows is not asked, unless the other has fewer still."""
 SAME_WHEELS = 0.998
 """Wheels on the track must agree in so many rows; the original reads pose and wheels at different instants."""
-NUMBERS = ("X", "Y", "yaw", "steer", "throttle", "progress", "tstamp")
-"""Columns that must be finite for a row to be told again."""
 
 
 @dataclass(frozen=True)
@@ -184,7 +184,7 @@ def replay(paths: Sequence[str | Path], track: str | Path, car: str | None = Non
         car: A name of PROFILES; when None, that one of RECORDED_CARS that strays least.
 
     Raises:
-        SimTraceError: A file is no trace, is damaged throughout, or holds no row in which a car was driven.
+        LogError: A file is no trace, is damaged throughout, or holds no row in which a car was driven.
         InputFileError: A trace was driven on another track.
         TrackError: No such track.
         UserInputError: No such car; no file.
@@ -194,7 +194,7 @@ def replay(paths: Sequence[str | Path], track: str | Path, car: str | None = Non
     circuit = load_track(track)
     told = []
     for path in _files(paths):
-        trace = _read(path)
+        trace = read_sim_trace(path)
         retold = recompute(trace, circuit)
         _refuse_other_track(path, trace, retold, circuit)
         _refuse_parked(path, trace, retold)
@@ -256,7 +256,7 @@ def _files(paths: Sequence[str | Path]) -> list[Path]:
             continue
         inside = sorted(path.rglob("*-iteration.csv"), key=lambda file: (file.parent, _iteration(file), file.name))
         if not inside:
-            raise SimTraceError(path, "a folder without any *-iteration.csv", "a trace, or a folder of traces")
+            raise LogError(path, "a folder without any *-iteration.csv", "a trace, or a folder of traces")
         found += inside
     if not found:
         raise UserInputError("No trace was named; expected at least one SIM_TRACE .csv file.")
@@ -266,28 +266,6 @@ def _files(paths: Sequence[str | Path]) -> list[Path]:
 def _iteration(path: Path) -> int:
     number = path.name.split("-")[0]
     return int(number) if number.isdigit() else 0
-
-
-def _read(path: Path) -> SimTrace:
-    """Read a trace, and pass over rows with numbers that are none."""
-    trace = read_sim_trace(path)
-    sound = np.all([np.isfinite(trace.columns[name]) for name in NUMBERS], axis=0)
-    if sound.all():
-        return trace
-    if not sound.any():
-        raise SimTraceError(path, "every row holds a number that is not finite", "finite poses and commands")
-    wrong = np.flatnonzero(~sound)
-    clauses = [
-        f"{path}: sound row {row + 1}: {_endless(trace, row)}; the row was passed over"
-        for row in wrong[:MAX_NAMED_ROWS]
-    ]
-    return SimTrace({name: values[sound] for name, values in trace.columns.items()}, (*trace.damaged, *clauses))
-
-
-def _endless(trace: SimTrace, row: int) -> str:
-    return " and ".join(
-        f"{name} is {trace.columns[name][row]}" for name in NUMBERS if not np.isfinite(trace.columns[name][row])
-    )
 
 
 def _is_route_file(track: str | Path) -> bool:
@@ -318,4 +296,4 @@ def _refuse_parked(path: Path, trace: SimTrace, retold: Retold) -> None:
         found = "no row in which a car was driven"
         if status is not None:
             found += f" (only {', '.join(sorted(set(map(str, status))))})"
-        raise SimTraceError(path, found, "rows whose episode_status is in_progress")
+        raise LogError(path, found, "rows whose episode_status is in_progress")

@@ -1,8 +1,6 @@
-"""The simulation trace: one CSV row a tick, as AWS writes it and as its tools read it.
+"""The simulation trace: one CSV row a tick, as AWS writes it.
 
-Begin with `read_sim_trace` and `write_sim_trace`; what one wrote the other gives back, byte for byte. Columns are
-known by their names, so old files with fewer of them (15 to 19) and files in another order read as well. A row that
-is damaged is passed over and named.
+Begin with `TRACE_COLUMNS` and `write_sim_trace`; the readers are in `logs` (`logs/one_trace.py` reads one file back).
 
 A trace is a dictionary of arrays of shape (T,), in the units of AWS: degrees, percent, and steps that count in
 floats. `trace_from_episodes` and `episodes_from_trace` cross over to our own tables in radians and shares.
@@ -12,15 +10,14 @@ Source: facts: simapp `metrics/constants.py` (order), real traces of 2022 and 20
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from racecraft.contract.errors import ContractError, InputFileError
+from racecraft.contract.errors import ContractError
 from racecraft.contract.world import Array
 from racecraft.formats.whole import write_whole
 
@@ -29,11 +26,6 @@ if TYPE_CHECKING:
 
 CONTINUOUS_ACTION = -1
 """Stands in the column `action` where the action is no number but an angle and a speed."""
-MAX_NAMED_ROWS = 20
-
-
-class SimTraceError(InputFileError):
-    """A simulation trace is missing, no trace, or holds no sound row."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +62,6 @@ TRACE_COLUMNS = (
 )
 NAMES = tuple(column.name for column in TRACE_COLUMNS)
 _BY_NAME = {column.name: column for column in TRACE_COLUMNS}
-_EXPECTED = f"a CSV file with the columns {', '.join(column.name for column in TRACE_COLUMNS if column.required)}"
 
 
 @dataclass(frozen=True)
@@ -89,26 +80,6 @@ class SimTrace:
     def continuous(self) -> bool:
         """Whether the actions are angles and speeds."""
         return bool((self.columns["action"] == CONTINUOUS_ACTION).any())
-
-
-def read_sim_trace(path: str | Path) -> SimTrace:
-    """Read a trace.
-
-    Raises:
-        SimTraceError: The file is missing or no text, lacks a column, or none of its rows is sound.
-    """
-    path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise SimTraceError(path, "there is no such file", _EXPECTED) from None
-    except UnicodeDecodeError:
-        raise SimTraceError(path, "the file is no UTF-8 text", _EXPECTED) from None
-    except OSError as error:
-        raise SimTraceError(path, f"the file cannot be read ({error.strerror})", _EXPECTED) from error
-    lines = text.split("\n")
-    names = _named(path, lines[0])
-    return trace_from_rows(path, names, [(number, line) for number, line in enumerate(lines, 1) if number > 1])
 
 
 def write_sim_trace(path: str | Path, columns: Mapping[str, Array]) -> None:
@@ -201,81 +172,6 @@ def episodes_from_trace(trace: Mapping[str, Array], iteration: int = 0, world: i
         "wall_clock": "wall_clock_s",
     }
     return {**episodes, **{ours: trace[theirs] for theirs, ours in others.items() if theirs in trace}}
-
-
-def trace_from_rows(path: Path, names: Sequence[str], rows: Sequence[tuple[int, str]]) -> SimTrace:
-    """Return the trace of (line number, comma-separated values) rows; damaged ones are passed over and named.
-
-    Raises:
-        SimTraceError: None of the rows is sound.
-    """
-    sound: list[list[str]] = []
-    damaged: list[str] = []
-    for number, line in rows:
-        values = line.rstrip("\r").split(",")
-        if len(values) == 1 and not values[0].strip():
-            continue
-        wrong = _what_is_wrong(names, values)
-        if wrong:
-            damaged.append(f"{path}:{number}: {wrong}; the row was passed over")
-        else:
-            sound.append(values)
-    if not sound:
-        found = damaged[0].removeprefix(f"{path}:") if damaged else "the file holds no rows"
-        raise SimTraceError(path, f"no sound row; {found}", "one row a tick")
-    if len(damaged) > MAX_NAMED_ROWS:
-        damaged = [*damaged[:MAX_NAMED_ROWS], f"{path}: {len(damaged) - MAX_NAMED_ROWS} more rows were passed over"]
-    columns = {name: _parsed(name, [values[place] for values in sound]) for place, name in enumerate(names) if name}
-    return SimTrace(columns, tuple(damaged))
-
-
-def _named(path: Path, header: str) -> list[str]:
-    """Return our names of the columns, in the file's order; "" for those that we do not know."""
-    folded = {name.casefold(): name for name in NAMES}
-    written = [name.strip() for name in next(csv.reader([header]), [])]
-    names = [folded.get(name.casefold(), "") for name in written]
-    for column in TRACE_COLUMNS:
-        if column.required and column.name not in names:
-            found = f"there is no such column among {', '.join(written[:19]) or 'nothing'}"
-            raise SimTraceError(path, found, _EXPECTED, line=1, key=column.name)
-    return names
-
-
-def _what_is_wrong(names: Sequence[str], values: Sequence[str]) -> str:
-    """Return why a row cannot be read; nothing when it can."""
-    if len(values) != len(names):
-        return f"{len(values)} values where the header names {len(names)}"
-    for name, value in zip(names, values, strict=True):
-        if name and not _is_sound(name, value):
-            return f"{name} is {value!r}"
-    return ""
-
-
-def _is_sound(name: str, value: str) -> bool:
-    kind = _BY_NAME[name].dtype
-    if kind == "str":
-        return bool(value.strip())
-    if kind == "bool":
-        return value in ("True", "False")
-    if name == "action" and value.startswith("["):
-        return value.endswith("]")
-    try:
-        number = float(value)
-    except ValueError:
-        return False
-    return kind == "float64" or (number.is_integer() and abs(number) < 2**53)
-
-
-def _parsed(name: str, values: list[str]) -> Array:
-    kind = _BY_NAME[name].dtype
-    if kind == "str":
-        return np.array(values)
-    if kind == "bool":
-        return np.array([value == "True" for value in values])
-    if name == "action":
-        return np.array([CONTINUOUS_ACTION if value[0] == "[" else int(float(value)) for value in values], np.int64)
-    numbers = np.array([float(value) for value in values])
-    return numbers if kind == "float64" else numbers.astype(np.int64)
 
 
 def _printed(name: str, columns: Mapping[str, Array]) -> pl.Series:

@@ -1,7 +1,7 @@
 """The simulation log: the text that log readers search for its few telling lines.
 
-Begin with `log_head`, which says what is trained, and `trace_lines`, which tell each tick; `read_simulation_log` gets
-the ticks back from any log of AWS, old or new. Readers need the world's line before the sensors' line.
+Begin with `log_head`, the settings of the training, and `trace_lines`, one line a tick. Readers need the line of the
+world before that of the sensors.
 
 Source: facts: simapp `s3_metrics.py` (formats), deepracer-utils and log-guru (what they look for).
 """
@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,19 +20,14 @@ from racecraft.worlds.deepracer.files.model_metadata import ModelMetadata, as_aw
 from racecraft.worlds.deepracer.files.sim_trace import (
     CONTINUOUS_ACTION,
     NAMES,
-    TRACE_COLUMNS,
-    SimTrace,
-    SimTraceError,
     action_texts,
     flag_texts,
     number_texts,
-    trace_from_rows,
 )
 
 PREFIX = "SIM_TRACE_LOG:"
 _TWO_DIGITS = ("steer", "throttle", "track_len", "pause_duration")
 _NOTHING = {"pause_duration": "0.00", "wall_clock": "0.0000"}
-_MIN_FIELDS = sum(column.required for column in TRACE_COLUMNS)
 
 
 def log_head(world_name: str, metadata: ModelMetadata, hyperparameters: Hyperparameters) -> list[str]:
@@ -89,33 +83,6 @@ def checkpoint_line(iteration: int, steps: int) -> str:
     "Checkpoint> Saving in path=['./checkpoint_sagemaker/agent/0_Step-0.ckpt']"
     """
     return f"Checkpoint> Saving in path=['./checkpoint_sagemaker/agent/{iteration}_Step-{steps}.ckpt']"
-
-
-def read_simulation_log(path: str | Path) -> SimTrace:
-    """Read the ticks of a log; lines that tell something else are passed over.
-
-    Raises:
-        SimTraceError: The file is missing or holds no sound line of a tick.
-    """
-    path = Path(path)
-    expected = f"a log with lines of {PREFIX}"
-    try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except FileNotFoundError:
-        raise SimTraceError(path, "there is no such file", expected) from None
-    except OSError as error:
-        raise SimTraceError(path, f"the file cannot be read ({error.strerror})", expected) from error
-    rows = [
-        (number, line.split(PREFIX, 1)[1].split("\t")[0].strip())
-        for number, line in enumerate(text.split("\n"), 1)
-        if PREFIX in line
-    ]
-    if not rows:
-        raise SimTraceError(path, f"there is no line of {PREFIX}", expected)
-    fields = max(set(counts := [row.count(",") + 1 for _, row in rows]), key=counts.count)
-    if not _MIN_FIELDS <= fields <= len(NAMES):
-        raise SimTraceError(path, f"{fields} values a line", f"{_MIN_FIELDS} to {len(NAMES)}", line=rows[0][0])
-    return trace_from_rows(path, NAMES[:fields], rows)
 
 
 def _printed(name: str, trace: Mapping[str, Array], ticks: int) -> Any:
