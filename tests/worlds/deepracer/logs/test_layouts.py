@@ -186,7 +186,7 @@ def test_a_half_downloaded_archive_is_a_letter(tmp_path):
     makers.drfc(tmp_path / "model")
     path = makers.packed(tmp_path / "model", tmp_path / "model.tar.gz")
     path.write_bytes(path.read_bytes()[:-400])
-    with pytest.raises(LogError, match="the archive is damaged .* Download it again"):
+    with pytest.raises(LogError, match="damaged .* download it again"):
         read(path)
 
 

@@ -9,14 +9,12 @@ from tests.reference import DATA
 from racecraft.contract.errors import TrackError
 from racecraft.worlds.deepracer.tracks import catalogue
 from racecraft.worlds.deepracer.tracks.catalogue import load_track, names, resolve, summary
-from racecraft.worlds.deepracer.tracks.fit import FARTHEST_M, MEAN_M, fit_shape, misses
 from racecraft.worlds.deepracer.tracks.importer import check_shape, import_track
 from racecraft.worlds.deepracer.tracks.look import TrackLook
-from racecraft.worlds.deepracer.tracks.shape_file import rows_from_record, shape_text
-from racecraft.worlds.deepracer.tracks.spline import lay_curve, weights
-from racecraft.worlds.deepracer.tracks.track import Track
 
 SURVEY = DATA / "tracks"
+FARTHEST_M, MEAN_M = 0.005, 0.001
+"""How far smoothing may move a point, and the mean of a line."""
 FIRST_SEVEN = (
     "reinvent_base", "reInvent2019_track", "reInvent2019_wide", "Oval_track", "2022_reinvent_champ_ccw",
     "2024_reinvent_champ_ccw", "Straight_track",
@@ -27,10 +25,9 @@ def test_every_name_is_there_and_every_file_is_used():
     assert len(names()) == 127
     assert set(FIRST_SEVEN) < set(names())
     used = {entry["shape"] for entry in catalogue._index().values()}
-    assert used == {path.stem for path in (catalogue.FOLDER / "shapes").glob("*.json")}
+    with np.load(catalogue.FOLDER / "rows.npz") as shapes:
+        assert used == set(shapes)
     assert len(used) == 120
-    size = sum(path.stat().st_size for path in catalogue.FOLDER.rglob("*.json"))
-    assert size < 2_000_000
 
 
 def test_waypoints_lie_where_they_were_surveyed():
@@ -119,9 +116,8 @@ def test_two_letters_begin_too_many_names_to_mean_one():
         load_track("re")
 
 
-def test_listing_evaluates_no_curve(monkeypatch):
-    reader = "racecraft.worlds.deepracer.tracks.shape_file.read_shape"
-    monkeypatch.setattr(reader, lambda path: pytest.fail("a curve was read"))
+def test_listing_reads_no_rows(monkeypatch):
+    monkeypatch.setattr(catalogue, "_rows_m", lambda shape: pytest.fail("rows were read"))
     told = [summary(name).as_dictionary() for name in names()]
     assert len(json.dumps(told)) > 10_000
 
@@ -134,58 +130,10 @@ def test_a_look_comes_back_from_its_record():
     assert TrackLook().to_record() == {}
 
 
-def test_a_newer_shape_file_is_refused(tmp_path):
-    from racecraft.worlds.deepracer.tracks.shape_file import read_shape
-
-    text = (catalogue.FOLDER / "shapes" / "Oval_track.json").read_text()
-    (tmp_path / "new.json").write_text(text.replace('"version": 1', '"version": 2'))
-    (tmp_path / "torn.json").write_text(text[: len(text) // 2])
-    with pytest.raises(TrackError, match="version 2"):
-        read_shape(tmp_path / "new.json")
-    with pytest.raises(TrackError, match="not readable"):
-        read_shape(tmp_path / "torn.json")
-
-
-def wavy_ring(rows=120, lean=0.0):
-    """A loop with two bays; with `lean` its borders stand askew to the centre line."""
-    t = np.linspace(0, 2 * np.pi, rows)
-    t[-1] = 0.0
-    r = 4 + 0.8 * np.cos(3 * t)
-    lines = [np.stack([(r + d) * np.cos(t + turn), (r + d) * np.sin(t + turn)], 1) for d, turn in
-             ((0, 0), (-0.5, lean), (0.5, -lean))]  # fmt: skip
-    return Track.from_rows("wavy", np.hstack(lines))
-
-
-@pytest.mark.parametrize("lean", [0.0, 0.1])
-def test_the_tool_fits_any_loop_within_its_tolerance(lean):
-    track = wavy_ring(lean=lean)
-    record = json.loads(shape_text(fit_shape(track, "drawn here", "Apache-2.0")))
-    missed = misses(record, track)
-    assert missed.max() <= FARTHEST_M
-    assert missed.mean(axis=0).max() <= MEAN_M
-    rows = rows_from_record(record)
-    assert (rows[0] == rows[-1]).all()
-    assert len(record["centre"]["points"]) < len(rows) / 2
-
-
-def test_a_straight_needs_hardly_any_points():
-    stations = np.linspace(0, 5, 50)
-    rows, control = lay_curve(stations, np.stack([stations, 2 * stations], 1), False, 1e-3, 1e-4)
-    assert len(rows) <= 6
-    assert control[0] == pytest.approx([0, 0])
-    assert control[-1] == pytest.approx([5, 10])
-
-
-@pytest.mark.parametrize("closed", [True, False])
-def test_spline_weights_share_out_one_and_agree_with_scipy(closed):
-    interpolate = pytest.importorskip("scipy.interpolate")
-    knots = np.array([0.0, 1.0, 2.5, 3.0, 4.2] + ([5.5] if closed else [7.0]))
-    stations = np.linspace(0, 7, 60)
-    ours = weights(knots, stations, 7.0, closed)
-    assert ours.sum(axis=1) == pytest.approx(1.0)
-    if closed:
-        assert ours[0] == pytest.approx(ours[-1])
-    else:
-        ladder = np.r_[[0.0] * 3, knots, [7.0] * 3]
-        theirs = interpolate.BSpline.design_matrix(stations, ladder, 3).toarray()
-        assert np.abs(ours - theirs).max() < 1e-14
+def test_a_damaged_file_of_rows_is_refused(tmp_path, monkeypatch):
+    data = (catalogue.FOLDER / "rows.npz").read_bytes()
+    monkeypatch.setattr(catalogue, "FOLDER", tmp_path)
+    for damaged in (data[: len(data) // 2], b"rows", data[:600] + bytes(400) + data[1000:]):
+        (tmp_path / "rows.npz").write_bytes(damaged)
+        with pytest.raises(TrackError, match=r"rows\.npz: not readable"):
+            catalogue._rows_m("2022_april_open")

@@ -7,7 +7,6 @@ Begin in ``track.py``; `Track` is what every other room asks.
     look.py        its colours and painted lines
     catalogue/     the circuits that come with racecraft, found by name; `load_track` takes a name or a path
     importer.py    a route file of AWS form, looked at row by row
-    fit.py         how catalogue files are made: smooth curves laid through surveyed rows
     picture.py     a circuit drawn, with paths on it
 
 Metres and radians; x east, y north; a positive angle turns left. A row is a waypoint, counted from 0.
