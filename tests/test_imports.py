@@ -19,7 +19,7 @@ LAYERS = (
     "files", "tracks",
     "algorithms", "adapters", "env", "adapter", "logs",
     "rollout", "players", "evaluation",
-    "analysis", "reporting", "export", "training", "notebooks",
+    "analysis", "export", "training", "notebooks",
     "jobs", "league", "cluster",
     "sagemaker", "compat", "estimator",
     "serving", "api", "cli",
@@ -57,7 +57,6 @@ KNOWN_CIRCLES = {
 }
 
 KNOWN_UPWARD = {
-    "worlds.deepracer.analysis.comparing -> reporting.account",
     "worlds.gymnasium.evaluation -> compat.script_worlds",
 }
 

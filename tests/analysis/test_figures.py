@@ -26,7 +26,7 @@ def metric_rows(count, **more):
 
 
 def test_curves_show_only_what_was_measured(tmp_path):
-    figure = draw_curves(tmp_path / "curves.png", metric_rows(6), title="A run")
+    figure = draw_curves(tmp_path / "curves.png", metric_rows(6), title="A run", score_name="progress (% of a lap)")
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert titles == ["progress (% of a lap)", "entropy of the policy (nat)"]
     training, evaluation = figure.axes[0].get_lines()

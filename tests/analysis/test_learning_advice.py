@@ -9,6 +9,7 @@ import pytest
 from tests.worlds.deepracer.logs import makers
 
 from racecraft.algorithms.registry import find_algorithm
+from racecraft.analysis.account import as_asked
 from racecraft.analysis.account_words import asked_words, happened_words
 from racecraft.analysis.learner import Learner, learner_of_job, learner_of_log
 from racecraft.analysis.learning_advice import learning_advice
@@ -16,7 +17,6 @@ from racecraft.analysis.report import write_report
 from racecraft.analysis.run_facts import read_facts
 from racecraft.formats.episodes import STATUSES
 from racecraft.formats.run_folder import RunFolder
-from racecraft.reporting.account import advice_of, as_asked
 from racecraft.settings.overrides import as_dictionary
 from racecraft.worlds.deepracer.analysis.logs.advice import advice
 from racecraft.worlds.deepracer.analysis.logs.judged import Judged
@@ -208,7 +208,7 @@ def test_a_page_has_the_account_of_a_run_in_plain_words(tmp_path):
     )  # fmt: skip
     for row in metrics_of(evaluation_score=FELL):
         run.append_metrics(row)
-    text = write_report(run, tmp_path / "r.html", advice=advice_of(run)).read_text(encoding="utf-8")
+    text = write_report(run, tmp_path / "r.html").read_text(encoding="utf-8")
     assert "PPO was asked to play CartPole-v1 until 1 min are over." in text
     assert "it went from 0 to 90 in iteration 12" in text
     assert "What to try next" in text

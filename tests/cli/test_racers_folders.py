@@ -143,7 +143,7 @@ def test_a_film_of_another_kind_is_refused_before_the_drive(racecraft, old, monk
     def drive(*_):
         raise AssertionError("it drove")
 
-    monkeypatch.setattr("racecraft.reporting.gallery.drive_laps", drive)
+    monkeypatch.setattr("racecraft.worlds.deepracer.analysis.judged_drive.drive_laps", drive)
     said = racecraft("evaluate", "old", "--video", "x.gif")
     assert (said.code, "expected a name that ends in .mp4" in said.err) == (2, True)
 

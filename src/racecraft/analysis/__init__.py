@@ -1,5 +1,4 @@
-"""Explains what happened, from the files alone: films, figures, tables, a report.
+"""Explain what happened, from the files alone: curves, a report, advice, attribution. Begin with `report.py`.
 
-Begin with `drive.py`, the shape that films and pictures are made from. `write_video`, `draw_path`, `draw_curves` and
-`write_report` make what one looks at; `tables.py` makes what one counts.
+A world adds its own parts: `page_part.py`.
 """

@@ -52,11 +52,11 @@ class Panel:
 
 
 LEARNING = Panel(
-    "progress (% of a lap)",
+    "score",
     (Curve("training_score", "training", ORANGE), Curve("evaluation_score", "evaluation", BLUE, dots=True)),
     lowest=0.0,
 )
-"""The chart that matters; its title is changed where a score is no progress."""
+"""The chart that matters; what the score is called depends on the world."""
 REWARD = Panel("mean reward of an episode", (Curve("mean_reward", "training", ORANGE),))
 """What the reward function paid for a whole episode, in the mean."""
 SMALL_PANELS = (
@@ -71,7 +71,7 @@ SMALL_PANELS = (
 
 
 def draw_curves(
-    path: str | Path, metrics: MetricRows, *, title: str = "", score_name: str = "progress (% of a lap)", dpi: int = 140
+    path: str | Path, metrics: MetricRows, *, title: str = "", score_name: str = "score", dpi: int = 140
 ) -> Figure:
     """Draw how a training went: the scores large, beneath them laps, losses and speed.
 

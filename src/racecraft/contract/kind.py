@@ -61,6 +61,14 @@ class Score:
     """The score of the best checkpoint."""
     short: str = "return"
     """In a table, or beside a figure."""
+    figure: str = "{:.4g}"
+    """How a score is written where figures stand alone; a format of one number."""
+    sentence: str = "{:.4g}"
+    """How it is written in a sentence; a format of one number."""
+    lowest: float | None = None
+    """Where the axis of a chart begins; None: at the data."""
+    highest: float | None = None
+    """The best score there can be; None: there is none, or it is unknown."""
 
 
 @dataclass(frozen=True)
@@ -112,12 +120,19 @@ class WorldKind:
     Default: the words themselves."""
 
     facts: str = ""
-    """Function (run: RunFolder) -> Mapping of what its own parts of a report need. Default: none."""
+    """Function (facts: RunFacts) -> WorldFacts, what a report says first of a run of this kind. Default: its title,
+    algorithm and score."""
     report_parts: str = ""
-    """Function (facts: RunFacts) -> Iterable[PagePart], the world's own parts of a run's report. Default: none."""
-    pictures: str = ""
-    """Function (run: RunFolder, say) -> dict of files by kind: what a training leaves for people. Default: the
-    report."""
+    """Function (facts: RunFacts, plots: Sequence[Path]) -> Iterable[PagePart], the world's own parts of a run's report;
+    `plots` are files with the user's own plots. Default: none."""
+    evaluation_table: str = ""
+    """Function (evaluations: list of evaluations/*.json) -> EvaluationTable | None. Default: one of mean returns."""
+    advice: str = ""
+    """Function (run: RunFolder, learner: Learner, found: list[Advice]) -> list[Advice]: what to try next; `found` is
+    what the learner's figures suggest. Default: that alone."""
+    as_typed: str = ""
+    """Function (command: str, job) -> str: advice's "racecraft train …" as it is typed for a run of this kind.
+    Default: `train_command` in its place."""
     watch: str = ""
     """Function (run: RunFolder) -> source of the live page of `racecraft watch`. Default: its curves."""
     look: str = ""

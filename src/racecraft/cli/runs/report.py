@@ -16,11 +16,12 @@ def leave_report(run: Path, tell: Callable[[str], None]) -> dict[str, str]:
 
     Where it cannot be written, as of a run stopped before its first iteration, that is said and the training stands.
     """
+    from racecraft.analysis.report import write_report
     from racecraft.contract.errors import UserInputError
-    from racecraft.reporting.gallery import report_run
+    from racecraft.formats.run_folder import RunFolder
 
     try:
-        page = report_run(run, run / PAGE)
+        page = write_report(RunFolder.open(run), run / PAGE)
     except UserInputError as error:
         tell(f"No report: {error}")
         return {}
@@ -40,10 +41,11 @@ def report(
 
     Example: racecraft report runs/reinvent_base-1
     """
+    from racecraft.analysis.report import write_report
     from racecraft.cli.output import print_json
-    from racecraft.reporting.gallery import report_run
+    from racecraft.formats.run_folder import RunFolder
 
-    page = report_run(run, output or run / PAGE, plots or ())
+    page = write_report(RunFolder.open(run), output or run / PAGE, plots or ())
     if json:
         print_json({"report": str(page)})
         return

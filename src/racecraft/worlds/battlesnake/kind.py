@@ -17,4 +17,6 @@ KIND = WorldKind(
     evaluate="racecraft.worlds.battlesnake.evaluation.judged_run:judge_snake",
     commands=(Command("snakes", "racecraft.worlds.battlesnake.cli.snakes:app"),),
     score=Score("rating (Elo)", "best checkpoint, rating", "rating"),
+    evaluation_table="racecraft.worlds.battlesnake.analysis.evaluations:rating_table",
+    as_typed="racecraft.worlds.battlesnake.analysis.account:as_typed",
 )

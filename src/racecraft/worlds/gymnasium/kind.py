@@ -10,4 +10,5 @@ KIND = WorldKind(
     make_world="racecraft.worlds.gymnasium.env.from_gymnasium:make_world",
     judging_world="racecraft.worlds.gymnasium.evaluation:opened_judging_world",
     commands=(Command("gym", "racecraft.worlds.gymnasium.cli.gym:app"),),
+    as_typed="racecraft.worlds.gymnasium.training.account:as_typed",
 )

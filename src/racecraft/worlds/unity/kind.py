@@ -13,4 +13,5 @@ KIND = WorldKind(
     demonstration_suffix=".demo",
     demonstrations="racecraft.worlds.unity.training.shown:read_shown",
     commands=(Command("unity", "racecraft.worlds.unity.cli.unity:app"),),
+    as_typed="racecraft.worlds.unity.training.account:as_typed",
 )

@@ -14,8 +14,8 @@ from racecraft.analysis.own_plots import OwnPlotError, made_or_why
 from racecraft.analysis.plot import PlotError
 from racecraft.analysis.report import write_report
 from racecraft.formats.run_folder import RunFolder
-from racecraft.reporting.account import own_plots_of
 from racecraft.worlds.deepracer.analysis import logs as analysis
+from racecraft.worlds.deepracer.analysis.account import own_plots_of
 from racecraft.worlds.deepracer.analysis.logs.fitting import fit
 from racecraft.worlds.deepracer.analysis.logs.page import Extras, write_logs_page
 from racecraft.worlds.deepracer.logs import read

@@ -9,10 +9,11 @@ import numpy as np
 import polars as pl
 import pytest
 
+from racecraft.analysis.report import write_report
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
-from racecraft.reporting.gallery import drive_laps, report_run
 from racecraft.training.worlds import carry_out, resume
+from racecraft.worlds.deepracer.analysis.judged_drive import drive_laps
 from racecraft.worlds.deepracer.env.actions import ActionBox
 from racecraft.worlds.deepracer.files.model_folder import AwsModelFolder
 from racecraft.worlds.deepracer.logs.one_trace import read_sim_trace
@@ -104,7 +105,7 @@ def test_the_car_that_was_trained_drives_within_its_ranges(trained):
 
 
 def test_its_report_shows_bands_of_angles(trained, tmp_path):
-    text = report_run(trained.path, tmp_path / "page.html").read_text()
+    text = write_report(RunFolder.open(trained.path), tmp_path / "page.html").read_text()
     assert "mean speed (m/s)" in text
     assert "20° right to 14° right" in text
 

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from racecraft.analysis.report import write_report
 from racecraft.cli.app import app
 from racecraft.contract.errors import RunFolderError
 from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.run_folder import RunFolder
 from racecraft.players.trained import load_policy
-from racecraft.reporting.gallery import drive_laps, report_run
 from racecraft.training.worlds import carry_out, resume
+from racecraft.worlds.deepracer.analysis.judged_drive import drive_laps
 from racecraft.worlds.deepracer.env.sensors import car_sensors
 from racecraft.worlds.deepracer.players.trained_car import load_trained_car
 from racecraft.worlds.deepracer.training.plan import RaceRequest, plan_car
@@ -72,7 +74,7 @@ def test_its_policy_sees_every_sensor_and_drives(trained):
 def test_its_files_tell_of_its_sensors(trained, tmp_path):
     run, names = trained
     assert json.loads(run.model_metadata.read_text())["sensor"] == names
-    assert report_run(run.path, tmp_path / "page.html").is_file()
+    assert write_report(RunFolder.open(run.path), tmp_path / "page.html").is_file()
 
 
 def test_a_run_that_goes_on_is_the_run_that_was_not_interrupted(tmp_path):

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
+from racecraft.analysis.account import TRAIN, as_asked
 from racecraft.contract.world import Array
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.checkpoint_ranking import ranked
 from racecraft.formats.run_folder import RunFolder
-from racecraft.reporting.account import TRAIN, as_asked
 from racecraft.worlds.deepracer.analysis import tables
 from racecraft.worlds.deepracer.analysis.forgetting import Passages, StartsCompared
 from racecraft.worlds.deepracer.analysis.logs.segments import find_segments

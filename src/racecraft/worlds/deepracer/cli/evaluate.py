@@ -14,8 +14,8 @@ from racecraft.worlds.deepracer.cli.judged_race import RaceOptions, print_race, 
 from racecraft.worlds.deepracer.cli.robustness import DisturbedDrive
 
 if TYPE_CHECKING:
-    from racecraft.reporting.gallery import Drive
     from racecraft.worlds.deepracer.analysis.films.film import FilmStyle
+    from racecraft.worlds.deepracer.analysis.judged_drive import Drive
     from racecraft.worlds.deepracer.evaluation.laps import LapReport
     from racecraft.worlds.deepracer.players.trained_car import TrainedCar
     from racecraft.worlds.deepracer.tracks.track import Track
@@ -163,7 +163,7 @@ def _judge_car(
 
 def _drive_laps(car: TrainedCar, circuit: Track, laps: int) -> tuple[Drive, str]:
     """Let a car drive laps; return the drive, and the digits under which its AWS files stand."""
-    from racecraft.reporting.gallery import drive_laps
+    from racecraft.worlds.deepracer.analysis.judged_drive import drive_laps
     from racecraft.worlds.deepracer.training.aws.evaluation import write_aws_evaluation
 
     drive = drive_laps(car, circuit, laps)
@@ -173,7 +173,7 @@ def _drive_laps(car: TrainedCar, circuit: Track, laps: int) -> tuple[Drive, str]
 def _show(drive: Drive, film: FilmOptions, style: FilmStyle | None, picture: Path, json: bool) -> dict[str, Path]:
     """Write the pictures and films that are asked for; return the files by kind."""
     from racecraft.cli.output import counting, say
-    from racecraft.reporting.gallery import film_as_aws, show_drive
+    from racecraft.worlds.deepracer.analysis.judged_drive import film_as_aws, show_drive
 
     if film.video is not None or film.save_mp4:
         say(f"Filming {len(drive.ticks)} ticks …", quiet_stdout=json)

@@ -79,7 +79,7 @@ class FilmOptions:
 
     def style(self, car: TrainedCar) -> FilmStyle | None:
         """Return the style of a film from outside the dashboard; None where there is none."""
-        from racecraft.reporting.gallery import style_of
+        from racecraft.worlds.deepracer.analysis.judged_drive import style_of
 
         if not self.from_outside and not self.save_mp4:
             return None

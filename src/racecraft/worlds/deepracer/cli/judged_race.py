@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import typer
 
 if TYPE_CHECKING:
-    from racecraft.reporting.gallery import Drive
+    from racecraft.worlds.deepracer.analysis.judged_drive import Drive
     from racecraft.worlds.deepracer.evaluation.judged_race import JudgedRace, RaceRecord
     from racecraft.worlds.deepracer.players.trained_car import TrainedCar
     from racecraft.worlds.deepracer.tracks.track import Track
@@ -93,7 +93,7 @@ def race_asked(typed: Mapping[str, Any], kept: Mapping[str, Any]) -> tuple[Judge
 
 def race_car(car: TrainedCar, circuit: Track, rules: JudgedRace, reverse: bool | None) -> tuple[Drive, str]:
     """Let a car drive a judged race; return the drive, and the digits under which its AWS files stand."""
-    from racecraft.reporting.gallery import drive_race
+    from racecraft.worlds.deepracer.analysis.judged_drive import drive_race
     from racecraft.worlds.deepracer.training.aws.race_evaluation import write_aws_race
 
     record, drive = drive_race(car, circuit, rules, reverse)

@@ -205,7 +205,7 @@ def _request(folder: Path | None, where: TrackOptions, who: CarOptions, options:
 
 def _leave(trained: Trained, options: CarTraining) -> Left:
     """Leave pictures, where they are asked for, and of a car that races others how good it became at that."""
-    from racecraft.reporting.gallery import paint_run
+    from racecraft.worlds.deepracer.analysis.report import paint_run
 
     painted = paint_run(trained.run, options.tell) if options.pictures else {}
     races = _race_selves(trained, options.pictures, options.tell)

@@ -169,7 +169,7 @@ COACH = (
     "print(trained.run.path)",
     "# The curve",
     "from racecraft.analysis.figures import draw_curves\n\nrun = rc.read_run(trained.run.path)\n"
-    'draw_curves("curves.png", run.metrics().to_dicts())',
+    'draw_curves("curves.png", run.metrics().to_dicts(), score_name="progress (% of a lap)")',
     "# Evaluate",
     "rc.evaluate(trained.run.path, laps=3)",
     "# The log, and what to change",

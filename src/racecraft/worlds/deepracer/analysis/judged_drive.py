@@ -1,23 +1,16 @@
-"""What a training leaves for people to look at: a film of the best policy's lap, its path, the learning curves."""
+"""A judged drive of one car, and the films and pictures that show it. Begin with `drive_laps`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from racecraft.analysis.figures import draw_curves
-from racecraft.analysis.report import write_report
-from racecraft.analysis.video import film_title, small_film
 from racecraft.contract.world import Array
-from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import make_folder
-from racecraft.reporting.account import advice_of, own_plots_of
 from racecraft.worlds.deepracer.analysis.drive import PAUSE, as_drive
 from racecraft.worlds.deepracer.analysis.drive import Drive as CarDrive
-from racecraft.worlds.deepracer.analysis.explaining import explain_failures
 from racecraft.worlds.deepracer.analysis.films.film import FilmStyle, PictureCount, write_film
 from racecraft.worlds.deepracer.analysis.films.shells import DEEPRACER
 from racecraft.worlds.deepracer.analysis.films.views import AWS_FOLDERS
@@ -26,12 +19,8 @@ from racecraft.worlds.deepracer.analysis.path_picture import draw_path
 from racecraft.worlds.deepracer.evaluation.drive import DriveKeeper
 from racecraft.worlds.deepracer.evaluation.judged_race import JudgedRace, RaceRecord, judge_race
 from racecraft.worlds.deepracer.evaluation.laps import LapReport, judge_laps
-from racecraft.worlds.deepracer.players.trained_car import KIND, TrainedCar, load_trained_car
+from racecraft.worlds.deepracer.players.trained_car import TrainedCar
 from racecraft.worlds.deepracer.tracks.track import Track
-
-VIDEO, PATH_PICTURE, CURVES, REPORT = "lap.mp4", "path.png", "curves.png", "report.html"
-WHY: dict[str, int] = {"starts": 12, "places": 2, "failures": 4, "seconds": 10}
-"""How much is driven for the report's word on why it fails; `racecraft why` drives more."""
 
 
 @dataclass(frozen=True)
@@ -86,55 +75,8 @@ def drive_race(car: TrainedCar, track: Track, rules: JudgedRace, reverse: bool |
     return record, Drive(car, world.track, record, record.ticks, record.objects)
 
 
-def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
-    """Film the best policy's lap, draw its path and the run's curves, write the report; return the files by kind."""
-    say("Filming the best policy's lap …")
-    car = load_trained_car(run.path, "best")
-    drive = drive_laps(car, car.trained_on, laps=1)
-    files = {
-        "video": run.path / VIDEO,
-        "picture": run.path / PATH_PICTURE,
-        "curves": run.path / CURVES,
-        "report": run.path / REPORT,
-    }
-    show_drive(drive, video=files["video"], picture=files["picture"])
-    draw_curves(files["curves"], run.read_metrics())
-    why = explain_failures(car, car.trained_on, str(run.path), **WHY)
-    write_report(run, files["report"], drive.shown, small_film(files["video"]), advice_of(run), why=why)
-    return files
-
-
-def report_run(path: Path, page: Path, plots: Sequence[Path] = ()) -> Path:
-    """Write the page that tells a run; a car's best policy drives one lap for it.
-
-    The film in the folder comes along where it is of that policy.
-
-    Args:
-        path: The run folder.
-        page: The page to write.
-        plots: Files, or folders of them, with the racer's own plots; of a car.
-
-    Raises:
-        RunFolderError: No run folder.
-        OwnPlotError: A file holds no plot of the racer's own.
-    """
-    run = RunFolder.open(path)
-    if run.read_job().get("kind") != KIND:
-        return write_report(run, page, advice=advice_of(run))
-    own = own_plots_of(run, plots)
-    car = load_trained_car(path, "best")
-    drive = drive_laps(car, car.trained_on, laps=1).shown
-    why = explain_failures(car, car.trained_on, str(path), **WHY)
-    return write_report(run, page, drive, _film_of(run, car), advice_of(run), own, why)
-
-
-def _film_of(run: RunFolder, car: TrainedCar) -> bytes | None:
-    """Return the film in the run folder, small, if it is of this very checkpoint; an older policy's tells nothing."""
-    path = run.path / VIDEO
-    return small_film(path) if path.is_file() and film_title(path) == _headline(car) else None
-
-
-def _headline(car: TrainedCar) -> str:
+def headline(car: TrainedCar) -> str:
+    """Return the title of a film of a car: its checkpoint."""
     return f"checkpoint {car.checkpoint.iteration}"
 
 
@@ -165,7 +107,7 @@ def show_drive(
             drive.shown,
             drive.track,
             mount=drive.car.mount,
-            title=_headline(drive.car),
+            title=headline(drive.car),
             light=drive.car.light,
             objects=drive.objects,
         )
@@ -179,7 +121,7 @@ def film_drive(drive: Drive, video: Path, style: FilmStyle, count: PictureCount 
     """Film a drive with one of the cameras of `films/views.py`; return the film and its strip."""
     car = drive.car
     return write_film(
-        video, drive.shown, drive.track, style, car.mount, car.light, title=_headline(car), objects=drive.objects,
+        video, drive.shown, drive.track, style, car.mount, car.light, title=headline(car), objects=drive.objects,
         count=count,
     )  # fmt: skip
 

@@ -8,9 +8,9 @@ import pytest
 import typer
 
 from racecraft.analysis import learning_advice
+from racecraft.analysis.account import as_asked
 from racecraft.analysis.learner import Learner
 from racecraft.cli.app import app
-from racecraft.reporting.account import as_asked, of_one_mind
 from racecraft.settings.overrides import apply_overrides
 from racecraft.worlds.deepracer.analysis.logs import advice
 from racecraft.worlds.deepracer.training.presets import default_settings
@@ -79,19 +79,3 @@ def test_a_command_is_of_the_run_s_own_kind(kind):
     )
     assert parsed(goes_on)["resume"] is True
     assert as_asked("racecraft why RUN", job) == "racecraft why RUN"
-
-
-BACK, ON, WHY = "racecraft train --from RUN:best --set a=1", "racecraft train --run RUN --resume", "racecraft why RUN"
-
-
-@pytest.mark.parametrize(
-    ("learners", "logs", "left"),
-    [
-        ([BACK], [ON, WHY, BACK], [BACK, WHY, BACK]),
-        ([WHY], [ON, BACK], [WHY, ON, BACK]),
-        ([], [ON], [ON]),
-    ],
-)
-def test_nobody_is_told_to_go_back_and_on_at_once(learners, logs, left):
-    sides = ([advice.Advice("", "", None, command) for command in side] for side in (learners, logs))
-    assert [one.command for one in of_one_mind(*sides)] == left
