@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
+from pkgutil import resolve_name
 from typing import Any
 
 TRAIN, JUDGE, UNDERSTAND = "Train", "Watch and judge", "Understand"
@@ -27,14 +27,12 @@ PANELS = (TRAIN, JUDGE, UNDERSTAND, WORLDS, EXCHANGE, WORKSHOP)
 
 
 def load(target: str) -> Any:
-    """Import "package.module", or "package.module:name", and return it.
+    """Import "package.module", or what "package.module:name.attribute" names in it, and return it.
 
-    >>> load("math:pi") > 3
-    True
+    >>> load("pathlib:Path.cwd").__name__
+    'cwd'
     """
-    module, _, name = target.partition(":")
-    found = import_module(module)
-    return getattr(found, name) if name else found
+    return resolve_name(target if ":" in target else f"{target}:")
 
 
 @dataclass(frozen=True)
@@ -91,11 +89,17 @@ class WorldKind:
     """What a person types to train: "racecraft snakes train"; messages name it. Default: they name no command."""
     commands: tuple[Command, ...] = ()
     """Its part of the command line."""
+    names: Mapping[str, str] = field(default_factory=dict)
+    """Its part of `import racecraft as rc`: names, each with what it stands for."""
     imported_ahead: tuple[str, ...] = ()
     """Modules that the interpreter of a queued training imports before it knows what is trained."""
     folder_settings: str = ""
     """Function (folder: Path, json: bool) that prints what a user's folder sets, for `racecraft settings FOLDER`.
     Default: its users have no such folders."""
+
+    installation: str = ""
+    """Function (folder: Path) -> `cli.buckets.reach.Installation` of another program that says which buckets it uses;
+    None for any other folder. Default: no folder says so."""
 
     make_world: str = ""
     """Function (**words) -> World, of `rc.make_world(name, **words)`. Default: only a training makes its worlds."""

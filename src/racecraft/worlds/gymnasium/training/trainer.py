@@ -28,14 +28,15 @@ from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import apply_overrides, from_dictionary
 from racecraft.training.loop import Outcome
 from racecraft.training.own_code import OwnCode, lay_code, own_code_of_names
+from racecraft.training.plain import SMALL_WORLDS
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
 from racecraft.training.resume import Say, open_to_resume
-from racecraft.training.settings import EvaluationConfig, RuntimeConfig, composed
+from racecraft.training.return_evaluator import CONFIRMING_EPISODES, ReturnEvaluator
+from racecraft.training.settings import EvaluationConfig, composed
 from racecraft.training.stopping import SCORE, StopCondition, parse_stops
 from racecraft.training.trainer import Experiment, summary_of
 from racecraft.worlds.gymnasium.env.from_vector_env import VectorEnvWorld
 from racecraft.worlds.gymnasium.evaluation import open_judging_world, open_world, reward_threshold
-from racecraft.worlds.gymnasium.training.evaluator import CONFIRMING_EPISODES, ReturnEvaluator
 
 KIND = "gymnasium"
 """What job.json calls a run of a Gymnasium environment."""
@@ -43,13 +44,6 @@ JUDGING_WORLDS = 20
 SEEDS_APART = 1_000
 """Between the seeds of groups that learn side by side."""
 
-WORLD_SETTINGS = Settings(
-    rollout=RolloutConfig(num_worlds=8, horizon=32),
-    network=NetworkConfig(hidden_units=(64, 64), activation="tanh"),
-    evaluation=EvaluationConfig(every=8, episodes=20, stable_after=1),
-    runtime=RuntimeConfig(threads=1),
-)
-"""Settings that serve small worlds of vectors. One thread: networks this small only wait for a second one."""
 TUNED: Mapping[str, Any] = {
     "ppo": PpoConfig(learning_rate=1e-3, discount=0.99, gae_lambda=0.9, epochs=10, batch_size=64, entropy_weight=0.01),
     "dqn": DqnConfig(
@@ -89,7 +83,7 @@ TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {
         "evaluation": EvaluationConfig(episodes=20, every=1),
     },
 }
-"""Groups of WORLD_SETTINGS that an algorithm wants otherwise."""
+"""Groups of SMALL_WORLDS that an algorithm wants otherwise."""
 
 
 @dataclass(frozen=True)
@@ -209,7 +203,7 @@ def summary(planned: GymPlan, run: RunFolder, outcome: Outcome) -> dict[str, Any
 
 def default_settings(algorithm: Algorithm) -> Settings:
     """Return what small worlds of vectors are learned with."""
-    settings = WORLD_SETTINGS
+    settings = SMALL_WORLDS
     for name, group in TUNED_WORLDS.get(algorithm.name, {}).items():
         settings = settings.with_group(name, group)
     return composed(settings, algorithm, TUNED.get(algorithm.name))

@@ -1,4 +1,4 @@
-"""Judges a policy by the mean return of greedy episodes, in copies of the environment of its own."""
+"""Judges a policy by the mean return of greedy episodes, in worlds of its own."""
 
 from __future__ import annotations
 
@@ -6,22 +6,22 @@ from collections.abc import Sequence
 
 from racecraft.contract.policy import Policy
 from racecraft.contract.world import EpisodeRecord, World
+from racecraft.evaluation.judge import SEED_OF_JUDGING
 from racecraft.rollout.episodes import play_episodes
 from racecraft.rollout.statistics import summarise
 from racecraft.training.callbacks import EvaluationResult
 from racecraft.training.stopping import SCORE
 
 CONFIRMING_EPISODES = 100
-"""A score that meets the environment's threshold is confirmed over so many episodes, Gymnasium's own measure."""
-SEED_OF_JUDGING = 1_000_000_007
+"""A score that meets the threshold is confirmed over so many episodes, Gymnasium's own measure."""
 
 
 class ReturnEvaluator:
     """Judges by the mean return of greedy episodes.
 
     Args:
-        world: Copies that are judged in.
-        confirming: Copies that a score is confirmed in; the same, or more of them where more cost no more.
+        world: Worlds that are judged in.
+        confirming: Worlds that a score is confirmed in; the same, or more of them where more cost no more.
         policy: The judged policy.
         episodes: How many episodes count.
         threshold: The mean return that counts as solved; None where none does.

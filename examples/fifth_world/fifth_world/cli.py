@@ -1,0 +1,32 @@
+"""`racecraft corridor`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from racecraft.cli.option_groups import takes_groups
+from racecraft.cli.training import Left, Road, TrainingOptions
+
+app = typer.Typer(help="Train a walker to find the exit of a corridor.", no_args_is_help=True)
+
+
+@app.callback()
+def corridor() -> None:
+    """Train a walker to find the exit of a corridor."""
+
+
+@app.command()
+@takes_groups
+def train(
+    context: typer.Context, length: Annotated[int, typer.Option(min=2, help="Cells.")] = 9, *, options: TrainingOptions
+) -> None:
+    """Train until the exit is found the short way."""
+    from fifth_world.training import CorridorRequest
+
+    def told(trained, left: Left) -> None:
+        print(f"corridor: {trained.outcome.steps} steps; run: {trained.run.path}")
+
+    road = Road("corridor", "runs/corridor-1", ("length",))
+    road.train(context, options, lambda: CorridorRequest(length=length, **options.asked(options.source())), told)
