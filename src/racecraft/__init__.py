@@ -9,10 +9,12 @@ The public face, `import racecraft as rc`; everything is imported when it is fir
     rc.tune("gym train …", {…}, "tunings/1")             look for settings; rc.train_population likewise
     rc.make_world("deepracer", track="Oval_track")       a world to step by hand
     rc.read_run("runs/reinvent_base-1")                  what a run left, as tables
-    rc.logs.read("old-logs/")                            any DeepRacer log as one table
     rc.register_algorithm("mine", MyLearner)             an algorithm of your own
 
-The rooms stand on floors, and a room opens doors only downward; ARCHITECTURE.md draws the house.
+A world adds names of its own (`WorldKind.names`), DeepRacer these::
+
+    rc.logs.read("old-logs/")                            any DeepRacer log as one table
+    rc.load_track("Oval_track")                          a track of the catalogue
 """
 
 from __future__ import annotations
@@ -29,8 +31,6 @@ if TYPE_CHECKING:
     from racecraft.api.training import resume, train
     from racecraft.api.tuning import train_population, tune
     from racecraft.api.worlds import make_world
-    from racecraft.worlds.deepracer import logs
-    from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 _WHERE = {
     "train": "racecraft.api",
@@ -41,7 +41,6 @@ _WHERE = {
     "train_population": "racecraft.api",
     "make_world": "racecraft.api",
     "read_run": "racecraft.api",
-    "load_track": "racecraft.worlds.deepracer.tracks.catalogue",
     "register_algorithm": "racecraft.algorithms.registry",
 }
 
@@ -49,8 +48,6 @@ __all__ = [
     "__version__",
     "evaluate",
     "load_policy",
-    "load_track",
-    "logs",
     "make_world",
     "read_run",
     "register_algorithm",
@@ -62,12 +59,22 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name == "logs":
-        return importlib.import_module("racecraft.worlds.deepracer.logs")
     if name in _WHERE:
         return getattr(importlib.import_module(_WHERE[name]), name)
-    raise AttributeError(f"module 'racecraft' has no attribute {name!r}")
+    targets = {} if name.startswith("_") else _names_of_worlds()
+    if name not in targets:
+        raise AttributeError(f"module 'racecraft' has no attribute {name!r}")
+    from racecraft.contract.kind import load
+
+    return load(targets[name])
+
+
+def _names_of_worlds() -> dict[str, str]:
+    """Return what each name that an installed world adds stands for, such as `rc.logs`."""
+    from racecraft.contract.kinds import kinds
+
+    return {name: target for kind in kinds() for name, target in kind.names.items()}
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *__all__, *_names_of_worlds()})

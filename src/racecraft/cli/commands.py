@@ -25,11 +25,15 @@ GENERAL = (
     Command("sandbox", "racecraft.cli.jobs.sandbox:sandbox", WORKSHOP),
 )
 """Commands of no world."""
+IN_SHORT = (Command("evaluate", "racecraft.cli.runs.judge:evaluate", JUDGE),)
+"""Commands of no world in whose place a world may bring one that knows more of its runs."""
 
 
 def commands() -> list[Command]:
     """Return every command that is installed, in the order of `racecraft --help`; within a panel worlds come first."""
-    found = [*(command for kind in kinds() for command in kind.commands), *GENERAL]
+    of_worlds = [command for kind in kinds() for command in kind.commands]
+    names = {command.name for command in of_worlds}
+    found = [*of_worlds, *(command for command in IN_SHORT if command.name not in names), *GENERAL]
     return sorted(found, key=lambda command: PANELS.index(command.panel))
 
 

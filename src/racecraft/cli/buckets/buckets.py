@@ -174,15 +174,13 @@ def _folders(folder: Path) -> dict[str, Path]:
     """Return the folders that are served, by the name of their bucket."""
     from racecraft.formats.whole import make_folder
 
-    drfc = installation_at(folder)
-    if drfc is None:
+    installation = installation_at(folder)
+    if installation is None:
         path = folder.resolve()
         if not path.is_dir() or not path.name:
             raise UserInputError(f"{folder}: there is no such folder; expected one to serve as a bucket.")
         return {path.name: path}
-    found = {drfc.bucket.name: drfc.bucket}
-    if drfc.text("DR_UPLOAD_S3_BUCKET"):
-        found.setdefault(drfc.upload_bucket.name, drfc.upload_bucket)
+    found = installation.folders()
     for path in found.values():
         make_folder(path)
     return found

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import functools
 import inspect
-import os
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Protocol, get_type_hints
 
 import typer
 
 if TYPE_CHECKING:
     from racecraft.storage.access import Access
     from racecraft.storage.address import Address
+    from racecraft.storage.mirror_note import Place
     from racecraft.storage.object_store import ObjectStore, StoredObject
-    from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
 
 
 @dataclass(frozen=True)
@@ -83,8 +82,8 @@ def reach(
     """
     from racecraft.storage.access import access_of_environment
 
-    drfc = installation_at(folder)
-    known = None if drfc is None else _access_in(drfc, address)
+    installation = installation_at(folder)
+    known = None if installation is None else installation.access(address)
     if known is None:
         return access_of_environment(endpoint, profile, region)
     typed = {"endpoint": endpoint, "profile": profile, "region": region}
@@ -115,20 +114,31 @@ def listed(store: ObjectStore, place: Address) -> dict[str, StoredObject]:
     return FIRST_CONTACT.keep_trying(lambda: store.listed(place))
 
 
-def installation_at(folder: Path | None) -> DrfcFolder | None:
-    """Return the DeepRacer-for-Cloud folder that stands there; None where there is none."""
-    from racecraft.worlds.deepracer.files.drfc_folder import RUN_ENV, open_drfc_folder
+class Installation(Protocol):
+    """A user's folder of another program that names its buckets; a world opens it (`WorldKind.installation`)."""
 
-    if folder is None or not (folder / RUN_ENV).is_file():
+    def access(self, address: Address | None) -> Access | None:
+        """Return how an address is reached; None: the folder does not say."""
+        ...
+
+    def mirror(self, tell: Callable[[str], None]) -> Place | None:
+        """Fetch what a training lacks, and return where its run is kept as well; None: nowhere."""
+        ...
+
+    def folders(self) -> dict[str, Path]:
+        """Return the folders of this machine that stand for its buckets, by the bucket's name."""
+        ...
+
+
+def installation_at(folder: Path | None) -> Installation | None:
+    """Return the installation of another program that stands in a folder; None where there is none."""
+    if folder is None:
         return None
-    return open_drfc_folder(folder, shell=os.environ)
+    from racecraft.contract.kinds import kinds
 
-
-def _access_in(drfc: DrfcFolder, address: Address | None) -> Access | None:
-    from racecraft.worlds.deepracer.files.drfc_buckets import local_bucket, upload_bucket
-
-    for place in (local_bucket(drfc), upload_bucket(drfc)):
-        if place is not None and address is not None and place.address.bucket == address.bucket:
-            return place.access
-    local = local_bucket(drfc)
-    return None if local is None else local.access
+    for kind in kinds():
+        opened = kind.piece("installation")
+        found: Installation | None = opened(folder) if opened else None
+        if found is not None:
+            return found
+    return None

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from racecraft.storage.mirror_note import Place
     from racecraft.storage.object_store import ObjectStore
     from racecraft.training.callbacks import IterationReport, TrainingCallback
-    from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
 
 Tell = Callable[[str], None]
 SHELF = Path("runs", "s3")
@@ -70,38 +69,6 @@ def is_needed_to_drive(name: str) -> bool:
     return not any(part in HISTORY or part.startswith("evaluation-") for part in name.split("/")[:-1])
 
 
-def bring_in(drfc: DrfcFolder, bucket: Place, into: Path, tell: Tell, missing_only: bool = False) -> None:
-    """Fetch what a training reads: the racer's files, and the model it begins with.
-
-    Args:
-        drfc: The installation.
-        bucket: Where its local bucket is.
-        into: The folder that stands for it.
-        tell: Says a line.
-        missing_only: Whether racer's files that stand in the folder stay as they are.
-
-    Raises:
-        UserInputError: Something is not there, or the network fails.
-    """
-    from racecraft.storage.address import Address, is_address
-    from racecraft.storage.transfer import pull
-    from racecraft.worlds.deepracer.files.drfc_buckets import place_of
-
-    store = open_store(bucket.access)
-    files = place_of(drfc, bucket, "DR_LOCAL_S3_CUSTOM_FILES_PREFIX").address
-    target = into / files.prefix
-    there = {path.relative_to(target).as_posix() for path in target.rglob("*")} if missing_only else set()
-    if listed(store, files) or not missing_only:
-        done = pull(store, files, target, chosen=lambda name: name not in there)
-        tell(f"{files}: {len(done.moved)} files fetched, {done.skipped} as they are here")
-    if drfc.flag("DR_LOCAL_S3_PRETRAINED"):
-        written = drfc.text("DR_LOCAL_S3_PRETRAINED_PREFIX")
-        model = Address.parse(written) if is_address(written) else bucket.address.below(written)
-        if listed(store, model):  # else it is a path of this machine
-            done = pull(store, model, into / model.prefix, chosen=is_needed_to_drive)
-            tell(f"{model}: the model to begin with, {len(done.moved)} files fetched, {done.skipped} as they are here")
-
-
 def place_of_mirror(mirror: str | None, folder: Path | None, run: Path | None, tell: Tell) -> Place | None:
     """Return where a run is to be kept as well; None: nowhere.
 
@@ -118,7 +85,6 @@ def place_of_mirror(mirror: str | None, folder: Path | None, run: Path | None, t
         return None  # nothing names a bucket: its code is not brought along
     from racecraft.storage.address import Address
     from racecraft.storage.mirror_note import Place, noted_place
-    from racecraft.worlds.deepracer.files.drfc_buckets import local_bucket, place_of
 
     if mirror is not None:
         address = Address.parse(mirror)
@@ -130,12 +96,8 @@ def place_of_mirror(mirror: str | None, folder: Path | None, run: Path | None, t
         known = noted.access
         found = reach(noted.address, Path(noted.installation), known.endpoint, known.profile, known.region)
         return replace(noted, access=found)
-    drfc = installation_at(folder)
-    bucket = None if drfc is None else local_bucket(drfc)
-    if drfc is None or bucket is None:
-        return None
-    bring_in(drfc, bucket, drfc.path, tell, missing_only=True)
-    return place_of(drfc, bucket, "DR_LOCAL_S3_MODEL_PREFIX")
+    installation = installation_at(folder)
+    return None if installation is None else installation.mirror(tell)
 
 
 @contextlib.contextmanager

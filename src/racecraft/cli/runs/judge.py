@@ -1,12 +1,33 @@
-"""Runs of other kinds than cars, judged by whole episodes: the other half of `racecraft evaluate`."""
+"""`racecraft evaluate`: judge any run by whole episodes. A world may bring a command of that name that knows more."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import typer
+
+from racecraft.cli.named_run import RUN_HELP, named_run
+from racecraft.cli.options import Json
 from racecraft.contract.errors import SettingError
+
+
+def evaluate(
+    run: Annotated[str, typer.Argument(metavar="RUN[:which]", help=RUN_HELP)],
+    checkpoint: Annotated[
+        str | None, typer.Option(help="best, last, the number of an iteration, or a merit; by default the best.")
+    ] = None,
+    episodes: Annotated[int | None, typer.Option(min=1, help="How many count.")] = None,
+    json: Json = False,
+) -> None:
+    """Judge the greedy policy of a run by whole episodes.
+
+    Examples:
+
+        racecraft evaluate runs/CartPole-v1-1 --episodes 100
+    """
+    judge(*named_run(run, checkpoint), episodes, json)
 
 
 def judge(run: Path, checkpoint: str | None, episodes: int | None, json: bool) -> None:

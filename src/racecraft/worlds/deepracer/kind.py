@@ -9,8 +9,13 @@ KIND = WorldKind(
     title="DeepRacer",
     training="racecraft.worlds.deepracer.training.trainer",
     train_command="racecraft train",
+    names={
+        "logs": "racecraft.worlds.deepracer.logs",
+        "load_track": "racecraft.worlds.deepracer.tracks.catalogue:load_track",
+    },
     imported_ahead=("racecraft.worlds.deepracer.training.trainer", f"{CLI}.dr.group"),
     folder_settings=f"{CLI}.folder_settings:print_folder_settings",
+    installation=f"{CLI}.installation:open_installation",
     make_world="racecraft.worlds.deepracer.env.making:make_world",
     gymnasium_envs={
         "racecraft/DeepRacer-v0": (

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from racecraft.cli.buckets.reach import listed, open_store
-from racecraft.cli.buckets.training import bring_in
 from racecraft.cli.output import word
 
 if TYPE_CHECKING:
@@ -44,6 +43,7 @@ def fetch_for_training(drfc: DrfcFolder) -> None:
     """
     if not drfc.local_is_s3:
         return
+    from racecraft.worlds.deepracer.cli.installation import bring_in
     from racecraft.worlds.deepracer.files.drfc_buckets import local_bucket
 
     if (bucket := local_bucket(drfc)) is not None:
