@@ -108,8 +108,10 @@ def test_a_script_registers_its_own_but_takes_no_built_in_name():
 
 
 def test_an_installed_package_offers_one(monkeypatch):
-    point = importlib.metadata.EntryPoint("offered", f"{__name__}:Registered", registry.ENTRY_POINTS)
-    monkeypatch.setattr(registry, "entry_points", lambda group: [point] if group == registry.ENTRY_POINTS else [])
+    point = importlib.metadata.EntryPoint("offered", f"{__name__}:Registered", "racecraft.algorithms")
+    monkeypatch.setattr(
+        "racecraft.contract.extensions.entry_points", lambda group: [point] if group == "racecraft.algorithms" else []
+    )
     monkeypatch.setitem(sys.modules, __name__, sys.modules[__name__])
     assert find_algorithm("offered").title == "Registered by a script."
     assert "offered" in [one.name for one in all_algorithms()]
@@ -264,10 +266,10 @@ def test_agents_of_several_kinds_are_taught_by_who_may_alone():
 
 def test_every_name_is_offered_once_the_registered_before_the_installed(monkeypatch):
     points = [
-        importlib.metadata.EntryPoint(name, f"{__name__}:Registered", registry.ENTRY_POINTS)
+        importlib.metadata.EntryPoint(name, f"{__name__}:Registered", "racecraft.algorithms")
         for name in ("offered", "mine", "ppo")
     ]
-    monkeypatch.setattr(registry, "entry_points", lambda group: points)
+    monkeypatch.setattr("racecraft.contract.extensions.entry_points", lambda group: points)
     register_algorithm("mine", Undescribed)
     found = all_algorithms()
     assert [one.name for one in found] == [*ALGORITHMS, "mine", "offered"]

@@ -10,10 +10,10 @@ from __future__ import annotations
 import importlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib.metadata import entry_points
 from typing import Any
 
 from racecraft.contract.errors import SettingError, nearest
+from racecraft.contract.extensions import load_offered, offered
 from racecraft.contract.loading import load_class
 from racecraft.contract.world import (
     ActionSpec,
@@ -23,9 +23,6 @@ from racecraft.contract.world import (
     HybridActions,
     MultiDiscreteActions,
 )
-
-ENTRY_POINTS = "racecraft.algorithms"
-"""Installed packages offer learner classes under this group."""
 
 CHOICES, BRANCHES, NUMBERS, BOTH = "one choice", "several choices", "numbers", "numbers and choices"
 """Kinds of actions, in words."""
@@ -200,12 +197,11 @@ def find_algorithm(name: str) -> Algorithm:
         return ALGORITHMS[name]
     if name in _registered:
         return _registered[name]
-    for point in entry_points(group=ENTRY_POINTS):
-        if point.name == name:
-            return algorithm_of(point.load(), name)
+    if (learner := load_offered("algorithms", name)) is not None:
+        return algorithm_of(learner, name)
     if ":" in name:
         return algorithm_of(load_class(name, "--algorithm"), name)
-    known = [*ALGORITHMS, *_registered, *(point.name for point in entry_points(group=ENTRY_POINTS))]
+    known = [*ALGORITHMS, *_registered, *offered("algorithms")]
     raise SettingError(f"There is no algorithm '{name}'. {nearest(name, known)} Your own is named as module:Class.")
 
 
@@ -215,8 +211,11 @@ def all_algorithms() -> list[Algorithm]:
     Raises:
         SettingError: An installed package offers a class of the wrong shape.
     """
-    offered = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
-    others = [algorithm_of(point.load(), name) for name, point in offered.items() if name not in _registered]
+    others = [
+        algorithm_of(load_offered("algorithms", name), name)
+        for name in offered("algorithms")
+        if name not in _registered
+    ]
     return [*ALGORITHMS.values(), *_registered.values(), *(one for one in others if one.name not in ALGORITHMS)]
 
 

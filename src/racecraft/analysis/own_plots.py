@@ -12,18 +12,17 @@ import inspect
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from racecraft.analysis.plot import Plot, PlotError, sheet
 from racecraft.contract.errors import UserInputError
+from racecraft.contract.extensions import offered
 
 if TYPE_CHECKING:
     import polars as pl
 
-GROUP = "racecraft.plots"
 PREFIX = "plot_"
 
 
@@ -64,7 +63,7 @@ class OwnPlot:
             raise
         except (Exception, SystemExit) as error:
             line = _line_of(error, self.origin)
-            away = "remove its package" if self.origin.startswith(GROUP) else "leave it out of --plots"
+            away = "remove its package" if self.origin.startswith("racecraft.plots") else "leave it out of --plots"
             raise OwnPlotError(
                 f"{self.origin}{line}: {self.name} failed ({type(error).__name__}: {error}); expected a plot of "
                 f"{frame.height} ticks. Mend it, or {away}."
@@ -79,8 +78,8 @@ def own_plots(files: Sequence[str | Path] = ()) -> list[OwnPlot]:
         OwnPlotError: A file is not there, cannot be imported, or holds no plot.
     """
     found = [plot for path in files for plot in _of_path(Path(path))]
-    for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
-        found.append(OwnPlot(entry.name, f"{GROUP}: {entry.value}", _loaded(entry)))
+    for name, entry in offered("plots").items():
+        found.append(OwnPlot(name, f"{entry.group}: {entry.value}", _loaded(entry)))
     return found
 
 

@@ -28,6 +28,8 @@ from racecraft.formats.whole import write_whole
 VERSION = 1
 INDEX = "checkpoints.json"
 BEST, LAST = "best", "last"
+IMPORTED = "imported"
+"""Key of a run that was imported from another program: job.json says from where, a checkpoint what it lacks."""
 STATES_KEPT = 2
 WEIGHTS_BUDGET_BYTES = 4 * 10**9
 """Weights of one run take at most so much: ten thousand small networks, or eighty of AWS's size (47 MB each)."""

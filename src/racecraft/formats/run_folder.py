@@ -64,10 +64,6 @@ EVALUATIONS = "evaluations"
 FOLDERS = (CHECKPOINTS, EPISODES, EVALUATIONS)
 
 
-IMPORTED = "imported"
-"""What job.json holds of a run that was imported from another program: where from."""
-
-
 @dataclass(frozen=True)
 class RunFolder:
     """A folder that holds one training."""

@@ -25,9 +25,9 @@ from racecraft.algorithms.replay_sampler import ReplayLearner
 from racecraft.algorithms.weights import to_arrays, to_tensors
 from racecraft.contract.errors import RacecraftError, RunFolderError
 from racecraft.contract.world import Array, World, WorldSpec
-from racecraft.formats.checkpoint import Checkpoints
+from racecraft.formats.checkpoint import IMPORTED, Checkpoints
 from racecraft.formats.checkpoint_ranking import load_weights, split_source
-from racecraft.formats.run_folder import IMPORTED, RunFolder
+from racecraft.formats.run_folder import RunFolder
 from racecraft.players.open_run import open_run
 from racecraft.players.own_code import own_code_of
 from racecraft.players.trained import SPEC

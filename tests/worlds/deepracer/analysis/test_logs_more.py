@@ -171,10 +171,8 @@ def test_own_plots_stand_on_the_page_and_a_broken_one_says_where(tmp_path, laps)
 
 
 def test_own_plots_come_from_packages_too(monkeypatch, laps):
-    from racecraft.analysis import own_plots as own
-
     class Entry:
-        name, value = "speed", "their_package:speed"
+        name, value, group = "speed", "their_package:speed", "racecraft.plots"
 
         def load(self):
             def speed(ticks, track):
@@ -183,7 +181,9 @@ def test_own_plots_come_from_packages_too(monkeypatch, laps):
 
             return speed
 
-    monkeypatch.setattr(own, "entry_points", lambda group: [Entry()] if group == "racecraft.plots" else [])
+    monkeypatch.setattr(
+        "racecraft.contract.extensions.entry_points", lambda group: [Entry()] if group == "racecraft.plots" else []
+    )
     (found,) = analysis.own_plots()
     assert found(laps, None).data.columns == ["speed_mps"]
     assert found(laps, None).title == "Speed of every step."
@@ -248,13 +248,11 @@ def test_a_plot_that_fails_takes_nothing_with_it(tmp_path, laps):
 
 
 def test_a_broken_plot_of_a_package_leaves_the_report_standing(tmp_path, monkeypatch):
-    from racecraft.analysis import own_plots as own
-
     def broken(ticks, track):
         raise ValueError("no such <thing>")
 
-    entry = SimpleNamespace(name="speed", value="their_package:speed", load=lambda: broken)
-    monkeypatch.setattr(own, "entry_points", lambda group: [entry])
+    entry = SimpleNamespace(name="speed", value="their_package:speed", group="racecraft.plots", load=lambda: broken)
+    monkeypatch.setattr("racecraft.contract.extensions.entry_points", lambda group: [entry])
     run = RunFolder.create(tmp_path / "run", {"kind": "gymnasium", "title": "x", "settings": {}})
     run.append_metrics({"iteration": 1, "steps": 9, "seconds": 1.0})
     makers.write(run.path / "training-simtrace" / "0-iteration.csv", makers.iteration(range(3)))

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from racecraft.contract.errors import nearest
+from racecraft.contract.extensions import load_offered, offered
 from racecraft.contract.random_streams import stream_keys
 from racecraft.worlds.battlesnake.env.board import Board, Snake
 from racecraft.worlds.battlesnake.env.settings import GameSettings
@@ -31,6 +32,8 @@ WEIGHED = "search:"
 
 def find_player(name: str, seed: int = 0, memory_mb: int = MEMORY_MB) -> SnakePlayer | JsonPlayer:
     """Return a player: a name of `PLAYERS`, a FILE.py, a trained snake's RUN, or `search+` one of them.
+
+    A name of `racecraft.players` is that of an installed package.
 
     RUN is the folder of a training by itself (its best checkpoint) or with `:best`, `:last` or `:N` behind it. Search
     on top of a trained snake weighs every move as its policy does; on top of others it looks at their move first.
@@ -65,6 +68,9 @@ def find_player(name: str, seed: int = 0, memory_mb: int = MEMORY_MB) -> SnakePl
         return Search(network=load_network(name.removeprefix("search:")))
     if name.endswith(".py") or Path(name).is_file():
         return load_file_player(name, memory_mb)
+    if name not in PLAYERS and (make := load_offered("players", name)) is not None:
+        made: SnakePlayer | JsonPlayer = make(seed)
+        return made
     if name not in PLAYERS and _may_be_run(name):
         from racecraft.worlds.battlesnake.players.trained import load_trained_snake
 
@@ -72,7 +78,7 @@ def find_player(name: str, seed: int = 0, memory_mb: int = MEMORY_MB) -> SnakePl
     if "/" in name and "://" not in name:
         raise PlayerError(f"{name}: no such file or folder; expected a FILE.py or the RUN of a training.")
     if name not in PLAYERS:
-        hint = nearest(name, PLAYERS)
+        hint = nearest(name, [*PLAYERS, *offered("players")])
         raise PlayerError(f"There is no player '{name}'. {hint} A FILE.py or the RUN of a training will do, too.")
     return _built_in(name, seed)
 

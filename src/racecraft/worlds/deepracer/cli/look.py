@@ -70,8 +70,8 @@ def _lap(
     """Drive a lap, explain it, write film and page; return what was found."""
     from racecraft.analysis.video import film_path, small_film
     from racecraft.cli.output import say
+    from racecraft.formats.checkpoint import IMPORTED
     from racecraft.formats.checkpoint_ranking import split_source
-    from racecraft.formats.run_folder import IMPORTED
     from racecraft.worlds.deepracer.analysis.look_film import write_look_film
     from racecraft.worlds.deepracer.analysis.look_page import findings, write_look_page
     from racecraft.worlds.deepracer.analysis.looking import look_at_lap

@@ -10,6 +10,9 @@ import typer
 
 def new(
     folder: Annotated[Path, typer.Argument(help="A new or empty folder.")],
+    reward: Annotated[
+        str | None, typer.Option(help="A reward function of an installed package, in place of the example.")
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON object on one line.")] = False,
 ) -> None:
     """Make a folder with a reward function, two JSON files and a page that explains them, ready to edit.
@@ -19,7 +22,7 @@ def new(
     from racecraft.cli.output import print_json, word
     from racecraft.worlds.deepracer.training.new_model import new_model
 
-    paths = new_model(folder)
+    paths = new_model(folder, reward)
     if json:
         print_json({"folder": str(folder), "files": [path.name for path in paths]})
         return

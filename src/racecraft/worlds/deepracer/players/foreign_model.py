@@ -18,8 +18,8 @@ from racecraft.algorithms.architecture import NetworkConfig
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.contract.errors import TrackError, UserInputError
 from racecraft.formats.archive import is_archive
-from racecraft.formats.checkpoint import Checkpoints
-from racecraft.formats.run_folder import IMPORTED, RunFolder
+from racecraft.formats.checkpoint import IMPORTED, Checkpoints
+from racecraft.formats.run_folder import RunFolder
 from racecraft.formats.whole import OutputFileError, output_letter, write_whole
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.files.hyperparameters import read_hyperparameters, write_hyperparameters

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from racecraft.contract.errors import TrackError
+from racecraft.contract.extensions import load_offered
 from racecraft.formats.user_folder import data_folder
 from racecraft.formats.whole import make_folder, write_whole
 from racecraft.worlds.deepracer.tracks.catalogue import TrackSummary, known_name
@@ -91,6 +92,19 @@ def own_track(name: str) -> Track | None:
     """
     spelt = _spelt(name)
     return None if spelt is None else import_track(library_folder() / f"{spelt}.npy", spelt)
+
+
+def offered_track(name: str) -> Track | None:
+    """Return the circuit of this name that an installed package offers; None where none does.
+
+    A package offers a function without arguments that returns the path of a route file.
+
+    Raises:
+        SettingError: The package cannot be imported.
+        TrackError: The file makes no circuit.
+    """
+    route_file = load_offered("tracks", name)
+    return None if route_file is None else import_track(route_file(), name)
 
 
 def own_summary(name: str) -> TrackSummary:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 from pathlib import Path
 
-from racecraft.contract.errors import UserInputError
+from racecraft.contract.errors import SettingError, UserInputError, nearest
+from racecraft.contract.extensions import load_offered, offered
 from racecraft.formats.whole import write_whole
 from racecraft.worlds.deepracer.files.model_metadata import default_model_metadata, write_model_metadata
 from racecraft.worlds.deepracer.files.reward_file import default_reward_source
@@ -47,25 +49,45 @@ Every parameter the reward function is given is listed in the documentation unde
 """
 
 
-def new_model(folder: Path) -> list[Path]:
+def new_model(folder: Path, reward: str | None = None) -> list[Path]:
     """Write the four files into a new or empty folder and return their paths.
 
+    Args:
+        folder: The folder.
+        reward: Name of a reward function that an installed package offers; None: the example.
+
     Raises:
+        SettingError: No package offers such a reward function.
         UserInputError: The folder holds something already, or cannot be made.
     """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         what = "is not empty" if folder.is_dir() else "is a file"
         raise UserInputError(f"{folder}: {what}; expected a new or empty folder. Choose another name.")
+    source = default_reward_source() if reward is None else _offered_reward(reward)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UserInputError(
             f"{folder}: cannot be made ({error.strerror}); expected a place you may write to."
         ) from error
-    write_whole(folder / "reward_function.py", default_reward_source())
+    write_whole(folder / "reward_function.py", source)
     write_whole(folder / "hyperparameters.json", HYPERPARAMETERS)
     write_model_metadata(default_model_metadata(), folder / "model_metadata.json")
     write_whole(folder / "README.md", README.format(name=folder.name))
     return [
         folder / name for name in ("reward_function.py", "model_metadata.json", "hyperparameters.json", "README.md")
     ]
+
+
+def _offered_reward(name: str) -> str:
+    """Return the text of the module that an installed package offers as a reward function.
+
+    Raises:
+        SettingError: No package does, or it cannot be imported.
+    """
+    module = load_offered("rewards", name)
+    if module is None:
+        raise SettingError(
+            f"--reward is {name!r}; expected one of an installed package. {nearest(name, offered('rewards'))}"
+        )
+    return inspect.getsource(module)

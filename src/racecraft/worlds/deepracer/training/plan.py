@@ -9,9 +9,10 @@ from typing import Any, ClassVar
 
 from racecraft.algorithms.registry import Algorithm, find_algorithm
 from racecraft.contract.errors import RunFolderError, SettingError, TrackError
+from racecraft.formats.checkpoint import IMPORTED
 from racecraft.formats.checkpoint_ranking import split_source
-from racecraft.formats.run_folder import IMPORTED, RunFolder
 from racecraft.formats.run_folder import TRACK as RUN_TRACK
+from racecraft.formats.run_folder import RunFolder
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import from_dictionary
 from racecraft.training.parts import Block

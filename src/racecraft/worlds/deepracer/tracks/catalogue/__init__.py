@@ -52,7 +52,9 @@ class TrackSummary:
 
 
 def load_track(name_or_path: str | Path) -> Track:
-    """Return a circuit: a catalogue name or title, a name of the user's own library, or a route file's path (`.npy`).
+    """Return a circuit: a name or title of the catalogue, another name that is known here, or a route file's (`.npy`).
+
+    Known besides are the user's own library and the tracks of installed packages.
 
     Raises:
         TrackError: No such name or file, or rows that make no circuit.
@@ -66,10 +68,11 @@ def load_track(name_or_path: str | Path) -> Track:
         return import_track(name_or_path)
     name = str(name_or_path)
     if known_name(name) is None:
-        from racecraft.worlds.deepracer.tracks.library import own_track
+        from racecraft.worlds.deepracer.tracks.library import offered_track, own_track
 
-        if (own := own_track(name)) is not None:
-            return own
+        for find in (own_track, offered_track):
+            if (own := find(name)) is not None:
+                return own
     return _build(resolve(name))
 
 
