@@ -11,15 +11,9 @@ from racecraft.algorithms.plain_layers import NoPlainLayersError, layers_of, pol
 from racecraft.algorithms.policy_spec import PolicySpec
 from racecraft.algorithms.twin_critics import SoftActorCritic
 from racecraft.contract.world import ArraySpec, ContinuousActions, DiscreteActions
+from racecraft.formats.policy_layers import DenseLayer, NetworkLayers, PolicyLayers, PolicyLayersError, SensorLayers
 from racecraft.worlds.deepracer.env.promise import CAMERA_NAME
 from racecraft.worlds.deepracer.env.sensors import LIDAR, STEREO, car_sensors
-from racecraft.worlds.deepracer.files.policy_layers import (
-    DenseLayer,
-    NetworkLayers,
-    PolicyLayers,
-    PolicyLayersError,
-    SensorLayers,
-)
 
 SENSORS = [(CAMERA_NAME,), (STEREO,), (CAMERA_NAME, LIDAR)]
 

@@ -18,7 +18,7 @@ from racecraft.algorithms.fresh_weights import fresh_critic, fresh_critics, fres
 from racecraft.algorithms.policy_spec import PolicySpec, architecture_values
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.world import Array, ArraySpec, ContinuousActions, DiscreteActions
-from racecraft.worlds.deepracer.files.policy_layers import (
+from racecraft.formats.policy_layers import (
     CONTINUOUS,
     DISCRETE,
     IMAGE,

@@ -17,8 +17,8 @@ import numpy as np
 from racecraft.algorithms.plain_layers import WORTHS
 from racecraft.contract.errors import RacecraftError
 from racecraft.contract.world import Array
+from racecraft.formats.policy_layers import DISCRETE, PolicyLayers
 from racecraft.worlds.deepracer.export.car_frames import drive_for_frames
-from racecraft.worlds.deepracer.files.policy_layers import DISCRETE, PolicyLayers
 from racecraft.worlds.deepracer.players.trained_car import TrainedCar
 
 TOLERANCE = 1e-4

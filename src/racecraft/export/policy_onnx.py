@@ -15,7 +15,7 @@ import numpy as np
 
 from racecraft.contract.errors import MissingExtraError
 from racecraft.contract.world import Array
-from racecraft.worlds.deepracer.files.policy_layers import DISCRETE, SAC, DenseLayer, PolicyLayers, SensorLayers
+from racecraft.formats.policy_layers import DISCRETE, SAC, DenseLayer, PolicyLayers, SensorLayers
 
 OPSET = 13
 IR_VERSION = 7

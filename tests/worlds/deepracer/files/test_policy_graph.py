@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from tests.worlds.deepracer.files.tiny_policies import CAMERA, LIDAR, numbers_of, tiny_policy
 
+from racecraft.formats.policy_layers import CONTINUOUS, DISCRETE, SAC, PolicyLayersError
 from racecraft.worlds.deepracer.files.policy_graph import (
     as_commands,
     bare_lidars_in,
@@ -15,7 +16,6 @@ from racecraft.worlds.deepracer.files.policy_graph import (
     shrink_in,
     strides_in,
 )
-from racecraft.worlds.deepracer.files.policy_layers import CONTINUOUS, DISCRETE, SAC, PolicyLayersError
 from racecraft.worlds.deepracer.files.tensorflow.arithmetic import GraphFunction
 from racecraft.worlds.deepracer.files.tensorflow.graph import Graph, GraphError, Node, Shape
 

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from racecraft.worlds.deepracer.files.policy_layers import (
+from racecraft.formats.policy_layers import (
     CONTINUOUS,
-    KNOWN_STRIDES,
     SAC,
     Convolution,
     DenseLayer,
@@ -15,10 +14,9 @@ from racecraft.worlds.deepracer.files.policy_layers import (
     SensorLayers,
     flat_size,
     flattened_size,
-    head_layers,
     is_pixel,
-    require_aws_network,
 )
+from racecraft.worlds.deepracer.files.policy_layers import KNOWN_STRIDES, head_layers, require_aws_network
 from racecraft.worlds.deepracer.files.policy_weights import _sensor, arrays_of, layers_from
 
 NETWORKS = {

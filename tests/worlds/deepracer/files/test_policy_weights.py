@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.worlds.deepracer.files.tiny_policies import CAMERA, LIDAR, numbers_of, tiny_policy
 
-from racecraft.worlds.deepracer.files.policy_layers import CONTINUOUS, DISCRETE, SAC, DenseLayer, PolicyLayersError
+from racecraft.formats.policy_layers import CONTINUOUS, DISCRETE, SAC, DenseLayer, PolicyLayersError
 from racecraft.worlds.deepracer.files.policy_weights import arrays_of, is_of_policy, layers_from
 
 PPO, CRITIC = "main_level/agent/main/online/network_1", "main_level/agent/main/online/network_0"

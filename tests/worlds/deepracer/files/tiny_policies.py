@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from racecraft.worlds.deepracer.files.policy_layers import (
+from racecraft.formats.policy_layers import (
     CONTINUOUS,
     DISCRETE,
     SAC,

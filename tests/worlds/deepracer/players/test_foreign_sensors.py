@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from tests.worlds.deepracer.files.tensorflow.policies import METADATA, layers_for, moments, write_listed
 
+from racecraft.formats.policy_layers import PolicyLayersError
 from racecraft.players.trained import load_policy
 from racecraft.worlds.deepracer.export.aws_folder import export_to_aws
 from racecraft.worlds.deepracer.export.car_model import export_to_car
 from racecraft.worlds.deepracer.files.policy_graph import graph_of
-from racecraft.worlds.deepracer.files.policy_layers import PolicyLayersError, require_aws_network
+from racecraft.worlds.deepracer.files.policy_layers import require_aws_network
 from racecraft.worlds.deepracer.files.policy_weights import arrays_of
 from racecraft.worlds.deepracer.files.tensorflow.checkpoint import write_checkpoint
 from racecraft.worlds.deepracer.files.tensorflow.graph import Graph, graph_in, write_graph, write_meta_graph

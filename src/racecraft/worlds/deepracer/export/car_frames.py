@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from racecraft.contract.world import Array, allocate
+from racecraft.formats.policy_layers import IMAGE
 from racecraft.settings.overrides import with_values
 from racecraft.worlds.deepracer.env.world import RaceWorld
-from racecraft.worlds.deepracer.files.policy_layers import IMAGE
 from racecraft.worlds.deepracer.players.trained_car import TrainedCar
 
 CARS, TICKS = 8, 24

@@ -11,20 +11,22 @@ from pathlib import Path
 import numpy as np
 
 from racecraft.contract.world import Array
-from racecraft.worlds.deepracer.files.lidar_config import LIDARS
-from racecraft.worlds.deepracer.files.policy_layers import (
+from racecraft.formats.policy_layers import (
     DISCRETE,
-    HEADS,
-    INPUT_SCOPES,
-    LAST_LAYERS,
-    MIDDLEWARE,
-    POLICY_SCOPES,
     SAC,
     DenseLayer,
     PolicyLayers,
     PolicyLayersError,
     SensorLayers,
     flattened_size,
+)
+from racecraft.worlds.deepracer.files.lidar_config import LIDARS
+from racecraft.worlds.deepracer.files.policy_layers import (
+    HEADS,
+    INPUT_SCOPES,
+    LAST_LAYERS,
+    MIDDLEWARE,
+    POLICY_SCOPES,
     head_layers,
 )
 from racecraft.worlds.deepracer.files.policy_weights import layers_from

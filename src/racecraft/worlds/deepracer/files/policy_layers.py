@@ -1,4 +1,4 @@
-"""A car's policy as plain layers, under the names that AWS's trainer gave its weights. Begin with `PolicyLayers`.
+"""The names that AWS's trainer gave the weights of a policy's layers (`formats/policy_layers.py`).
 
 Every layer of AWS's networks is counted together with the non-linearity behind it, so numbers go up by two::
 
@@ -19,14 +19,17 @@ Coach `embedder.py` (flattens last), `ppo_head.py`; simapp `sac_head.py`, `custo
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
-from racecraft.contract.errors import UserInputError
-from racecraft.contract.world import Array
+from racecraft.formats.policy_layers import (
+    CONTINUOUS,
+    DISCRETE,
+    SAC,
+    DenseLayer,
+    PolicyLayers,
+    PolicyLayersError,
+    is_pixel,
+)
 
-IMAGE = (120, 160)
-"""Rows and columns of what a car's camera gives to the network, px."""
-DISCRETE, CONTINUOUS, SAC = "discrete", "continuous", "sac"
 POLICY_SCOPES = {
     DISCRETE: "main_level/agent/main/online/network_1",
     CONTINUOUS: "main_level/agent/main/online/network_1",
@@ -50,114 +53,6 @@ KNOWN_STRIDES: Mapping[tuple[tuple[int, int], ...], tuple[int, ...]] = {
     ((3, 32), (3, 64), (3, 64), (3, 128), (3, 128)): (1, 2, 1, 2, 1),
 }
 """Strides of AWS's networks by the (kernel, filters) of their convolutions, where no graph tells them."""
-
-
-class PolicyLayersError(UserInputError):
-    """Weights do not make up a network of AWS's kind; whoever knows the file puts its name before the letter."""
-
-
-@dataclass(frozen=True)
-class Convolution:
-    """A convolution without padding, and its non-linearity."""
-
-    kernel: Array
-    """float32 (rows, columns, channels, filters)."""
-    bias: Array
-    """float32 (filters,)."""
-    stride: int
-
-
-@dataclass(frozen=True)
-class DenseLayer:
-    """A dense layer; all but a head's last have a non-linearity behind them."""
-
-    kernel: Array
-    """float32 (inputs, units)."""
-    bias: Array
-    """float32 (units,)."""
-
-
-@dataclass(frozen=True)
-class SensorLayers:
-    """What one sensor's numbers go through by themselves."""
-
-    name: str
-    """As in model_metadata.json, such as FRONT_FACING_CAMERA."""
-    shape: tuple[int, ...]
-    """(rows, columns, channels) of an image, as the graph is fed; (numbers,) of a LiDAR."""
-    convolutions: tuple[Convolution, ...] = ()
-    dense: tuple[DenseLayer, ...] = ()
-    """Behind the flattened convolutions."""
-    shrink: int = 1
-    """How many pixels, across and down, are averaged to one before the first convolution."""
-
-    @property
-    def is_image(self) -> bool:
-        """Whether it is a camera."""
-        return len(self.shape) == 3
-
-
-@dataclass(frozen=True)
-class NetworkLayers:
-    """Sensors side by side, laid end to end, dense layers over them, and the last one."""
-
-    sensors: tuple[SensorLayers, ...]
-    """In the order of their sorted names."""
-    trunk: tuple[DenseLayer, ...]
-    head: DenseLayer
-    activation: str = "relu"
-
-    @property
-    def shrink(self) -> int:
-        """How many of the camera's pixels, across and down, are averaged to one; 1: none."""
-        return max(sensor.shrink for sensor in self.sensors)
-
-
-@dataclass(frozen=True)
-class PolicyLayers:
-    """A policy; with its critic where that is known, too."""
-
-    kind: str
-    """DISCRETE: the head gives logits of choices. CONTINUOUS: means in [-1, 1] units. SAC: means before the tanh."""
-    network: NetworkLayers
-    log_std: Array | None = None
-    """CONTINUOUS: log of the standard deviations, float32 (A,); None: not in the file."""
-    log_std_head: DenseLayer | None = None
-    """SAC: the layer that gives them; None: not in the file."""
-    critic: NetworkLayers | None = None
-    """PPO's other network; None: not in the file."""
-
-
-def flat_size(sensor: SensorLayers) -> int:
-    """Return how many numbers leave a sensor's layers.
-
-    Raises:
-        PolicyLayersError: The convolutions find no room in the image.
-    """
-    if sensor.dense:
-        return int(sensor.dense[-1].kernel.shape[1])
-    return flattened_size(sensor)
-
-
-def flattened_size(sensor: SensorLayers) -> int:
-    """Return how many numbers leave a sensor's convolutions."""
-    if not sensor.is_image:
-        return sensor.shape[0]
-    rows, columns, channels = sensor.shape[0] // sensor.shrink, sensor.shape[1] // sensor.shrink, sensor.shape[2]
-    for layer in sensor.convolutions:
-        high, wide, _, channels = layer.kernel.shape
-        if min(rows - high, columns - wide) < 0:
-            raise PolicyLayersError(
-                f"{sensor.name}: a convolution of {high} x {wide} px finds no room at {rows} x {columns} px; expected "
-                f"a network for images of {IMAGE[1]} x {IMAGE[0]} px."
-            )
-        rows, columns = (rows - high) // layer.stride + 1, (columns - wide) // layer.stride + 1
-    return rows * columns * channels
-
-
-def is_pixel(layer: Convolution) -> bool:
-    """Tell whether a convolution works on each place by itself."""
-    return layer.kernel.shape[:2] == (1, 1)
 
 
 def require_aws_network(policy: PolicyLayers) -> None:

@@ -12,21 +12,11 @@ import numpy as np
 
 from racecraft.contract.world import Array
 from racecraft.formats.mapped_file import pieces
-from racecraft.worlds.deepracer.files.lidar_config import LIDARS
-from racecraft.worlds.deepracer.files.model_metadata import CAMERAS
-from racecraft.worlds.deepracer.files.policy_layers import (
+from racecraft.formats.policy_layers import (
     CONTINUOUS,
     DISCRETE,
-    HEADS,
     IMAGE,
-    KNOWN_STRIDES,
-    LAST_LAYERS,
-    MIDDLEWARE,
-    POLICY_SCOPES,
-    RESCALER,
     SAC,
-    VALUE_LAYER,
-    VALUE_SCOPE,
     Convolution,
     DenseLayer,
     NetworkLayers,
@@ -36,6 +26,18 @@ from racecraft.worlds.deepracer.files.policy_layers import (
     flat_size,
     flattened_size,
     is_pixel,
+)
+from racecraft.worlds.deepracer.files.lidar_config import LIDARS
+from racecraft.worlds.deepracer.files.model_metadata import CAMERAS
+from racecraft.worlds.deepracer.files.policy_layers import (
+    HEADS,
+    KNOWN_STRIDES,
+    LAST_LAYERS,
+    MIDDLEWARE,
+    POLICY_SCOPES,
+    RESCALER,
+    VALUE_LAYER,
+    VALUE_SCOPE,
 )
 
 _LAYER = re.compile(r"(Conv2d|Dense)_(\d+)")

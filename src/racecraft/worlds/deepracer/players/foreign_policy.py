@@ -13,6 +13,7 @@ import numpy as np
 
 from racecraft.algorithms.plain_layers import ForeignPolicy, policy_of
 from racecraft.contract.world import Array, ArraySpec
+from racecraft.formats.policy_layers import IMAGE, PolicyLayers, PolicyLayersError
 from racecraft.worlds.deepracer.env.actions import action_space
 from racecraft.worlds.deepracer.env.promise import world_spec
 from racecraft.worlds.deepracer.env.sensors import STEREO, car_sensors
@@ -28,7 +29,6 @@ from racecraft.worlds.deepracer.files.policy_graph import (
     read_policy_graph,
     strides_in,
 )
-from racecraft.worlds.deepracer.files.policy_layers import IMAGE, PolicyLayers, PolicyLayersError
 from racecraft.worlds.deepracer.files.policy_weights import is_of_policy, layers_from
 from racecraft.worlds.deepracer.files.tensorflow.arithmetic import GraphArithmeticError, GraphFunction
 from racecraft.worlds.deepracer.files.tensorflow.checkpoint import INDEX, read_checkpoint

@@ -12,15 +12,9 @@ from racecraft.algorithms.policy_spec import PolicySpec, architecture_values
 from racecraft.algorithms.registry import find_algorithm
 from racecraft.algorithms.twin_critics import SoftActorCritic
 from racecraft.contract.world import ContinuousActions, DiscreteActions
+from racecraft.formats.policy_layers import Convolution, DenseLayer, NetworkLayers, PolicyLayers, SensorLayers
 from racecraft.worlds.deepracer.env.promise import CAMERA_NAME
 from racecraft.worlds.deepracer.env.sensors import STEREO, car_sensors
-from racecraft.worlds.deepracer.files.policy_layers import (
-    Convolution,
-    DenseLayer,
-    NetworkLayers,
-    PolicyLayers,
-    SensorLayers,
-)
 
 LISTED = DiscreteActions(5)
 RANGES = ContinuousActions((-math.radians(30), 0.5), (math.radians(30), 2.0))
