@@ -99,3 +99,11 @@ rc.evaluate({run!r})
 """
     told = stranger(code=code, expected=1)
     assert "found a Corridor run; the package fifth_world is not installed" in told
+
+
+def test_it_may_be_a_job(stranger):
+    code = """
+from racecraft.formats.job_spec import _is_command
+print([_is_command([word]) for word in ("corridor", "train", "gym", "dr", "serve", "tracks")])
+"""
+    assert stranger(code=code).splitlines()[0] == "[True, True, True, True, True, False]"

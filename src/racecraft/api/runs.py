@@ -35,7 +35,7 @@ class Run:
 
     @property
     def kind(self) -> str:
-        """Which kind of world: "deepracer", "battlesnake", "gymnasium" or "unity"."""
+        """Which kind of world, such as "deepracer"."""
         return str(self.job["kind"])
 
     @property

@@ -29,7 +29,7 @@ def train(
     """Train in any kind of world until a stop condition holds.
 
     Args:
-        kind: "deepracer", "battlesnake", "gymnasium" or "unity".
+        kind: Name of an installed world: "deepracer", "battlesnake", "gymnasium", "unity" or another.
         settings: {"ppo.learning_rate": 1e-4} or ["ppo.learning_rate=1e-4"], as after `--set`.
         stops: "minutes=5", or several; none: the world's own.
         callback: Watches; None: a line an iteration on standard error, or nothing where `quiet`.

@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import InputFileError, UserInputError, nearest
+from racecraft.contract.kinds import kinds
 from racecraft.formats.json_text import kind_of, read_json
 from racecraft.formats.whole import write_whole
 
@@ -33,8 +34,8 @@ FORMAT = "racecraft job"
 VERSION = 1
 LEGAL_NAME = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9-]{0,61}[A-Za-z0-9])?")
 """Names of jobs: those of SageMaker (facts: battlesnake-and-sagemaker-rl.md C.1), so that old ones go on working."""
-COMMANDS = ("train", "gym", "snakes", "unity", "run", "serve", "dr", "jobs")
-"""The first words of racecraft's commands that may be a job."""
+COMMANDS = ("run", "serve", "jobs")
+"""The first words of racecraft's commands that may be a job, besides those that train in a world."""
 EXPERIMENT_VARIABLES = {
     "ExperimentName": "RACECRAFT_EXPERIMENT",
     "TrialName": "RACECRAFT_TRIAL",
@@ -169,7 +170,13 @@ def _is_words(value: Any) -> bool:
 
 
 def _is_command(value: Any) -> bool:
-    return _is_words(value) and bool(value) and value[0] in COMMANDS
+    return _is_words(value) and bool(value) and (value[0] in COMMANDS or value[0] in _commands_of_worlds())
+
+
+def _commands_of_worlds() -> set[str]:
+    """Return the first words of the commands that train in the installed worlds."""
+    train = {kind.train_command.split()[1] for kind in kinds() if kind.train_command}
+    return train | {command.name for kind in kinds() for command in kind.commands if command.queues}
 
 
 def _is_text(value: Any) -> bool:
@@ -191,7 +198,10 @@ def _is_seconds(value: Any) -> bool:
 _SECONDS = "a whole number of seconds above 0, or null"
 _LEGAL = {
     "name": ("a word", _is_text),
-    "command": (f"a list of words behind `racecraft`, the first of {', '.join(COMMANDS)}", _is_command),
+    "command": (
+        f"a list of words behind `racecraft`, the first of {', '.join(COMMANDS)}, or of a world's training",
+        _is_command,
+    ),
     "resume": ("a list of words behind `racecraft`", _is_words),
     "run": ("a folder", _is_text),
     "older_run": ("the mark of a run", _is_text),
