@@ -4,22 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from racecraft.contract.kinds import find_kind
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder, last_stops
 from racecraft.formats.tensor_file import CheckpointError
 
-CAR = "deepracer"
-SCORES = {CAR: "progress %", "gymnasium": "return", "battlesnake": "rating", "unity": "return"}
-"""What a kind's score is called."""
-ELSEWHERE = {
-    "gymnasium": "What a Gymnasium environment looks like stays in the environment; its curves are here.",
-    "battlesnake": (
-        "A snake's training games are not kept; its curves are here. "
-        "`racecraft snakes watch --live --url RUN --url search` plays one before your eyes."
-    ),
-    "unity": "What a Unity scene looks like is seen in Unity; its curves are here.",
-}
-"""Why a kind has no map, for people."""
+CURVES_ONLY = "Its curves are here."
+"""What stands in the map's place, for worlds that say nothing themselves."""
 
 
 def run_facts(run: RunFolder, job: dict[str, Any]) -> dict[str, Any]:
@@ -29,20 +20,20 @@ def run_facts(run: RunFolder, job: dict[str, Any]) -> dict[str, Any]:
         run: The run.
         job: What `RunFolder.read_job` told.
     """
-    kind = str(job.get("kind"))
+    kind = find_kind(str(job.get("kind")), str(run.path))
     return {
         "path": str(run.path),
         "name": run.path.name,
         "title": str(job.get("title", run.path.name)),
-        "kind": kind,
+        "kind": kind.name,
         "algorithm": str(job.get("algorithm", "")),
         "stops": list(last_stops(job)),
         "started": str(job.get("started", "")),
         "seed": job.get("seed"),
-        "score_name": SCORES.get(kind, "score"),
+        "score_name": kind.score.short,
         "training": run.is_training(),
-        "has_map": kind == CAR,
-        "instead": "" if kind == CAR else ELSEWHERE.get(kind, "Its curves are here."),
+        "has_map": bool(kind.watch),
+        "instead": "" if kind.watch else kind.look or CURVES_ONLY,
         "best": _best(run),
     }
 

@@ -18,5 +18,9 @@ KIND = WorldKind(
     commands=(Command("snakes", "racecraft.worlds.battlesnake.cli.snakes:app"),),
     score=Score("rating (Elo)", "best checkpoint, rating", "rating"),
     evaluation_table="racecraft.worlds.battlesnake.analysis.evaluations:rating_table",
+    look=(
+        "A snake's training games are not kept; its curves are here. "
+        "`racecraft snakes watch --live --url RUN --url search` plays one before your eyes."
+    ),
     as_typed="racecraft.worlds.battlesnake.analysis.account:as_typed",
 )

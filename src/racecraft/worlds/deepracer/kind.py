@@ -59,5 +59,6 @@ KIND = WorldKind(
     report_parts="racecraft.worlds.deepracer.analysis.report:report_parts",
     evaluation_table="racecraft.worlds.deepracer.analysis.evaluations:lap_table",
     advice="racecraft.worlds.deepracer.analysis.account:car_advice",
+    watch="racecraft.worlds.deepracer.serving.watch:watch",
     as_typed="racecraft.worlds.deepracer.analysis.account:as_typed",
 )

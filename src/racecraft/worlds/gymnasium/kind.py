@@ -10,5 +10,6 @@ KIND = WorldKind(
     make_world="racecraft.worlds.gymnasium.env.from_gymnasium:make_world",
     judging_world="racecraft.worlds.gymnasium.evaluation:opened_judging_world",
     commands=(Command("gym", "racecraft.worlds.gymnasium.cli.gym:app"),),
+    look="What a Gymnasium environment looks like stays in the environment; its curves are here.",
     as_typed="racecraft.worlds.gymnasium.training.account:as_typed",
 )

@@ -13,5 +13,6 @@ KIND = WorldKind(
     demonstration_suffix=".demo",
     demonstrations="racecraft.worlds.unity.training.shown:read_shown",
     commands=(Command("unity", "racecraft.worlds.unity.cli.unity:app"),),
+    look="What a Unity scene looks like is seen in Unity; its curves are here.",
     as_typed="racecraft.worlds.unity.training.account:as_typed",
 )

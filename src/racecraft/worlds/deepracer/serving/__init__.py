@@ -1,0 +1,1 @@
+"""What a car's run answers over HTTP."""
