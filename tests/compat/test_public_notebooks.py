@@ -121,7 +121,7 @@ def test_visual_analysis_sees_through_models_of_ours(tmp_path):
 
 @pytest.mark.skipif(not WORKSHOP, reason="RACECRAFT_WORKSHOP_NOTEBOOKS names no copy of aws-deepracer-workshops")
 def test_the_workshops_notebook_of_2019_runs_through_our_names(tmp_path, run, monkeypatch):
-    from racecraft.worlds.deepracer.notebooks.cells import MODULES
+    from racecraft.worlds.deepracer.notebooks.write import FILES, MODULES
 
     copy = Path(WORKSHOP).expanduser().resolve()
     copy = copy if copy.name == "log-analysis" else copy / "log-analysis"
@@ -133,8 +133,8 @@ def test_the_workshops_notebook_of_2019_runs_through_our_names(tmp_path, run, mo
     monkeypatch.setenv(local_streams.ROOT, str(tmp_path / "runs"))
     training, evaluation = (local_streams.simulation_id(tmp_path / "runs" / "mine", one) for one in PHASES)
     text = text.replace("'MY_SIM_ID'", repr(training)).replace("'sim-h712thgp6gz2'", repr(evaluation))
-    for name, module in MODULES.items():
-        (tmp_path / name).write_text(module, encoding="utf-8")
+    for name in MODULES:
+        (tmp_path / name).write_bytes((FILES / name).read_bytes())
     for folder in ("tracks", "simulation_episode"):
         (tmp_path / folder).symlink_to(copy / folder)
     (tmp_path / "logs").mkdir()

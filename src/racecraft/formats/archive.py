@@ -180,7 +180,7 @@ def members(source: str | Path | bytes, kind: str, limits: Limits | None = None)
         if what == "zip":
             yield from _zipped(file, path, kind, limits, check)
         elif what in ("gzip", "bzip2", "tar"):
-            stream = {"gzip": gzip.open, "bzip2": bz2.open}.get(what, lambda tar: tar)(file)
+            stream = {"gzip": gzip.open, "bzip2": bz2.open}[what](file) if what != "tar" else file
             yield from _tarred(_Guard(stream, path, kind, check), path, kind, limits)
         else:
             raise ArchiveError(path, what, kind)

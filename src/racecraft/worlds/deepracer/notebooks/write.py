@@ -1,17 +1,20 @@
-"""Write the notebooks: Jupyter's format 4, by ourselves, so that nothing needs to be installed to have them."""
+"""Write the notebooks of `files/`, and the modules that they import, into a folder. Begin with `write_notebooks`.
+
+In a notebook "<LOGS>", "<RUN>", "<RUNS>" and "<TRACK>" stand for what it begins with.
+"""
 
 from __future__ import annotations
 
-import hashlib
 import json
 from pathlib import Path
-from typing import Any
 
 from racecraft.contract.errors import UserInputError
 from racecraft.formats.whole import make_folder, write_whole
-from racecraft.worlds.deepracer.notebooks.cells import MODULES, NOTEBOOKS
 
-NBFORMAT = (4, 5)
+FILES = Path(__file__).parent / "files"
+NOTEBOOKS = tuple(sorted(path.name for path in FILES.glob("*.ipynb")))
+"""Names as racers know them."""
+MODULES = tuple(sorted(path.name for path in FILES.glob("*.py")))
 
 
 class NotebookError(UserInputError):
@@ -45,17 +48,14 @@ def write_notebooks(
             "Name another, or add --replace, which loses what you changed in them."
         )
     run = str(Path(run or newest_run()).absolute())
-    words = {"logs": str(Path(logs).absolute()) if logs else run, "run": run, "runs": str(Path(run).parent),
-             "track": track}  # fmt: skip
+    begins = {"<LOGS>": str(Path(logs).absolute()) if logs else run, "<RUN>": run, "<RUNS>": str(Path(run).parent),
+              "<TRACK>": track}  # fmt: skip
     make_folder(place)
-    written = []
-    for name, cells in NOTEBOOKS.items():
-        write_whole(place / name, json.dumps(notebook(cells, words), indent=1, ensure_ascii=False) + "\n")
-        written.append(place / name)
-    for name, text in MODULES.items():
-        write_whole(place / name, text)
-        written.append(place / name)
-    return written
+    for name in NOTEBOOKS:
+        write_whole(place / name, _filled((FILES / name).read_text(encoding="utf-8"), begins))
+    for name in MODULES:
+        write_whole(place / name, (FILES / name).read_text(encoding="utf-8"))
+    return [place / name for name in (*NOTEBOOKS, *MODULES)]
 
 
 def newest_run(root: str | Path = "runs") -> Path:
@@ -64,27 +64,10 @@ def newest_run(root: str | Path = "runs") -> Path:
     return max(runs, key=lambda path: path.stat().st_mtime, default=Path(root) / "reinvent_base-1")
 
 
-def notebook(cells: tuple[str, ...], words: dict[str, str]) -> dict[str, Any]:
-    """Return a notebook of cells as plain values.
-
-    >>> [cell["cell_type"] for cell in notebook(("# Title", "1 + 1"), {})["cells"]]
-    ['markdown', 'code']
-    """
-    made = [_cell(number, text, words) for number, text in enumerate(cells)]
-    kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
-    return {
-        "cells": made,
-        "metadata": {"kernelspec": kernel, "language_info": {"name": "python"}},
-        "nbformat": NBFORMAT[0],
-        "nbformat_minor": NBFORMAT[1],
-    }
-
-
-def _cell(number: int, text: str, words: dict[str, str]) -> dict[str, Any]:
-    is_text = text.startswith("# ")
-    filled = text.format(**words) if any("{" + word + "!r}" in text for word in words) else text
-    ident = hashlib.sha256(f"{number} {text}".encode()).hexdigest()[:8]
-    cell: dict[str, Any] = {"cell_type": "markdown" if is_text else "code", "id": ident, "metadata": {}}
-    if not is_text:
-        cell |= {"execution_count": None, "outputs": []}
-    return cell | {"source": filled.splitlines(keepends=True)}
+def _filled(text: str, begins: dict[str, str]) -> str:
+    """Return a notebook's text with Python literals of `begins` in place of their quoted names."""
+    notebook = json.loads(text)
+    for cell in notebook["cells"]:
+        for name, value in begins.items():
+            cell["source"] = [line.replace(f'"{name}"', repr(value)) for line in cell["source"]]
+    return json.dumps(notebook, indent=1, ensure_ascii=False) + "\n"

@@ -1,0 +1,31 @@
+"""The workshops' log_analysis over local logs: centimetres and degrees, as it had them."""
+
+from racecraft.worlds.deepracer.analysis.logs import find_track, simulation_agg
+from racecraft.worlds.deepracer.analysis.logs.old_names import (
+    action_breakdown,
+    analyze_training_progress,
+    make_error_boxes,
+    plot_coords,
+    plot_episode_run,
+    plot_grid_world,
+    plot_line,
+    plot_top_laps,
+    plot_track,
+    plot_trackpoints,
+    print_border,
+)
+from racecraft.worlds.deepracer.logs.old_names import (
+    EPISODE_PER_ITER,
+    convert_to_pandas,
+    episode_parser,
+    get_closest_waypoint,
+    load_data,
+    ticks_of,
+)
+
+__all__ = [
+    "EPISODE_PER_ITER", "action_breakdown", "analyze_training_progress", "convert_to_pandas", "episode_parser",
+    "find_track", "get_closest_waypoint", "load_data", "make_error_boxes", "plot_coords", "plot_episode_run",
+    "plot_grid_world", "plot_line", "plot_top_laps", "plot_track", "plot_trackpoints", "print_border",
+    "simulation_agg", "ticks_of",
+]
