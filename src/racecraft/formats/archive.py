@@ -30,6 +30,7 @@ from racecraft.formats.whole import make_folder, whole_file
 PIECE = 2**20
 MAX_HEADER = 8 * 2**20
 """Bytes that one read of a header may ask for."""
+_Unpacked = BinaryIO | gzip.GzipFile | bz2.BZ2File
 
 
 class ArchiveError(InputFileError):
@@ -180,7 +181,9 @@ def members(source: str | Path | bytes, kind: str, limits: Limits | None = None)
         if what == "zip":
             yield from _zipped(file, path, kind, limits, check)
         elif what in ("gzip", "bzip2", "tar"):
-            stream = {"gzip": gzip.open, "bzip2": bz2.open}[what](file) if what != "tar" else file
+            stream: _Unpacked = file
+            if what != "tar":
+                stream = gzip.GzipFile(fileobj=file) if what == "gzip" else bz2.BZ2File(file)
             yield from _tarred(_Guard(stream, path, kind, check), path, kind, limits)
         else:
             raise ArchiveError(path, what, kind)
@@ -203,7 +206,7 @@ def _told_of_damage(path: Path, kind: str) -> Iterator[None]:
 class _Guard(io.RawIOBase):
     """The unpacked stream of a tar, read forwards only, whose size is checked."""
 
-    def __init__(self, stream: IO[bytes], path: Path, kind: str, check: Callable[[int], None]) -> None:
+    def __init__(self, stream: _Unpacked, path: Path, kind: str, check: Callable[[int], None]) -> None:
         self._stream, self._path, self._kind, self._check, self._at = stream, path, kind, check, 0
 
     def read(self, size: int = -1) -> bytes:

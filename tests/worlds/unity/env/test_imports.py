@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from racecraft.contract.errors import MissingExtraError
-from racecraft.worlds.unity.env import builds, messages
+from racecraft.worlds.unity.env import messages
 from racecraft.worlds.unity.env.session import Session
 from racecraft.worlds.unity.env.wire import Wire
 
@@ -30,7 +30,6 @@ def test_importing_brings_no_guest_along():
     [
         ("grpc", Wire),
         ("google.protobuf", lambda: messages.load.__wrapped__()),
-        ("yaml", lambda: builds.read_manifest("manifest.yaml")),
     ],
 )
 def test_an_absent_package_is_announced_with_the_command_that_installs_it(monkeypatch, package, use):

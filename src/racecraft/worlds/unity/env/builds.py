@@ -30,7 +30,7 @@ from typing import Any
 import racecraft
 from racecraft.contract.errors import nearest
 from racecraft.formats.archive import ArchiveError, unpack
-from racecraft.worlds.unity.env.errors import BuildError, missing_extra
+from racecraft.worlds.unity.env.errors import BuildError
 
 DEFAULT_MANIFEST = "https://storage.googleapis.com/mlagents-test-environments/1.1.0/manifest.yaml"
 BUILTIN = {"Basic": "racecraft.worlds.unity.env.basic_scene"}
@@ -130,7 +130,8 @@ def read_manifest(manifest: str | Path | None = None) -> dict[str, RegistryEntry
         BuildError: It cannot be fetched or read.
     """
     source = manifest_source(manifest)
-    yaml = _yaml()
+    import yaml  # type: ignore[import-untyped,unused-ignore]
+
     try:
         listed = yaml.safe_load(_fetch(source).decode())["environments"]
         pairs = [pair for item in listed for pair in item.items()]
@@ -324,11 +325,3 @@ def _fetch(source: str) -> bytes:
         return Path(source).read_bytes()
     except (OSError, urllib.error.URLError, ValueError) as cause:
         raise BuildError(f"{source}: cannot be fetched ({cause}).") from cause
-
-
-def _yaml() -> Any:
-    try:
-        import yaml  # type: ignore[import-untyped,unused-ignore]
-    except ImportError as cause:
-        raise missing_extra("pyyaml") from cause
-    return yaml

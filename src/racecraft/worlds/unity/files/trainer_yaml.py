@@ -16,7 +16,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NoReturn
 
-from racecraft.contract.errors import InputFileError, MissingExtraError, nearest
+from racecraft.contract.errors import InputFileError, nearest
 from racecraft.worlds.unity.files.trainer_config import (
     DEFAULT_MAX_STEPS,
     DEFAULT_MEMORY_SIZE,
@@ -81,7 +81,6 @@ def read_trainer_yaml(path: str | Path) -> TrainerConfig:
 
     Raises:
         TrainerConfigError: It cannot be read, holds a key nobody knows, or a value of the wrong kind.
-        MissingExtraError: PyYAML is not installed.
     """
     return _Reader(Path(path)).read()
 
@@ -120,12 +119,8 @@ class _Reader:
         )
 
     def _load(self) -> dict[str, Any]:
-        try:
-            import yaml  # type: ignore[import-untyped,unused-ignore]
-        except ImportError as cause:
-            raise MissingExtraError(
-                "Reading YAML needs the package 'pyyaml', which is not installed. pip install 'racecraft[unity]'"
-            ) from cause
+        import yaml  # type: ignore[import-untyped,unused-ignore]
+
         try:
             text = self.path.read_text(encoding="utf-8-sig")
         except (OSError, UnicodeDecodeError) as cause:
