@@ -15,7 +15,7 @@ import racecraft
 PACKAGE = Path(racecraft.__file__).parent
 
 LAYERS = (
-    "contract", "kernels", "settings", "pages", "formats", "storage",
+    "contract", "isolation", "kernels", "settings", "pages", "formats", "storage",
     "files", "tracks",
     "algorithms", "adapters", "env", "adapter", "logs",
     "rollout", "players", "evaluation",

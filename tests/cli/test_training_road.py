@@ -25,7 +25,7 @@ def told(monkeypatch, tmp_path):
         done.append(f"train {request}")
         return trained
 
-    def resume(run, stops, callback, tell, kind, spread):
+    def resume(run, stops, callback, tell, kind, spread, again):
         done.append(f"resume {run.name} {stops} {kind}")
         return trained
 

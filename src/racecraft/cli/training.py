@@ -100,6 +100,7 @@ class Road:
         model: What the metrics call it; None: by the run.
         cluster: What --cluster said.
         beside: Wraps who watches, such as a page does.
+        again: Fields of the request that a run does not keep: they are given anew when it goes on.
     """
 
     kind: str
@@ -110,6 +111,7 @@ class Road:
     model: str | None = None
     cluster: str | None = None
     beside: Callable[[TrainingCallback], AbstractContextManager[TrainingCallback]] = nullcontext
+    again: Mapping[str, Any] = field(default_factory=dict)
 
     def train(
         self,
@@ -186,7 +188,7 @@ class Road:
         from racecraft.training import worlds
 
         if begun is not None:
-            return worlds.resume(begun, options.stops, callback, options.tell, self.kind, spread)
+            return worlds.resume(begun, options.stops, callback, options.tell, self.kind, spread, self.again)
         assert request is not None
         return worlds.train(request, callback, options.tell, spread)
 

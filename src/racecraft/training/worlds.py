@@ -6,7 +6,8 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol, cast
 
@@ -106,6 +107,7 @@ def resume(
     say: Say = print,
     kind: str | None = None,
     spread: Spread | None = None,
+    again: Mapping[str, Any] | None = None,
 ) -> Trained:
     """Go on with a run from its last whole iteration, as if it had never stopped.
 
@@ -116,6 +118,7 @@ def resume(
         say: Says a line to a person.
         kind: What the run must be of; None: any kind.
         spread: Carries the worlds elsewhere, wherever they were until now; None: they are carried here.
+        again: Fields of the request that the run does not keep.
 
     Raises:
         RunFolderError: No run folder, one of another kind, one that is being trained, or that cannot be gone on with.
@@ -124,6 +127,8 @@ def resume(
     kind = (run.read_job() if kind is None else run.read_job_of(kind)).get("kind", "")
     module = training_in(kind, str(path))
     planned = module.plan_resume(Path(path), stops)
+    if again:
+        planned = replace(planned, request=replace(planned.request, **again))
     with _opened(kind, planned, say, spread) as experiment:
         outcome = trainer.resume(experiment, run, callback, say)
         seed = experiment.seed

@@ -19,12 +19,13 @@ from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.env.actions import ActionBox, ActionSpace, ActionTable, action_space
 from racecraft.worlds.deepracer.env.camera import Camera
+from racecraft.worlds.deepracer.env.paying import CarRewards
+from racecraft.worlds.deepracer.env.reward_process import open_reward
 from racecraft.worlds.deepracer.env.sensors import FRONT, car_sensors
 from racecraft.worlds.deepracer.env.settings import CameraConfig, RaceConfig
 from racecraft.worlds.deepracer.env.vehicle import MAX_SPEED_MPS, MAX_STEERING_RAD, MIN_SPEED_MPS, TICKS_PER_SECOND
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.files.model_metadata import default_model_metadata
-from racecraft.worlds.deepracer.files.reward_file import load_reward_function
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
 
 RENDER_WIDTH, RENDER_HEIGHT = 640, 480
@@ -49,6 +50,7 @@ class DeepRacerEnv(WorldEnv):
         width, height: Pixels of the frame.
         sensors: Names as in `model_metadata.json`: one camera, and at most one LiDAR.
         lidar_config: Of a DISCRETIZED_SECTOR_LIDAR, as there.
+        trust_reward: Whether a file's reward function keeps all your rights; a function that is given has them.
         max_episode_seconds: An episode is truncated after so much simulated time; None: as in training.
         render_mode: "rgb_array" for a 640x480 colour picture of what the car sees.
     """
@@ -91,6 +93,7 @@ def race_world(
     max_episode_seconds: float | None = None,
     sensors: Sequence[str] = (FRONT,),
     lidar_config: Mapping[str, float] | None = None,
+    trust_reward: bool = False,
 ) -> RaceWorld:
     """Return cars as Gymnasium's users describe them; arguments as for `DeepRacerEnv`.
 
@@ -98,11 +101,11 @@ def race_world(
         UserInputError: A track, file, action or setting that cannot be used.
     """
     if reward is None:
-        paid: Reward | list[Reward] = stay_near_the_centre
+        paid: Reward | CarRewards = stay_near_the_centre
     elif callable(reward):
         paid = reward
     else:
-        paid = [copy.call for copy in load_reward_function(reward).copies(num_cars)]
+        paid = open_reward(reward, is_trusted=trust_reward).copies(num_cars)
     return RaceWorld(
         load_track(track),
         _action_space(actions),

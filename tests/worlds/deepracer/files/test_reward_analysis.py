@@ -213,21 +213,6 @@ def test_of_a_long_line_57_letters_and_three_points_are_shown(length, shown):
     assert len(text) == shown + 2
 
 
-ENDS = [  # text, line and what is shown
-    ("import os\ndef f():\n    os._exit(1)\n", (3, "`os._exit`")),
-    ("import os as o\nx = o.abort\n", (2, "`o.abort`")),
-    ("from os import path, abort\n", (1, "`os.abort`")),
-    ("from os import path\nimport sys\nsys.exit()\n", None),
-    ("from mine import abort\n", None),
-]
-
-
-@pytest.mark.parametrize(("text", "found"), ENDS)
-def test_what_would_end_the_process_is_named(text, found):
-    ends = told(text).ends_process
-    assert (ends and (ends.line, ends.text)) == found
-
-
 def test_what_is_imported_is_told_by_first_names_without_neighbours():
     text = "import b.c, a\nfrom . import x\nfrom .y import z\nfrom d.e import f\ndef g():\n    import h\n"
     assert told(text).imports == ("a", "b", "d", "h")

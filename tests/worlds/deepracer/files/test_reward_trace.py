@@ -6,7 +6,7 @@ import pytest
 
 from racecraft.contract.errors import RewardError
 from racecraft.worlds.deepracer.files.reward_file import load_reward_function
-from racecraft.worlds.deepracer.files.reward_trace import RewardTrace, Term
+from racecraft.worlds.deepracer.files.reward_trace import RewardTrace, Term, line_of
 
 TEXT = """\
 from helper_traced import twice
@@ -46,7 +46,7 @@ def test_every_number_that_a_line_gave_is_kept_by_line_and_name(trace):
 
 
 def test_a_term_is_shown_with_its_line(trace):
-    shown = [trace.text(Term(line, "")) for line in (1, 6, 15, 16)]
+    shown = [line_of(trace.reward.source, Term(line, "")) for line in (1, 6, 15, 16)]
     assert shown == ["from helper_traced import twice", 'speed = params["speed"]', "return pay", ""]
 
 

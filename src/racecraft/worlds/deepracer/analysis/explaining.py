@@ -5,10 +5,11 @@ Begin with `explain_failures`.
 
 from __future__ import annotations
 
+import contextlib
 import io
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import cached_property
 
 import numpy as np
@@ -23,14 +24,14 @@ from racecraft.worlds.deepracer.analysis.failure_places import Before, Cure, Fai
 from racecraft.worlds.deepracer.analysis.logs.segments import Segments, find_segments
 from racecraft.worlds.deepracer.env import race
 from racecraft.worlds.deepracer.env.camera import Camera
+from racecraft.worlds.deepracer.env.reward_process import RewardCopies, open_reward
 from racecraft.worlds.deepracer.env.vehicle import TICKS_PER_SECOND
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.evaluation.cures import HOLDS, MOMENTS, Options, Trials, command_words, try_cures
 from racecraft.worlds.deepracer.evaluation.kept_drives import KeptDrives, keep_drives
 from racecraft.worlds.deepracer.evaluation.places import same_places
 from racecraft.worlds.deepracer.evaluation.rehearsal import states_of
-from racecraft.worlds.deepracer.files.reward_file import load_reward_function
-from racecraft.worlds.deepracer.files.reward_trace import RewardTrace, Term
+from racecraft.worlds.deepracer.files.reward_trace import Term, line_of
 from racecraft.worlds.deepracer.players.trained_car import TrainedCar
 from racecraft.worlds.deepracer.tracks.track import Track
 
@@ -254,31 +255,30 @@ class _Explaining:
         if not path.is_file():
             return None, []
         try:
-            trace = RewardTrace(load_reward_function(path, io.StringIO()))  # what it prints is not for here
-            ticks = list(_drive_again(self.worlds(1), self.drives, row, trace, first))
+            with contextlib.closing(open_reward(path, io.StringIO())) as reward:  # what it prints is not for here
+                ticks = list(_drive_again(self.worlds(1), self.drives, row, reward.copies(1), first))
         except (RewardFileError, RewardError) as error:
             self.reward_note = str(error).splitlines()[0]
             return None, []
-        terms = sorted({term for _, told in ticks for term in told})
-        lines = [
-            RewardLine(term.line, term.name, trace.text(term), np.array([told.get(term, np.nan) for _, told in ticks]))
-            for term in terms
-        ]
+        lines = []
+        for term in sorted({term for _, told in ticks for term in told}):
+            values = np.array([told.get(term, np.nan) for _, told in ticks])
+            lines.append(RewardLine(term.line, term.name, line_of(reward.source, term), values))
         return np.array([paid for paid, _ in ticks]), lines
 
 
 def _drive_again(
-    world: RaceWorld, drives: KeptDrives, row: int, trace: RewardTrace, first: int
+    world: RaceWorld, drives: KeptDrives, row: int, reward: RewardCopies, first: int
 ) -> Iterator[tuple[float, dict[Term, float]]]:
     """Drive a row's episode again, told what it did; yield each tick's pay and its terms from a tick on."""
     buffers, last = allocate(world.spec), int(drives.last[row])
     world.load_state(states_of(drives, np.zeros(1, int), np.array([row])), buffers)
-    plain: Callable[..., float] = trace.reward.call
+    world.reward = reward
     for tick in range(last + 1):
-        world.reward = trace.call if tick >= first else plain
+        reward.is_traced = tick >= first
         world.step(drives.actions[tick, [row]][:, None], buffers)
         if tick >= first:
-            yield float(buffers.reward[0, 0]), trace.terms
+            yield float(buffers.reward[0, 0]), reward.terms
 
 
 def _commonest(reports: Array) -> tuple[tuple[float, float], int]:

@@ -18,11 +18,11 @@ def world(json: JSON = False) -> None:
     Example: racecraft bench world --json
     """
     from racecraft.cli.output import print_json, say
-    from racecraft.worlds.deepracer.evaluation.bench_world import bench_world
+    from racecraft.worlds.deepracer.evaluation.bench_world import NUM_CARS, bench_world
     from racecraft.worlds.deepracer.training.trainer import load_reward
 
     say("Five rounds of three cases, about 20 s …", quiet_stdout=json)
-    figures = bench_world(load_reward(None).call)
+    figures = bench_world(load_reward(None).copies(NUM_CARS))
     if json:
         print_json(figures)
         return

@@ -162,13 +162,13 @@ def _page(
     """Write the page; return where it lies."""
     from racecraft.worlds.deepracer.analysis.logs import own_plots
     from racecraft.worlds.deepracer.analysis.logs.page import Extras, write_logs_page
-    from racecraft.worlds.deepracer.files.reward_file import load_reward_function
+    from racecraft.worlds.deepracer.env.reward_process import open_reward
 
     metrics = found.metrics.collect()
     extras = Extras(
         damaged=tuple(str(damage) for damage in found.damaged),
         metrics=metrics if metrics.height else None,
-        reward=None if reward is None else load_reward_function(reward, sys.stderr).call,
+        reward=None if reward is None else open_reward(reward, sys.stderr).call,
         own=own_plots(plots or ()),
         advice=told,
     )

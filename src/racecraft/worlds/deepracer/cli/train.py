@@ -114,6 +114,14 @@ class CarTraining(TrainingOptions):
     pictures: Annotated[
         bool, typer.Option(help="Leave a film, the path, the curves and the report in the run folder.")
     ] = True
+    trust_reward: Annotated[
+        bool,
+        typer.Option(
+            "--trust-reward",
+            help="Give the reward function all your rights: files, network, programs. Without it, it can compute, "
+            "print and read files beside it.",
+        ),
+    ] = False
     watch: Annotated[
         bool, typer.Option("--watch", help="Open a page that shows it while it trains, as `racecraft watch` does.")
     ] = False
@@ -181,6 +189,7 @@ def train(
         model=None if folder is None else folder.name,
         cluster=cluster,
         beside=options.page,
+        again={"trust_reward": options.trust_reward},
     )
     road.train(context, options, request, _tell_trained, leave)
 
@@ -199,6 +208,7 @@ def _request(folder: Path | None, where: TrackOptions, who: CarOptions, options:
         preset=who.preset,
         fidelity=who.fidelity,
         against=tuple(who.against or ()),
+        trust_reward=options.trust_reward,
         **options.asked(options.source(folder)),
     )
 

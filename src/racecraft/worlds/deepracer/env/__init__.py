@@ -8,6 +8,7 @@ Begin in `race.py`; it tells one tick of a race in order.
     scene.py          the ground, its lines and walls, as the camera needs them
     actions.py        what a car can be told
     reward_params.py  the dictionary handed to a user's reward_function
+    reward_process.py the user's reward_function in a process of its own
     world.py          N cars as a World; its card
     kernels/          the bodies of the above, compiled
 

@@ -6,7 +6,10 @@ not where they have gone since. So what was found before a tick is kept until it
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -23,6 +26,46 @@ IS_PAID = np.array([status not in {race.PREPARE, race.PARK, race.PAUSE} for stat
 """Whether a car of each status earns something, bool (S,)."""
 
 
+@dataclass(frozen=True, eq=False)
+class PaidCourse:
+    """What rewards are told of a course that stays the same from tick to tick."""
+
+    waypoints: Array
+    """(W, 2), m."""
+    length: float
+    is_reversed: bool
+    objects: dict[str, Any] | None
+    """How `ObjectReports` is read there; None: it is empty."""
+
+    def as_dictionary(self) -> dict[str, Any]:
+        """Return all but the waypoints, for a process that reads ticks as bytes."""
+        report = race.TICK_REPORT.descr
+        return {"length": self.length, "reversed": self.is_reversed, "report": report, "objects": self.objects}
+
+
+class CarRewards(ABC):
+    """The reward functions of all cars of a world, asked together once a tick."""
+
+    @abstractmethod
+    def __len__(self) -> int:
+        """Return how many cars they pay."""
+
+    @abstractmethod
+    def pay(self, course: PaidCourse, cars: Array, reports: Array, objects: ObjectReports | None, rewards: Any) -> None:
+        """Write what cars earned in a tick.
+
+        Args:
+            course: Where they are.
+            cars: Which of the cars are paid, int64 (R,).
+            reports: TICK_REPORT (R,), theirs.
+            objects: What they found around them, R rows.
+            rewards: Written at `cars`.
+
+        Raises:
+            RewardError: A function failed; rewards of the cars before it were written.
+        """
+
+
 class Paying:
     """What reward functions are told of N worlds of M cars.
 
@@ -36,6 +79,7 @@ class Paying:
 
     def __init__(self, track: Track, reverse: bool, plan: ObjectPlan, objects: Objects, around: Around) -> None:
         self._params = RewardParams(track, reverse)
+        self._track, self._reverse = track, reverse
         self._plan, self._objects, self._around = plan, objects, around
         self.seen_objects = np.zeros(objects.boxes.shape[:2], OBJECT_STATE)
         """How objects stood when the tick just taken was written down, OBJECT_STATE (N, K)."""
@@ -52,11 +96,13 @@ class Paying:
             for kept, found in zip(self._told, self._found, strict=True):
                 kept[:] = found
 
-    def pay(self, reward: RewardFunction | Sequence[RewardFunction], reports: Array, rewards: Array) -> None:
+    def pay(
+        self, reward: RewardFunction | Sequence[RewardFunction] | CarRewards, reports: Array, rewards: Array
+    ) -> None:
         """Write what cars earned in a tick.
 
         Args:
-            reward: One for all, or one for each car, N * M of them.
+            reward: One for all, or one for each car, N * M of them, perhaps in a process of their own.
             reports: TICK_REPORT (N, M).
             rewards: (N, M), written; cars that wait or were carried off the road earn nothing, and theirs stay.
 
@@ -64,12 +110,29 @@ class Paying:
             RewardError: A function failed; those of the cars before it were written.
         """
         flat, paid = reports.reshape(-1), rewards.flat
-        called = IS_PAID[flat["status"]]
-        of_car = [reward] * called.size if callable(reward) else reward
+        cars = np.flatnonzero(IS_PAID[flat["status"]])
         objects = self._object_reports() if self._around.kinds.size else None
-        cars = np.flatnonzero(called)
-        for car, params in zip(cars.tolist(), self._params.of(flat[called], objects, cars), strict=True):
+        if isinstance(reward, CarRewards):
+            reward.pay(self._course, cars, flat[cars], None if objects is None else objects.of(cars), paid)
+            return
+        of_car = [reward] * flat.size if callable(reward) else reward
+        for car, params in zip(cars.tolist(), self._params.of(flat[cars], objects, cars), strict=True):
             paid[car] = of_car[car](params)
+
+    @cached_property
+    def _course(self) -> PaidCourse:
+        objects = None
+        if self._around.kinds.size:
+            found = self._object_reports()
+            objects = {
+                "slots": found.states.shape[1],
+                "state": OBJECT_STATE.descr,
+                "objects": found.objects,
+                "drive": found.drive,
+                "speed": found.speed,
+                "counted": found.counts is not None,
+            }
+        return PaidCourse(np.asarray(self._track.centre, float), float(self._track.length), self._reverse, objects)
 
     @property
     def _is_shared(self) -> bool:
@@ -89,11 +152,11 @@ class Paying:
         return ObjectReports(boxes, states, count, drive, self._plan.speed, counts)
 
 
-def require_rewards(reward: RewardFunction | Sequence[RewardFunction] | None, cars: int) -> None:
+def require_rewards(reward: RewardFunction | Sequence[RewardFunction] | CarRewards | None, cars: int) -> None:
     """Refuse reward functions that are neither one for all nor one for each car.
 
     Raises:
         ContractError: They are another number.
     """
-    if isinstance(reward, Sequence) and len(reward) != cars:
+    if isinstance(reward, Sequence | CarRewards) and len(reward) != cars:
         raise ContractError(f"{len(reward)} reward functions were given; expected one for all or {cars}")

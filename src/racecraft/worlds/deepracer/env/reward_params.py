@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from racecraft.contract.world import Array
-from racecraft.worlds.deepracer.tracks.track import Track
+
+if TYPE_CHECKING:
+    from racecraft.worlds.deepracer.tracks.track import Track
 
 REWARD_PARAMETERS: dict[str, str] = {
     "all_wheels_on_track": "bool: all four wheel centres lie strictly inside the road's borders",
@@ -65,6 +67,11 @@ class ObjectReports(NamedTuple):
     counts: Array | None = None
     """(R,) how many of the J were there; None: all."""
 
+    def of(self, cars: Array) -> ObjectReports:
+        """Return what some cars found, in their order: (R',) numbers of rows."""
+        counts = None if self.counts is None else self.counts[cars]
+        return self._replace(boxes=self.boxes[cars], states=self.states[cars], counts=counts)
+
     def params(self, car: int) -> dict[str, Any]:
         """Return what a car found, as it is in the dictionary; fresh lists."""
         count = self.states.shape[1] if self.counts is None else int(self.counts[car])
@@ -81,10 +88,19 @@ class ObjectReports(NamedTuple):
         }
 
 
+class CentreLine(NamedTuple):
+    """What of a track the dictionary holds."""
+
+    centre: Array
+    """(W, 2), m: the waypoints in driving direction, closing point included."""
+    length: float
+    """m."""
+
+
 class RewardParams:
     """Makes the dictionaries of one track."""
 
-    def __init__(self, track: Track, is_reversed: bool = False) -> None:
+    def __init__(self, track: Track | CentreLine, is_reversed: bool = False) -> None:
         self._waypoints = [(float(x), float(y)) for x, y in track.centre]
         self._track_length = float(track.length)
         self._is_reversed = is_reversed

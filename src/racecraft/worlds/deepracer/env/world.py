@@ -38,7 +38,7 @@ from racecraft.worlds.deepracer.env.fidelity import habits
 from racecraft.worlds.deepracer.env.kernels import race as kernels
 from racecraft.worlds.deepracer.env.light import light_for
 from racecraft.worlds.deepracer.env.objects import OBJECT_STATE, new_around, new_objects
-from racecraft.worlds.deepracer.env.paying import Paying, RewardFunction, require_rewards
+from racecraft.worlds.deepracer.env.paying import CarRewards, Paying, RewardFunction, require_rewards
 from racecraft.worlds.deepracer.env.placing import plan_objects
 from racecraft.worlds.deepracer.env.promise import world_spec
 from racecraft.worlds.deepracer.env.rules import first_starts, require_grid, rules_of
@@ -60,7 +60,7 @@ class RaceWorld:
         track: The circuit, in driving direction.
         actions: What a car can be told, or what each of them can.
         reward: Called once a car and tick, world by world and in a world in the order of its cars; one for all, or one
-            for each car in that order, N * M of them; None gives no reward.
+            for each car in that order, N * M of them, perhaps in a process of their own; None gives no reward.
         race_config: How episodes start and end.
         camera_config: Size of the frame.
         num_cars: N, the number of worlds; with one car in each, the number of cars.
@@ -84,7 +84,7 @@ class RaceWorld:
         self,
         track: Track,
         actions: ActionSpace | OwnActions,
-        reward: RewardFunction | Sequence[RewardFunction] | None = None,
+        reward: RewardFunction | Sequence[RewardFunction] | CarRewards | None = None,
         *,
         race_config: RaceConfig = RaceConfig(),  # noqa: B008 (frozen)
         camera_config: CameraConfig = CameraConfig(),  # noqa: B008 (frozen)

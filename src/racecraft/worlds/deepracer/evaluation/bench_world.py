@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 import statistics
 import time
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from racecraft.contract.world import allocate
 from racecraft.kernels import set_threads
 from racecraft.worlds.deepracer.env.actions import ActionTable
+from racecraft.worlds.deepracer.env.paying import CarRewards
 from racecraft.worlds.deepracer.env.settings import CameraConfig
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
@@ -27,14 +26,12 @@ BENCHMARK_ACTIONS = ActionTable.of(
 )
 """Ten actions: ±30, ±15, 0 degrees at 0.5 and 1.0 m/s."""
 
-RewardFunction = Callable[[dict[str, Any]], float]
 
-
-def bench_world(reward: RewardFunction, track_name: str = "reinvent_base") -> dict[str, float]:
+def bench_world(reward: CarRewards, track_name: str = "reinvent_base") -> dict[str, float]:
     """Return ticks per second (cars times ticks over wall time), the median of interleaved rounds.
 
     Args:
-        reward: The Python reward of the third figure.
+        reward: Of NUM_CARS cars: the Python reward of the third figure.
         track_name: The circuit.
 
     Returns:
@@ -59,7 +56,7 @@ def bench_world(reward: RewardFunction, track_name: str = "reinvent_base") -> di
 class _Run:
     """Cars that drive at random, which keeps them spread round the track and ends many episodes."""
 
-    def __init__(self, track_name: str, reward: RewardFunction | None) -> None:
+    def __init__(self, track_name: str, reward: CarRewards | None) -> None:
         self._world = RaceWorld(
             load_track(track_name),
             BENCHMARK_ACTIONS,

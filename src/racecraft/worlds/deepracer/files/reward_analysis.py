@@ -1,4 +1,4 @@
-"""What a reward function's text tells before it is run: whether it keeps state, waits in vain, or would end us.
+"""What a reward function's text tells before it is run: whether it keeps state or waits in vain.
 
 Begin with `analyse`. Everything is read from the syntax tree; nothing is executed.
 
@@ -18,8 +18,6 @@ from racecraft.contract.loading import imported_names
 STATELESS_MODULES = sys.stdlib_module_names | {"numpy", "scipy", "shapely"}
 """Modules that keep nothing of a car: there is one of each in a process, however many copies of a reward there are."""
 REACHES_ANYTHING = frozenset({"delattr", "eval", "exec", "globals", "locals", "setattr", "vars", "__import__"})
-EXITS = {"_exit": "os._exit", "abort": "os.abort"}
-"""What ends the process at once, whatever is being saved, by attribute."""
 FIRST_STEPS = 2.0
 """What `steps` is at the first call of an episode, here as at AWS."""
 NO_OBJECTS = "a time trial has no objects"
@@ -42,8 +40,6 @@ class RewardAnalysis:
 
     state: Remark | None
     """Where something may be kept from one call to the next; None: nothing can be."""
-    ends_process: Remark | None
-    """What would end the whole process; None: nothing."""
     remarks: tuple[Remark, ...]
     """What is worth telling its author."""
     imports: tuple[str, ...]
@@ -53,9 +49,7 @@ class RewardAnalysis:
 def analyse(tree: ast.Module) -> RewardAnalysis:
     """Return what a parsed reward file tells."""
     state = min(_state(tree), key=lambda remark: remark.line, default=None)
-    return RewardAnalysis(
-        state, next(_exits(tree), None), (*_vain_steps(tree), *_objects(tree)), tuple(sorted(imported_names(tree)))
-    )
+    return RewardAnalysis(state, (*_vain_steps(tree), *_objects(tree)), tuple(sorted(imported_names(tree))))
 
 
 def _state(tree: ast.Module) -> Iterator[Remark]:
@@ -105,14 +99,6 @@ def _mutable(value: ast.expr) -> bool:
         ast.expr_context, ast.operator, ast.unaryop, ast.boolop, ast.cmpop,
     )  # fmt: skip
     return not all(isinstance(part, plain) for part in ast.walk(value))
-
-
-def _exits(tree: ast.Module) -> Iterator[Remark]:
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Attribute) and node.attr in EXITS:
-            yield Remark(node.lineno, f"`{_text(node)}`")
-        elif isinstance(node, ast.ImportFrom) and node.module == "os":
-            yield from (Remark(node.lineno, f"`os.{alias.name}`") for alias in node.names if alias.name in EXITS)
 
 
 def _vain_steps(tree: ast.Module) -> Iterator[Remark]:

@@ -1,15 +1,17 @@
 """`reward_function.py`: what a car is paid for. The user's own file, run unchanged.
 
-Begin with `load_reward_function`; it gives a `RewardFunction`, whose `call` turns one dictionary of parameters into one
-number or into a letter to the author: file, line, exception, and the parameters of that moment. `copies` gives each car
-one of its own, with globals, class state and modules beside the file of its own, as each worker had at AWS.
+`load_reward_function` runs it in this process, with all rights of the user; a training asks `env/reward_process.py`,
+which does so in a process that has none, and keeps the clock.
+
+A `RewardFunction`'s `call` turns one dictionary of parameters into one number or into a `RewardError`: file, line,
+exception, and the parameters of that moment. `copies` gives each car one of its own, with globals, class state and
+modules beside the file of its own, as each worker had at AWS.
 
 The file is compiled under its real name, so tracebacks and debuggers find its lines. `print` is replaced in the
 module's own names, which costs nothing per call, so prints can go to the run's log.
 
     reward_source.py     what the file says, before it is run
     reward_analysis.py   what its text tells
-    time_limit.py        how a call that hangs is ended
 
 What is taken for a number is what AWS took: whatever `float()` makes one of (facts: simapp `rollout_agent_ctrl.py`).
 """
@@ -27,13 +29,12 @@ import warnings
 from collections.abc import Callable, Mapping
 from dis import opname
 from pathlib import Path
-from typing import Any, NoReturn, TextIO
+from typing import Any, NoReturn, Protocol, TextIO
 
 from racecraft.contract.errors import RewardError, RewardFileError, nearest
 from racecraft.contract.loading import UserModules
 from racecraft.worlds.deepracer.files.reward_examples import Params, default_reward_source, example_situations
 from racecraft.worlds.deepracer.files.reward_source import KIND, RewardSource, how_to_install, read_reward_source
-from racecraft.worlds.deepracer.files.time_limit import CallTooLongError, TimeLimit
 
 __all__ = [
     "MAX_REWARD",
@@ -46,12 +47,21 @@ __all__ = [
 
 MAX_REWARD = 1e5
 """Largest size of a reward; AWS ends the training beyond it."""
-CALL_SECONDS = 5.0
-"""How long a call may last where nothing else is said; AWS's validator had the same limit."""
-IMPORT_SECONDS = 120.0
-"""How long loading may last: a first import of a large package takes its time."""
+DENIED = (
+    "A reward function may compute, print and read files beside it; `racecraft train --trust-reward` gives it all your "
+    "rights."
+)
+"""What to know of an exception that restrictions may have raised."""
 
 _numbers = itertools.count()
+
+
+class Pays(Protocol):
+    """A reward function, in this process or in one of its own."""
+
+    def call(self, params: Params, /) -> float:
+        """Return the reward for one dictionary of parameters."""
+        ...
 
 
 class RewardFunction:
@@ -60,14 +70,14 @@ class RewardFunction:
     Attributes:
         source: What the file says, and the modules beside it; as they were when it was loaded.
         output: Where its prints go, and those of copies made of it; None is standard output.
+        is_restricted: Whether this process can do nothing but compute (`racecraft/isolation`).
     """
 
-    def __init__(
-        self, source: RewardSource, modules: UserModules, limit: TimeLimit, family: RewardFunction | None = None
-    ) -> None:
+    def __init__(self, source: RewardSource, modules: UserModules, family: RewardFunction | None = None) -> None:
         self.source = source
         self.output: TextIO | None = None
-        self._modules, self._limit, self._family = modules, limit, family
+        self.is_restricted: bool = family is not None and family.is_restricted
+        self._modules, self._family = modules, family
         self._function: Callable[[Params], Any] = _nothing
 
     @property
@@ -92,10 +102,10 @@ class RewardFunction:
             params: The parameters of AWS, in the units of AWS; the user's function may change the dictionary.
 
         Raises:
-            RewardError: The function raised, hung, or returned something that is no finite number within ±1e5.
+            RewardError: The function raised, or returned something that is no finite number within ±1e5.
         """
         try:
-            value = self._limit.call(self._function, params)
+            value = self._function(params)
         except BaseException as error:
             if isinstance(error, KeyboardInterrupt) and not _raised_by_its_author(error):
                 raise
@@ -111,7 +121,7 @@ class RewardFunction:
         builtins.print(*values, sep=sep, end=end, **options)
 
     def _copy(self) -> RewardFunction:
-        copy = RewardFunction(self.source, self._modules, self._limit, self._family or self)
+        copy = RewardFunction(self.source, self._modules, self._family or self)
         copy._load(lambda *values, **options: None)  # what it prints while it is loaded has been said once
         return copy
 
@@ -120,11 +130,7 @@ class RewardFunction:
         printing = [say]
         name = f"racecraft_reward_{next(_numbers)}"
         try:
-            module = self._limit.call(
-                lambda name: self._modules.load(name, lambda *values, **options: printing[0](*values, **options)),
-                name,
-                IMPORT_SECONDS,
-            )
+            module = self._modules.load(name, lambda *values, **options: printing[0](*values, **options))
             vars(module)["print"] = self.print
             printing[0] = self.print
             self._function = _find_function(self.source, module)
@@ -137,15 +143,14 @@ class RewardFunction:
             self._refuse_import(error)
 
     def _refuse_import(self, error: BaseException) -> NoReturn:
-        raised, found = _what_was_raised(error, IMPORT_SECONDS)
-        inside = _lines_in(raised, self.path)
-        cure = ""
-        if isinstance(raised, ModuleNotFoundError):
-            cure = how_to_install(raised.name or "", self.path)
+        inside = _lines_in(error, self.path)
+        cure = self._denied(error)
+        if isinstance(error, ModuleNotFoundError):
+            cure = how_to_install(error.name or "", self.path)
         raise RewardFileError(
-            self.path, f"{found} while it was imported", "a module that can be imported", cure,
+            self.path, f"{_what_was_raised(error)} while it was imported", "a module that can be imported", cure,
             line=inside[-1] if inside else None,
-        ) from raised  # fmt: skip
+        ) from error  # fmt: skip
 
     def _as_reward(self, value: Any, params: Params) -> float:
         found = f"returned {_short(value)}, of type {type(value).__name__}"
@@ -161,44 +166,39 @@ class RewardFunction:
         if -MAX_REWARD <= number <= MAX_REWARD:
             return number
         raise RewardError(
-            f"{self.path}:{self._first_line()}: reward_function {found}; expected a number from -1e5 to 1e5. "
+            f"{self.path}:{self.first_line}: reward_function {found}; expected a number from -1e5 to 1e5. "
             f"Make every path through the function return such a number.\n{_pretty(params)}"
         )
 
     def _report(self, error: BaseException, params: Params) -> NoReturn:
-        raised, found = _what_was_raised(error, self._limit.seconds)
-        inside = _lines_in(raised, self.path)
-        line = inside[-1] if inside else self._first_line()
+        inside = _lines_in(error, self.path)
+        line = inside[-1] if inside else self.first_line
         lines = self.source.text.splitlines()
         text = lines[line - 1].strip() if 0 < line <= len(lines) else ""
-        cure = "Mend this line, or guard it against these parameters."
-        if isinstance(error, CallTooLongError):
-            cure = "Mend the loop that it was in, or allow a call more time with --set race.reward_seconds=60."
-        elif isinstance(raised, KeyError) and raised.args and isinstance(raised.args[0], str) and params:
-            cure = f"{nearest(raised.args[0], params)} {cure}"
-        elif isinstance(raised, ModuleNotFoundError):
-            cure = how_to_install(raised.name or "", self.path)
-        elsewhere = "" if isinstance(error, CallTooLongError) else _elsewhere(raised, self.path)
+        cure = self._denied(error) or "Mend this line, or guard it against these parameters."
+        if isinstance(error, KeyError) and error.args and isinstance(error.args[0], str) and params:
+            cure = f"{nearest(error.args[0], params)} {cure}"
+        elif isinstance(error, ModuleNotFoundError):
+            cure = how_to_install(error.name or "", self.path)
         raise RewardError(
-            f"{self.path}:{line}: reward_function {found}{elsewhere}; expected a number. {cure}\n    {text}\n"
-            f"{_pretty(params)}"
-        ) from raised
+            f"{self.path}:{line}: reward_function {_what_was_raised(error)}{_elsewhere(error, self.path)}; expected a "
+            f"number. {cure}\n    {text}\n{_pretty(params)}"
+        ) from error
 
-    def _tell_stuck(self, thread: int) -> None:
-        """Say that a call sits where nothing can end it; called from the time limit's own thread."""
-        frame = sys._current_frames().get(thread)
-        while frame is not None and frame.f_code.co_filename != str(self.path):
-            frame = frame.f_back
-        place = f"{self.path}" + (f":{frame.f_lineno}" if frame is not None else "")
-        builtins.print(f"{place}: does not return and cannot be ended here; Ctrl-C ends the training.", file=sys.stderr)
+    def _denied(self, error: BaseException) -> str:
+        """Return what to know of an exception that restrictions may have raised; "" of any other."""
+        is_likely = isinstance(error, PermissionError | MemoryError | BlockingIOError) or "new thread" in str(error)
+        return DENIED if self.is_restricted and is_likely else ""
 
-    def _first_line(self) -> int:
+    @property
+    def first_line(self) -> int:
+        """The line at which the function begins; 1 where it is compiled."""
         code = getattr(inspect.unwrap(self._function), "__code__", None)
         return code.co_firstlineno if code is not None else 1
 
 
 def load_reward_function(
-    path: str | Path | RewardSource, output: TextIO | None = None, seconds: float = CALL_SECONDS
+    path: str | Path | RewardSource, output: TextIO | None = None, is_restricted: bool = False
 ) -> RewardFunction:
     """Load a user's reward function: `def reward_function(params)`, or `reward = Reward()` with such a method.
 
@@ -207,23 +207,20 @@ def load_reward_function(
     Args:
         path: The user's file, or what was read of it.
         output: Where its prints go; None is standard output. May be changed later.
-        seconds: How long a call may last, s.
+        is_restricted: Whether this process can do nothing but compute.
 
     Raises:
-        RewardFileError: The file is missing or empty, does not compile, would end the process, fails while it is
-            imported, or holds no reward function of one parameter.
+        RewardFileError: The file is missing or empty, does not compile, fails while it is imported, or holds no reward
+            function of one parameter.
     """
     source = path if isinstance(path, RewardSource) else read_reward_source(path)
-    modules = UserModules(source.path, source.code, source.modules)
-    limit = TimeLimit(seconds)
-    reward = RewardFunction(source, modules, limit)
-    limit.stuck = reward._tell_stuck
-    reward.output = output
+    reward = RewardFunction(source, UserModules(source.path, source.code, source.modules))
+    reward.output, reward.is_restricted = output, is_restricted
     reward._load(reward.print)
     return reward
 
 
-def validate(reward: RewardFunction) -> dict[str, float]:
+def validate(reward: Pays) -> dict[str, float]:
     """Try a reward function on a few made-up situations and return what it paid, by the situation's name.
 
     The module's global state changes by it, as by any call.
@@ -269,13 +266,9 @@ def _how_to_name(module: types.ModuleType) -> str:
     return f"{nearest('reward_function', names)} Rename it." if names else ""
 
 
-def _what_was_raised(error: BaseException, seconds: float) -> tuple[BaseException, str]:
-    """Return the user's own exception, and what happened as a clause."""
-    if isinstance(error, CallTooLongError):
-        late = "" if error.__cause__ else " (an `except` in it caught what was to end it)"
-        return error.__cause__ or error, f"had not returned after {seconds:g} s{late}"
+def _what_was_raised(error: BaseException) -> str:
     said = str(error)
-    return error, f"raised {type(error).__name__}{': ' * bool(said)}{said}"
+    return f"raised {type(error).__name__}{': ' * bool(said)}{said}"
 
 
 def _raised_by_its_author(error: BaseException) -> bool:

@@ -46,25 +46,26 @@ def read_reward_source(path: str | Path) -> RewardSource:
     """Read a reward file and the modules beside it; nothing is run.
 
     Raises:
-        RewardFileError: The file is missing or empty, is no Python, or would end the whole process.
+        RewardFileError: The file is missing or empty, or is no Python.
     """
     path = Path(path)
     text = _read(path)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SyntaxWarning)
-        warnings.simplefilter("ignore", DeprecationWarning)
-        tree, code = _parsed(path, text)
-    analysis = analyse(tree)
-    if (exits := analysis.ends_process) is not None:
-        raise RewardFileError(
-            path, f"{exits.text} would end the whole training at once, before anything is saved",
-            "a function that returns a number", "Take it out; an exception ends a training with a letter.",
-            line=exits.line,
-        )  # fmt: skip
+    tree, code = _parsed(path, text)
     try:
-        return RewardSource(path, text, code, analysis, modules_beside(path, tree))
+        return RewardSource(path, text, code, analyse(tree), modules_beside(path, tree))
     except (SyntaxError, UnicodeDecodeError, OSError) as error:
         raise RewardFileError(path, f"a module beside it cannot be read ({error})", "modules in UTF-8") from None
+
+
+def source_of(path: str | Path, text: str, modules: Mapping[str, str]) -> RewardSource:
+    """Return what was read elsewhere, as `read_reward_source` did there.
+
+    Raises:
+        RewardFileError: It is no Python.
+    """
+    path = Path(path)
+    tree, code = _parsed(path, text)
+    return RewardSource(path, text, code, analyse(tree), modules)
 
 
 def write_reward(source: RewardSource, folder: Path) -> None:
@@ -109,7 +110,10 @@ def _read(path: Path) -> str:
 def _parsed(path: Path, text: str) -> tuple[ast.Module, types.CodeType]:
     text = text.removeprefix("\ufeff")
     try:
-        return ast.parse(text, str(path)), compile(text, str(path), "exec", dont_inherit=True)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SyntaxWarning)
+            warnings.simplefilter("ignore", DeprecationWarning)
+            return ast.parse(text, str(path)), compile(text, str(path), "exec", dont_inherit=True)
     except SyntaxError as error:
         shown = (error.text or "").strip()
         near = f" in `{shown}`" if shown else ""

@@ -15,6 +15,7 @@ from typing import Any
 
 from racecraft.worlds.deepracer.files.reward_examples import Params
 from racecraft.worlds.deepracer.files.reward_file import RewardFunction
+from racecraft.worlds.deepracer.files.reward_source import RewardSource
 
 
 @dataclass(frozen=True, order=True)
@@ -54,10 +55,11 @@ class RewardTrace:
             sys.settrace(before)
             self.terms = dict(sorted(found.items()))
 
-    def text(self, term: Term) -> str:
-        """Return the line of a term as it is written, without the space around it."""
-        lines = self.reward.source.text.splitlines()
-        return lines[term.line - 1].strip() if term.line <= len(lines) else ""
+
+def line_of(source: RewardSource, term: Term) -> str:
+    """Return the line of a term as it is written, without the space around it."""
+    lines = source.text.splitlines()
+    return lines[term.line - 1].strip() if term.line <= len(lines) else ""
 
 
 def _tracer(path: str, found: dict[Term, float]) -> Any:

@@ -77,6 +77,8 @@ class RaceRequest(TrainRequest):
     """What is said of each group of cars, as `groups.py` reads it; none: all race alike."""
     hold_out: tuple[str, ...] = ()
     """Tracks that are judged on at every evaluation and never trained on."""
+    trust_reward: bool = False
+    """Whether the reward function keeps all rights of the user."""
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from racecraft.training.opponent_pool import OpponentPool
 from racecraft.training.processor import prepare_processor
 from racecraft.training.trainer import weights_to_begin_with
 from racecraft.worlds.deepracer.env.camera import mount_for_version
+from racecraft.worlds.deepracer.env.paying import CarRewards
 from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL
 from racecraft.worlds.deepracer.env.world import RaceWorld
 from racecraft.worlds.deepracer.players.driver import Driver, league_in, load_driver
@@ -32,14 +33,12 @@ def models_among(against: Sequence[str]) -> list[Driver]:
     return [load_driver(source) for source in league_in(one for one in against if one != ITSELF)]
 
 
-def against_world(
-    planned: CarPlan, reward: Callable[[int], Sequence[Callable[[dict[str, Any]], float]]]
-) -> tuple[AgainstWorld, OpponentPool | None]:
+def against_world(planned: CarPlan, reward: Callable[[int], CarRewards]) -> tuple[AgainstWorld, OpponentPool | None]:
     """Return the races that are learned in, and the pool of past selves where they are met there.
 
     Args:
         planned: The training; `race.type` is HEAD_TO_MODEL.
-        reward: Makes a reward function for each of so many cars.
+        reward: Makes the reward functions of so many cars.
 
     Raises:
         UserInputError: A chosen model cannot be used, or the weights to begin with do not fit.

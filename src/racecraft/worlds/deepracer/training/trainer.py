@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -27,6 +27,8 @@ from racecraft.training.resume import Say
 from racecraft.training.trainer import Experiment, RunAttendants
 from racecraft.training.versions import versions
 from racecraft.worlds.deepracer.env.camera import mount_for_version
+from racecraft.worlds.deepracer.env.paying import CarRewards
+from racecraft.worlds.deepracer.env.reward_process import CALL_SECONDS, RewardProcess, open_reward
 from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL, TIME_TRIAL, objects_of
 from racecraft.worlds.deepracer.env.side_by_side import SideBySide
 from racecraft.worlds.deepracer.env.world import RaceWorld
@@ -35,13 +37,8 @@ from racecraft.worlds.deepracer.evaluation.compiled_drive import compiled_drive
 from racecraft.worlds.deepracer.files.generalisation import HELD_OUT, TRAINED
 from racecraft.worlds.deepracer.files.hyperparameters import write_hyperparameters
 from racecraft.worlds.deepracer.files.model_metadata import as_aws_dict, write_model_metadata
-from racecraft.worlds.deepracer.files.reward_file import (
-    CALL_SECONDS,
-    RewardFunction,
-    default_reward_source,
-    load_reward_function,
-)
-from racecraft.worlds.deepracer.files.reward_source import RewardSource, write_reward
+from racecraft.worlds.deepracer.files.reward_examples import default_reward_source
+from racecraft.worlds.deepracer.files.reward_source import RewardSource, read_reward_source, write_reward
 from racecraft.worlds.deepracer.players.run_courses import LaidCourse, of_race
 from racecraft.worlds.deepracer.tracks.importer import route_file, travels
 from racecraft.worlds.deepracer.training.against import AgainstWorld
@@ -86,8 +83,16 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
     Raises:
         RewardFileError: The reward function cannot be loaded.
     """
+    settings = planned.settings
+    is_trusted = planned.request.trust_reward
+    with contextlib.closing(
+        load_reward(planned.model.reward, settings.race.reward_seconds, settings.race.type, is_trusted)
+    ) as reward:
+        yield _experiment(planned, reward)
+
+
+def _experiment(planned: CarPlan, reward: RewardProcess) -> Experiment:
     settings, seed = planned.settings, planned.seed
-    reward = load_reward(planned.model.reward, settings.race.reward_seconds, settings.race.type)
     world, pool = learned_world(planned, reward)
     judged = judged_world(planned, reward)
     flying = [race_world(planned, 1, None, np.zeros(1), FLYING_LAPS, course) for course in planned.all_courses]
@@ -100,7 +105,7 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
                 drive.compile()
         return CarEvaluator(judged, policy, world, settings.evaluation.best_by, flying, by_track)
 
-    yield Experiment(
+    return Experiment(
         kind=KIND,
         world=world,
         algorithm=planned.algorithm,
@@ -113,7 +118,7 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
         title=f"{_where(planned)}, car {settings.race.car}",
         folder_name=planned.track.name if len(_names(planned)) == 1 else f"{len(_names(planned))}-tracks",
         job=job_of(planned),
-        notes=planned.notes,
+        notes=(*planned.notes, restrictions_of(reward)),
         after_update=lambda learner: None if pool is None else pool.learned(learner),
         parts={} if pool is None else {"opponents": pool},
         lay_files=lambda run: lay_files(planned, reward, run),
@@ -147,7 +152,7 @@ def summary(planned: CarPlan, run: RunFolder, outcome: Outcome) -> dict[str, Any
 
 
 @contextlib.contextmanager
-def attended(planned: CarPlan, reward: RewardFunction, run: RunFolder, notes: Sequence[str]) -> Iterator[RunAttendants]:
+def attended(planned: CarPlan, reward: RewardProcess, run: RunFolder, notes: Sequence[str]) -> Iterator[RunAttendants]:
     """Open the run's log, where the reward function prints, and whoever keeps ticks for us and for AWS's tools."""
     metadata, hyperparameters = planned.model.metadata, planned.model.hyperparameters
     with open_log(run) as log:
@@ -166,7 +171,7 @@ def attended(planned: CarPlan, reward: RewardFunction, run: RunFolder, notes: Se
         yield RunAttendants(recorder, AwsFiles(run.path, setup), [recorder, LivePublisher(run)], LiveHarvests(run))
 
 
-def lay_files(planned: CarPlan, reward: RewardFunction, run: RunFolder) -> None:
+def lay_files(planned: CarPlan, reward: RewardProcess, run: RunFolder) -> None:
     """Lay copies of the racer's files into a new run folder."""
     write_reward(reward.source, run.path)
     write_model_metadata(planned.model.metadata, run.model_metadata)
@@ -181,7 +186,7 @@ def lay_files(planned: CarPlan, reward: RewardFunction, run: RunFolder) -> None:
 
 
 def learned_world(
-    planned: CarPlan, reward: RewardFunction
+    planned: CarPlan, reward: RewardProcess
 ) -> tuple[RaceWorld | SideBySide | AgainstWorld, OpponentPool | None]:
     """Return what is learned in, and the pool of past selves where they are met there.
 
@@ -191,16 +196,16 @@ def learned_world(
     if not planned.against:
         return driven_world(planned, reward), None
     require_racing(planned)
-    return against_world(planned, lambda cars: one_for_each(reward, cars))
+    return against_world(planned, reward.copies)
 
 
-def driven_world(planned: CarPlan, reward: RewardFunction) -> RaceWorld | SideBySide:
+def driven_world(planned: CarPlan, reward: RewardProcess) -> RaceWorld | SideBySide:
     """Return the cars that are trained, shared out among the courses where there are several."""
     courses = planned.all_courses
     blocks = planned.blocks or tuple(Block(0, cars, cars) for cars in planned.parts)
 
     def driven(course: LaidCourse, block: Block) -> RaceWorld:
-        paid = one_for_each(reward, block.count)
+        paid = reward.copies(block.count)
         first = starts(course, block.of)[block.first : block.first + block.count]
         return race_world(planned, block.count, paid, first, course=course)
 
@@ -213,7 +218,7 @@ def driven_world(planned: CarPlan, reward: RewardFunction) -> RaceWorld | SideBy
 def race_world(
     planned: CarPlan,
     num_cars: int,
-    reward: Sequence[Callable[[dict[str, Any]], float]] | None = None,
+    reward: CarRewards | None = None,
     start_shares: Array | None = None,
     laps: int = 1,
     course: LaidCourse | None = None,
@@ -239,7 +244,7 @@ def race_world(
     )
 
 
-def judged_world(planned: CarPlan, reward: RewardFunction) -> RaceWorld | SideBySide:
+def judged_world(planned: CarPlan, reward: RewardProcess) -> RaceWorld | SideBySide:
     """Return the cars that are judged, so many on each course; they are rewarded where that makes a checkpoint best.
 
     Courses that are only judged on come last.
@@ -247,7 +252,7 @@ def judged_world(planned: CarPlan, reward: RewardFunction) -> RaceWorld | SideBy
     evaluation = planned.settings.evaluation
 
     def judged(course: LaidCourse) -> RaceWorld:
-        paid = one_for_each(reward, evaluation.episodes) if evaluation.best_by == "reward" else None
+        paid = reward.copies(evaluation.episodes) if evaluation.best_by == "reward" else None
         return race_world(planned, evaluation.episodes, paid, course=course)
 
     courses = [judged(course) for course in (*planned.all_courses, *planned.held_out_courses)]
@@ -263,21 +268,28 @@ def judged_courses(planned: CarPlan) -> list[Judged]:
     return [judged_course(course, role, starts) for course, role in courses]
 
 
-def one_for_each(reward: RewardFunction, num_cars: int) -> list[Callable[[dict[str, Any]], float]]:
-    """Return a reward function for each car, with state of its own where it may keep any."""
-    return [copy.call for copy in reward.copies(num_cars)]
-
-
 def load_reward(
-    source: RewardSource | None, seconds: float = CALL_SECONDS, race_type: str = TIME_TRIAL
-) -> RewardFunction:
+    source: RewardSource | None,
+    seconds: float = CALL_SECONDS,
+    race_type: str = TIME_TRIAL,
+    is_trusted: bool = False,
+) -> RewardProcess:
     """Load the racer's reward function, or the default one of the race where there is none."""
     if source is not None:
-        return load_reward_function(source, seconds=seconds)
+        return open_reward(source, seconds=seconds, is_trusted=is_trusted)
     with tempfile.TemporaryDirectory() as folder:
         default = Path(folder) / "reward_function.py"
         default.write_text(default_reward_source(race_type != TIME_TRIAL, race_type == HEAD_TO_MODEL), encoding="utf-8")
-        return load_reward_function(default, seconds=seconds)
+        return open_reward(read_reward_source(default), seconds=seconds, is_trusted=is_trusted)
+
+
+def restrictions_of(reward: RewardProcess) -> str:
+    """Return what restricts the reward function, as a note."""
+    if reward.layers:
+        layers = ", ".join(reward.layers)
+        return f"the reward function can compute, print and read files beside it, nothing else ({layers})"
+    why = "" if reward.is_trusted else ": racecraft cannot restrict it on this system"
+    return f"the reward function has all your rights{why}"
 
 
 def open_log(run: RunFolder) -> TextIO:

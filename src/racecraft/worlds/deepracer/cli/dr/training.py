@@ -179,7 +179,7 @@ def _require_trainable(drfc: DrfcFolder, planned: Any) -> None:
     from racecraft.worlds.deepracer.training.cloning import require_same_shape
     from racecraft.worlds.deepracer.training.trainer import KIND, load_reward
 
-    load_reward(planned.model.reward, planned.settings.race.reward_seconds)
+    load_reward(planned.model.reward, planned.settings.race.reward_seconds).close()
     if planned.request.clone_from is None:
         return
     path, which = split_source(planned.request.clone_from)

@@ -1,0 +1,213 @@
+"""The process in which a racer's reward function lives: it loads the file, then pays all cars of a tick a message.
+
+    {"load": …}                        gives up its rights, loads the file     → {"layers": […], "line": 12}
+    {"copies": 32}                     loads a copy for each car               → {}
+    {"course": {…}}, waypoints         keeps what stays the same on a track    → {}
+    {"tick": [course, group, rows]},   pays the cars of these rows             → rewards, float64 (rows,)
+        cars, reports, objects
+    {"call": {…}}, waypoints           pays for one dictionary                 → reward, float64 (1,)
+
+Any answer may also hold "printed", what the function printed; "error", why it failed, after as many rewards as went
+before; with {"trace": 1}, "terms". While an answer takes long, {"alive": k} tells after which car.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import io
+import os
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, TextIO, cast
+
+import numpy as np
+
+from racecraft.contract.errors import RewardError, RewardFileError
+from racecraft.contract.world import Array
+from racecraft.isolation.channel import Channel, from_head, to_head
+from racecraft.isolation.layers import restrict
+from racecraft.isolation.process import ALIVE_SHARE
+from racecraft.worlds.deepracer.env.reward_params import CentreLine, ObjectReports, RewardParams
+from racecraft.worlds.deepracer.files.reward_examples import Params
+from racecraft.worlds.deepracer.files.reward_file import RewardFunction, load_reward_function
+from racecraft.worlds.deepracer.files.reward_source import source_of
+from racecraft.worlds.deepracer.files.reward_trace import RewardTrace
+
+_INT, _FLOAT = np.dtype(np.int64), np.dtype(np.float64)
+MAX_PRINTED = 1 << 16
+"""Characters of a message; what is printed beyond is dropped."""
+
+
+def main() -> None:
+    """Answer until the owner closes the pipe."""
+    faulthandler.enable()
+    if hasattr(faulthandler, "register"):
+        faulthandler.register(signal.SIGUSR1, all_threads=False)
+    channel = Channel(0, os.dup(1))
+    nothing = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nothing, 1)  # what is printed past Python is no message
+    worker = Worker(channel)
+    sys.stdout = sys.stderr = worker.printed
+    try:
+        while True:
+            worker.answer(*channel.receive())
+    except EOFError:
+        os._exit(0)
+    except BaseException:
+        traceback.print_exc(file=sys.__stderr__)
+        os._exit(1)
+
+
+class Printed(io.TextIOBase):
+    """What was printed since the last answer, up to a limit."""
+
+    def __init__(self) -> None:
+        self._parts: list[str] = []
+        self._room = MAX_PRINTED
+
+    def write(self, text: str) -> int:
+        """Keep a text, or as much of it as there is room for."""
+        if self._room > 0:
+            self._parts.append(text[: self._room])
+            self._room -= len(text)
+        return len(text)
+
+    def take(self) -> str:
+        """Return what was printed, and forget it."""
+        if not self._parts:
+            return ""
+        dropped = f"\n… {-self._room:,} more characters are dropped\n" if self._room < 0 else ""
+        text = "".join(self._parts) + dropped
+        self._parts.clear()
+        self._room = MAX_PRINTED
+        return text
+
+
+class Worker:
+    """A reward function, its copies, and the courses they are asked about."""
+
+    def __init__(self, channel: Channel) -> None:
+        self.printed = Printed()
+        self._channel = channel
+        self._reward: RewardFunction
+        self._groups: list[list[RewardFunction]] = []
+        self._courses: list[Course] = []
+        self._alive_seconds, self._alive = 0.0, 0.0
+
+    def answer(self, head: bytes, body: bytes) -> None:
+        """Do what a message asks, and send the answer."""
+        asked = from_head(head)
+        self._alive = time.monotonic()
+        told: dict[str, Any] = {}
+        paid: list[float] = []
+        try:
+            if "tick" in asked:
+                course, group, rows = asked["tick"]
+                self._pay(self._courses[course].rows(body, rows), self._groups[group], paid, told, "trace" in asked)
+            elif "call" in asked:
+                paid.append(self._reward.call(_with_waypoints(asked["call"], body)))
+            elif "course" in asked:
+                self._courses.append(Course(asked["course"], body))
+            elif "copies" in asked:
+                self._groups.append(self._copies(asked["copies"]))
+            elif "load" in asked:
+                told = self._load(asked["load"])
+        except RewardError as error:
+            told["error"] = str(error)
+        except RewardFileError as error:
+            told["file_error"] = [error.found, error.expected, error.cure, error.line, error.key]
+        if printed := self.printed.take():
+            told["printed"] = printed
+        self._channel.send(to_head(told) if told else b"", np.array(paid).tobytes())
+
+    def _load(self, asked: Mapping[str, Any]) -> dict[str, Any]:
+        self._alive_seconds = ALIVE_SHARE * asked["seconds"]
+        layers: tuple[str, ...] = ()
+        if asked["readable"] is not None:
+            layers = restrict(asked["readable"], asked["memory_bytes"])
+        source = source_of(asked["path"], asked["text"], asked["modules"])
+        self._reward = load_reward_function(source, cast(TextIO, self.printed), bool(layers))
+        return {"layers": layers, "line": self._reward.first_line}
+
+    def _copies(self, count: int) -> list[RewardFunction]:
+        copies = []
+        for copy in self._reward.copies(count):
+            copies.append(copy)
+            self._tell_alive(len(copies))
+        return copies
+
+    def _pay(
+        self,
+        rows: Iterator[tuple[int, Params]],
+        copies: list[RewardFunction],
+        paid: list[float],
+        told: dict[str, Any],
+        is_traced: bool,
+    ) -> None:
+        for car, params in rows:
+            if is_traced:
+                trace = RewardTrace(copies[car])
+                paid.append(trace.call(params))
+                told["terms"] = [[term.line, term.name, value] for term, value in trace.terms.items()]
+            else:
+                paid.append(copies[car].call(params))
+            self._tell_alive(len(paid))
+
+    def _tell_alive(self, count: int) -> None:
+        if time.monotonic() - self._alive > self._alive_seconds:
+            self._channel.send(to_head({"alive": count}))
+            self._alive = time.monotonic()
+
+
+class Course:
+    """What rewards are told of a track and of what stands on it, and how a tick's bytes are read."""
+
+    def __init__(self, asked: Mapping[str, Any], waypoints: bytes) -> None:
+        centre = np.frombuffer(waypoints).reshape(-1, 2)
+        self._params = RewardParams(CentreLine(centre, asked["length"]), asked["reversed"])
+        self._report = _dtype(asked["report"])
+        self._objects = asked["objects"]
+        self._state = _dtype(self._objects["state"]) if self._objects else _INT
+
+    def rows(self, body: bytes, rows: int) -> Iterator[tuple[int, Params]]:
+        """Yield each row's car and its dictionary."""
+        take = _reader(body)
+        cars, reports = take(_INT, rows), take(self._report, rows)
+        objects = None
+        if self._objects is not None:
+            slots, asked = self._objects["slots"], self._objects
+            objects = ObjectReports(
+                take(_FLOAT, rows * slots * 6).reshape(rows, slots, 6),
+                take(self._state, rows * slots).reshape(rows, slots),
+                asked["objects"],
+                asked["drive"],
+                asked["speed"],
+                take(_INT, rows) if asked["counted"] else None,
+            )
+        return zip(cars.tolist(), self._params.of(reports, objects, np.arange(rows)), strict=True)
+
+
+def _reader(body: bytes) -> Callable[[np.dtype[Any], int], Array]:
+    place = 0
+
+    def take(dtype: np.dtype[Any], count: int) -> Array:
+        nonlocal place
+        part: Array = np.frombuffer(body, dtype, count, place)
+        place += part.nbytes
+        return part
+
+    return take
+
+
+def _dtype(described: list[list[str]]) -> np.dtype[Any]:
+    return np.dtype([(name, kind) for name, kind in described])
+
+
+def _with_waypoints(params: Params, body: bytes) -> Params:
+    """Return a dictionary with its waypoints as the simulator gives them: tuples."""
+    if body:
+        params["waypoints"] = [(x, y) for x, y in np.frombuffer(body).reshape(-1, 2).tolist()]
+    return params
