@@ -144,7 +144,8 @@ class WorldKind:
     """Why its runs have no live picture, a sentence for the live page. Default: a general one."""
 
     exporters: Mapping[str, str] = field(default_factory=dict)
-    """For `racecraft export --to NAME`: function (run, which, output, check) -> exported files and figures."""
+    """For `racecraft export --to NAME`: function (run: Path, to: str, which: str | None, output: Path | None,
+    check: bool) -> export.exported.Exported; `which` None: the best checkpoint."""
     demonstration_suffix: str = ""
     """Ending of another program's demonstration files that `demonstrations` reads: ".demo"."""
     demonstrations: str = ""

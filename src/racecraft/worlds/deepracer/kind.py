@@ -3,6 +3,7 @@
 from racecraft.contract.kind import EXCHANGE, JUDGE, TRAIN, UNDERSTAND, WORKSHOP, Command, Score, WorldKind
 
 CLI = "racecraft.worlds.deepracer.cli"
+EXPORT = "racecraft.worlds.deepracer.export.exporters"
 
 KIND = WorldKind(
     name="deepracer",
@@ -60,5 +61,13 @@ KIND = WorldKind(
     evaluation_table="racecraft.worlds.deepracer.analysis.evaluations:lap_table",
     advice="racecraft.worlds.deepracer.analysis.account:car_advice",
     watch="racecraft.worlds.deepracer.serving.watch:watch",
+    exporters={
+        "car": f"{EXPORT}:export_car",
+        "drfc": f"{EXPORT}:export_aws",
+        "console": f"{EXPORT}:export_aws",
+        "onnx": f"{EXPORT}:export_file",
+        "openvino": f"{EXPORT}:export_file",
+        "tflite": f"{EXPORT}:export_file",
+    },
     as_typed="racecraft.worlds.deepracer.analysis.account:as_typed",
 )

@@ -14,5 +14,6 @@ KIND = WorldKind(
     demonstrations="racecraft.worlds.unity.training.shown:read_shown",
     commands=(Command("unity", "racecraft.worlds.unity.cli.unity:app"),),
     look="What a Unity scene looks like is seen in Unity; its curves are here.",
+    exporters={"unity": "racecraft.worlds.unity.export.exporters:export_unity"},
     as_typed="racecraft.worlds.unity.training.account:as_typed",
 )

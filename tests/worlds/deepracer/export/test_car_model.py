@@ -14,11 +14,11 @@ from racecraft.algorithms.policy_spec import PolicySpec, architecture_values
 from racecraft.algorithms.q_network import QNetwork
 from racecraft.contract.errors import SettingError, UserInputError
 from racecraft.contract.world import ArraySpec, DiscreteActions
-from racecraft.export.agreement import ExportError, averages
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.players.trained import load_policy
 from racecraft.worlds.deepracer.env.promise import CAMERA_NAME
 from racecraft.worlds.deepracer.export import car_model
+from racecraft.worlds.deepracer.export.agreement import ExportError, averages
 from racecraft.worlds.deepracer.export.aws_folder import export_to_aws
 from racecraft.worlds.deepracer.export.car_model import export_to_car
 from racecraft.worlds.deepracer.files.policy_graph import graph_of, read_policy_graph

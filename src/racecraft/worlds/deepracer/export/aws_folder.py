@@ -19,12 +19,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from racecraft.contract.errors import SettingError, UserInputError
-from racecraft.export.agreement import Agreement, compare
 from racecraft.formats.checkpoint import CheckpointEntry
 from racecraft.formats.checkpoint_ranking import find_checkpoint
 from racecraft.formats.policy_layers import PolicyLayersError
 from racecraft.formats.run_folder import HYPERPARAMETERS, MODEL_METADATA, REWARD_FUNCTION, RunFolder
 from racecraft.formats.whole import make_folder, write_whole
+from racecraft.worlds.deepracer.export.agreement import Agreement, compare
 from racecraft.worlds.deepracer.export.car_model import car_layers, graph_answer, metadata_text
 from racecraft.worlds.deepracer.files.car_archive import GRAPH, METADATA, archive_folder, write_archive
 from racecraft.worlds.deepracer.files.model_folder import AwsModelFolder, CheckpointMark, write_checkpoint_marks

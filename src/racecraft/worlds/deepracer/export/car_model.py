@@ -16,9 +16,9 @@ from racecraft.algorithms.plain_layers import layers_of
 from racecraft.algorithms.weights import to_arrays
 from racecraft.contract.errors import SettingError
 from racecraft.contract.world import Array
-from racecraft.export.agreement import Agreement, Answer, compare
 from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.policy_layers import SAC, PolicyLayers
+from racecraft.worlds.deepracer.export.agreement import Agreement, Answer, compare
 from racecraft.worlds.deepracer.files.car_archive import write_car_archive
 from racecraft.worlds.deepracer.files.policy_graph import as_commands, graph_of, input_name, output_name
 from racecraft.worlds.deepracer.files.tensorflow.arithmetic import GraphFunction

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from racecraft.contract.world import Array
-from racecraft.export.agreement import Answer
 from racecraft.formats.policy_layers import PolicyLayers
+from racecraft.worlds.deepracer.export.agreement import Answer
 from racecraft.worlds.deepracer.files.policy_graph import as_commands, graph_of
 from racecraft.worlds.deepracer.files.tensorflow.graph import write_graph
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from tests.worlds.deepracer.files.tensorflow.policies import LISTED, METADATA, RANGES, layers_for, moments
 
-from racecraft.export.agreement import as_fed, averages
 from racecraft.players.trained import load_policy
+from racecraft.worlds.deepracer.export.agreement import as_fed, averages
 from racecraft.worlds.deepracer.files.policy_graph import graph_of, output_name
 from racecraft.worlds.deepracer.files.policy_weights import arrays_of
 from racecraft.worlds.deepracer.files.tensorflow.checkpoint import write_checkpoint

@@ -11,9 +11,9 @@ import pytest
 from tests.worlds.deepracer.files.tensorflow.policies import METADATA, RANGES, layers_for, moments
 
 from racecraft.contract.errors import MissingExtraError, SettingError
-from racecraft.export import policy_file
-from racecraft.export.agreement import ExportError, as_fed, averages
-from racecraft.export.policy_file import FORMATS, export_policy
+from racecraft.worlds.deepracer.export import policy_file
+from racecraft.worlds.deepracer.export.agreement import ExportError, as_fed, averages
+from racecraft.worlds.deepracer.export.policy_file import FORMATS, export_policy
 from racecraft.worlds.deepracer.files.policy_graph import graph_of, input_name, output_name
 from racecraft.worlds.deepracer.files.tensorflow.graph import write_graph
 from racecraft.worlds.deepracer.players.foreign_model import import_model

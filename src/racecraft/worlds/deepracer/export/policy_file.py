@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from racecraft.contract.errors import SettingError
-from racecraft.export.agreement import Agreement, Answer, compare
 from racecraft.export.policy_onnx import onnx_answer, onnx_files
-from racecraft.export.policy_openvino import openvino_answer, openvino_files
-from racecraft.export.policy_tflite import tflite_answer, tflite_files
 from racecraft.formats.policy_layers import PolicyLayers
 from racecraft.formats.whole import make_folder, write_whole
+from racecraft.worlds.deepracer.export.agreement import Agreement, Answer, compare
 from racecraft.worlds.deepracer.export.car_model import car_layers, metadata_text
+from racecraft.worlds.deepracer.export.policy_openvino import openvino_answer, openvino_files
+from racecraft.worlds.deepracer.export.policy_tflite import tflite_answer, tflite_files
 from racecraft.worlds.deepracer.players.trained_car import load_trained_car
 
 

@@ -14,8 +14,8 @@ from typing import Any
 
 from racecraft.contract.errors import MissingExtraError
 from racecraft.contract.world import Array
-from racecraft.export.agreement import Answer
 from racecraft.formats.policy_layers import PolicyLayers
+from racecraft.worlds.deepracer.export.agreement import Answer
 from racecraft.worlds.deepracer.export.frame_by_frame import answer_by_frame, frame_shapes, graph_file, sensor_of
 from racecraft.worlds.deepracer.files.policy_graph import input_name, output_name
 
