@@ -1,0 +1,160 @@
+"""Beam search for a fast lap, in compiled code; what it does and why is told in `planner.py`. Begin with `search`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from racecraft.kernels import kernel
+from racecraft.worlds.deepracer.driving.kernels.road_raster import has_wheel_on_road
+from racecraft.worlds.deepracer.env.kernels.vehicle import drive, wrap_angle
+
+MAX_OFFSET_M = 1.5
+"""A car farther from the line is given up: on wide tracks the start on the centre line is that far away."""
+SAME_OFFSET_M, SAME_ANGLE, SAME_SPEED, SAME_STATION_M = 0.02, 0.04, 0.15, 0.06
+"""States whose offset, heading and wheel angle (rad), speed (m/s) and place on the line agree so far are one."""
+STATE_SIZE = 7
+"""x, y (m), yaw (rad), speed (m/s), wheel angle (rad), last commanded angle (rad) and speed (m/s)."""
+
+
+@kernel
+def search(  # noqa: D417
+    track, x0, y0, cells, car, line, spacing, lap_seconds, closed, commands, weights, start, goal, beam, ticks
+):  # fmt: skip
+    """Return (ticks driven, row of the winner, parents, choices); the row is -1 where no state reached the goal.
+
+    Args:
+        track: TrackArrays.
+        x0, y0, cells: The road's raster, see `fill_raster`.
+        car: CarProfile.
+        line: (G, 6) the guide: x, y, cos and sin of its heading, speed, seconds since its first point.
+        spacing: m between its points.
+        lap_seconds: s once around it.
+        closed: Whether its last point is followed by its first.
+        commands: (A, 2) what the car may be told: angle (rad, positive left) and speed (m/s).
+        weights: Price in s of a squared offset (s/m²), heading error (s/rad²), speed above the guide's (s³/m²).
+        start: (STATE_SIZE,) where the car stands.
+        goal: m along the guide at which the search ends.
+        beam: How many states live on after each tick.
+        ticks: Largest number of ticks.
+    """
+    count = commands.shape[0]
+    states, children = np.zeros((beam, STATE_SIZE)), np.zeros((beam * count, STATE_SIZE))
+    places, child_places = np.zeros(beam, np.int64), np.zeros(beam * count, np.int64)
+    scores, keys = np.empty(beam * count), np.empty(beam * count, np.int64)
+    parents, choices = np.zeros((ticks, beam), np.int32), np.zeros((ticks, beam), np.int32)
+    states[0] = start
+    places[0] = _nearest_place(line, start[0], start[1])
+    alive = 1
+    for tick in range(ticks):
+        winner, farthest = -1, goal
+        for i in range(alive):
+            for a in range(count):
+                child = i * count + a
+                scores[child] = -math.inf
+                state = states[i]
+                x, y, yaw, speed, steering = drive(
+                    car, state[0], state[1], state[2], state[3], state[4], state[5], state[6],
+                    commands[a, 0], commands[a, 1],
+                )  # fmt: skip
+                place, share, offset = _locate(line, spacing, closed, places[i], x, y)
+                if abs(offset) > MAX_OFFSET_M or not has_wheel_on_road(track, x0, y0, cells, x, y, yaw):
+                    continue
+                row = place % line.shape[0]
+                ahead = wrap_angle(yaw - math.atan2(line[row, 3], line[row, 2]))
+                excess = max(0.0, speed - line[row, 4])
+                done = (place + share) * spacing
+                scores[child] = (
+                    _seconds_at(line, lap_seconds, place, share)
+                    - weights[0] * offset * offset - weights[1] * ahead * ahead - weights[2] * excess * excess
+                )  # fmt: skip
+                keys[child] = _key(offset, ahead, steering, speed, done)
+                _write(children[child], x, y, yaw, speed, steering, commands[a, 0], commands[a, 1])
+                child_places[child] = place
+                if done >= farthest:
+                    winner, farthest = child, done
+        if winner >= 0:
+            parents[tick, 0], choices[tick, 0] = winner // count, winner % count
+            return tick + 1, 0, parents, choices
+        alive = _select(scores, keys, alive * count, count, beam, tick, parents, choices, children, states,
+                        child_places, places)  # fmt: skip
+        if alive == 0:
+            return tick + 1, -1, parents, choices
+    return ticks, -1, parents, choices
+
+
+@kernel
+def _select(scores, keys, candidates, count, beam, tick, parents, choices, children, states, child_places, places):  # noqa: PLR0913
+    """Keep the best `beam` children of which no two are nearly equal; return how many there are."""
+    order = np.argsort(-scores[:candidates])
+    slots = np.zeros(8 * beam, np.int64)  # open addressing; a key is never 0
+    kept = 0
+    for k in range(candidates):
+        child = order[k]
+        if scores[child] == -math.inf or kept == beam:
+            break
+        slot = keys[child] % slots.shape[0]
+        while slots[slot] != 0 and slots[slot] != keys[child]:
+            slot = (slot + 1) % slots.shape[0]
+        if slots[slot] == keys[child]:
+            continue
+        slots[slot] = keys[child]
+        parents[tick, kept], choices[tick, kept] = child // count, child % count
+        states[kept] = children[child]
+        places[kept] = child_places[child]
+        kept += 1
+    return kept
+
+
+@kernel
+def _key(offset, ahead, steering, speed, done):
+    """Return a positive number that nearly equal states share."""
+    key = np.int64(round(offset / SAME_OFFSET_M)) + 512
+    key = key * 512 + np.int64(round(ahead / SAME_ANGLE)) + 256
+    key = key * 128 + np.int64(round(steering / SAME_ANGLE)) + 64
+    key = key * 128 + np.int64(round(speed / SAME_SPEED))
+    return key * 65536 + np.int64(round(done / SAME_STATION_M)) % 65536 + 1
+
+
+@kernel
+def _write(state, x, y, yaw, speed, steering, old_steering, old_speed):
+    state[0], state[1], state[2], state[3], state[4] = x, y, yaw, speed, steering
+    state[5], state[6] = old_steering, old_speed
+
+
+@kernel
+def _nearest_place(line, x, y):
+    best, place = math.inf, 0
+    for i in range(line.shape[0]):
+        gap = (line[i, 0] - x) ** 2 + (line[i, 1] - y) ** 2
+        if gap < best:
+            best, place = gap, i
+    # Just behind the first point of a loop is before the lap's start, not at its end.
+    return place - line.shape[0] if place > line.shape[0] // 2 else place
+
+
+@kernel
+def _locate(line, spacing, closed, place, x, y):
+    """Return where on the guide a car is, walking from where it was: point, share of the step behind it, offset (m)."""
+    for _ in range(24):
+        row = place % line.shape[0]
+        dx, dy = x - line[row, 0], y - line[row, 1]
+        along = line[row, 2] * dx + line[row, 3] * dy
+        if along > spacing and (closed or row < line.shape[0] - 1):
+            place += 1
+        elif along < 0.0 and (closed or row > 0):
+            place -= 1
+        else:
+            break
+    share = min(max(along / spacing, 0.0), 1.0)
+    return place, share, line[row, 2] * dy - line[row, 3] * dx
+
+
+@kernel
+def _seconds_at(line, lap_seconds, place, share):
+    points = line.shape[0]
+    laps, row = place // points, place % points
+    here = line[row, 5]
+    after = line[row + 1, 5] if row + 1 < points else lap_seconds
+    return laps * lap_seconds + here + share * (after - here)

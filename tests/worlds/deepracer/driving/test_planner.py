@@ -1,0 +1,95 @@
+import importlib.util
+
+import numpy as np
+import pytest
+
+from racecraft.worlds.deepracer.driving.action_tables import read_table
+from racecraft.worlds.deepracer.driving.guides import guides
+from racecraft.worlds.deepracer.driving.kernels.road_raster import CELL_M, INSIDE, OUTSIDE
+from racecraft.worlds.deepracer.driving.lines import classical_line
+from racecraft.worlds.deepracer.driving.planner import drive_plan, plan_best_lap, road_raster
+from racecraft.worlds.deepracer.env.vehicle import PROFILES, TICK_SECONDS
+from racecraft.worlds.deepracer.tracks.catalogue import load_track
+
+HAS_CASADI = importlib.util.find_spec("casadi") is not None
+
+
+@pytest.fixture(scope="module")
+def track():
+    return load_track("reinvent_base")
+
+
+@pytest.fixture(scope="module")
+def plan(track):
+    car = PROFILES["v6"]
+    line = classical_line(track, car, 2.5, "least-curvature")
+    return plan_best_lap(track, car, read_table("7x1.5,2.5"), [line], refinements=0, beam=60)
+
+
+def test_a_raster_never_contradicts_the_road(track):
+    x0, y0, cells = road_raster(track)
+    points = np.random.default_rng(1).uniform(
+        (x0, y0), (x0 + CELL_M * cells.shape[1], y0 + CELL_M * cells.shape[0]), (4000, 2)
+    )
+    codes = cells[((points[:, 1] - y0) / CELL_M).astype(int), ((points[:, 0] - x0) / CELL_M).astype(int)]
+    on_road = track.contains(points)
+    assert on_road[codes == INSIDE].all()
+    assert not on_road[codes == OUTSIDE].any()
+    assert 0.05 < (codes == INSIDE).mean() < 0.95
+
+
+def test_a_planned_lap_is_driven_in_the_world_from_rest_to_the_last_finish(track, plan):
+    assert len(plan.lap_ticks) == 4
+    assert sum(plan.lap_ticks) == len(plan.path)
+    assert plan.path[0, 3] == 0.0
+    again = drive_plan(track, PROFILES["v6"], plan.commands, plan.choices[1:])
+    assert again.lap_ticks == plan.lap_ticks
+    assert plan.lap_seconds == min(plan.lap_ticks[1:]) * TICK_SECONDS
+    assert 5.5 < plan.lap_seconds < 6.5
+
+
+def test_a_drive_that_leaves_the_road_is_no_plan(track, plan):
+    straight = np.full(len(plan.choices), 7)  # 0 degrees at 2.5 m/s
+    assert drive_plan(track, PROFILES["v6"], plan.commands, straight) is None
+
+
+def test_a_table_that_cannot_turn_has_no_plan(track):
+    table = read_table("7x4")
+    car = PROFILES["v4"]
+    assert plan_best_lap(track, car, table, [classical_line(track, car, 4.0, "centre")], beam=20) is None
+
+
+def test_the_open_track_is_planned_from_start_to_finish():
+    straight, car = load_track("Straight_track"), PROFILES["v6"]
+    found = plan_best_lap(straight, car, read_table("3x2.5"), [classical_line(straight, car, 2.5, "centre")], beam=20)
+    assert len(found.lap_ticks) == 1
+    assert found.lap_seconds == pytest.approx(straight.length / (2.5 * car.speed_gain), abs=0.4)
+
+
+@pytest.mark.long
+@pytest.mark.skipif(not HAS_CASADI, reason="CasADi is not installed")
+@pytest.mark.parametrize(
+    ("car", "table", "solved", "planned"),
+    [
+        ("v6-unlimited", "7x2,3", 4.70, 4.69),
+        ("v6-unlimited", "7x2.5,4", 3.53, 3.53),
+        ("v5-classic", "7x1,2.2,4", 4.67, 4.69),
+        ("v4", "7x1,2,3,4", 5.45, 5.47),
+    ],
+)
+def test_laps_of_reinvent_are_those_of_the_prototypes(track, car, table, solved, planned):
+    actions = read_table(table)
+    lines = guides(track, PROFILES[car], actions)
+    assert lines[0].lap_seconds == pytest.approx(solved, rel=0.01)
+    found = plan_best_lap(track, PROFILES[car], actions, lines, refinements=1)
+    assert found.lap_seconds == pytest.approx(planned, rel=0.02)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("car", "table", "planned"), [("v6-unlimited", "7x2,3", 4.69), ("v5-classic", "7x1,2.2,4", 4.69)]
+)
+def test_without_the_solver_a_plan_loses_a_few_per_cent(track, monkeypatch, car, table, planned):
+    monkeypatch.setitem(__import__("sys").modules, "casadi", None)
+    found = plan_best_lap(track, PROFILES[car], read_table(table))
+    assert found.lap_seconds < 1.05 * planned
