@@ -29,6 +29,7 @@ from numba import njit
 from numba import prange as prange
 
 import racecraft
+from racecraft.contract.user_cache import user_cache
 
 _config: Any = numba.config
 _njit: Any = njit  # its types do not know `_nrt`
@@ -83,7 +84,7 @@ def threads() -> int:
 
 def cache_folder() -> Path:
     """Return the folder that holds this version's compiled kernels; it may not exist yet."""
-    return _cache_root() / "racecraft" / f"kernels-{_sources_hash()}"
+    return user_cache() / "racecraft" / f"kernels-{_sources_hash()}"
 
 
 def is_warm(kernel: str) -> bool:
@@ -94,16 +95,6 @@ def is_warm(kernel: str) -> bool:
             snakes first has compiled their kernels and no car's.
     """
     return any(cache_folder().rglob(f"{kernel}-*.nbc"))
-
-
-def _cache_root() -> Path:
-    if override := os.environ.get("RACECRAFT_CACHE"):
-        return Path(override)
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches"
-    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
 
 
 def sources(package: Path) -> list[Path]:

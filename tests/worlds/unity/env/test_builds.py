@@ -251,9 +251,11 @@ def test_what_is_unpacked_from_a_zip_may_be_run_and_is_found_by_its_name_too(tmp
     assert cached_scenes(tmp_path / "cache") == ["Game"]
 
 
-def test_the_cache_is_ml_agents_own_unless_another_is_named(tmp_path, monkeypatch):
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    place = tmp_path / "ml-agents-binaries" / "binaries"
+def test_the_cache_is_the_users_own_unless_another_is_named(tmp_path, monkeypatch):
+    monkeypatch.setenv("RACECRAFT_CACHE", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "everybodys"))
+    make_build(tmp_path / "everybodys" / "ml-agents-binaries" / "binaries" / f"Game-{'f' * 32}" / "theirs", "Game")
+    place = tmp_path / "racecraft" / "unity-builds" / "binaries"
     first, last = (make_build(place / f"Game-{letter * 32}" / "inside", "Game") for letter in "0f")
     (place / "notes").mkdir()
     (place / f"Other-{'0' * 32}").write_text("no folder")

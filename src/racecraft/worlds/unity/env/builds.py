@@ -1,14 +1,14 @@
 """Where a player comes from.
 
     a path           a file, a path without its suffix, a folder, an .app, an .exe, a .zip
-    registry:NAME    one of ML-Agents' example scenes: from its cache, or fetched as a manifest says
+    registry:NAME    one of ML-Agents' example scenes: from the user's cache, or fetched as a manifest says
     editor           the Unity Editor, which is started by hand and calls port 5004
     builtin:Basic    our headless stand-in of the Basic scene
 
 Begin at `find_build`. A path that does not exist is also looked for in the folder `SM_CHANNEL_TRAIN` (where SageMaker
 puts training data), and made executable where it lost that on the way. What is unpacked or fetched appears in the cache
-in one move, laid out as ML-Agents lays out its own, so that one download serves both
-(facts: unity-ml-agents, "Path resolution", "Real Unity builds offline").
+in one move, in the user's own folder: one for temporary files is everybody's, and whoever is first to make a folder of
+that name there decides which program is started (facts: unity-ml-agents, "Path resolution").
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from typing import Any
 
 import racecraft
 from racecraft.contract.errors import nearest
+from racecraft.contract.user_cache import user_cache
 from racecraft.formats.archive import ArchiveError, unpack
 from racecraft.worlds.unity.env.errors import BuildError
 
@@ -93,14 +94,14 @@ def find_build(
 
     Args:
         build: A path, `registry:NAME`, `editor` or `builtin:NAME`.
-        cache_folder: Where scenes are unpacked; None for ML-Agents' own place in the folder of temporary files.
+        cache_folder: Where scenes are unpacked; None for `build_cache()`.
         manifest: A manifest for `registry:`, a file or URL; None for `RACECRAFT_UNITY_MANIFEST` or ML-Agents' own.
 
     Raises:
         BuildError: It names nothing that can be started here.
     """
     text = os.fspath(build)
-    cache = Path(cache_folder) if cache_folder is not None else Path(tempfile.gettempdir()) / "ml-agents-binaries"
+    cache = Path(cache_folder) if cache_folder is not None else build_cache()
     if text == "editor":
         return Build("editor", None)
     kind, _, name = text.partition(":")
@@ -111,14 +112,19 @@ def find_build(
     return _from_path(Path(text), cache)
 
 
+def build_cache() -> Path:
+    """Return where builds are unpacked: in the user's own cache, since what lies there is started as a program."""
+    return user_cache() / "racecraft" / "unity-builds"
+
+
 def manifest_source(manifest: str | Path | None = None) -> str:
     """Return the file or address that a manifest is read from; None is `RACECRAFT_UNITY_MANIFEST` or ML-Agents' own."""
     return str(manifest or os.environ.get("RACECRAFT_UNITY_MANIFEST") or DEFAULT_MANIFEST)
 
 
 def cached_scenes(cache_folder: Path | None = None) -> list[str]:
-    """Return the names of the scenes that lie unpacked in the cache, ML-Agents' own unless another is named."""
-    cache = cache_folder or Path(tempfile.gettempdir()) / "ml-agents-binaries"
+    """Return the names of the scenes that lie unpacked in the cache, `build_cache()` unless another is named."""
+    cache = cache_folder or build_cache()
     folders = [path.name for path in sorted((cache / "binaries").glob("*")) if path.is_dir()]
     return [name for name, dash, _ in (folder.rpartition("-") for folder in folders) if dash]
 

@@ -7,7 +7,6 @@ said.
 from __future__ import annotations
 
 import sys
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,15 @@ from typing import Any
 from racecraft.compat.names.mlagents_envs.environment import UnityEnvironment
 from racecraft.compat.names.mlagents_envs.exception import UnityEnvironmentException
 from racecraft.compat.names.mlagents_envs.registry.base_registry_entry import BaseRegistryEntry
-from racecraft.worlds.unity.env.builds import BUILTIN, Build, RegistryEntry, executable_in, fetch_entry, find_build
+from racecraft.worlds.unity.env.builds import (
+    BUILTIN,
+    Build,
+    RegistryEntry,
+    build_cache,
+    executable_in,
+    fetch_entry,
+    find_build,
+)
 from racecraft.worlds.unity.env.errors import BuildError
 
 
@@ -63,7 +70,7 @@ class RemoteRegistryEntry(BaseRegistryEntry):
 
     def _build(self) -> Build:
         entry = RegistryEntry(self.identifier, self._url)
-        cache = Path(self._tmp_dir or tempfile.gettempdir()) / "ml-agents-binaries"
+        cache = Path(self._tmp_dir) / "ml-agents-binaries" if self._tmp_dir else build_cache()
         try:
             return Build(f"registry:{self.identifier}", (str(executable_in(fetch_entry(entry, cache))),))
         except BuildError as cause:
