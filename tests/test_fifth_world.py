@@ -76,6 +76,13 @@ def test_it_is_judged_reported_and_listed(stranger, run):
     assert "num_worlds" in stranger("settings", "--world", "corridor")
 
 
+def test_it_is_exported(stranger, run):
+    told = json.loads(stranger("export", run, "--to", "table", "--json").splitlines()[0])
+    assert told["file"] == "runs/one/export/table.json"
+    code = f"import json; print(json.load(open({told['file']!r})))"
+    assert set(json.loads(stranger(code=code).splitlines()[0].replace("'", '"'))) <= {"left", "right"}
+
+
 def test_it_is_watched(stranger, run):
     code = f"""
 import json, urllib.request

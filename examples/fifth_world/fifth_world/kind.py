@@ -10,5 +10,6 @@ KIND = WorldKind(
     commands=(Command("corridor", "fifth_world.cli:app"),),
     make_world="fifth_world.world:Corridor",
     judging_world="fifth_world.training:TRAINING.judging_world",
+    exporters={"table": "fifth_world.export:export_table"},
     score=Score("return (1 at the exit, -0.01 a step)", "best checkpoint, mean return", "return"),
 )
