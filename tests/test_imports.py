@@ -50,9 +50,6 @@ HEAVY = {
 }
 """What is slow to import, and the layers that may import it."""
 
-KNOWN_CORE_TO_WORLD = (Path(__file__).parent / "known_imports.txt").read_text(encoding="utf-8").splitlines()
-"""General modules that still name a world, as `module -> module`."""
-
 KNOWN_CIRCLES = {
     "algorithms.asynchronous_ppo algorithms.ppo algorithms.recurrent_ppo",
 }
@@ -128,7 +125,7 @@ def test_the_core_knows_no_world():
         for name, used in pairs()
         if world_of(used) and name.split(".")[1:2] not in [[known] for known in KNOWS_WORLDS]
     }
-    assert shown(crossing) == set(KNOWN_CORE_TO_WORLD)
+    assert shown(crossing) == set()
 
 
 def test_worlds_do_not_import_each_other():
