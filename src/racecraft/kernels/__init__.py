@@ -1,7 +1,6 @@
 """The one door to Numba: compile a scalar body once, keep it on disk, share it among rooms.
 
     compile.py   @kernel, @lean_kernel, @inner_kernel and @parallel_kernel, the cache and its key, threads
-    bits.py      machine instructions that Python has no words for
     chance.py    the compiled twins of contract.random_streams
 
 A kernel module imports its decorators from here and nothing of Numba's own, so that CUDA can come in by the same door.
