@@ -45,8 +45,7 @@ HEAVY = {
     "openvino": {"export"},
     "tensorflow": {"export"},
     "pandas": {"analysis", "jobs", "logs", "sagemaker"},
-    "s3fs": {"storage"},
-    "fsspec": {"storage"},
+    "boto3": {"storage"},
 }
 """What is slow to import, and the layers that may import it."""
 

@@ -169,7 +169,7 @@ def test_a_value_that_cannot_be_used_is_named_with_its_file(racecraft, tmp_path,
     assert f": {named}: " in said.err
 
 
-def test_without_s3fs_the_letter_says_what_installs_it(racecraft, monkeypatch):
-    monkeypatch.setitem(sys.modules, "s3fs", None)
+def test_without_boto3_the_letter_says_what_installs_it(racecraft, monkeypatch):
+    monkeypatch.setitem(sys.modules, "boto3", None)
     said = racecraft("bucket", "list")
     assert (said.code, "pip install 'racecraft[s3]'" in said.err) == (2, True)

@@ -156,10 +156,10 @@ class Store:
 
         return Access(url or self.url, "", "us-east-1", KEYS["AWS_ACCESS_KEY_ID"], secret)
 
-    def open(self, url=None):
+    def open(self, url=None, attempts=4):
         from racecraft.storage.object_store import ObjectStore
 
-        return ObjectStore(self.access(url))
+        return ObjectStore(self.access(url), attempts)
 
     def contents(self):
         """Return everything in the bucket, by key."""

@@ -12,8 +12,7 @@ from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.storage.address import Address
 from racecraft.storage.mirror import Mirror
-from racecraft.storage.object_store import StoredObject
-from racecraft.storage.retrying import NetworkError, Patience
+from racecraft.storage.object_store import NetworkError, StoredObject
 from racecraft.storage.transfer import files_below
 
 AT = Address("bucket", "fast-car")
@@ -30,6 +29,9 @@ class Shelf:
     def listed(self, place):
         self._reach()
         return {place.name(key): StoredObject(len(data), "unknown") for key, data in self.objects.items()}
+
+    def put(self, bucket, key, path):
+        self.write(bucket, key, path.read_bytes())
 
     def write(self, bucket, key, data):
         self._reach()
@@ -94,7 +96,7 @@ def test_the_bucket_holds_the_run_in_the_end_and_no_old_states(run):
 def test_a_broken_network_stops_nothing_and_is_tried_again(run):
     store = Shelf()
     store.broken = True
-    mirror = Mirror(run.path, AT, store, Patience(tries=1), rest_seconds=0.0)
+    mirror = Mirror(run.path, AT, store, rest_seconds=0.0)
     train(run, 0)
     mirror.changed()
     time.sleep(0.05)
@@ -107,7 +109,7 @@ def test_a_broken_network_stops_nothing_and_is_tried_again(run):
 
 def test_what_the_bucket_lacks_in_the_end_is_said(run):
     store = Shelf()
-    mirror = Mirror(run.path, AT, store, Patience(tries=1))
+    mirror = Mirror(run.path, AT, store)
     train(run, 0)
     mirror.changed()
     until(lambda: store.objects == as_found(run))
@@ -154,3 +156,29 @@ def test_over_a_wire_that_breaks(store, run):
             mirror.changed()
         assert mirror.close().missing == ()
     assert store.contents() == as_found(run)
+
+
+@needs_s3
+def test_a_run_that_was_killed_before_its_first_iteration_comes_back_from_its_bucket_and_goes_on(moto_store, tmp_path):
+    from racecraft.storage.transfer import pull
+    from racecraft.training import worlds
+    from racecraft.training.callbacks import Silent
+    from racecraft.worlds.gymnasium.training.trainer import GymRequest
+
+    class Killed(Silent):
+        def run_made(self, path):
+            self.mirror = Mirror(path, Address("bucket", "cart"), moto_store.open())
+
+        def begin(self, *told):
+            self.mirror.changed()
+            assert self.mirror.close().missing == ()
+            raise SystemExit
+
+    small = ("rollout.num_worlds=2", "rollout.horizon=8", "evaluation.episodes=1", "runtime.threads=1")
+    asked = GymRequest("CartPole-v1", run=tmp_path / "a", stops=("iterations=1",), overrides=small)
+    with pytest.raises(SystemExit):
+        worlds.train(asked, Killed(), lambda text: None)
+    pull(moto_store.open(), Address("bucket", "cart"), tmp_path / "b")
+    assert not (tmp_path / "b" / "episodes").exists(), "a bucket keeps no empty folders"
+    worlds.resume(tmp_path / "b", (), Silent(), lambda text: None)
+    assert [row["iteration"] for row in RunFolder.open(tmp_path / "b").read_metrics()] == [1]

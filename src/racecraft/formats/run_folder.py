@@ -92,12 +92,8 @@ class RunFolder:
         """
         path = Path(path)
         _require_free(path)
-        try:
-            for folder in (path, *(path / name for name in FOLDERS)):
-                folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise unwritable(path, error) from error
         run = cls(path)
+        run.make_folders()
         with run.lock():
             _require_free(path)  # somebody may have been quicker
             fill(run)
@@ -152,6 +148,18 @@ class RunFolder:
         run = cls(path)
         run.read_job()
         return run
+
+    def make_folders(self) -> None:
+        """Make the run's folders where they are missing: a bucket keeps no empty ones.
+
+        Raises:
+            RunFolderError: The place is not writable.
+        """
+        try:
+            for folder in (self.path, *(self.path / name for name in FOLDERS)):
+                folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise unwritable(self.path, error) from error
 
     @property
     def job(self) -> Path:

@@ -4,10 +4,8 @@ Begin with `transfer.py`.
 
     address.py       s3://bucket/prefix, and which keys may become files here
     access.py        where a bucket is and who asks: endpoint, profile, keys
-    object_store.py  the one door to s3fs; what goes wrong there becomes a letter
-    retrying.py      how long a broken network is waited for
+    object_store.py  objects by boto3; what goes wrong there becomes an error of ours
     etags.py         whether a file is the object already
-    objects.py       one object up or down, going on where it was broken off
     transfer.py      whole folders, what names the rest last
     mirror.py        a run folder, kept in a bucket while it trains
 """

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -18,9 +17,7 @@ from racecraft.formats.checkpoint import INDEX, Checkpoints
 from racecraft.formats.run_folder import CHECKPOINTS, JOB
 from racecraft.storage.address import Address
 from racecraft.storage.etags import is_same
-from racecraft.storage.object_store import Objects, StoredObject
-from racecraft.storage.objects import put_file
-from racecraft.storage.retrying import NetworkError, Patience
+from racecraft.storage.object_store import NetworkError, Objects, StoredObject
 from racecraft.storage.transfer import INDEXES, files_below
 
 Stamp = tuple[int, int]
@@ -44,7 +41,6 @@ class Mirror:
         run: The run folder; it may be growing.
         target: Where to.
         store: Where the bucket is.
-        patience: How long each request waits for a broken network.
         rest_seconds: How long nothing is asked after the network was found broken.
         last_seconds: How long `close` waits for the rest to arrive.
     """
@@ -54,12 +50,10 @@ class Mirror:
         run: Path,
         target: Address,
         store: Objects,
-        patience: Patience | None = None,
         rest_seconds: float = 15.0,
         last_seconds: float = 60.0,
     ) -> None:
         self._run, self._target, self._store = run, target, store
-        self._patience = patience or Patience(tries=3)
         self._rest_seconds, self._last_seconds = rest_seconds, last_seconds
         self._there: dict[str, StoredObject] | None = None
         self._done: dict[str, Stamp] = {}
@@ -106,7 +100,7 @@ class Mirror:
         indexes = self._indexes()
         named = self._named()
         if self._there is None:
-            self._there = self._keep_trying(lambda: self._store.listed(self._target))
+            self._there = self._store.listed(self._target)
         files = {name: path for name, path in files_below(self._run).items() if name not in indexes}
         for name in sorted(files):
             if PurePosixPath(name).name not in INDEXES and name != JOB:
@@ -137,8 +131,7 @@ class Mirror:
                 return
             told = (self._there or {}).get(name)
             if name in self._done or told is None or not is_same(path, told.size, told.etag):
-                key = self._target.key(name)
-                put_file(self._store, self._target.bucket, key, path, self._patience, self._closing_sleep)
+                self._store.put(self._target.bucket, self._target.key(name), path)
         except (OSError, UserInputError) as error:
             if isinstance(error, NetworkError) or path.exists():
                 raise
@@ -147,7 +140,7 @@ class Mirror:
 
     def _put_text(self, name: str, data: bytes, stamp: Stamp) -> None:
         if self._done.get(name) != stamp:
-            self._keep_trying(lambda: self._store.write(self._target.bucket, self._target.key(name), data))
+            self._store.write(self._target.bucket, self._target.key(name), data)
             self._done[name] = stamp
 
     def _drop_old(self, files: dict[str, Path]) -> None:
@@ -156,21 +149,13 @@ class Mirror:
         shelf = {name for name in ours if name.startswith(f"{CHECKPOINTS}/") and name.endswith(".safetensors")}
         gone = sorted(name for name in shelf - set(files) if not (self._run / name).exists())
         if gone and (self._run / CHECKPOINTS / INDEX).is_file():
-            keys = [self._target.key(name) for name in gone]
-            self._keep_trying(lambda: self._store.remove(self._target.bucket, keys))
+            self._store.remove(self._target.bucket, [self._target.key(name) for name in gone])
             for name in gone:
                 self._done.pop(name, None)
                 (self._there or {}).pop(name, None)
 
     def _missing(self) -> list[str]:
         return sorted(name for name, path in files_below(self._run).items() if self._done.get(name) != _stamp(path))
-
-    def _keep_trying(self, act: Callable[[], object]):  # type: ignore[no-untyped-def]
-        return self._patience.keep_trying(act, self._closing_sleep)
-
-    def _closing_sleep(self, seconds: float) -> None:
-        """Wait between two tries; the end of the training is not waited for any longer than it must be."""
-        time.sleep(min(seconds, 1.0) if self._closing.is_set() else seconds)
 
 
 def _stamp(path: Path) -> Stamp:

@@ -1,27 +1,43 @@
-"""The one door to object stores: s3fs, and behind it botocore. Everything else here speaks to an `ObjectStore`.
+"""Object stores by boto3. Everything else here speaks to an `ObjectStore`.
 
-A call is one request and is not repeated here: s3fs and botocore are told to try once, so that there is one patience
-(`retrying.py`) and not three that multiply. What the network did is a `NetworkError`; what was refused is a
-`BucketError` that says by whom and what to do.
+botocore repeats a request that the network broke off, ever more slowly. s3transfer moves files, large ones in parts.
+What stays broken is a `NetworkError`; what is refused is a `BucketError` that says by whom and what to do.
 """
 
 from __future__ import annotations
 
 import contextlib
+import glob
+import os
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol
 
-from racecraft.contract.errors import MissingExtraError
+from racecraft.contract.errors import MissingExtraError, UserInputError
+from racecraft.formats.whole import OutputFileError, make_folder, output_letter
 from racecraft.storage.access import WHERE_KEYS_ARE, Access
 from racecraft.storage.address import Address, BucketError
-from racecraft.storage.retrying import NetworkError
+from racecraft.storage.etags import PART_BYTES, is_same
 
 INSTALL = "pip install 'racecraft[s3]'"
 CONNECT_SECONDS, READ_SECONDS = 10, 60
 """How long an answer is waited for before the network counts as broken."""
+ATTEMPTS = 4
+"""How often a request is sent before the network counts as broken: about 4 seconds in all, where nothing answers."""
+MAX_LINK_SECONDS = 7 * 24 * 3600
+"""Longest that a presigned link of signature version 4 is valid."""
+MAX_WAIT_SECONDS = 10.0
+"""Between two attempts to fetch an object."""
+PARTIAL = ".partial-"
+"""Part of the name of a file that has not arrived whole."""
 _SIGNED_WRONG = ("InvalidAccessKeyId", "SignatureDoesNotMatch", "InvalidToken", "ExpiredToken", "RequestTimeTooSkewed")
 _BUSY = ("SlowDown", "InternalError", "ServiceUnavailable", "RequestTimeout", "OperationAborted", "BadDigest")
+
+
+class NetworkError(BucketError):
+    """A store did not answer, or broke off: the request may be sent again."""
 
 
 @dataclass(frozen=True)
@@ -36,18 +52,8 @@ class StoredObject:
     """Seconds since 1970 (UTC)."""
 
 
-@dataclass(frozen=True)
-class StoredPart:
-    """A part of an upload that is not complete yet."""
-
-    number: int
-    """Counted from 1."""
-    etag: str
-    size: int
-
-
 class Objects(Protocol):
-    """What is asked of a store."""
+    """What transfers and mirrors need of a store."""
 
     def listed(self, place: Address) -> dict[str, StoredObject]:
         """Return the objects below a place, by their name below it."""
@@ -57,182 +63,186 @@ class Objects(Protocol):
         """Return what is told of one object; None where there is none."""
         ...
 
-    def read(self, bucket: str, key: str, begin: int, end: int, etag: str) -> bytes:
-        """Return bytes from `begin` up to `end` of the object that has this ETag still."""
+    def put(self, bucket: str, key: str, path: Path) -> None:
+        """Put a file, whole or not at all."""
+        ...
+
+    def get(self, bucket: str, key: str, told: StoredObject, path: Path) -> None:
+        """Fetch an object into a file, whole or not at all."""
         ...
 
     def write(self, bucket: str, key: str, data: bytes) -> None:
-        """Put an object in one piece."""
+        """Put bytes."""
         ...
 
     def remove(self, bucket: str, keys: Sequence[str]) -> None:
         """Take objects away; of one that is not there nothing is said."""
         ...
 
-    def begun_upload(self, bucket: str, key: str) -> str | None:
-        """Return the latest upload of a key that was begun and not completed."""
-        ...
-
-    def begin_upload(self, bucket: str, key: str) -> str:
-        """Begin an upload in parts; return its name."""
-        ...
-
-    def parts(self, bucket: str, key: str, upload: str) -> dict[int, StoredPart]:
-        """Return the parts that have arrived, by number."""
-        ...
-
-    def write_part(self, bucket: str, key: str, upload: str, number: int, data: bytes) -> StoredPart:
-        """Put one part."""
-        ...
-
-    def complete_upload(self, bucket: str, key: str, upload: str, parts: Sequence[StoredPart]) -> None:
-        """Make the object of its parts."""
-        ...
-
 
 class ObjectStore:
-    """A store behind s3fs. Errors of every method: `NetworkError`, `BucketError`.
+    """A store behind boto3. Errors of every method: `NetworkError`, `BucketError`.
 
     Args:
         access: Where it is, and who asks.
+        attempts: How often a request is sent before the network counts as broken.
 
     Raises:
-        MissingExtraError: s3fs is not installed.
+        MissingExtraError: boto3 is not installed.
         BucketError: The profile is not known.
     """
 
-    def __init__(self, access: Access) -> None:
+    def __init__(self, access: Access, attempts: int = ATTEMPTS) -> None:
         try:
-            from s3fs import S3FileSystem
+            import boto3
+            from boto3.s3.transfer import TransferConfig
+            from botocore.config import Config
         except ImportError:
             raise MissingExtraError(
-                f"s3fs is not installed; expected it for buckets elsewhere. Run: {INSTALL}"
+                f"boto3 is not installed; expected it for buckets elsewhere. Run: {INSTALL}"
             ) from None
-        self.access = access
-        named = {"endpoint_url": access.endpoint, "profile": access.profile, "key": access.key, "secret": access.secret}
-        self._s3 = S3FileSystem(
-            **{name: value for name, value in named.items() if value},
-            client_kwargs={"region_name": access.region} if access.region else {},
-            config_kwargs={
-                "retries": {"total_max_attempts": 1},
-                "connect_timeout": CONNECT_SECONDS,
-                "read_timeout": READ_SECONDS,
-                # stores beside AWS's know no bucket as a host's name, and no trailing checksums
-                "s3": {"addressing_style": "path"} if access.endpoint else {},
-                "request_checksum_calculation": "when_required",
-                "response_checksum_validation": "when_required",
-            },
-            skip_instance_cache=True,
-            use_listings_cache=False,
+        self.access, self._attempts = access, attempts
+        with self._letters(""):
+            session = boto3.Session(
+                profile_name=access.profile or None,
+                aws_access_key_id=access.key or None,
+                aws_secret_access_key=access.secret or None,
+                region_name=access.region or None,
+            )
+            self._s3 = session.client(
+                "s3",
+                endpoint_url=access.endpoint or None,
+                config=Config(
+                    signature_version="s3v4",
+                    retries={"mode": "standard", "total_max_attempts": attempts},
+                    connect_timeout=CONNECT_SECONDS,
+                    read_timeout=READ_SECONDS,
+                    # stores beside AWS's know no bucket as a host's name, and no trailing checksums
+                    s3={"addressing_style": "path"} if access.endpoint else {},
+                    request_checksum_calculation="when_required",
+                    response_checksum_validation="when_required",
+                ),
+            )
+        self._transfers = TransferConfig(
+            multipart_threshold=PART_BYTES + 1,
+            multipart_chunksize=PART_BYTES,
+            use_threads=False,
         )
-        self._s3.retries = 1
 
     def buckets(self) -> list[str]:
-        """Return the buckets that are to be seen."""
-        answer = self._ask("", "list_buckets")
-        return [str(one["Name"]) for one in answer.get("Buckets", ())]
+        """Return the names of the buckets that this account sees."""
+        with self._letters(""):
+            return [str(one["Name"]) for one in self._s3.list_buckets().get("Buckets", ())]
 
     def listed(self, place: Address) -> dict[str, StoredObject]:
         """Return the objects below a place, by their name below it; what only stands for a folder is none."""
         found: dict[str, StoredObject] = {}
-        for page in self._pages("list_objects_v2", place.bucket, place.key("")):
-            for one in page.get("Contents", ()):
-                name = place.name(str(one["Key"]))
-                if name and not name.endswith("/"):
-                    found[name] = _told(one, int(one["Size"]))
+        pages = self._s3.get_paginator("list_objects_v2")
+        with self._letters(place.bucket):
+            for page in pages.paginate(Bucket=place.bucket, Prefix=place.key("")):
+                for one in page.get("Contents", ()):
+                    name = place.name(str(one["Key"]))
+                    if name and not name.endswith("/"):
+                        found[name] = _told(one, int(one["Size"]))
         return found
 
     def find(self, bucket: str, key: str) -> StoredObject | None:
         """Return what is told of one object; None where there is none."""
         try:
-            answer = self._ask(bucket, "head_object", Key=key)
+            with self._letters(bucket):
+                answer = self._s3.head_object(Bucket=bucket, Key=key)
         except NoSuchObjectError:
             return None
         return _told(answer, int(answer["ContentLength"]))
 
-    def read(self, bucket: str, key: str, begin: int, end: int, etag: str) -> bytes:
-        """Return bytes from `begin` up to `end` of the object that has this ETag still."""
-        from fsspec.asyn import sync
+    def put(self, bucket: str, key: str, path: Path) -> None:
+        """Put a file, as long as it is now; one above 8 MiB in parts of 8 MiB.
 
-        async def fetch() -> bytes:
-            asked = {"Bucket": bucket, "Key": key, "Range": f"bytes={begin}-{end - 1}", "IfMatch": f'"{etag}"'}
-            answer = await self._s3._call_s3("get_object", **asked)  # its body can only be read where it was asked
-            async with answer["Body"] as body:
-                return bytes(await body.read())
+        Raises:
+            UserInputError: The file cannot be read.
+        """
+        try:
+            with self._letters(bucket):
+                self._s3.upload_file(str(path), bucket, key, Config=self._transfers)
+        except OSError as error:
+            raise UserInputError(f"{path}: cannot be read ({error.strerror}); expected a file to put.") from error
 
-        with self._letters(bucket):
-            data = bytes(sync(self._s3.loop, fetch))
-        if len(data) != end - begin:
-            raise NetworkError(f"s3://{bucket}/{key}: {len(data)} bytes of {end - begin} came; expected all of them.")
-        return data
+    def get(self, bucket: str, key: str, told: StoredObject, path: Path) -> None:
+        """Fetch an object into a file, which takes its place in one move when all of it has come.
+
+        Raises:
+            NetworkError: Besides, it changed meanwhile, or what came has another sum.
+            OutputFileError: The file cannot be written.
+        """
+        make_folder(path.parent)
+        part = path.with_name(f".{path.name}{PARTIAL}{os.getpid()}")
+        try:
+            for old in path.parent.glob(f".{glob.escape(path.name)}{PARTIAL}*"):
+                old.unlink()  # of a transfer that was broken off
+            self._fetch(bucket, key, told.etag, part)
+            if not is_same(part, told.size, told.etag) and not self._is_still(bucket, key, told, part):
+                part.unlink()
+                raise NetworkError(
+                    f"s3://{bucket}/{key}: what came is not the object of {told.size} bytes and ETag {told.etag}; "
+                    "expected an object that stays as it is meanwhile."
+                )
+            os.replace(part, path)
+        except OSError as error:
+            part.unlink(missing_ok=True)
+            raise OutputFileError(output_letter(path, error)) from error
 
     def write(self, bucket: str, key: str, data: bytes) -> None:
-        """Put an object in one piece."""
-        self._ask(bucket, "put_object", Key=key, Body=data)
+        """Put bytes."""
+        with self._letters(bucket):
+            self._s3.put_object(Bucket=bucket, Key=key, Body=data)
 
     def remove(self, bucket: str, keys: Sequence[str]) -> None:
         """Take objects away; of one that is not there nothing is said."""
-        for key in keys:  # the request for many at once is one that not every store knows
-            self._ask(bucket, "delete_object", Key=key)
-
-    def begun_upload(self, bucket: str, key: str) -> str | None:
-        """Return the latest upload of a key that was begun and not completed."""
-        try:
-            answer = self._ask(bucket, "list_multipart_uploads", Prefix=key)
-        except (UnknownRequestError, NoSuchObjectError):  # cannot say what it has, or says "none" so (rclone's)
-            return None
-        ours = [one for one in answer.get("Uploads", ()) if one["Key"] == key]
-        return str(max(ours, key=lambda one: one["Initiated"])["UploadId"]) if ours else None
-
-    def begin_upload(self, bucket: str, key: str) -> str:
-        """Begin an upload in parts; return its name."""
-        return str(self._ask(bucket, "create_multipart_upload", Key=key)["UploadId"])
-
-    def parts(self, bucket: str, key: str, upload: str) -> dict[int, StoredPart]:
-        """Return the parts that have arrived, by number."""
-        found: dict[int, StoredPart] = {}
-        marker: dict[str, Any] = {}
-        while True:
-            answer = self._ask(bucket, "list_parts", Key=key, UploadId=upload, **marker)
-            for one in answer.get("Parts", ()):
-                number = int(one["PartNumber"])
-                found[number] = StoredPart(number, str(one["ETag"]).strip('"'), int(one["Size"]))
-            if not answer.get("IsTruncated"):
-                return found
-            marker = {"PartNumberMarker": answer["NextPartNumberMarker"]}
-
-    def write_part(self, bucket: str, key: str, upload: str, number: int, data: bytes) -> StoredPart:
-        """Put one part."""
-        answer = self._ask(bucket, "upload_part", Key=key, UploadId=upload, PartNumber=number, Body=data)
-        return StoredPart(number, str(answer["ETag"]).strip('"'), len(data))
-
-    def complete_upload(self, bucket: str, key: str, upload: str, parts: Sequence[StoredPart]) -> None:
-        """Make the object of its parts."""
-        listed = [{"PartNumber": part.number, "ETag": f'"{part.etag}"'} for part in parts]
-        self._ask(bucket, "complete_multipart_upload", Key=key, UploadId=upload, MultipartUpload={"Parts": listed})
-
-    def _pages(self, request: str, bucket: str, prefix: str) -> Iterator[Mapping[str, Any]]:
-        more: dict[str, Any] = {}
-        while True:
-            page = self._ask(bucket, request, Prefix=prefix, **more)
-            yield page
-            if not page.get("IsTruncated"):
-                return
-            more = {"ContinuationToken": page["NextContinuationToken"]}
-
-    def _ask(self, bucket: str, request: str, **asked: Any) -> Mapping[str, Any]:
         with self._letters(bucket):
-            if bucket:
-                asked["Bucket"] = bucket
-            answer: Mapping[str, Any] = self._s3.call_s3(request, **asked)
-            return answer
+            for key in keys:  # not every store knows the request for many at once
+                self._s3.delete_object(Bucket=bucket, Key=key)
+
+    def link(self, bucket: str, key: str, seconds: int) -> str:
+        """Return a presigned link, by which anybody fetches the object for so many seconds.
+
+        Raises:
+            BucketError: Besides, it would be valid for less than a second or more than 7 days.
+        """
+        if not 1 <= seconds <= MAX_LINK_SECONDS:
+            raise BucketError(
+                f"s3://{bucket}/{key}: a link of {seconds} s; expected 1 to {MAX_LINK_SECONDS} s, which is 7 days: "
+                "stores refuse an older signature. Make a new link then."
+            )
+        with self._letters(bucket):
+            asked = {"Bucket": bucket, "Key": key}
+            return str(self._s3.generate_presigned_url("get_object", Params=asked, ExpiresIn=seconds))
+
+    def _fetch(self, bucket: str, key: str, etag: str, part: Path) -> None:
+        """Write the object that has this ETag to a file; anew where the network breaks off on the way."""
+        for attempt in range(1, self._attempts + 1):
+            try:
+                with self._letters(bucket), open(part, "wb") as file:
+                    answer = self._s3.get_object(Bucket=bucket, Key=key, IfMatch=f'"{etag}"')
+                    for block in answer["Body"].iter_chunks(PART_BYTES):
+                        file.write(block)
+                return
+            except NetworkError:
+                if attempt == self._attempts:
+                    part.unlink(missing_ok=True)
+                    raise
+                time.sleep(min(0.5 * 2.0**attempt, MAX_WAIT_SECONDS))
+
+    def _is_still(self, bucket: str, key: str, told: StoredObject, part: Path) -> bool:
+        """Tell whether the object is what it was, for an ETag that is no sum of its bytes."""
+        is_a_sum = len(told.etag.partition("-")[0]) == 32 and "-" not in told.etag
+        return not is_a_sum and part.stat().st_size == told.size and self.find(bucket, key) == told
 
     @contextlib.contextmanager
     def _letters(self, bucket: str) -> Iterator[None]:
-        """Turn what s3fs, botocore and aiohttp raise into our letters."""
+        """Turn what boto3, botocore and s3transfer raise into our letters; an OSError is about a file of ours."""
         try:
             yield
-        except BucketError:
+        except (BucketError, OSError):
             raise
         except Exception as error:  # three libraries' families of errors, with no common parent but this one
             raise _letter(error, bucket, self.access) from error
@@ -255,7 +265,8 @@ def _letter(error: Exception, bucket: str, access: Access) -> BucketError:
     """Return the letter about what went wrong."""
     where = access.endpoint or "AWS"
     place = f"s3://{bucket}" if bucket else where
-    response = getattr(error.__cause__, "response", None) or getattr(error, "response", None) or {}
+    source = next((one for one in (error, error.__cause__, error.__context__) if hasattr(one, "response")), None)
+    response = getattr(source, "response", None) or {}
     told = response.get("Error", {})
     code, status = str(told.get("Code", "")), response.get("ResponseMetadata", {}).get("HTTPStatusCode", 0)
     kind = type(error).__name__
@@ -275,7 +286,7 @@ def _letter(error: Exception, bucket: str, access: Access) -> BucketError:
             f"{place}: {where} does not take the keys ({code}); expected those of an account of it. "
             f"Look at this machine's clock, too. {WHERE_KEYS_ARE}"
         )
-    if status == 403 or code == "AccessDenied" or isinstance(error, PermissionError):
+    if status == 403 or code == "AccessDenied":
         return BucketError(
             f"{place}: {where} refuses it ({code if code not in ('', '403') else 'forbidden'}); expected the right to "
             "list, read and write there. Look at the profile and at the bucket's policy."
@@ -287,7 +298,7 @@ def _letter(error: Exception, bucket: str, access: Access) -> BucketError:
         )
     if status >= 500 or status == 429 or code in _BUSY:
         return NetworkError(f"{place}: {where} cannot answer just now ({code or status}); expected an answer.")
-    if isinstance(error, FileNotFoundError) or status == 404:
+    if status == 404:
         return NoSuchObjectError(f"{place}: there is no such object; expected one that stands.")
     if status == 412:
         return NetworkError(f"{place}: an object was changed while it was read; expected it to stay as it is.")

@@ -7,7 +7,6 @@ same command goes on where it was.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
@@ -19,9 +18,7 @@ from racecraft.formats.run_folder import JOB, LIVE, STOP, WATCHED, RunFolder
 from racecraft.formats.run_lock import LOCK
 from racecraft.storage.address import Address, BucketError, file_of, require_files
 from racecraft.storage.etags import is_same
-from racecraft.storage.object_store import Objects, StoredObject
-from racecraft.storage.objects import PARTIAL, Sleep, get_file, put_file
-from racecraft.storage.retrying import FIRST_CONTACT, NetworkError, Patience
+from racecraft.storage.object_store import PARTIAL, NetworkError, Objects, StoredObject
 
 Say = Callable[[str], None]
 Chosen = Callable[[str], bool]
@@ -53,8 +50,6 @@ def push(
     *,
     dry_run: bool = False,
     say: Say = lambda text: None,
-    patience: Patience | None = None,
-    sleep: Sleep = time.sleep,
 ) -> Transfer:
     """Put a folder's files below an address, or one file.
 
@@ -64,21 +59,18 @@ def push(
         target: A bucket and a prefix.
         dry_run: Say what would be done, and do nothing.
         say: Hears of each file that is moved.
-        patience: How long a broken network is waited for, for each request.
-        sleep: Waits so many seconds.
 
     Raises:
         UserInputError: There is nothing to put, or it cannot be read.
         BucketError: The store refuses it, or a file's name is no key that could come back.
         NetworkError: The network failed for too long; what has arrived stays.
     """
-    patience = patience or Patience()
     files = {source.name: source} if source.is_file() else files_below(source)
     if not files:
         what = "holds no files" if source.is_dir() else "there is no such folder or file"
         raise UserInputError(f"{source}: {what}; expected what is to be put into {target}.")
     require_files(files)
-    there = FIRST_CONTACT.keep_trying(lambda: store.listed(target), sleep)
+    there = store.listed(target)
     mover = _Mover(len(files), dry_run, say, f"from {source} to {target}")
     for name in in_order(files):
         path = files[name]
@@ -86,7 +78,7 @@ def push(
             mover.skip()
         else:
             key = target.key(name)
-            mover.move(name, path.stat().st_size, partial(put_file, store, target.bucket, key, path, patience, sleep))
+            mover.move(name, path.stat().st_size, partial(store.put, target.bucket, key, path))
     return mover.result()
 
 
@@ -98,8 +90,6 @@ def pull(
     chosen: Chosen = lambda name: True,
     dry_run: bool = False,
     say: Say = lambda text: None,
-    patience: Patience | None = None,
-    sleep: Sleep = time.sleep,
 ) -> Transfer:
     """Fetch the objects below an address into a folder, or one object.
 
@@ -112,16 +102,13 @@ def pull(
         chosen: Tells by its name whether an object is wanted.
         dry_run: Say what would be done, and do nothing.
         say: Hears of each object that is moved.
-        patience: How long a broken network is waited for, for each request.
-        sleep: Waits so many seconds.
 
     Raises:
         BucketError: There is nothing at the address, or an object's name cannot be a file here; nothing is written.
         RunFolderError: A training is under way in the folder.
         OutputFileError: A file cannot be written.
     """
-    patience = patience or Patience()
-    found = FIRST_CONTACT.keep_trying(lambda: _found(store, source), sleep)
+    found = _found(store, source)
     names = [name for name in found if chosen(name) and PurePosixPath(name).name not in PASSED_OVER]
     wanted = {name: found[name][1] for name in names}
     if not wanted:
@@ -136,7 +123,7 @@ def pull(
             mover.skip()
         else:
             key = found[name][0]
-            mover.move(name, told.size, partial(get_file, store, source.bucket, key, told, path, patience, sleep))
+            mover.move(name, told.size, partial(store.get, source.bucket, key, told, path))
     return mover.result()
 
 

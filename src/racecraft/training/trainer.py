@@ -198,6 +198,7 @@ def resume(experiment: Experiment, run: RunFolder, callback: TrainingCallback, s
         learner = _learner(experiment, found_in_run(experiment.settings, run))
     feed = feed_for(learner, experiment)
     _say_notes(experiment, say)
+    run.make_folders()
     with run.lock(), experiment.attend(run, experiment.notes) as attendants:
         session = TrainingSession(experiment, run, learner, feed, callback, attendants, say)
         run.note_resumed(session.restore(), [str(stop) for stop in experiment.stops])

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from racecraft.cli.buckets.reach import Way, installation_at, listed, says_the_way
+from racecraft.cli.buckets.reach import Way, installation_at, says_the_way
 from racecraft.cli.options import Json
 from racecraft.contract.errors import UserInputError
 
@@ -30,13 +30,13 @@ At = Annotated[str, typer.Argument(metavar="S3://BUCKET/PREFIX", help="An addres
 DryRun = Annotated[bool, typer.Option("--dry-run", "--dryrun", help="Say what would be moved, and move nothing.")]
 
 app = typer.Typer(
-    help="Buckets of S3 and MinIO: up, down, what is in them; a folder served as one.", no_args_is_help=True
+    help="Buckets of S3 and MinIO: up, down, what is in them, links; a folder served as one.", no_args_is_help=True
 )
 
 
 @app.callback()
 def bucket() -> None:
-    """Buckets of S3 and MinIO: up, down, what is in them; a folder served as one."""
+    """Buckets of S3 and MinIO: up, down, what is in them, links; a folder served as one."""
 
 
 @app.command()
@@ -48,7 +48,7 @@ def push(
     way: Way = HERE,
     json: Json = False,
 ) -> None:
-    """Put a folder into a bucket; what stands there already is passed over, so a broken one goes on where it was.
+    """Put a folder into a bucket; what stands there already is passed over.
 
     Examples:
 
@@ -118,13 +118,39 @@ def list_(
             print(f"s3://{name}/")
         return
     place = Address.parse(address)
-    found = listed(way.open(place), place)
+    found = way.open(place).listed(place)
     if not found and place.prefix:
         raise BucketError(f"{place}: there is nothing; expected a prefix that holds objects.")
     if json:
         print_json({"objects": {name: {"size": told.size, "etag": told.etag} for name, told in found.items()}})
         return
     print("\n".join(_listing(found, recursive)))
+
+
+@app.command()
+@says_the_way
+def link(
+    address: Annotated[str, typer.Argument(metavar="S3://BUCKET/KEY", help="One object.")],
+    hours: Annotated[float, typer.Option(help="Valid for so long; at most 168, which is 7 days.")] = 24.0,
+    way: Way = HERE,
+    json: Json = False,
+) -> None:
+    """Print a presigned link, by which anybody fetches one object without a key.
+
+    Example: racecraft bucket link s3://models/fast-car-1/report.html --hours 48
+    """
+    from racecraft.cli.output import print_json
+    from racecraft.storage.address import Address, BucketError
+
+    place = Address.parse(address)
+    store = way.open(place)
+    if not place.prefix or store.find(place.bucket, place.prefix) is None:
+        raise BucketError(f"{place}: there is no such object; expected the key of one.")
+    url = store.link(place.bucket, place.prefix, round(hours * 3600))
+    if json:
+        print_json({"url": url})
+        return
+    print(url)
 
 
 @app.command()

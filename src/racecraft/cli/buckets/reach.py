@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from racecraft.storage.access import Access
     from racecraft.storage.address import Address
     from racecraft.storage.mirror_note import Place
-    from racecraft.storage.object_store import ObjectStore, StoredObject
+    from racecraft.storage.object_store import ObjectStore
 
 
 @dataclass(frozen=True)
@@ -95,23 +95,12 @@ def open_store(access: Access) -> ObjectStore:
     """Open a store.
 
     Raises:
-        MissingExtraError: s3fs is not installed; the letter says how.
+        MissingExtraError: boto3 is not installed; the letter says how.
         BucketError: The profile is not known.
     """
     from racecraft.storage.object_store import ObjectStore
 
     return ObjectStore(access)
-
-
-def listed(store: ObjectStore, place: Address) -> dict[str, StoredObject]:
-    """Return the objects below a place; a network that fails is asked again, twice.
-
-    Raises:
-        BucketError: As `ObjectStore.listed`.
-    """
-    from racecraft.storage.retrying import FIRST_CONTACT
-
-    return FIRST_CONTACT.keep_trying(lambda: store.listed(place))
 
 
 class Installation(Protocol):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from racecraft.cli.buckets.reach import installation_at, listed, open_store, reach
+from racecraft.cli.buckets.reach import installation_at, open_store, reach
 from racecraft.cli.output import word
 
 if TYPE_CHECKING:
@@ -149,10 +149,10 @@ def _require_room(store: ObjectStore, place: Place, run: Path | None, tell: Tell
     from racecraft.formats.run_folder import JOB
     from racecraft.storage.address import BucketError
     from racecraft.storage.etags import is_same
-    from racecraft.storage.retrying import NetworkError
+    from racecraft.storage.object_store import NetworkError
 
     try:
-        found = listed(store, place.address)
+        found = store.listed(place.address)
     except NetworkError as error:
         tell(f"- {error} The training begins all the same, and the bucket is tried again.")
         return

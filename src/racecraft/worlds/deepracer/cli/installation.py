@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from racecraft.cli.buckets.reach import listed, open_store
+from racecraft.cli.buckets.reach import open_store
 from racecraft.cli.buckets.training import is_needed_to_drive
 from racecraft.storage.access import Access
 from racecraft.storage.address import Address, is_address
@@ -83,12 +83,12 @@ def bring_in(drfc: DrfcFolder, bucket: Place, into: Path, tell: Tell, missing_on
     files = place_of(drfc, bucket, "DR_LOCAL_S3_CUSTOM_FILES_PREFIX").address
     target = into / files.prefix
     there = {path.relative_to(target).as_posix() for path in target.rglob("*")} if missing_only else set()
-    if listed(store, files) or not missing_only:
+    if store.listed(files) or not missing_only:
         done = pull(store, files, target, chosen=lambda name: name not in there)
         tell(f"{files}: {len(done.moved)} files fetched, {done.skipped} as they are here")
     if drfc.flag("DR_LOCAL_S3_PRETRAINED"):
         written = drfc.text("DR_LOCAL_S3_PRETRAINED_PREFIX")
         model = Address.parse(written) if is_address(written) else bucket.address.below(written)
-        if listed(store, model):  # else it is a path of this machine
+        if store.listed(model):  # else it is a path of this machine
             done = pull(store, model, into / model.prefix, chosen=is_needed_to_drive)
             tell(f"{model}: the model to begin with, {len(done.moved)} files fetched, {done.skipped} as they are here")

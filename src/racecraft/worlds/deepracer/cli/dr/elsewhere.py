@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from racecraft.cli.buckets.reach import listed, open_store
+from racecraft.cli.buckets.reach import open_store
 from racecraft.cli.output import word
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def require_free(place: Place | None) -> None:
     """
     from racecraft.storage.address import BucketError
 
-    if place is not None and (found := listed(open_store(place.access), place.address)):
+    if place is not None and (found := open_store(place.access).listed(place.address)):
         raise BucketError(
             f"{place.address}: holds {len(found)} objects already; expected a free prefix. Give another, or wipe it "
             "with -w."
@@ -88,7 +88,7 @@ def wipe(place: Place | None) -> None:
     if place is None:
         return
     store = open_store(place.access)
-    found = listed(store, place.address)
+    found = store.listed(place.address)
     if found:
         store.remove(place.address.bucket, [place.address.key(name) for name in found])
         print(f"{place.address}: wiped, {len(found)} objects")
@@ -150,7 +150,7 @@ def _local(drfc: DrfcFolder, name: str) -> Place | None:
 
 
 def _send(folder: Path, place: Place) -> None:
-    from racecraft.storage.retrying import NetworkError
+    from racecraft.storage.object_store import NetworkError
     from racecraft.storage.transfer import push
 
     try:
