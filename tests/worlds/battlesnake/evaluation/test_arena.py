@@ -21,7 +21,6 @@ from racecraft.worlds.battlesnake.evaluation.match import play
 from racecraft.worlds.battlesnake.evaluation.record import read_record, write_record
 from racecraft.worlds.battlesnake.evaluation.remote import Remote
 from racecraft.worlds.battlesnake.evaluation.seats import Failures, Seat, take_seat
-from racecraft.worlds.battlesnake.evaluation.skill import skills
 from racecraft.worlds.battlesnake.evaluation.standings import GameResult, table_of
 from racecraft.worlds.battlesnake.evaluation.tournament import Tournament, tournament
 from racecraft.worlds.battlesnake.evaluation.tournament_file import TournamentFile
@@ -254,16 +253,6 @@ def test_ratings_find_the_strengths_the_results_came_from():
     # With two players the difference has the spread of its log odds: sqrt(1/1000 + 1/100).
     half = 1.96 * math.sqrt(1 / 1000 + 1 / 100) * 400 / math.log(10) / 2
     assert strong.high - strong.points == pytest.approx(half, rel=0.02)
-
-
-def test_skills_rank_as_the_ratings_do_and_a_newcomer_stands_at_25():
-    games = [*[Result((0, 1, 2), (0, 1, 2))] * 4, Result((2, 1, 0), (1, 0, 2))] * 5
-    strong, middle, weak, newcomer = skills(4, games)
-    assert strong.mu > middle.mu > weak.mu
-    assert (newcomer.mu, newcomer.high - newcomer.low) == (25.0, pytest.approx(2 * 1.96 * 25 / 3))
-    assert strong.high - strong.low < 0.7 * (newcomer.high - newcomer.low), "games narrow the interval"
-    points = [one.points for one in rate(3, games)]
-    assert points == sorted(points, reverse=True)
 
 
 def test_ratings_are_finite_and_narrow_with_more_games():

@@ -5,7 +5,6 @@ import json
 import pytest
 
 from racecraft.evaluation.rating import Result, rate, wilson
-from racecraft.worlds.battlesnake.evaluation.skill import skills
 from racecraft.worlds.battlesnake.evaluation.standings import GameResult, Score, Table, table_of
 
 GAMES = [
@@ -24,7 +23,6 @@ def test_the_table_is_counted_by_hand_strongest_first():
     assert counted == {"a": (3, 0, 11, 16), "b": (2, 2, 0, 32), "c": (2, 0, 4, 2), "new": (0, 0, 0, 0)}
     results = [Result(game.players, game.places) for game in GAMES]
     assert [lines[name].rating for name in NAMES] == rate(4, results)
-    assert [lines[name].skill for name in NAMES] == skills(4, results)
     assert (lines["b"].win_rate_low, lines["b"].win_rate_high) == wilson(2, 2)
     assert (table.games, table.turns, table.games_planned) == (3, 45, 7)
     told = json.loads(json.dumps(table.to_dict()))

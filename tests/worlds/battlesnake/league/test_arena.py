@@ -14,7 +14,6 @@ from racecraft.formats.checkpoint import Checkpoints
 from racecraft.formats.run_folder import RunFolder
 from racecraft.league.pairing import gains, next_group
 from racecraft.worlds.battlesnake.evaluation.game_files import verify_file
-from racecraft.worlds.battlesnake.evaluation.skill import skills
 from racecraft.worlds.battlesnake.league import arena as arena_at_play
 from racecraft.worlds.battlesnake.league.arena import Arena
 from racecraft.worlds.battlesnake.league.entry import entrant_of, fingerprint, pinned
@@ -184,18 +183,6 @@ def test_a_ladder_counts_what_it_hears_apart_and_together():
     assert ladder.met(entrants, 4)[0, 3] == 1
     anchor = next(line for line in ladder.rungs(entrants) if line.name == "a")
     assert anchor.rating.points == pytest.approx(1500), "the only anchor is the scale"
-
-
-def test_a_ladder_tells_openskill_as_a_tournament_of_the_same_games_does():
-    games = [game_of((0, 1), (0, 1), 1), game_of((3, 2, 1, 0), (0, 1, 2, 2), 2), game_of((1, 0), (0, 0), 3)]
-    ladder, entrants = Ladder((2, 4)), [Entrant(number, name, "hungry") for number, name in enumerate("abcde")]
-    ladder.hear(games[:1])
-    ladder.hear(games[1:])
-    told = {line.name: line.skill for line in ladder.rungs(entrants)}
-    assert [told[name] for name in "abcde"] == skills(5, [game.result for game in games])
-    assert told["e"].mu == 25, "who never played is a newcomer"
-    of_duels = {line.name: line.skill for line in ladder.rungs(entrants, 2)}
-    assert [of_duels[name] for name in "ab"] == skills(2, [games[0].result, games[2].result])
 
 
 def test_a_file_that_changes_is_another_player(tmp_path):

@@ -89,8 +89,8 @@ def test_the_page_shows_the_board_and_keeps_up(address, store, tmp_path):
         page.until("document.querySelectorAll('#ratings tbody tr').length === 3", 60)
         page.until("document.querySelectorAll('#games li').length === 7", 60)
         assert page.value("document.querySelectorAll('#met tr').length") == 4
-        skills = page.value("[...document.querySelectorAll('#ratings tbody tr')].map(tr => tr.cells[4].textContent)")
-        assert all(re.fullmatch(r"\d+\.\d ± \d+\.\d", skill) for skill in skills), skills
+        points = page.value("[...document.querySelectorAll('#ratings tbody tr')].map(tr => tr.cells[2].textContent)")
+        assert all(re.fullmatch(r"\d+ ± \d+", one) for one in points), points
         page.click("size-2")
         page.until(
             "[...document.querySelectorAll('#games li')].every(li => li.textContent.split(/[›=]/).length === 2)", 60

@@ -58,20 +58,17 @@ def _scores(store: ArenaStore, ladder: Ladder, one: Entrant, size: int) -> list[
 def print_table(store: ArenaStore, ladder: Ladder, size: int = 0) -> None:
     """Print the table; `size`: of games of so many snakes only, 0: of all."""
     print(f"{store.path}: {terms_told(store)}; {ladder.games(size)} games" + f" of {size} snakes" * bool(size))
-    print(
-        f"{'player':24} {'rating':>6} {'95 %':>13} {'OpenSkill':>11} {'games':>6} {'won':>5} {'late':>5} {'failed':>6}"
-    )
+    print(f"{'player':24} {'rating':>6} {'95 %':>13} {'games':>6} {'won':>5} {'late':>5} {'failed':>6}")
     for line in ladder.rungs(store.entrants(), size):
         print(_line(line))
 
 
 def _line(line: Rung) -> str:
     spread = f"{line.rating.low:.0f} … {line.rating.high:.0f}"
-    skill = f"{line.skill.mu:.1f} ± {line.skill.high - line.skill.mu:.1f}"
     won = f"{line.wins / line.games:.0%}" if line.games else "-"
     note = "  anchor" * line.is_anchor + "  removed" * line.rests
     return (
-        f"{line.name:24.24} {line.rating.points:>6.0f} {spread:>13} {skill:>11} {line.games:>6} {won:>5} "
+        f"{line.name:24.24} {line.rating.points:>6.0f} {spread:>13} {line.games:>6} {won:>5} "
         f"{line.timeouts:>5} {line.crashes:>6}{note}"
     )
 

@@ -47,7 +47,7 @@ def tournament(
     file_memory: FileMemory = 2048,
     json: JSON = False,
 ) -> None:
-    """Play everyone against everyone, seats swapped; rate them (Elo points, and OpenSkill, with 95 % intervals).
+    """Play everyone against everyone, seats swapped; rate them (Elo points with 95 % intervals).
 
     Ctrl-C ends it with the table of the games played so far.
 
@@ -108,15 +108,14 @@ def told(played: Played) -> str:
 
 
 def _print(table: Table) -> None:
-    heading = f"{'player':20} {'rating':>6} {'95 %':>13} {'OpenSkill':>13}"
+    heading = f"{'player':20} {'rating':>6} {'95 %':>13}"
     print(f"{heading} {'games':>6} {'won':>5} {'late':>5} {'failed':>6}")
     for line in table.standings:
         points = line.rating
         spread = f"{points.low:.0f} … {points.high:.0f}"
-        skill = f"{line.skill.mu:.1f} ± {line.skill.high - line.skill.mu:.1f}"
         won = f"{line.wins / line.games:.0%}" if line.games else "-"
         print(
-            f"{line.name:20.20} {points.points:>6.0f} {spread:>13} {skill:>13} {line.games:>6} "
+            f"{line.name:20.20} {points.points:>6.0f} {spread:>13} {line.games:>6} "
             f"{won:>5} {line.timeouts:>5} {line.crashes:>6}"
         )
     if table.games < table.games_planned:

@@ -7,7 +7,6 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from racecraft.evaluation.rating import Rating, Result, rate, wilson
-from racecraft.worlds.battlesnake.evaluation.skill import Skill, skills
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,6 @@ class Standing:
 
     name: str
     rating: Rating
-    skill: Skill
     games: int
     wins: int
     """Games that this player alone survived, or outlived all others in."""
@@ -94,14 +92,13 @@ def table_of(names: Sequence[str], games: Sequence[GameResult], planned: int) ->
     """
     lines = []
     results = [game.result for game in games]
-    strengths = zip(names, rate(len(names), results), skills(len(names), results), strict=True)
-    for number, (name, rating, skill) in enumerate(strengths):
+    for number, (name, rating) in enumerate(zip(names, rate(len(names), results), strict=True)):
         mine = [game for game in games if number in game.players]
         wins = sum(game.winner == number for game in mine)
         low, high = wilson(wins, len(mine))
         late = sum(game.timeouts[game.players.index(number)] for game in mine)
         failed = sum(game.crashes[game.players.index(number)] for game in mine)
-        lines.append(Standing(name, rating, skill, len(mine), wins, low, high, late, failed))
+        lines.append(Standing(name, rating, len(mine), wins, low, high, late, failed))
     lines.sort(key=lambda line: -line.rating.points)
     turns = sum(game.turns for game in games)
     return Table(lines, len(games), turns, _head_to_head(names, games), planned)

@@ -14,7 +14,6 @@ import numpy as np
 
 from racecraft.contract.world import Array
 from racecraft.evaluation.rating import Rating, Strength, strengths, wilson, wins_of
-from racecraft.worlds.battlesnake.evaluation.skill import Skill, SkillBook
 from racecraft.worlds.battlesnake.evaluation.standings import Score
 from racecraft.worlds.battlesnake.league.terms import ArenaGame, Entrant
 
@@ -32,8 +31,6 @@ class Rung:
     is_anchor: bool
     rests: bool
     rating: Rating
-    skill: Skill
-    """The same on OpenSkill's scale, which knows no anchors."""
     games: int
     wins: int
     """Games in which this player outlived all others."""
@@ -92,7 +89,7 @@ class Ladder:
             if games or size == TOGETHER:
                 lines.append(Rung(
                     one.number, one.name, one.source, one.is_anchor, one.rests, strength.rating,
-                    counts.skills.skill(one.number), games, wins, *wilson(wins, games), late, failed,
+                    games, wins, *wilson(wins, games), late, failed,
                 ))  # fmt: skip
         return sorted(lines, key=lambda line: -line.rating.points)
 
@@ -112,7 +109,6 @@ class _Counts:
         """Games the row's player won, drew and lost against the column's, (P, P, 3)."""
         self.tallies = np.zeros((0, 4), np.int64)
         """Games, wins, late moves and failed moves of each player, (P, 4)."""
-        self.skills = SkillBook()
 
     def sized(self, players: int) -> _Counts:
         """Make room for so many players."""
@@ -127,7 +123,6 @@ class _Counts:
         self.sized(max(game.players) + 1)
         self.games += 1
         self.wins += wins_of(len(self.tallies), [game.result])
-        self.skills.hear(game.result)
         for seat, player in enumerate(game.players):
             won = game.winner == player
             self.tallies[player] += (1, won, game.timeouts[seat], game.crashes[seat])
