@@ -2,21 +2,18 @@
 
 import json
 import re
-import urllib.error
 import urllib.request
 from pathlib import Path
 
 import pytest
+from prometheus_client import generate_latest
+from prometheus_client.parser import text_string_to_metric_families
 
 from racecraft.formats.run_folder import RunFolder
 from racecraft.training.callbacks import EndedAlike, EvaluationResult, IterationReport
-from racecraft.training.live_metrics import BY_STATUS, CONTENT_TYPE, HELP, LEARNER, LiveMetrics, LiveMetricsError
+from racecraft.training.live_metrics import BY_STATUS, HELP, LEARNER, LiveMetrics, LiveMetricsError
 
 BOARD = Path(__file__).resolve().parents[2] / "examples" / "grafana" / "racecraft.json"
-LINE = re.compile(
-    r'^([a-z_]+)\{model="((?:[^"\\]|\\.)*)",worker="0"(?:,figure="([a-z_]+)")?'
-    r'(?:,phase="([a-z]+)",status="([A-Za-z_ ]+)")?\} (-?[0-9.e+-]+)$'
-)
 LAPS = {"lap_complete": EndedAlike(2, 40.0, 100.0, 9.5), "off_track": EndedAlike(3, 4.0, 20.0, 2.25)}
 
 
@@ -36,18 +33,23 @@ def live():
     made.close()
 
 
+def samples(text, model='my "car"'):
+    """Return the values by name, or by name and labels where there are more than those of every figure."""
+    values = {}
+    for family in text_string_to_metric_families(text):
+        for sample in family.samples:
+            labels = dict(sample.labels)
+            assert (labels.pop("model"), labels.pop("worker")) == (model, "0")
+            key = (sample.name, *(labels[name] for name in sorted(labels))) if labels else sample.name
+            assert key not in values
+            values[key] = sample.value
+    return values
+
+
 def read(live):
     with urllib.request.urlopen(live.address) as answer:
-        assert answer.headers["Content-Type"] == CONTENT_TYPE
-        lines = answer.read().decode().splitlines()
-    values = {}
-    for line in lines:
-        if not line.startswith("#"):
-            name, model, *more, value = LINE.match(line).groups()
-            assert model == 'my \\"car\\"'
-            labels = tuple(label for label in more if label is not None)
-            values[(name, *labels) if labels else name] = float(value)
-    return values
+        assert answer.headers["Content-Type"].startswith("text/plain; version=")
+        return samples(answer.read().decode())
 
 
 def test_figures_are_served_as_the_training_goes(live):
@@ -91,18 +93,10 @@ def test_episodes_are_told_by_phase_and_status_as_deepracer_for_cloud_tags_them(
 
 def test_every_name_is_explained_and_typed(live):
     live.iteration(report(1, EvaluationResult(1.0, False, figures={"best_lap_seconds": 1.0}), by_status=LAPS))
-    text = live.text()
+    text = generate_latest(live.registry).decode()
     for name in HELP:
         assert f"# HELP {name} " in text, name
         assert f"# TYPE {name} {'counter' if name.endswith('_total') else 'gauge'}\n" in text
-    assert text.endswith("\n")
-
-
-def test_another_path_says_where_to_look(live):
-    with pytest.raises(urllib.error.HTTPError) as caught:
-        urllib.request.urlopen(live.address.replace("/metrics", "/"))
-    assert caught.value.code == 404
-    assert b"/metrics" in caught.value.read()
 
 
 def test_a_port_that_is_taken_or_none_is_refused(live):
@@ -120,57 +114,18 @@ def test_the_board_asks_for_names_that_are_served():
     assert {name for name in HELP if name.startswith("dr_")} <= asked
 
 
-PLAIN = {"\\\\": "\\", '\\"': '"', "\\n": "\n"}
-"""What stands for a sign that a label's text may not hold."""
-
-
-def exposition(text):
-    """Return Prometheus text as (name, labels): value, by the rules of its format and no kinder.
-
-    HELP and TYPE come once, before the samples of their name; labels are quoted and escaped; every line ends.
-    """
-    sample = re.compile(r'([a-zA-Z_:][a-zA-Z0-9_:]*)\{((?:[a-zA-Z_][a-zA-Z0-9_]*="(?:[^"\\\n]|\\[\\"n])*",?)*)\} (\S+)')
-    label = re.compile(r'([a-zA-Z_][a-zA-Z0-9_]*)="((?:[^"\\\n]|\\[\\"n])*)"')
-    assert text.endswith("\n")
-    helped, typed, values, now = set(), {}, {}, None
-    for line in text[:-1].split("\n"):
-        if line.startswith("# HELP "):
-            now = line.split(" ", 3)[2]
-            assert now not in helped, line
-            helped.add(now)
-        elif line.startswith("# TYPE "):
-            _, _, name, kind = line.split(" ")
-            assert name == now, line
-            assert kind in ("gauge", "counter"), line
-            typed[name] = kind
-        else:
-            name, labels, value = sample.fullmatch(line).groups()
-            assert name == now, line
-            assert name in typed, line
-            told = {key: re.sub(r"\\.", lambda found: PLAIN[found[0]], one) for key, one in label.findall(labels)}
-            key = name, tuple(sorted(told.items()))
-            assert key not in values, line
-            values[key] = float(value)
-    return typed, values
-
-
-def test_the_text_is_prometheus_s_whatever_the_names_and_numbers():
+def test_names_and_numbers_of_any_kind_are_served():
     model = 'a "car" \\ of\nmine'
     live = LiveMetrics(0, model)
     try:
         losses = {"entropy": 1.5, "lost": float("nan"), "far": float("-inf")}
-        result = EvaluationResult(1.0, False, figures={"best_lap_seconds": 1.0}, by_status=LAPS)
-        live.iteration(report(3, result, losses=losses, by_status={'odd "end"': EndedAlike(1, 1.0, None, None)}))
-        typed, values = exposition(live.text())
+        live.iteration(report(3, losses=losses, by_status={'odd "end"': EndedAlike(1, 1.0, None, None)}))
+        told = samples(generate_latest(live.registry).decode(), model)
     finally:
         live.close()
-    assert set(typed) == {*HELP, LEARNER}
-    assert {dict(labels)["model"] for _, labels in values} == {model}
-    assert {name for name, kind in typed.items() if kind == "counter"} == {n for n in HELP if n.endswith("_total")}
-    figures = {dict(labels)["figure"]: value for (name, labels), value in values.items() if name == LEARNER}
-    assert figures["entropy"] == 1.5
-    assert figures["far"] == float("-inf")
-    assert figures["lost"] != figures["lost"]
+    assert told[LEARNER, "far"] == float("-inf")
+    assert told[LEARNER, "lost"] != told[LEARNER, "lost"]
+    assert told["dr_training_episodes_reward", "training", 'odd "end"'] == 1.0
 
 
 def test_the_board_can_be_laid_out_and_asks_the_source_that_is_chosen():

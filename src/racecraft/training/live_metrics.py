@@ -1,4 +1,4 @@
-"""The figures of a training while it runs, as Prometheus text over HTTP. Begin with `LiveMetrics`.
+"""Figures of a running training for Prometheus, over HTTP. Begin with `LiveMetrics`.
 
 Names are those that DeepRacer for Cloud sends to Telegraf, measurement and field joined as Telegraf's own Prometheus
 output joins them, so that boards made for it keep their names (facts: deepracer-systems.md A3). It sends every episode
@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import threading
 from collections import Counter
-from collections.abc import Mapping
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+
+from prometheus_client import CollectorRegistry, start_http_server
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
+from prometheus_client.registry import Collector
 
 from racecraft.contract.errors import UserInputError
 from racecraft.contract.kinds import find_kind
@@ -22,7 +24,6 @@ from racecraft.training.callbacks import EndedAlike, IterationReport
 
 HOST = "127.0.0.1"
 PATH = "/metrics"
-CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
 HIGHEST_PORT = 65535
 
 BY_STATUS = {
@@ -49,10 +50,6 @@ HELP = {
     "racecraft_training_running": "1 while it trains, 0 when it is over.",
 }
 """Every name, and what it is; the learner's other figures come as racecraft_learner{figure=…}."""
-COUNTERS = (
-    "racecraft_steps_total", "racecraft_episodes_total", "racecraft_episodes_ended_total",
-    "racecraft_training_seconds_total",
-)  # fmt: skip
 LEARNER = "racecraft_learner"
 
 
@@ -60,7 +57,7 @@ class LiveMetricsError(UserInputError):
     """The metrics cannot be served where they were asked for."""
 
 
-class LiveMetrics:
+class LiveMetrics(Collector):
     """A training callback that serves the latest figures.
 
     Args:
@@ -81,16 +78,17 @@ class LiveMetrics:
         self._alike: dict[str, Mapping[str, EndedAlike]] = {phase: {} for phase in PHASES}
         self._ended: Counter[tuple[str, str]] = Counter()
         self._lock = threading.Lock()
+        self.registry = CollectorRegistry()
+        """Where Prometheus's client reads the figures."""
+        self.registry.register(self)
         try:
-            self._server = ThreadingHTTPServer((HOST, port), _handler(self))
+            self._server, self._thread = start_http_server(port, HOST, self.registry)
         except OSError as error:
             raise LiveMetricsError(
                 f"--metrics-port {port} cannot be opened on {HOST} ({error.strerror or error}); expected a free port. "
                 "Choose another; 0 takes any."
             ) from error
         self.port = int(self._server.server_address[1])
-        self._thread = threading.Thread(target=self._server.serve_forever, name="live metrics", daemon=True)
-        self._thread.start()
 
     @property
     def address(self) -> str:
@@ -140,21 +138,25 @@ class LiveMetrics:
         self._server.server_close()
         self._thread.join()
 
-    def text(self) -> str:
-        """Return everything in Prometheus's text format."""
+    def collect(self) -> Iterator[Metric]:
+        """Yield every figure that is known, under its name."""
         with self._lock:
             values, learner, samples = dict(self._values), dict(self._learner), self._samples()
         samples |= {name: [({}, values[name])] for name in HELP if name in values}
-        lines = []
         for name in HELP:
             if samples.get(name):
-                kind = "counter" if name in COUNTERS else "gauge"
-                lines += [f"# HELP {name} {HELP[name]}", f"# TYPE {name} {kind}"]
-                lines += [f"{name}{_labels({**self._labels, **more})} {value!r}" for more, value in samples[name]]
+                yield self._family(name, HELP[name], samples[name])
         if learner:
-            lines += [f"# HELP {LEARNER} A figure of the learner's latest update.", f"# TYPE {LEARNER} gauge"]
-            lines += [f"{LEARNER}{_labels({**self._labels, 'figure': k})} {float(v)!r}" for k, v in learner.items()]
-        return "\n".join(lines) + "\n"
+            figures = [({"figure": name}, float(value)) for name, value in learner.items()]
+            yield self._family(LEARNER, "A figure of the learner's latest update.", figures)
+
+    def _family(self, name: str, text: str, samples: list[tuple[dict[str, str], float]]) -> Metric:
+        labels = [*self._labels, *samples[0][0]]
+        kind = CounterMetricFamily if name.endswith("_total") else GaugeMetricFamily
+        family = kind(name, text, labels=labels)
+        for more, value in samples:
+            family.add_metric([*self._labels.values(), *more.values()], value)
+        return family
 
     def _samples(self) -> dict[str, list[tuple[dict[str, str], float]]]:
         """Return what is told by phase and status: the labels and the value, by name."""
@@ -182,30 +184,3 @@ class LiveMetrics:
         with self._lock:
             self._values.update(values)
             self._learner = self._learner if learner is None else learner
-
-
-def _labels(labels: Mapping[str, str]) -> str:
-    def quoted(text: str) -> str:
-        return text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
-
-    return "{" + ",".join(f'{name}="{quoted(value)}"' for name, value in labels.items()) + "}"
-
-
-def _handler(metrics: LiveMetrics) -> type[BaseHTTPRequestHandler]:
-    class Handler(BaseHTTPRequestHandler):
-        """Answers GET /metrics."""
-
-        def do_GET(self) -> None:  # noqa: N802 (the library's name)
-            """Send the text."""
-            found = self.path.split("?")[0] == PATH
-            body = (metrics.text() if found else f"Look at {PATH}.\n").encode()
-            self.send_response(200 if found else 404)
-            self.send_header("Content-Type", CONTENT_TYPE)
-            self.send_header("Content-Length", str(len(body)))
-            self.end_headers()
-            self.wfile.write(body)
-
-        def log_message(self, format: str, *args: Any) -> None:
-            """Say nothing: a scrape every few seconds is no news."""
-
-    return Handler
