@@ -16,6 +16,7 @@ from pathlib import Path
 from types import TracebackType
 
 from racecraft.contract.errors import RunFolderError, UserInputError
+from racecraft.formats.processes import is_alive
 
 LOCK = "run.lock"
 
@@ -156,24 +157,7 @@ def holder_of(lock: Path) -> int | None:
         pid = int(json.loads(lock.read_text(encoding="utf-8"))["pid"])
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return pid if _is_alive(pid) else None
-
-
-def _is_alive(pid: int) -> bool:
-    if sys.platform == "win32":
-        import ctypes
-
-        handle = ctypes.windll.kernel32.OpenProcess(0x1000, False, pid)  # PROCESS_QUERY_LIMITED_INFORMATION
-        if handle:
-            ctypes.windll.kernel32.CloseHandle(handle)
-        return bool(handle)
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True  # somebody else's, and alive
-    return True
+    return pid if is_alive(pid) else None
 
 
 def unwritable(path: Path, error: OSError) -> RunFolderError:

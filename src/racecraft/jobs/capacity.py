@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-import sys
 from dataclasses import dataclass
 from pathlib import Path
+
+import psutil
 
 from racecraft.formats.job_spec import JobSpec
 from racecraft.jobs.states import JobError
@@ -53,26 +54,9 @@ class Capacity:
 
 
 def _memory_bytes() -> int:
-    if sys.platform == "win32":
-        return _memory_on_windows()
-    total = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    total = int(psutil.virtual_memory().total)
     try:
         limit = CGROUP_LIMIT.read_text().strip()
     except OSError:
         return total
     return min(total, int(limit)) if limit.isdigit() else total
-
-
-def _memory_on_windows() -> int:
-    import ctypes
-
-    class Status(ctypes.Structure):
-        _fields_ = (
-            ("length", ctypes.c_ulong),
-            ("load", ctypes.c_ulong),
-            *((name, ctypes.c_ulonglong) for name in ("total", "free", "pages", "free_pages", "all", "rest", "more")),
-        )
-
-    status = Status(length=ctypes.sizeof(Status))
-    ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status))  # type: ignore[attr-defined]
-    return int(status.total)

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.formats.job_spec import JobSpec
+from racecraft.formats.processes import kill_tree
 from racecraft.formats.run_folder import JOB
 from racecraft.jobs import lifeline
 
@@ -53,13 +54,7 @@ class Child:
 
     def kill(self) -> None:
         """End it at once, and all it has started."""
-        if sys.platform == "win32":
-            if self.process.poll() is None:
-                tree = ["taskkill", "/F", "/T", "/PID", str(self.pid)]
-                subprocess.run(tree, capture_output=True, check=False)
-            return
-        with contextlib.suppress(OSError):
-            os.killpg(self.pid, signal.SIGKILL)
+        kill_tree(self.pid)
 
 
 def start(spec: JobSpec, log: Path) -> Child:

@@ -11,9 +11,7 @@ Loading a file runs it, with the rights of whoever started us: load only what it
 from __future__ import annotations
 
 import json
-import os
 import queue
-import signal
 import subprocess
 import sys
 import threading
@@ -23,6 +21,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
 
+from racecraft.formats.processes import kill_tree
 from racecraft.worlds.battlesnake.players.protocol import Message, PlayerError
 
 LOAD_SECONDS = 30.0
@@ -200,11 +199,7 @@ def _gather(pipe: IO[str], answers: queue.SimpleQueue[str]) -> None:
 
 def _end(process: subprocess.Popen[str]) -> None:
     """End a process and whatever it started."""
-    with suppress(OSError):
-        if hasattr(os, "killpg"):
-            os.killpg(process.pid, signal.SIGKILL)
-        else:
-            process.kill()
+    kill_tree(process.pid)
     process.wait()
     with suppress(OSError):
         process.stdin.close()  # type: ignore[union-attr]

@@ -19,6 +19,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from racecraft.formats.processes import kill_tree, signal_group
 from racecraft.worlds.unity.env.errors import BuildError, PlayerDiedError
 
 LOG_TAIL_LINES = 20
@@ -113,40 +114,25 @@ class PlayerProcess:
         if self._closed:
             return
         self._closed = True
-        for request in (None, signal.SIGTERM, _KILL):
-            if request is not None:
-                self._signal_group(request)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(patience_seconds)
+        if self.exit_code is None and sys.platform != "win32":
+            signal_group(self.pid, signal.SIGTERM)
             with contextlib.suppress(subprocess.TimeoutExpired):
-                self._process.wait(patience_seconds if request is None else 1.0)
-                break
-        self._signal_group(_KILL)  # helpers that outlived their player
+                self._process.wait(1.0)
+        kill_tree(self.pid)  # the player, and helpers that outlived it
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(1.0)
         self._drop_folder()
 
     def _group_lives(self) -> bool:
-        if sys.platform == "win32":
-            return False
-        try:
-            os.killpg(self.pid, 0)
-        except ProcessLookupError:
-            return False
-        except PermissionError:
-            return True
-        return True
-
-    def _signal_group(self, number: int) -> None:
-        if sys.platform == "win32":
-            if self._process.poll() is None:
-                subprocess.run(["taskkill", "/F", "/T", "/PID", str(self.pid)], capture_output=True, check=False)
-            return
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(self.pid, number)
+        return sys.platform != "win32" and signal_group(self.pid, 0)
 
     def _drop_folder(self) -> None:
         if self._own_folder is not None:
             shutil.rmtree(self._own_folder, ignore_errors=True)
 
 
-_KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
 _IN_A_GROUP: dict[str, Any] = (
     {"creationflags": getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)}
     if sys.platform == "win32"
@@ -158,9 +144,7 @@ def wait_until_gone(pid: int, timeout_seconds: float = 5.0) -> bool:
     """Tell whether a process group is gone, waiting for it a little (POSIX)."""
     end = time.monotonic() + timeout_seconds
     while time.monotonic() < end:
-        try:
-            os.killpg(pid, 0)
-        except ProcessLookupError:
+        if not signal_group(pid, 0):
             return True
         time.sleep(0.02)
     return False
