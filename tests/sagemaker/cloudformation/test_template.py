@@ -5,7 +5,6 @@ import pytest
 from racecraft.contract.errors import MissingExtraError
 from racecraft.sagemaker.cloudformation.functions import Functions, NotHereError
 from racecraft.sagemaker.cloudformation.parameters import ParameterError, settled, shown
-from racecraft.sagemaker.cloudformation.start_script import Fetched, Unpacked, Written, read_start_script
 from racecraft.sagemaker.cloudformation.template import Output, Resource, TemplateError, read_template
 
 pytest.importorskip("yaml", reason="pyyaml is not installed")
@@ -57,24 +56,16 @@ def functions(tmp_path, output):
         ("!Sub '${Size}/${Box}/${Box.Arn}/${!Kept}/$x'", "007/the-Box/the-Box's-Arn/${Kept}/$x"),
         ("!Sub ['${A}-${Size}', {A: !Ref Box}]", "the-Box-007"),
         ("!Join ['-', [a, !Ref Size, !Ref 'AWS::Region']]", "a-007-here"),
-        ("!Join ['', !Split [',', 'a,b']]", "ab"),
-        ("!Select [1, !Ref Zones]", "b"),
-        ("!Select ['0', !GetAZs '']", "herea"),
         ("!FindInMap [Prices, Tokyo, day]", "4"),
         ("!If [Small, yes it is, !Ref Box]", "yes it is"),
         ("!If [Neither, 1, 2]", "2"),
         ("{a: !Ref AWS::NoValue, b: [!Ref AWS::NoValue, c]}", {"b": ["c"]}),
-        ("{'Fn::Base64': !Sub 'cd ${Size}'}", "cd 007"),
-        ("!Length [a, b]", "2"),
         ("!And [!Condition Small, !Condition Neither]", False),
         ("!And [!Condition Small, !Condition Both, !Not [!Condition Neither]]", True),
         ("!Or [!Condition Small, !Condition Neither]", True),
         ("!Or [!Condition Neither, !Condition Neither]", False),
         ("!Equals [!Ref Zones, [a, b, c]]", True),
-        ("!GetAZs eu-west-1", ["eu-west-1a", "eu-west-1b", "eu-west-1c"]),
-        ("!Split [', ', 'a, b, c']", ["a", "b", "c"]),
         ("2012-10-17", "2012-10-17"),
-        ("!ToJsonString {a: !Ref Size}", '{"a":"007"}'),
         ("{Condition: {StringEquals: {a: !Ref Size}}}", {"Condition": {"StringEquals": {"a": "007"}}}),
         ("{Effect: Allow}", {"Effect": "Allow"}),
     ],
@@ -96,10 +87,18 @@ def test_a_mapping_by_region_has_a_row_that_stands_in_and_says_so(tmp_path):
     assert worker.notes == ["mapping Prices has no region 'here'; its row us-east-1 is taken"], "told once"
 
 
-def test_what_only_the_cloud_knows_is_said_to_be_so(tmp_path):
-    worker, value = functions(tmp_path, "!ImportValue other-stack")
-    with pytest.raises(NotHereError, match="t.yaml:14: Fn::ImportValue asks AWS itself"):
+@pytest.mark.parametrize("asked", ["!ImportValue other-stack", "!Select [0, [a]]", "!Join ['', !Split [',', 'a,b']]"])
+def test_a_function_that_is_not_here_is_named_with_its_line(tmp_path, asked):
+    worker, value = functions(tmp_path, asked)
+    with pytest.raises(NotHereError, match=r"t\.yaml:14: Fn::\w+ is not here"):
         worker.value(value, ("Outputs", "It", "Value"))
+
+
+def test_a_condition_that_waits_for_itself_is_refused(tmp_path):
+    text = "Conditions:\n  C: !Not [!Condition C]\nResources: {A: {Type: T}}"
+    worker = Functions(read_template(written(tmp_path, text)), {}, Names())
+    with pytest.raises(TemplateError, match=r"t\.yaml:2: .*a condition that waits for itself"):
+        worker.holds("C")
 
 
 @pytest.mark.parametrize(
@@ -121,20 +120,6 @@ def test_what_only_the_cloud_knows_is_said_to_be_so(tmp_path):
         ("Resources:\n  A: {<<: {Type: T}}", "no merges"),
         ("Resources:\n  A: !!python/object:os.system {Type: T}", "the tag tag:yaml.org,2002:python/object:os.system"),
         ("Resources:\n  A: !Reff x", r"t\.yaml:2: .*the tag !Reff.*Did you mean 'Ref'"),
-        (
-            "Resources:\n  Box: {Type: T}\n  B:\n    Type: T\n    Properties:\n      X: !Ref Bux",
-            r"t\.yaml:6: Resources\.B\.Properties\.X\.Ref: points to 'Bux'.*Did you mean 'Box'",
-        ),
-        ("Resources:\n  A:\n    Type: T\n    DependsOn: [C]", r"t\.yaml:4: .*DependsOn: points to 'C'"),
-        ("Resources:\n  Conditions: {Type: T, DependsOn: C}", r"t\.yaml:2: .*DependsOn: points to 'C'"),
-        ("Resources:\n  A: {Type: T, Condition: Warm}", r"t\.yaml:2: .*points to 'Warm'.*a condition"),
-        ("Resources:\n  A: {Type: T, Properties: {X: !Sub 'a${B.C}'}}", "points to 'B'"),
-        ("Resources:\n  A: {Type: T, Properties: {X: !FindInMap [M, a, b]}}", "points to 'M'.*a mapping"),
-        (
-            "Resources:\n  A: {Type: T, DependsOn: B}\n  B:\n    Type: T\n    Properties: {X: !GetAtt A.Y}",
-            r"waits for itself: A → B → A",
-        ),
-        ("Conditions:\n  C: !Not [!Condition C]\nResources: {A: {Type: T}}", r"t\.yaml:2: .*waits for itself: C → C"),
     ],
 )
 def test_what_cannot_be_used_is_refused_with_its_line(tmp_path, text, letter):
@@ -180,7 +165,6 @@ def test_one_name_may_stand_for_a_parameter_and_a_condition_as_in_the_workshops_
         ("!GetAtt {a: b, c: d}", "a resource and an attribute"),
         ("!Sub '${Zones}'", "a list of 3; expected a word"),
         ("!Join [[a], [b]]", "a list of 1; expected a word"),
-        ("!Select [{a: b}, [c]]", "a group of keys; expected a word"),
         ("!Sub {a: b}", "a text, or a text and a group of names"),
         ("!Sub [[a], {b: c}]", "a text, or a text and a group of names"),
         ("!Sub ['x', [a]]", "a text, or a text and a group of names"),
@@ -188,11 +172,6 @@ def test_one_name_may_stand_for_a_parameter_and_a_condition_as_in_the_workshops_
         ("!Join [a]", "a list of 2"),
         ("!Join [a, b]", "a list of words"),
         ("!Join [a, [{b: c}]]", "a list of words"),
-        ("!Split ['', 'a b']", "what stands between the parts"),
-        ("!Select [9, [a]]", "a place in the list"),
-        ("!Select [1, [a]]", "a place in the list"),
-        ("!Select [-1, [a]]", "a place in the list"),
-        ("!Select [0, a]", "place 0 of 0"),
         ("!If [Small, 1]", "a list of 3"),
         ("!FindInMap [!Join ['', [Pri, ses]], Tokyo, day]", "a mapping"),
         ("!FindInMap [Prices, !Join ['', [To, kio]], day]", "a row of Prices.*Did you mean 'Tokyo'"),
@@ -201,7 +180,6 @@ def test_one_name_may_stand_for_a_parameter_and_a_condition_as_in_the_workshops_
         ("!And [!Condition Small]", "two to ten conditions"),
         (f"!Or [{', '.join(['!Condition Small'] * 11)}]", "two to ten conditions"),
         ("!And {a: b}", "two to ten conditions"),
-        ("!Length x", "a list"),
     ],
 )
 def test_a_function_that_is_given_what_it_cannot_use_is_refused(tmp_path, value, expected):
@@ -227,55 +205,30 @@ def test_a_parameter_that_is_no_word_or_of_no_type_is_refused_with_its_line(tmp_
 
 
 def test_json_is_read_too(tmp_path):
-    path = written(tmp_path, '{\n\t"Resources": {\n\t\t"A": {"Type": "T", "Properties": {"X": {"Ref": "A2"}}}}}')
-    with pytest.raises(TemplateError, match=r"t\.yaml:3: .*'A2'"):
-        read_template(path)
+    path = written(tmp_path, '{\n\t"Resources": {\n\t\t"A": {"Type": "T", "Properties": {"X": {"Ref": "B"}}}}}')
+    assert read_template(path).resources["A"].properties == {"X": {"Ref": "B"}}
 
 
 def test_parameters_are_held_to_what_the_template_allows(tmp_path):
     text = """\
 Parameters:
   Make: {Type: String, Default: True, AllowedValues: [True, False], ConstraintDescription: one of two}
-  Name: {Type: String, AllowedPattern: "^[a-z]+$", MaxLength: 4}
-  Count: {Type: Number, Default: 2, MinValue: 1, MaxValue: 9}
-  Secret: {Type: String, NoEcho: true, Default: psst, MinLength: 3}
+  Name: {Type: String}
+  Secret: {Type: String, NoEcho: true, Default: psst, AllowedValues: [psst, pst]}
 Resources: {A: {Type: T}}
 """
     template = read_template(written(tmp_path, text))
     values = settled(template, {"Name": "abc", "Make": "False"})
-    assert values == {"Make": "false", "Name": "abc", "Count": "2", "Secret": "psst"}
+    assert values == {"Make": "false", "Name": "abc", "Secret": "psst"}
     assert shown(template, values)["Secret"] == "****"
     for given, letter in (
         ({}, "Name: no value and no default.*Add --parameter Name=…"),
-        ({"Name": "ABC"}, "Name is 'ABC'"),
-        ({"Name": "abcde"}, "MaxLength 4"),
         ({"Name": "abc", "Make": "maybe"}, r"one of true, false.*\(one of two\)"),
-        ({"Name": "abc", "Count": "ten"}, "a number"),
-        ({"Name": "abc", "Count": "10"}, "at most 9"),
         ({"Name": "abc", "Nam": "x"}, "no such parameter. Did you mean 'Name'"),
-        ({"Name": "abc", "Secret": "x"}, r"Secret is \*\*\*\*; expected MinLength 3"),
+        ({"Name": "abc", "Secret": "x"}, r"Secret is \*\*\*\*; expected one of psst, pst"),
     ):
         with pytest.raises(ParameterError, match=letter):
             settled(template, given)
-
-
-def test_a_start_script_is_read_line_by_line():
-    script = read_start_script(
-        "#!/bin/bash\nset -e\nsudo -u ec2-user -i <<EOF\ncd /home/ec2-user/SageMaker/\nwget -q https://h/p/a.zip\n"
-        "unzip -q a.zip -d in\ncurl -sO https://h/b.ipynb?x=1\ncurl https://h/c -o d/c.py\n"
-        "aws s3 cp s3://b/k/e.txt . \naws s3 sync s3://b/src/ code\ngit clone https://h/r.git\ntouch o.json\n"
-        "echo '{\"a\": 1}' >> o.json\ncd ..\ncurl -O https://h/x; rm -rf /\necho boo > /etc/passwd\n"
-        "curl -o ../../y https://h/y\nEOF\n"
-    )
-    assert script.acts == [
-        Fetched("a.zip", "https://h/p/a.zip"), Unpacked("a.zip", "in"), Fetched("b.ipynb", "https://h/b.ipynb?x=1"),
-        Fetched("d/c.py", "https://h/c"), Fetched("e.txt", "s3://b/k/e.txt"), Fetched("code", "s3://b/src/", True),
-        Fetched("r", "https://h/r.git", True), Written("o.json", "", True), Written("o.json", '{"a": 1}\n', True),
-    ]  # fmt: skip
-    assert script.left == [
-        "set -e", "sudo -u ec2-user -i <<EOF", "cd ..", "curl -O https://h/x; rm -rf /", "echo boo > /etc/passwd",
-        "curl -o ../../y https://h/y",
-    ]  # fmt: skip
 
 
 def test_without_the_package_the_lack_is_said_by_name(tmp_path, monkeypatch):

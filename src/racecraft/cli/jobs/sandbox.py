@@ -25,13 +25,9 @@ def sandbox(
     region: Annotated[
         str | None, typer.Option(help="What AWS::Region is; else 'local', as scripts here see it.")
     ] = None,
-    files: Annotated[
-        list[Path] | None,
-        typer.Option("--files", help="A folder with copies of the files that the notebooks' scripts would download."),
-    ] = None,
     json: Json = False,
 ) -> None:
-    """Make the buckets and notebooks of a CloudFormation template as folders; say what is left out, and why.
+    """Make the buckets and notebooks of a CloudFormation template as folders; list what is not here.
 
     Nothing in the template is run and nothing is downloaded.
 
@@ -40,7 +36,7 @@ def sandbox(
     from racecraft.cli.output import print_json
     from racecraft.contract.errors import SettingError
     from racecraft.jobs.home import JobHome
-    from racecraft.sagemaker.sandbox.making import SandboxError, make
+    from racecraft.sagemaker.sandbox.making import make
     from racecraft.sagemaker.sandbox.stack import plan
     from racecraft.sagemaker.session import REGION
 
@@ -52,11 +48,8 @@ def sandbox(
         if key in given:
             raise SettingError(f"--parameter {key}: given twice; expected it once.")
         given[key] = value
-    for place in files or ():
-        if not place.is_dir():
-            raise SandboxError(f"--files {place}: there is no such folder; expected one with copies of files.")
     planned = plan(template, given, stack_name, region or REGION)
-    made = make(planned, folder or Path(planned.name), JobHome.of_user(), files or ())
+    made = make(planned, folder or Path(planned.name), JobHome.of_user())
     print_json(made.as_dictionary()) if json else _print(made)
 
 
@@ -68,12 +61,7 @@ def _print(made: Sandbox) -> None:
     for name, bucket in made.buckets.items():
         print(f"made     bucket {name}: {bucket}" + (" (stood already; kept)" if name in made.kept_buckets else ""))
     for name, notebook in made.notebooks.items():
-        found = made.files[name]
-        print(f"made     notebook {name}: {notebook} ({len(found.laid)} files)")
-        for path, source in found.missing.items():
-            print(f"missing  {path}: no copy lies here of {source}; put one there, or name its folder by --files")
-        for line in found.left:
-            print(f"not run  {line}")
+        print(f"made     notebook {name}: {notebook} (empty: copy the course's files there)")
     for fate in made.plan.fates:
         if fate.made is None:
             print(f"ignored  {fate.resource} ({fate.type}): {fate.why}")

@@ -1,22 +1,20 @@
 """CloudFormation's functions, worked out as plain values. Begin with `Functions.value`.
 
-    Ref  Fn::GetAtt  Fn::Sub  Fn::Join  Fn::Split  Fn::Select  Fn::FindInMap  Fn::GetAZs  Fn::Base64
-    Fn::If  Fn::Equals  Fn::And  Fn::Or  Fn::Not  Condition  Fn::Length  Fn::ToJsonString
+    Ref  Fn::GetAtt  Fn::Sub  Fn::Join  Fn::FindInMap  Fn::If
+    in conditions: Fn::Equals  Fn::And  Fn::Or  Fn::Not  Condition
 
-What asks the cloud itself (Fn::ImportValue, Fn::Transform, Fn::Cidr) raises `NotHereError`. Fn::Base64 gives its text
-as it is: nobody here would decode it.
+Other functions of CloudFormation raise `NotHereError`: names of buckets and notebooks and the outputs need none.
 
 Source: CloudFormation's reference, "Intrinsic function reference".
 """
 
 from __future__ import annotations
 
-import json
+import re
 from collections.abc import Mapping
 from typing import Any, NoReturn, Protocol
 
 from racecraft.contract.errors import UserInputError, nearest
-from racecraft.sagemaker.cloudformation.references import PLACEHOLDER
 from racecraft.sagemaker.cloudformation.source import At
 from racecraft.sagemaker.cloudformation.template import Template
 
@@ -24,11 +22,12 @@ NO_VALUE = object()
 """What `!Ref AWS::NoValue` is: its key or place is left out."""
 STAND_IN_REGION = "us-east-1"
 """Whose row of a mapping is taken where this machine's region has none."""
-ZONES = "abc"
+PLACEHOLDER = re.compile(r"\$\{([^!}][^}]*)\}")
+"""A name in the text of Fn::Sub; `${!Literal}` is none."""
 
 
 class NotHereError(UserInputError):
-    """A value rests on something that only the cloud has; the message is the reason alone."""
+    """A value needs a function that is not here; the message is the reason alone."""
 
 
 class Resolver(Protocol):
@@ -56,6 +55,7 @@ class Functions:
         self._template, self._resolver = template, resolver
         self._parameters = {**parameters, "AWS::NoValue": NO_VALUE}
         self._conditions: dict[str, bool] = {}
+        self._waiting: set[str] = set()
         self.notes: list[str] = []
         """What stands in for something else, a clause each."""
 
@@ -96,8 +96,13 @@ class Functions:
         if condition is None:
             return True
         if condition not in self._conditions:
-            told = self._template.conditions[condition]
-            self._conditions[condition] = self._truth(told, ("Conditions", condition))
+            at = ("Conditions", condition)
+            told = self._template.conditions.get(condition)
+            if told is None or condition in self._waiting:
+                why = "a condition that is not there" if told is None else "a condition that waits for itself"
+                self._refuse(at, why, "a condition of this template", nearest(condition, self._template.conditions))
+            self._waiting.add(condition)
+            self._conditions[condition] = self._truth(told, at)
         return self._conditions[condition]
 
     def _function(self, name: str, inside: Any, at: At) -> Any:
@@ -137,21 +142,6 @@ class Functions:
             self._refuse((*at, "1"), _kind(words), "a list of words")
         return self.text(between, (*at, "0")).join(words)
 
-    def _split(self, inside: Any, at: At) -> list[str]:
-        between, text = self._parts(inside, 2, at)
-        separator = self.text(between, (*at, "0"))
-        if not separator:
-            self._refuse((*at, "0"), "nothing", "what stands between the parts")
-        return self.text(text, (*at, "1")).split(separator)
-
-    def _select(self, inside: Any, at: At) -> Any:
-        place, parts = self._parts(inside, 2, at)
-        number, values = self.text(place, (*at, "0")), self.value(parts, (*at, "1"))
-        if not isinstance(values, list) or not (number.isdecimal() and int(number) < len(values)):
-            count = len(values) if isinstance(values, list) else 0
-            self._refuse(at, f"place {number} of {count}", "a place in the list, counted from 0")
-        return values[int(number)]
-
     def _find_in_map(self, inside: Any, at: At) -> Any:
         names = [self.text(part, (*at, str(place))) for place, part in enumerate(self._parts(inside, 3, at))]
         rows = self._template.mappings.get(names[0])
@@ -168,10 +158,6 @@ class Functions:
         if names[2] not in columns:
             self._refuse((*at, "2"), f"'{names[2]}'", f"a column of {names[0]}", nearest(names[2], columns))
         return columns[names[2]]
-
-    def _get_azs(self, inside: Any, at: At) -> list[str]:
-        region = self.text(inside, at) or self._parameters["AWS::Region"]
-        return [f"{region}{zone}" for zone in ZONES]
 
     def _if(self, inside: Any, at: At) -> Any:
         condition, then, otherwise = self._parts(inside, 3, at)
@@ -194,18 +180,9 @@ class Functions:
     def _condition(self, inside: Any, at: At) -> bool:
         return self.holds(self._name(inside, at))
 
-    def _length(self, inside: Any, at: At) -> str:
-        values = self.value(inside, at)
-        if not isinstance(values, list):
-            self._refuse(at, _kind(values), "a list")
-        return str(len(values))
-
-    def _to_json(self, inside: Any, at: At) -> str:
-        return json.dumps(self.value(inside, at), separators=(",", ":"))
-
-    def _of_the_cloud(self, inside: Any, at: At) -> Any:
+    def _not_here(self, inside: Any, at: At) -> Any:
         place = f"{self._template.path}:{self._template.source.line(at)}"
-        raise NotHereError(f"{place}: {at[-1]} asks AWS itself, and nobody there is asked.")
+        raise NotHereError(f"{place}: {at[-1]} is not here")
 
     def _truth(self, told: Any, at: At) -> bool:
         worked = self.value(told, at)
@@ -227,14 +204,14 @@ class Functions:
         self._template.source.refuse(at, found, expected, cure)
 
 
+_NOT_HERE = (
+    "Split", "Select", "GetAZs", "Base64", "Length", "ToJsonString", "ImportValue", "Transform", "Cidr",
+)  # fmt: skip
 _FUNCTIONS = {
     "Ref": Functions._ref, "Fn::GetAtt": Functions._get_att, "Fn::Sub": Functions._sub, "Fn::Join": Functions._join,
-    "Fn::Split": Functions._split, "Fn::Select": Functions._select, "Fn::FindInMap": Functions._find_in_map,
-    "Fn::GetAZs": Functions._get_azs, "Fn::Base64": Functions.value, "Fn::If": Functions._if,
-    "Fn::Not": Functions._not, "Fn::And": Functions._any_or_all, "Fn::Or": Functions._any_or_all,
-    "Fn::Equals": Functions._equals, "Condition": Functions._condition, "Fn::Length": Functions._length,
-    "Fn::ToJsonString": Functions._to_json, "Fn::ImportValue": Functions._of_the_cloud,
-    "Fn::Transform": Functions._of_the_cloud, "Fn::Cidr": Functions._of_the_cloud,
+    "Fn::FindInMap": Functions._find_in_map, "Fn::If": Functions._if, "Fn::Not": Functions._not,
+    "Fn::And": Functions._any_or_all, "Fn::Or": Functions._any_or_all, "Fn::Equals": Functions._equals,
+    "Condition": Functions._condition, **{f"Fn::{name}": Functions._not_here for name in _NOT_HERE},
 }  # fmt: skip
 
 

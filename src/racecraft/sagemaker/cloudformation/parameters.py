@@ -5,12 +5,11 @@ Source: CloudFormation's user guide, "Parameters".
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from typing import Any
 
 from racecraft.contract.errors import UserInputError, nearest
-from racecraft.sagemaker.cloudformation.source import At, TemplateError
+from racecraft.sagemaker.cloudformation.source import At
 from racecraft.sagemaker.cloudformation.template import Template
 
 HIDDEN = "****"
@@ -65,57 +64,17 @@ def _value(template: Template, name: str, said: Mapping[str, Any], given: Mappin
 
 
 def _allowed(template: Template, name: str, said: Mapping[str, Any], value: str) -> str:
-    """Return a value that the template allows.
+    """Return a value that is among AllowedValues; other limits are not checked, since nothing is deployed.
 
     Raises:
-        ParameterError: It does not.
+        ParameterError: It is not.
     """
     allowed = said.get("AllowedValues")
-    if isinstance(allowed, list) and value not in allowed:
-        if value.lower() in ("true", "false") and value.lower() in allowed:
-            return value.lower()  # YAML's True and the word "True" are one to whoever types it
-        raise _refusal(template, name, said, value, f"one of {', '.join(map(str, allowed))}")
-    pattern = said.get("AllowedPattern")
-    if isinstance(pattern, str) and not _matches(template, name, pattern, value):
-        raise _refusal(template, name, said, value, f"something like {pattern}")
-    if said["Type"] in ("Number", "List<Number>"):
-        _check_number(template, name, said, value)
-    for key, is_wrong in (("MinLength", lambda n: len(value) < n), ("MaxLength", lambda n: len(value) > n)):
-        if key in said and is_wrong(_limit(template, name, said, key)):
-            raise _refusal(template, name, said, value, f"{key} {said[key]}")
-    return value
-
-
-def _check_number(template: Template, name: str, said: Mapping[str, Any], value: str) -> None:
-    try:
-        number = float(value)
-    except ValueError:
-        raise _refusal(template, name, said, value, "a number") from None
-    if "MinValue" in said and number < _limit(template, name, said, "MinValue"):
-        raise _refusal(template, name, said, value, f"at least {said['MinValue']}")
-    if "MaxValue" in said and number > _limit(template, name, said, "MaxValue"):
-        raise _refusal(template, name, said, value, f"at most {said['MaxValue']}")
-
-
-def _limit(template: Template, name: str, said: Mapping[str, Any], key: str) -> float:
-    try:
-        return float(said[key])
-    except (TypeError, ValueError):
-        raise TemplateError(
-            template.path, repr(said[key]), "a number",
-            line=template.source.line(("Parameters", name, key)), key=f"Parameters.{name}.{key}",
-        ) from None  # fmt: skip
-
-
-def _matches(template: Template, name: str, pattern: str, value: str) -> bool:
-    try:
-        return re.fullmatch(pattern, value) is not None
-    except re.error as cause:
-        at = ("Parameters", name, "AllowedPattern")
-        raise TemplateError(
-            template.path, f"{pattern!r} ({cause})", "a regular expression", line=template.source.line(at),
-            key=".".join(at),
-        ) from cause  # fmt: skip
+    if not isinstance(allowed, list) or value in allowed:
+        return value
+    if value.lower() in ("true", "false") and value.lower() in allowed:
+        return value.lower()  # YAML's True and the word "True" are one to whoever types it
+    raise _refusal(template, name, said, value, f"one of {', '.join(map(str, allowed))}")
 
 
 def _refusal(template: Template, name: str, said: Mapping[str, Any], value: str, expected: str) -> ParameterError:

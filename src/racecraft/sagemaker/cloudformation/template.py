@@ -1,7 +1,6 @@
 """A template's sections, each part by its name. Begin with `read_template`.
 
-Reading refuses what CloudFormation itself refuses before it makes anything: unknown sections, resources without a
-type, references to nothing, circles.
+Reading refuses unknown sections and resources without a type.
 
 Source: CloudFormation's user guide, "Template anatomy".
 """
@@ -14,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import nearest
-from racecraft.sagemaker.cloudformation.references import check_references
 from racecraft.sagemaker.cloudformation.source import At, Source, TemplateError, read_source
 
 __all__ = ["Output", "Resource", "Template", "TemplateError", "read_template"]
@@ -94,7 +92,6 @@ def read_template(path: str | Path) -> Template:
     )
     if not template.resources:
         source.refuse(("Resources",), "nothing", "at least one resource")
-    check_references(source)
     return template
 
 

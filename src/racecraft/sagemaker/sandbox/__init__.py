@@ -1,6 +1,5 @@
 """A CloudFormation template's local equivalent.
 
-    fates.py      what becomes of each kind of resource, and why
     stack.py      a template worked out: buckets, notebooks, every resource's fate, outputs
     addresses.py  the cloud's addresses as addresses of this machine
     making.py     the folders and files, and the record by which scripts find them again
