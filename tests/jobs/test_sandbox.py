@@ -9,8 +9,6 @@ import pytest
 from racecraft.cli.app import main
 from racecraft.compat.foreign import run_script
 
-pytest.importorskip("yaml", reason="pyyaml is not installed")
-
 WORKSHOP = """\
 Description: a driver's workshop
 Parameters:

@@ -5,8 +5,6 @@ import pytest
 from racecraft.sagemaker.cloudformation.parameters import ParameterError, settled
 from racecraft.sagemaker.cloudformation.template import read_template
 
-pytest.importorskip("yaml", reason="pyyaml is not installed")
-
 
 def given(tmp_path, said, value):
     """Return what a parameter comes to that the template declares so."""

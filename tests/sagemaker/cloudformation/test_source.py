@@ -7,8 +7,6 @@ import pytest
 from racecraft.sagemaker.cloudformation import source
 from racecraft.sagemaker.cloudformation.source import Source, TemplateError, read_source
 
-pytest.importorskip("yaml", reason="pyyaml is not installed")
-
 
 def read(tmp_path, text):
     path = tmp_path / "t.yaml"

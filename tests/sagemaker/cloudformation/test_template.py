@@ -2,12 +2,9 @@
 
 import pytest
 
-from racecraft.contract.errors import MissingExtraError
 from racecraft.sagemaker.cloudformation.functions import Functions, NotHereError
 from racecraft.sagemaker.cloudformation.parameters import ParameterError, settled, shown
 from racecraft.sagemaker.cloudformation.template import Output, Resource, TemplateError, read_template
-
-pytest.importorskip("yaml", reason="pyyaml is not installed")
 
 HEAD = """\
 Parameters:
@@ -229,9 +226,3 @@ Resources: {A: {Type: T}}
     ):
         with pytest.raises(ParameterError, match=letter):
             settled(template, given)
-
-
-def test_without_the_package_the_lack_is_said_by_name(tmp_path, monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "yaml", None)
-    with pytest.raises(MissingExtraError, match=r"pip install 'racecraft\[unity\]'"):
-        read_template(written(tmp_path, HEAD))

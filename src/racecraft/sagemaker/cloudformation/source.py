@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
 
-from racecraft.contract.errors import InputFileError, MissingExtraError, nearest
+from racecraft.contract.errors import InputFileError, nearest
 
 At = tuple[str, ...]
 """Where something stands: keys and list places from the top."""
@@ -65,9 +65,9 @@ def read_source(path: str | Path) -> Source:
 
     Raises:
         TemplateError: It cannot be read, is no YAML, or says what CloudFormation does not allow.
-        MissingExtraError: PyYAML is not installed.
     """
-    yaml = _yaml()
+    import yaml  # type: ignore[import-untyped,unused-ignore]
+
     source = Source(Path(path))
     text = _text(source)
     try:
@@ -80,16 +80,6 @@ def read_source(path: str | Path) -> Source:
         ) from cause  # fmt: skip
     source.values = None if node is None else _Values(source).of(node, ())
     return source
-
-
-def _yaml() -> Any:
-    try:
-        import yaml  # type: ignore[import-untyped,unused-ignore]
-    except ImportError as cause:
-        raise MissingExtraError(
-            "Reading a template needs the package 'pyyaml', which is not installed. pip install 'racecraft[unity]'"
-        ) from cause
-    return yaml
 
 
 def _text(source: Source) -> str:

@@ -72,7 +72,6 @@ def read_template(path: str | Path) -> Template:
 
     Raises:
         TemplateError: It cannot be read or used; file, line and key are named.
-        MissingExtraError: PyYAML is not installed.
     """
     source = read_source(path)
     top = source.values

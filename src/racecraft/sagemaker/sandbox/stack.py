@@ -94,7 +94,6 @@ def plan(path: str | Path, given: Mapping[str, str], name: str | None = None, re
         TemplateError: The template cannot be used.
         ParameterError: A parameter is missing or not allowed.
         StackError: A name in it can be no bucket, notebook or stack.
-        MissingExtraError: PyYAML is not installed.
     """
     template = read_template(path)
     name = name or stack_name_of(template.path)
