@@ -1,10 +1,10 @@
 """Locks: who holds one, what stands in its file meanwhile, and how it lies on Windows, by a stand-in of its calls."""
 
-import ctypes
 import datetime
 import gc
 import json
 import os
+import subprocess
 import sys
 import weakref
 from types import SimpleNamespace
@@ -90,19 +90,11 @@ def test_a_file_that_names_nobody_is_held_by_nobody(tmp_path, text):
     assert holder(tmp_path / "gone") is None
 
 
-@pytest.mark.parametrize(("raised", "expected"), [(None, 77), (ProcessLookupError, None), (PermissionError, 77)])
-def test_a_holder_counts_while_it_lives_somebody_elses_too(tmp_path, monkeypatch, raised, expected):
-    asked = []
-
-    def kill(pid, signal):
-        asked.append((pid, signal))
-        if raised is not None:
-            raise raised
-
-    monkeypatch.setattr(os, "kill", kill)
-    (tmp_path / "run.lock").write_text('{"pid": 77}')
-    assert holder(tmp_path) == expected
-    assert asked == [(77, 0)], "signal 0 does nothing to it"
+def test_a_holder_counts_while_it_lives(tmp_path):
+    with subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE) as other:
+        (tmp_path / "run.lock").write_text(f'{{"pid": {other.pid}}}')
+        assert holder(tmp_path) == other.pid
+    assert holder(tmp_path) is None
 
 
 def test_a_place_that_cannot_be_written_gets_a_letter(tmp_path):
@@ -122,21 +114,3 @@ def test_on_windows_one_byte_far_behind_the_text_is_locked(tmp_path, monkeypatch
     assert (tmp_path / "a.lock").read_text().startswith('{"pid"'), "the words stand at the beginning"
     held.release()
     assert calls[1:] == [(0, 1, 1_048_576)]
-
-
-@pytest.mark.parametrize(("handle", "expected"), [(5, 77), (0, None)])
-def test_on_windows_a_holder_lives_whose_process_can_be_opened(tmp_path, monkeypatch, handle, expected):
-    """0x1000 is PROCESS_QUERY_LIMITED_INFORMATION in Microsoft's list of rights; what is opened is closed."""
-    asked, closed = [], []
-
-    def opened(*words):
-        asked.append(words)
-        return handle
-
-    kernel = SimpleNamespace(OpenProcess=opened, CloseHandle=closed.append)
-    monkeypatch.setattr(ctypes, "windll", SimpleNamespace(kernel32=kernel), raising=False)
-    monkeypatch.setattr(sys, "platform", "win32")
-    (tmp_path / "run.lock").write_text('{"pid": 77}')
-    assert holder(tmp_path) == expected
-    assert asked == [(0x1000, False, 77)]
-    assert closed == [handle] * bool(handle)
