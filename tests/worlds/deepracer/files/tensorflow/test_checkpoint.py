@@ -9,8 +9,7 @@ from racecraft.worlds.deepracer.files.tensorflow.checkpoint import (
     read_checkpoint,
     write_checkpoint,
 )
-from racecraft.worlds.deepracer.files.tensorflow.crc32c import masked_crc32c
-from racecraft.worlds.deepracer.files.tensorflow.table import read_table, write_table
+from racecraft.worlds.deepracer.files.tensorflow.table import masked_crc32c, read_table, write_table
 from racecraft.worlds.deepracer.files.tensorflow.tensors import write_shape
 from racecraft.worlds.deepracer.files.tensorflow.wire import bytes_field, fixed32_field, varint_field
 

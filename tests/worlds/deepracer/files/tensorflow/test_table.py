@@ -4,8 +4,13 @@ import struct
 
 import pytest
 
-from racecraft.worlds.deepracer.files.tensorflow.crc32c import masked_crc32c
-from racecraft.worlds.deepracer.files.tensorflow.table import BLOCK_BYTES, RESTART_EVERY, read_table, write_table
+from racecraft.worlds.deepracer.files.tensorflow.table import (
+    BLOCK_BYTES,
+    RESTART_EVERY,
+    masked_crc32c,
+    read_table,
+    write_table,
+)
 from racecraft.worlds.deepracer.files.tensorflow.wire import WireError, read_varint, varint
 
 

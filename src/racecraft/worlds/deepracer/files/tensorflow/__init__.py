@@ -5,7 +5,6 @@
     graph.py        a graph of named nodes: `model.pb`, and what a `.meta` file holds
     table.py        sorted tables of keys and values: what a `.index` file is
     checkpoint.py   named arrays: `.index` and `.data-00000-of-00001`
-    crc32c.py       the checksum over both
     arithmetic.py   what a graph computes, in NumPy
 
 Everything read is a stranger's: sizes are checked before anything is made of them, and nothing that is read runs.

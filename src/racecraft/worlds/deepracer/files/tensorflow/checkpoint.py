@@ -17,8 +17,7 @@ from racecraft.contract.errors import InputFileError
 from racecraft.contract.world import Array
 from racecraft.formats.mapped_file import map_file
 from racecraft.formats.whole import write_whole
-from racecraft.worlds.deepracer.files.tensorflow.crc32c import masked_crc32c
-from racecraft.worlds.deepracer.files.tensorflow.table import read_table, write_table
+from racecraft.worlds.deepracer.files.tensorflow.table import masked_crc32c, read_table, write_table
 from racecraft.worlds.deepracer.files.tensorflow.tensors import (
     CODES,
     TYPES,

@@ -7,7 +7,7 @@
 A block is a row of (bytes shared with the key before, bytes that are new, bytes of value, the new bytes, the value),
 then where the full keys stand, how many of them, one byte for the compression and a checksum over it all.
 
-Source: facts: LevelDB's `table_format.md`; TensorFlow's `lib/io/format.cc` writes the same.
+Source: facts: LevelDB's `table_format.md` and `crc32c.h` (the mask); TensorFlow's `lib/io/format.cc` writes the same.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ from __future__ import annotations
 import struct
 from collections.abc import Mapping
 
-from racecraft.worlds.deepracer.files.tensorflow.crc32c import masked_crc32c
+import google_crc32c
+
+from racecraft.contract.world import Array
 from racecraft.worlds.deepracer.files.tensorflow.wire import WireError, read_varint, varint
 
 FOOTER_BYTES = 48
@@ -25,6 +27,17 @@ RESTART_EVERY = 16
 BLOCK_BYTES = 4096
 """A data block is closed when it grows beyond this."""
 _TRAILER = 5
+_MASK = 0xA282EAD8
+
+
+def masked_crc32c(data: bytes | Array) -> int:
+    """Return the CRC-32C of bytes as LevelDB stores it: rotated by 15 bits, and a constant added.
+
+    >>> hex(masked_crc32c(b"123456789"))
+    '0xc78ab0e5'
+    """
+    crc = google_crc32c.value(data)
+    return ((crc >> 15 | crc << 17) + _MASK) & 0xFFFFFFFF
 
 
 def read_table(data: bytes) -> dict[bytes, bytes]:
