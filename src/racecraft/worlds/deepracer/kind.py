@@ -42,6 +42,7 @@ KIND = WorldKind(
         Command("notebooks", f"{CLI}.notebooks:notebooks", UNDERSTAND),
         Command("replay", f"{CLI}.replay:replay", UNDERSTAND),
         Command("line", f"{CLI}.line:line", UNDERSTAND),
+        Command("actions", f"{CLI}.actions:actions", UNDERSTAND),
         Command("tracks", f"{CLI}.tracks:app"),
         Command("import", f"{CLI}.import_model:import_", EXCHANGE),
         Command("init", f"{CLI}.init:init", EXCHANGE),

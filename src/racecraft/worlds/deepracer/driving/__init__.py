@@ -10,6 +10,9 @@
     action_tables.py  action tables by a short text
     lap_times.py      all of these for one track, car and table
     line_file.py      a line as .csv, .npy or a Python list
+    demand.py         turns, and what a table cannot give them
+    action_design.py  the table that loses least time
+    log_actions.py    which actions of a table a log chose
     known_laps.py     the best known laps, a table shipped with the package
 
 Begin with `planner.plan_best_lap`.

@@ -120,7 +120,7 @@ def plan_best_lap(
     return best
 
 
-GRID_ANGLES, GRID_SPEEDS = 13, 5
+GRID_ANGLES, GRID_SPEEDS = 9, 4
 
 
 def grid_of(actions: ActionSpace) -> np.ndarray:
