@@ -83,7 +83,7 @@ WRONG = [  # what is written, what is done to the folder, what is typed, what th
     (run_env("DR_CAR_NAME='fast"), None, START, "run.env:2: DR_CAR_NAME", "closed on the same line"),
     (run_env("DR_CAR_NAME"), None, START, "run.env:2", "expected lines of KEY=VALUE"),
     ({"system.env": "DR_WORKERS 4\n"}, None, START, "system.env:1", "expected lines of KEY=VALUE"),
-    ({"system.env": b"\xff\xfe\x00"}, None, START, "system.env", "no UTF-8 text"),
+    ({"system.env": b"\xff\xfe\x00"}, None, START, "system.env", "text in UTF-16"),
     # values
     (run_env("DR_RUN_ID=one"), None, START, "run.env:2: DR_RUN_ID", "a whole number from 0 to 999"),
     (run_env("DR_RUN_ID=-1"), None, START, "run.env:2: DR_RUN_ID", "a whole number from 0 to 999"),
@@ -142,6 +142,8 @@ WRONG = [  # what is written, what is done to the folder, what is typed, what th
             ("start-metrics",), ("start-loganalysis",),
         )
     ),
+    ({}, model, ("dr", "start-loganalysis"), "bucket/rl-deepracer-sagemaker: no row of a simulation trace yet",
+     "dr-logs-sagemaker shows how far"),
     ({}, model, ("dr", "increment-training"), "Train rl-deepracer-sagemaker-1 next", "expected -f"),
     ({}, model, ("dr", "increment-training", "-f", "-p", "../x"), "'../x'", "leaves the bucket"),
     ({}, model, ("dr", "increment-training", "-f", "-p", "rl-deepracer-sagemaker"), "-p rl-deepracer", "another one"),

@@ -4,6 +4,7 @@
 
     RacecraftError                 anything we raise on purpose
     ├── UserInputError             something the user gave; commands end with exit code 2
+    │   ├── SeveralFaultsError     several of the following, reported together
     │   ├── SettingError           a setting's name or value
     │   ├── InputFileError         a file: says where, what was found, what was expected, what to do
     │   │   ├── TrackError         a track's name or its waypoints
@@ -21,9 +22,14 @@ Rooms with errors of their own derive them from this tree.
 
 from __future__ import annotations
 
+import contextlib
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+
+MAX_SHOWN_FAULTS = 20
+MAX_SHOWN_CHARACTERS = 300
+"""Of what stands in a user's file; a value may be as long as the file."""
 
 
 class RacecraftError(Exception):
@@ -32,6 +38,52 @@ class RacecraftError(Exception):
 
 class UserInputError(RacecraftError):
     """Something the user gave cannot be used; the command line ends with exit code 2."""
+
+
+class SeveralFaultsError(UserInputError):
+    """Several things cannot be used; the message holds a line for each.
+
+    Args:
+        faults: The errors, in the order in which they were found.
+    """
+
+    def __init__(self, faults: Sequence[UserInputError]) -> None:
+        self.faults = tuple(faults)
+        lines = [f"  {fault}" for fault in self.faults[:MAX_SHOWN_FAULTS]]
+        if len(self.faults) > MAX_SHOWN_FAULTS:
+            lines.append(f"  and {len(self.faults) - MAX_SHOWN_FAULTS} more")
+        super().__init__("\n".join([f"{len(self.faults)} faults:", *lines]))
+
+
+class Faults:
+    """Collects errors of the user's input, so that they are reported together."""
+
+    def __init__(self) -> None:
+        self.found: list[UserInputError] = []
+
+    @contextlib.contextmanager
+    def collect(self) -> Iterator[None]:
+        """Keep an error that is raised inside, and go on behind."""
+        try:
+            yield
+        except SeveralFaultsError as error:
+            self.found += error.faults
+        except UserInputError as error:
+            self.found.append(error)
+
+    def error(self) -> UserInputError:
+        """Return the only error that was collected, or one that holds them all."""
+        return self.found[0] if len(self.found) == 1 else SeveralFaultsError(self.found)
+
+    def raise_found(self) -> None:
+        """Raise what was collected; do nothing where there is none.
+
+        Raises:
+            UserInputError: The only error.
+            SeveralFaultsError: All of them, where there are several.
+        """
+        if self.found:
+            raise self.error()
 
 
 class SettingError(UserInputError):
@@ -63,8 +115,8 @@ class InputFileError(UserInputError):
         self.path = Path(path)
         self.found, self.expected, self.cure = found, expected, cure
         self.line, self.key = line, key
-        place = f"{path}" + (f":{line}" if line is not None else "") + (f": {key}" if key else "")
-        letter = f"{place}: {found}; expected {expected}."
+        place = f"{path}" + (f":{line}" if line is not None else "") + (f": {shortened(key)}" if key else "")
+        letter = f"{place}: {shortened(found)}; expected {expected}."
         super().__init__(f"{letter} {cure}" if cure else letter)
 
 
@@ -102,6 +154,17 @@ class MissingExtraError(UserInputError):
 
 class ContractError(RacecraftError):
     """A world or a policy broke its promise."""
+
+
+def shortened(text: str, most: int = MAX_SHOWN_CHARACTERS) -> str:
+    r"""Return a text with its middle left out where it is long, and with what no terminal can show escaped.
+
+    >>> shortened("a" * 1000, 9), shortened("half " + chr(0xD83D))
+    ('aaaa…aaaa', 'half \\\\ud83d')
+    """
+    if len(text) > most:
+        text = f"{text[: most // 2]}…{text[-(most // 2) :]}"
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

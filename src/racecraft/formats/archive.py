@@ -25,6 +25,7 @@ from pathlib import Path, PurePosixPath
 from typing import IO, BinaryIO
 
 from racecraft.contract.errors import InputFileError
+from racecraft.formats.user_file import other_content, require_regular_file
 from racecraft.formats.whole import make_folder, whole_file
 
 PIECE = 2**20
@@ -121,7 +122,8 @@ def kind_of(file: BinaryIO) -> str:
         b"\xfd7zXZ": "packed by xz", b"7z\xbc\xaf": "a 7z archive", b"Rar!": "a RAR",
     }  # fmt: skip
     return next(
-        (kind for magic, kind in kinds.items() if head.startswith(magic)), "not an archive" if head else "empty"
+        (kind for magic, kind in kinds.items() if head.startswith(magic)),
+        other_content(head) or ("not an archive" if head else "empty"),
     )
 
 
@@ -173,6 +175,8 @@ def members(source: str | Path | bytes, kind: str, limits: Limits | None = None)
     """
     path = Path("the archive") if isinstance(source, bytes) else Path(source)
     limits = limits or Limits()
+    if not isinstance(source, bytes):
+        require_regular_file(path, ArchiveError, kind)
     with _told_of_damage(path, kind), io.BytesIO(source) if isinstance(source, bytes) else open(path, "rb") as file:
         packed = file.seek(0, io.SEEK_END)
         file.seek(0)

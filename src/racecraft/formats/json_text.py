@@ -16,11 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from racecraft.contract.errors import InputFileError
+from racecraft.formats.user_file import read_user_text, typing_hint
 
 Step = str | int
 """One step into a document: a key of an object or a place in a list."""
 
 _STRING_OR_COMMENT = re.compile(r'"(?:\\.|[^"\\\n])*"|//[^\n]*|#[^\n]*|/\*.*?\*/', re.DOTALL)
+_OTHER_COMMENTS = ("<!--", "--", ";", "%", "'''", "rem ", "REM ")
 _SPACE = re.compile(r"\s*")
 _SCALAR = re.compile(r'"(?:\\.|[^"\\])*"|[^\s,\]}]+')
 
@@ -72,22 +74,34 @@ def read_json(path: str | Path, error: type[InputFileError], kind: str) -> JsonD
         InputFileError: Of the kind `error`: the file is missing, no text, empty, or no JSON; with line where known.
     """
     path = Path(path)
-    text = _read_text(path, error, kind)
-    if not text.strip():
-        raise error(path, "the file is empty", kind)
+    text = read_user_text(path, error, kind)
     plain = _without_comments(text)
-    notes = [] if plain == text else ["comments were passed over; AWS reads JSON without comments"]
+    notes = [] if plain == text else ["comments were passed over; take them out for AWS, which reads none"]
     twice: list[str] = []
     try:
         value = json.loads(plain, object_pairs_hook=lambda pairs: _as_dict(pairs, twice))
     except json.JSONDecodeError as wrong:
         comma = _trailing_comma(plain, wrong)
         line = wrong.lineno if comma is None else plain[:comma].count("\n") + 1
-        raise error(path, f"no valid JSON, {_what_is_wrong(plain, wrong)}", kind, line=line) from None
+        found = f"no valid JSON, {_what_is_wrong(plain, wrong)}"
+        raise error(path, found, kind, _what_to_do(plain, wrong), line=line) from None
     except (RecursionError, ValueError):
         raise error(path, "values nested too deeply, or a number too long, to be read", kind) from None
     notes += [f"'{key}' is given twice; the last one counts" for key in twice]
     return JsonDocument(path, value, plain, tuple(notes), error)
+
+
+def parse_json(text: str | bytes) -> Any:
+    """Return what JSON holds; whatever is wrong with it is a ValueError.
+
+    >>> parse_json("[" * 100_000)
+    Traceback (most recent call last):
+    ValueError: values nested too deeply
+    """
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise ValueError("values nested too deeply") from None
 
 
 def as_number(value: Any) -> float | int | None:
@@ -126,23 +140,6 @@ def key_text(*steps: Step) -> str:
     return text
 
 
-def _read_text(path: Path, error: type[InputFileError], kind: str) -> str:
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise error(path, "there is no such file", kind) from None
-    except IsADirectoryError:
-        raise error(path, "a folder", f"a file with {kind}") from None
-    except OSError as wrong:
-        raise error(path, f"the file cannot be read ({wrong.strerror})", kind) from wrong
-    wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
-    try:
-        return data.decode("utf-16" if wide else "utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
-    except UnicodeDecodeError as wrong:
-        line = data[: wrong.start].count(b"\n") + 1
-        raise error(path, f"byte {wrong.start} is no UTF-8 text", "a text file in UTF-8", line=line) from None
-
-
 def _without_comments(text: str) -> str:
     """Return the text with comments replaced by spaces, so that every line keeps its number."""
 
@@ -175,6 +172,14 @@ def _what_is_wrong(text: str, wrong: json.JSONDecodeError) -> str:
         return "it ends too early (a bracket or quote is not closed)"
     rest = here.partition("\n")[0][:40]
     return f"{wrong.msg[:1].lower()}{wrong.msg[1:]} at column {wrong.colno}, before {rest!r}"
+
+
+def _what_to_do(text: str, wrong: json.JSONDecodeError) -> str:
+    """Return a hint for what people write in JSON; empty where none fits."""
+    mark = next((mark for mark in _OTHER_COMMENTS if text[wrong.pos :].lstrip().startswith(mark)), None)
+    if mark is not None:
+        return f"{mark} begins no comment here: JSON has none, and of others only //, # and /* */ are passed over."
+    return typing_hint(text.split("\n")[wrong.lineno - 1])
 
 
 def _as_dict(pairs: list[tuple[str, Any]], twice: list[str]) -> dict[str, Any]:

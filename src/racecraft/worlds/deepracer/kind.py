@@ -30,6 +30,7 @@ KIND = WorldKind(
     status_labels="racecraft.worlds.deepracer.files.training_metrics:STATUS_LABELS",
     commands=(
         Command("new", f"{CLI}.new:new", TRAIN),
+        Command("check", f"{CLI}.check:check", TRAIN),
         Command("train", f"{CLI}.train:train", TRAIN),
         Command("explain", f"{CLI}.explain:explain", TRAIN),
         Command("evaluate", f"{CLI}.evaluate:evaluate", JUDGE),

@@ -156,6 +156,13 @@ def test_the_shell_counts_before_the_files_where_they_are_as_it_read_them(tmp_pa
     assert same.notes == ()
 
 
+def test_what_dr_update_env_itself_put_into_the_shell_is_not_reported(tmp_path):
+    installation(tmp_path, "DR_WORLD_NAME=Monaco\n")
+    assert open_drfc_folder(tmp_path, shell={"DR_RUN_ID": "0"}).notes == ()
+    (note,) = open_drfc_folder(tmp_path, shell={"DR_RUN_ID": "1"}).notes
+    assert note == "set in the shell, which counts before the files: DR_RUN_ID"
+
+
 def test_an_experiments_files_come_before_the_installations(tmp_path):
     own = {"experiments__e__run": "DR_CAR_NAME=Two\n", "experiments__s__system": "DR_WORLD_NAME=Spain_track\n"}
     installation(tmp_path, "DR_EXPERIMENT_NAME=e\nDR_CAR_NAME=One\n", "DR_WORLD_NAME=Monaco\n", **own)

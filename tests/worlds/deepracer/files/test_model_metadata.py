@@ -193,8 +193,20 @@ WRONG = [  # changes, what the letter must hold: line (None where there can be n
     ({"action_space": None}, None, "action_space", "missing", "list of actions"),
     ({"action_space": []}, 2, "action_space", "0 action", "2 actions or more"),
     ({"action_space": "left"}, 2, "action_space", "a word", "list of actions"),
-    ({"action_space": [1, 2]}, 3, "action_space[0]", "a number", "steering_angle and speed"),
-    ({"action_space": [{"speed": 1}, {"speed": 1}]}, 3, "action_space[0]", "no 'steering_angle'", "degrees"),
+    (
+        {"action_space": [1, {"steering_angle": 0, "speed": 1}]},
+        3,
+        "action_space[0]",
+        "a number",
+        "steering_angle and speed",
+    ),
+    (
+        {"action_space": [{"speed": 1}, {"steering_angle": 0, "speed": 1}]},
+        3,
+        "action_space[0]",
+        "no 'steering_angle'",
+        "degrees",
+    ),
     ({"action_space": action(speed="fast")}, 9, "action_space[1].speed", "'fast'", "a number, in m/s"),
     ({"action_space": action(speed=10**400)}, 9, "action_space[1].speed", "1000", "a number, in m/s"),
     ({"action_space": action(speed=float("nan"))}, 9, "action_space[1].speed", "nan", "a number, in m/s"),
@@ -267,7 +279,7 @@ def test_broken_json_gets_a_letter_with_the_line(tmp_path, text, line, found):
 
 def test_a_missing_file_a_folder_and_no_text_are_told_apart(tmp_path):
     (tmp_path / "bytes.json").write_bytes(b'{\n"a": "\xff\xfe\xfa"}')
-    for name, found in [("nothing.json", "no such file"), (".", "a folder"), ("bytes.json", "no UTF-8 text")]:
+    for name, found in [("nothing.json", "no such file"), (".", "a folder"), ("bytes.json", "not UTF-8")]:
         with pytest.raises(MetadataError, match=found):
             read_model_metadata(tmp_path / name)
 

@@ -257,7 +257,7 @@ def test_a_missing_file_and_a_file_that_is_no_text_get_letters(tmp_path):
     with pytest.raises(RewardFileError, match=r"nothing\.py: there is no such file"):
         load_reward_function(tmp_path / "nothing.py")
     (tmp_path / "r.py").write_bytes(b"x = '\xff\xfe\xfd'\n")
-    with pytest.raises(RewardFileError, match="no text that Python reads"):
+    with pytest.raises(RewardFileError, match="not UTF-8"):
         load_reward_function(tmp_path / "r.py")
 
 

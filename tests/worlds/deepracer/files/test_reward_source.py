@@ -46,7 +46,7 @@ def test_what_is_no_python_is_refused_with_its_line(tmp_path):
     (tmp_path / "r.py").write_text(" \n\t\n")
     with pytest.raises(RewardFileError, match="the file is empty"):
         read_reward_source(tmp_path / "r.py")
-    with pytest.raises(RewardFileError, match="cannot be read"):
+    with pytest.raises(RewardFileError, match="a folder"):
         read_reward_source(tmp_path)
 
 

@@ -78,3 +78,10 @@ def test_values_are_texts_and_lists_of_texts(tmp_path, text, params):
             read_params(tmp_path / "p.yaml")
     else:
         assert read_params(tmp_path / "p.yaml") == params
+
+
+def test_what_is_no_text_gets_a_letter(tmp_path):
+    (tmp_path / "p.yaml").write_bytes(b"\xff\xfe\xfd")
+    for path, words in ((tmp_path / "p.yaml", "text in UTF-16"), (tmp_path, "a folder")):
+        with pytest.raises(ParamsFileError, match=words):
+            read_params(path)

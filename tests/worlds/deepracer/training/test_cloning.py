@@ -1,5 +1,7 @@
 """A car that learned alone goes among others, and back: what its network keeps, and what is refused."""
 
+import shutil
+
 import numpy as np
 import pytest
 from tests.worlds.deepracer.training.test_run_env_effects import SMALL, Silence
@@ -9,6 +11,7 @@ from racecraft.formats.checkpoint import Checkpoints
 from racecraft.players.trained import load_policy
 from racecraft.training.worlds import train
 from racecraft.worlds.deepracer.env.race import CRITIC_OBJECT_NUMBERS
+from racecraft.worlds.deepracer.export.car_model import export_to_car
 from racecraft.worlds.deepracer.training.cloning import CRITIC, fit_critic
 from racecraft.worlds.deepracer.training.plan import RaceRequest
 
@@ -95,3 +98,19 @@ def test_weights_are_taken_however_those_of_today_would_begin(alone, tmp_path):
     begun = first_weights(trained(tmp_path / "r", "network.initialisation=glorot", clone_from=f"{alone.path}:1"))
     for name, values in Checkpoints(alone.checkpoints).load_policy("1")[0].items():
         np.testing.assert_array_equal(begun[name], values, name)
+
+
+@pytest.mark.parametrize("has_metadata", [True, False])
+def test_a_graph_of_ones_own_fast_car_clones_without_flags(alone, tmp_path, has_metadata):
+    """The graph holds the policy; the critic begins anew. Without metadata beside it, the car's own is taken."""
+    archive = export_to_car(alone.path, "1", tmp_path / "car.tar.gz").path
+    shutil.unpack_archive(archive, tmp_path)
+    graph = tmp_path / "agent" / "model.pb"
+    if not has_metadata:
+        (tmp_path / "model_metadata.json").unlink()
+    begun = first_weights(trained(tmp_path / "clone", clone_from=str(graph)))
+    learned = Checkpoints(alone.checkpoints).load_policy("1")[0]
+    assert begun.keys() == learned.keys()
+    for name in begun:
+        if name.startswith("policy"):
+            np.testing.assert_allclose(begun[name], learned[name], atol=1e-6, err_msg=name)

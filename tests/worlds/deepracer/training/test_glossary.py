@@ -39,7 +39,10 @@ def test_every_variable_is_explained():
     [
         ("lr", "Learning rate"), ("learning RATE", "Learning rate"), ("beta entropy", "Entropy"),
         ("gradient-descent batch size", "Gradient descent batch size"), ("ppo.discount", "Discount factor"),
-        ("DR_WORLD_NAME", "Track"), ("--from RUN", "Clone"), ("SIM_TRACE_LOG", "Logs"),
+        ("Object avoidance", "Obstacles"), ("Time trial", "race.type"),
+        ("Stereo camera", "STEREO_CAMERAS"), ("Head-to-bot", "Bot cars"),
+        ("Head to head racing", "Head-to-bot"), ("DR_WORLD_NAME", "Track"), ("--from RUN", "Clone"),
+        ("SIM_TRACE_LOG", "Logs"),
     ],
 )  # fmt: skip
 def test_a_word_is_found_under_any_of_its_names(word, name):
@@ -50,3 +53,9 @@ def test_part_of_a_name_finds_all_that_hold_it_and_a_slip_the_nearest():
     assert {name for term in find_terms("epsilon") for name in term.names} >= {"epsilon_steps", "e_greedy_value"}
     assert nearest_names("beta_entrpy")[0] == "beta_entropy"
     assert find_terms("beta_entrpy") == []
+
+
+def test_figures_for_telegraf_are_found_at_the_port_of_the_training():
+    for variable in ("DR_TELEGRAF_HOST", "DR_TELEGRAF_PORT"):
+        (term,) = find_terms(variable)
+        assert "--metrics-port" in term.meaning

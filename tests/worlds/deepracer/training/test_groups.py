@@ -9,7 +9,7 @@ import pytest
 from tests.worlds.deepracer.training.test_courses import FOUR_CARS
 from tests.worlds.deepracer.training.test_run_env_effects import Silence
 
-from racecraft.contract.errors import RunFolderError, SettingError, TrackError
+from racecraft.contract.errors import RunFolderError, SettingError, TrackError, UserInputError
 from racecraft.training.worlds import resume, train
 from racecraft.worlds.deepracer.files.generalisation import COLUMNS, read_generalisation
 from racecraft.worlds.deepracer.tracks.catalogue import load_track, names
@@ -242,7 +242,7 @@ def test_a_file_of_groups(tmp_path):
     ]
     for text in ("{}", "[1]", "[]", "["):
         path.write_text(text)
-        with pytest.raises(SettingError, match=r"groups\.json: "):
+        with pytest.raises(UserInputError, match=r"groups\.json:"):
             read_groups(path)
 
 

@@ -275,7 +275,7 @@ def _with_shell(env: RunEnv, shell: Mapping[str, str], digest: str) -> tuple[Run
     differing = {
         name: value
         for name, value in said.items()
-        if value and value != env.values.get(name) and name not in ("DR_DIR", "DR_CONFIG")
+        if value and value != (env.values.get(name) or default_text(name, env)) and name not in ("DR_DIR", "DR_CONFIG")
     }
     if not differing:
         return env, ()

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from racecraft.contract.errors import HyperparameterError, nearest
+from racecraft.contract.errors import Faults, HyperparameterError, nearest
 from racecraft.formats.json_text import JsonDocument, as_number, read_json
 from racecraft.formats.whole import write_whole
 
@@ -142,6 +142,7 @@ def read_hyperparameters(path: str | Path) -> Hyperparameters:
     Raises:
         HyperparameterError: The file is missing or no JSON, or a value is of the wrong kind or out of range; the
             letter names file, line and key.
+        SeveralFaultsError: Several values are.
     """
     document = read_json(path, HyperparameterError, _KIND)
     if not isinstance(document.value, dict):
@@ -149,12 +150,15 @@ def read_hyperparameters(path: str | Path) -> Hyperparameters:
     notes = list(document.notes)
     values: dict[str, Any] = {}
     unknown: dict[str, Any] = {}
+    faults = Faults()
     for key, written in document.value.items():
         name = _name_of(key, notes)
         if name is None:
             unknown[key] = written
         elif written is not None:
-            values[name] = _read_value(document, key, name, notes)
+            with faults.collect():
+                values[name] = _read_value(document, key, name, notes)
+    faults.raise_found()
     return replace(Hyperparameters(**values), unknown=unknown, notes=tuple(notes))
 
 

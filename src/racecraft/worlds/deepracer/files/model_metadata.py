@@ -11,12 +11,12 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from racecraft.contract.errors import MetadataError, nearest
+from racecraft.contract.errors import Faults, MetadataError, nearest
 from racecraft.formats.json_text import JsonDocument, Step, as_number, kind_of, read_json
 from racecraft.formats.whole import write_whole
 from racecraft.worlds.deepracer.files.lidar_config import LIDARS, lidar_notes, read_lidar_config
@@ -26,8 +26,17 @@ MIN_SPEED_MPS, MAX_SPEED_MPS = 0.1, 4.0
 """What is sent to a car is clipped to ±30 degrees and to these speeds. Any number may be written: AWS checked no range,
 and its reward functions and traces saw the number as written (facts 1.2, 9.7)."""
 CONSOLE_MAX_ACTIONS = 30
+MAX_ACTIONS = 1000
+"""Each is an output of the network; layers and logs of far more outgrow memory."""
 
 CAMERAS = ("FRONT_FACING_CAMERA", "LEFT_CAMERA", "STEREO_CAMERAS", "observation")
+OTHER_SENSORS = {
+    **dict.fromkeys(
+        ("front_camera", "front_facing", "front-facing_camera", "front-facing camera", "camera"), CAMERAS[0]
+    ),
+    **dict.fromkeys(("stereo_camera", "stereo camera", "stereo"), CAMERAS[2]),
+}
+"""Other names of sensors that can mean only one."""
 NETWORKS = (
     "DEEP_CONVOLUTIONAL_NETWORK_SHALLOW",
     "DEEP_CONVOLUTIONAL_NETWORK",
@@ -149,21 +158,27 @@ def read_model_metadata(path: str | Path) -> ModelMetadata:
     Raises:
         MetadataError: The file is missing or no JSON, or a value is of the wrong kind or out of range; the letter
             names file, line and key.
+        SeveralFaultsError: Several values are.
     """
     document = read_json(path, MetadataError, _KIND)
     if not isinstance(document.value, dict):
         raise MetadataError(path, f"the file holds {kind_of(document.value)}", _KIND, line=1)
     notes = list(document.notes)
-    version = _read_version(document)
-    metadata = ModelMetadata(
-        action_space=_read_action_space(document, notes),
-        sensors=_read_sensors(document, version, notes),
-        neural_network=_read_word(document, "neural_network", NETWORKS, NETWORKS[0], notes),
-        training_algorithm=_read_word(document, "training_algorithm", ALGORITHMS, ALGORITHMS[0], notes),
-        version=version,
-        lidar_config=read_lidar_config(document),
-        unknown={key: value for key, value in document.value.items() if key not in KEYS},
-    )
+    readers: Mapping[str, Callable[[], Any]] = {
+        "action_space": lambda: _read_action_space(document, notes),
+        "sensors": lambda: _read_sensors(document, notes),
+        "neural_network": lambda: _read_word(document, "neural_network", NETWORKS, NETWORKS[0], notes),
+        "training_algorithm": lambda: _read_word(document, "training_algorithm", ALGORITHMS, ALGORITHMS[0], notes),
+        "version": lambda: _read_version(document),
+        "lidar_config": lambda: read_lidar_config(document),
+    }
+    parts, faults = {}, Faults()
+    for name, read in readers.items():
+        with faults.collect():
+            parts[name] = read()
+    faults.raise_found()
+    unknown = {key: value for key, value in document.value.items() if key not in KEYS}
+    metadata = ModelMetadata(**parts, unknown=unknown)
     _check_type(document, metadata)
     notes += lidar_notes(metadata.sensors, metadata.lidar_config)
     for key in metadata.unknown:
@@ -235,9 +250,15 @@ def _read_action_space(document: JsonDocument, notes: list[str]) -> tuple[CarAct
         raise document.letter("action_space", found=f"{len(space)} action(s)", expected="2 actions or more")
     if len(space) > CONSOLE_MAX_ACTIONS:
         notes.append(f"{len(space)} actions train here; AWS consoles take at most {CONSOLE_MAX_ACTIONS}")
-    actions = tuple(_read_action(document, number) for number in range(len(space)))
-    _note_actions(space, actions, notes)
-    return actions
+    if len(space) > MAX_ACTIONS:
+        raise document.letter("action_space", found=f"{len(space)} actions", expected=f"2 to {MAX_ACTIONS:,}")
+    actions, faults = [], Faults()
+    for number in range(len(space)):
+        with faults.collect():
+            actions.append(_read_action(document, number))
+    faults.raise_found()
+    _note_actions(space, tuple(actions), notes)
+    return tuple(actions)
 
 
 def _read_action(document: JsonDocument, number: int) -> CarAction:
@@ -302,9 +323,9 @@ def _clipping(what: str) -> str:
     )
 
 
-def _read_sensors(document: JsonDocument, version: str | None, notes: list[str]) -> tuple[str, ...]:
+def _read_sensors(document: JsonDocument, notes: list[str]) -> tuple[str, ...]:
     if "sensor" not in document.value:
-        only = "FRONT_FACING_CAMERA" if version else "observation"
+        only = "FRONT_FACING_CAMERA" if document.value.get("version") else "observation"
         notes.append(f"there is no sensor; '{only}', the front camera, is taken")
         return (only,)
     written = document.value["sensor"]
@@ -315,7 +336,11 @@ def _read_sensors(document: JsonDocument, version: str | None, notes: list[str])
         raise document.letter("sensor", found=repr(written), expected="a list of names of sensors")
     known = {name.casefold(): name for name in CAMERAS + LIDARS}
     for name in written:
-        if name.strip().casefold() not in known:
+        meant = OTHER_SENSORS.get(name.strip().casefold())
+        if meant is not None:
+            notes.append(f"sensor '{name}' is read as '{meant}'")
+            known[name.strip().casefold()] = meant
+        elif name.strip().casefold() not in known:
             hint = nearest(name, CAMERAS + LIDARS)
             raise document.letter("sensor", found=f"'{name}'", expected="the name of a sensor", cure=hint)
     sensors = tuple(known[name.strip().casefold()] for name in written)

@@ -17,12 +17,16 @@ from pathlib import Path
 from racecraft.contract.errors import RewardFileError
 from racecraft.contract.loading import modules_beside
 from racecraft.formats.run_folder import REWARD_FUNCTION
+from racecraft.formats.user_file import SAVE_AS_UTF8, looks_utf16, not_utf8, read_user_file, typing_hint
 from racecraft.formats.whole import make_folder, write_whole
 from racecraft.worlds.deepracer.files.reward_analysis import RewardAnalysis, analyse
 
 KIND = "a Python file with `def reward_function(params):` that returns a number"
 PACKAGES = {"cv2": "opencv-python-headless", "PIL": "pillow", "skimage": "scikit-image", "sklearn": "scikit-learn"}
 """What is installed under another name than it is imported by."""
+
+MAX_REWARD_BYTES = 16 * 2**20
+"""AWS's consoles take 140,000 characters; a racing line in the file may be longer."""
 
 
 @dataclass(frozen=True)
@@ -92,19 +96,28 @@ def how_to_install(name: str, path: Path) -> str:
 
 def _read(path: Path) -> str:
     cure = "`racecraft new` writes one to begin with."
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise RewardFileError(path, "there is no such file", KIND, cure) from None
-    except OSError as error:
-        raise RewardFileError(path, f"the file cannot be read ({error.strerror})", KIND) from error
+    data = read_user_file(path, RewardFileError, KIND, cure, MAX_REWARD_BYTES)
+    if looks_utf16(data) or data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise not_utf8(path, data, 0, RewardFileError)
     if not data.strip():
         raise RewardFileError(path, "the file is empty", KIND, cure)
     try:
         encoding, _ = tokenize.detect_encoding(BytesIO(data).readline)
         return data.decode(encoding)
-    except (SyntaxError, UnicodeDecodeError, LookupError) as error:
-        raise RewardFileError(path, f"no text that Python reads ({error})", "a text file in UTF-8") from None
+    except UnicodeDecodeError as error:
+        raise not_utf8(path, data, error.start, RewardFileError) from None
+    except (SyntaxError, LookupError) as error:
+        raise _unknown_encoding(path, data, error) from None
+
+
+def _unknown_encoding(path: Path, data: bytes, error: Exception) -> RewardFileError:
+    """Return the error about a file whose first two lines name an encoding that it is not in, or that nobody knows."""
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError as wrong:
+        if "unknown encoding" not in str(error):
+            return not_utf8(path, data, wrong.start, RewardFileError)
+    return RewardFileError(path, f"no text that Python reads ({error})", "a text file in UTF-8", SAVE_AS_UTF8)
 
 
 def _parsed(path: Path, text: str) -> tuple[ast.Module, types.CodeType]:
@@ -117,6 +130,7 @@ def _parsed(path: Path, text: str) -> tuple[ast.Module, types.CodeType]:
     except SyntaxError as error:
         shown = (error.text or "").strip()
         near = f" in `{shown}`" if shown else ""
-        raise RewardFileError(path, f"{error.msg}{near}", "valid Python", line=error.lineno) from None
+        hint = typing_hint(error.text or "")
+        raise RewardFileError(path, f"{error.msg}{near}", "valid Python", hint, line=error.lineno) from None
     except (ValueError, RecursionError, MemoryError) as error:
         raise RewardFileError(path, f"no Python ({error})", "valid Python") from None

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from racecraft.contract.errors import InputFileError, nearest
+from racecraft.formats.user_file import read_user_text
 from racecraft.formats.whole import write_whole
 from racecraft.worlds.deepracer.files.run_env_variables import BY_NAME, ENV_VARIABLES, OTHER_SPELLINGS
 
@@ -242,15 +243,9 @@ def next_prefix(prefix: str, delimiter: str = "-") -> str:
 
 
 def _lines(path: Path) -> list[str]:
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise RunEnvError(path, "there is no such file", _KIND) from None
-    except UnicodeDecodeError:
-        raise RunEnvError(path, "the file is no UTF-8 text", _KIND) from None
-    except OSError as error:
-        raise RunEnvError(path, f"the file cannot be read ({error.strerror})", _KIND) from error
-    return text.split("\n")
+    if path.is_file() and not path.stat().st_size:
+        return []  # an empty file sets nothing
+    return read_user_text(path, RunEnvError, _KIND).split("\n")
 
 
 def _known_name(written: str, where: str, notes: list[str]) -> str:

@@ -36,7 +36,8 @@ REASONS = {
     "gazebo": "there is no Gazebo: physics, camera and marshals are one compiled program",
     "cloudwatch": "nothing is sent to AWS; logs lie in the run folder",
     "device": "runtime.device and runtime.threads say where the work is done: --set runtime.device=cuda",
-    "metrics": "live figures go to no server: --set runtime.tensorboard=true, `racecraft report RUN`",
+    "metrics": "live figures are pushed to no server: `racecraft train --metrics-port 9100` serves them for Prometheus "
+    "and Telegraf to fetch, --set runtime.tensorboard=true writes them, `racecraft report RUN` draws them",
     "layout": "a run folder has one layout, and each file one name in it",
     "thrown": "no experience is thrown away: rollout.horizon and rollout.num_worlds say how much an iteration collects",
     "racer": "cars race here, and no board names who sent them: DR_EVAL_OPP_DISPLAY_NAME is what table and film say",

@@ -110,8 +110,7 @@ def _single(path: Path, metadata: str | Path | None) -> ForeignModel:
     weights = _weights([file])
     if not weights:
         raise ForeignModelError(path, "its name is no graph's and no checkpoint's", KIND)
-    beside = [file.parent / MODEL_METADATA, file.parent.parent / MODEL_METADATA]
-    named = next((one for one in beside if one.is_file()), None) if metadata is None else Path(metadata)
+    named = metadata_beside(file) if metadata is None else Path(metadata)
     if named is None:
         raise ForeignModelError(
             path, f"no {MODEL_METADATA} lies beside it", "what the car can do, which no weights tell",
@@ -120,6 +119,12 @@ def _single(path: Path, metadata: str | Path | None) -> ForeignModel:
     if not named.is_file():
         raise MetadataError(named, "there is no such file", f"a {MODEL_METADATA}")
     return ForeignModel(named, weights)
+
+
+def metadata_beside(file: Path) -> Path | None:
+    """Return the metadata of a model that is one file, beside it or beside its folder; None where there is none."""
+    beside = [file.parent / MODEL_METADATA, file.parent.parent / MODEL_METADATA]
+    return next((one for one in beside if one.is_file()), None)
 
 
 def _files(folder: Path) -> list[Path]:

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from racecraft.contract.errors import InputFileError
+from racecraft.formats.user_file import read_user_text
 from racecraft.formats.whole import write_whole
 
 Params = dict[str, str | list[str]]
@@ -43,15 +44,7 @@ def read_params(path: str | Path) -> Params:
         ParamsFileError: The file is missing, not UTF-8 text, or as for `parse_params`.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise ParamsFileError(path, "there is no such file", _KIND) from None
-    except UnicodeDecodeError:
-        raise ParamsFileError(path, "the file is no UTF-8 text", _KIND) from None
-    except OSError as error:
-        raise ParamsFileError(path, f"the file cannot be read ({error.strerror})", _KIND) from error
-    return parse_params(text, path)
+    return parse_params(read_user_text(path, ParamsFileError, _KIND), path)
 
 
 def parse_params(text: str, name: str | Path) -> Params:

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from racecraft.contract.errors import TrackError
+from racecraft.formats.user_file import read_user_file
 from racecraft.worlds.deepracer.tracks.catalogue import known_name, load_track
 from racecraft.worlds.deepracer.tracks.look import TrackLook
 from racecraft.worlds.deepracer.tracks.track import Track
@@ -64,12 +65,9 @@ def read_rows(path: str | Path) -> np.ndarray:
         TrackError: No file, no `.npy`, a pickle, not two-dimensional, not numbers, too few rows or columns.
     """
     cure = "Save one with numpy.save(path, rows)."
+    data = read_user_file(path, TrackError, f"a .npy file of {FORM}")
     try:
-        if Path(path).stat().st_size == 0:
-            raise TrackError(path, "the file is empty", f"a .npy file of {FORM}", cure)
-        table = np.load(path, allow_pickle=False)
-    except FileNotFoundError:
-        raise TrackError(path, "no such file", f"a .npy file of {FORM}", "Check the path.") from None
+        table = np.load(io.BytesIO(data), allow_pickle=False)
     except (OSError, ValueError, EOFError, SyntaxError) as error:
         if "pickle" in str(error).lower() or "object array" in str(error).lower():
             found, cure = (

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from racecraft.contract.errors import RunFolderError
 from racecraft.contract.world import Array
+from racecraft.formats.checkpoint import IMPORTED
 from racecraft.settings.composition import Settings
 from racecraft.settings.describe import value_text
 from racecraft.settings.overrides import apply_overrides, from_dictionary
@@ -24,6 +25,10 @@ MUST_MATCH = ("camera", "network")
 """Groups of settings that shape the weights."""
 FREE = ("network.initialisation",)
 """Settings of these that say only how weights begin that nobody has learned yet."""
+OF_CRITIC = ("network.privileged_critic", "network.separate_networks")
+"""Settings of these that shape the critic alone; an imported model brings none that has learned."""
+CRITIC_PARTS = ("critic", "value_head")
+"""How the names of a critic's weights begin."""
 CRITIC = "critic_body.trunk.0.weight"
 """First layer of a critic of its own; the last columns are those of the objects (`kernels/sight.py`)."""
 
@@ -42,7 +47,7 @@ def require_same_shape(plan: CarPlan, path: str, metadata: Mapping[str, Any]) ->
         RunFolderError: A car of another shape; the letter says what may not change.
     """
     _require_same_sensors(plan, path, metadata["model_metadata"])
-    _require_same_settings(plan, path, metadata["settings"])
+    _require_same_settings(plan, path, metadata["settings"], (*FREE, *OF_CRITIC) if IMPORTED in metadata else FREE)
     here, there = _action_space(plan), metadata["model_metadata"]["action_space"]
     if isinstance(here, dict) != isinstance(there, dict) or len(here) != len(there):
         raise RunFolderError(
@@ -53,10 +58,11 @@ def require_same_shape(plan: CarPlan, path: str, metadata: Mapping[str, Any]) ->
     return _notes_on_ranges(here, there) if isinstance(here, dict) else _notes_on_actions(here, there)
 
 
-def _require_same_settings(plan: CarPlan, path: str, settings: Mapping[str, Any]) -> None:
-    """Refuse weights of another network or camera; the letter says all that differs, and the words that mend it."""
+def _require_same_settings(plan: CarPlan, path: str, settings: Mapping[str, Any], free: Sequence[str]) -> None:
+    """Refuse weights of another network or camera, but for `free` settings; the error says all that differs."""
     theirs = from_dictionary(plan.settings, settings)  # what an older one lacks is as here
     here, there = _shape(plan.settings), _shape(theirs)
+    there = {name: value for name, value in there.items() if name not in free}
     differing = [name for name in there if here[name] != there[name]]
     if not differing:
         return
@@ -82,7 +88,7 @@ def _shape(settings: Settings) -> dict[str, Any]:
     """Return the settings that a network's weights hang on, by their full names."""
     groups = ((group, getattr(settings, group)) for group in MUST_MATCH)
     every = {f"{group}.{row.name}": getattr(values, row.name) for group, values in groups for row in rows_of(values)}
-    return {name: value for name, value in every.items() if name not in FREE}
+    return every
 
 
 def fit_critic(weights: Mapping[str, Array], mine: Mapping[str, Array]) -> tuple[dict[str, Array], tuple[str, ...]]:
@@ -92,6 +98,11 @@ def fit_critic(weights: Mapping[str, Array], mine: Mapping[str, Array]) -> tuple
     others, the critic's columns for them begin at zero: it says at first what it said of the empty road. Where others
     are gone, so are their columns. The policy sees with its sensors and is the same in either.
     """
+    theirs, ours = _of_critic(weights), _of_critic(mine)
+    if theirs and ours and theirs != ours:  # of an imported model, see OF_CRITIC
+        actor = {name: array for name, array in weights.items() if not name.startswith(CRITIC_PARTS)}
+        critic = {name: array for name, array in mine.items() if name.startswith(CRITIC_PARTS)}
+        return {**actor, **critic}, ()
     there, here = weights.get(CRITIC), mine.get(CRITIC)
     if there is None or here is None or len(there) != len(here):
         return dict(weights), ()
@@ -105,6 +116,10 @@ def fit_critic(weights: Mapping[str, Array], mine: Mapping[str, Array]) -> tuple
         fitted = there[:, :more]
         said = "nothing is in the way any more; what the critic made of objects is left out"
     return {**weights, CRITIC: np.ascontiguousarray(fitted)}, (said,)
+
+
+def _of_critic(weights: Mapping[str, Array]) -> set[str]:
+    return {name for name in weights if name.startswith(CRITIC_PARTS[0])}
 
 
 def _require_same_sensors(plan: CarPlan, path: str, metadata: Mapping[str, Any]) -> None:

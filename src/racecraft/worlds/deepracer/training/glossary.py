@@ -69,10 +69,21 @@ Action space | action_space, action_space_type | | model_metadata.json | \
 What the car can be told: a list of pairs, or two ranges.
 Steering angle, Maximum steering angle | steering_angle | | | Degrees, positive left, 30 at most.
 Speed, Maximum speed | speed | | | m/s, as it is told; the car may be slower.
-Sensors, Front-facing camera | sensor | | | What the car sees with.
+Sensors, Sensor | sensor | | model_metadata.json | What the car sees with.
+Camera, Front-facing camera, Single camera | FRONT_FACING_CAMERA | | | One camera that looks forward; \
+a value of "sensor".
+Stereo camera, Stereo cameras | STEREO_CAMERAS | | | Two cameras that look forward, 6 cm apart; a value of "sensor".
+LiDAR, LIDAR sensor | LIDAR, SECTOR_LIDAR, DISCRETIZED_SECTOR_LIDAR | | | \
+Distances round the car; a value of "sensor" beside a camera.
 Vehicle, Agent, Garage | version | | --car | Which of the original's cars it is, with its steering and its camera.
 Track, Environment simulation | | DR_WORLD_NAME | --track | The circuit; `racecraft tracks list` has 127 names.
-Race type | | DR_RACE_TYPE | | Time trial, object avoidance or head-to-bot.
+Race type | | DR_RACE_TYPE | race.type | Time trial, object avoidance or head-to-bot.
+Time trial | | DR_RACE_TYPE | race.type | The car drives alone, against the clock: TIME_TRIAL.
+Object avoidance, Obstacles, Obstacle avoidance | | DR_RACE_TYPE | race.type | \
+Boxes stand on the track: OBJECT_AVOIDANCE; boxes.number says how many.
+Head-to-bot, Head-to-head, Head to head racing, Bot cars | | DR_RACE_TYPE | race.type | \
+Slower cars drive on the track: HEAD_TO_BOT; bots.number says how many.
+Head-to-model | | DR_RACE_TYPE | --against RUN | The car races other trained models: HEAD_TO_MODEL.
 Track direction, Direction | is_reversed | DR_TRAIN_REVERSE_DIRECTION | race.reverse | \
 Which way round the circuit is driven.
  | | DR_TRAIN_ALTERNATE_DRIVING_DIRECTION | | Both ways round in one training.

@@ -6,14 +6,14 @@ dictionary. What it does not say is as in the rest of the training; one that nam
 
 from __future__ import annotations
 
-import json
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from racecraft.contract.errors import SettingError, nearest
+from racecraft.contract.errors import InputFileError, SettingError, nearest
+from racecraft.formats.json_text import read_json
 from racecraft.rollout.settings import RolloutConfig
 from racecraft.settings.describe import value_text
 from racecraft.worlds.deepracer.env.settings import RACE_TYPES, race_groups
@@ -93,12 +93,10 @@ def read_groups(path: Path) -> tuple[Group, ...]:
     """Return the groups of a file: a JSON list of them, each an object by word or a text.
 
     Raises:
-        SettingError: It cannot be read, or is no such list.
+        InputFileError: It cannot be read.
+        SettingError: It is no such list.
     """
-    try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise SettingError(f"{path}: cannot be read ({error}); expected a JSON list of groups.") from error
+    told = read_json(path, InputFileError, "a JSON list of groups").value
     if not isinstance(told, list) or not told or not all(isinstance(one, dict | str) for one in told):
         raise SettingError(f'{path}: is no list of groups; expected [{{"track": "Oval_track", "cars": 8}}, …].')
     return tuple(told)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from racecraft.contract.errors import UserInputError
+from racecraft.contract.errors import Faults, UserInputError
 from racecraft.formats.run_folder import HYPERPARAMETERS
 from racecraft.worlds.deepracer.env.settings import HEAD_TO_BOT, HEAD_TO_MODEL, OBJECT_AVOIDANCE, TIME_TRIAL
 from racecraft.worlds.deepracer.files.hyperparameters import Hyperparameters, read_hyperparameters
@@ -61,7 +61,8 @@ def read_model_folder(folder: Path | None, keys: Mapping[str, Path] | None = Non
         keys: Files that were named one by one, by the right name of each; they come first.
 
     Raises:
-        UserInputError: The folder does not exist, holds nothing of a racer's, or one of its files cannot be used.
+        UserInputError: The folder does not exist, holds nothing of a racer's, or files of it cannot be used; all
+            faults of all files are in one error.
     """
     if folder is not None and not folder.is_dir():
         what = "is a file" if folder.exists() else "there is no such folder"
@@ -69,23 +70,25 @@ def read_model_folder(folder: Path | None, keys: Mapping[str, Path] | None = Non
     files = _found(folder, keys or {})
     if folder is not None and files.is_empty and not (folder / RUN_ENV).is_file():
         raise UserInputError(f"{folder}: holds none of a racer's files; {EXPECTED}")
-    notes = list(files.notes)
-    reward = None
+    notes, faults = list(files.notes), Faults()
+    reward, metadata, given = None, default_model_metadata(), Hyperparameters()
     if files.reward is not None:
-        reward = read_reward_source(files.reward)
-        notes += reward.remarks
-    metadata = default_model_metadata()
+        with faults.collect():
+            reward = read_reward_source(files.reward)
+            notes += reward.remarks
     if files.metadata is None:
         notes.append(f"no {METADATA}: {len(metadata.actions)} actions, ±30°, ±15°, 0° at 0.5 and 1 m/s")
     else:
-        metadata = read_model_metadata(files.metadata)
-        notes += [f"{METADATA}: {note}" for note in metadata.notes]
-    given = Hyperparameters()
+        with faults.collect():
+            metadata = read_model_metadata(files.metadata)
+            notes += [f"{METADATA}: {note}" for note in metadata.notes]
     if files.hyperparameters is None:
         notes.append(f"no {HYPERPARAMETERS}: the preset's values")
     else:
-        given = read_hyperparameters(files.hyperparameters)
-        notes += [f"{HYPERPARAMETERS}: {note}" for note in given.notes]
+        with faults.collect():
+            given = read_hyperparameters(files.hyperparameters)
+            notes += [f"{HYPERPARAMETERS}: {note}" for note in given.notes]
+    faults.raise_found()
     return ModelFolder(reward, metadata, given, tuple(notes))
 
 

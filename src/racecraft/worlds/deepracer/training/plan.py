@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from racecraft.algorithms.registry import Algorithm, find_algorithm
-from racecraft.contract.errors import RunFolderError, SettingError, TrackError
+from racecraft.contract.errors import Faults, RunFolderError, SettingError, TrackError
 from racecraft.formats.checkpoint import IMPORTED
 from racecraft.formats.checkpoint_ranking import split_source
 from racecraft.formats.run_folder import TRACK as RUN_TRACK
@@ -29,6 +29,7 @@ from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
 from racecraft.worlds.deepracer.files.model_metadata import as_aws_dict
 from racecraft.worlds.deepracer.files.reward_source import RewardSource
 from racecraft.worlds.deepracer.files.run_env import RunEnv
+from racecraft.worlds.deepracer.players.borrowed import with_metadata
 from racecraft.worlds.deepracer.players.run_courses import LaidCourse, cars_on, courses_of_job, held_out_of_job, of_race
 from racecraft.worlds.deepracer.players.trained_car import KIND, track_of_run
 from racecraft.worlds.deepracer.tracks.catalogue import load_track
@@ -42,7 +43,7 @@ from racecraft.worlds.deepracer.training.hold_out import as_dictionary as held_o
 from racecraft.worlds.deepracer.training.hold_out import held_out_tracks, require_apart, twins_of
 from racecraft.worlds.deepracer.training.model_folder import ModelFolder, notes_in, read_model_folder
 from racecraft.worlds.deepracer.training.presets import ASKED_BY, default_settings, settings_for, stops_given
-from racecraft.worlds.deepracer.training.race_environment import TRACK_VARIABLE, race_environment
+from racecraft.worlds.deepracer.training.race_environment import TRACK_VARIABLE, RaceEnvironment, race_environment
 
 DEFAULT_TRACK = "reinvent_base"
 DEFAULT_STOPS = ("laps", "minutes=30")
@@ -149,7 +150,7 @@ def plan_car(request: RaceRequest) -> CarPlan:
     Raises:
         UserInputError: Whatever cannot be used, as a letter.
     """
-    asked = race_environment(request.folder, clones=request.clone_from is None, drfc=request.drfc)
+    asked, model = _files_of(request)
     offset = () if asked.start_offset is None else (f"race.start_offset={asked.start_offset}",)
     held_out = held_out_tracks(request.hold_out)
     named, groups = _groups(request, held_out)
@@ -158,11 +159,10 @@ def plan_car(request: RaceRequest) -> CarPlan:
         track=(groups[0].track if groups else None) or (named[0] if named else asked.track) or DEFAULT_TRACK,
         stops=request.stops or asked.stops or _default_stops(request),
         overrides=(*offset, *asked.overrides, *request.overrides, *_race_of(request, asked.overrides)),
-        clone_from=request.clone_from or asked.clone_from,
+        clone_from=with_metadata(request.clone_from or asked.clone_from, model.metadata),
     )
     if request.car is not None and request.car not in PROFILES:
         raise SettingError(f"--car {request.car}: there is no such car; expected {' or '.join(PROFILES)}.")
-    model = read_model_folder(asked.files or request.folder, asked.keys)
     stops = parse_stops((*request.stops, *stops_given(model.hyperparameters)), LAPS)
     algorithm = find_algorithm(request.algorithm or ASKED_BY[model.metadata.training_algorithm])
     wanted = worlds_for(groups) if request.preset == "fast" else ()
@@ -195,6 +195,21 @@ def plan_car(request: RaceRequest) -> CarPlan:
         courses,
         held_out,
     )
+
+
+def _files_of(request: RaceRequest) -> tuple[RaceEnvironment, ModelFolder]:
+    """Read run.env and the racer's files.
+
+    Raises:
+        UserInputError: All faults of all of them.
+    """
+    asked, faults = RaceEnvironment(), Faults()
+    with faults.collect():
+        asked = race_environment(request.folder, clones=request.clone_from is None, drfc=request.drfc)
+    with faults.collect():
+        model = read_model_folder(asked.files or request.folder, asked.keys)
+    faults.raise_found()
+    return asked, model
 
 
 def plan_resume(path: Path, stops: tuple[str, ...] = ()) -> CarPlan:

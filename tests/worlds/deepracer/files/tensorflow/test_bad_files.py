@@ -48,7 +48,7 @@ def const(value):
 
 BAD_GRAPHS = {
     "no file": (None, "there is no such file"),
-    "empty": (b"", "holds no node"),
+    "empty": (b"", "the file is empty"),
     "a text": (b"I am no graph at all, I am a letter.", "damaged, or no graph"),
     "cut short": ((SPECIMENS / "model_3.pb").read_bytes()[:9000], "damaged, or no graph"),
     "an endless number": (b"\xff" * 40, "more than 10 bytes"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
@@ -83,7 +84,27 @@ def start_loganalysis(context: typer.Context) -> None:
     from racecraft.worlds.deepracer.cli.logs import logs
 
     model = trained_model(installation(context)).path
+    _require_rows(model)
     logs([model], page=model / "logs.html")
+
+
+def _require_rows(model: Path) -> None:
+    """Refuse a model whose training has not finished an iteration yet.
+
+    Raises:
+        LogError: No simulation trace of the model has a row.
+    """
+    from racecraft.worlds.deepracer.files.model_folder import AwsModelFolder
+    from racecraft.worlds.deepracer.logs.sources import LogError
+
+    for trace in AwsModelFolder(model).training_traces().values():
+        with trace.open("rb") as file:
+            if len(file.readlines(4096)) > 1:
+                return
+    raise LogError(
+        model, "no row of a simulation trace yet", "a training that has finished its first iteration",
+        "dr-logs-sagemaker shows how far it is.",
+    )  # fmt: skip
 
 
 def start_metrics(context: typer.Context) -> None:

@@ -18,6 +18,7 @@ import numpy as np
 from racecraft.contract.errors import InputFileError
 from racecraft.contract.world import Array
 from racecraft.formats.mapped_file import map_file
+from racecraft.formats.user_file import require_content, require_regular_file
 from racecraft.worlds.deepracer.files.tensorflow.tensors import (
     dtype_of,
     read_shape,
@@ -166,15 +167,16 @@ def _as_variable(node: Node) -> Node:
 
 def _content(path: str | Path) -> memoryview:
     path = Path(path)
+    require_regular_file(path, GraphError, KIND)
     try:
         size = path.stat().st_size
         if size > MOST_FILE_BYTES:
             raise GraphError(path, f"{size} bytes long", f"{KIND}, under 2 GiB")
-        return map_file(path)
-    except FileNotFoundError:
-        raise GraphError(path, "there is no such file", KIND) from None
+        content = map_file(path)
     except OSError as error:
         raise GraphError(path, f"cannot be read ({error.strerror})", KIND) from error
+    require_content(path, bytes(content[:4096]), GraphError, KIND)
+    return content
 
 
 def _node(message: memoryview) -> Node:
