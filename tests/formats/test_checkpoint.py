@@ -208,6 +208,7 @@ def test_a_checkpoint_that_is_not_there_gets_a_letter(tmp_path):
     with pytest.raises(CheckpointError, match="no checkpoint '9'; expected .*: 3"):
         shelf.load_policy("9")
     (tmp_path / "checkpoints.json").write_text('{"version": 1')
+    (tmp_path / "3.policy.safetensors").unlink()
     with pytest.raises(CheckpointError, match=r"checkpoints\.json: damaged"):
         shelf.entries()
 

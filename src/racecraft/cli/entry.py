@@ -11,6 +11,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 
+from racecraft.cli.signals import end_at_once_on_interrupt
 from racecraft.contract.errors import RacecraftError, UserInputError
 
 
@@ -25,7 +26,10 @@ def main() -> None:
     with _head_start(words):
         from racecraft.cli.table import app_for
 
-        say_letters(app_for(words))
+        try:
+            say_letters(app_for(words))
+        finally:
+            end_at_once_on_interrupt()
 
 
 def say_letters(command: Callable[[], object]) -> None:

@@ -20,6 +20,7 @@ import typer
 from racecraft.cli.buckets.training import MirrorAt
 from racecraft.cli.metrics_beside import MetricsPort, measured
 from racecraft.cli.options import AlgorithmName, Detach, From, Json, Overrides, Resume
+from racecraft.cli.signals import SIGTERM, TERMINATED, sigterm_interrupts
 
 if TYPE_CHECKING:
     from racecraft.training.callbacks import TrainingCallback
@@ -154,7 +155,11 @@ class Road:
             return detach_training(context, options.run, asked, self.cluster, options.json)
         with self.beside(shown) as watching:  # a page stays behind what is told
             with mirrored(watching, place, options.tell, begun) as mirroring:
-                trained = self._carry_out(asked, begun, options, mirroring, spread)
+                with sigterm_interrupts():
+                    trained = self._carry_out(asked, begun, options, mirroring, spread)
+                if trained.summary()["stopped_by"] == SIGTERM:
+                    options.tell(f"saved in {trained.run.path}; --resume goes on from there")
+                    raise typer.Exit(TERMINATED)
                 left = (leave or options.leave_report)(trained)
             if options.json:
                 print_json({**trained.summary(), **left})

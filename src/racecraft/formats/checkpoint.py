@@ -22,11 +22,13 @@ import numpy as np
 
 from racecraft.contract.errors import ContractError
 from racecraft.contract.world import Array
+from racecraft.formats.json_text import parse_json
 from racecraft.formats.tensor_file import CheckpointError, read_tensors, write_tensors
 from racecraft.formats.whole import write_whole
 
 VERSION = 1
 INDEX = "checkpoints.json"
+POLICY_SUFFIX, STATE_SUFFIX = ".policy.safetensors", ".state.safetensors"
 BEST, LAST = "best", "last"
 IMPORTED = "imported"
 """Key of a run that was imported from another program: job.json says from where, a checkpoint what it lacks."""
@@ -111,6 +113,7 @@ class Checkpoints:
 
     def __init__(self, folder: str | Path, weights_budget: int = WEIGHTS_BUDGET_BYTES, keep_every: int = 1) -> None:
         self.folder, self._weights_budget, self._keep_every = Path(folder), weights_budget, keep_every
+        self._rebuilt: dict[str, Any] | None = None
 
     def save(
         self,
@@ -130,14 +133,14 @@ class Checkpoints:
         Raises:
             OutputFileError: A file cannot be written; the shelf is then as it was.
         """
-        policy = f"{iteration}.policy.safetensors"
+        index = self._index()
+        policy = f"{iteration}{POLICY_SUFFIX}"
         save_policy(self.folder / policy, weights, {**card, "iteration": iteration, "steps": steps})
         state_name = None
         if state is not None:
-            state_name = f"{iteration}.state.safetensors"
+            state_name = f"{iteration}{STATE_SUFFIX}"
             save_state(self.folder / state_name, state)
         entry = CheckpointEntry(iteration, steps, score, policy, state_name)
-        index = self._index()
         entries = [old for old in index["checkpoints"] if old["iteration"] != iteration] + [asdict(entry)]
         entries.sort(key=lambda old: int(old["iteration"]))
         gone = _states_to_drop(entries)
@@ -249,18 +252,58 @@ class Checkpoints:
     def _index(self) -> dict[str, Any]:
         path = self.folder / INDEX
         try:
-            index = json.loads(path.read_text(encoding="utf-8"))
+            index = parse_json(path.read_text(encoding="utf-8"))
             known = index["version"] == VERSION and {"best", "last", "checkpoints"} <= set(index)
-        except FileNotFoundError:
-            return {"version": VERSION, "best": None, "last": None, "checkpoints": []}
-        except (OSError, ValueError, KeyError, TypeError) as error:
+        except OSError as error:
+            if isinstance(error, FileNotFoundError):
+                return self._index_of_files()
+            raise CheckpointError(
+                path, f"cannot be read ({error.strerror})", "the index that racecraft wrote"
+            ) from error
+        except (ValueError, KeyError, TypeError) as error:
+            rebuilt = self._index_of_files()
+            if rebuilt["checkpoints"]:
+                return rebuilt
             raise CheckpointError(path, f"damaged ({error})", "the index that racecraft wrote") from error
         if not known:
             raise CheckpointError(path, f"version is {index['version']!r}", f"version {VERSION}", "Upgrade racecraft.")
         return dict(index)
 
+    def _index_of_files(self) -> dict[str, Any]:
+        """Return an index of the whole files in the folder; scores, and which is best, are not known.
+
+        Read once: the next `save` writes an index again.
+        """
+        if self._rebuilt is None:
+            entries = [entry for file in self.folder.glob(f"*{POLICY_SUFFIX}") if (entry := self._entry_of(file))]
+            entries.sort(key=lambda entry: entry.iteration)
+            states = [entry.iteration for entry in entries if entry.state is not None]
+            last = states[-1] if states else entries[-1].iteration if entries else None
+            self._rebuilt = {
+                "version": VERSION,
+                "best": None,
+                "last": last,
+                "checkpoints": [asdict(entry) for entry in entries],
+            }
+        return self._rebuilt
+
+    def _entry_of(self, policy: Path) -> CheckpointEntry | None:
+        """Return the checkpoint of a file with weights; None where it is not whole."""
+        state = policy.with_name(policy.name.removesuffix(POLICY_SUFFIX) + STATE_SUFFIX)
+        try:
+            _, card = load_policy(policy)
+            iteration, steps = int(card["iteration"]), int(card["steps"])
+        except (CheckpointError, KeyError, TypeError, ValueError):
+            return None
+        try:
+            load_state(state)
+        except CheckpointError:
+            return CheckpointEntry(iteration, steps, None, policy.name, None)
+        return CheckpointEntry(iteration, steps, None, policy.name, state.name)
+
     def _write_index(self, index: Mapping[str, Any]) -> None:
         write_whole(self.folder / INDEX, json.dumps(index, indent=2) + "\n")
+        self._rebuilt = None
 
 
 def _is_evaluated(index: Mapping[str, Any]) -> bool:

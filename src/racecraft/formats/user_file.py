@@ -10,13 +10,17 @@ import re
 import stat
 import unicodedata
 from pathlib import Path
+from typing import TypeVar
 
 from racecraft.contract.errors import InputFileError
+
+E = TypeVar("E", bound=InputFileError)
 
 MAX_BYTES = 64 * 2**20
 """A file that a person writes is far smaller; what is larger is something else."""
 SAVE_AS_UTF8 = "Save it as UTF-8."
 
+_UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 _KINDS = {
     stat.S_ISFIFO: "a named pipe",
     stat.S_ISCHR: "a device",
@@ -118,21 +122,28 @@ def other_content(data: bytes) -> str:
     return LFS_POINTER if data.startswith(_LFS) else ""
 
 
-def read_user_text(
-    path: str | Path, error: type[InputFileError], kind: str, hint: str = "", max_bytes: int = MAX_BYTES
-) -> str:
+def read_user_text(path: str | Path, error: type[InputFileError], kind: str, may_be_empty: bool = False) -> str:
     r"""Return the text of a file that a person named, with "\n" at the end of each line.
 
     UTF-8 with or without a byte order mark, and UTF-16 with one.
 
+    Args:
+        path: The file.
+        error: What to raise.
+        kind: What the file should be.
+        may_be_empty: Whether an empty file is one of that kind.
+
     Raises:
         InputFileError: Of the class `error`: as `read_user_file`, or the text is in another encoding.
     """
-    data = read_user_file(path, error, kind, hint, max_bytes)
-    require_content(Path(path), data.strip(), error, kind, hint)
-    wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    path = Path(path)
+    if may_be_empty and path.is_file() and path.stat().st_size == 0:
+        return ""
+    data = read_user_file(path, error, kind)
+    if data.strip() or not may_be_empty:
+        require_content(path, data.strip(), error, kind)
     try:
-        text = data.decode("utf-16" if wide else "utf-8-sig")
+        text = data.decode("utf-16" if data.startswith(_UTF16_MARKS) else "utf-8-sig")
     except UnicodeDecodeError as wrong:
         raise not_utf8(path, data, wrong.start, error) from None
     if looks_utf16(data):
@@ -140,7 +151,7 @@ def read_user_text(
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def not_utf8(path: str | Path, data: bytes, at: int, error: type[InputFileError]) -> InputFileError:
+def not_utf8(path: str | Path, data: bytes, at: int, error: type[E]) -> E:
     """Return the error about a text in another encoding than UTF-8.
 
     Args:
@@ -150,7 +161,7 @@ def not_utf8(path: str | Path, data: bytes, at: int, error: type[InputFileError]
         error: The error's class.
     """
     line = data[:at].count(b"\n") + 1
-    if looks_utf16(data) or data.startswith((b"\xff\xfe", b"\xfe\xff")):
+    if looks_utf16(data) or data.startswith(_UTF16_MARKS):
         return error(path, "text in UTF-16", "a text file in UTF-8", SAVE_AS_UTF8)
     found = f"byte 0x{data[at]:02x} (byte {at} of the file) is not UTF-8"
     return error(path, found, "a text file in UTF-8", SAVE_AS_UTF8, line=line)
@@ -158,7 +169,7 @@ def not_utf8(path: str | Path, data: bytes, at: int, error: type[InputFileError]
 
 def looks_utf16(data: bytes) -> bool:
     """Tell whether bytes are UTF-16 without a byte order mark: in Latin letters every other byte is 0."""
-    return data[:200].count(b"\0") > len(data[:200]) // 4 and not data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    return data[:200].count(b"\0") > len(data[:200]) // 4 and not data.startswith(_UTF16_MARKS)
 
 
 def typing_hint(text: str) -> str:

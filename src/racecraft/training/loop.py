@@ -202,8 +202,8 @@ class TrainingLoop:
         except _BrokenOff as broken:
             reason = str(broken)
             self._evaluate_at_last()
-        except KeyboardInterrupt:
-            reason = "Ctrl-C"
+        except KeyboardInterrupt as interrupt:
+            reason = str(interrupt) or "Ctrl-C"
         finally:
             self._end(reason or "an error")
         return Outcome(

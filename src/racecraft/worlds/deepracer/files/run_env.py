@@ -243,9 +243,7 @@ def next_prefix(prefix: str, delimiter: str = "-") -> str:
 
 
 def _lines(path: Path) -> list[str]:
-    if path.is_file() and not path.stat().st_size:
-        return []  # an empty file sets nothing
-    return read_user_text(path, RunEnvError, _KIND).split("\n")
+    return read_user_text(path, RunEnvError, _KIND, may_be_empty=True).split("\n")
 
 
 def _known_name(written: str, where: str, notes: list[str]) -> str:

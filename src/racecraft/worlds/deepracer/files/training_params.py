@@ -44,7 +44,7 @@ def read_params(path: str | Path) -> Params:
         ParamsFileError: The file is missing, not UTF-8 text, or as for `parse_params`.
     """
     path = Path(path)
-    return parse_params(read_user_text(path, ParamsFileError, _KIND), path)
+    return parse_params(read_user_text(path, ParamsFileError, _KIND, may_be_empty=True), path)
 
 
 def parse_params(text: str, name: str | Path) -> Params:
