@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("grpc", reason="the extra racecraft[unity] is not installed")
-pytest.importorskip("google.protobuf", reason="the extra racecraft[unity] is not installed")
 
 import racecraft
 from racecraft.worlds.unity.env.builds import Build

@@ -19,9 +19,9 @@ from racecraft.worlds.unity.env.behaviors import (
     write_actions,
 )
 from racecraft.worlds.unity.env.errors import WireError
-from racecraft.worlds.unity.env.messages import load
 from racecraft.worlds.unity.env.player import ActionCard, Info, Player, Seen, mapping_of, pngs
 from racecraft.worlds.unity.env.session import Choice
+from racecraft.worlds.unity.files.messages import load
 
 VERSIONS = {"2.3.0": "HWC", "3.0.0": "CHW", "4.1.0": "CHW"}
 

@@ -15,9 +15,9 @@ import pytest
 
 import racecraft
 from racecraft.contract.world import allocate
-from racecraft.worlds.unity.env.messages import FIELDS
 from racecraft.worlds.unity.env.side_channels import Gaussian, MultiRange, SideChannels, Uniform, split
 from racecraft.worlds.unity.env.world import UnityWorld
+from racecraft.worlds.unity.files.messages import FIELDS
 
 OFFICIAL = os.environ.get("RACECRAFT_OFFICIAL_MLAGENTS_PYTHON")
 needs_official = pytest.mark.skipif(
@@ -94,9 +94,9 @@ def test_the_official_client_drives_our_stand_in(executable):
 DESCRIBE = """
 import json
 from mlagents_envs.communicator_objects import (
-    agent_action_pb2, agent_info_pb2, brain_parameters_pb2, capabilities_pb2, header_pb2, observation_pb2,
-    unity_input_pb2, unity_message_pb2, unity_output_pb2, unity_rl_initialization_input_pb2,
-    unity_rl_initialization_output_pb2, unity_rl_input_pb2, unity_rl_output_pb2,
+    agent_action_pb2, agent_info_action_pair_pb2, agent_info_pb2, brain_parameters_pb2, capabilities_pb2,
+    demonstration_meta_pb2, header_pb2, observation_pb2, unity_input_pb2, unity_message_pb2, unity_output_pb2,
+    unity_rl_initialization_input_pb2, unity_rl_initialization_output_pb2, unity_rl_input_pb2, unity_rl_output_pb2,
 )
 
 TYPES = {1: "double", 2: "float", 3: "int64", 5: "int32", 8: "bool", 9: "string", 12: "bytes", 14: "int32"}

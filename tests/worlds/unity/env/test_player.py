@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from racecraft.worlds.unity.env import messages
 from racecraft.worlds.unity.env.player import ActionCard, Info, Player, Seen, mapping_of, pngs, run_player
 from racecraft.worlds.unity.env.side_channels import FLOAT_PROPERTIES, SideChannels
+from racecraft.worlds.unity.files import messages
 from racecraft.worlds.unity.files.pictures import decode_picture
 
 

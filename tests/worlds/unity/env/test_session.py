@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from racecraft.worlds.unity.env import messages
 from racecraft.worlds.unity.env.behaviors import UnityActions
 from racecraft.worlds.unity.env.errors import (
     PlayerDiedError,
@@ -16,6 +15,7 @@ from racecraft.worlds.unity.env.errors import (
 )
 from racecraft.worlds.unity.env.player import ActionCard, Info, Player, Seen
 from racecraft.worlds.unity.env.session import Choice, Session, require_patience
+from racecraft.worlds.unity.files import messages
 
 BASIC = "Basic?team=0"
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from racecraft.worlds.unity.env.errors import PlayerDiedError, PortTakenError, SessionClosedError, UnityError, WireError
-from racecraft.worlds.unity.env.messages import load
 from racecraft.worlds.unity.env.wire import EDITOR_PORT, MAX_MESSAGE_BYTES, Wire, call_as_player
+from racecraft.worlds.unity.files.messages import load
 
 
 @pytest.fixture

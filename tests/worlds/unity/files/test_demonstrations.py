@@ -9,38 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from racecraft.worlds.unity.env.player import mapping_of, pngs
+from racecraft.worlds.unity.files import messages
 from racecraft.worlds.unity.files.demonstrations import DemonstrationError, read_demonstration, read_demonstrations
 
-pytest.importorskip("google.protobuf", reason="the extra racecraft[unity] is not installed")
-
-from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
-
-from racecraft.worlds.unity.env import messages
-from racecraft.worlds.unity.env.player import mapping_of, pngs
-
 REPOSITORY = os.environ.get("RACECRAFT_MLAGENTS_REPOSITORY")
-MORE = {
-    "DemonstrationMetaProto": "1:api_version:int32 2:demonstration_name:string 3:number_steps:int32 "
-    "4:number_episodes:int32 5:mean_reward:float",
-    "AgentInfoActionPairProto": "1:agent_info:AgentInfoProto 2:action_info:AgentActionProto",
-}
-
-
-@pytest.fixture(scope="module")
-def protos():
-    """Return the message classes of the files, by name."""
-    file = descriptor_pb2.FileDescriptorProto(name="demo.proto", package=messages.PACKAGE, syntax="proto3")
-    for name, fields in {**messages.FIELDS, **MORE}.items():
-        messages._describe(file.message_type.add(name=name), fields)
-    for field in file.message_type[-1].field:
-        field.type, field.type_name = field.TYPE_MESSAGE, f".{messages.PACKAGE}.{field.type_name.rsplit('.')[-1]}"
-    pool = descriptor_pool.DescriptorPool()
-    pool.Add(file)
-    return lambda name: message_factory.GetMessageClass(pool.FindMessageTypeByName(f"{messages.PACKAGE}.{name}"))()
 
 
 @pytest.fixture
-def write(protos, tmp_path):
+def write(tmp_path):
     """Write a file: a behavior of 2 numbers and one branch of 3, records of three numbers and a picture."""
 
     def delimited(message):
@@ -53,7 +30,7 @@ def write(protos, tmp_path):
         records, name="play.demo", picture=None, promised=None, spoil=lambda message: None, is_old=False, more=(),
         version=1, behaves=lambda behavior: None,
     ):  # fmt: skip
-        header, behavior = protos("DemonstrationMetaProto"), protos("BrainParametersProto")
+        header, behavior = messages.load().DemonstrationMeta(), messages.load().BrainParameters()
         header.api_version, header.demonstration_name = version, "play"
         header.number_steps = len(records) if promised is None else promised
         header.number_episodes, header.mean_reward = 2, 0.5
@@ -63,7 +40,7 @@ def write(protos, tmp_path):
         behaves(behavior)
         parts = [delimited(header).ljust(33, b"\0"), delimited(behavior)]
         for row, (episode, reward, done, interrupted) in enumerate(records):
-            pair = protos("AgentInfoActionPairProto")
+            pair = messages.load().AgentInfoActionPair()
             info, act = pair.agent_info, pair.action_info
             info.reward, info.done, info.max_step_reached, info.id = reward, done, interrupted, episode
             info.action_mask.extend([False, row == 1, False])

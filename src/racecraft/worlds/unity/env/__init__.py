@@ -3,7 +3,6 @@
 Begin in ``session.py``: one player, connected; its ``reset`` and ``step`` are the whole conversation.
 
     wire.py           the gRPC server that a player talks to, on loopback, with a free port
-    messages.py       the protocol's messages, built at run time from a table of fields
     behaviors.py      what an agent sees and does: sensors, action specs, pictures
     side_channels.py  engine settings, environment parameters, statistics: bytes beside the steps
     builds.py         where a player comes from: a path, `registry:NAME`, `editor`, `builtin:Basic`

@@ -20,7 +20,7 @@ import numpy as np
 
 from racecraft.contract.world import Array
 from racecraft.worlds.unity.env.errors import WireError
-from racecraft.worlds.unity.env.messages import NO_COMPRESSION, PNG
+from racecraft.worlds.unity.files.messages import NO_COMPRESSION, PNG
 from racecraft.worlds.unity.files.pictures import CHW, HWC, decode_picture, layout_by_shape
 
 MAX_NUMBERS = 2**28

@@ -15,10 +15,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from racecraft.contract.world import Array
-from racecraft.worlds.unity.env import messages
 from racecraft.worlds.unity.env.behaviors import CHW, layout_of
 from racecraft.worlds.unity.env.side_channels import split
 from racecraft.worlds.unity.env.wire import call_as_player
+from racecraft.worlds.unity.files import messages
 
 
 @dataclass

@@ -34,7 +34,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from racecraft.worlds.unity.env import messages
+from racecraft.formats.protobuf_messages import MessageError, parsed
 from racecraft.worlds.unity.env.behaviors import (
     AgentRows,
     Behavior,
@@ -56,6 +56,7 @@ from racecraft.worlds.unity.env.errors import (
 from racecraft.worlds.unity.env.process import PlayerProcess
 from racecraft.worlds.unity.env.side_channels import SideChannels
 from racecraft.worlds.unity.env.wire import EDITOR_PORT, MAX_MESSAGE_BYTES, Wire
+from racecraft.worlds.unity.files import messages
 
 COMMUNICATION_VERSION = "1.5.0"
 """The version of the protocol we speak; players of the same major version understand each other."""
@@ -309,9 +310,9 @@ class Session:
         if data is None:
             raise PlayerTimeoutError(self._silence_letter(time.monotonic() - begun))
         try:
-            message = self._classes.UnityMessage.FromString(data)
-        except self._classes.DecodeError as cause:
-            raise WireError(f"{len(data)} bytes of the player are no message of the protocol ({cause}).") from cause
+            message = parsed(self._classes.UnityMessage, data)
+        except MessageError as cause:
+            raise WireError(f"the player's {cause}; expected a message of the protocol.") from cause
         if message.header.status == messages.STATUS_GOODBYE:
             raise PlayerLeftError(f"the player ended the conversation by itself.\n{self._log_tail()}")
         if message.header.status != messages.STATUS_OK:

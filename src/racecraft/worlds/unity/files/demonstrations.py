@@ -17,14 +17,16 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from racecraft.contract.errors import InputFileError
 from racecraft.contract.world import Array
+from racecraft.formats.protobuf_messages import parsed, read_varint
+from racecraft.worlds.unity.files import messages
+from racecraft.worlds.unity.files.messages import PNG
 from racecraft.worlds.unity.files.pictures import CHW, decode_picture, layout_by_shape
-from racecraft.worlds.unity.files.protobuf_wire import Fields, read_fields, read_varint
 
 SUFFIX = ".demo"
 _HEADER_BYTES = 33
@@ -191,49 +193,50 @@ class _Reader:
             raise DemonstrationError(self._path, f"cannot be read ({cause})", f"a {SUFFIX} file") from cause
 
     def _read(self, data: bytes) -> Demonstration:
-        header, _ = _message(data, 0)
-        if header.whole(1) not in _VERSIONS:
-            raise ValueError(f"is of version {header.whole(1)}, and 0 and 1 are known")
+        kinds = messages.load()
+        header, _ = _message(kinds.DemonstrationMeta, data, 0)
+        if header.api_version not in _VERSIONS:
+            raise ValueError(f"is of version {header.api_version}, and 0 and 1 are known")
         self._place = "the behavior"
-        behavior, at = _message(data, _HEADER_BYTES)
-        promised = header.whole(3)
-        records: list[Fields] = []
+        behavior, at = _message(kinds.BrainParameters, data, _HEADER_BYTES)
+        promised = header.number_steps
+        records: list[Any] = []
         while at < len(data) and (promised <= 0 or len(records) < promised):
             self._place = f"record {len(records) + 1}"
-            record, at = _message(data, at)
+            record, at = _message(kinds.AgentInfoActionPair, data, at)
             records.append(record)
         if len(records) < promised or not records:
             self._place = "the end"
             raise ValueError(f"holds {len(records)} records where the header promises {max(promised, 1)}")
         return self._sort(header, behavior, records)
 
-    def _sort(self, header: Fields, behavior: Fields, records: Sequence[Fields]) -> Demonstration:
+    def _sort(self, header: Any, behavior: Any, records: Sequence[Any]) -> Demonstration:
         numbers, branches = _actions_of(behavior)
-        infos = [_one(record, 1) for record in records]
-        acts = [_one(record, 2) for record in records]
+        infos = [record.agent_info for record in records]
+        acts = [record.action_info for record in records]
         masks = self._masks(infos, branches)
         actions = [self._action(row, act, numbers, branches, row == len(acts) - 1) for row, act in enumerate(acts)]
         return Demonstration(
-            name=header.text(2),
-            behavior=behavior.text(7),
+            name=header.demonstration_name,
+            behavior=behavior.brain_name,
             num_continuous=numbers,
             branches=branches,
             observations=self._observations(infos),
             continuous=np.array([told[0] for told in actions], np.float32).reshape(len(records), numbers),
             discrete=np.array([told[1] for told in actions], np.int64).reshape(len(records), len(branches)),
             reward=np.array([self._reward(row, info) for row, info in enumerate(infos)], np.float32),
-            done=np.array([info.whole(8) for info in infos], bool),
-            interrupted=np.array([info.whole(9) for info in infos], bool),
+            done=np.array([info.done for info in infos], bool),
+            interrupted=np.array([info.max_step_reached for info in infos], bool),
             allowed=masks,
-            episode_id=np.array([info.whole(10) for info in infos], np.int64),
-            num_episodes=header.whole(4),
-            mean_reward=header.decimal(5),
+            episode_id=np.array([info.id for info in infos], np.int64),
+            num_episodes=header.number_episodes,
+            mean_reward=header.mean_reward,
             action_lag=0 if self._is_old else 1,
         )
 
-    def _observations(self, infos: Sequence[Fields]) -> dict[str, Array]:
+    def _observations(self, infos: Sequence[Any]) -> dict[str, Array]:
         self._place = "record 1"
-        first = [self._sensor(index, part) for index, part in enumerate(infos[0].messages(13))]
+        first = [self._sensor(index, part) for index, part in enumerate(infos[0].observations)]
         if not first:
             raise ValueError("shows no observation")
         if sum(math.prod(sensor.shape) for sensor in first) * len(infos) > _MAX_RECORDED_NUMBERS:
@@ -247,32 +250,32 @@ class _Reader:
         }
         for row, info in enumerate(infos):
             self._place = f"record {row + 1}"
-            parts = info.messages(13)
+            parts = info.observations
             if len(parts) != len(first):
                 raise ValueError(f"shows {len(parts)} observations where the first shows {len(first)}")
             for name, sensor, part in zip(names, first, parts, strict=True):
                 seen[name][row] = _observation(sensor, part)
         return seen
 
-    def _sensor(self, index: int, part: Fields) -> _Sensor:
-        wire, is_png = tuple(part.wholes(1)), part.whole(2) == 1
+    def _sensor(self, index: int, part: Any) -> _Sensor:
+        wire, is_png = tuple(part.shape), part.compression_type == PNG
         if not 1 <= len(wire) <= 3 or any(size < 0 for size in wire) or math.prod(wire) > _MAX_NUMBERS:
             raise ValueError(f"shows an observation of the impossible shape {wire}")
         if is_png and len(wire) != 3:
             raise ValueError(f"shows a PNG of shape {wire}, and three axes are needed")
         chw = len(wire) == 3 and (self._layout or layout_by_shape(wire)) == CHW
-        return _Sensor(part.text(8) or f"obs_{index}", wire, (wire[1], wire[2], wire[0]) if chw else wire, is_png, chw)
+        return _Sensor(part.name or f"obs_{index}", wire, (wire[1], wire[2], wire[0]) if chw else wire, is_png, chw)
 
     def _action(
-        self, row: int, act: Fields, numbers: int, branches: tuple[int, ...], is_last: bool
+        self, row: int, act: Any, numbers: int, branches: tuple[int, ...], is_last: bool
     ) -> tuple[Array, Array]:
         self._place = f"record {row + 1}"
-        continuous, discrete = act.decimals(6), np.array(act.wholes(7), np.int64)
-        if is_last and not len(act):
+        continuous, discrete = np.array(act.continuous_actions, np.float32), np.array(act.discrete_actions, np.int64)
+        if is_last and not act.ByteSize():
             self._is_old = True  # the old recorder had nothing more to write
             return np.zeros(numbers, np.float32), np.zeros(len(branches), np.int64)
         if not len(continuous) and not len(discrete):  # files before hybrid actions have one list for either
-            old = act.decimals(1)
+            old = np.array(act.vector_actions_deprecated, np.float32)
             continuous, discrete = (old, discrete) if numbers else (continuous, old.astype(np.int64))
         if (len(continuous), len(discrete)) != (numbers, len(branches)):
             raise ValueError(
@@ -285,15 +288,15 @@ class _Reader:
             raise ValueError(f"chooses {discrete.tolist()} in branches of {list(branches)}")
         return continuous, discrete
 
-    def _reward(self, row: int, info: Fields) -> float:
+    def _reward(self, row: int, info: Any) -> float:
         self._place = f"record {row + 1}"
-        reward = info.decimal(7)
+        reward: float = info.reward
         if not math.isfinite(reward):
             raise ValueError(f"earns {reward}")
         return reward
 
-    def _masks(self, infos: Sequence[Fields], branches: tuple[int, ...]) -> Array | None:
-        masks = [info.wholes(11) for info in infos]
+    def _masks(self, infos: Sequence[Any], branches: tuple[int, ...]) -> Array | None:
+        masks = [list(info.action_mask) for info in infos]
         if not any(masks):
             return None
         for row, mask in enumerate(masks):
@@ -303,44 +306,39 @@ class _Reader:
         return ~np.array([mask or [False] * sum(branches) for mask in masks], bool)
 
 
-def _message(data: bytes, at: int) -> tuple[Fields, int]:
+def _message(kind: Any, data: bytes, at: int) -> tuple[Any, int]:
     """Read one message behind its length."""
     size, at = read_varint(data, at)
     if size > len(data) - at:
         raise ValueError(f"claims {size} bytes where {len(data) - at} are left; the file was cut")
-    return read_fields(data[at : at + size]), at + size
+    return parsed(kind, data[at : at + size]), at + size
 
 
-def _one(record: Fields, number: int) -> Fields:
-    found = record.messages(number)
-    return found[-1] if found else Fields()
-
-
-def _actions_of(behavior: Fields) -> tuple[int, tuple[int, ...]]:
+def _actions_of(behavior: Any) -> tuple[int, tuple[int, ...]]:
     """Return numbers and branches, from the action spec or, in old files, from what came before it."""
-    spec = _one(behavior, 9)
-    if spec.whole(1) or spec.whole(2):
-        numbers, branches = spec.whole(1), tuple(spec.wholes(3))
+    spec = behavior.action_spec
+    if spec.num_continuous_actions or spec.num_discrete_actions:
+        numbers, branches = spec.num_continuous_actions, tuple(spec.discrete_branch_sizes)
     else:
-        sizes = tuple(behavior.wholes(3))
-        is_continuous = behavior.whole(6) == 1
+        sizes = tuple(behavior.vector_action_size_deprecated)
+        is_continuous = behavior.vector_action_space_type_deprecated == 1
         numbers, branches = (sizes[0] if sizes else 0, ()) if is_continuous else (0, sizes)
     if numbers < 0 or numbers > _MAX_NUMBERS or any(size < 1 for size in branches) or not (numbers or branches):
         raise ValueError(f"has {numbers} numbers and branches {list(branches)}, and something must be done")
     return numbers, branches
 
 
-def _observation(sensor: _Sensor, part: Fields) -> Array:
-    if tuple(part.wholes(1)) != sensor.wire_shape:
-        raise ValueError(f"shows '{sensor.name}' as {tuple(part.wholes(1))} where the first is {sensor.wire_shape}")
-    if (part.whole(2) == 1) != sensor.is_png:
+def _observation(sensor: _Sensor, part: Any) -> Array:
+    if tuple(part.shape) != sensor.wire_shape:
+        raise ValueError(f"shows '{sensor.name}' as {tuple(part.shape)} where the first is {sensor.wire_shape}")
+    if (part.compression_type == PNG) != sensor.is_png:
         raise ValueError(f"shows '{sensor.name}' once as PNG and once as numbers")
     if sensor.is_png:
         try:
-            return decode_picture(part.data(3), sensor.shape, part.wholes(5))
+            return decode_picture(part.compressed_data, sensor.shape, list(part.compressed_channel_mapping))
         except ValueError as cause:
             raise ValueError(f"shows '{sensor.name}', which {cause}") from cause
-    values = _one(part, 4).decimals(1)
+    values = np.array(part.float_data.data, np.float32)
     if values.size != math.prod(sensor.wire_shape) or not np.isfinite(values).all():
         raise ValueError(
             f"shows '{sensor.name}' as {values.size} numbers, some perhaps NaN or infinite, where shape "

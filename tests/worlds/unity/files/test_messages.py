@@ -1,6 +1,6 @@
 """What protobuf makes of the table of fields."""
 
-from racecraft.worlds.unity.env import messages
+from racecraft.worlds.unity.files import messages
 
 
 def test_words_of_the_protocol_have_its_numbers():
