@@ -10,7 +10,7 @@ help:  ## list the words
 env:  ## make .venv with everything a builder needs; keeps what is there
 	@$(PYTHON) scripts/make_env.py
 
-demo: env  ## train the default car on re:Invent 2018 from its camera until it laps, and show what came of it
+demo: env  ## train the default car on re:Invent 2018 from its camera until it races, and show what came of it
 	@$(BIN)/racecraft train
 
 test: env  ## every test that CI runs, on two cores: tests with warnings as errors, doctests, examples

@@ -50,7 +50,7 @@ def seconds_to_laps(seeds: int, place: Path, minutes: float, **request: Any) -> 
 
 def july(seeds: int, place: Path, minutes: float) -> dict[str, Any]:
     """The default car on a long track."""
-    return seconds_to_laps(seeds, place, 5, track="July_2020")
+    return seconds_to_laps(seeds, place, 5, track="July_2020", preset="fast")
 
 
 def sac(seeds: int, place: Path, minutes: float) -> dict[str, Any]:
@@ -58,7 +58,7 @@ def sac(seeds: int, place: Path, minutes: float) -> dict[str, Any]:
     folder = place / "car"
     folder.mkdir(parents=True)
     (folder / "model_metadata.json").write_text(json.dumps(RANGES), encoding="utf-8")
-    return seconds_to_laps(seeds, place, 15, folder=folder)
+    return seconds_to_laps(seeds, place, 15, folder=folder, preset="fast")
 
 
 def aws(seeds: int, place: Path, minutes: float) -> dict[str, Any]:

@@ -88,8 +88,10 @@ def page(results: dict[str, Any]) -> str:
             "|---|---|---|---|---|",
             *(f"| {what} | {value} | {floor} | {aim} | {spread} |" for what, value, floor, aim, spread in rows),
             "",
-            "The benchmark car is the default one: profile v6, ten actions (±30°, ±15°, 0° at 0.5 and 1.0 m/s), the "
-            "centre-line reward, re:Invent 2018. Seconds to stable laps run from the first training tick to the second "
+            "The benchmark car is that of the preset `fast`, which crawls: profile v6 (these figures: v6-unlimited), "
+            "ten actions (±30°, ±15°, 0° at 0.5 and 1.0 m/s), the centre-line reward, re:Invent 2018. The default car "
+            "races: [racing.md](racing.md), by `python benchmarks/racing.py`. Seconds to stable laps run from the "
+            "first training tick to the second "
             "evaluation in a row in which all five starts bring a full lap, evaluations in, compilation out. "
             "Stable-Baselines3 drives the same world with the same minibatches, epochs, step size, discount and policy "
             "network, judged the same way, seeds interleaved with ours in the same run. It was given our "

@@ -110,7 +110,7 @@ def ours(seed: int) -> tuple[float, float]:
 def theirs(seed: int) -> tuple[float, float]:
     """Return the same of Stable-Baselines3."""
     set_threads(os.cpu_count() or 1)  # of the world; PyTorch takes all cores by itself
-    plan = plan_car(RaceRequest(seed=seed))
+    plan = plan_car(RaceRequest(preset="fast", seed=seed))
     settings = plan.settings
     world = race_world(plan, settings.rollout.num_worlds, load_reward(None).call)
     judged = race_world(plan, settings.evaluation.episodes)

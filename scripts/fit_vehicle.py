@@ -5,8 +5,8 @@
 PUBLIC holds unpacked copies of the public repositories that RECORDINGS names, each in a folder `owner+name`; without it
 only the recordings of ../shared/data count; with `--judge` nothing is fitted. Each car is fitted to some recordings
 and judged on others: other trainings, other tracks, other racers. Prints the tables of docs/fidelity.md and
-the profiles that `worlds/deepracer/env/vehicle.py` holds. What is made small is the distance to the recorded car after a second,
-measured by what is far at that speed, every recording and every band of speed counting the same.
+the profiles that `worlds/deepracer/env/vehicle.py` holds. What is made small is the distance to the recorded car after
+a second, measured by what is far at that speed, every recording and every band of speed counting the same.
 """
 
 from __future__ import annotations

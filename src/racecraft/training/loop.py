@@ -377,12 +377,15 @@ class TrainingLoop:
 
     def _progress(self) -> Progress:
         evaluated = self._report is not None and self._report.result is not None
+        figures = self._last.figures if self._last is not None and evaluated else {}
         return Progress(
             seconds=self._seconds(),
             iterations=self._iteration,
             steps=self._collector.steps_taken,
             is_stable=self._is_stable,
             score=self._last.score if self._last is not None and evaluated else None,
+            lap_seconds=figures.get("flying_lap_seconds"),
+            gap_percent=figures.get("gap_percent"),
         )
 
     def _look_at_clock(self) -> None:

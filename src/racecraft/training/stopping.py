@@ -12,7 +12,12 @@ from dataclasses import dataclass
 
 from racecraft.contract.errors import SettingError, nearest
 
-LAPS = {"laps": "stable: evaluations in a row in which every start brings a full lap, then three flying laps"}
+LAP, GAP = "lap", "gap"
+LAPS = {
+    "laps": "stable: evaluations in a row in which every start brings a full lap, then three flying laps",
+    LAP: "every start of an evaluation brings a full lap, and the fastest flying lap takes at most so many seconds",
+    GAP: "the same, at most so many per cent over the best known lap",
+}
 SCORE = {"score": "the mean score of an evaluation reaches this much"}
 RATING = {"rating": "the rating of an evaluation reaches this many points"}
 ALWAYS = {
@@ -55,6 +60,10 @@ class Progress:
     is_stable: bool
     score: float | None = None
     """Mean score of this iteration's evaluation; None without one."""
+    lap_seconds: float | None = None
+    """Fastest flying lap of this iteration's evaluation where every start brought a full lap; else None."""
+    gap_percent: float | None = None
+    """How much longer that lap took than the best known one."""
 
 
 def parse_stops(texts: Iterable[str], world: Mapping[str, str] | None = None) -> tuple[StopCondition, ...]:
@@ -69,6 +78,8 @@ def parse_stops(texts: Iterable[str], world: Mapping[str, str] | None = None) ->
 
     >>> [str(stop) for stop in parse_stops(["laps", "minutes=1.5"])]
     ['laps', 'minutes=1.5']
+    >>> [str(stop) for stop in parse_stops(["lap=8.2", "gap=3%"])]
+    ['lap=8.2', 'gap=3']
     >>> parse_stops(["minuts=3"])
     Traceback (most recent call last):
     racecraft.contract.errors.SettingError: --stop 'minuts=3' is no stop. Did you mean 'minutes'?
@@ -108,7 +119,7 @@ def _parse(text: str, known: Mapping[str, str]) -> StopCondition:
             )
         return StopCondition(kind)
     try:
-        value = float(amount)
+        value = float(amount.removesuffix("%") if kind == GAP else amount)
     except ValueError:
         value = float("nan")
     is_legal, number = _AMOUNTS.get(kind, _POSITIVE)
@@ -122,5 +133,8 @@ def _holds(stop: StopCondition, progress: Progress) -> bool:
         return progress.is_stable
     if stop.kind in (*SCORE, *RATING):
         return progress.score is not None and progress.score >= stop.amount
+    if stop.kind in (LAP, GAP):
+        reached_so_far = progress.lap_seconds if stop.kind == LAP else progress.gap_percent
+        return reached_so_far is not None and reached_so_far <= stop.amount
     amounts = {"minutes": progress.seconds / 60.0, "iterations": progress.iterations, "steps": progress.steps}
     return amounts[stop.kind] >= stop.amount

@@ -244,3 +244,25 @@ def test_an_action_that_is_none_is_refused():
         world.step(np.array([[6]]), buffers)
     with pytest.raises(ContractError, match="are not 1 of"):
         world.step(np.array([[1], [2]]), buffers)
+
+
+def test_a_car_in_training_drives_on_over_the_finish_and_starts_again_when_its_time_is_over():
+    """Its laps are episodes, cut and not ended; without it they end, and each begins at rest."""
+    world = make_world(start_shares=[0.3], drive_seconds=60.0)
+    reports = lap(world, 960)[:, 0]
+    done = np.flatnonzero(reports["status"] == race.LAP_COMPLETE)
+    assert len(done) >= 2
+    first = done[0]
+    assert reports[first]["truncated"]
+    assert not reports[first]["terminated"]
+    after = reports[first + 1]
+    assert (after["episode"], after["steps"], after["lap_seconds"]) == (1, 1.0, pytest.approx(1 / 15))
+    assert (race.STATUSES[after["status"]], after["start_share"]) == ("in_progress", 0.3)
+    assert after["driven_speed"] > 0.5
+    assert math.dist((after["x"], after["y"]), (reports[first]["x"], reports[first]["y"])) < 0.1
+    assert after["progress"] < 1.0
+    cut = np.flatnonzero(reports["truncated"] & (reports["status"] == race.IN_PROGRESS))
+    assert cut.tolist() == [60 * 15 - 1]
+    again = reports[cut[0] + 1]
+    assert (race.STATUSES[again["status"]], again["start_share"]) == ("prepare", pytest.approx(0.35))
+    assert [episode.status for episode in world.take_episodes()] == ["lap_complete"] * len(done) + ["truncated"]

@@ -17,7 +17,7 @@ from racecraft.worlds.deepracer.training.plan import RaceRequest
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     place = tmp_path_factory.mktemp("cars") / "car"
-    request = RaceRequest(run=place, stops=("iterations=1",), overrides=TINY[1::2])
+    request = RaceRequest(preset="fast", run=place, stops=("iterations=1",), overrides=TINY[1::2])
     return train(request, Silence(), lambda text: None).run.path
 
 

@@ -99,7 +99,7 @@ def test_past_selves_drive_slower_cars_in_some_races_and_nobody_else_does():
     world.meet(Always(1))  # another past self gets in: cars are as slow as before
     buffers = allocate(world.spec)
     world.reset(buffers, 0)
-    for _ in range(6):
+    for _ in range(12):
         world.step(np.ones((4, 1), int), buffers)
     driven, others = world.inner.reports["driven_speed"], ~world.dealt.mine
     assert (world.inner.reports["speed"] == 1.5).all()

@@ -63,7 +63,7 @@ class TinyTraining:
     def __init__(self, folder, iterations, whole_episodes=False, every=1, callback=None, **more):
         sets = (*TINY, f"rollout.episodes_per_iteration={2 * 6}") if whole_episodes else TINY
         sets = (*sets, f"evaluation.every={every}")
-        plan = plan_car(RaceRequest(overrides=sets, stops=(f"iterations={iterations}",)))
+        plan = plan_car(RaceRequest(preset="fast", overrides=sets, stops=(f"iterations={iterations}",)))
         self.run = RunFolder.open(folder) if (folder / "job.json").exists() else RunFolder.create(folder)
         world, judged = race_world(plan, 6, lambda params: float(params["speed"])), race_world(plan, 2)
         self.learner = PpoLearner(world.spec, plan.settings.network, plan.settings.ppo, 1)
@@ -112,7 +112,7 @@ def trained(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "tiny"
     training = TinyTraining(folder, 3).train()
     keeper = DriveKeeper()
-    world = race_world(plan_car(RaceRequest(overrides=TINY)), 1)
+    world = race_world(plan_car(RaceRequest(preset="fast", overrides=TINY)), 1)
     judge_laps(GreedyPolicy(training.learner), world, 2, [keeper])
     return SimpleNamespace(path=folder, drive=keeper.drive, place=AwsModelFolder(folder))
 
@@ -357,7 +357,7 @@ def test_deepracer_utils_reads_the_metrics(trained, deepracer):
 def test_deepracer_utils_reads_an_evaluation(trained, deepracer):
     from racecraft.worlds.deepracer.training.aws.evaluation import write_aws_evaluation
 
-    plan = plan_car(RaceRequest(overrides=TINY))
+    plan = plan_car(RaceRequest(preset="fast", overrides=TINY))
     stamps = {write_aws_evaluation(trained.path, trained.drive, 2, plan.track.length) for _ in range(2)}
     assert len(stamps) == 2
     log = deepracer.DeepRacerLog(model_folder=str(trained.path))

@@ -21,6 +21,7 @@ TWO_ACTIONS = """{"action_space": [{"steering_angle": -20, "speed": 1, "index": 
 
 
 def trained(place, *overrides, said=None, **words):
+    words = {"preset": "fast", **words}
     request = RaceRequest(run=place, stops=("iterations=1",), overrides=(*SMALL, *overrides), **words)
     return train(request, Silence(), said or (lambda text: None)).run
 

@@ -33,7 +33,7 @@ BOX: RGB = (214, 170, 120)
 
 MARGIN = 16
 MAP_HEIGHT = 176
-MAP_TOP, LAP_TOP, SPEED_TOP, STEERING_TOP = 66, 264, 370, 464
+MAP_TOP, GHOST_TOP, LAP_TOP, SPEED_TOP, STEERING_TOP = 66, 244, 264, 370, 464
 BAR_HEIGHT = 12
 TRAIL_RADIUS, CAR_RADIUS, BOX_RADIUS = 1.7, 4.6, 3.8
 JUMP_M = 0.6
@@ -52,18 +52,27 @@ class Dashboard:
         title: Headline; the track's name when empty.
         width, height: Pixels of the panel.
         boxes: Boxes and bots in every tick, (T, K, 6), as `objects.Objects` has them; None: an empty road.
+        ghost: An earlier drive of the same car, shown on the map from the same moment on; None: the car is alone.
     """
 
     def __init__(
-        self, track: Track, drive: Drive, title: str, width: int, height: int, boxes: Array | None = None
+        self,
+        track: Track,
+        drive: Drive,
+        title: str,
+        width: int,
+        height: int,
+        boxes: Array | None = None,
+        ghost: Drive | None = None,
     ) -> None:
-        self._drive = drive
+        self._drive, self._ghost = drive, ghost
         self._boxes = boxes
         self._inside = width - 2 * MARGIN
         self._map = TrackMap.of(track, self._inside, MAP_HEIGHT, GROUND)
         self._map_left = MARGIN + (self._inside - self._map.picture.shape[1]) // 2
         self._map_top = MAP_TOP + (MAP_HEIGHT - self._map.picture.shape[0]) // 2
         self._places = self._map.pixels(drive.xy)
+        self._ghost_places = None if ghost is None else self._map.pixels(ghost.xy)
         self._top_mps = speed_scale_end(drive)
         self._top_rad = max(math.radians(30.0), float(np.abs(drive.steering_rad).max()))
         shade = (SHADES - 1) * np.clip(drive.driven_mps / self._top_mps, 0.0, 1.0)
@@ -89,6 +98,10 @@ class Dashboard:
         for box in () if self._boxes is None else self._map.pixels(self._boxes[tick, :, :2]):
             dab(place, box[0], box[1], BOX_RADIUS, GROUND)
             dab(place, box[0], box[1], BOX_RADIUS - 1.0, BOX)
+        if self._ghost_places is not None:
+            x, y = self._ghost_places[min(tick, len(self._ghost_places) - 1)]
+            dab(place, x, y, CAR_RADIUS, GROUND)
+            dab(place, x, y, CAR_RADIUS - 1.4, BAD)
         x, y = self._places[tick]
         dab(place, x, y, CAR_RADIUS, GROUND)
         dab(place, x, y, CAR_RADIUS - 1.4, WHITE)
@@ -113,6 +126,9 @@ class Dashboard:
         pen.text((MARGIN, 14), fitted(title or name, font(17, bold=True), self._inside), WHITE, font(17, bold=True))
         below = name if title else f"{track.length:.1f} m"
         pen.text((MARGIN, 38), fitted(below, font(13), self._inside), QUIET, font(13))
+        if self._ghost is not None:
+            words = f"● first full lap, {self._ghost.lap_seconds[-1]:.2f} s"
+            pen.text((MARGIN, GHOST_TOP), words, BAD, font(12))
         pen.text((MARGIN, SPEED_TOP), "SPEED", QUIET, font(12))
         pen.text((MARGIN, STEERING_TOP), "STEERING", QUIET, font(12))
         return picture

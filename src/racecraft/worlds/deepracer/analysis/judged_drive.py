@@ -87,6 +87,7 @@ def show_drive(
     picture: Path | None = None,
     style: FilmStyle | None = None,
     count: PictureCount | None = None,
+    ghost: CarDrive | None = None,
 ) -> dict[str, Path]:
     """Write the film and the path of a drive, whichever is asked for; return the files by kind.
 
@@ -96,6 +97,7 @@ def show_drive(
         picture: Where the path goes.
         style: The camera it is filmed with; None: the car's own view beside a panel of figures.
         count: Hears how many pictures are painted, and of how many; not where `style` is None.
+        ghost: An earlier drive that the map shows beside it, where `style` is None.
     """
     files = {}
     if picture is not None:
@@ -110,6 +112,7 @@ def show_drive(
             title=headline(drive.car),
             light=drive.car.light,
             objects=drive.objects,
+            ghost=ghost,
         )
         files["video"] = video
     elif video is not None and style is not None:

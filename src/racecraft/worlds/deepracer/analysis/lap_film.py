@@ -43,6 +43,7 @@ def write_video(
     title: str = "",
     light: str = "2026",
     objects: tuple[Array, Array] | None = None,
+    ghost: Drive | None = None,
 ) -> Path:
     """Film a drive.
 
@@ -54,6 +55,7 @@ def write_video(
         title: Headline of the panel; the track's title when empty.
         light: Year of the simulator whose light falls on the circuit.
         objects: Boxes and bots in every tick, (T, K, 6) and their kinds (T, K), as `objects.Objects` has them.
+        ghost: An earlier drive that the map shows beside this one, from the same moment on.
 
     Returns:
         The path. The film has T pictures, and HELD_PICTURES more of the last one where the drive ended there.
@@ -65,7 +67,7 @@ def write_video(
         MissingExtraError: PyAV is not installed.
     """
     path = film_path(path)
-    encode_film(path, film(as_drive(drive), track, mount, title, light, objects), PICTURES_PER_SECOND, title)
+    encode_film(path, film(as_drive(drive), track, mount, title, light, objects, ghost), PICTURES_PER_SECOND, title)
     return path
 
 
@@ -76,10 +78,11 @@ def film(
     title: str = "",
     light: str = "2026",
     objects: tuple[Array, Array] | None = None,
+    ghost: Drive | None = None,
 ) -> Iterator[Array]:
     """Yield the pictures of a film one by one, (HEIGHT, WIDTH, 3) uint8: the same array, painted anew."""
     camera = Camera(build_scene(track, light, for_people=True), VIEW_WIDTH, VIEW_HEIGHT, mount)
-    dashboard = Dashboard(track, drive, title, PANEL_WIDTH, HEIGHT, objects[0] if objects else None)
+    dashboard = Dashboard(track, drive, title, PANEL_WIDTH, HEIGHT, objects[0] if objects else None, ghost)
     poses, endings = drive.poses, drive.endings
     views = np.empty((min(AT_ONCE, len(drive)), VIEW_HEIGHT, VIEW_WIDTH, 3), np.uint8)
     picture = np.empty((HEIGHT, WIDTH, 3), np.uint8)

@@ -25,6 +25,7 @@ from racecraft.worlds.deepracer.analysis.evaluations import track_table
 from racecraft.worlds.deepracer.analysis.explaining import explain_failures
 from racecraft.worlds.deepracer.analysis.failure_places import Why
 from racecraft.worlds.deepracer.analysis.judged_drive import drive_laps, headline, show_drive
+from racecraft.worlds.deepracer.analysis.pace_part import first_full_lap, pace_parts
 from racecraft.worlds.deepracer.analysis.run_facts import reward_of, track_of
 from racecraft.worlds.deepracer.analysis.why_page import failure_parts
 from racecraft.worlds.deepracer.files.generalisation import read_generalisation
@@ -59,7 +60,7 @@ def paint_run(run: RunFolder, say: Callable[[str], None]) -> dict[str, Path]:
         "curves": run.path / CURVES,
         "report": run.path / REPORT,
     }
-    show_drive(drive, video=files["video"], picture=files["picture"])
+    show_drive(drive, video=files["video"], picture=files["picture"], ghost=first_full_lap(run, car))
     draw_curves(files["curves"], run.read_metrics(), score_name=find_kind(KIND).score.name)
     why = explain_failures(car, car.trained_on, str(run.path), **WHY)
     film = small_film(files["video"])
@@ -115,6 +116,8 @@ def car_parts(
     track = track_of(facts.job)
     if track is not None and not (drive is None and laps.is_empty()):
         yield PagePart("On the track", list(_on_the_track(facts.title, track, ticks, laps, drive, film)))
+    if track is not None:
+        yield from pace_parts(facts, track, drive)
     if why is not None:
         command = f"<p><code>racecraft why {page.escaped(facts.run.path)}</code></p>"
         yield PagePart("Why it fails", [*failure_parts(why), command])

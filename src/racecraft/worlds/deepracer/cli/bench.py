@@ -35,7 +35,7 @@ def laps(
     seeds: Annotated[int, typer.Option(min=1, help="How many seeds, counted from 1.")] = 5,
     json: JSON = False,
 ) -> None:
-    """Seconds from the first training tick to stable laps of the default car on reinvent_base.
+    """Seconds from the first training tick to stable laps of the car of the preset fast on reinvent_base.
 
     Example: racecraft bench laps --seeds 3
     """

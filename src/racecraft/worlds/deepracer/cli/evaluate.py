@@ -187,19 +187,27 @@ def _show(drive: Drive, film: FilmOptions, style: FilmStyle | None, picture: Pat
 
 def _tell(run: Path, drive: Drive, stamp: str, files: Mapping[str, Path], json: bool) -> None:
     from racecraft.cli.output import print_json
+    from racecraft.worlds.deepracer.driving.pace import pace_of
+    from racecraft.worlds.deepracer.env.vehicle import beyond_logs
     from racecraft.worlds.deepracer.evaluation.laps import LapReport
 
     checkpoint = drive.car.checkpoint.iteration
+    report = drive.report
+    pace = pace_of(drive.car, drive.track.name, report, drive.ticks) if isinstance(report, LapReport) else None
     if json:
         facts = {"run": str(run), "checkpoint": checkpoint, "track": drive.track.name, **drive.report.as_dictionary()}
+        facts |= {} if pace is None else pace.as_dictionary()
         facts |= {"aws_files": f"evaluation-{stamp}", "video": None}
         print_json(facts | {kind: str(path) for kind, path in files.items()})
         return
     print(f"{run}, checkpoint {checkpoint}, on {drive.track.title or drive.track.name}:")
-    if isinstance(drive.report, LapReport):
-        _print_table(drive.report)
+    if isinstance(report, LapReport) and pace is not None:
+        _print_table(report)
+        print("\n".join(pace.lines()))
     else:
-        print_race(drive.report)
+        print_race(report)
+        if limits := beyond_logs(drive.car.settings.race.car, drive.car.actions.fastest):
+            print(limits)
     for kind, path in files.items():
         print(f"{kind}: {path}")
 

@@ -120,6 +120,7 @@ def race(
     """
     from racecraft.cli.output import counting, print_json, say
     from racecraft.worlds.deepracer.analysis.race_film import film_race
+    from racecraft.worlds.deepracer.env.vehicle import beyond_logs
     from racecraft.worlds.deepracer.evaluation.head_to_head import race_heads, require_company
     from racecraft.worlds.deepracer.players.driver import driver_of, load_car, names_of
     from racecraft.worlds.deepracer.tracks.catalogue import load_track
@@ -155,6 +156,8 @@ def race(
     print(f"{len(result.races)} races over {asked.laps} laps on {circuit.title or circuit.name}:")
     print_standings(result)
     print(f"{result.overtakes_per_race:.2f} overtakes a race")
+    for sentence in sorted({beyond_logs(one.car, one.actions.fastest) for one in drivers} - {None}):
+        print(sentence)
     for kind, path in files.items():
         print(f"{kind}: {path}")
 

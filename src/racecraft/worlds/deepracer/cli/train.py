@@ -85,8 +85,12 @@ class CarOptions:
         ),
     ] = None
     preset: Annotated[
-        str, typer.Option(help="fast: the learner and network that lap soonest; aws: those of AWS, figure by figure.")
-    ] = "fast"
+        str | None,
+        typer.Option(
+            help="race: the fastest laps within a budget of steps; fast: laps soonest, at 1 m/s; aws: AWS's learner, "
+            "figure by figure. By default race for one car on one track with PPO, else fast."
+        ),
+    ] = None
     fidelity: Annotated[
         str | None,
         typer.Option(help="sane, or aws with the original's habits; by default what goes with the preset."),

@@ -62,6 +62,11 @@ class ActionTable:
         labels = tuple(action_label(*pair) for pair in zip(self.steering, self.speed, strict=True))
         return DiscreteActions(len(self.steering), labels)
 
+    @property
+    def fastest(self) -> float:
+        """The fastest command that is sent to a car, m/s."""
+        return float(self._sent[:, 1].max())
+
     def commands(self, actions: Array) -> Commands:
         """Return what each choice tells its car.
 
@@ -105,6 +110,11 @@ class ActionBox:
         """
         (right, left), (slow, fast) = self.steering, self.speed
         return ContinuousActions((right, slow), (left, fast))
+
+    @property
+    def fastest(self) -> float:
+        """The fastest command that is sent to a car, m/s."""
+        return min(max(self.speed[1], MIN_SPEED_MPS), MAX_SPEED_MPS)
 
     def commands(self, actions: Array) -> Commands:
         """Return what each action tells its car; one beyond the ranges is held to them, as the original does.

@@ -45,6 +45,7 @@ class Habits:
     prepare_is_learned: bool
     episodes_are_endless: bool
     cut_is_an_end: bool
+    lap_is_an_end: bool
     memory_is_finite: bool
     evaluation_follows_training: bool
     ticks_jitter: bool
@@ -90,6 +91,13 @@ DEPARTURES = (
         "An episode that is cut counts as ended: nothing is expected to follow.",
         "It counts as truncated: what the critic expects of its last observation follows.",
         "worlds/deepracer/env/rules.py",
+    ),
+    Departure(
+        "lap_is_an_end",
+        "A complete lap ends a training episode: nothing is expected to follow, as if the car had left the road.",
+        "The car drives on, and what the critic expects of it follows; race.max_training_seconds puts it back to a "
+        "standing start.",
+        "worlds/deepracer/training/trainer.py",
     ),
     Departure(
         "memory_is_finite",

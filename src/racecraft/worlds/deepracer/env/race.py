@@ -96,6 +96,7 @@ CAR_STATE = np.dtype(
         ("start_share", "f8"),  # where the episode began, share of the lap
         ("start_left", "f8"),  # how far left of the centre line it begins its episodes, share of the half road
         ("ticks", "i8"),  # of this episode, the prepare tick included
+        ("drive_ticks", "i8"),  # since its last standing start
         ("lap_ticks", "i8"),  # of this lap
         ("total_ticks", "i8"),  # since the race was reset
         ("episode", "i8"), ("laps", "i8"),  # episodes begun before this one; laps done in it
@@ -144,7 +145,7 @@ class Rules(NamedTuple):
     """What the marshals were told; a plain tuple, so that kernels take it whole."""
 
     max_ticks: int
-    """An episode is truncated after so many ticks."""
+    """An episode is truncated after so many ticks since the car's last standing start."""
     laps: int
     """An episode ends after so many complete laps."""
     start_advance: float
@@ -160,6 +161,8 @@ class Rules(NamedTuple):
     start_ahead: float = 0.0
     """m ahead of another car of its world at which a car starts again, behind it where its own car is the faster one;
     0: where its own next start lies."""
+    drives_on: bool = False
+    """Whether a car that completes a lap drives on: the lap is cut, not ended, and the next episode begins there."""
 
 
 PROFILE = np.dtype([(name, "f8") for name in CarProfile._fields])

@@ -21,7 +21,9 @@ from racecraft.worlds.deepracer.env.settings import RaceConfig
 from racecraft.worlds.deepracer.tracks.track import Track
 
 
-def rules_of(race_config: RaceConfig, track_length: float, laps: int, start_ahead: float) -> race.Rules:
+def rules_of(
+    race_config: RaceConfig, track_length: float, laps: int, start_ahead: float, drive_seconds: float | None = None
+) -> race.Rules:
     """Return the rules of a race.
 
     Args:
@@ -29,10 +31,14 @@ def rules_of(race_config: RaceConfig, track_length: float, laps: int, start_ahea
         track_length: Length of the centre line, m.
         laps: An episode ends after so many complete laps.
         start_ahead: How far ahead of another car of its world a car starts again, m.
+        drive_seconds: A car that completes a lap drives on in its next episode, until so much simulated time after its
+            last standing start; None: `laps` end an episode.
     """
     has = habits(race_config.fidelity)
     return race.Rules(
-        max_ticks=most_ticks(race_config, track_length, laps),
+        max_ticks=most_ticks(race_config, track_length, laps)
+        if drive_seconds is None
+        else race.max_ticks(drive_seconds),
         laps=laps,
         start_advance=race_config.start_advance if race_config.change_start else 0.0,
         cut_ends=has.cut_is_an_end,
@@ -40,6 +46,7 @@ def rules_of(race_config: RaceConfig, track_length: float, laps: int, start_ahea
         wheel_kick=WHEEL_KICK if has.wheels_wander else 0.0,
         keeps_wheels=has.wheels_keep_their_angle,
         start_ahead=start_ahead,
+        drives_on=drive_seconds is not None,
     )
 
 

@@ -74,6 +74,8 @@ class RaceWorld:
         variation: What differs from episode to episode.
         start_ahead: How far ahead of another car of its world a car starts again, m, or behind it where its own car is
             the faster one; 0: where its own next start lies.
+        drive_seconds: A car that completes a lap drives on: the lap is truncated and the next episode begins at the
+            finish, at speed, until so much simulated time after the last standing start. None: `laps` end an episode.
 
     Raises:
         SettingError: So many objects, or M cars, do not fit on the lap.
@@ -98,6 +100,7 @@ class RaceWorld:
         objects: BoxesConfig | BotsConfig | None = None,
         variation: VariationConfig = VariationConfig(),  # noqa: B008 (frozen)
         start_ahead: float = 0.0,
+        drive_seconds: float | None = None,
     ) -> None:
         counted = track.as_filed() if race_config.waypoints == "as_filed" else track
         self.track = counted.reversed() if race_config.reverse else counted
@@ -118,7 +121,7 @@ class RaceWorld:
         self._arrays = self.track.arrays()
         self.profiles = _profiles(profiles or [PROFILES[race_config.car]] * cars_per_world, self.reports.shape)
         """How each car answers steering and throttle, PROFILE (N, M); may be written to between ticks."""
-        self._rules = rules_of(race_config, self.track.length, laps, start_ahead)
+        self._rules = rules_of(race_config, self.track.length, laps, start_ahead, drive_seconds)
         asked = objects or objects_in(race_config.type)
         self._plan = plan_objects(self.track, asked, self.habits, cars_per_world)
         self._objects = new_objects(self._plan, num_cars)
@@ -402,7 +405,9 @@ class RaceWorld:
             agent=agent,
             steps=steps,
             reward=reward,
-            status="truncated" if report["truncated"] else race.STATUSES[report["status"]],
+            status="truncated"
+            if report["truncated"] and report["status"] != race.LAP_COMPLETE
+            else race.STATUSES[report["status"]],
             facts={
                 "progress_percent": float(report["progress"]),
                 "lap_seconds": float(report["lap_seconds"]) if report["status"] == race.LAP_COMPLETE else math.nan,

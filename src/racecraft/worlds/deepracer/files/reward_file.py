@@ -33,13 +33,19 @@ from typing import Any, NoReturn, Protocol, TextIO
 
 from racecraft.contract.errors import RewardError, RewardFileError, nearest
 from racecraft.contract.loading import UserModules
-from racecraft.worlds.deepracer.files.reward_examples import Params, default_reward_source, example_situations
+from racecraft.worlds.deepracer.files.reward_examples import (
+    Params,
+    default_reward_source,
+    example_situations,
+    racing_reward_source,
+)
 from racecraft.worlds.deepracer.files.reward_source import KIND, RewardSource, how_to_install, read_reward_source
 
 __all__ = [
     "MAX_REWARD",
     "RewardFunction",
     "default_reward_source",
+    "racing_reward_source",
     "example_situations",
     "load_reward_function",
     "validate",

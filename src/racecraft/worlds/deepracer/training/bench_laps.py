@@ -17,7 +17,7 @@ LIMIT = "minutes=3"
 
 
 def bench_laps(seeds: Iterable[int], say: Callable[[str], None], overrides: tuple[str, ...] = ()) -> dict[str, Any]:
-    """Train the default car once for each seed and return the seconds, their median and spread.
+    """Train the car of the preset `fast` once for each seed and return the seconds, their median and spread.
 
     The clock runs from the first training tick, evaluations in, compilation out. A seed that did not become stable is
     None in the list and counts as infinite in the median.
@@ -26,7 +26,9 @@ def bench_laps(seeds: Iterable[int], say: Callable[[str], None], overrides: tupl
     steps: list[int] = []
     with tempfile.TemporaryDirectory() as folder:
         for seed in seeds:
-            request = RaceRequest(run=Path(folder) / str(seed), seed=seed, stops=("laps", LIMIT), overrides=overrides)
+            request = RaceRequest(
+                run=Path(folder) / str(seed), preset="fast", seed=seed, stops=("laps", LIMIT), overrides=overrides
+            )
             trained = train(request, Silent(), lambda text: None)
             reached[seed] = trained.outcome.seconds_to_stable
             steps.append(trained.outcome.steps)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -41,15 +42,19 @@ PAID_FOR = {
     HEAD_TO_MODEL: "speed, in the lane that the next car leaves free",
 }
 """What a car without a reward function is paid for, by type of race."""
+RACING_PAY = "metres gained along the centre line, less for hasty steering"
 
 
-def notes_in(model: ModelFolder, race_type: str) -> list[str]:
+def notes_in(model: ModelFolder, race_type: str, is_racing: bool = False) -> list[str]:
     """Return what is worth saying of a racer's files in a race: what is paid by default, and no word of other races."""
-    own = [] if model.reward is not None else [f"no {REWARD}: paid for {PAID_FOR[race_type]}"]
+    pay = RACING_PAY if is_racing else PAID_FOR[race_type]
+    own = [] if model.reward is not None else [f"no {REWARD}: paid for {pay}"]
     return own + [note for note in model.notes if race_type == TIME_TRIAL or NO_OBJECTS not in note]
 
 
-def read_model_folder(folder: Path | None, keys: Mapping[str, Path] | None = None) -> ModelFolder:
+def read_model_folder(
+    folder: Path | None, keys: Mapping[str, Path] | None = None, default: ModelMetadata | None = None
+) -> ModelFolder:
     """Read a racer's folder; None stands for no folder at all.
 
     The two JSON files are also found where AWS's own model folders keep them: `model/` and `ip/`.
@@ -59,6 +64,7 @@ def read_model_folder(folder: Path | None, keys: Mapping[str, Path] | None = Non
     Args:
         folder: Where they are looked for.
         keys: Files that were named one by one, by the right name of each; they come first.
+        default: The car where there is no model_metadata.json; None: the console's.
 
     Raises:
         UserInputError: The folder does not exist, holds nothing of a racer's, or files of it cannot be used; all
@@ -71,13 +77,13 @@ def read_model_folder(folder: Path | None, keys: Mapping[str, Path] | None = Non
     if folder is not None and files.is_empty and not (folder / RUN_ENV).is_file():
         raise UserInputError(f"{folder}: holds none of a racer's files; {EXPECTED}")
     notes, faults = list(files.notes), Faults()
-    reward, metadata, given = None, default_model_metadata(), Hyperparameters()
+    reward, metadata, given = None, default or default_model_metadata(), Hyperparameters()
     if files.reward is not None:
         with faults.collect():
             reward = read_reward_source(files.reward)
             notes += reward.remarks
     if files.metadata is None:
-        notes.append(f"no {METADATA}: {len(metadata.actions)} actions, ±30°, ±15°, 0° at 0.5 and 1 m/s")
+        notes.append(f"no {METADATA}: {_table(metadata)}")
     else:
         with faults.collect():
             metadata = read_model_metadata(files.metadata)
@@ -90,6 +96,18 @@ def read_model_folder(folder: Path | None, keys: Mapping[str, Path] | None = Non
             notes += [f"{HYPERPARAMETERS}: {note}" for note in given.notes]
     faults.raise_found()
     return ModelFolder(reward, metadata, given, tuple(notes))
+
+
+def _table(metadata: ModelMetadata) -> str:
+    """Return a default table in words.
+
+    >>> _table(default_model_metadata())
+    '10 actions, ±30°, ±15°, 0° at 0.5 and 1 m/s'
+    """
+    angles = sorted({abs(round(math.degrees(one.steering_rad))) for one in metadata.actions}, reverse=True)
+    speeds = sorted({one.speed_mps for one in metadata.actions})
+    steered = ", ".join(f"±{angle}°" if angle else "0°" for angle in angles)
+    return f"{len(metadata.actions)} actions, {steered} at {' and '.join(f'{speed:g}' for speed in speeds)} m/s"
 
 
 def _found(folder: Path | None, keys: Mapping[str, Path]) -> RacerFiles:

@@ -8,16 +8,16 @@ from pathlib import Path
 from racecraft.contract.errors import SettingError, UserInputError, nearest
 from racecraft.contract.extensions import load_offered, offered
 from racecraft.formats.whole import write_whole
-from racecraft.worlds.deepracer.files.model_metadata import default_model_metadata, write_model_metadata
-from racecraft.worlds.deepracer.files.reward_file import default_reward_source
+from racecraft.worlds.deepracer.files.model_metadata import racing_model_metadata, write_model_metadata
+from racecraft.worlds.deepracer.files.reward_file import racing_reward_source
 
 HYPERPARAMETERS = """\
 {
-  "lr": 0.0005,
+  "lr": 0.001,
   "discount_factor": 0.97,
   "num_epochs": 4,
   "batch_size": 256,
-  "beta_entropy": 0.01,
+  "beta_entropy": 0.003,
   "loss_type": "mean squared error"
 }
 """
@@ -41,7 +41,7 @@ Train it, from the folder that holds this one:
 Things to try first:
 
 1. Print something in `reward_function`: it lands in `log.txt` of the run.
-2. Pay for speed: add `params["speed"]` to what is returned, and look at the lap time.
+2. Change what steering costs (0.1), and look at lap time and steering: `racecraft evaluate` prints both.
 3. Give the car faster actions in `model_metadata.json`, up to 4 m/s.
 4. Another track: `racecraft tracks list`, then `racecraft train {name} --track Oval_track`.
 
@@ -63,7 +63,7 @@ def new_model(folder: Path, reward: str | None = None) -> list[Path]:
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         what = "is not empty" if folder.is_dir() else "is a file"
         raise UserInputError(f"{folder}: {what}; expected a new or empty folder. Choose another name.")
-    source = default_reward_source() if reward is None else _offered_reward(reward)
+    source = racing_reward_source() if reward is None else _offered_reward(reward)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -72,7 +72,7 @@ def new_model(folder: Path, reward: str | None = None) -> list[Path]:
         ) from error
     write_whole(folder / "reward_function.py", source)
     write_whole(folder / "hyperparameters.json", HYPERPARAMETERS)
-    write_model_metadata(default_model_metadata(), folder / "model_metadata.json")
+    write_model_metadata(racing_model_metadata(), folder / "model_metadata.json")
     write_whole(folder / "README.md", README.format(name=folder.name))
     return [
         folder / name for name in ("reward_function.py", "model_metadata.json", "hyperparameters.json", "README.md")

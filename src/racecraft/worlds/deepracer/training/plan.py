@@ -11,22 +11,23 @@ from racecraft.algorithms.registry import Algorithm, find_algorithm
 from racecraft.contract.errors import Faults, RunFolderError, SettingError, TrackError
 from racecraft.formats.checkpoint import IMPORTED
 from racecraft.formats.checkpoint_ranking import split_source
+from racecraft.formats.run_folder import JOB, RunFolder
 from racecraft.formats.run_folder import TRACK as RUN_TRACK
-from racecraft.formats.run_folder import RunFolder
 from racecraft.settings.composition import Settings
 from racecraft.settings.overrides import from_dictionary
 from racecraft.training.parts import Block
 from racecraft.training.request import DEFAULT_ALGORITHM, TrainRequest
-from racecraft.training.stopping import LAPS, StopCondition, parse_stops
+from racecraft.training.stopping import GAP, LAPS, StopCondition, parse_stops
 from racecraft.training.versions import versions
+from racecraft.worlds.deepracer.driving.known_laps import best_known_lap
 from racecraft.worlds.deepracer.env.actions import ActionSpace, action_space
 from racecraft.worlds.deepracer.env.fidelity import habits
 from racecraft.worlds.deepracer.env.placing import plan_objects
 from racecraft.worlds.deepracer.env.sensors import Sensors, car_sensors
 from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL, TIME_TRIAL, objects_of, with_race_groups
-from racecraft.worlds.deepracer.env.vehicle import PROFILES
+from racecraft.worlds.deepracer.env.vehicle import PROFILES, beyond_logs
 from racecraft.worlds.deepracer.files.drfc_folder import DrfcFolder
-from racecraft.worlds.deepracer.files.model_metadata import as_aws_dict
+from racecraft.worlds.deepracer.files.model_metadata import as_aws_dict, racing_model_metadata
 from racecraft.worlds.deepracer.files.reward_source import RewardSource
 from racecraft.worlds.deepracer.files.run_env import RunEnv
 from racecraft.worlds.deepracer.players.borrowed import with_metadata
@@ -42,7 +43,13 @@ from racecraft.worlds.deepracer.training.groups import ALL, Group, groups_asked,
 from racecraft.worlds.deepracer.training.hold_out import as_dictionary as held_out_as_dictionary
 from racecraft.worlds.deepracer.training.hold_out import held_out_tracks, require_apart, twins_of
 from racecraft.worlds.deepracer.training.model_folder import ModelFolder, notes_in, read_model_folder
-from racecraft.worlds.deepracer.training.presets import ASKED_BY, default_settings, settings_for, stops_given
+from racecraft.worlds.deepracer.training.presets import (
+    ASKED_BY,
+    RACE_STEPS,
+    default_settings,
+    settings_for,
+    stops_given,
+)
 from racecraft.worlds.deepracer.training.race_environment import TRACK_VARIABLE, RaceEnvironment, race_environment
 
 DEFAULT_TRACK = "reinvent_base"
@@ -64,7 +71,8 @@ class RaceRequest(TrainRequest):
     """A name of the catalogue, or a waypoint file; None: what run.env says, or DEFAULT_TRACK."""
     car: str | None = None
     """Vehicle profile; None: by the version in the metadata."""
-    preset: str = "fast"
+    preset: str | None = None
+    """None: `race` for one car in a time trial on one track with PPO, else `fast`."""
     fidelity: str | None = None
     """"sane" or "aws"; None: the one that goes with the preset."""
     against: tuple[str, ...] = ()
@@ -151,6 +159,12 @@ def plan_car(request: RaceRequest) -> CarPlan:
         UserInputError: Whatever cannot be used, as a letter.
     """
     asked, model = _files_of(request)
+    algorithm = find_algorithm(request.algorithm or ASKED_BY[model.metadata.training_algorithm])
+    preset = _preset_of(request, algorithm, (*asked.overrides, *request.overrides), bool(asked.courses))
+    request = replace(request, preset=preset)
+    is_racing = preset == "race"
+    if is_racing:
+        model = read_model_folder(asked.files or request.folder, asked.keys, racing_model_metadata())
     offset = () if asked.start_offset is None else (f"race.start_offset={asked.start_offset}",)
     held_out = held_out_tracks(request.hold_out)
     named, groups = _groups(request, held_out)
@@ -164,11 +178,10 @@ def plan_car(request: RaceRequest) -> CarPlan:
     if request.car is not None and request.car not in PROFILES:
         raise SettingError(f"--car {request.car}: there is no such car; expected {' or '.join(PROFILES)}.")
     stops = parse_stops((*request.stops, *stops_given(model.hyperparameters)), LAPS)
-    algorithm = find_algorithm(request.algorithm or ASKED_BY[model.metadata.training_algorithm])
-    wanted = worlds_for(groups) if request.preset == "fast" else ()
+    wanted = worlds_for(groups) if preset != "aws" else ()
     overrides = (*wanted, *request.overrides)
     settings, notes = settings_for(
-        request.preset, model.hyperparameters, overrides, request.fidelity, model.metadata, algorithm
+        preset, model.hyperparameters, overrides, request.fidelity, model.metadata, algorithm
     )
     is_set = any(override.startswith("race.car=") for override in request.overrides)
     settings, car_notes = choose_car(settings, model.metadata, request.car, is_set, request.folder)
@@ -177,11 +190,13 @@ def plan_car(request: RaceRequest) -> CarPlan:
     courses = lay_out(groups or asked.courses, track, settings, TRACK_VARIABLE)
     _require_drivable(courses, held_out, settings)
     apart = require_apart([course.track for course in courses] or [track], held_out)
-    told = notes_in(model, settings.race.type)
-    notes = [*asked.notes, *told, *notes, *car_notes, *waypoint_notes(settings, track), *apart]
+    told = notes_in(model, settings.race.type, is_racing)
+    fastest = action_space(model.metadata.action_space).fastest
+    limits = beyond_logs(settings.race.car, fastest)
+    notes = [*asked.notes, *told, *notes, *car_notes, *filter(None, [limits]), *waypoint_notes(settings, track), *apart]
     if groups and asked.courses:
         notes.append("the courses of run.env and its workers are not driven: the command names others")
-    return CarPlan(
+    plan = CarPlan(
         request,
         model,
         algorithm,
@@ -195,6 +210,24 @@ def plan_car(request: RaceRequest) -> CarPlan:
         courses,
         held_out,
     )
+    _require_known_lap(plan)
+    return plan
+
+
+def known_lap_of(plan: CarPlan) -> float | None:
+    """Return the best known lap of the plan's track, car and top speed, s; None where there is none."""
+    track = plan.all_courses[0].track.name
+    return best_known_lap(track, plan.settings.race.car, plan.actions.fastest)
+
+
+def _require_known_lap(plan: CarPlan) -> None:
+    """Refuse to wait for a gap to a lap that nobody knows."""
+    gaps = [stop for stop in plan.stops if stop.kind == GAP]
+    if gaps and known_lap_of(plan) is None:
+        raise SettingError(
+            f"--stop {gaps[0]}: found no best known lap of {plan.track.name} with the car {plan.settings.race.car} at "
+            f"{plan.actions.fastest:g} m/s; expected one to compare with. Say --stop lap=SECONDS."
+        )
 
 
 def _files_of(request: RaceRequest) -> tuple[RaceEnvironment, ModelFolder]:
@@ -336,7 +369,21 @@ def _notes_on_held_out(held_out: Sequence[Track]) -> tuple[str, ...]:
 def _default_stops(request: RaceRequest) -> tuple[str, ...]:
     if request.drfc is not None:
         return ()
+    if request.preset == "race":
+        return (f"steps={RACE_STEPS}",)
     return STOPS_AGAINST if request.against else DEFAULT_STOPS
+
+
+def _preset_of(request: RaceRequest, algorithm: Algorithm, overrides: Sequence[str], has_courses: bool) -> str:
+    """Return the preset that is asked for, that of the run whose weights are taken, or what goes with the training."""
+    if request.preset is not None:
+        return request.preset
+    source = None if request.clone_from is None else Path(split_source(request.clone_from)[0])
+    if source is not None and (source / JOB).is_file():
+        return str(RunFolder(source).read_job()["asked"]["preset"])
+    several = has_courses or request.tracks or request.groups or request.hold_out or request.against or request.drfc
+    others = [one for one in overrides if one.startswith("race.type=") and one != f"race.type={TIME_TRIAL}"]
+    return "fast" if several or others or algorithm.name != DEFAULT_ALGORITHM else "race"
 
 
 def _race_of(request: RaceRequest, told: tuple[str, ...]) -> tuple[str, ...]:

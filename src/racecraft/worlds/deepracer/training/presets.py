@@ -39,11 +39,12 @@ from racecraft.worlds.deepracer.files.model_metadata import NETWORKS, ModelMetad
 PPO = find_algorithm("ppo")
 
 PRESETS = {
-    "fast": "the learner and network that lap soonest on two cores",
+    "race": "the learner that laps fastest within a budget of steps; without files, a table and reward that race",
+    "fast": "the learner and network that lap soonest on two cores; without files, the console's table, which crawls",
     "aws": "the learner and networks of AWS DeepRacer, figure by figure",
 }
 """Every preset, with what it seeks."""
-FIDELITY_OF = {"fast": "sane", "aws": "aws"}
+FIDELITY_OF = {"race": "sane", "fast": "sane", "aws": "aws"}
 """The fidelity that goes with a preset where none is asked for."""
 
 SHALLOW, NORMAL, DEEP = NETWORKS
@@ -95,6 +96,19 @@ TUNED_WORLDS: Mapping[str, Mapping[str, Any]] = {
 }
 """Groups of the car's settings that an algorithm wants otherwise. One thread: steps this small only wait
 for a second one."""
+
+RACE_VALUES: Mapping[str, Mapping[str, Any]] = {
+    "network": {"stack_size": 3},
+    "ppo": {
+        "learning_rate": 1e-3, "learning_rate_schedule": "linear", "entropy_weight": 0.003,
+        "entropy_schedule": "linear",
+    },
+    "evaluation": {"episodes": 20, "share": 0.25, "best_by": "laptime"},
+}  # fmt: skip
+"""What the preset `race` changes (benchmarks/racing.md): the policy sees the past, steps grow smaller towards the end
+of the budget, and the best checkpoint is the fastest of those that finish from most of 20 starts."""
+RACE_STEPS = 200_000
+"""The budget of the preset `race`, where no stop is set."""
 
 AWS_VALUES: Mapping[str, Mapping[str, Any]] = {
     "camera": {"width": 160, "height": 120},
@@ -214,11 +228,11 @@ def preset_settings(
 ) -> tuple[Settings, list[str]]:
     """Return a preset's settings for a car, and what is worth saying about them."""
     asked = metadata.neural_network if metadata is not None else SHALLOW
-    if preset == "fast":
-        return default_settings(algorithm), [f"preset fast: its own small network is trained, not {asked}"]
     settings = default_settings(algorithm)
-    for group, values in AWS_VALUES.items():
+    for group, values in {"race": RACE_VALUES, "fast": {}, "aws": AWS_VALUES}[preset].items():
         settings = with_values(settings, group, values) if group in settings else settings
+    if preset != "aws":
+        return settings, [f"preset {preset}: its own small network is trained, not {asked}"]
     if not algorithm.critic:
         settings = with_values(settings, "network", {"separate_networks": False})
     name = network_of(metadata)

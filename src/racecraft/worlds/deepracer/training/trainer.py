@@ -24,9 +24,11 @@ from racecraft.training.loop import Outcome
 from racecraft.training.opponent_pool import OpponentPool
 from racecraft.training.parts import Block
 from racecraft.training.resume import Say
+from racecraft.training.stopping import GAP, LAP
 from racecraft.training.trainer import Experiment, RunAttendants
 from racecraft.training.versions import versions
 from racecraft.worlds.deepracer.env.camera import mount_for_version
+from racecraft.worlds.deepracer.env.fidelity import habits
 from racecraft.worlds.deepracer.env.paying import CarRewards
 from racecraft.worlds.deepracer.env.reward_process import CALL_SECONDS, RewardProcess, open_reward
 from racecraft.worlds.deepracer.env.settings import HEAD_TO_MODEL, TIME_TRIAL, objects_of
@@ -37,7 +39,7 @@ from racecraft.worlds.deepracer.evaluation.compiled_drive import compiled_drive
 from racecraft.worlds.deepracer.files.generalisation import HELD_OUT, TRAINED
 from racecraft.worlds.deepracer.files.hyperparameters import write_hyperparameters
 from racecraft.worlds.deepracer.files.model_metadata import as_aws_dict, write_model_metadata
-from racecraft.worlds.deepracer.files.reward_examples import default_reward_source
+from racecraft.worlds.deepracer.files.reward_examples import default_reward_source, racing_reward_source
 from racecraft.worlds.deepracer.files.reward_source import RewardSource, read_reward_source, write_reward
 from racecraft.worlds.deepracer.players.run_courses import LaidCourse, of_race
 from racecraft.worlds.deepracer.tracks.importer import route_file, travels
@@ -55,6 +57,7 @@ from racecraft.worlds.deepracer.training.plan import (
     RaceRequest,
     asked_of,
     job_of,
+    known_lap_of,
     plan_car,
     plan_resume,
 )
@@ -69,6 +72,9 @@ __all__ = ["KIND", "RaceRequest", "Request", "default_settings", "opened", "plan
 
 Request = RaceRequest
 plan = plan_car
+
+TRAINING_LAPS = 2.0
+"""A car in training drives for so many laps at its fastest command, where no time is set."""
 
 AWS_STAYS = (
     "with fidelity aws every evaluation begins where training's next episode would, and cars in several processes have "
@@ -86,13 +92,20 @@ def opened(planned: CarPlan, say: Say) -> Iterator[Experiment]:
     settings = planned.settings
     is_trusted = planned.request.trust_reward
     with contextlib.closing(
-        load_reward(planned.model.reward, settings.race.reward_seconds, settings.race.type, is_trusted)
+        load_reward(
+            planned.model.reward,
+            settings.race.reward_seconds,
+            settings.race.type,
+            is_trusted,
+            is_racing=planned.request.preset == "race",
+        )
     ) as reward:
         yield _experiment(planned, reward)
 
 
 def _experiment(planned: CarPlan, reward: RewardProcess) -> Experiment:
     settings, seed = planned.settings, planned.seed
+    is_racing = planned.request.preset == "race"
     world, pool = learned_world(planned, reward)
     judged = judged_world(planned, reward)
     flying = [race_world(planned, 1, None, np.zeros(1), FLYING_LAPS, course) for course in planned.all_courses]
@@ -103,7 +116,10 @@ def _experiment(planned: CarPlan, reward: RewardProcess) -> Experiment:
         for course in _courses_of((judged, *flying)):
             if (drive := compiled_drive(policy, course)) is not None:
                 drive.compile()
-        return CarEvaluator(judged, policy, world, settings.evaluation.best_by, flying, by_track)
+        times_flying = is_racing or any(stop.kind in (LAP, GAP) for stop in planned.stops)
+        return CarEvaluator(
+            judged, policy, world, settings.evaluation.best_by, flying, by_track, times_flying, known_lap_of(planned)
+        )
 
     return Experiment(
         kind=KIND,
@@ -207,7 +223,9 @@ def driven_world(planned: CarPlan, reward: RewardProcess) -> RaceWorld | SideByS
     def driven(course: LaidCourse, block: Block) -> RaceWorld:
         paid = reward.copies(block.count)
         first = starts(course, block.of)[block.first : block.first + block.count]
-        return race_world(planned, block.count, paid, first, course=course)
+        return race_world(
+            planned, block.count, paid, first, course=course, drive_seconds=drive_seconds(planned, course)
+        )
 
     worlds = [driven(course, block) for course, block in zip(courses, blocks, strict=True) if block.count]
     if not planned.courses:
@@ -222,10 +240,12 @@ def race_world(
     start_shares: Array | None = None,
     laps: int = 1,
     course: LaidCourse | None = None,
+    drive_seconds: float | None = None,
 ) -> RaceWorld:
     """Return cars as planned, on a course of their own where one is given.
 
-    Their first starts are spread evenly round the track unless given.
+    Their first starts are spread evenly round the track unless given; with `drive_seconds` they drive on over the
+    finish.
     """
     course = course or LaidCourse(planned.track, of_race(planned.settings))
     return RaceWorld(
@@ -241,7 +261,16 @@ def race_world(
         sensors=planned.sensors,
         objects=objects_of(course.settings),
         variation=course.settings.variation,
+        drive_seconds=drive_seconds,
     )
+
+
+def drive_seconds(planned: CarPlan, course: LaidCourse) -> float | None:
+    """Return how long a car in training drives on over the finish, s; None where a lap ends its episode."""
+    if habits(course.race.fidelity).lap_is_an_end or not course.track.closed:
+        return None
+    given = course.race.max_training_seconds
+    return given if given is not None else TRAINING_LAPS * course.track.length / planned.actions.fastest
 
 
 def judged_world(planned: CarPlan, reward: RewardProcess) -> RaceWorld | SideBySide:
@@ -273,13 +302,19 @@ def load_reward(
     seconds: float = CALL_SECONDS,
     race_type: str = TIME_TRIAL,
     is_trusted: bool = False,
+    is_racing: bool = False,
 ) -> RewardProcess:
-    """Load the racer's reward function, or the default one of the race where there is none."""
+    """Load the racer's reward function, or the default one of the race where there is none.
+
+    With `is_racing` a time trial pays for metres gained instead of for the centre line.
+    """
     if source is not None:
         return open_reward(source, seconds=seconds, is_trusted=is_trusted)
     with tempfile.TemporaryDirectory() as folder:
         default = Path(folder) / "reward_function.py"
-        default.write_text(default_reward_source(race_type != TIME_TRIAL, race_type == HEAD_TO_MODEL), encoding="utf-8")
+        others = default_reward_source(race_type != TIME_TRIAL, race_type == HEAD_TO_MODEL)
+        own = racing_reward_source() if is_racing and race_type == TIME_TRIAL else others
+        default.write_text(own, encoding="utf-8")
         return open_reward(read_reward_source(default), seconds=seconds, is_trusted=is_trusted)
 
 

@@ -22,7 +22,7 @@ from racecraft.worlds.deepracer.env.kernels.lidar import look_around, tell
 from racecraft.worlds.deepracer.env.kernels.objects import hits, is_to_blame, objects_around
 from racecraft.worlds.deepracer.env.kernels.placing import place_objects
 from racecraft.worlds.deepracer.env.kernels.sight import look
-from racecraft.worlds.deepracer.env.kernels.starts import make_room, restart, take_start
+from racecraft.worlds.deepracer.env.kernels.starts import drive_on, is_driving_on, make_room, restart, take_start
 from racecraft.worlds.deepracer.env.kernels.vehicle import drive, wheels_after
 from racecraft.worlds.deepracer.env.kernels.whereabouts import locate
 from racecraft.worlds.deepracer.env.race import (
@@ -156,7 +156,9 @@ def tick_world(
             )  # fmt: skip
             look_around(lidar, scene, objects, cars, n, m, keys[n, m], ranges[n, m], last_lidar_views[n, m])
     for m in range(cars.shape[1]):
-        if reports[n, m].terminated or reports[n, m].truncated:
+        if is_driving_on(rules, cars[n, m], reports[n, m]):
+            drive_on(cars[n, m])
+        elif reports[n, m].terminated or reports[n, m].truncated:
             is_anew = True
             restart(track, profiles, rules, cars, n, m)
             if m == 0:
@@ -187,6 +189,7 @@ def report_parked(report):
 def report_moment(track, car, report, action, steering, speed):
     """Write down the moment the action was chosen at: the reward's parameters."""
     car.ticks += 1
+    car.drive_ticks += 1
     car.lap_ticks += 1
     car.total_ticks += 1
     report.episode, report.steps = car.episode, float(car.ticks)
@@ -237,7 +240,8 @@ def call_endings(rules, car, report):
         report.status = LAP_COMPLETE
         car.laps += 1
         report.laps = car.laps
-        report.terminated = car.laps >= rules.laps
+        report.terminated = car.laps >= rules.laps and not rules.drives_on
+        report.truncated = rules.drives_on
     elif report.is_crashed:
         report.status, report.terminated = CRASHED, True
     elif car.wheels_on == 0:
@@ -248,7 +252,7 @@ def call_endings(rules, car, report):
         report.status, report.terminated = IMMOBILISED, True
     elif car.backward_ticks >= REVERSED_TICKS:
         report.status, report.terminated = REVERSED, True
-    if car.ticks >= rules.max_ticks and not report.terminated:
+    if car.drive_ticks >= rules.max_ticks and not report.terminated:
         if rules.cut_ends:
             report.status, report.terminated = TIME_UP, True
         else:

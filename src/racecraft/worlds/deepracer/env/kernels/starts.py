@@ -9,6 +9,7 @@ from racecraft.worlds.deepracer.env.kernels.objects import car_touches, object_n
 from racecraft.worlds.deepracer.env.kernels.vehicle import wheels_after
 from racecraft.worlds.deepracer.env.kernels.whereabouts import locate
 from racecraft.worlds.deepracer.env.race import (
+    LAP_COMPLETE,
     START_CLEAR_M,
     START_GAP_M,
     START_LANE,
@@ -34,6 +35,20 @@ def restart(track, profiles, rules, cars, n, m):
     car.ended_yaw = car.yaw
     take_start(track, car)
     car.steering = wheels
+
+
+@kernel
+def is_driving_on(rules, car, report):
+    """Tell whether a car that just completed a lap goes on from where it is."""
+    return rules.drives_on and report.status == LAP_COMPLETE and car.drive_ticks < rules.max_ticks
+
+
+@kernel
+def drive_on(car):
+    """Begin the next episode at the finish, at speed."""
+    car.episode += 1
+    car.ended_yaw = car.yaw
+    car.ticks = car.lap_ticks = car.laps = 0
 
 
 @kernel
@@ -89,7 +104,7 @@ def take_start(track, car):
     """Put a car at rest at its start, nose along the centre line (forward difference)."""
     car.x, car.y, car.yaw = start_pose(track, car.start_share, car.start_left)
     car.speed = car.steering = car.old_steering = car.old_speed = 0.0
-    car.ticks = car.lap_ticks = car.laps = car.still_ticks = car.backward_ticks = 0
+    car.ticks = car.drive_ticks = car.lap_ticks = car.laps = car.still_ticks = car.backward_ticks = 0
     car.progress = 0.0
     car.preparing, car.held, car.away = True, 0, False
     locate(track, car)

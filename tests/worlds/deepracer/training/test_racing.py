@@ -1,0 +1,103 @@
+"""The preset that races: what it settles, what it leaves alone, and what ends it."""
+
+import pytest
+
+from racecraft.contract.errors import SettingError
+from racecraft.training.stopping import Progress, parse_stops, reached
+from racecraft.worlds.deepracer.driving import known_laps
+from racecraft.worlds.deepracer.env.settings import RaceConfig
+from racecraft.worlds.deepracer.files.reward_examples import racing_reward_source
+from racecraft.worlds.deepracer.training.plan import RaceRequest, plan_car
+from racecraft.worlds.deepracer.training.trainer import drive_seconds
+
+
+@pytest.mark.parametrize(
+    ("asked", "preset"),
+    [
+        ({}, "race"),
+        ({"preset": "fast"}, "fast"),
+        ({"algorithm": "dqn"}, "fast"),
+        ({"tracks": ("Oval_track", "LGSWide")}, "fast"),
+        ({"overrides": ("race.type=OBJECT_AVOIDANCE",)}, "fast"),
+        ({"algorithm": "sac", "preset": "race"}, "race"),
+    ],
+)
+def test_one_car_in_a_time_trial_races_unless_somebody_says_otherwise(asked, preset):
+    planned = plan_car(RaceRequest(**asked))
+    assert planned.request.preset == preset
+    assert planned.settings.network.stack_size == (3 if preset == "race" else 1)
+    assert (planned.request.stops[0].split("=")[0] == "steps") == (preset == "race")
+
+
+def test_a_folder_that_asks_for_another_algorithm_learns_with_what_suits_it(tmp_path):
+    (tmp_path / "model_metadata.json").write_text(
+        '{"action_space": {"steering_angle": {"low": -30, "high": 30}, "speed": {"low": 1, "high": 2}}, "version": "5",'
+        ' "action_space_type": "continuous", "training_algorithm": "sac"}'
+    )
+    assert plan_car(RaceRequest(tmp_path)).request.preset == "fast"
+    assert plan_car(RaceRequest(tmp_path, preset="race")).settings.network.stack_size == 3
+
+
+def test_the_default_car_stays_within_the_speeds_of_its_logs_and_crawls_by_name():
+    assert plan_car(RaceRequest()).actions.fastest == 2.5
+    assert plan_car(RaceRequest(preset="fast")).actions.fastest == 1.0
+
+
+def test_a_table_beyond_the_logs_is_told_so_before_the_first_tick(tmp_path):
+    (tmp_path / "model_metadata.json").write_text(
+        '{"action_space": [{"steering_angle": 0, "speed": 3.0}, {"steering_angle": 30, "speed": 1.0}], "version": "6"}'
+    )
+    notes = " ".join(plan_car(RaceRequest(tmp_path)).notes)
+    assert "beyond the logs: limits inferred" in notes
+    assert "beyond the logs" not in " ".join(plan_car(RaceRequest()).notes)
+
+
+def test_cars_in_training_drive_on_for_two_laps_at_full_speed_and_at_aws_not_at_all():
+    planned = plan_car(RaceRequest())
+    course = planned.all_courses[0]
+    assert drive_seconds(planned, course) == pytest.approx(2 * course.track.length / 2.5)
+    told = plan_car(RaceRequest(overrides=("race.max_training_seconds=7",)))
+    assert drive_seconds(told, told.all_courses[0]) == 7.0
+    assert RaceConfig().max_training_seconds is None
+    aws = plan_car(RaceRequest(fidelity="aws"))
+    assert drive_seconds(aws, aws.all_courses[0]) is None
+    away = plan_car(RaceRequest(track="Straight_track"))
+    assert drive_seconds(away, away.all_courses[0]) is None
+
+
+def test_the_racing_reward_pays_metres_and_takes_a_little_for_steering():
+    names = {}
+    exec(racing_reward_source(), names)  # noqa: S102 (ours)
+    reward = names["reward_function"]
+    params = {"progress": 10.0, "steps": 2.0, "steering_angle": 0.0, "track_length": 20.0}
+    assert reward(params) == 0.0
+    params |= {"progress": 11.0, "steps": 3.0, "steering_angle": 30.0}
+    assert reward(params) == pytest.approx(2 * 0.2 - 0.1)
+    params |= {"progress": 0.5, "steps": 1.0, "steering_angle": -30.0}
+    assert reward(params) == 0.0, "over the finish another lap begins"
+
+
+def test_a_training_may_wait_for_a_flying_lap_or_its_gap():
+    lap, gap = parse_stops(["lap=5.5", "gap=3%"])
+    slow, fast = (
+        Progress(1.0, 1, 1, False, lap_seconds=5.6, gap_percent=3.1),
+        Progress(1.0, 1, 1, False, None, 5.5, 3.0),
+    )
+    assert reached([lap, gap], slow) is None
+    assert (reached([lap], fast), reached([gap], fast)) == (lap, gap)
+    assert reached([lap, gap], Progress(1.0, 1, 1, True)) is None, "nobody has timed a lap"
+
+
+def test_a_gap_to_a_lap_that_nobody_knows_is_refused_and_a_known_one_is_read(tmp_path, monkeypatch):
+    request = RaceRequest(stops=("gap=3%", "steps=100"))
+    monkeypatch.setattr(known_laps, "TABLE", tmp_path / "none.csv")
+    with pytest.raises(SettingError, match=r"gap=3: found no best known lap of reinvent_base.*Say --stop lap="):
+        plan_car(request)
+    table = tmp_path / "laps.csv"
+    table.write_text(
+        "track,direction,car,top_speed_mps,table,lap_seconds,how,version\nreinvent_base,forward,v6,2.5,x,5.6,plan,1\n"
+    )
+    monkeypatch.setattr(known_laps, "TABLE", table)
+    assert plan_car(request).stops[0].amount == 3.0
+    assert known_laps.best_known_lap("reinvent_base", "v6", 3.0) is None
+    assert known_laps.gap_percent(5.88, 5.6) == pytest.approx(5.0)
